@@ -20,16 +20,13 @@ MAX_DISP_M = 5.0  # far off any seat: the model of the abutment no longer holds
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbutmentHistory:
-    """Response of an abutment.
+    """Response of an abutment, arrays of n times.
 
     Attributes:
-        t_s: Times, shape (n,).
         disp_m: Displacement of the deck end along x and y since dead load, shape (n, 2).
         force_n: Force of the abutment on the deck against it, shape (n, 2).
         normals_n: Normal forces of the contact units, shape (n, units).
         friction_n: Friction forces, resultant, shape (n, units).
-        unit_names: Names of the units.
-        ledger: Ledger of each contact.
         is_complete: Whether the analysis reached its end.
         failed_attempts: Attempts at a step that did not converge.
     """
@@ -55,18 +52,8 @@ def abutment_history(
 ) -> AbutmentHistory:
     """Analyse the right abutment of a variant under its share of the deck's mass.
 
-    The deck end moves in plan without rotating. Damping comes only from the wall dashpots, the
-    pads and the soil.
-
-    Args:
-        variant: The variant.
-        excitation: Motion along x (positive pushes into the backfill) and y.
-        settings: Time integration.
-        options: Modelling options.
-        log_path: File for the messages of OpenSees.
-
-    Raises:
-        InputError: An argument is outside its limits; nothing was analysed.
+    The deck end moves in plan without rotating; a motion along positive x pushes into the backfill.
+    Damping comes only from the wall dashpots, the pads and the soil.
     """
     ground = GroundInput(excitation, settings)
     with solver_log(log_path), domain():

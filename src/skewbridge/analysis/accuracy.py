@@ -47,15 +47,7 @@ NUMERICS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
 
 
 def under_explicit_keys(raw: Mapping[str, Any], accuracy: object) -> dict[str, Any]:
-    """Return sections of a configuration with a set of numerics below their explicit keys.
-
-    Args:
-        raw: The mapping as written; its explicit keys override the set.
-        accuracy: Name of the set.
-
-    Raises:
-        InputError: The set does not exist.
-    """
+    """Return sections of a configuration with a set of numerics below their explicit keys."""
     if accuracy not in NUMERICS:
         known = ", ".join(get_args(Accuracy.__value__))
         raise InputError(f"accuracy must be one of {known}, got {accuracy!r}")

@@ -26,11 +26,9 @@ DIRECTIONS: Final = {"x": "longitudinal", "y": "transverse", "z": "vertical", "r
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BridgeCheck:
-    """A bridge under dead load with open gaps, at zero skew.
+    """A bridge under dead load with open gaps, at zero skew: weight, reactions, modes.
 
     Attributes:
-        bridge: Data of the bridge.
-        standing: Weight, reactions and modes.
         bents: A row per bent with loads and capacities of one of its columns.
         findings: Properties that would cause trouble in a study, one sentence each.
     """
@@ -62,15 +60,7 @@ class BridgeCheck:
 
 
 def check_bridge(name: str) -> BridgeCheck:
-    """Build a bridge, apply its dead load and check it.
-
-    Args:
-        name: Name of the bridge, or path of its file.
-
-    Raises:
-        InputError: The file breaks the schema or a limit.
-        SolutionError: The model does not carry its weight.
-    """
+    """Build a bridge by its name or file, apply its dead load and check it."""
     data, standing = load_bridge(name), standing_bridge(name)
     bents = tuple(_bent_row(data, row) for row in capacity_rows(data))
     findings = [finding for row in bents for finding in _bent_findings(row)]

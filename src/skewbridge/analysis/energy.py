@@ -51,12 +51,8 @@ class _EndState:
 class EnergyBalance:
     """Records the forces that the monitor does not, and sums all works at the end.
 
-    Args:
-        model: Model under gravity.
-        monitor: Records displacements and forces; not yet started.
-        ground_accel_mps2: Function of times, shape (n,), giving accelerations, shape (n, 2).
-        rayleigh: Mass and stiffness factors of the damped region.
-        integrator: Arguments of the integrator command.
+    The monitor is not yet started. The ground accelerations are a function of times, shape (n,),
+    that gives shape (n, 2). ``rayleigh`` has the mass and stiffness factors of the damped region.
     """
 
     def __init__(

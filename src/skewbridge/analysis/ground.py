@@ -20,13 +20,8 @@ MAX_SCALED_ACCEL_MPS2: Final = 1.0e3  # 100 g: a larger value means a wrong unit
 class Excitation:
     """Ground motion of an analysis, with its factor and direction.
 
-    Attributes:
-        motion: Two-component ground motion; component 1 points along x at incidence 0.
-        scale: Factor on both components.
-        incidence_deg: Counter-clockwise angle from x to component 1.
-
-    Raises:
-        InputError: The scale is not positive, or a value is not finite.
+    Component 1 points along x at incidence 0, which turns counter-clockwise. `InputError` unless
+    the scale is positive and all is finite.
     """
 
     motion: GroundMotion
@@ -41,13 +36,7 @@ class Excitation:
 
 
 class GroundInput:
-    """The ground acceleration of one analysis along the bridge axes.
-
-    Between its values the record is interpolated linearly.
-
-    Args:
-        excitation: Motion, factor and angle.
-        settings: Window, step and free vibration.
+    """The ground acceleration of one analysis along the bridge axes, linear between its values.
 
     Raises:
         InputError: The acceleration is so large that its unit must be wrong.

@@ -40,9 +40,5 @@ def motion_digest(motion: GroundMotion) -> str:
 
 @cache
 def bridge_digest(name: str) -> str:
-    """Return the digest of a bridge: its numbers and choices, merged from all its files.
-
-    Raises:
-        InputError: Unknown name, or a bad file.
-    """
+    """Return the digest of a bridge: its numbers and choices, merged from all its files."""
     return digest_of(load_bridge(name).model_dump_json(exclude={"title", "sources"}))

@@ -53,8 +53,7 @@ class ModalResult:
     def period_s(self, direction: str) -> float:
         """Return the period of the mode with the most mass along ``x, y, z`` or ``rz``.
 
-        Modes are identified by participation, not by number: they couple and change order with
-        skew.
+        Modes couple and change order with skew, so their numbers do not identify them.
         """
         return max(self.modes, key=lambda mode: getattr(mode, f"mass_{direction}")).period_s
 
@@ -62,12 +61,7 @@ class ModalResult:
 def modal_properties(
     variant: Variant, options: ModelOptions | None = None, *, count: int = 14
 ) -> ModalResult:
-    """Build a variant, apply gravity and return its modes.
-
-    Raises:
-        InputError: Bad bridge or variant.
-        GravityError: The model does not carry its weight.
-    """
+    """Build a variant, apply gravity and return its modes."""
     with domain():
         model = build(variant, options or ModelOptions())
         left, right = support_reactions_n(model)
@@ -103,12 +97,7 @@ def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
 
 
 def standing_bridge(bridge: str) -> ModalResult:
-    """Return the dead-load state and the modes of a bridge with pads and open gaps, at zero skew.
-
-    Raises:
-        InputError: Unknown name, or a bad file.
-        SolutionError: The model does not carry its weight.
-    """
+    """Return dead-load state and modes of a bridge with pads and open gaps, at zero skew."""
     usual = {axis.name: axis.usual for axis in AXES}
     variant = Variant.at(bridge, "contact_friction", {**usual, "skew_deg": 0})
     try:
@@ -128,24 +117,14 @@ def conditioning_period_s(modes: ModalResult) -> float:
 
 
 def warn_of_periods(bridges: Iterable[str]) -> None:
-    """Log a warning for each finding of `periods_of_file` about these bridges.
-
-    Raises:
-        InputError: Unknown name, or a bad file.
-        SolutionError: A model does not carry its weight.
-    """
+    """Log a warning for each finding of `periods_of_file` about these bridges."""
     for name in dict.fromkeys(bridges):
         for finding in periods_of_file(name, standing_bridge(name)):
             logger.warning("%s", finding)
 
 
 def periods_of_file(bridge: str, modes: ModalResult) -> list[str]:
-    """Return doubts about the conditioning period in the file of a bridge, one sentence each.
-
-    Args:
-        bridge: Name of the bridge, or path of its file.
-        modes: Modes of its model, see `standing_bridge`.
-    """
+    """Return doubts about T1 in the file of a bridge, given the modes of `standing_bridge`."""
     data, model_s = load_bridge(bridge), conditioning_period_s(modes)
     findings: list[str] = []
     change = data.t1_s / model_s - 1.0

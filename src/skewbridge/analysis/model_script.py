@@ -38,10 +38,6 @@ def model_script(variant: Variant, options: ModelOptions) -> str:
     """Return a script that builds a variant, applies gravity and sets the damping.
 
     At its end a table lists the contact pairs with the data for their run-time updates.
-
-    Raises:
-        InputError: Bad bridge or variant.
-        GravityError: The model does not carry its weight.
     """
     with recording() as record, domain():
         model = build(variant, options)

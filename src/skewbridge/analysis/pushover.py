@@ -64,15 +64,8 @@ def push_bridge(
 ) -> PushCurve:
     """Push the deck horizontally with forces in proportion to its masses.
 
-    Args:
-        variant: The variant.
-        options: Modelling choices.
-        angle_deg: Direction, counter-clockwise from x.
-        max_disp_m: Displacement of the mass centre along the push.
-        steps: Number of steps.
-
-    Returns:
-        Base shear (the sum of the forces) against the displacement of the mass centre.
+    The angle is counter-clockwise from x. Returns base shear (the sum of the forces) against the
+    displacement of the mass centre along the push.
     """
     direction = _direction(angle_deg, max_disp_m, steps)
     with domain():
@@ -104,18 +97,9 @@ def push_abutment(
     """Push one abutment (the right one) by its deck end, without the bridge.
 
     The deck end carries its dead-load reaction and is guided: it moves along the push only, and
-    does not rotate in plan.
-
-    Args:
-        variant: The variant.
-        options: Modelling choices.
-        angle_deg: Counter-clockwise from x: 0 pushes into the backfill, 180 away from it; the
-            skew pushes normal to the wall.
-        max_disp_m: Displacement along the push.
-        steps: Number of steps.
-
-    Returns:
-        Component of the holding force along the push, against its displacement.
+    does not rotate in plan. The angle is counter-clockwise from x: 0 pushes into the backfill, 180
+    away from it, the skew normal to the wall. Returns the component of the holding force along the
+    push, against its displacement.
     """
     direction = _direction(angle_deg, max_disp_m, steps)
     with domain():

@@ -86,11 +86,7 @@ class Layout:
         return self._start("springs") + sum(count for _, count in before) + handle.component
 
     def bearing(self, element: int) -> int:
-        """Return the first column of the shear forces of a pad.
-
-        Raises:
-            ValueError: The pads were not recorded.
-        """
+        """Return the first column of the shear forces of a pad."""
         return self._start("bearings") + 2 * self.bearings.index(element)
 
     def contacts(self, part: Literal["openings", "normals", "tangentials"]) -> slice:
@@ -120,12 +116,7 @@ def moved_with(node: Series, arm_m: tuple[float, float, float]) -> Series:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResponseTrace:
-    """Everything recorded in an analysis; row 0 is the state under gravity.
-
-    Attributes:
-        layout: Meaning of the columns.
-        rows: Records, shape (steps + 1, layout.width).
-    """
+    """All records of an analysis by the layout; row 0 is the state under gravity."""
 
     layout: Layout
     rows: Series
@@ -228,11 +219,7 @@ class Recorder:
             ops.recorder("Node", *file, "-node", *tags, "-dof", *components, response)
 
     def elements(self, name: str, elements: Iterable[int], *response: str) -> None:
-        """Record a response of some elements, one after the other.
-
-        Raises:
-            ValueError: An element does not have the response; OpenSees would record nothing.
-        """
+        """Record a response of some elements; `ValueError` if one lacks it (else it is silent)."""
         tags = tuple(elements)
         widths = [len(ops.eleResponse(tag, *response)) for tag in tags]
         if not all(widths):
@@ -253,11 +240,7 @@ class Recorder:
             self._is_open = False
 
     def read(self, name: str) -> tuple[Series, Series]:
-        """Return the times, shape (n,), and the values, shape (n, components), of a record.
-
-        Raises:
-            OSError: The file is incomplete.
-        """
+        """Return times, shape (n,), and values, shape (n, components); `OSError` if incomplete."""
         self.close()
         width = self._widths[name]
         if not width:

@@ -109,16 +109,8 @@ def analyse(
 ) -> AnalysisResult:
     """Analyse one variant under one two-component motion.
 
-    The same call gives the same result, bit by bit: nothing depends on the clock.
-
-    Args:
-        variant: The variant.
-        excitation: Ground motion, factor and angle.
-        settings: Time integration and limits of collapse.
-        options: Modelling options.
-        histories: Whether to return the histories.
-        log_path: File for the messages of OpenSees; None drops them.
-        progress: Called from time to time with the time reached and the duration.
+    The same call gives the same result, bit by bit: nothing depends on the clock. Messages of
+    OpenSees go to ``log_path``; ``progress`` gets the time reached and the duration.
 
     Raises:
         InputError: An argument is outside its limits; nothing was analysed.
@@ -297,12 +289,7 @@ class Watch:
 
 
 class _Moved:
-    """Plan displacement of a node or point in the open domain.
-
-    Args:
-        place: The node or point.
-        zero_m: Plan displacement from which to count; None for the present one.
-    """
+    """Plan displacement of a node or point in the open domain, from now or from ``zero_m``."""
 
     __slots__ = ("_node", "_x", "_y", "_z", "_zero_x", "_zero_y")
 
@@ -340,14 +327,7 @@ class _Lean:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rest:
-    """The columns at rest.
-
-    Attributes:
-        drifts: Resultant drift of each column since gravity over its clear height; NaN if the
-            model does not come to rest.
-        steps: Number of steps.
-        reason: Why the model does not come to rest, or empty.
-    """
+    """Resultant drifts of the columns at rest over clear heights; NaN and a reason if moving."""
 
     drifts: tuple[float, ...]
     steps: int

@@ -25,14 +25,10 @@ type Line = Literal["bearing", "outer"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeckEnd:
-    """One end of the deck in plan, ``left`` (negative x) or ``right``.
+    """One end of the deck in plan, ``left`` (negative x) or ``right``, with signed skew.
 
-    Attributes:
-        side: ``left`` or ``right``.
-        bearing_x_m: Where the bearing line crosses the centreline.
-        skew_rad: Signed skew.
-        width_m: Width across the deck.
-        thickness_m: Thickness of the end diaphragm, normal to its faces.
+    The bearing line crosses the centreline at ``bearing_x_m``; the thickness is that of the end
+    diaphragm, normal to its faces.
     """
 
     side: Side
@@ -124,12 +120,10 @@ NEAR_M = 0.05
 
 @dataclass(slots=True, kw_only=True)
 class Deck:
-    """The built spine, while the model grows.
+    """The built spine, while the model grows: nodes from left to right at x_m.
 
     Attributes:
-        nodes: Spine nodes, left to right, at x_m.
         bent_nodes: Spine node of each bent.
-        centre_node: Node at the mass centre.
         elements: Spine and cap elements.
         loads_n: Downward dead load by node.
         moments_nm: Fixed-end moments of the dead load about x and y, by node.

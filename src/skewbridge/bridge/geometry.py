@@ -15,13 +15,7 @@ type Position = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Member:
-    """A line between two points.
-
-    Attributes:
-        group: ``columns, deck, bearings, backfill, contact`` or ``links``.
-        tag: Element tag.
-        ends: Positions at rest in m.
-    """
+    """A line between two points at rest in m, in a group of the energy balance."""
 
     group: str
     tag: int
@@ -33,13 +27,9 @@ class ContactPlace:
     """Position and law of a contact unit.
 
     Attributes:
-        name: Name of the unit.
-        side: ``left`` or ``right``.
         surface: Position of the pair on the closed line at rest, in m.
         normal: Outward normal of the surface (direction of its force on the deck), in plan.
         tangent: First direction of its friction force; the force on the deck has the other sign.
-        gap_m: Initial gap.
-        friction: Coulomb coefficient.
     """
 
     name: str
@@ -56,9 +46,7 @@ class ModelGeometry:
     """Geometry of a variant, for drawings.
 
     Attributes:
-        title: Variant name.
         members: All lines with a length, and zero-length springs as points (equal ends).
-        contacts: Contact pairs.
         fixed: Positions of fully or partly fixed nodes.
         deck_outline: Corners of the deck in plan, counter-clockwise.
     """
@@ -71,11 +59,7 @@ class ModelGeometry:
 
 
 def model_geometry(variant: Variant, options: ModelOptions | None = None) -> ModelGeometry:
-    """Build a variant and return its geometry.
-
-    Raises:
-        InputError: Bad bridge or variant.
-    """
+    """Build a variant and return its geometry."""
     with domain():
         model = build(variant, options or ModelOptions())
         return ModelGeometry(
@@ -138,12 +122,7 @@ class LayoutCorner:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactLayout:
-    """Deck outline and contacts of one model.
-
-    Attributes:
-        corners: The four corners of the deck, in order around it.
-        contacts: All contact units; `contact_column` gives the start of their history columns.
-    """
+    """Deck corners in order around it, and contacts; `contact_column` starts their columns."""
 
     corners: tuple[LayoutCorner, ...]
     contacts: tuple[ContactPlace, ...]

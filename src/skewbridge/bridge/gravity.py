@@ -12,13 +12,7 @@ from skewbridge.units import KN
 
 
 def continuous_reactions_n(spans_m: tuple[float, ...], load_n_per_m: float) -> list[float]:
-    """Return the support reactions of a prismatic continuous beam under a uniform load.
-
-    Spans and reactions are ordered from left to right.
-
-    References:
-        Clapeyron's equation of three moments.
-    """
+    """Return the reactions of a continuous beam under a uniform load, by three moments."""
     count = len(spans_m)
     moments = np.zeros(count + 1)
     if count > 1:
@@ -84,17 +78,10 @@ def hold_dead_load(
     moments_nm: Mapping[int, tuple[float, float]],
     tags: TagAllocator,
 ) -> None:
-    """Apply the dead load to a new model and hold it; the time is zero afterwards.
+    """Apply downward loads and moments about x and y by node, and hold them; time is then zero.
 
     All loads are nodal, because the corotational transformation ignores element loads.
-
-    Args:
-        loads_n: Downward load by node.
-        moments_nm: Moments about x and y by node.
-        tags: Allocator of the model.
-
-    Raises:
-        GravityError: No equilibrium was found.
+    `GravityError` if there is no equilibrium.
     """
     open_linear_pattern(tags)
     for node, load_n in loads_n.items():

@@ -40,12 +40,7 @@ type PlanVector = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """A point that moves rigidly with a node.
-
-    Attributes:
-        node: Tag of the node.
-        arm_m: Position of the point less that of the node, along x, y and z.
-    """
+    """A point that moves rigidly with a node, at an arm along x, y and z from it."""
 
     node: int
     arm_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -56,7 +51,6 @@ class SpringHandle:
     """One spring of a zeroLength element.
 
     Attributes:
-        element: Tag.
         component: 0-based place in ``basicForce`` and ``basicDeformation``.
         direction: Plan unit vector of positive deformation (second node minus first).
         nodes: First (ground side) and second (deck side) node.
@@ -120,11 +114,7 @@ class CornerHandle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BearingHandle:
-    """Pads, or a vertical support, from the fixed seat node below to the deck node above.
-
-    Attributes:
-        element: Tag of the element.
-    """
+    """Pads, or a vertical support, from the fixed seat node below to the deck node above."""
 
     element: int
     seat_node: int

@@ -14,13 +14,8 @@ from skewbridge.variant.options import HingeRule
 class BentCapacity:
     """Displacement capacity of a bent by its plastic hinges, columns under dead load.
 
-    Attributes:
-        bent: Number from the left, 1 and up.
-        plastic_moment_nm: Plastic moment of one column.
-        axial_n: Axial force of one column.
-        hinge_length_m: Length of each plastic hinge.
-        yield_disp_m: Idealised yield displacement.
-        capacity_m: Displacement at the ultimate curvature.
+    The bent is numbered from the left, 1 and up; moment, axial force and hinge are those of one
+    column. The capacity is the displacement at the ultimate curvature.
     """
 
     bent: int

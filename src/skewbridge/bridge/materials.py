@@ -44,13 +44,9 @@ def steel_of(column: ColumnData) -> Steel:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Concrete:
-    """Popovics curve of Mander's model; stresses and strains positive in compression.
+    """Popovics curve of Mander's model, positive in compression, with the initial tangent.
 
-    Attributes:
-        peak_pa: Strength.
-        peak_strain: Strain at the strength.
-        modulus_pa: Initial tangent.
-        ultimate_strain: Strain where the curve ends (spalling or first hoop rupture).
+    The curve ends at the ultimate strain (spalling or first hoop rupture).
     """
 
     peak_pa: float

@@ -110,10 +110,6 @@ def blueprint(variant: Variant, options: ModelOptions) -> Blueprint:
     """Return the blueprint of a variant for the open domain.
 
     `contact` has the contact units of `contact_friction`, never updated.
-
-    Raises:
-        InputError: No such bridge, or bad data in its file.
-        DomainError: The domain has nodes.
     """
     if ops.getNodeTags():
         raise DomainError("build() works inside `with domain():`, once per domain")
@@ -222,14 +218,7 @@ def _stations(end: DeckEnd, plan: Blueprint) -> dict[Line, list[float]]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbutmentModel:
-    """A right abutment under a connector node that represents the deck.
-
-    Attributes:
-        handle: The abutment.
-        connector: Node at the deck's centroid; it moves in plan without rotating.
-        contacts: Its contact units, or None.
-        tags: Allocator.
-    """
+    """A right abutment under a connector at the deck's centroid, which moves without rotating."""
 
     handle: AbutmentHandle
     connector: int
@@ -245,11 +234,8 @@ def build_abutment(
 ) -> AbutmentModel:
     """Build the right abutment of a variant in the open domain, at rest under its dead load.
 
-    Args:
-        variant: The variant.
-        options: Modelling options.
-        guide: Called with the connector and the allocator before the dead load, to hold the deck
-            end in plan if the abutment does not.
+    ``guide`` is called with the connector and the allocator before the dead load, to hold the deck
+    end in plan if the abutment does not.
     """
     plan = blueprint(variant, options)
     bridge, tags = plan.bridge, plan.tags

@@ -96,11 +96,7 @@ _BY_NAME: Final = {column.name: column for column in COLUMNS}
 
 
 def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
-    """Return the columns of the table of a study, including further axes and random properties.
-
-    Args:
-        present: Columns of a row; modelling options among them are axes.
-    """
+    """Return the columns of a study whose rows have these, with axes and random properties."""
     names = list(present)
     extra = tuple(axis_column(axis) for axis in axes_of(names) if axis.name not in _BY_NAME)
     after = 1 + next(i for i, column in enumerate(COLUMNS) if column.name == AXES[-1].name)
@@ -130,12 +126,7 @@ def key_values(
 
 
 def demands_for(role: Role, present: Iterable[str] | None = None) -> tuple[str, ...]:
-    """Return the demand columns with a role, in the order of the table.
-
-    Args:
-        role: Use of the demands in a study.
-        present: Names to choose from; None for all.
-    """
+    """Return the demand columns with a role, in the order of the table, of those present."""
     names = [column.name for column in DEMAND_COLUMNS if role in column.roles]
     known = set(names if present is None else present)
     return tuple(name for name in names if name in known)

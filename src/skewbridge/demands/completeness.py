@@ -42,12 +42,7 @@ def is_beyond_model(table: "pd.DataFrame") -> NDArray[np.bool_]:
 
 
 def completed(status: ArrayLike, failure_kind: ArrayLike) -> NDArray[np.bool_]:
-    """Return whether demands are peaks over the whole motion, in the shape of the arguments.
-
-    Args:
-        status: Status of each analysis.
-        failure_kind: Failure mode of a column in each analysis, empty if none failed.
-    """
+    """Return whether demands are peaks of the whole motion: by status, no column failure."""
     return np.asarray((np.asarray(status) == OK) & (np.asarray(failure_kind) == ""), dtype=np.bool_)
 
 
@@ -67,9 +62,6 @@ def column_failure_ratio(table: "pd.DataFrame | Mapping[str, Any]") -> NDArray[n
     """Return the larger demand over capacity of a column, in shear or in flexure, shape (n,).
 
     Where one of them is unknown it is the other, and NaN where both are.
-
-    Args:
-        table: Demands table, or one row of it by column.
     """
     unknown = np.full(() if isinstance(table, Mapping) else len(table), np.nan)
     ratios = (np.asarray(table.get(name, unknown), float) for name in FAILURE_DEMANDS.values())

@@ -68,15 +68,7 @@ LIMITS: Final = SuspectLimits()
 
 @plain_dataclass(frozen=True, slots=True)
 class _Check:
-    """One limit of `SuspectLimits` and the column of the demands table that it applies to.
-
-    Attributes:
-        reason: Reason why a row beyond the limit is suspect.
-        column: Column of the demands table.
-        limit: Field of `SuspectLimits`.
-        form: Format of the value.
-        size: Function of the column that is compared with the limit.
-    """
+    """One limit of `SuspectLimits`, its column of the demands table, and the function compared."""
 
     reason: str
     column: str
@@ -111,12 +103,7 @@ def reasons(row: Mapping[str, Any], limits: SuspectLimits) -> str:
 
 
 def count_reasons(table: "pd.DataFrame", limits: SuspectLimits) -> list[dict[str, Any]]:
-    """Return how often each reason applies in a demands table, and its worst row.
-
-    Returns:
-        For each reason that applies: ``reason``, ``rows`` (their number), ``worst`` (the value of
-        the worst row, formatted) and ``at`` (the position of that row).
-    """
+    """Return each reason that applies: ``reason``, ``rows`` (number), ``worst``, ``at``."""
     counts: list[dict[str, Any]] = []
     for check in _CHECKS:
         if check.column not in table:

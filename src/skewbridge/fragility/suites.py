@@ -76,12 +76,7 @@ def suite_tables(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return the effects by suite with their differences, and the medians by suite.
 
-    Args:
-        rows: Checked table of demands; without two suites both tables are empty.
-        states: Limit states of the medians.
-        demands: Demands of the effects.
-        settings: Level and intensity measure.
-        jobs: Number of processes.
+    The demands table is checked; without two suites both tables are empty.
     """
     names = suite_names(rows)
     effects: list[dict[str, Any]] = []

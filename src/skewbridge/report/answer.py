@@ -129,12 +129,10 @@ def effect_name(demand: str) -> str:
 
 
 def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
-    """Return the runs of each bridge and abutment model, and of each value of an axis.
+    """Return the runs of each bridge and abutment model (axis empty), and of each value of an axis.
 
-    Returns:
-        bridge, abutment, axis (empty for all runs), value, n_runs, n_complete (all demands are
-        peaks of the whole motion), n_failed (a column failed), n_shear, n_flexure, n_collapse and
-        n_bounds (demands are lower bounds).
+    Columns: bridge, abutment, axis, value, n_runs, n_complete (all demands are peaks of the whole
+    motion), n_failed (a column failed), n_shear, n_flexure, n_collapse, n_bounds (lower bounds).
     """
     rows: list[dict[str, Any]] = []
     for model, part in models_of(demands):
@@ -170,15 +168,9 @@ def answer_table(
 ) -> pd.DataFrame:
     """Return the pooled effects of the headline, from end to end of every axis.
 
-    Args:
-        medians: Table `median_effects`.
-        effects: Table `effects`.
-        intensities: Table `intensity_effects`.
-        curves: Table `curves`, which states were reached.
-
-    Returns:
-        Rows with the columns `ANSWER_COLUMNS`: per bridge, abutment model and axis the states of
-        `HEADLINE_STATES` that the study has, then the headline demands.
+    Rows have the columns `ANSWER_COLUMNS`: per bridge, abutment model and axis the states of
+    `HEADLINE_STATES` that the study has (``curves`` tells which were reached), then the headline
+    demands.
     """
     pooled = effects[
         (effects["scope"] == "pooled") & effects["demand"].isin(demands_for("headline"))
@@ -457,13 +449,8 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
 def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]:
     """Return whether the effects of the answer depend on the suite of motions.
 
-    Args:
-        suites: Table `suites`.
-        table: Table of `answer_table`.
-
-    Returns:
-        A clause for the title, empty where no suites differ, and a sentence with the largest
-        difference and its interval, empty for a study with one suite.
+    A clause for the title, empty where no suites differ, and a sentence with the largest difference
+    and its interval, empty for a study with one suite.
     """
     keys = [name for name in _EFFECT if name in suites] + ["quantity"]
     shown = table[table["status"] == OK][keys]

@@ -54,12 +54,7 @@ _MAX_BYTES: Final = 2_000_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Archive:
-    """An archive that was written.
-
-    Attributes:
-        names: Names of the files in it.
-        doubts: Reservations for readers of the paper, one sentence each.
-    """
+    """Files of an archive, and reservations for readers of the paper, one sentence each."""
 
     names: tuple[str, ...]
     doubts: tuple[str, ...]
@@ -71,17 +66,8 @@ def write_archive(
     """Write a finished study as a Workflow RO-Crate in a ZIP file.
 
     Accelerations are left out: recorded motions may not be passed on; ``motions.csv`` has their
-    sources and digests. Every file has its SHA-256 in ``ro-crate-metadata.json``.
-
-    Args:
-        config: Configuration of the finished study.
-        base: Configuration that it is merged over.
-        out: The file to write.
-        licence: Web address of the licence of the results.
-        authors: Names of the authors of the study.
-
-    Raises:
-        InputError: The study is not finished.
+    sources and digests. Every file has its SHA-256 in ``ro-crate-metadata.json``. The configuration
+    is merged over ``base``; the licence, a web address, is that of the results.
     """
     study = load_config(config, base=base)
     folder = StudyFolder(Path(study.results))

@@ -172,11 +172,6 @@ class VariantLayout:
 
     The first axis shown has a panel per value, the second dashes and marks, the third a colour and
     a width. Every further axis multiplies the panels: no axis is averaged over.
-
-    Attributes:
-        panel_axes: Axes whose values have panels.
-        line_axes: Axes whose values have dashes and colours.
-        styles: Line styles with their marks by the values of the line axes.
     """
 
     panel_axes: tuple[Axis, ...]

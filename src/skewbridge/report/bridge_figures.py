@@ -38,12 +38,7 @@ _AROUND_M: Final = 2.5  # shown around the abutment in its own panel
 
 
 def model_figure(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE) -> Figure:
-    """Return plan, elevation and one abutment of a model; gaps are drawn to a scale factor.
-
-    Args:
-        geometry: What to draw.
-        gap_scale: Factor on the gaps, so that they can be seen next to the deck.
-    """
+    """Return plan, elevation and one abutment of a model; gaps are drawn to a scale factor."""
     figure = Figure(figsize=(11, 7.5), layout="constrained")
     panels = figure.subplot_mosaic(
         [["plan", "plan"], ["elevation", "end"]], height_ratios=(3, 4), width_ratios=(3, 2)
@@ -259,12 +254,7 @@ STYLES: Final = (
 
 
 def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:
-    """Return pushes of one abutment by all models, a panel per direction.
-
-    Args:
-        curves: Columns abutment, angle_deg, disp_m, force_kn.
-        title: Above the figure.
-    """
+    """Return pushes (abutment, angle_deg, disp_m, force_kn), a panel per direction."""
     angles = sorted(curves["angle_deg"].unique())
     columns = min(3, len(angles))
     rows = -(-len(angles) // columns)

@@ -30,12 +30,8 @@ def replay_page(layout: ContactLayout, histories: pd.DataFrame, *, title: str) -
     """Return the page: a plan with a time slider over the number of closed contacts.
 
     It opens at the first contact. Displacements and gaps have the same exaggeration, so that deck
-    and wall touch in the picture where they touch in the analysis.
-
-    Args:
-        layout: Deck outline and contacts.
-        histories: Table of `skewbridge.analysis.histories` of the same run.
-        title: Variant and motion.
+    and wall touch in the picture where they touch in the analysis. The histories are those of
+    `skewbridge.analysis.histories` of the same run.
     """
     scene = _Scene(layout, histories)
     rows = _frame_rows(scene.time_s, scene.closed)

@@ -39,10 +39,6 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
 
     Dots are at the reference intensity of the bridge; an open dot is at the end of the range of the
     pairs, where the reference intensity lies outside of it.
-
-    Args:
-        intensities: Effects by intensity of one bridge and abutment model, with a headline demand.
-        im_label: Label of the intensity measure.
     """
     names = intensity_demands(intensities)
     along = axes_of(dict.fromkeys(intensities["axis"]))

@@ -226,12 +226,9 @@ class BridgeData(_Part, frozen=True):
     """One bridge of the catalogue.
 
     Attributes:
-        name: File name without ending.
-        title: One line for tables and figures.
         details: ``surrogate`` where deck or reinforcement are not published, else ``published``.
         t1_s: Conditioning period: geometric mean of the longitudinal and transverse periods of
             the gap-open model with pads at zero skew.
-        spans_m: Lengths, left to right.
         base: Column bases, ``pinned`` (torsion fixed) or ``fixed``.
         sources: Path of every number in the file -> source class and text.
     """

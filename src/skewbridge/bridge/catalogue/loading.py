@@ -39,20 +39,12 @@ def bridge_names() -> tuple[str, ...]:
 
 
 def load_bridge(name: str) -> BridgeData:
-    """Return a bridge by its name or by the path of its YAML file.
-
-    Raises:
-        InputError: Unknown name, or a bad file; names file, key and limit.
-    """
+    """Return a bridge by its name or file; `InputError` names file, key and limit."""
     return load_bridge_file(bridge_file(name))
 
 
 def bridge_file(name: str) -> Path:
-    """Return the file of a bridge: the path itself, or the first file of its name.
-
-    Raises:
-        InputError: No file has this name.
-    """
+    """Return the file of a bridge: the path itself, or the first file of its name."""
     if name.endswith((".yaml", ".yml")):
         return Path(name)
     found = _named(name, OWN_FOLDER)
@@ -67,11 +59,7 @@ def bridge_file(name: str) -> Path:
 
 
 def load_bridge_file(path: Path) -> BridgeData:
-    """Return the bridge in a file; each process reads a file once.
-
-    Raises:
-        InputError: The file is missing, not YAML, or breaks a limit; names file, key and limit.
-    """
+    """Return the bridge in a file, read once; `InputError` names file, key and limit."""
     try:
         found = path.resolve()
     except (OSError, ValueError):
@@ -89,11 +77,7 @@ def _loaded(path: Path) -> BridgeData:
 
 
 def own_bridge_files(name: str) -> list[Path]:
-    """Return those files of a bridge and its parents that are not part of the package.
-
-    Raises:
-        InputError: No file has the name of the bridge or of a parent.
-    """
+    """Return those files of a bridge and its parents that are not part of the package."""
     files = (path for path, _ in _with_parents(bridge_file(name).resolve()))
     return [path for path in files if path.parent != FOLDER.resolve()]
 
@@ -168,11 +152,7 @@ def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
 
 
 def bridge_schema() -> dict[str, Any]:
-    """Return the JSON schema of a bridge file.
-
-    A file that extends another one may omit every key; any other file needs all keys of the top
-    level.
-    """
+    """Return the JSON schema of a bridge file; only one that extends another may omit keys."""
     schema = BridgeData.model_json_schema()
     kinds: dict[str, Any] = schema["$defs"]
     for part in (schema, *kinds.values()):
