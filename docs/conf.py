@@ -4,6 +4,8 @@ The source folder of Sphinx is the root of the repository, so that README, CONTR
 of configuration keys are pages of the site, and links work on the site and in a code browser.
 """
 
+import shutil
+import sys
 from collections.abc import Iterator
 from importlib.metadata import version as version_of
 from pathlib import Path
@@ -21,6 +23,9 @@ from skewbridge.study.processes import hush_exit_message
 
 hush_exit_message()
 
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+
 project = "skewbridge"
 project_copyright = "the authors of skewbridge"
 release = version_of("skewbridge")
@@ -34,17 +39,25 @@ include_patterns = [
     "motions/README.md",
     "docs/**",
 ]
-exclude_patterns = ["docs/_build/**"]
+exclude_patterns = [
+    "docs/_build/**",
+    "docs/examples/**",
+    "**.ipynb",
+    "docs/gallery/sg_execution_times.rst",
+]
 
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
+    "sphinx_copybutton",
+    "sphinx_gallery.gen_gallery",
 ]
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
 default_role = "code"  # docstrings quote names by single marks
+toc_object_entries = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 autodoc_default_options = {"members": True}
@@ -52,12 +65,31 @@ napoleon_google_docstring = True
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 
+copybutton_prompt_text = "$ "
+
+sphinx_gallery_conf = {
+    "examples_dirs": ["docs/examples"],
+    "gallery_dirs": ["docs/gallery"],
+    "backreferences_dir": "docs/gallery/backreferences",
+    "image_scrapers": ("figure_scraper.saved_figure",),
+    "abort_on_example_error": True,
+    "ignore_repr_types": "matplotlib",
+    "remove_config_comments": True,
+    "download_all_examples": False,
+    "show_signature": False,
+    "show_memory": False,
+    "min_reported_time": 1_000_000,
+    "matplotlib_animations": False,
+    "write_computation_times": False,
+}
+
 html_theme = "furo"
 html_title = "skewbridge"
 templates_path = ["_templates"]
 html_static_path = ["_static"]
 html_css_files = ["equations.css"]
 # The first page is in docs/; index.html of the site redirects to it.
+html_extra_path = ["example_report"]
 html_additional_pages = {"index": "start.html"}
 html_copy_source = False
 html_math_renderer = "mathml"
@@ -74,8 +106,14 @@ success, 1 an analysis or a check failed, 2 bad input.
 def setup(app: Sphinx) -> None:
     """Write equations as MathML, so that the site needs no network, and the page of commands."""
     app.add_html_math_renderer("mathml", (_inline, None), (_display, None))
-    page = Path(__file__).parent / "reference" / "commands.md"
+    page = HERE / "reference" / "commands.md"
     page.write_text(COMMANDS_HEAD + "".join(_help(get_command(build_app()))), encoding="utf-8")
+    report = HERE / "example_report"
+    report.mkdir(exist_ok=True)
+    if (finished := HERE.parent / "results" / "report.html").is_file():  # of the default study
+        shutil.copy(finished, report)
+    else:
+        build_app()(["demo", "--out", str(report), "--json"], standalone_mode=False)
 
 
 def _help(command: TyperGroup | TyperCommand, parent: typer.Context | None = None) -> Iterator[str]:
