@@ -197,6 +197,11 @@ def _abutment_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, flo
         "abutment_active_m": highest(-push for push in pushes),
         "abutment_transverse_m": peak(_transverse_m(abutment, trace) for abutment in abutments),
         "bearing_disp_m": peak(np.hypot(pad[:, 0], pad[:, 1]) for pad in pads),
+        "bearing_uplift_m": highest(
+            trace.position(bearing.deck_node)[:, 2]
+            for abutment in abutments
+            for bearing in abutment.bearings
+        ),
         "unseating_m": highest(unseating_m(abutment, trace) for abutment in abutments),
         "acute_corner_unseating_m": highest(
             unseating_m(abutment, trace, "acute") for abutment in abutments

@@ -148,6 +148,8 @@ DEMAND_COLUMNS: Final = (
            difference=_PUSH),
     Column("bearing_disp_m", unit="m", label="Bearing deformation", symbol="u_b",
            description="peak resultant shear deformation of a bearing", roles=("effect",)),
+    Column("bearing_uplift_m", unit="m", label="Bearing uplift", symbol="u_z",
+           description="largest opening between deck and pads, which take no tension"),
     Column("unseating_m", unit="m", label="Unseating", symbol="u_s",
            description="peak outward move off the seat, normal to it, any corner",
            roles=("effect", "headline", "sensitivity")),

@@ -84,6 +84,13 @@ def elastic_material(
     return material
 
 
+def bearing_material(stiffness_n_per_m: float, tags: TagAllocator) -> int:
+    """Create the vertical spring of pads or supports: elastic in compression, open in tension."""
+    material = tags.material()
+    ops.uniaxialMaterial("ENT", material, stiffness_n_per_m)
+    return material
+
+
 def gap_material(stiffness_n_per_m: float, gap_m: float, tags: TagAllocator) -> int:
     """Create a stiff spring that acts once a gap is closed (negative deformation)."""
     material = tags.material()

@@ -10,7 +10,11 @@ from math import sqrt
 
 import openseespy.opensees as ops
 
-from skewbridge.bridge.abutment.elements import elastic_material, grounded_node
+from skewbridge.bridge.abutment.elements import (
+    bearing_material,
+    elastic_material,
+    grounded_node,
+)
 from skewbridge.bridge.catalogue.data import PadData
 from skewbridge.bridge.deck import DeckEnd, Line
 from skewbridge.bridge.handles import BearingHandle, TagAllocator
@@ -116,7 +120,7 @@ def _bearing_elements(
     deck_nodes: list[int], end: DeckEnd, pads: PadData, tags: TagAllocator
 ) -> tuple[BearingHandle, ...]:
     """Create one bearing element of OpenSees per pad, a pad height long."""
-    material = elastic_material(pads.vertical_stiffness_mn_per_m * 1e6, tags)
+    material = bearing_material(pads.vertical_stiffness_mn_per_m * 1e6, tags)
     bend = elastic_material(PAD_ROTATION_NM_PER_RAD, tags)
     elastic = pads.shear_stiffness_kn_per_m * KN, pads.yield_force_kn * KN
     shear = (*elastic, pads.hardening_ratio, PAD_QUADRATIC_HARDENING, PAD_HARDENING_EXPONENT)
@@ -158,7 +162,7 @@ def _pad_section(pads: PadData, number: float, tags: TagAllocator) -> int:
     shear, section = tags.section(), tags.section()
     strength_n, directions = number * pads.yield_force_kn * KN / plastic, ("Vy", "Vz")
     ops.section("Bidirectional", shear, stiffness, strength_n, 0.0, hardening, *directions)
-    upright = elastic_material(number * pads.vertical_stiffness_mn_per_m * 1e6, tags)
+    upright = bearing_material(number * pads.vertical_stiffness_mn_per_m * 1e6, tags)
     ops.section("Aggregator", section, upright, "P", "-section", shear)
     return section
 
@@ -167,9 +171,7 @@ def build_vertical_supports(
     end: DeckEnd, arms: Arms, pads: PadData, tags: TagAllocator
 ) -> tuple[BearingHandle, ...]:
     """Create a vertical spring under each end of the bearing line, each for half of the pads."""
-    material = tags.material()
-    half = pads.vertical_stiffness_mn_per_m * 1e6 * pads.count / 2
-    ops.uniaxialMaterial("Elastic", material, half)
+    material = bearing_material(pads.vertical_stiffness_mn_per_m * 1e6 * pads.count / 2, tags)
     handles: list[BearingHandle] = []
     for along in (-end.wall_length_m / 2, end.wall_length_m / 2):
         deck_node = arms.at("bearing", along)
