@@ -31,6 +31,7 @@ from skewbridge.study.modelling_choices import (
     axis_pairs,
     choice_pairs,
     choices_table,
+    friction_split,
     write_choices,
 )
 from skewbridge.study.products import rule_digest
@@ -198,6 +199,8 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         for number, task, key in pending:
             asked.append(str(key))
             value = 1.1 if task.variant.friction_pct else 1.0
+            if task.variant.friction_pct:
+                value = {"walls": 1.02, "keys": 1.08}.get(task.options.friction_at, value)
             value *= 0.8 if task.options.key_frame == "deck_edge" else 1.0
             row = outcome(value) | {"run_key": key, "variant": task.variant.slug}
             yield number, [row]
@@ -273,3 +276,35 @@ def test_the_tornado_has_a_bar_per_value_the_largest_on_top(tmp_path: Path, ran:
         labels = [label.get_text() for label in panel.get_yticklabels()]
         assert len(labels) == len(panel.patches) == len(values)
         assert labels[-2:] == ["Friction 0 → 0.5", "Key frame deck edge → skewed"]
+
+
+def test_the_effect_of_friction_is_divided_between_walls_and_keys(
+    tmp_path: Path, ran: list[str]
+) -> None:
+    table = made(setup_in(tmp_path, motions=2))
+    rows = table[(table["name"] == "friction") & (table["demand"] == "unseating_m")]
+    assert dict(zip(rows["to_value"], rows["ratio"], strict=True)) == pytest.approx(
+        {"0.5": 1.1, "0.5 at walls": 1.02, "0.5 at keys": 1.08}
+    )
+    assert set(rows["from_value"]) == {"0"}
+    # all motions have the same ratio here
+    assert list(rows["ci_low"]) == pytest.approx(list(rows["ratio"]))
+    assert set(rows["n"]) == {2}
+    assert not list(friction_split(setup_in(tmp_path), SLUG, {"friction": (0.2, 0.5)}, 1))
+
+
+def test_the_interval_of_a_ratio_is_that_of_the_means_of_the_motions(tmp_path: Path) -> None:
+    """ln 2, ln 3 and ln 6 of three motions: t(0.95, 2) = 2.919986."""
+    tasks = setup_in(tmp_path, motions=3).tasks(SLUG)
+    frame = next(choice for choice in CHOICES if choice.key == "key_frame")
+    pairs = list(choice_pairs(tasks, [frame]))
+    rows = {
+        run_key(task): outcome(value)
+        for pair, ratio in zip(pairs, (2.0, 3.0, 6.0), strict=True)
+        for task, value in ((pair.before, 1.0), (pair.after, ratio))
+    }
+    row = choices_table(pairs, rows).iloc[0]
+    logs = [log(2.0), log(3.0), log(6.0)]
+    mean = sum(logs) / 3
+    reach = 2.919986 * (sum((each - mean) ** 2 for each in logs) / 2 / 3) ** 0.5
+    assert (row["ci_low"], row["ci_high"]) == pytest.approx((exp(mean - reach), exp(mean + reach)))

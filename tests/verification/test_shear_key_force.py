@@ -1,11 +1,19 @@
 """The force of a shear key is that of its backbone, never that of the penalty before it."""
 
+from types import SimpleNamespace
+
+import numpy as np
+import openseespy.opensees as ops
 import pytest
 
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
+from skewbridge.bridge.abutment.elements import grounded_node, plane_node
+from skewbridge.bridge.abutment.parts import SideContext
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.handles import TagAllocator
+from skewbridge.bridge.model import domain
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from strong_motion import strong_motion
@@ -20,3 +28,25 @@ def test_a_key_that_breaks_has_given_its_strength_and_no_more(abutment):
     key = load_bridge("osb1").abutment.sacrificial_key
     assert found["shear_key_disp_m"] > key.displacement_mm[1] / 1e3
     assert found["shear_key_force_kn"] == pytest.approx(max(key.force_kn), rel=0.02)
+
+
+@pytest.mark.parametrize("option", ["backbone", "elastic"])
+def test_a_key_pushed_along_its_face_has_no_more_than_its_backbone(option):
+    """50 mm along the face: on the second branch, 69 MN/m times 50 mm without a limit."""
+    key, tags = load_bridge("osb1").abutment.sacrificial_key, TagAllocator()
+    options = ModelOptions(key_along_face=option)
+    context = SimpleNamespace(key=key, key_mass_kg=6.0e3, options=options, tags=tags)
+    with domain():
+        nodes = grounded_node((0.0, 0.0), tags), plane_node((0.0, 0.0), 0.0, tags)
+        SideContext.key_spring(context, nodes, (0.0, 1.0))
+        ops.timeSeries("Linear", 1)
+        ops.pattern("Plain", 1, 1)
+        ops.load(nodes[1], 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        ops.integrator("DisplacementControl", nodes[1], 1, 0.001)
+        ops.analysis("Static", "-noWarnings")
+        assert ops.analyze(50) == 0
+        force_kn = ops.getLoadFactor(1) / 1e3
+    expected = np.interp(50.0, [0.0, *key.displacement_mm], [0.0, *key.force_kn])
+    if option == "elastic":
+        expected = 50.0 * key.force_kn[0] / key.displacement_mm[0]
+    assert force_kn == pytest.approx(expected, rel=1e-6)

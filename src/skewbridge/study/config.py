@@ -69,7 +69,7 @@ class ModellingChoicesConfig:
     """Analyses of `make choices`: options of `model` and `analysis` changed one at a time."""
 
     motions: Whole = Field(
-        default=4,
+        default=8,
         ge=1,
         le=10_000,
         description="motions of each variant, spread over their PGV",

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 import pandas as pd
+from scipy.stats import t as student
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.hinge import hinge_length_m
@@ -140,6 +141,13 @@ CHOICES: Final = (
         values=(3, 9),
         source="the mesh of the contact along the wall",
         acts_on=_has_walls,
+    ),
+    Choice(
+        key="key_along_face",
+        label="Keys along their face",
+        values=("backbone", "elastic"),
+        source="limited by the backbone across the face, or elastic",
+        acts_on=_has_keys,
     ),
     Choice(
         key="transverse_gap_mm",
@@ -294,6 +302,7 @@ def _effective(task: "Task") -> tuple[object, object]:
     return task.settings, _effective_options(task)
 
 
+CHOICE_CONFIDENCE: Final = 0.90
 #: Columns of the table with their meaning.
 CHOICE_COLUMNS: Final = {
     "bridge": "bridge",
@@ -304,13 +313,17 @@ CHOICE_COLUMNS: Final = {
     "to_value": "value tried; of an axis the highest",
     "demand": "demand column",
     "ratio": "geometric mean of the demand at to_value over that at from_value",
+    "ci_low": f"lower end of its {CHOICE_CONFIDENCE:.0%} interval (t, means of the motions)",
+    "ci_high": "upper end of its interval",
     "lowest": "smallest ratio of one pair",
     "highest": "largest ratio of one pair",
     "n": "pairs in which both runs ended `ok`, demand above zero",
     "n_failed": "pairs in which a run did not end `ok`",
     "n_pairs": "all pairs: variants times motions",
 }
-_RESULT: Final = ("demand", "ratio", "lowest", "highest", "n", "n_failed", "n_pairs")
+_RESULT: Final = (
+    *("demand", "ratio", "ci_low", "ci_high", "lowest", "highest", "n", "n_failed", "n_pairs"),
+)
 _NAMES: Final = [name for name in CHOICE_COLUMNS if name not in _RESULT]
 
 
@@ -373,6 +386,20 @@ def axis_pairs(
             yield TaskPair(kind="axis", name=name, **texts, before=one, after=other)
 
 
+def friction_split(
+    setup: "StudySetup", slug: str, axes: Mapping[str, Sequence[float]], count: int
+) -> Iterator[TaskPair]:
+    """Yield the analyses without friction and with that of walls or keys only.
+
+    Together with the pair of the axis they divide the effect of friction between both places.
+    """
+    for pair in axis_pairs(setup, slug, {"friction": axes.get("friction", (0.0,))}, count):
+        if pair.before.variant.friction == 0.0:
+            for place in ("walls", "keys"):
+                after = replace(pair.after, options=replace(pair.after.options, friction_at=place))
+                yield replace(pair, to_value=f"{pair.to_value} at {place}", after=after)
+
+
 def write_choices(
     setup: "StudySetup",
     variants: Sequence[str],
@@ -398,6 +425,7 @@ def write_choices(
     for slug in variants:
         pairs += choice_pairs(sampled(setup.tasks(slug), motions))
         pairs += axis_pairs(setup, slug, axes, motions)
+        pairs += friction_split(setup, slug, axes, motions)
     tasks = [task for pair in pairs for task in (pair.before, pair.after)]
     rows = run_in_journal(setup, "modelling_choices", tasks, workers)
     by_key = {row["run_key"]: row for row in rows}
@@ -413,7 +441,12 @@ def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any
 
     keys = {(run_key(pair.before), run_key(pair.after)): pair for pair in pairs}
     table = pd.DataFrame(
-        {**pair.names(), "demand": demand, **_compared(rows[before], rows[after], demand)}
+        {
+            **pair.names(),
+            "motion": pair.before.motion.motion.motion_id,
+            "demand": demand,
+            **_compared(rows[before], rows[after], demand),
+        }
         for (before, after), pair in keys.items()
         for demand in demands_for("effect")
     )
@@ -426,7 +459,11 @@ def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any
         n_failed=("failed", "sum"),
         n_pairs=("failed", "size"),
     )
-    logs = ["ratio", "lowest", "highest"]
+    own = table.groupby([*_NAMES, "demand", "motion"], sort=False)["log"].mean()
+    means = own.groupby([*_NAMES, "demand"], sort=False).agg(["mean", "sem", "count"])
+    reach = means["sem"] * student.ppf(0.5 + CHOICE_CONFIDENCE / 2, means["count"] - 1)
+    ratios["ci_low"], ratios["ci_high"] = means["mean"] - reach, means["mean"] + reach
+    logs = ["ratio", "ci_low", "ci_high", "lowest", "highest"]
     ratios[logs] = np.exp(ratios[logs])
     return ratios.reset_index()[list(CHOICE_COLUMNS)]
 

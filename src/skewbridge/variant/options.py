@@ -124,6 +124,11 @@ class ModelOptions:
         description="normal of the keys: along the skewed abutment line (scheme paper), or "
         "across the deck's edge",
     )
+    key_along_face: Literal["backbone", "elastic"] = Field(
+        default="backbone",
+        description="keys along their face: the backbone across it, or elastic without a limit "
+        "(scheme paper)",
+    )
     friction_at: FrictionAt = Field(
         default="all",
         description="contacts that have the friction of the variant",

@@ -93,16 +93,17 @@ class SideContext:
         return (0.0, -sign if along[1] > 0.0 else sign)
 
     def key_spring(self, nodes: tuple[int, int], inward: PlanVector) -> SpringHandle:
-        """Create the spring of a key: its backbone across the face, elastic along it."""
+        """Create the spring of a key: its backbone across the face and along it."""
         stiffness, mass_kg = key_stiffness_n_per_m(self.key), self.key_mass_kg
         dashpot_n_s_per_m = damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness, mass_kg)
-        across = [
-            key_material(self.key, self.tags),
-            elastic_material(0.0, self.tags, dashpot_n_s_per_m=dashpot_n_s_per_m),
-        ]
-        # ASSUME a key resists sliding along its face elastically, with its initial stiffness
-        # across the face
-        along = [elastic_material(stiffness, self.tags, dashpot_n_s_per_m=dashpot_n_s_per_m)]
+        damped = elastic_material(0.0, self.tags, dashpot_n_s_per_m=dashpot_n_s_per_m)
+        across = [key_material(self.key, self.tags), damped]
+        # ASSUME the same backbone along the face, independent of the one across it: a broken key
+        # gets friction from its residual force only, which is below the strength along the face
+        if self.options.key_along_face == "backbone":
+            along = [key_material(self.key, self.tags), damped]
+        else:
+            along = [elastic_material(stiffness, self.tags, dashpot_n_s_per_m=dashpot_n_s_per_m)]
         return spring_element(nodes, inward, across, along, self.tags)[0]
 
     def wall_dashpot_n_s_per_m(
