@@ -1,0 +1,99 @@
+"""Table of the effects by suite of motions in `docs/theory/motions.md`.
+
+`python docs/suite_table.py RESULTS` writes it from a finished study with several suites, such as
+`results/suites`. The numbers are kept in `docs/data/suites.csv`.
+"""
+
+import sys
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from skewbridge.files.tables import read_frame, records_of
+from skewbridge.files.text import write_text
+from skewbridge.fragility.suites import ALL_SUITES, DEPENDS
+from skewbridge.report.answer import change_name, effect_name
+from skewbridge.study.folder import StudyFolder
+from skewbridge.variant.random_properties import drawn_properties
+
+ROOT: Final = Path(__file__).parents[1]
+DATA: Final = Path("docs/data/suites.csv")
+PAGE: Final = Path("docs/theory/motions.md")
+BEGIN: Final = "<!-- effects by suite: written by docs/suite_table.py -->"
+END: Final = "<!-- end of the effects by suite -->"
+#: Quantities of the table, those of the first screen.
+DEMANDS: Final = (
+    *("column_drift_ratio", "column_shear_dcr", "unseating_m", "bearing_disp_m"),
+    *("column_failure/any", "unseating/slight", "bearing/slight"),
+)
+_EFFECT: Final = ["bridge", "axis", "from_value", "to_value", "demand"]
+
+
+def table_text(suites: pd.DataFrame, setting: str) -> str:
+    """Return the table as Markdown: a row per effect, a column per suite and for all motions."""
+    names = list(dict.fromkeys(suites.loc[suites["against"] == "", "suite"]))
+    titles = ["all motions" if name == ALL_SUITES else name for name in names]
+    head = ["bridge", "change", "of", *titles, "suites that differ"]
+    lines = [setting, "", f"| {' | '.join(head)} |", f"|{'---|' * len(head)}"]
+    shown = suites[suites["demand"].isin(DEMANDS)]
+    order = shown.assign(place=shown["demand"].map(DEMANDS.index)).sort_values(
+        ["bridge", "axis", "place"], kind="stable"
+    )
+    for _, part in order.groupby(_EFFECT, sort=False):
+        effects = {row["suite"]: row for row in records_of(part[part["against"] == ""])}
+        differing = part[part["verdict"] == DEPENDS]
+        row = records_of(part)[0]
+        pairs = [
+            f"{each['suite']}/{each['against']} ({each['standard_errors']:.1f})"
+            for each in records_of(differing)
+        ]
+        what = effect_name(str(row["demand"]))
+        cells = [
+            str(row["bridge"]),
+            change_name(str(row["axis"]), float(row["from_value"]), float(row["to_value"])),
+            f"median of {what}" if "/" in str(row["demand"]) else what,
+            *(_cell(effects[name]) if name in effects else "-" for name in names),
+            ", ".join(pairs) or "none",
+        ]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _cell(row: dict[str, Any]) -> str:
+    """Return an effect in per cent with its interval, such as ``-3.2 (-4.3 to -2.1)``."""
+    change, low, high = (100.0 * (row[name] - 1.0) for name in ("ratio", "ci_low", "ci_high"))
+    return f"{change:+.1f} ({low:+.1f} to {high:+.1f})"
+
+
+def setting_of(demands: pd.DataFrame, suites: pd.DataFrame) -> str:
+    """Return the setting of the study in a sentence."""
+    counts = demands.groupby("suite", sort=False)["motion_id"].nunique()
+    listed = ", ".join(f"{name} {count}" for name, count in counts.items())
+    drawn = "drawn for each motion" if drawn_properties(map(str, demands)) else "not random"
+    level = 100.0 * float(suites["level"].iloc[0])
+    return (
+        f"Change in %, with {level:g} % intervals, pooled over {demands['variant'].nunique()} "
+        f"variants; motions: {listed}; properties of the bridge {drawn}. Last column: pairs of "
+        "suites whose effects differ by more than two standard errors (their number); one "
+        "comparison in 20 does so by chance."
+    )
+
+
+def main(results: Path) -> None:
+    """Write the table of a study into the page, and its numbers."""
+    folder = StudyFolder(results)
+    suites = read_frame(folder.fragility("suites"))
+    numbers = suites.select_dtypes(include=[np.number]).columns
+    kept = suites.assign(**{name: suites[name].map("{:.5g}".format) for name in numbers})
+    write_text(ROOT / DATA, kept.to_csv(index=False))
+    page = (ROOT / PAGE).read_text("utf-8")
+    before, rest = page.split(BEGIN)
+    after = rest.split(END)[1]
+    text = table_text(suites, setting_of(read_frame(folder.demands), suites))
+    write_text(ROOT / PAGE, f"{before}{BEGIN}\n\n{text}\n\n{END}{after}")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
