@@ -13,12 +13,7 @@ type FloatArray = NDArray[np.float64]
 
 
 def as_column(values: ArrayLike, name: str) -> FloatArray:
-    """Return the values as a column of numbers; None is NaN.
-
-    Raises:
-        InputError: It is a single value or a mapping, or a value is not a number; names the row and
-            the column.
-    """
+    """Return a list of numbers as a column, None as NaN; an `InputError` names row and column."""
     if isinstance(values, np.ndarray) and values.dtype.kind in "fiub":
         return values.astype(np.float64)
     if isinstance(values, str | dict) or not isinstance(values, Iterable):
@@ -37,11 +32,7 @@ def as_column(values: ArrayLike, name: str) -> FloatArray:
 def require(
     good: NDArray[np.bool_], name: str, rule: str, values: FloatArray | None = None
 ) -> None:
-    """Check a rule for a column; the error names the rows that break it and the first value.
-
-    Raises:
-        InputError: ``good`` is False in some row.
-    """
+    """Check a rule for a column; the `InputError` names the rows that break it, and a value."""
     if np.all(good):
         return
     bad = np.flatnonzero(~good).tolist()
@@ -52,22 +43,14 @@ def require(
 
 
 def positive(values: ArrayLike, name: str) -> FloatArray:
-    """Return a column whose values are all positive and finite.
-
-    Raises:
-        InputError: Some value is not; names the rows.
-    """
+    """Return a column of positive and finite values; an `InputError` names the rows of others."""
     column = as_column(values, name)
     require(np.isfinite(column) & (column > 0.0), name, "must be > 0 and finite", column)
     return column
 
 
 def same_length(**columns: Sized) -> int:
-    """Return the common length of the columns.
-
-    Raises:
-        InputError: They differ, or there are no rows.
-    """
+    """Return the common length of columns; an `InputError` if they differ or have no rows."""
     lengths = {name: len(column) for name, column in columns.items()}
     if len(set(lengths.values())) != 1:
         text = ", ".join(f"{name} has {size}" for name, size in lengths.items())

@@ -1,11 +1,8 @@
 """Fragility curves of the variants of a study: a table with a row per limit state and method.
 
 All states of one demand share one line (method ``cloud``) or one dispersion (``exceedance``,
-``ida_interval``), so that their curves do not cross.
-
-References:
-    Hausman (1978), Econometrica 46(6):1251-1271: two estimates of one quantity compared; here the
-    variance of their difference is that of the jackknife by motion.
+``ida_interval``), so that their curves do not cross. The medians of two methods are compared as by
+Hausman (1978), Econometrica 46(6):1251-1271, with the variance of the jackknife by motion.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,15 +17,8 @@ from numpy.typing import NDArray
 
 from skewbridge.demands.columns import label_of
 from skewbridge.errors import InputError
-from skewbridge.fragility import existence
+from skewbridge.fragility import demand_table, existence, motion_means
 from skewbridge.fragility.columns import FloatArray
-from skewbridge.fragility.demand_table import (
-    motion_codes,
-    spread,
-    variant_columns,
-    variant_values,
-    variants_of,
-)
 from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.fits import (
     ALL_CENSORED,
@@ -41,20 +31,9 @@ from skewbridge.fragility.fits import (
     fit_stripes,
     jackknifed,
 )
-from skewbridge.fragility.likelihood import (
-    NormalKernel,
-    chi_square_drop,
-    maximise,
-    profile_ends,
-)
+from skewbridge.fragility.likelihood import NormalKernel, chi_square_drop, maximise, profile_ends
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState
 from skewbridge.fragility.lines import FLATTEST_SLOPE, Lines
-from skewbridge.fragility.motion_means import (
-    exp_end,
-    jackknife_covariance,
-    jackknife_factors,
-    motion_weights,
-)
 from skewbridge.fragility.outcomes import (
     TREATMENTS,
     DemandOutcomes,
@@ -160,8 +139,7 @@ def fit_study(
     """Fit every variant and limit state of a demands table.
 
     Methods: ``cloud`` (log-log line; Tobit with censored demands), ``exceedance`` (probit on
-    exceeded or not) and, where motions ran at several levels, ``ida_interval``. Intervals are
-    Fieller's or those of the profile; where motions repeat, of the jackknife by motion.
+    exceeded or not) and, where motions ran at several levels, ``ida_interval``.
 
     Returns:
         One row per (variant, component, limit state, method) with the columns `CURVE_COLUMNS`.
@@ -173,14 +151,11 @@ def fit_study(
     """
     if not limit_states:
         raise InputError("no limit states to fit")
-    columns = list(dict.fromkeys(state.demand for state in limit_states))
-    rows = spread(
-        partial(_variant_rows, states=limit_states, settings=settings),
-        variants_of(demands, [settings.im, *columns]),
-        jobs,
-    )
+    rows_of = partial(_variant_rows, states=limit_states, settings=settings)
+    columns = [settings.im, *(state.demand for state in limit_states)]
+    rows = demand_table.spread(rows_of, demand_table.variants_of(demands, columns), jobs)
     table = pd.DataFrame([row for part in rows for row in part])
-    names = dict.fromkeys((*variant_columns(demands), *CURVE_COLUMNS))
+    names = dict.fromkeys((*demand_table.variant_columns(demands), *CURVE_COLUMNS))
     return table[[name for name in names if name in table]]
 
 
@@ -189,26 +164,22 @@ def _variant_rows(
 ) -> list[dict[str, Any]]:
     """Return the rows of one variant."""
     return [
-        variant_values(part) | row
+        demand_table.variant_values(part) | row
         for group in states_by_demand(states).values()
         for row in _DemandFits(part, group, settings).rows()
     ]
 
 
 class _StateFits(NamedTuple):
-    """Fits of the states of one demand, which share a dispersion.
+    """Fits of the J states of one demand, of all runs and without each motion; NaN where none."""
 
-    ``ln_theta`` (J, 1 + M) and ``beta`` (1 + M,) are those of all runs, then without each motion;
-    NaN where there are none.
-    """
-
-    fits: list[FragilityFit]
-    ln_theta: FloatArray
-    beta: FloatArray
+    fits: list[FragilityFit]  # of all runs
+    ln_theta: FloatArray  # shape (J, 1 + M)
+    beta: FloatArray  # common dispersion, shape (1 + M,)
 
     def median(self, j: int) -> tuple[float, float]:
         """Return theta and beta of state j."""
-        return exp_end(self.ln_theta[j, 0]), float(self.beta[0])
+        return motion_means.exp_end(self.ln_theta[j, 0]), float(self.beta[0])
 
 
 class _DemandFits:
@@ -219,8 +190,8 @@ class _DemandFits:
     ) -> None:
         self._part, self._states, self._settings = part, states, settings
         self._im = part[settings.im].to_numpy(dtype=np.float64)
-        self._ln_im, self._motion = np.log(self._im), motion_codes(part)
-        self._weights = motion_weights(self._motion)
+        self._ln_im, self._motion = np.log(self._im), demand_table.motion_codes(part)
+        self._weights = motion_means.motion_weights(self._motion)
         self._motions = int(np.max(self._motion)) + 1
         self._outcomes = demand_outcomes(part, states)
 
@@ -236,8 +207,7 @@ class _DemandFits:
         }
         if np.any(missing) and np.all(missing[outcomes.complete]):
             blank = FragilityFit(method="", status=existence.NOT_APPLICABLE)
-            pairs = [(method, state) for state in states for method in METHODS[:2]]
-            return [self._row(method, state, blank, counts) for method, state in pairs]
+            return [self._row(m, state, blank, counts) for state in states for m in METHODS[:2]]
         lines = outcomes.lines(self._ln_im, self._weights)
         found = {"cloud": self._clouds(lines), "exceedance": self._exceedance(outcomes)}
         bounds = self._bounds(found)
@@ -245,22 +215,18 @@ class _DemandFits:
             found["ida_interval"] = brackets
         rows: list[dict[str, Any]] = []
         for j, state in enumerate(states):
-            known = counts | {
-                "n_exceed": int(np.sum(outcomes.exceed(state))),
-                "n_unknown": int(np.sum(outcomes.unknown(state))),
-            }
+            known = counts | outcomes.counts(state)
             fits = {method: each.fits[j] for method, each in found.items()}
             for method, own in bounds.items():
                 fits[method] = self._judged(fits[method], own[j], known["n_unknown"])
             if fits["cloud"].status == FITTED and self._depends_on_collapses(lines, state):
                 fits["cloud"] = fits["cloud"].without_estimate(BOUNDS_TOO_WIDE)
             difference = found["exceedance"].ln_theta[j] - found["cloud"].ln_theta[j]
-            extra = _compared(fits, difference, known)
-            for method, own in bounds.items():
-                for name, (theta, beta) in own[j].items():
-                    extra[method] |= {f"theta_{name}": theta, f"beta_{name}": beta}
+            compared = _compared(fits, difference, known)
             for method, fit in fits.items():
-                row = self._row(method, state, fit, known) | extra.get(method, {})
+                row = self._row(method, state, fit, known) | compared.get(method, {})
+                for name, (theta, beta) in bounds[method][j].items() if method in bounds else ():
+                    row |= {f"theta_{name}": theta, f"beta_{name}": beta}
                 rows.append(row | _total_dispersion(fit, state, found[method].beta, lines.b))
         return rows
 
@@ -287,17 +253,13 @@ class _DemandFits:
         return _StateFits(fits, medians, lines.beta())
 
     def _exceedance(self, outcomes: DemandOutcomes, *, intervals: bool = True) -> _StateFits:
-        """Fit the probability of exceedance of all states with a common dispersion.
-
-        A run whose demand lies above state j and not above state k has the probability
-        Phi(eta_j) - Phi(eta_k), eta_j = a0_j + a1 ln x (ordered probit).
-        """
+        """Fit the probability of exceedance of all states with a common dispersion."""
+        # A run whose demand lies above state j and not above state k has the probability Phi(eta_j)
+        # - Phi(eta_k), eta_j = a0_j + a1 ln x (ordered probit).
         exceed = np.column_stack([outcomes.exceed(state) for state in self._states])
         known = ~np.column_stack([outcomes.unknown(state) for state in self._states])
-        fits = [
-            self._stripes(known[:, j], exceed[:, j], intervals=intervals)
-            for j in range(len(self._states))
-        ]
+        columns = zip(known.T, exceed.T, strict=True)
+        fits = [self._stripes(*column, intervals=intervals) for column in columns]
         estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
         # states that no run separates share an intercept: the first of them represents all
         first: dict[int, int] = {}
@@ -310,17 +272,11 @@ class _DemandFits:
         not_passed = known[:, usable] & ~exceed[:, usable]
         ended = ~np.any(not_passed, axis=1)
         rows = np.flatnonzero((passed > 0) | ~ended)
+        places = np.argmax(not_passed, axis=1)[rows], np.maximum(passed - 1, 0)[rows]
+        low, high = np.where(ended, -inf, self._ln_im), np.where(passed > 0, self._ln_im, inf)
+        single = self._motions == self._im.size
         common = self._common_slope(
-            fits,
-            usable,
-            (np.argmax(not_passed, axis=1)[rows], np.maximum(passed - 1, 0)[rows]),
-            (
-                np.where(ended, -inf, self._ln_im)[rows],
-                np.where(passed > 0, self._ln_im, inf)[rows],
-            ),
-            rows,
-            intervals=intervals,
-            profile=self._motions == self._im.size,
+            fits, usable, places, (low[rows], high[rows]), rows, intervals=intervals, profile=single
         )
         for j, same in first.items():
             common.ln_theta[j] = common.ln_theta[same]
@@ -332,16 +288,15 @@ class _DemandFits:
     ) -> FragilityFit:
         """Return the fit of one state by itself, or only its status and a start value."""
         im, hits = self._im[known], exceed[known].astype(np.float64)
-        each = np.ones(im.size)
-        if intervals and im.size:
-            records = int(np.unique(self._motion[known]).size)
+        if im.size == 0:
+            return FragilityFit(method="stripes", status=existence.NO_RUNS)
+        each, records = np.ones(im.size), int(np.unique(self._motion[known]).size)
+        if intervals:
             return fit_stripes(
                 im, each, hits, settings=self._settings, n_records=records, interval=False
             )
-        status, middle = existence.NO_RUNS, nan
-        if im.size:
-            status = existence.binomial_status(np.log(im), each, hits)
-            middle = float(np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))))
+        status = existence.binomial_status(np.log(im), each, hits)
+        middle = float(np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))))
         return FragilityFit(method="stripes", status=status, theta=middle, beta=0.5)
 
     def _brackets(self) -> _StateFits | None:
@@ -368,15 +323,14 @@ class _DemandFits:
         usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
         if not usable:
             return self._without_estimates(fits)
-        low, high = (np.concatenate([ends[j][k] for j in usable]) for k in range(2))
-        runs = np.concatenate([ends[j][2] for j in usable])
+        low, high, runs = (
+            np.concatenate(each) for each in zip(*(ends[j] for j in usable), strict=True)
+        )
         place = np.repeat(np.arange(len(usable)), [ends[j][0].size for j in usable])
         with np.errstate(divide="ignore"):
             logs = np.log(low), np.log(high)
-        # one bracket per motion is independent of the others
-        return self._common_slope(
-            fits, usable, (place, place), logs, runs, profile=len(usable) == 1
-        )
+        single = len(usable) == 1  # one bracket per motion is independent of the others
+        return self._common_slope(fits, usable, (place, place), logs, runs, profile=single)
 
     def _without_estimates(self, fits: list[FragilityFit]) -> _StateFits:
         count = len(self._weights)
@@ -393,13 +347,10 @@ class _DemandFits:
         intervals: bool = True,
         profile: bool = True,
     ) -> _StateFits:
-        """Fit the usable states together: parameters (a0 of each state, a1).
-
-        The fits of single states give the start values. ``places`` are the states of the lower and
-        the upper ends among the usable ones, ``ends`` their ln intensities, ``runs`` the run of
-        each row, for its weight, all (n,). Intervals are those of the profile where rows are
-        independent (``profile``), else of the jackknife by motion.
-        """
+        """Fit the usable states together: parameters (a0 of each state, a1)."""
+        # `fits` of single states give the start values; `places` are the states of lower and upper
+        # `ends` (ln intensities) among the usable ones, `runs` the run of each row, all (n,);
+        # intervals are those of the profile where rows are independent, else of the jackknife
         common, eye = self._without_estimates(fits), -np.eye(len(usable))
         slope = float(np.mean([1.0 / fits[j].beta for j in usable]))
         middles = np.log([fits[j].theta for j in usable])
@@ -459,7 +410,7 @@ class _DemandFits:
             common = None if name == "exclude" else self._exceedance(treated, intervals=False)
             for j in unknown:
                 own = outcomes.treated(states[j], name).lines(self._ln_im, self._weights[:1])
-                theta = exp_end(own.ln_theta(states[j].threshold)[0])
+                theta = motion_means.exp_end(own.ln_theta(states[j].threshold)[0])
                 bounds["cloud"][j][name] = theta, float(own.beta()[0])
                 if common is not None:
                     bounds["exceedance"][j][name] = common.median(j)
@@ -481,12 +432,9 @@ class _DemandFits:
         return fit.without_estimate(BOUNDS_TOO_WIDE)
 
     def _depends_on_collapses(self, lines: Lines, state: LimitState) -> bool:
-        """Return whether the censored peaks of collapsed runs decide the median of the line.
-
-        A collapse ends a run because demands were large, so that the peak until then is not an
-        independent bound: the median counts only if it hardly moves when these peaks are taken
-        as final.
-        """
+        """Return whether the censored peaks of collapsed runs decide the median of the line."""
+        # A collapse ends a run because demands were large, so that the peak until then is not an
+        # independent bound: the median must hardly move when these peaks are taken as final.
         outcomes = self._outcomes
         ended = (self._part["status"] == COLLAPSE).to_numpy() & np.isposinf(outcomes.upper)
         by_definition = any(each.collapse == COLLAPSE_EXCEEDS for each in self._states)
@@ -529,47 +477,39 @@ class _DemandFits:
 def _compared(
     fits: Mapping[str, FragilityFit], difference: FloatArray, known: Mapping[str, Any]
 ) -> dict[str, dict[str, Any]]:
-    """Return the comparison of both methods of a state and the preferred one.
-
-    ``difference`` is ln of the exceedance over the cloud median, all runs and without each motion,
-    shape (1 + M,).
-    """
+    """Return the comparison of both methods of a state and the preferred one."""
+    # `difference` is ln of the exceedance over the cloud median, as in `_StateFits`
     cloud, exceedance = (fits[method].status == FITTED for method in METHODS[:2])
     ratio, z = nan, nan
     if cloud and exceedance:
-        ratio = exp_end(difference[0])
+        ratio = motion_means.exp_end(difference[0])
         left_out = difference[1:][np.isfinite(difference[1:])]
         if left_out.size > 2:
-            error = float(np.sqrt(jackknife_covariance(left_out[:, None])[0, 0]))
+            error = float(np.sqrt(motion_means.jackknife_covariance(left_out[:, None])[0, 0]))
             z = float(difference[0] / error) if error > 0.0 else nan
     far = abs(z) > MAX_METHODS_Z
     sides = min(known["n_exceed"], known["n_runs"] - known["n_exceed"] - known["n_unknown"])
     by_count = exceedance and (not cloud or (far and sides >= MIN_RUNS_A_SIDE))
-    shared = {
-        "methods_ratio": ratio,
-        "methods_z": z,
-        "methods_differ": bool(far or abs(ratio - 1.0) > MAX_METHODS_DIFFERENCE),
-    }
+    differ = bool(far or abs(ratio - 1.0) > MAX_METHODS_DIFFERENCE)
+    shared = {"methods_ratio": ratio, "methods_z": z, "methods_differ": differ}
+    preferred = (cloud and not by_count, by_count)
     return {
-        METHODS[0]: shared | {"preferred": cloud and not by_count},
-        METHODS[1]: shared | {"preferred": by_count},
+        method: shared | {"preferred": each}
+        for method, each in zip(METHODS, preferred, strict=False)
     }
 
 
 def _total_dispersion(
     fit: FragilityFit, state: LimitState, beta: FloatArray, b: FloatArray
 ) -> dict[str, float]:
-    """Return the dispersion with that of the capacity and its interval by motion.
-
-    ``beta`` is the record-to-record dispersion and ``b`` the slope of the line, which carries the
-    dispersion of the capacity over; both of all runs and without each motion, shape (1 + M,).
-    """
+    """Return the dispersion with that of the capacity and its interval by motion."""
+    # the slope b of the line carries the dispersion of the capacity over; `beta` is that of records
     # ASSUME capacity independent of demand
     with np.errstate(divide="ignore", invalid="ignore"):
         total = np.log(np.hypot(beta, state.dispersion / b) if state.dispersion else beta)
     if fit.status != FITTED or not np.isfinite(total[0]):
         return {}
-    middle, left_out = exp_end(total[0]), total[1:][np.isfinite(total[1:])]
-    factor = jackknife_factors(left_out[:, None], fit.level)[0]
+    middle, left_out = motion_means.exp_end(total[0]), total[1:][np.isfinite(total[1:])]
+    factor = motion_means.jackknife_factors(left_out[:, None], fit.level)[0]
     ends = {"beta_total_low": middle / factor, "beta_total_high": middle * factor}
     return {"beta_total": middle} | ends

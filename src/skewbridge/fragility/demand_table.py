@@ -98,22 +98,14 @@ def motion_codes(table: pd.DataFrame) -> NDArray[np.intp]:
 def need_columns(
     table: pd.DataFrame, columns: Iterable[str], what: str = "the demands table"
 ) -> None:
-    """Check that a table has some columns.
-
-    Raises:
-        InputError: A column is missing; names it.
-    """
+    """Check that a table has some columns; the `InputError` names the first that is missing."""
     for column in columns:
         if column not in table.columns:
             raise InputError(f"{what} has no column {column!r}", column=column)
 
 
 def read_table(path: Path) -> pd.DataFrame:
-    """Read a parquet table, or CSV with any other suffix.
-
-    Raises:
-        InputError: The file cannot be read, or is a table of another version of this program.
-    """
+    """Read a parquet table, or CSV with any other suffix; an `InputError` if it is unreadable."""
     return read_frame(path) if path.suffix == ".parquet" else read_csv(path)
 
 
@@ -130,11 +122,7 @@ class ColumnMap(BaseModel):
 
 
 def read_mapped(path: Path, column_file: Path) -> pd.DataFrame:
-    """Read runs of another program by a YAML file with the content of `ColumnMap`.
-
-    Raises:
-        InputError: As `read_foreign`, or a key of the file of columns is wrong.
-    """
+    """Read runs of another program as `read_foreign`, by a YAML file with a `ColumnMap`."""
     chosen = checked(ColumnMap, read_yaml(column_file), column_file.name)
     return read_foreign(path, chosen.columns, factors=chosen.factors, constants=chosen.constants)
 
@@ -157,9 +145,9 @@ def read_foreign(
             and status have neutral ones.
 
     Returns:
-        Demands table. ``variant`` is made of bridge, abutment and axes, ``complete`` derived from
-        status and ``beyond_model``, unless the file has them. Missing intensities and demands stay
-        NaN: `prepared` rejects such rows one by one.
+        ``variant`` is made of bridge, abutment and axes, ``complete`` derived from status and
+        ``beyond_model``, unless the file has them. Missing intensities and demands stay NaN:
+        `prepared` rejects such rows one by one.
 
     Raises:
         InputError: A column, value or key is missing or unusable, or a run occurs twice; names row
@@ -200,11 +188,7 @@ def read_foreign(
 
 
 def read_demands(path: Path, im: str | None, further: Sequence[str]) -> pd.DataFrame:
-    """Read a demands table; names, scale and incidence are optional and have neutral values.
-
-    Raises:
-        InputError: A column is missing or a value unusable; names row and column.
-    """
+    """Read a demands table as `read_foreign`, with the columns of ours that it has."""
     source = read_table(path)
     named = {*KEY_COLUMNS, *axis_names(source), BEYOND_MODEL, COMPLETE, "collapse_criterion"}
     named |= {*further, *(column.name for column in DEMAND_COLUMNS), *([im] if im else [])}
@@ -235,11 +219,10 @@ class PreparedDemands:
 def prepared(
     demands: pd.DataFrame, columns: Sequence[str], settings: FitSettings
 ) -> PreparedDemands:
-    """Check a demands table and return the rows to fit.
+    """Return the rows of a demands table to fit.
 
     A row without a usable intensity is rejected, a completed run without a demand counts as missing
-    for that demand; both are listed in the notes. Suspect rows become failed analyses if the
-    settings exclude them.
+    for that demand; both are in the notes. Suspect rows become failed if the settings exclude them.
 
     Raises:
         InputError: A column is missing, a status unknown, or a completed run has an infinite or
@@ -282,15 +265,14 @@ def _missing_demands(
 ) -> list[tuple[str, int, str, str]]:
     """Return a note per completed run without a demand that other runs of its model have."""
     notes: list[tuple[str, int, str, str]] = []
-    complete = is_complete(table) & usable
-    model = table.groupby(list(BRIDGE_COLUMNS), sort=False).ngroup().to_numpy()
+    runs = table[is_complete(table) & usable]
+    models = runs.groupby(list(BRIDGE_COLUMNS))
     for name in columns:
-        missing = np.isnan(table[name].to_numpy(dtype=np.float64))
-        present = np.unique(model[complete & ~missing])
-        rows = np.flatnonzero(complete & missing & np.isin(model, present))
-        for row in rows.tolist():
-            run = f"{table['variant'].iloc[row]} under {table['motion_id'].iloc[row]}"
-            notes.append(("missing_demand", row, name, f"{name} is missing for {run}"))
+        without = runs[runs[name].isna() & (models[name].transform("count") > 0)]
+        keys = zip(without.index, without["variant"], without["motion_id"], strict=True)
+        for row, variant, motion in keys:
+            text = f"{name} is missing for {variant} under {motion}"
+            notes.append(("missing_demand", int(row), name, text))
     return notes
 
 
@@ -313,7 +295,7 @@ def _equal_motions(table: pd.DataFrame, columns: Sequence[str]) -> list[tuple[st
 def _require(table: pd.DataFrame, good: NDArray[np.bool_], column: str, rule: str) -> None:
     if np.all(good):
         return
-    row = int(np.flatnonzero(~good)[0])
+    row = int(np.argmin(good))
     where = f"row {row} ({table['variant'].iloc[row]}, {table['motion_id'].iloc[row]})"
     value = table[column].iloc[row]
     shown = repr(value) if isinstance(value, str) else f"{value:g}"

@@ -7,7 +7,6 @@ detected with 16 motions where an unpaired comparison would need hundreds.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import chain
 from math import nan
 from typing import Any, Final, NamedTuple, Self
 
@@ -19,35 +18,10 @@ from skewbridge.demands.columns import column_of, demands_for
 from skewbridge.demands.completeness import BEYOND_MODEL, is_beyond_model, is_complete
 from skewbridge.demands.demand_columns import Difference
 from skewbridge.errors import InputError
+from skewbridge.fragility import demand_table, verdicts
 from skewbridge.fragility.columns import FloatArray
-from skewbridge.fragility.demand_table import (
-    BRIDGE_COLUMNS,
-    KEY_COLUMNS,
-    LOADING_COLUMNS,
-    axis_names,
-    models_of,
-    motion_codes,
-    need_columns,
-    spread,
-    varying_axes,
-)
 from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.verdicts import (
-    DEMAND,
-    DIFFERENCE,
-    DIFFERENCES,
-    MAX_WIDTH,
-    MEDIAN_CAPACITY,
-    NOT_ESTIMABLE,
-    OK,
-    RATIO,
-    RATIOS,
-    VERDICTS,
-    judged,
-    may_be_negligible,
-    verdicts_of,
-)
 from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import AXES, Axis, axes_of
 
@@ -56,7 +30,7 @@ EXACT: Final = 0
 AT_LEAST: Final = 1
 AT_MOST: Final = -1
 UNKNOWN: Final = 2
-_VERDICTS: Final = "; ".join(f"{name}: {meaning}" for name, meaning in VERDICTS.items())
+_VERDICTS: Final = "; ".join(f"{name}: {meaning}" for name, meaning in verdicts.VERDICTS.items())
 #: Intensities of the table of effects by intensity, without the reference intensity.
 _INTENSITIES: Final = 9
 
@@ -67,7 +41,7 @@ def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
         "bridge": "catalogue entry",
         "abutment": "abutment model",
         "demand": "demand column, or component/limit_state of a median",
-        "quantity": f"{DEMAND} | {MEDIAN_CAPACITY}",
+        "quantity": f"{verdicts.DEMAND} | {verdicts.MEDIAN_CAPACITY}",
         "axis": " | ".join(axis.name for axis in axes),
         "from_value": "value of the axis in the denominator",
         "to_value": "value of the axis in the numerator",
@@ -76,7 +50,8 @@ def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
             for axis in axes
         },
         "scope": "pooled (average of all pairs of variants) | variant (one pair of variants)",
-        "status": f"{OK} | {NOT_ESTIMABLE} (no interval, or wider than a factor of {MAX_WIDTH:g})",
+        "status": f"{verdicts.OK} | {verdicts.NOT_ESTIMABLE} (no interval, or wider than "
+        f"a factor of {verdicts.MAX_WIDTH:g})",
         "ratio": "geometric mean over motions of the paired ratio",
         "ci_low": "lower end of its interval, Student's t over motions (-)",
         "ci_high": "upper end of its interval (-)",
@@ -87,7 +62,7 @@ def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
         "difference_high": "upper end of its interval (in `unit`)",
         "difference_margin": "negligible difference (in `unit`)",
         "unit": "unit of the difference",
-        "judged_by": f"{RATIO} | {DIFFERENCE}: quantity of the verdict",
+        "judged_by": f"{verdicts.RATIO} | {verdicts.DIFFERENCE}: quantity of the verdict",
         "verdict": _VERDICTS,
         "direction": "-1 or 1 where the interval excludes no change, else 0",
         "verdict_family": "verdict for all comparisons of the family (Holm)",
@@ -134,10 +109,10 @@ INTENSITY_COLUMNS: Final[dict[str, str]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pairs:
-    """All pairs of runs from one value of an axis to another, of one bridge and abutment model.
+    """All n pairs of runs from one value of an axis to another, of one bridge and abutment model.
 
     A run that collapsed, failed or lost a column has peaks up to then, so its demands are at least
-    so large. Arrays have the shape (n,) of the pairs.
+    so large.
     """
 
     place: Mapping[str, Any]  # bridge, abutment, axis, from_value and to_value
@@ -162,16 +137,14 @@ class Pairs:
             (table[f"{name}_to"].to_numpy(), table[f"{name}_from"].to_numpy())
             for name in ("complete", "status", BEYOND_MODEL)
         )
-        motions = motion_codes(table)
+        motions, known = demand_table.motion_codes(table), [top & bottom, bottom, top]
         return cls(
             place=place,
             table=table,
             cells=cells or [({}, np.arange(len(table)))],
             motions=motions,
             count=int(motions.max()) + 1,
-            side=np.select(
-                [top & bottom, bottom, top], [EXACT, AT_LEAST, AT_MOST], default=UNKNOWN
-            ),
+            side=np.select(known, [EXACT, AT_LEAST, AT_MOST], default=UNKNOWN),
             counted={
                 "n_beyond_model": failed_to | failed_from,
                 "n_collapse_from": status_from == COLLAPSE,
@@ -187,11 +160,7 @@ class Pairs:
     def counts(
         self, rows: NDArray[np.intp], used: NDArray[np.bool_], discordant: NDArray[np.bool_]
     ) -> dict[str, int]:
-        """Return the counts of some of the pairs: all columns ``n_`` of an effect but n_cells.
-
-        ``used`` are the pairs that enter the effect, ``discordant`` those with a demand on one side
-        only, both of shape (n,).
-        """
+        """Return the columns ``n_`` of some pairs, except n_cells; arrays are of all n pairs."""
         counted = self.counted | {
             "n_bounds": used & (self.side != EXACT),
             "n_left_out": ~used,
@@ -205,15 +174,9 @@ class Pairs:
 
 
 def study_pairs(demands: pd.DataFrame, columns: Sequence[str]) -> Iterator[Pairs]:
-    """Yield the pairs of runs along each axis, of each bridge and abutment model.
-
-    An axis in which the variants of a model do not differ has no pairs.
-
-    Raises:
-        InputError: A run occurs twice.
-    """
-    for model, rows in models_of(demands):
-        for axis in varying_axes(rows):
+    """Yield the pairs of runs along each axis that varies, of each bridge and abutment model."""
+    for model, rows in demand_table.models_of(demands):
+        for axis in demand_table.varying_axes(rows):
             keys = ["from_value", "to_value"]
             for values, part in run_pairs(rows, axis, columns).groupby(keys, sort=True):
                 place = model | {"axis": axis} | dict(zip(keys, values, strict=True))
@@ -222,7 +185,7 @@ def study_pairs(demands: pd.DataFrame, columns: Sequence[str]) -> Iterator[Pairs
 
 def other_axes(table: pd.DataFrame, axis: str) -> list[str]:
     """Return the axis columns of a table, except one."""
-    return [name for name in axis_names(table) if name != axis]
+    return [name for name in demand_table.axis_names(table) if name != axis]
 
 
 def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.DataFrame:
@@ -235,8 +198,8 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
     Raises:
         InputError: A run occurs twice.
     """
-    group = [*BRIDGE_COLUMNS, *other_axes(demands, axis)]
-    key = [*group, *LOADING_COLUMNS]
+    group = [*demand_table.BRIDGE_COLUMNS, *other_axes(demands, axis)]
+    key = [*group, *demand_table.LOADING_COLUMNS]
     table = demands[[*key, axis, "status", *columns]].assign(
         **{BEYOND_MODEL: is_beyond_model(demands), "complete": is_complete(demands)}
     )
@@ -269,9 +232,8 @@ def effect_tables(
 
     Two variants of one bridge and abutment model that differ in one axis only are paired run by run
     (same motion, scale and incidence); the smallest value of the axis is the reference. The ratio
-    is the geometric mean over motions. A pooled row is the average over all such pairs of variants,
-    each with the same weight. A pair in which one run collapsed, failed or lost a column counts as
-    a bound of the change (Tobit).
+    is the geometric mean over motions. A pooled row is the average over all such pairs of variants.
+    A pair in which one run collapsed, failed or lost a column counts as a bound (Tobit).
 
     Args:
         demands: Table of demands.
@@ -284,46 +246,35 @@ def effect_tables(
         InputError: A column is missing, or a run occurs twice.
     """
     names = list(demands_for("effect", demands.columns) if columns is None else columns)
-    need_columns(demands, (*KEY_COLUMNS, *names))
+    demand_table.need_columns(demands, (*demand_table.KEY_COLUMNS, *names))
     paired = [*names, settings.im] if settings.im in demands.columns else names
-    found = spread(
-        partial(demand_effects, names=names, settings=settings, reference_im=reference_im or {}),
-        study_pairs(demands, list(dict.fromkeys(paired))),
-        jobs,
+    rows_of = partial(
+        demand_effects, names=names, settings=settings, reference_im=reference_im or {}
     )
-    table = effect_table(demands, list(chain.from_iterable(rows for rows, _ in found)))
-    by_intensity = list(chain.from_iterable(rows for _, rows in found))
-    return EffectTables(
-        effects=table.sort_values("scope", kind="stable", ignore_index=True),  # pooled < variant
-        intensities=pd.DataFrame(by_intensity, columns=list(INTENSITY_COLUMNS)),
-    )
+    found = demand_table.spread(rows_of, study_pairs(demands, list(dict.fromkeys(paired))), jobs)
+    effects = effect_table(demands, [row for rows, _ in found for row in rows])
+    by_intensity = [row for _, rows in found for row in rows]
+    return EffectTables(effects, pd.DataFrame(by_intensity, columns=list(INTENSITY_COLUMNS)))
 
 
 def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return judged rows of effects, with the columns of the axes of the study.
-
-    A row without ``judged_by`` is judged by its ratio.
-    """
+    """Return judged rows of effects, pooled ones first; usually they are judged by the ratio."""
     columns = list(effect_columns(axes_of(map(str, demands.columns))))
     table = pd.DataFrame(rows, columns=columns)
-    for name, usual in (("judged_by", RATIO), ("unit", "")):
+    for name, usual in (("judged_by", verdicts.RATIO), ("unit", "")):
         table[name] = table[name].astype(object).fillna(usual).astype(str)
     for name in ("n_cells", "n_bounds"):
         table[name] = table[name].astype("Int64")
-    return judged(table)[columns]
+    return verdicts.judged(table)[columns].sort_values("scope", kind="stable", ignore_index=True)
 
 
 def effect_row(
     estimate: Jackknifed, settings: FitSettings, *, line: Jackknifed | None = None
 ) -> dict[str, Any]:
-    """Return ratio, interval, scatter and slope of an effect as columns of `effect_columns`.
-
-    ``estimate`` is ln ratio, of shape (), ``line`` its regression on ln intensity, of shape (2,);
-    without it there is no slope.
-    """
+    """Return ratio, scatter and slope of an effect from ln ratio () and its line on ln IM (2,)."""
     level = settings.effect_confidence
     ends = (estimate.estimate, *estimate.interval(level))
-    row = dict(zip(RATIOS, map(float, np.exp(ends)), strict=True))
+    row = dict(zip(verdicts.RATIOS, map(float, np.exp(ends)), strict=True))
     row |= {"level": level, **_scatter(estimate)}
     if line is not None:
         ends = (line.estimate, *line.interval(level), line.p_value())
@@ -394,16 +345,17 @@ def demand_effects(
         means, lines = ratios.estimates(pairs), ratios.estimates(pairs, ln_im)
         differences = None if difference is None else changes.estimates(pairs)
         shared = {**pairs.place, "demand": name, "margin": settings.relative_margin(name)}
+        shared["quantity"] = verdicts.DEMAND
+        if difference is not None:
+            shared |= {"judged_by": verdicts.DIFFERENCE, "unit": difference.unit}
+            shared["difference_margin"] = settings.margins.get(name, difference.margin)
         for cell, (place, own) in enumerate(places):
-            row = {**shared, **place, "quantity": DEMAND}
-            row |= effect_row(means[cell], settings, line=lines[cell])
-            if difference is not None and differences is not None:
-                margin = settings.margins.get(name, difference.margin)
-                row |= {"judged_by": DIFFERENCE, "unit": difference.unit}
-                row |= {"difference_margin": margin}
+            row = {**shared, **place, **effect_row(means[cell], settings, line=lines[cell])}
+            if differences is not None:
                 mean = differences[cell]
                 ends = (mean.estimate, *mean.interval(settings.effect_confidence))
-                row |= dict(zip(DIFFERENCES, map(float, ends), strict=True)) | _scatter(mean)
+                row |= dict(zip(verdicts.DIFFERENCES, map(float, ends), strict=True))
+                row |= _scatter(mean)
             known = own[exact[own]]
             positive = reference[known][reference[known] > 0.0]
             row |= {
@@ -426,41 +378,32 @@ def demand_effects(
 
 
 def _by_intensity(
-    pooled: Mapping[str, Any],
-    line: Jackknifed,
-    level: FloatArray,
-    reference_im: float | None,
-) -> Iterator[dict[str, Any]]:
-    """Yield the rows of `INTENSITY_COLUMNS` of a pooled effect.
-
-    ``line`` is its regression on ln intensity, ``level`` slope and constant of ln demand at
-    from_value over ln intensity, shape (2,); the effect is given at ``reference_im`` as well.
-    """
+    pooled: Mapping[str, Any], line: Jackknifed, level: FloatArray, reference_im: float | None
+) -> list[dict[Any, Any]]:
+    """Return the rows of `INTENSITY_COLUMNS` of a pooled effect, also at ``reference_im``."""
+    # `line` is its regression on ln intensity, `level` (2,) that of ln demand at from_value
     low, high = pooled["im_low"], pooled["im_high"]
     if not np.all(np.isfinite(line.estimate)) or not low < high:
-        return
+        return []
     im = np.geomspace(low, high, _INTENSITIES)
     if reference_im is not None:
         im = np.append(im, np.clip(reference_im, low, high))
     effect = line.combined(np.stack([np.ones(im.size), np.log(im)]))
     value = np.stack([effect.estimate, *effect.interval(pooled["level"])])
-    value[:, ~(value[2] - value[1] <= np.log(MAX_WIDTH))] = nan
+    value[:, ~(value[2] - value[1] <= np.log(verdicts.MAX_WIDTH))] = nan
     below, zero, above = np.log1p(np.outer([-1.0, 0.0, 1.0], np.full(im.size, pooled["margin"])))
-    possible = np.repeat(may_be_negligible(pd.DataFrame([pooled])), im.size)
-    verdicts = verdicts_of(value[1], below, zero, above, value[2], possible=possible)
-    ln_demand = np.polyval(level, np.log(im))
-    place = {name: pooled[name] for name in INTENSITY_COLUMNS if name in pooled}
-    for k in range(im.size):
-        yield (
-            place
-            | dict(zip(RATIOS, map(float, np.exp(value[:, k])), strict=True))
-            | {
-                "im": float(im[k]),
-                "from_demand": float(np.exp(ln_demand[k])),
-                "to_demand": float(np.exp(ln_demand[k] + value[0, k])),
-                "n_motions": int(np.count_nonzero(effect.exact)),
-                "verdict": str(verdicts[k]),
-                "at_reference": k == _INTENSITIES,
-                "clipped": k == _INTENSITIES and im[k] != reference_im,
-            }
-        )
+    possible = np.repeat(verdicts.may_be_negligible(pd.DataFrame([pooled])), im.size)
+    found = verdicts.verdicts_of(value[1], below, zero, above, value[2], possible=possible)
+    ln_demand, last = np.polyval(level, np.log(im)), np.arange(im.size) == _INTENSITIES
+    columns = {
+        **{name: pooled[name] for name in INTENSITY_COLUMNS if name in pooled},
+        **dict(zip(verdicts.RATIOS, np.exp(value), strict=True)),
+        "im": im,
+        "from_demand": np.exp(ln_demand),
+        "to_demand": np.exp(ln_demand + value[0]),
+        "n_motions": int(np.count_nonzero(effect.exact)),
+        "verdict": found,
+        "at_reference": last,
+        "clipped": last & (im != reference_im),
+    }
+    return pd.DataFrame(columns).to_dict("records")

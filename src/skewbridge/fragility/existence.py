@@ -28,14 +28,11 @@ NO_RUNS: Final = "no_runs"
 
 
 def binomial_status(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> str:
-    """Name the kind of binomial data, by the table of separations.
+    """Return the status of stripes with n > 0, arrays of shape (J,); k may be fractions.
 
     With hi0 the largest level having a non-exceedance and lo1 the smallest having an exceedance:
-    hi0 < lo1 is complete separation, hi0 = lo1 quasi-separation (both of the increasing kind); the
-    mirror image is ``non_increasing``. Otherwise the estimate exists and is unique, though its
-    slope can still be negative, which the fit also reports as ``non_increasing``.
-
-    Arrays of shape (J,), of stripes with n > 0 only; fractions of k are allowed.
+    hi0 < lo1 is complete separation, hi0 = lo1 quasi-separation; the mirror image is
+    ``non_increasing``, as is a unique estimate with a negative slope.
     """
     if np.sum(k) <= 0.0:
         return NO_EXCEEDANCE
@@ -54,10 +51,7 @@ def binomial_status(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> str:
 
 
 def clopper_pearson(k: FloatArray, n: FloatArray, level: float) -> tuple[FloatArray, FloatArray]:
-    """Return the exact limits of a proportion; one-sided where none or all exceed.
-
-    0 of 20 gives an upper limit of 0.1391 at 95 %.
-    """
+    """Return the exact limits of a proportion; one-sided where none or all exceed."""
     tail = np.where((k <= 0.0) | (k >= n), 1.0 - level, (1.0 - level) / 2.0)
     low = np.where(k <= 0.0, 0.0, special.betaincinv(np.maximum(k, 1e-9), n - k + 1.0, tail))
     high = np.where(k >= n, 1.0, special.betaincinv(k + 1.0, np.maximum(n - k, 1e-9), 1.0 - tail))
@@ -67,11 +61,7 @@ def clopper_pearson(k: FloatArray, n: FloatArray, level: float) -> tuple[FloatAr
 def median_bound(
     ln_im: FloatArray, n: FloatArray, *, beta: float, level: float, exceed: bool
 ) -> float:
-    """Return the bound theta with P(data | theta, beta) = 1 - level for an assumed beta.
-
-    It is the lower bound of the median where no run exceeds, or (``exceed``) the upper bound where
-    every run does.
-    """
+    """Return theta with P(data | theta, beta) = 1 - level: an upper bound where all ``exceed``."""
     sign = 1.0 if exceed else -1.0
 
     def excess(ln_theta: float) -> float:
@@ -86,11 +76,7 @@ def median_bound(
 def separated_bounds(
     ln_im: FloatArray, n: FloatArray, k: FloatArray, *, beta: float, level: float
 ) -> tuple[float, float]:
-    """Return the one-sided lower and upper bound of the median of separated data.
-
-    For an assumed ``beta`` the likelihood of theta has one maximum; each bound is where twice its
-    logarithm has dropped by the square of the one-sided normal quantile.
-    """
+    """Return the one-sided bounds, by the likelihood ratio, of the median of separated data."""
 
     def loglik(ln_theta: float) -> float:
         eta = (ln_im - ln_theta) / beta
@@ -98,23 +84,17 @@ def separated_bounds(
 
     low, high = float(np.min(ln_im)) - 8.0 * beta, float(np.max(ln_im)) + 8.0 * beta
     best = optimize.minimize_scalar(lambda t: -loglik(t), bounds=(low, high), method="bounded")
-    target = loglik(float(best.x)) - 0.5 * float(special.ndtri(level)) ** 2
-
-    def excess(ln_theta: float) -> float:
-        return loglik(ln_theta) - target
-
-    middle, reach = float(best.x), 40.0 * beta
-    first = optimize.brentq(excess, middle - reach, middle, xtol=1e-12)
-    last = optimize.brentq(excess, middle, middle + reach, xtol=1e-12)
-    return float(np.exp(first)), float(np.exp(last))
+    middle, target = float(best.x), loglik(float(best.x)) - 0.5 * float(special.ndtri(level)) ** 2
+    ends = (
+        optimize.brentq(lambda t: loglik(t) - target, middle, middle + side * beta, xtol=1e-12)
+        for side in (-40.0, 40.0)
+    )
+    first, last = map(float, np.exp(list(ends)))
+    return first, last
 
 
 def firth(ln_im: FloatArray, n: FloatArray, k: FloatArray) -> tuple[float, float]:
-    """Return (a0, a1) that maximise l + 0.5 ln|I|, with I the expected information.
-
-    An estimate for separated data, to be labelled as such. It does not rescue data in which
-    nothing or everything exceeds.
-    """
+    """Return (a0, a1) that maximise l + 0.5 ln|I|, with I the expected information."""
     centre, scale = float(np.mean(ln_im)), float(np.std(ln_im))
     design = np.column_stack([np.ones_like(ln_im), (ln_im - centre) / scale])
 

@@ -28,12 +28,7 @@ from skewbridge.files.digests import digest_of
 from skewbridge.files.text import no_formula, write_text
 from skewbridge.fragility.columns import positive, require, same_length
 from skewbridge.fragility.curves import METHODS
-from skewbridge.fragility.demand_table import (
-    axis_names,
-    need_columns,
-    read_table,
-    variant_columns,
-)
+from skewbridge.fragility.demand_table import axis_names, need_columns, read_table, variant_columns
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.paper_table import chosen_curves, latex_table, paper_table
 
@@ -49,32 +44,16 @@ PARAMETERS: Final = (
     "status", "warnings", "methods_ratio", "methods_differ", "n_exceed", "n_runs", "n_records",
     "n_unknown",
 )  # fmt: skip
-#: Columns that a hazard table adds.
-FREQUENCY_COLUMNS: Final[dict[str, str]] = {
-    "annual_frequency": "mean annual frequency of the limit state within the range of the hazard "
-    "table, 1/year",
-    "probability_50y": "probability of the limit state in 50 years from that frequency",
-    "annual_frequency_above_least": "smallest contribution of intensities above the hazard table, "
-    "1/year",
-    "annual_frequency_above_most": "largest contribution of intensities above the hazard table, "
-    "1/year",
-    "probability_at_first_level": "probability at the first level of the hazard table; "
-    "weaker motions are not counted",
-}
-#: Columns of a CSV of probabilities, after those of the variant and the curve.
-SAMPLED_COLUMNS: Final[dict[str, str]] = {
-    "intensity": "value of the intensity measure, in its unit",
-    "probability": "probability of reaching the limit state, from theta and beta_total",
-}
-#: Columns of a CSV of skew factors, after those of bridge, other axes and limit state.
-SKEW_FACTOR_COLUMNS: Final[dict[str, str]] = {
-    "skew_deg": "skew of the abutment line, deg",
-    "im": "intensity measure",
-    "theta": "median at this skew, in the unit of the intensity measure",
-    "theta_straight": "median at skew 0 with the same other axes",
-    "factor": "theta / theta_straight",
-    "hazus_factor": "sqrt(sin(90 deg - |skew|)) of Hazus",
-}
+#: Columns that a hazard table adds: frequency (1/year) and probability from the intensities of the
+#: table, limits of the frequency from stronger ones, and the curve at its first level.
+FREQUENCY_COLUMNS: Final = (
+    "annual_frequency", "probability_50y", "annual_frequency_above_least",
+    "annual_frequency_above_most", "probability_at_first_level",
+)  # fmt: skip
+#: Columns of a CSV of probabilities (from theta and beta_total), after those of the curve.
+SAMPLED_COLUMNS: Final = ("intensity", "probability")
+#: Columns of a CSV of skew factors (theta / theta_straight, at skew 0), after those of the state.
+SKEW_FACTOR_COLUMNS: Final = ("skew_deg", "im", "theta", "theta_straight", "factor", "hazus_factor")
 _NRML: Final = "http://openquake.org/xmlns/nrml/0.5"
 #: Beginning of an intensity column: name in OpenQuake (PGV in cm/s), factor, names in pelicun.
 _MEASURES: Final = {
@@ -124,14 +103,11 @@ def export_curves(
     method: str | None = None,
     content: CsvContent = CURVE_PARAMETERS,
 ) -> dict[str, Any]:
-    """Write the curves of a study for another tool or a paper.
+    """Write the curves of a study for another tool or a paper, and return a report.
 
-    Curves without an estimate have their status in a CSV; elsewhere they are left out and listed.
-
-    Returns:
-        ``format``, ``files`` (written), ``curves`` and ``left_out`` (numbers of curves with and
-        without an estimate), ``unfitted`` (those without), ``notes`` (sentences); nrml adds
-        ``models``, pelicun and dlml ``holes``. The file of dlml is a folder.
+    Curves without an estimate have their status in a CSV; elsewhere they are left out and listed in
+    ``unfitted``. The report of nrml has the ``models``, those of pelicun and dlml (a folder) the
+    ``holes``.
 
     Raises:
         InputError: The format, its content or the table is unusable, or an intensity measure has no
@@ -141,10 +117,8 @@ def export_curves(
         advice = ": spreadsheets open csv" if form == "xlsx" else ""
         raise InputError(f"format must be one of {', '.join(FORMATS)}, got {form!r}{advice}")
     if form != "csv" and replace(content, points=CURVE_PARAMETERS.points) != CURVE_PARAMETERS:
-        raise InputError(
-            f"format {form} holds the parameters of curves only: --im-range, --hazard and "
-            "--skew-factors need --format csv"
-        )
+        options = "--im-range, --hazard and --skew-factors"
+        raise InputError(f"{form} has only parameters of curves: {options} need --format csv")
     curves = exported_curves(read_table(source), method)
     has_estimate = curves["status"] == FITTED
     if not has_estimate.any() and form != "csv":
@@ -205,9 +179,6 @@ def exported_curves(table: pd.DataFrame, method: str | None = None) -> pd.DataFr
     ``curve_beta`` is beta_total, or beta where no slope converts the dispersion of the capacity.
     ``damage_scale`` is the component, or component and state where the states have different
     demands and are not degrees of one damage.
-
-    Raises:
-        InputError: A column is missing, or no curve is of the method.
     """
     if method is not None and method not in METHODS:
         raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
@@ -225,27 +196,16 @@ def exported_curves(table: pd.DataFrame, method: str | None = None) -> pd.DataFr
 
 
 def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.DataFrame]]:
-    """Yield each variant and damage scale, all states of the scale by rising threshold, and rows.
-
-    The rows are those of the variant by state, fitted or not.
-    """
+    """Yield each variant and damage scale, its states by rising threshold, and its rows."""
     ordered = curves.sort_values("threshold", kind="stable")
-    states = {
-        str(scale): [str(state) for state in rows["limit_state"].unique()]
-        for scale, rows in ordered.groupby("damage_scale")
-    }
+    states = ordered.groupby("damage_scale")["limit_state"].unique()
     for (variant, scale), part in curves.groupby(["variant", "damage_scale"], sort=True):
         rows = part.set_index("limit_state", drop=False)
-        yield str(variant), str(scale), states[str(scale)], rows
+        yield str(variant), str(scale), list(map(str, states[scale])), rows
 
 
 def csv_table(curves: pd.DataFrame, content: CsvContent = CURVE_PARAMETERS) -> pd.DataFrame:
-    """Return the table of a CSV file: parameters, probabilities or factors of skew.
-
-    Raises:
-        InputError: The hazard table is unusable, or no limit state has medians at skew 0 and at
-            another skew.
-    """
+    """Return the table of a CSV file: parameters, probabilities or factors of skew."""
     fitted = curves[curves["status"] == FITTED]
     if content.im_range is not None:
         names = [*variant_columns(fitted), "component", "limit_state", "method", "im"]
@@ -265,8 +225,8 @@ def csv_table(curves: pd.DataFrame, content: CsvContent = CURVE_PARAMETERS) -> p
     im, rate = hazard["im"].to_numpy(), hazard["rate"].to_numpy()
     pairs = zip(fitted["theta"], fitted["curve_beta"], strict=True)
     rows = [annual_frequency(theta, beta, im, rate) for theta, beta in pairs]
-    names = list(FREQUENCY_COLUMNS)
-    return curves[columns].join(pd.DataFrame(rows, index=fitted.index, columns=names))
+    found = pd.DataFrame(rows, index=fitted.index, columns=list(FREQUENCY_COLUMNS))
+    return curves[columns].join(found)
 
 
 def _skew_factors(fitted: pd.DataFrame) -> pd.DataFrame:
@@ -287,8 +247,7 @@ def annual_frequency(theta: float, beta: float, im: ArrayLike, rate: ArrayLike) 
     """Return `FREQUENCY_COLUMNS` from lambda = int P(LS | x) |dH(x)| over a hazard table.
 
     Between the points of the table the hazard is a power law, for which the integral has a closed
-    form. ``im`` increases, in the unit of theta; ``rate`` is the mean annual frequency of exceeding
-    each and does not increase.
+    form. ``im`` rises, in the unit of theta; ``rate`` is the mean annual frequency of exceeding it.
 
     Raises:
         InputError: A value is not positive, or the table is not monotone; names the row.
@@ -309,11 +268,7 @@ def annual_frequency(theta: float, beta: float, im: ArrayLike, rate: ArrayLike) 
 
 
 def write_csv(frame: pd.DataFrame, path: Path) -> None:
-    """Write a CSV file in which no text is a formula to a spreadsheet: such texts get a ``'``.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
+    """Write a CSV file in which no text is a formula to a spreadsheet: such texts get a ``'``."""
     texts = frame.select_dtypes(exclude=["number", "bool"]).columns
     safe = {name: frame[name].map(no_formula) for name in texts}
     named = {name: no_formula(str(name)) for name in frame.columns}
@@ -321,10 +276,7 @@ def write_csv(frame: pd.DataFrame, path: Path) -> None:
 
 
 def identifier(name: str, signs: str, longest: int) -> str:
-    """Return a name that another program accepts; a changed name ends with its digest.
-
-    ``signs`` is the class of a regular expression with the accepted characters.
-    """
+    """Return a name of accepted ``signs`` (a class of regex); a changed one ends with a digest."""
     plain = re.sub(f"[^{signs}]", "_", name)
     if plain == name and len(name) <= longest:
         return name
@@ -333,11 +285,7 @@ def identifier(name: str, signs: str, longest: int) -> str:
 
 
 def measure_names(column: str) -> tuple[str, float, str, str]:
-    """Return the names of an intensity column in other tools, empty where one has none.
-
-    These are its name in OpenQuake, the factor to the unit there, the demand type and the unit in
-    pelicun.
-    """
+    """Return name and factor in OpenQuake, demand type and unit in pelicun of an intensity."""
     if match := re.match(r"im_sa_(\d+)p(\d+)_", column):
         period = f"{float(f'{match[1]}.{match[2]}'):g}"
         return f"SA({period})", 1.0, f"Spectral Acceleration|{period}", "g"
@@ -350,16 +298,9 @@ def write_nrml(curves: pd.DataFrame, out: Path) -> list[dict[str, Any]]:
     """Write one function per variant and damage scale, its limit states by rising threshold.
 
     All functions of an OpenQuake model have the same limit states: there is a file for each damage
-    scale and set of fitted states where they differ.
-
-    Returns:
-        Of every file written: ``file``, ``limit_states``, ``functions`` (their number), and
-        ``crossing``: functions in which a severer curve lies above a milder one within the range
-        of the medians, so that OpenQuake gets a negative fraction of damage there.
-
-    Raises:
-        InputError: The intensity measure has no name in OpenQuake.
-        OSError: A file cannot be written.
+    scale and set of fitted states where they differ. In functions that are ``crossing``, a severer
+    curve lies above a milder one within the range of the medians, so that OpenQuake gets a negative
+    fraction of damage there.
     """
     groups: dict[tuple[str, tuple[str, ...]], list[pd.DataFrame]] = {}
     for _, scale, known, rows in _functions(curves):
@@ -379,17 +320,16 @@ def write_nrml(curves: pd.DataFrame, out: Path) -> list[dict[str, Any]]:
 def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame]) -> dict[str, Any]:
     ElementTree.register_namespace("", _NRML)
     root = ElementTree.Element(f"{{{_NRML}}}nrml")
-    model = _add(root, "fragilityModel", id="skewbridge", assetCategory="bridges")
-    model.set("lossCategory", "structural")
+    kind = {"assetCategory": "bridges", "lossCategory": "structural"}
+    model = _add(root, "fragilityModel", id="skewbridge", **kind)
     text = "skewbridge, lognormal fits; dispersion including that of the capacity"
     _add(model, "description", text)
     _add(model, "limitStates", " ".join(states))
     crossing: list[str] = []
     for part in parts:
-        name = f"{part['variant'].iloc[0]}:{part['damage_scale'].iloc[0]}"
-        name = identifier(name, *_NRML_ID)
+        variant, scale, column = map(str, part[["variant", "damage_scale", "im"]].iloc[0])
+        name = identifier(f"{variant}:{scale}", *_NRML_ID)
         theta, beta = part["theta"].to_numpy(), part["curve_beta"].to_numpy()
-        column = str(part["im"].iloc[0])
         measure, factor, *_ = measure_names(column)
         if not measure:
             advice = "fit with im_sa_1p000_rotd50_g or another Sa(T)"
@@ -423,22 +363,13 @@ def _add(parent: Element, tag: str, text: str = "", **values: str) -> Element:
 def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
     """Write a row per variant and damage scale, its limit states numbered by rising threshold.
 
-    Those without an estimate are counted: pelicun skips empty parameters.
-
-    Returns:
-        ``files`` (the CSV and a JSON of names) and ``holes`` (rows that lack states, with them).
-
-    Raises:
-        InputError: The intensity measure is not a demand type of pelicun, or the file asked for is
-            the JSON.
-        OSError: A file cannot be written.
+    Those without an estimate count as well, as pelicun skips empty parameters: the ``holes`` of the
+    report. A JSON file of names is next to the CSV file.
     """
     names_file = out.with_suffix(".json")
     out.parent.mkdir(parents=True, exist_ok=True)
     if names_file == out:
-        raise InputError(
-            f"{out.name}: the parameters are CSV; a JSON file next to it has the names"
-        )
+        raise InputError(f"{out.name}: parameters are CSV; a JSON file next to it has the names")
     rows: list[dict[str, Any]] = []
     names: dict[str, Any] = {}
     holes: list[dict[str, Any]] = []

@@ -14,12 +14,7 @@ from skewbridge.files.text import read_json, shortened, shown_path
 from skewbridge.fragility import fits
 from skewbridge.fragility.columns import as_column, positive, require, same_length
 from skewbridge.fragility.curves import BOUNDS_TOO_WIDE, MAX_BOUNDS_RATIO
-from skewbridge.fragility.demand_table import (
-    motion_codes,
-    need_columns,
-    read_mapped,
-    read_table,
-)
+from skewbridge.fragility.demand_table import motion_codes, need_columns, read_mapped, read_table
 from skewbridge.fragility.existence import FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import MAX_DISPERSION, LimitState
 from skewbridge.fragility.motion_means import motion_weights
@@ -85,11 +80,7 @@ class FitOptions:
 
 
 def fit_file(path: Path, options: FitOptions) -> fits.FragilityFit:
-    """Fit the data of a JSON, CSV or parquet file.
-
-    Raises:
-        InputError: The file or a value in it is unusable: names the file, the column and the row.
-    """
+    """Fit the data of a JSON, CSV or parquet file; an `InputError` names file, column and row."""
     data = read_data(path) if options.columns is None else read_mapped(path, options.columns)
     columns = {str(name): values for name, values in data.items()}
     try:
@@ -104,11 +95,7 @@ def fit_file(path: Path, options: FitOptions) -> fits.FragilityFit:
 
 
 def read_data(path: Path) -> pd.DataFrame | Mapping[str, Any]:
-    """Read a CSV or parquet table, or a JSON object of columns or list of rows.
-
-    Raises:
-        InputError: The file cannot be read or is of another kind.
-    """
+    """Read a CSV or parquet table, or a JSON object of columns or list of rows."""
     if path.suffix in {".csv", ".parquet"}:
         return read_table(path)
     if path.suffix != ".json":

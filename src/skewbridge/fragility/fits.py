@@ -10,7 +10,7 @@ References:
     Bell and McCaffrey (2002), Survey Methodology 28(2):169-181: jackknife by motion.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import nan
 from typing import Any, Final
@@ -19,19 +19,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
-from skewbridge.fragility import existence
+from skewbridge.fragility import existence, likelihood, motion_means
 from skewbridge.fragility.columns import FloatArray, as_column, positive, require, same_length
 from skewbridge.fragility.existence import FITTED
-from skewbridge.fragility.likelihood import (
-    HALF_LOG_2PI,
-    NormalKernel,
-    chi_square_drop,
-    exceedance_kernel,
-    maximise,
-    mills_ratio,
-    profile_ends,
-    student_drop,
-)
 from skewbridge.fragility.lines import (
     FLATTEST_SLOPE,
     Lines,
@@ -41,12 +31,6 @@ from skewbridge.fragility.lines import (
     tested_line,
     tobit_start,
 )
-from skewbridge.fragility.motion_means import (
-    MIN_VALUES,
-    exp_end,
-    jackknife_covariance,
-    motion_weights,
-)
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
 WIDE_CI_RATIO: Final = 3.0
@@ -54,16 +38,6 @@ FEW_RECORDS: Final = 10
 FEW_MIXED_STRIPES: Final = 3
 ALL_CENSORED: Final = "all_censored"
 SLOPE_NOT_SIGNIFICANT: Final = "slope_not_significant"
-_NO_ESTIMATE: Final[dict[str, Any]] = {
-    **dict.fromkeys(
-        ("theta", "beta", "var_ln_theta", "cov_ln_theta_beta", "var_beta", "loglik"), nan
-    ),
-    **{"ci_theta": (nan, nan), "ci_beta": (nan, nan), "ci_method": ""},
-}
-_HEADLINE: Final = (
-    "status", "theta", "beta", "cov_ln_theta_beta", "ci_theta", "ci_beta", "ci_method", "level",
-    "loglik", "n_runs", "method", "warnings",
-)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,9 +45,7 @@ class FragilityFit:
     """A lognormal fragility curve P = Phi(ln(x/theta)/beta), or the reason why there is none."""
 
     method: str  #: Estimator, for example ``stripes`` or ``cloud_ols``.
-    #: ``ok``, or a status of `skewbridge.fragility.existence`; unless ``ok`` the parameters are NaN
-    #: (a known limit such as zero dispersion excepted).
-    status: str
+    status: str  #: ``ok``, or why there is no estimate: then the parameters are NaN.
     theta: float = nan  #: Median, in the unit of the intensity measure.
     beta: float = nan  #: Dispersion of the logarithm.
     var_ln_theta: float = nan  #: Variance of ln theta.
@@ -86,13 +58,13 @@ class FragilityFit:
     loglik: float = nan  #: Log-likelihood at the maximum (with binomial coefficients).
     n_runs: int = 0  #: Runs in the fit.
     warnings: tuple[str, ...] = ()  #: Names of what a reader must know.
-    #: Further results by name, as `skewbridge fit --json` prints them.
-    details: Mapping[str, Any] = field(default_factory=dict)
+    details: Mapping[str, Any] = field(default_factory=dict)  #: Further results by name.
     line: TestedLine | None = None  #: Least-squares line behind a cloud fit, with its tests.
 
     def without_estimate(self, status: str) -> "FragilityFit":
         """Return the fit with a status in place of median, dispersion and intervals."""
-        return replace(self, status=status, **_NO_ESTIMATE)
+        kept = ("method", "level", "n_runs", "warnings", "details", "line")
+        return FragilityFit(status=status, **{name: getattr(self, name) for name in kept})
 
     @property
     def se_ln_theta(self) -> float:
@@ -106,8 +78,9 @@ class FragilityFit:
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `skewbridge fit --json` prints."""
-        values = {name: getattr(self, name) for name in _HEADLINE} | dict(self.details)
-        values |= {"se_ln_theta": self.se_ln_theta, "se_beta": self.se_beta}
+        names = "status theta beta cov_ln_theta_beta ci_theta ci_beta ci_method level loglik n_runs"
+        values = {name: getattr(self, name) for name in (*names.split(), "method", "warnings")}
+        values |= {**self.details, "se_ln_theta": self.se_ln_theta, "se_beta": self.se_beta}
         return {name: list(v) if isinstance(v, tuple) else v for name, v in values.items()}
 
 
@@ -118,10 +91,9 @@ def estimated(
     ends: FloatArray | None,
     widening: float = 1.0,
 ) -> FragilityFit:
-    """Return a fit with median, dispersion, covariance and intervals.
+    """Return a fit with the estimate of (a0, a1): ln theta = -a0/a1 and beta = widening/a1.
 
-    The covariance of (a0, a1), with ln theta = -a0/a1 and beta = widening/a1, is carried over to
-    (ln theta, beta) by the delta method; ``ends`` are those of ln theta and of 1/a1, shape (2, 2).
+    Its covariance follows by the delta method; ``ends`` (2, 2) are those of ln theta and of 1/a1.
     """
     a0, a1 = params.tolist()
     jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -widening / a1**2]])
@@ -129,34 +101,34 @@ def estimated(
     (low, high), of_beta = np.full((2, 2), nan) if ends is None else ends
     return replace(
         blank,
-        theta=exp_end(-a0 / a1),
+        theta=motion_means.exp_end(-a0 / a1),
         beta=widening / a1,
         var_ln_theta=variance[0][0],
         cov_ln_theta_beta=variance[0][1],
         var_beta=variance[1][1],
-        ci_theta=(exp_end(low), exp_end(high)),
+        ci_theta=(motion_means.exp_end(low), motion_means.exp_end(high)),
         ci_beta=tuple((widening * of_beta).tolist()),
         ci_method="" if ends is None else "profile",
     )
 
 
 def jackknifed(fit: FragilityFit, ln_theta: FloatArray, beta: FloatArray) -> FragilityFit:
-    """Replace interval and covariance of the fit of all runs by those of the jackknife by motion.
-
-    Where motions repeat, the runs are not independent: the motion is the random unit (Bell and
-    McCaffrey 2002). ``ln_theta`` and ``beta`` are those without each motion, shape (M,), or NaN.
-    """
+    """Replace interval and covariance by those of the jackknife, from fits without each motion."""
     good = np.isfinite(ln_theta) & np.isfinite(beta) & (beta > 0.0)
-    if np.sum(good) < MIN_VALUES:
+    if np.sum(good) < motion_means.MIN_VALUES:
         return replace(fit, warnings=(*fit.warnings, "too_few_motions_for_an_interval"))
-    covariance = jackknife_covariance(np.column_stack([ln_theta[good], np.log(beta[good])]))
+    covariance = motion_means.jackknife_covariance(
+        np.column_stack([ln_theta[good], np.log(beta[good])])
+    )
     extra = () if np.mean(good) > 0.95 else ("jackknife_without_estimate",)
     t = float(special.stdtrit(good.size - 2, 0.5 + 0.5 * fit.level))
-    reach = [exp_end(t * float(np.sqrt(covariance[i, i]))) for i in range(2)]
+    of_theta, of_beta = (
+        motion_means.exp_end(t * sd) for sd in np.sqrt(np.diag(covariance)).tolist()
+    )
     return replace(
         fit,
-        ci_theta=(fit.theta / reach[0], fit.theta * reach[0]),
-        ci_beta=(fit.beta / reach[1], fit.beta * reach[1]),
+        ci_theta=(fit.theta / of_theta, fit.theta * of_theta),
+        ci_beta=(fit.beta / of_beta, fit.beta * of_beta),
         ci_method="jackknife",
         var_ln_theta=float(covariance[0, 0]),
         cov_ln_theta_beta=float(covariance[0, 1]) * fit.beta,
@@ -168,24 +140,15 @@ def jackknifed(fit: FragilityFit, ln_theta: FloatArray, beta: FloatArray) -> Fra
 def common_warnings(
     theta: float, ci_theta: tuple[float, float], im: FloatArray, n_records: int
 ) -> list[str]:
-    """Return the warnings that every method shares.
-
-    ``median_extrapolated``: theta outside the range of the intensities;
-    ``wide_ci``: the ends of the interval differ by more than a factor of 3;
-    ``fewer_than_10_records``.
-    """
-    names: list[str] = []
-    if theta > np.max(im) or theta < np.min(im):
-        names.append("median_extrapolated")
+    """Return the warnings that every method shares."""
     low, high = ci_theta
-    if not np.isnan(low) and not (low > 0.0 and high / low <= WIDE_CI_RATIO):
-        names.append("wide_ci")
-    if n_records < FEW_RECORDS:
-        names.append("fewer_than_10_records")
-    return names
-
-
-# ---- counts of exceedance --------------------------------------------------------------------
+    narrow = np.isnan(low) or (low > 0.0 and high / low <= WIDE_CI_RATIO)
+    found = {
+        "median_extrapolated": theta > np.max(im) or theta < np.min(im),
+        "wide_ci": not narrow,
+        "fewer_than_10_records": n_records < FEW_RECORDS,
+    }
+    return [name for name, applies in found.items() if applies]
 
 
 def fit_stripes(
@@ -200,19 +163,15 @@ def fit_stripes(
     """Fit a fragility curve to k of n exceedances at each intensity, by maximum likelihood.
 
     l(a) = sum k ln Phi(eta) + (n - k) ln Phi(-eta), eta = a0 + a1 ln x; theta = exp(-a0/a1) and
-    beta = 1/a1.
+    beta = 1/a1. The existence test runs first and gives the status.
 
     Args:
         im: Intensities, positive, any order, shape (J,); levels may repeat.
         n: Runs at each; stripes without runs are dropped with a warning.
-        k: Runs that exceed, 0 <= k <= n. Fractions (uncertain capacity) make the likelihood a
-            quasi-likelihood without interval.
+        k: Runs that exceed. Fractions (uncertain capacity) leave no interval.
         settings: Level of the intervals and dispersion assumed for one-sided bounds.
         n_records: Motions behind the runs, if fewer than runs.
         interval: False leaves out the profile intervals.
-
-    Returns:
-        The fit; its status comes from the existence test, which runs first.
 
     Raises:
         InputError: A value is missing, not positive, or k is outside 0..n; names the row.
@@ -225,18 +184,14 @@ def fit_stripes(
     x, runs, exceed = x[kept], runs[kept], exceed[kept]
     total, ln_im = round(float(np.sum(runs))), np.log(x)
     status = existence.binomial_status(ln_im, runs, exceed) if total else existence.NO_RUNS
-    blank = FragilityFit(
-        method="stripes",
-        status=status,
-        n_runs=total,
-        level=settings.confidence,
-        warnings=() if np.all(kept) else ("stripes_without_runs",),
-    )
+    blank = FragilityFit(method="stripes", status=status, n_runs=total, level=settings.confidence)
+    if not np.all(kept):
+        blank = replace(blank, warnings=("stripes_without_runs",))
     if total == 0:
         return blank
     if status != FITTED:
         return replace(blank, details=_stripe_bounds(status, ln_im, runs, exceed, settings))
-    kernel = exceedance_kernel(ln_im, exceed, runs - exceed)
+    kernel = likelihood.exceedance_kernel(ln_im, exceed, runs - exceed)
     # line through the probits of the shares, which are kept off 0 and 1
     line = np.polyfit(ln_im, special.ndtri((exceed + 0.5) / (runs + 1.0)), 1, w=np.sqrt(runs))
     whole = bool(np.all(exceed == np.round(exceed)))
@@ -260,7 +215,7 @@ def fit_stripes(
 
 def _maximised(
     blank: FragilityFit,
-    kernel: NormalKernel,
+    kernel: likelihood.NormalKernel,
     start: FloatArray,
     im: FloatArray,
     *,
@@ -269,7 +224,7 @@ def _maximised(
     flattest: float = FLATTEST_SLOPE,
 ) -> FragilityFit:
     """Complete a fit with parameters (a0, a1): estimate, profile intervals and warnings."""
-    best = maximise(kernel, start[None])
+    best = likelihood.maximise(kernel, start[None])
     a0, a1 = best.params[0].tolist()
     blank = replace(blank, details={**blank.details, "a0": a0, "a1": a1})
     if not best.converged[0]:
@@ -278,7 +233,8 @@ def _maximised(
         return replace(blank, status=existence.NON_INCREASING)
     ends = None
     if interval:
-        ends = profile_ends(kernel, best, chi_square_drop(blank.level), np.array([[1.0, 0.0]]))
+        drop = likelihood.chi_square_drop(blank.level)
+        ends = likelihood.profile_ends(kernel, best, drop, np.array([[1.0, 0.0]]))
     fit = estimated(blank, best.params[0], best.covariance[0], ends)
     warnings = (*fit.warnings, *common_warnings(fit.theta, fit.ci_theta, im, n_records))
     return replace(fit, loglik=float(best.loglik[0]), warnings=warnings)
@@ -293,16 +249,13 @@ def _stripe_bounds(
     details: dict[str, Any] = {"p_lower": low.tolist(), "p_upper": high.tolist()}
     if status in (existence.NO_EXCEEDANCE, existence.ALL_EXCEED):
         exceed = status == existence.ALL_EXCEED
-        return details | _median_bound(ln_im, n, settings, {0.3, 0.4, 0.6}, exceed=exceed)
+        return details | _median_bound(ln_im, n, settings, 0.3, 0.4, 0.6, exceed=exceed)
     if status == existence.SINGLE_LEVEL:
-        total, hits = float(np.sum(n)), float(np.sum(k))
-        ends = existence.clopper_pearson(np.array([hits]), np.array([total]), level)
-        median = float(np.exp(ln_im[0] - beta * special.ndtri(hits / total)))
-        details |= {
-            "p": hits / total,
-            "p_ci": [float(ends[0][0]), float(ends[1][0])],
-            "theta_given_beta": {f"{beta:g}": median},
-        }
+        total, hits = np.sum(n, keepdims=True), np.sum(k, keepdims=True)
+        p, ends = float(hits[0] / total[0]), existence.clopper_pearson(hits, total, level)
+        median = float(np.exp(ln_im[0] - beta * special.ndtri(p)))
+        details |= {"p": p, "p_ci": [float(end[0]) for end in ends]}
+        details["theta_given_beta"] = {f"{beta:g}": median}
     if status in (existence.COMPLETE_SEPARATION, existence.QUASI_SEPARATION):
         hi0, lo1 = float(np.max(ln_im[n - k > 0.0])), float(np.min(ln_im[k > 0.0]))
         a0, a1 = existence.firth(ln_im, n, k)
@@ -325,12 +278,7 @@ def _bracket(low: float, high: float) -> dict[str, Any]:
 
 
 def _median_bound(
-    ln_im: FloatArray,
-    n: FloatArray,
-    settings: FitSettings,
-    betas: Collection[float] = (),
-    *,
-    exceed: bool,
+    ln_im: FloatArray, n: FloatArray, settings: FitSettings, *betas: float, exceed: bool
 ) -> dict[str, Any]:
     """Return one-sided bounds of the median where no run (or every run) exceeds, by dispersion."""
     level, assumed = settings.confidence, settings.assumed_beta
@@ -371,7 +319,7 @@ def _stripe_goodness(
     p = np.exp(log_p)
     pearson = float(np.sum((k - n * p) ** 2 / np.maximum(n * p * np.exp(log_q), 1e-300)))
     dof = int(n.size - 2)
-    up, down = mills_ratio(eta), mills_ratio(-eta)
+    up, down = likelihood.mills_ratio(eta), likelihood.mills_ratio(-eta)
     score = k * up - remain * down
     information = k * up * (eta + up) + remain * down * (down - eta)
     square = (ln_im - np.mean(ln_im)) ** 2
@@ -387,27 +335,19 @@ def _stripe_goodness(
     return details
 
 
-# ---- capacities ------------------------------------------------------------------------------
-
-
 def fit_capacities(
     capacity: ArrayLike, censored: ArrayLike | None = None, settings: FitSettings = DEFAULTS
 ) -> FragilityFit:
     """Fit a lognormal distribution to capacities, some of them censored on the right.
 
     l = sum over observed [ln phi(z) - ln beta] + sum over censored ln Phi(-z),
-    z = ln(IM/theta)/beta; the level of censoring is each record's own.
+    z = ln(IM/theta)/beta. ``beta`` is the maximum-likelihood value; the details of a complete
+    sample hold the unbiased one and the exact t and chi-square intervals.
 
     Args:
         capacity: Intensity at which the limit state is reached, or the last one tried.
         censored: 1 where it was not reached there; None means none.
-        settings: Level of the intervals and dispersion assumed for the bound of theta when every
-            record is censored.
-
-    Returns:
-        The fit. ``beta`` is the maximum-likelihood value, consistent with its covariance; the
-        details of a complete sample hold the unbiased dispersion and the exact t and chi-square
-        intervals.
+        settings: Level of the intervals and dispersion assumed for one-sided bounds.
 
     Raises:
         InputError: A value is missing or not positive; names the row.
@@ -451,8 +391,8 @@ def fit_brackets(
 ) -> FragilityFit:
     """Fit a lognormal distribution to capacities in brackets (lower, upper].
 
-    l = sum ln[Phi(z_upper) - Phi(z_lower)]. The right likelihood for stripes on which the same
-    motions run at every level, and for any grid or search wider than 2 % of theta.
+    l = sum ln[Phi(z_upper) - Phi(z_lower)]: for stripes on which the same motions run at every
+    level, and for any grid or search wider than 2 % of theta.
 
     Args:
         lower: Largest intensity below the first exceedance; 0 if the first level exceeds already.
@@ -469,9 +409,8 @@ def fit_brackets(
     require(high > low, "upper", "must be above lower", high)
     with np.errstate(divide="ignore"):
         y_low, y_high = np.log(low), np.log(high)
-    blank = FragilityFit(
-        method="ida_interval", status=FITTED, n_runs=int(low.size), level=settings.confidence
-    )
+    level, size = settings.confidence, low.size
+    blank = FragilityFit(method="ida_interval", status=FITTED, n_runs=size, level=level)
     has_low, has_high = np.isfinite(y_low), np.isfinite(y_high)
     if not (np.any(has_low) and np.any(has_high)):
         exceed = bool(np.any(has_high))
@@ -492,8 +431,7 @@ def brackets_of_runs(
     """Return per record the bracket of the first exceedance over its levels.
 
     ``im``, ``exceed`` (0 or 1) and ``record`` are intensity, outcome and number of the motion of
-    each run, shape (n,). A later level that does not exceed again (resurrection) does not move the
-    bracket.
+    each run, shape (n,). A later level that does not exceed again does not move the bracket.
 
     Returns:
         Lower ends, upper ends (0 and infinity where open), number of non-monotone records.
@@ -515,7 +453,7 @@ def _fit_distribution(
     """Maximise over (a0, a1), z = a0 + a1 ln x, and complete the blank fit."""
     censored = ~(np.isfinite(lower) & np.isfinite(upper))
     blank = replace(blank, details={**blank.details, "n_censored": int(np.sum(censored))})
-    kernel = NormalKernel(-np.ones((lower.size, 1)), lower, upper)
+    kernel = likelihood.NormalKernel(-np.ones((lower.size, 1)), lower, upper)
     guess = np.where(np.isfinite(upper), upper, lower)
     spread = max(float(np.std(guess)), 0.05)
     start = np.array([-float(np.mean(guess)) / spread, 1.0 / spread])
@@ -523,9 +461,6 @@ def _fit_distribution(
     flattest = FLATTEST_SLOPE if np.all(censored) else 0.0
     fit = _maximised(blank, kernel, start, im, n_records=lower.size, flattest=flattest)
     return replace(fit, details={**fit.details, "mu": float(np.log(fit.theta))})
-
-
-# ---- cloud of demands ------------------------------------------------------------------------
 
 
 def fit_cloud(
@@ -543,8 +478,7 @@ def fit_cloud(
     theta = exp((ln c - ln a)/b) and beta = sqrt(s^2 + dispersion^2)/b. Without censored demands by
     least squares with Fieller's interval; otherwise by maximum likelihood (Tobit) with profile
     intervals in which Student's t(n - 2), n the observed demands, replaces the normal quantile:
-    without censoring it is Fieller's. Where motions repeat, the intervals are those of the
-    jackknife by motion.
+    without censoring it is Fieller's. Where motions repeat, by the jackknife by motion.
 
     Args:
         im: Intensities, shape (n,), positive.
@@ -557,10 +491,8 @@ def fit_cloud(
         motions: Number of the motion of each run; None: one run per motion.
 
     Returns:
-        The fit. Statuses: ``too_few_runs``, ``single_level`` (constant intensity),
-        ``non_increasing`` (b <= 0), ``slope_not_significant`` (Fieller's set is unbounded),
-        ``zero_dispersion``. Warnings: ``saturating`` or ``curved`` (curvature test),
-        ``heteroscedastic`` (Breusch-Pagan), ``no_exceedance_observed``.
+        The fit. ``slope_not_significant``: Fieller's set is unbounded; ``saturating`` or
+        ``curved``: by the curvature test; ``heteroscedastic``: by that of Breusch and Pagan.
 
     Raises:
         InputError: A value is missing or not positive; names the rows.
@@ -579,7 +511,7 @@ def fit_cloud(
         x, y_low, y_high = (np.log(each[informative]) for each in (values, low, high))
     lines, codes = None, np.arange(x.size) if motions is None else motions[informative]
     if np.unique(codes).size < x.size:
-        lines = fit_lines(x, y_low, y_high, motion_weights(codes)[1:])
+        lines = fit_lines(x, y_low, y_high, motion_means.motion_weights(codes)[1:])
     capacity = float(limit[0]), capacity_dispersion
     return fit_cloud_states(x, y_low, y_high, [capacity], settings, lines)[0]
 
@@ -602,7 +534,7 @@ def fit_cloud_states(
     n_motions = x.size if lines is None else lines.b.size
     censored = not bool(np.all(seen))
     method, level = "cloud_tobit" if censored else "cloud_ols", settings.confidence
-    blank = FragilityFit(method=method, status=FITTED, n_runs=int(x.size), level=level)
+    blank = FragilityFit(method=method, status=FITTED, n_runs=x.size, level=level)
     if np.sum(seen) < 3 or np.ptp(x[seen]) == 0.0:
         status = "too_few_runs" if np.sum(seen) < 3 else existence.SINGLE_LEVEL
         return [replace(blank, status=status)] * len(capacities)
@@ -613,14 +545,14 @@ def fit_cloud_states(
     else:
         fits = [_fit_least_squares(blank, line, *capacity) for capacity in capacities]
     for j, (fit, (threshold, dispersion)) in enumerate(zip(fits, capacities, strict=True)):
-        if fit.status == FITTED:
-            done = fit
-            if lines is not None:
-                done = jackknifed(fit, lines.ln_theta(threshold), lines.beta(dispersion))
-            names = common_warnings(done.theta, done.ci_theta, np.exp(x), n_motions) + line.warnings
-            if not np.any(low >= np.log(threshold)):
-                names.append("no_exceedance_observed")
-            fits[j] = replace(done, warnings=(*done.warnings, *names))
+        if fit.status != FITTED:
+            continue
+        if lines is not None:
+            fit = jackknifed(fit, lines.ln_theta(threshold), lines.beta(dispersion))
+        names = common_warnings(fit.theta, fit.ci_theta, np.exp(x), n_motions) + line.warnings
+        if not np.any(low >= np.log(threshold)):
+            names.append("no_exceedance_observed")
+        fits[j] = replace(fit, warnings=(*fit.warnings, *names))
     return fits
 
 
@@ -628,9 +560,8 @@ def _fit_least_squares(
     blank: FragilityFit, line: TestedLine, threshold: float, dispersion: float
 ) -> FragilityFit:
     """Complete a cloud fit without censored demands; intervals after Fieller and delta method."""
-    names = ("ln_a", "b", "sigma", "r2", "curvature", "curvature_p", "scatter_p", "normal_p")
-    values = line._asdict()
-    details = {name: values[name] for name in names if not np.isnan(values[name])}
+    values = {k: v for k, v in line._asdict().items() if k not in ("n", "mean_x", "sxx")}
+    details = {name: value for name, value in values.items() if not np.isnan(value)}
     n, ln_c = line.n, float(np.log(threshold))
     unfitted = replace(blank, details=details)
     t = float(special.stdtrit(n - 2, 0.5 + 0.5 * blank.level))
@@ -656,13 +587,13 @@ def _fit_least_squares(
     reach = t * float(np.sqrt(var_beta)) / beta
     return replace(
         unfitted,
-        theta=exp_end(ln_theta),
+        theta=motion_means.exp_end(ln_theta),
         beta=beta,
         var_ln_theta=line.sigma**2 / line.b**2 / n + relative * away**2,
         cov_ln_theta_beta=beta * relative * away,
         var_beta=var_beta,
-        loglik=float(-n * (HALF_LOG_2PI + np.log(maximum) + 0.5)),
-        ci_theta=(exp_end(ends[0]), exp_end(ends[1])),
+        loglik=float(-n * (likelihood.HALF_LOG_2PI + np.log(maximum) + 0.5)),
+        ci_theta=(motion_means.exp_end(ends[0]), motion_means.exp_end(ends[1])),
         ci_beta=(float(beta * np.exp(-reach)), float(beta * np.exp(reach))),
         ci_method="fieller",
     )
@@ -675,16 +606,13 @@ def _fit_tobit(
     *,
     interval: bool,
 ) -> list[FragilityFit]:
-    """Complete the cloud fits of some states with censored demands (ln intensity, ends of ln D).
-
-    With parameters (d0, d1, h) of z = h ln D - d0 - d1 ln x the predictor of a state is
-    (d0 - h ln c) + d1 ln x.
-    """
+    """Complete the cloud fits of some states with censored demands (ln intensity, ends of ln D)."""
+    # with (d0, d1, h) of z = h ln D - d0 - d1 ln x the predictor is (d0 - h ln c) + d1 ln x
     x, low, high = cloud
     seen = low == high
-    kernel = NormalKernel(np.column_stack([np.ones(x.size), x]), low, high)
-    best = maximise(kernel, tobit_start(x, low, seen))
-    d0, d1, h = (float(value) for value in best.params[0])
+    kernel = likelihood.NormalKernel(np.column_stack([np.ones(x.size), x]), low, high)
+    best = likelihood.maximise(kernel, tobit_start(x, low, seen))
+    d0, d1, h = best.params[0].tolist()
     if not bool(best.converged[0]):
         return [replace(blank, status=existence.NOT_CONVERGED)] * len(capacities)
     details = {"ln_a": d0 / h, "b": d1 / h, "sigma": 1.0 / h, "n_censored": int(np.sum(~seen))}
@@ -694,7 +622,8 @@ def _fit_tobit(
     terms = np.array([[1.0, 0.0, -np.log(c)] for c, _ in capacities])
     ends = None
     if interval:
-        ends = profile_ends(kernel, best, student_drop(int(np.sum(seen)), blank.level), terms)
+        drop = likelihood.student_drop(int(np.sum(seen)), blank.level)
+        ends = likelihood.profile_ends(kernel, best, drop, terms)
     fits: list[FragilityFit] = []
     for j, (term, (_, dispersion)) in enumerate(zip(terms, capacities, strict=True)):
         onto = np.array([term, [0.0, 1.0, 0.0]])

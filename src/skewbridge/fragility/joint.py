@@ -11,7 +11,7 @@ References:
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from math import nan
 from pathlib import Path
@@ -24,27 +24,11 @@ from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.files.tables import frame_of, read_table, records_of, texts_of
+from skewbridge.fragility import demand_table
 from skewbridge.fragility.columns import FloatArray
-from skewbridge.fragility.demand_table import (
-    axis_names,
-    demand_columns,
-    models_of,
-    motion_codes,
-    spread,
-)
-from skewbridge.fragility.existence import (
-    FITTED,
-    NON_INCREASING,
-    NOT_APPLICABLE,
-)
+from skewbridge.fragility.existence import FITTED, NON_INCREASING, NOT_APPLICABLE
 from skewbridge.fragility.limit_states import LimitState
-from skewbridge.fragility.mixed import (
-    MixedData,
-    MixedFit,
-    fit_mixed,
-    outer_by,
-    without_each_motion,
-)
+from skewbridge.fragility.mixed import MixedData, MixedFit, fit_mixed, outer_by, without_each_motion
 from skewbridge.fragility.motion_means import jackknife_covariance
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
@@ -123,22 +107,18 @@ class AxisRange:
     as gap/50.8 mm, friction as it is, any other axis as a share of its largest possible value.
     """
 
-    #: Smallest and largest value by axis; of the size of the skew if it has only one sign.
-    limits: Mapping[str, tuple[float, float]]
+    limits: Mapping[str, tuple[float, float]]  # smallest and largest value as it counts, by axis
     signed_skew: bool = False  # whether the study has skews of both signs
 
     @classmethod
     def of_variants(cls, variants: pd.DataFrame, names: Iterable[str]) -> "AxisRange":
         """Return the range of some axes over a table with a row per variant."""
         skew = variants[SKEW].to_numpy(dtype=np.float64) if SKEW in variants else np.zeros(1)
-        signed = bool(np.any(skew > 0.0) and np.any(skew < 0.0))
-        limits: dict[str, tuple[float, float]] = {}
-        for name in names:
-            value = variants[name].to_numpy(dtype=np.float64)
-            value = np.abs(value) if name == SKEW and not signed else value
-            if np.all(np.isfinite(value)):
-                limits[name] = (float(np.min(value)), float(np.max(value)))
-        return cls(limits=limits, signed_skew=signed)
+        blank = cls(limits={}, signed_skew=bool(np.any(skew > 0.0) and np.any(skew < 0.0)))
+        values = {name: blank._counted(name, variants[name].to_numpy(np.float64)) for name in names}
+        finite = {name: value for name, value in values.items() if np.all(np.isfinite(value))}
+        limits = {name: (float(np.min(v)), float(np.max(v))) for name, v in finite.items()}
+        return replace(blank, limits=limits)
 
     @property
     def varying(self) -> tuple[str, ...]:
@@ -192,11 +172,8 @@ def term_matrix(terms: Sequence[str], variables: Mapping[str, FloatArray]) -> Fl
 def term_sets(variables: Mapping[str, FloatArray]) -> list[tuple[str, ...]]:
     """Return the sets of terms to compare: main effects, with squares, with products, with both.
 
-    An axis has a square if it has three levels or more. A set has only terms that the variants can
-    distinguish, and, except for main effects, fewer terms than would fit every variant.
-
-    Args:
-        variables: Variables of the model at the variants, shape (V,) each.
+    A set has only terms that the variants, with ``variables`` of shape (V,), can distinguish, and,
+    except for main effects, fewer than would fit every variant.
     """
     squares = [f"{name}:{name}" for name, value in variables.items() if np.unique(value).size > 2]
     products = [f"{a}:{b}" for a, b in combinations(variables, 2)]
@@ -230,10 +207,7 @@ class JointModel:
         """Return the model of a row of results/fragility/joint.parquet."""
         coefficients = np.asarray(row["coefficients"], dtype=np.float64)
         size = coefficients.size + 2
-        limits = {
-            name: (float(low), float(high))
-            for name, (low, high) in json.loads(row["axis_ranges"]).items()
-        }
+        limits = {name: (low, high) for name, (low, high) in json.loads(row["axis_ranges"]).items()}
         return cls(
             axis_range=AxisRange(limits=limits, signed_skew=bool(row["signed_skew"])),
             terms=tuple(filter(None, str(row["terms"]).split(";"))),
@@ -278,26 +252,21 @@ def joint_table(
     *,
     jobs: int = 1,
 ) -> pd.DataFrame:
-    """Fit one model over the axes per bridge, abutment model and demand.
-
-    Returns:
-        A row per bridge, abutment model, component and limit state (by rising threshold) with the
-        columns `JOINT_COLUMNS`.
-    """
+    """Return `JOINT_COLUMNS` of one model over the axes per bridge, abutment model and state."""
     own = pd.DataFrame(columns=_CLOUD_COLUMNS)
     if curves is not None:
         own = curves.query("method == 'cloud' and status == @FITTED")[_CLOUD_COLUMNS]
     items = (
         (
             model | {"im": settings.im, "level": settings.confidence},
-            demand_columns(part, [settings.im, demand]),
+            demand_table.demand_columns(part, [settings.im, demand]),
             states,
             own[(own["component"] == component) & own["variant"].isin(part["variant"].unique())],
         )
-        for model, part in models_of(demands)
+        for model, part in demand_table.models_of(demands)
         for (component, demand), states in states_by_demand(limit_states).items()
     )
-    rows = spread(_rows, items, jobs, least=_WORTH_PROCESSES)
+    rows = demand_table.spread(_rows, items, jobs, least=_WORTH_PROCESSES)
     table = pd.DataFrame([row for part in rows for row in part], columns=list(JOINT_COLUMNS))
     if curves is not None:  # do not use a model that no fit of a single variant confirms
         table.loc[(table["status"] == FITTED) & table["loo_variants"].eq(0), "status"] = UNCONFIRMED
@@ -310,14 +279,14 @@ def _rows(
     """Return the rows of the states of one demand: of model columns, runs, states and clouds."""
     model, runs, states, clouds = item
     lacking = lacking_axes(str(model["abutment"]))
-    names = [name for name in axis_names(runs) if name not in lacking]
-    codes = np.unique(runs["variant"].to_numpy(dtype=str), return_inverse=True)[1]
-    first = np.unique(codes, return_index=True)[1]
+    names = [name for name in demand_table.axis_names(runs) if name not in lacking]
+    labels = runs["variant"].to_numpy(dtype=str)
+    _, first, codes = np.unique(labels, return_index=True, return_inverse=True)
     variants = runs.iloc[first][["variant", *names]].reset_index(drop=True)
     axis_range = AxisRange.of_variants(variants, names)
     outcomes = demand_outcomes(runs, states)
     ln_im = np.log(runs[str(model["im"])].to_numpy(dtype=np.float64))
-    fit = _fit_demand(outcomes, ln_im, motion_codes(runs), codes, axis_range, variants)
+    fit = _fit_demand(outcomes, ln_im, demand_table.motion_codes(runs), codes, axis_range, variants)
     left_out = None if isinstance(fit, str) else without_each_motion(fit.data, fit.fit)
     rows: list[dict[str, Any]] = []
     for state in states:
@@ -329,8 +298,7 @@ def _rows(
             "axis_ranges": json.dumps(dict(axis_range.limits)),
             "signed_skew": axis_range.signed_skew,
             "n_variants": len(variants),
-            "n_exceed": int(np.sum(outcomes.exceed(state))),
-            "n_unknown": int(np.sum(outcomes.unknown(state))),
+            **outcomes.counts(state),
         }
         if status == FITTED and left_out is not None and not isinstance(fit, str):
             own = clouds[clouds["limit_state"] == state.name].set_index("variant")
@@ -387,10 +355,8 @@ def _fit_demand(
 def _without_each_variant(
     data: MixedData, fit: MixedFit, variant: NDArray[np.intp], count: int
 ) -> tuple[FloatArray, float]:
-    """Return coefficients without each variant (V, p), and the root mean square prediction error.
-
-    By generalised least squares; NaN and infinity where the others do not determine them.
-    """
+    """Return coefficients without each variant (V, p), and the root mean square error."""
+    # by generalised least squares; NaN and infinity where the others do not determine them
     # ASSUME tau, sigma and the expected values of censored demands of the other variants do not
     # change if a variant is left out
     values = np.column_stack([data.design, fit.expected])
@@ -424,11 +390,8 @@ def _estimate(
     row: Mapping[str, Any],
     own: pd.DataFrame,
 ) -> dict[str, Any]:
-    """Return the columns of a state.
-
-    ``left_out`` are the parameters without each motion (G, m), ``own`` the cloud medians of the
-    variants (V, ...).
-    """
+    """Return the columns of a state from the parameters without each motion, shape (G, m)."""
+    # `own` are the cloud fits of the V variants
     motions = len(left_out)
     estimate = _state_parameters(fit.fit.parameters[None, :], motions, state)[0]
     without = _state_parameters(left_out, motions - 1, state)
@@ -445,15 +408,12 @@ def _estimate(
     }
     if not (np.all(np.isfinite(estimate)) and np.all(np.isfinite(without))):
         return found | {"status": NON_INCREASING}
-    found |= {
-        "beta": float(np.exp(estimate[-2])),
-        "beta_total": float(np.exp(estimate[-1])),
-        "coefficients": estimate[:-2].tolist(),
-        "covariance": jackknife_covariance(without).ravel().tolist(),
-    }
+    found |= {"beta": float(np.exp(estimate[-2])), "beta_total": float(np.exp(estimate[-1]))}
+    found["coefficients"] = estimate[:-2].tolist()
+    found["covariance"] = jackknife_covariance(without).ravel().tolist()
     model = JointModel.of_row({**row, **found})
-    middle = model.axis_range.middle
-    found["theta"], found["theta_low"], found["theta_high"] = model.median(middle)
+    found["theta"], *ends = model.median(model.axis_range.middle)
+    found["theta_low"], found["theta_high"] = ends
     for name, place in (("beta", -2), ("beta_total", -1)):
         ends = model.interval(estimate[place], model.covariance[place, place], model.level)
         found[f"{name}_low"], found[f"{name}_high"] = ends
@@ -476,10 +436,8 @@ def _estimate(
 
 
 def _state_parameters(parameters: FloatArray, motions: int, state: LimitState) -> FloatArray:
-    """Return coefficients of ln theta, ln beta and ln beta_total, shape (K, 3 + q).
-
-    NaN where the slope is not positive; ``parameters`` (K, m) are from ``motions`` motions.
-    """
+    """Return coefficients of ln theta, ln beta and ln beta_total, shape (K, 3 + q)."""
+    # NaN where the slope is not positive; `parameters` have the shape (K, m)
     slope = parameters[:, 1:2]
     slope = np.where(slope > _FLATTEST_SLOPE, slope, nan)
     level = np.column_stack([np.log(state.threshold) - parameters[:, 0], -parameters[:, 2:-2]])
@@ -509,12 +467,7 @@ def predict_states(
         abutment: Abutment model; None for the only one, or contact-friction.
         component: None for all.
         state: None for all.
-        at: Intensity at which to give probabilities; None for no probabilities.
-
-    Returns:
-        Rows of component, state, theta, ci_theta, beta (record-to-record), beta_total (including
-        the capacity), p and p_records (probability of exceedance with beta_total and with beta),
-        loo_error, im and random_properties (those drawn for each motion, or none).
+        at: Intensity at which to give ``p`` (with beta_total) and ``p_records`` (with beta).
 
     Raises:
         InputError: The table, bridge, abutment model or state does not exist, or the point is

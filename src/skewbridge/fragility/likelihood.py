@@ -40,10 +40,7 @@ def log_normal_tail(eta: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def log_normal_interval(lower: FloatArray, upper: FloatArray) -> FloatArray:
-    """Return ln[Phi(upper) - Phi(lower)], as a difference of logarithms in the lower tail.
-
-    Minus infinity where ``upper <= lower``.
-    """
+    """Return ln[Phi(upper) - Phi(lower)] without cancellation; -inf where ``upper <= lower``."""
     flip = lower > 0.0
     a = np.where(flip, -upper, lower)
     b = np.where(flip, -lower, upper)
@@ -116,11 +113,8 @@ class NormalKernel:
     def _squares(
         x: FloatArray, y: FloatArray, weights: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return count, basis and sums of the quadratic form of the observed rows.
-
-        The residuals are z = d onto params with d = (-x, residual of y about a line), so that
-        nothing cancels where the scatter is small.
-        """
+        """Return count, basis and sums of the quadratic form of the observed rows."""
+        # z = d onto params with d = (-x, residual of y about a line): nothing cancels.
         size = x.shape[1] + 1
         line = np.linalg.lstsq(x, y)[0] if y.size else np.zeros(size - 1)
         onto = np.eye(size)
@@ -174,13 +168,7 @@ class NormalKernel:
 def exceedance_kernel(ln_im: FloatArray, exceed: FloatArray, remain: FloatArray) -> NormalKernel:
     """Return the kernel of counts of exceedance: eta = a0 + a1 ln x, parameters (a0, a1).
 
-    A run that exceeds at x has its capacity at or below x, one that does not above x (Baker 2015,
-    Earthquake Spectra 31(1):579-599, Eq. 11, without the binomial coefficient).
-
-    Args:
-        ln_im: ln of the intensities, shape (J,).
-        exceed: Runs that exceed, shape (J,); fractions are allowed.
-        remain: Runs that do not.
+    It is Eq. 11 of Baker (2015), see `fits`, without the binomial coefficient; arrays (J,).
     """
     inf, counts = np.full(ln_im.size, np.inf), np.append(exceed, remain)
     lower, upper = np.append(-inf, ln_im), np.append(ln_im, inf)
@@ -246,11 +234,8 @@ def chi_square_drop(level: float) -> float:
 
 
 def student_drop(n: int, level: float) -> float:
-    """Return the drop for a line through n demands whose scatter is estimated with it.
-
-    2 [l_max - l_profile] = n ln(1 + t^2/(n - 2)) holds exactly for a coefficient of a least-squares
-    line: the interval is then that of Student's t with n - 2 degrees of freedom.
-    """
+    """Return the drop for a line through n demands whose scatter is estimated with it."""
+    # 2 [l_max - l_profile] = n ln(1 + t^2/(n - 2)) is exact for a coefficient of least squares
     t = float(special.stdtrit(n - 2, 0.5 + 0.5 * level))
     return n * float(np.log1p(t**2 / (n - 2)))
 
@@ -260,8 +245,9 @@ def profile_ends(
 ) -> FloatArray:
     """Return the profile intervals {psi: 2 [l_max - l_profile(psi)] <= drop}, shape (J + 1, 2).
 
-    All ends are found together by Newton's method inside brackets: the derivative of a profile is
-    the Lagrange multiplier of the constraint that fixes psi.
+    They are those of ln theta of each state, then of the common beta = 1/a1; infinite where the
+    data do not bound that side. All ends are found together by Newton's method inside brackets: the
+    derivative of a profile is the Lagrange multiplier of the constraint that fixes psi.
 
     Args:
         kernel: Log-likelihood of p parameters.
@@ -270,10 +256,6 @@ def profile_ends(
         intercepts: Coefficients of the parameters in a0 of each state, shape (J, p), 0 at the
             slope: eta = params @ intercept + a1 ln x, so ln theta = -params @ intercept/a1.
         slope: Position of the slope a1.
-
-    Returns:
-        Ends of ln theta of each state, then those of the common beta = 1/a1; infinite where the
-        data do not bound the median or the dispersion on that side.
     """
     best, a1 = maximum.params[0], float(maximum.params[0, slope])
     profiles = _Profiles(kernel, best, float(maximum.loglik[0]) - 0.5 * drop, intercepts, slope)
@@ -309,10 +291,9 @@ def profile_ends(
 
 
 class _Profiles:
-    """Profiles of ln theta of J states (2 rows each) and of ln a1 (2 rows), less a target.
+    """Profiles of ln theta of J states (2 rows each) and of ln a1 (2 rows), less a target."""
 
-    A row maximises the log-likelihood under the constraint normal @ params = right.
-    """
+    # a row maximises the log-likelihood under the constraint normal @ params = right
 
     def __init__(
         self,
@@ -348,10 +329,8 @@ class _Profiles:
     def _maximise(
         self, normals: FloatArray, right: FloatArray, flat: NDArray[np.bool_]
     ) -> tuple[FloatArray, FloatArray]:
-        """Move the parameters to the maxima; return log-likelihoods and Lagrange multipliers.
-
-        The slope stays at zero in the rows ``flat``.
-        """
+        """Move the parameters to the maxima; return log-likelihoods and Lagrange multipliers."""
+        # the slope stays at zero in the rows `flat`
         params, now = self._params, self._now
         if np.any(flat):
             params[flat, self._slope] = normals[flat, self._slope] = 0.0

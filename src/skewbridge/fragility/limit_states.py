@@ -7,14 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    ValidationInfo,
-    field_validator,
-)
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
 
 from skewbridge.demands.columns import column_of
 from skewbridge.demands.completeness import COLUMN_FAILURE_RATIO, FAILURE_DEMANDS
@@ -30,8 +23,7 @@ SMALL_DISPERSION: Final = 0.05
 _PERCENT: Final = 0.01
 _STRICT: Final = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
-# dimension and factor to the SI unit
-_UNITS: Final[dict[str, tuple[str, float]]] = {
+_UNITS: Final[dict[str, tuple[str, float]]] = {  # dimension and factor to the SI unit
     "m": ("length", 1.0),
     "mm": ("length", MM),
     "in": ("length", INCH),
@@ -189,8 +181,7 @@ class LimitStateEntry(BaseModel):
     states: dict[
         Name,
         Annotated[
-            StateEntry,
-            BeforeValidator(_with_median, json_schema_input_type=float | StateEntry),
+            StateEntry, BeforeValidator(_with_median, json_schema_input_type=float | StateEntry)
         ],
     ] = Field(min_length=1, description="median by degree of damage")
     degrees: dict[str, str] | None = Field(
@@ -224,11 +215,7 @@ class LimitStateEntry(BaseModel):
         return unit
 
     def limit_states(self, where: str) -> list[LimitState]:
-        """Return the limit states in the unit of their demand column.
-
-        Raises:
-            InputError: A state has no dispersion, or the medians do not increase.
-        """
+        """Return the limit states in the unit of their demand column, if the medians increase."""
         unit = demand_unit(self.demand)
         factor = _UNITS[self.unit][1] / _UNITS[unit][1]
         for (mild, before), (severe, state) in pairwise(self.states.items()):
@@ -259,20 +246,12 @@ class LimitStateEntry(BaseModel):
 
 
 def load_limit_states(path: Path) -> list[LimitState]:
-    """Read limit states from a YAML file; see config/limit_states.yaml for the keys.
-
-    Raises:
-        InputError: The file is missing, or an entry is wrong; names the entry and the key.
-    """
+    """Read limit states from a YAML file; an `InputError` names wrong entries and keys."""
     return limit_states_of(read_yaml(path), f"{shown_path(path)}: ")
 
 
 def limit_states_of(data: object, place: str = "") -> list[LimitState]:
-    """Return the limit states of parsed configuration data, sorted as written.
-
-    Raises:
-        InputError: Entries are wrong; names each entry (by number, from 0) and the key.
-    """
+    """Return the limit states of parsed data, as written; an `InputError` names wrong entries."""
     if not isinstance(data, list) or not data:
         raise InputError(f"{place}limit states must be a list with at least one entry")
     out: list[LimitState] = []
@@ -290,9 +269,7 @@ def limit_states_of(data: object, place: str = "") -> list[LimitState]:
 
 
 def demand_unit(column: str) -> str:
-    """Return the unit of a demand column, for example ``m``.
-
-    A column that is not in the demands table of this package must carry its unit in its name.
+    """Return the unit of a demand column, for example ``m``; that of a foreign one is its ending.
 
     Raises:
         InputError: The column is unknown and its name carries no unit.

@@ -8,6 +8,7 @@ References:
 """
 
 from dataclasses import dataclass
+from math import nan
 from typing import Final, NamedTuple, Self
 
 import numpy as np
@@ -51,15 +52,13 @@ class Lines:
 def fit_lines(x: FloatArray, lower: FloatArray, upper: FloatArray, weights: FloatArray) -> Lines:
     """Fit the line to R weighted replicates: least squares, or Tobit with censored demands.
 
+    NaN for replicates with a single intensity, without convergence or without a rising line.
+
     Args:
         x: ln intensity, shape (n,).
         lower: ln of the lower end of each demand; minus infinity where left-censored, shape (n,).
         upper: ln of the upper end; equal to ``lower`` where the demand is known.
         weights: How often each run counts, shape (R, n).
-
-    Returns:
-        Lines; NaN for replicates with a single intensity, without convergence or without a rising
-        line.
     """
     seen = lower == upper
     if np.all(seen):
@@ -122,27 +121,17 @@ class TestedLine(NamedTuple):
 
 def tested_line(x: FloatArray, y: FloatArray) -> TestedLine:
     """Fit the least-squares line to x = ln intensity (not constant) and y = ln demand, (n,)."""
-    n, nan = x.size, float("nan")
-    u, v = x - np.mean(x), y - np.mean(y)
+    n, mean_x, mean_y = x.size, float(np.mean(x)), float(np.mean(y))
+    u, v = x - mean_x, y - mean_y
     sxx, syy = float(u @ u), float(v @ v)
     b = float(u @ v) / sxx
     residual = v - b * u
     sse = float(residual @ residual)
     sigma = float(np.sqrt(sse / (n - 2))) if n > 2 else nan
-    curvature, curvature_p = _curvature(u, residual, sse)
-    return TestedLine(
-        ln_a=float(np.mean(y)) - b * float(np.mean(x)),
-        b=b,
-        sigma=sigma,
-        n=n,
-        mean_x=float(np.mean(x)),
-        sxx=sxx,
-        r2=1.0 - sse / syy if syy > 0.0 else nan,
-        curvature=curvature,
-        curvature_p=curvature_p,
-        scatter_p=_breusch_pagan(u, residual),
-        normal_p=_shapiro_wilk(residual) if sigma > _SMALLEST_SCATTER else nan,
-    )
+    r2 = 1.0 - sse / syy if syy > 0.0 else nan
+    tests = *_curvature(u, residual, sse), _breusch_pagan(u, residual, sxx)
+    normal_p = _shapiro_wilk(residual) if sigma > _SMALLEST_SCATTER else nan
+    return TestedLine(mean_y - b * mean_x, b, sigma, n, mean_x, sxx, r2, *tests, normal_p)
 
 
 def _curvature(u: FloatArray, residual: FloatArray, sse: float) -> tuple[float, float]:
@@ -152,26 +141,24 @@ def _curvature(u: FloatArray, residual: FloatArray, sse: float) -> tuple[float, 
     extra = extra - (float(extra @ u) / float(u @ u)) * u
     size = float(extra @ extra)
     if n < 4 or size <= 1e-12 * float(u @ u) ** 2 or sse <= 0.0:
-        return float("nan"), float("nan")
+        return nan, nan
     coefficient = float(extra @ residual) / size
     explained = coefficient**2 * size
     left = max(sse - explained, 1e-300)
     return coefficient, float(special.fdtrc(1, n - 3, explained / (left / (n - 3))))
 
 
-def _breusch_pagan(u: FloatArray, residual: FloatArray) -> float:
-    squared = residual**2
-    centred = squared - np.mean(squared)
+def _breusch_pagan(u: FloatArray, residual: FloatArray, sxx: float) -> float:
+    centred = residual**2 - np.mean(residual**2)
     total = float(centred @ centred)
-    if total <= 0.0:
-        return float("nan")
-    r2 = float(u @ centred) ** 2 / (float(u @ u) * total)
-    return float(special.chdtrc(1, u.size * r2))
+    return (
+        float(special.chdtrc(1, u.size * float(u @ centred) ** 2 / (sxx * total))) if total else nan
+    )
 
 
 def _shapiro_wilk(residual: FloatArray) -> float:
     if not 4 <= residual.size <= 5000:  # the approximation of the p-value holds up to 5000 values
-        return float("nan")
+        return nan
     from scipy import stats  # imported here: it takes longer to load than all the rest
 
     return float(stats.shapiro(residual).pvalue)

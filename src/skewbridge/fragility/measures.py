@@ -15,10 +15,9 @@ from scipy import special
 
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.completeness import is_complete
-from skewbridge.fragility import existence
 from skewbridge.fragility.columns import FloatArray, require
 from skewbridge.fragility.demand_table import models_of, motion_codes, need_columns
-from skewbridge.fragility.existence import FITTED
+from skewbridge.fragility.existence import FITTED, SINGLE_LEVEL
 from skewbridge.fragility.lines import fit_lines, tested_line
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
@@ -65,15 +64,7 @@ def rank_measures(
     motions: pd.DataFrame | None = None,
     settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
-    """Rank intensity measures for one demand.
-
-    Returns:
-        One row per measure with columns of `MEASURE_COLUMNS`, best proficiency first; unusable
-        measures last with a status.
-
-    Raises:
-        InputError: A column is missing or the demand is not positive.
-    """
+    """Return `MEASURE_COLUMNS` of each intensity measure for a positive demand, best first."""
     need_columns(demands, (column, "motion_id", "status"))
     table = demands[is_complete(demands)].reset_index(drop=True)
     demand = table[column].to_numpy(dtype=np.float64)
@@ -83,15 +74,14 @@ def rank_measures(
     drawn = rng.multinomial(count, np.full(count, 1.0 / count), size=settings.bootstrap)
     weights = drawn[:, codes].astype(np.float64)
     properties = _properties(table, codes, motions)
-    rows: list[dict[str, Any]] = []
+    rows: dict[str, dict[str, Any]] = {}
     replicates: dict[str, FloatArray] = {}
     scores: dict[str, float] = {}
     for name in map(str, table.filter(regex="^im_")):
         im = table[name].to_numpy(dtype=np.float64)
         bad = bool(np.any(~(im > 0.0)))
         if bad or np.ptp(im) == 0.0:
-            reason = NON_POSITIVE if bad else existence.SINGLE_LEVEL
-            rows.append({"im": name, "status": reason, "proficiency": np.nan})
+            rows[name] = {"status": NON_POSITIVE if bad else SINGLE_LEVEL, "proficiency": np.nan}
             continue
         x = np.log(im)
         line = tested_line(x, y)
@@ -100,8 +90,7 @@ def rank_measures(
         ranks = np.stack([again.sigma, again.sigma / again.b])
         replicates[name] = np.where(np.isfinite(again.b), ranks, np.inf)
         scores[name] = float(np.mean(-0.5 * (residual / line.sigma) ** 2) - np.log(line.sigma))
-        row: dict[str, Any] = {
-            "im": name,
+        rows[name] = {
             "status": FITTED,
             "efficiency": line.sigma,
             "practicality": line.b,
@@ -112,18 +101,16 @@ def rank_measures(
         }
         by_motion = np.bincount(codes, residual) / np.bincount(codes)
         for key, values in properties.items():
-            row[f"p_{key}"], row[f"effect_{key}"] = _dependence(values, by_motion)
-        rows.append(row)
+            dependence = _dependence(values, by_motion)
+            rows[name][f"p_{key}"], rows[name][f"effect_{key}"] = dependence
     if replicates:
         best = np.argmin(np.stack(list(replicates.values())), axis=0)
-        of_measure = {row["im"]: row for row in rows}
         for number, name in enumerate(replicates):
             shares = np.mean(best == number, axis=1).tolist()
-            row = of_measure[name]
-            row["p_best_efficiency"], row["p_best_proficiency"] = shares
-            row["relative_sufficiency_nats"] = scores[name] - max(scores.values())
-    out = pd.DataFrame(rows)
-    return out.sort_values("proficiency", na_position="last").reset_index(drop=True)
+            rows[name]["p_best_efficiency"], rows[name]["p_best_proficiency"] = shares
+            rows[name]["relative_sufficiency_nats"] = scores[name] - max(scores.values())
+    out = pd.DataFrame([{"im": name, **row} for name, row in rows.items()])
+    return out.sort_values("proficiency", na_position="last", ignore_index=True)
 
 
 def _properties(
@@ -147,10 +134,8 @@ def _properties(
 
 
 def _dependence(values: FloatArray, residual: FloatArray) -> tuple[float, float]:
-    """Return p-value and effect per standard deviation of the residuals on a property, (M,).
-
-    Runs of one motion are not independent: both are means by motion. NaN for a constant property.
-    """
+    """Return p-value and effect per standard deviation of a property, means by motion."""
+    # NaN for a constant property
     good = np.isfinite(values)
     spread = np.ptp(values[good]) if np.any(good) else 0.0
     if np.sum(good) < 4 or spread <= _CONSTANT * (1.0 + float(np.max(np.abs(values[good])))):
@@ -164,13 +149,9 @@ def _dependence(values: FloatArray, residual: FloatArray) -> tuple[float, float]
 def measure_table(
     demands: pd.DataFrame, motions: pd.DataFrame, settings: FitSettings = DEFAULTS
 ) -> pd.DataFrame:
-    """Rank the intensity measures of a study for its headline demands.
-
-    Per bridge and abutment model, over the completed runs of all its variants; a demand that is
-    missing or zero in one of them is left out.
-    """
-    known = {"motion_id", "magnitude", "distance_km"} <= set(motions.columns)
-    suite = motions[["motion_id", "magnitude", "distance_km"]] if known else None
+    """Return `MEASURE_COLUMNS` by bridge and abutment model, for positive headline demands."""
+    names = ["motion_id", "magnitude", "distance_km"]
+    suite = motions[names] if set(names) <= set(motions.columns) else None
     tables: list[pd.DataFrame] = []
     for model, part in models_of(demands[is_complete(demands)]):
         ranked = [
@@ -184,10 +165,9 @@ def measure_table(
         usable = table[(table["status"] == FITTED) & table["im"].str.startswith(HAZARD_KNOWN)]
         best = None
         if len(usable):
-            logs = pd.Series(np.log(usable["efficiency"].to_numpy(dtype=np.float64)))
-            best = logs.groupby(usable["im"].to_numpy()).mean().idxmin()
+            logs = np.log(usable["efficiency"].astype(np.float64))
+            best = logs.groupby(usable["im"]).mean().idxmin()
         tables.append(table.assign(recommended=(table["im"] == best)))
-    if not tables:
-        return pd.DataFrame(columns=list(MEASURE_COLUMNS))
-    table = pd.concat(tables, ignore_index=True)
-    return table[[name for name in MEASURE_COLUMNS if name in table]]
+    table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
+    columns = [name for name in MEASURE_COLUMNS if name in table or not tables]
+    return table.reindex(columns=columns)

@@ -2,10 +2,7 @@
 
 The median of each variant is that of its line of ln demand. Both variants of a pair see the same
 motions, so the scatter between motions cancels in the ratio of their medians; its error is that of
-the jackknife by motion, in which a motion is left out of all variants together.
-
-References:
-    Bell and McCaffrey (2002), Survey Methodology 28(2):169-181.
+the jackknife, in which a motion is left out of all variants (Bell and McCaffrey 2002, see fits).
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,15 +12,8 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
+from skewbridge.fragility import demand_table
 from skewbridge.fragility.columns import FloatArray
-from skewbridge.fragility.demand_table import (
-    axis_names,
-    demand_columns,
-    models_of,
-    motion_codes,
-    spread,
-    varying_axes,
-)
 from skewbridge.fragility.effects import effect_row, effect_table
 from skewbridge.fragility.existence import FITTED
 from skewbridge.fragility.limit_states import LimitState
@@ -48,21 +38,21 @@ def median_effects(
     Two variants of one bridge and abutment model that differ in one axis only form a cell; the
     smallest value of the axis is the reference. A cell counts where some runs of both variants, and
     not all, are known to exceed the state. A pooled row is the average of ln ratio over the cells.
-
-    Returns:
-        Rows with the columns `effect_columns`, quantity ``median_capacity``, ``demand``
-        component/state; ``im_low`` and ``im_high`` are the smallest and largest median of the
-        cells, at which the ratio applies.
+    The columns are `effect_columns`; ``im_low`` and ``im_high`` are the smallest and largest median
+    of the cells, at which the ratio applies.
     """
     groups = states_by_demand(limit_states).values()
     items = (
-        (model, demand_columns(part, [settings.im, group[0].demand, *(axes or ())]), group)
-        for model, part in models_of(demands)
+        (
+            model,
+            demand_table.demand_columns(part, [settings.im, group[0].demand, *(axes or ())]),
+            group,
+        )
+        for model, part in demand_table.models_of(demands)
         for group in groups
     )
-    rows = spread(partial(_group_rows, settings=settings, axes=axes), items, jobs)
-    table = effect_table(demands, [row for part in rows for row in part])
-    return table.sort_values("scope", kind="stable", ignore_index=True)  # pooled < variant
+    rows = demand_table.spread(partial(_group_rows, settings=settings, axes=axes), items, jobs)
+    return effect_table(demands, [row for part in rows for row in part])
 
 
 def _group_rows(
@@ -73,10 +63,10 @@ def _group_rows(
 ) -> list[dict[str, Any]]:
     """Return the rows of the states of one demand of one bridge and abutment model."""
     description, part, states = item
-    model = _Model(part, states, settings, [*axis_names(part), *(axes or ())])
+    model = _Model(part, states, settings, [*demand_table.axis_names(part), *(axes or ())])
     shared = {"quantity": MEDIAN_CAPACITY, "margin": settings.median_margin}
     rows: list[dict[str, Any]] = []
-    for axis in varying_axes(part) if axes is None else axes:
+    for axis in demand_table.varying_axes(part) if axes is None else axes:
         for (start, end), pairs in model.cells(axis).items():
             place = {**description, **shared, "axis": axis, "from_value": start, "to_value": end}
             for j, state in enumerate(states):
@@ -87,17 +77,12 @@ def _group_rows(
                     continue
                 pooled = average([ratio for ratio, _ in found.values()])
                 counts = pd.DataFrame([each for _, each in found.values()])
-                rows.append(
-                    {**place, "scope": "pooled", **effect_row(pooled, settings)}
-                    | {str(name): n for name, n in counts.filter(regex="^n_").sum().items()}
-                    | {
-                        "from_mean": float(np.exp(np.log(counts["from_mean"]).mean())),
-                        "im_low": counts["im_low"].min(),
-                        "im_high": counts["im_high"].max(),
-                        "n_cells": len(found),
-                        "n_motions": int(np.count_nonzero(pooled.exact)),
-                    }
-                )
+                row = {**place, "scope": "pooled", **effect_row(pooled, settings)}
+                row |= {str(name): n for name, n in counts.filter(regex="^n_").sum().items()}
+                row |= {"im_low": counts["im_low"].min(), "im_high": counts["im_high"].max()}
+                row["from_mean"] = float(np.exp(np.log(counts["from_mean"]).mean()))
+                row |= {"n_cells": len(found), "n_motions": int(np.count_nonzero(pooled.exact))}
+                rows.append(row)
                 for (first, _), (ratio, each) in found.items():
                     others = {k: v for k, v in model.places[first].items() if k != axis}
                     row = {**place, **others, "scope": "variant", **each}
@@ -116,7 +101,7 @@ class _Model:
         names: Sequence[str],
     ) -> None:
         self._part, self._states, self._names = part, states, names
-        self._motion = motion_codes(part)
+        self._motion = demand_table.motion_codes(part)
         self._ln_im = np.log(part[settings.im].to_numpy(dtype=np.float64))
         keys = part[list(names)].to_numpy(dtype=np.float64)
         places, variant = np.unique(keys, axis=0, return_inverse=True)
@@ -142,10 +127,7 @@ class _Model:
         return dict(sorted(cells.items()))
 
     def ratio(self, pair: tuple[int, int], j: int) -> tuple[Jackknifed, dict[str, float]] | None:
-        """Return ln ratio of the medians of state j, to over from, and the columns of its runs.
-
-        None where a side has no median.
-        """
+        """Return ln ratio of medians of state j and the columns of its runs; None without one."""
         shared = self._has[pair[0]] & self._has[pair[1]]
         if np.count_nonzero(shared) < _MIN_MOTIONS:
             return None
@@ -172,11 +154,8 @@ class _Model:
         return Jackknifed.of(values, shared, parameters=2), columns
 
     def _medians(self, variant: int, partner: int) -> tuple[FloatArray, dict[str, int]]:
-        """Return ln medians of a variant under the motions that its partner has too, and counts.
-
-        The medians have a row per state and a column for all runs, then without each motion of the
-        model, shape (J, 1 + M); NaN where no run, or every run, is known to exceed the state.
-        """
+        """Return ln medians of a variant under the motions that its partner has too, and counts."""
+        # medians (J, 1 + M) of all runs, then without each motion; NaN where a state has none
         has, motions = self._has[partner], self._has.shape[1]
         key = variant, -1 if np.all(has >= self._has[variant]) else partner
         if key not in self._known:

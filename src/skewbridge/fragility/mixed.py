@@ -114,11 +114,8 @@ def _maximised(
     motions: NDArray[np.bool_],
     decrement: float,
 ) -> MixedFit:
-    """Return the fit to some motions by Newton's method.
-
-    ``floor`` bounds ln tau and ln sigma; a step with a smaller expected gain in log-likelihood than
-    ``decrement`` is the last one.
-    """
+    """Return the fit to some motions by Newton's method."""
+    # `floor` bounds ln tau and ln sigma; a step that gains less than `decrement` is the last one
 
     def at(parameters: FloatArray) -> MixedFit:
         return likelihood.at(np.append(parameters[:-2], np.maximum(parameters[-2:], floor)))
@@ -254,10 +251,8 @@ class _Likelihood:
     def _panels(
         self, mean: FloatArray, variance: FloatArray, above: FloatArray, sigma: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Return nodes and weights of the integrals over u, shapes (G, Q).
-
-        ``above`` is the fitted value of each censored run less its bound, shape (h,).
-        """
+        """Return nodes and weights of the integrals over u, shapes (G, Q)."""
+        # `above` is the fitted value of each censored run less its bound, shape (h,)
         mode, prior, curve = mean.copy(), np.sqrt(variance), 1.0 / variance
         if self._rows.size == 0:  # the integrand is normal times a polynomial of degree 4
             return mode[:, None] + prior[:, None] * _NORMAL_NODES, prior[:, None] * _NORMAL_WEIGHTS

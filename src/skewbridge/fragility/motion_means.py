@@ -1,13 +1,12 @@
 """Means and lines over motions, with bounds, and intervals by motion.
 
 The motion is the random unit: a motion counts once, however often it ran, and every error comes
-from estimates without one motion (jackknife). Values that are only known to lie above or below a
-bound count as censored normal values (Tobit).
+from estimates without one motion (jackknife). Bounds count as censored normal values (Tobit).
 
 References:
-    Tobin (1958), Econometrica 26(1):24-36; Dempster, Laird and Rubin (1977), J. R. Stat. Soc. B
-    39(1):1-38, for the iteration; Efron and Stein (1981), Ann. Stat. 9(3):586-596, for the
-    jackknife; Kott (2001), J. Official Statistics 17(4):521-526, for that of groups.
+    Dempster, Laird and Rubin (1977), J. R. Stat. Soc. B 39(1):1-38, for the iteration; Efron and
+    Stein (1981), Ann. Stat. 9(3):586-596, for the jackknife; Kott (2001), J. Official Statistics
+    17(4):521-526, for that of groups.
 """
 
 from collections.abc import Sequence
@@ -58,10 +57,7 @@ def jackknife_covariance(values: FloatArray) -> FloatArray:
 
 
 def jackknife_factors(logs: FloatArray, level: float) -> list[float]:
-    """Return the factors from q estimates to their interval ends; NaN with fewer than four values.
-
-    ``logs`` (M, q) are logarithms without each motion.
-    """
+    """Return the factors to interval ends from ln of q estimates without each motion, (M, q)."""
     if len(logs) < MIN_VALUES:
         return [nan] * logs.shape[1]
     t = float(special.stdtrit(len(logs) - 2, 0.5 + 0.5 * level))
@@ -70,13 +66,11 @@ def jackknife_factors(logs: FloatArray, level: float) -> list[float]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Jackknifed:
-    """An estimate of shape (...), with the influence of each of M motions.
-
-    The influence is (n - 1)/n times the change of the estimate when a motion is left out.
-    """
+    """An estimate of shape (...), with the influence of each of M motions."""
 
     estimate: FloatArray
-    influence: FloatArray  # shape (M, ...), zero for a motion without a value
+    #: (n - 1)/n times the change when a motion is left out, shape (M, ...); zero without a value.
+    influence: FloatArray
     present: NDArray[np.bool_]  # motions that have a value, exact or a bound, shape (M,)
     exact: NDArray[np.bool_]  # motions with an exact value: they give the degrees of freedom
     parameters: int = 1  # 1 for means, 2 for lines
@@ -114,10 +108,7 @@ class Jackknifed:
         return np.sqrt(np.sum(self.influence**2, axis=0) * count / max(count - 1, 1))
 
     def interval(self, level: float) -> tuple[FloatArray, FloatArray]:
-        """Return the ends of Student's interval, each of shape (...).
-
-        NaN below two degrees of freedom.
-        """
+        """Return the ends of Student's interval, (...); NaN below two degrees of freedom."""
         t = special.stdtrit(self.dof, 0.5 + 0.5 * level) if self.dof >= 2 else np.nan
         return self.estimate - t * self.error, self.estimate + t * self.error
 
@@ -134,11 +125,8 @@ class Jackknifed:
 
 
 def average(cells: Sequence[Jackknifed]) -> Jackknifed:
-    """Return the average of the cells that have an estimate, each with the same weight.
-
-    The motions are common to all cells, so the error is the scatter of the averaged influences.
-    Without any estimate the average is NaN.
-    """
+    """Return the average of the cells that have an estimate, each with the same weight."""
+    # the motions are common to all cells, so the error is the scatter of averaged influences
     good = [cell for cell in cells if np.all(np.isfinite(cell.estimate))]
     if not good:
         return cells[0]
@@ -161,16 +149,15 @@ def by_motion(
 ) -> Jackknifed:
     """Return the mean over motions (), or with ``x`` a line: its value at x = 0 and slope (2,).
 
+    NaN where fewer than three motions (four for a line) have an exact value, or where leaving out
+    one of them makes the slope undefined.
+
     Args:
         values: Values or bounds, shape (n,).
         bound: 0 where the value is exact, 1 where it is a lower bound, -1 an upper bound.
         motions: Number of the motion of each value, 0 .. count - 1.
         count: Number of motions, including those without a value.
         x: Variable of the line, shape (n,).
-
-    Returns:
-        NaN where fewer than three motions (four for a line) have an exact value, or where leaving
-        out one of them makes the slope undefined.
     """
     design = np.column_stack([np.ones(values.size), *([] if x is None else [x])])
     parameters = design.shape[1]
@@ -189,20 +176,18 @@ def by_motion(
 def bounded_regression(
     design: FloatArray, values: FloatArray, bound: NDArray[np.int_], weights: FloatArray
 ) -> FloatArray:
-    """Return the coefficients of a normal regression for each of R sets of weights.
+    """Return the coefficients of a normal regression for each of R sets of weights, shape (R, p).
 
     Without bounds these are weighted least squares. With them each bound counts by its expected
     value, given the line and the scatter that are found; the scatter has the divisor of a sample,
-    sum of weights - p, without which it is too small with few motions.
+    sum of weights - p, without which it is too small with few motions. NaN where the exact values
+    do not determine every line.
 
     Args:
         design: Columns of the regression, the first one of ones, shape (n, p).
         values: Values or bounds, shape (n,).
         bound: 0 where the value is exact, 1 where it is a lower bound, -1 an upper bound.
         weights: Shape (R, n).
-
-    Returns:
-        Shape (R, p); NaN where the exact values do not determine every line.
     """
     (n, p), exact = design.shape, bound == 0
     products = (design[:, :, None] * design[:, None, :]).reshape(n, p * p)

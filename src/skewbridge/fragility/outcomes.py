@@ -56,6 +56,11 @@ class DemandOutcomes:
         below = np.isfinite(self.upper) & (self.upper <= state.threshold)
         return ~self.exceed(state) & ~below
 
+    def counts(self, state: LimitState) -> dict[str, int]:
+        """Return the numbers of runs that exceed a state and of those with unknown outcome."""
+        exceed, unknown = np.sum(self.exceed(state)), np.sum(self.unknown(state))
+        return {"n_exceed": int(exceed), "n_unknown": int(unknown)}
+
     def status(self, state: LimitState) -> str:
         """Return whether a state can have a median: not if no run, or every run, exceeds it."""
         # ASSUME a study states no median that no run reached, or that every run passed
@@ -117,8 +122,8 @@ def demand_outcomes(table: pd.DataFrame, states: Sequence[LimitState]) -> Demand
     upper = np.where(complete, peak, np.inf)
     if np.any(complete & (peak == 0.0)):
         positive, mildest = peak[complete & (peak > 0.0)], min(s.threshold for s in states)
-        limit = max(float(np.min(positive, initial=np.inf)), _SMALL_SHARE * mildest)
-        limit = min(limit, mildest)
+        smallest = float(np.min(positive, initial=np.inf))
+        limit = min(max(smallest, _SMALL_SHARE * mildest), mildest)
         small = complete & (peak < limit)
         lower, upper = np.where(small, 0.0, lower), np.where(small, limit, upper)
     return DemandOutcomes(lower, upper, complete)

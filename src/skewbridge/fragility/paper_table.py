@@ -1,5 +1,6 @@
 """Fragility table for publication: medians, dispersions and ratios of medians, also as LaTeX."""
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from math import isnan, nan
 from typing import Any, Final
@@ -12,6 +13,7 @@ from skewbridge.fragility.demand_table import axis_names
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.verdicts import RATIOS
 from skewbridge.units import split_unit
 from skewbridge.variant.abutments import lacking_axes
 from skewbridge.variant.axes import AXES, Axis, axes_of
@@ -80,14 +82,7 @@ def paper_table(
     joint: pd.DataFrame,
     settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
-    """Return a row per variant and limit state, and one per joint model.
-
-    Limit states without any estimate are left out. Ratios have the confidence level of effects,
-    medians that of fits.
-
-    Returns:
-        Table with the columns `paper_columns` of the axes of the study.
-    """
+    """Return `paper_columns` of each variant and joint model, for limit states with an estimate."""
     axes = _axes(curves)
     rows = [*_variant_rows(curves, medians, axes), *_joint_rows(joint, settings.effect_confidence)]
     table = pd.DataFrame(rows, columns=list(paper_columns(axes)))
@@ -113,26 +108,24 @@ def _variant_rows(
 
     pairs = records_of(medians[medians["scope"] == "variant"])
     ratios = {key_of(row, row["demand"], row["axis"], row["to_value"]): row for row in pairs}
-    columns = paper_columns(axes)
     for row in records_of(chosen_curves(curves)):
-        out = {name: row[name] for name in columns if name in row} | {"row": row["variant"]}
+        out = {name: row[name] for name in paper_columns(axes) if name in row}
         state = f"{row['component']}/{row['limit_state']}"
         for axis in names:
             pair = ratios.get(key_of(row, state, axis, row[axis]), {})
-            out |= _ratio(axis, [pair.get(name, nan) for name in ("ratio", "ci_low", "ci_high")])
-        yield out
+            out |= _ratio(axis, [pair.get(name, nan) for name in RATIOS])
+        yield out | {"row": row["variant"]}
 
 
 def _joint_rows(joint: pd.DataFrame, level: float) -> Iterator[dict[str, Any]]:
     for row in records_of(joint[joint["status"] == FITTED]):
         model = JointModel.of_row(row)
-        limits, middle = model.axis_range.limits, model.axis_range.middle
         out = {name: value for name, value in row.items() if name in PAPER_COLUMNS}
-        out |= {"row": JOINT, "method": JOINT}
+        middle = model.axis_range.middle
         for axis in middle:
-            low, high = limits[axis]
-            out |= _ratio(axis, model.ratio(middle | {axis: low}, middle | {axis: high}, level))
-        yield out
+            low, high = (middle | {axis: end} for end in model.axis_range.limits[axis])
+            out |= _ratio(axis, model.ratio(low, high, level))
+        yield out | {"row": JOINT, "method": JOINT}
 
 
 def _ratio(axis: str, values: Sequence[float]) -> dict[str, float]:
@@ -157,10 +150,7 @@ def variant_in_words(row: Mapping[str, Any]) -> str:
 
 
 def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
-    """Return the rows as texts by the heads of the columns.
-
-    Ratios that no row has are left out; an asterisk marks medians on which the methods differ.
-    """
+    """Return the rows as texts; an asterisk marks medians on which the methods differ."""
     ratios = ratio_names(table)
     return [
         {
@@ -194,6 +184,7 @@ def latex_table(table: pd.DataFrame) -> str:
     names = list(rows[0]) if rows else list(_LATEX_HEADS)
     head = " & ".join(_LATEX_HEADS.get(name, f"{name.replace('_', ' ')} ratio") for name in names)
     units = ", ".join(sorted(set(table["im"].astype(str))))
+    cells = ([re.sub("[_%&]", r"\\\g<0>", text) for text in row.values()] for row in rows)
     return "\n".join(
         [
             r"% needs \usepackage{booktabs,longtable}",
@@ -206,7 +197,7 @@ def latex_table(table: pd.DataFrame) -> str:
             head + r" \\",
             r"\midrule",
             r"\endhead",
-            *(" & ".join(map(_escaped, row.values())) + r" \\" for row in rows),
+            *(" & ".join(texts) + r" \\" for texts in cells),
             r"\bottomrule",
             r"\end{longtable}",
             "",
@@ -226,7 +217,3 @@ def _interval(row: Mapping[str, Any], name: str) -> str:
 
 def _number(value: float) -> str:
     return _NONE if pd.isna(value) else f"{value:.3g}"
-
-
-def _escaped(text: str) -> str:
-    return text.replace("_", r"\_").replace("%", r"\%").replace("&", r"\&")

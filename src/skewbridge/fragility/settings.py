@@ -64,8 +64,7 @@ class FitSettings:
         description="seed of that bootstrap and of system curves",
     )
     accept_bounds: bool = Field(
-        default=False,
-        description="give a median that unknown outcomes move by over 15 %",
+        default=False, description="give a median that unknown outcomes move by over 15 %"
     )
     exclude_suspect: bool = Field(
         default=False,

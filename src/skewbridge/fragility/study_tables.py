@@ -17,15 +17,8 @@ from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import frame_of, read_table, records_of, texts_of, write_frame
 from skewbridge.files.text import writable_folder, write_text
+from skewbridge.fragility import demand_table
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
-from skewbridge.fragility.demand_table import (
-    BRIDGE_COLUMNS,
-    KEY_COLUMNS,
-    NOTE_COLUMNS,
-    need_columns,
-    prepared,
-    read_demands,
-)
 from skewbridge.fragility.effects import EFFECT_COLUMNS, INTENSITY_COLUMNS, effect_tables
 from skewbridge.fragility.joint import JOINT_COLUMNS, joint_table
 from skewbridge.fragility.limit_states import (
@@ -36,12 +29,7 @@ from skewbridge.fragility.limit_states import (
 )
 from skewbridge.fragility.measures import MEASURE_COLUMNS, measure_table
 from skewbridge.fragility.median_effects import median_effects
-from skewbridge.fragility.paper_table import (
-    latex_table,
-    paper_columns,
-    paper_table,
-    printed_rows,
-)
+from skewbridge.fragility.paper_table import latex_table, paper_columns, paper_table, printed_rows
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.suites import SUITE_COLUMNS, suite_tables
 from skewbridge.fragility.system import SYSTEM_COLUMNS, system_curves
@@ -64,7 +52,7 @@ REFERENCE_STATES: Final = (
 _STUDY_KEYS: Final = ("config_digest", "suite_digest", "git_commit", "skewbridge_version")
 #: Columns of a table of fits that are values of its intensity measure.
 _MEDIAN: Final = re.compile(r"theta(_(?!bound_beta)\w+)?")
-_KEYS: Final = {name: CURVE_COLUMNS[name] for name in ("variant", *BRIDGE_COLUMNS)}
+_KEYS: Final = {name: CURVE_COLUMNS[name] for name in ("variant", *demand_table.BRIDGE_COLUMNS)}
 #: Descriptions of the columns by table.
 DESCRIPTIONS: Final[dict[str, Mapping[str, str]]] = {
     "curves": CURVE_COLUMNS,
@@ -75,7 +63,7 @@ DESCRIPTIONS: Final[dict[str, Mapping[str, str]]] = {
     "joint": JOINT_COLUMNS,
     "system": _KEYS | SYSTEM_COLUMNS,
     "measures": MEASURE_COLUMNS,
-    "input_notes": NOTE_COLUMNS,
+    "input_notes": demand_table.NOTE_COLUMNS,
     "suites": SUITE_COLUMNS,
     "suite_curves": CURVE_COLUMNS | {SUITE: SUITE_COLUMNS[SUITE]},
     PAPER_TABLE: paper_columns(AXES),
@@ -90,14 +78,12 @@ def fragility_tables(
     *,
     jobs: int = 1,
 ) -> dict[str, pd.DataFrame]:
-    """Return every table of results/fragility by file name.
-
-    Raises:
-        InputError: A column is missing or a value unusable; names row and column.
-    """
-    need_columns(demands, KEY_COLUMNS)
+    """Return every table of results/fragility by name; an `InputError` names row and column."""
+    demand_table.need_columns(demands, demand_table.KEY_COLUMNS)
     states = with_column_failure(limit_states, with_derived_columns(demands.head(0)).columns)
-    checked = prepared(demands, list(dict.fromkeys(state.demand for state in states)), settings)
+    checked = demand_table.prepared(
+        demands, list(dict.fromkeys(state.demand for state in states)), settings
+    )
     rows = checked.table
     curves = fit_study(rows, states, settings, jobs=jobs)
     medians = median_effects(rows, states, settings, jobs=jobs)
@@ -158,15 +144,11 @@ def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS)
 
 
 def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
-    """Return per bridge and abutment model the intensity at which effects are stated.
-
-    It is the geometric mean over the variants of the median of the first of `REFERENCE_STATES` that
-    has one; a model without any is left out.
-    """
+    """Return the intensity of the effects by model: mean median of the first `REFERENCE_STATES`."""
     usable = curves[curves["preferred"].to_numpy(dtype=bool)]
     state = usable["component"] + "/" + usable["limit_state"]
     rank = state.map({name: number for number, name in enumerate(REFERENCE_STATES)})
-    keys = list(BRIDGE_COLUMNS)
+    keys = list(demand_table.BRIDGE_COLUMNS)
     first = usable.assign(rank=rank, ln_theta=np.log(usable["theta"])).dropna(subset=["rank"])
     ln_theta = first.groupby([*keys, "rank"])["ln_theta"].mean().groupby(level=keys).first()
     return {(str(b), str(a)): float(np.exp(value)) for (b, a), value in ln_theta.items()}
@@ -227,16 +209,11 @@ def load_results(folder: Path) -> Results:
 
 
 def demands_file(folder: Path) -> Path:
-    """Return the demands of a study.
-
-    Raises:
-        InputError: The folder has none.
-    """
+    """Return the demands of a study; an `InputError` if the folder has none."""
     path = folder / "demands.parquet"
-    if not path.is_file():
-        text = f"{folder} has no demands.parquet: give the folder of a study that has run"
-        raise InputError(text)
-    return path
+    if path.is_file():
+        return path
+    raise InputError(f"{folder} has no demands.parquet: give the folder of a study that has run")
 
 
 def _frame(path: Path) -> pd.DataFrame:
@@ -256,12 +233,9 @@ def _frame(path: Path) -> pd.DataFrame:
 def _tables_of(
     demands: Path, limit_states: Path, im: str | None, **margins: float
 ) -> tuple[dict[str, pd.DataFrame], str, list[str]]:
-    """Return the tables of a file of demands, the intensity measure and what is left out.
-
-    Limit states whose demand the table lacks are left out.
-    """
+    """Return the tables, the intensity measure and the limit states whose demand is missing."""
     states = load_limit_states(limit_states)
-    table = read_demands(demands, im, [state.demand for state in states])
+    table = demand_table.read_demands(demands, im, [state.demand for state in states])
     usable = [state for state in states if state.demand in table]
     if not usable:
         wanted = ", ".join(dict.fromkeys(state.demand for state in states))
@@ -286,13 +260,9 @@ def statistics_of(
     im: str | None = None,
     margin: float | None = None,
 ) -> dict[str, Any]:
-    """Write every table of results/fragility from a table of demands.
+    """Write every table of results/fragility from a table of demands, and return their summary.
 
-    Returns:
-        ``tables`` (rows by table), ``status`` of the fits and ``verdict`` (family-wise) of the
-        effects (counts), ``left_out`` (limit states whose demand the table lacks),
-        ``rejected_rows`` (their number), ``notes`` (rejected rows, missing demands, equal motions),
-        ``im``, ``out``.
+    Limit states whose demand the table lacks are ``left_out``.
 
     Raises:
         InputError: A file, column or value is unusable; names row and column.
@@ -316,14 +286,7 @@ def statistics_of(
 
 
 def paper_rows(demands: Path, limit_states: Path, im: str | None = None) -> dict[str, Any]:
-    """Return the fragility table for publication; arguments as for `statistics_of`.
-
-    Returns:
-        ``rows`` (numbers, by `paper_columns`), ``shown`` (the rows as printed) and ``title``.
-
-    Raises:
-        InputError: A file, column or value is unusable; names row and column.
-    """
+    """Return the table for publication as ``rows`` of numbers and as ``shown``, with a title."""
     tables, measure, _ = _tables_of(demands, limit_states, im)
     rows = tables[PAPER_TABLE]
     title = f"medians in {measure}"

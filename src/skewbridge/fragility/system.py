@@ -1,8 +1,8 @@
 """System fragility of the variants: any component at a degree of damage or a more severe one.
 
-A component whose states lack a degree takes part with its next more severe state. A component that
-fails at ln x = ln theta_i + beta_i e_i, with correlated standard normal e_i, makes the system fail
-at the smallest of these intensities: their distribution over quasi-random e is the system curve.
+A component that fails at ln x = ln theta_i + beta_i e_i, with correlated standard normal e_i, makes
+the system fail at the smallest of these intensities: their distribution over quasi-random e is the
+system curve.
 
 References:
     Nielson and DesRoches (2007), EESD 36(6):823-839: component demands as joint lognormals.
@@ -10,11 +10,10 @@ References:
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache, lru_cache, partial
 from itertools import combinations
 from math import nan
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -71,35 +70,25 @@ def system_curves(
     *,
     jobs: int = 1,
 ) -> pd.DataFrame:
-    """Return the system curve of every variant and degree of damage.
+    """Return a row per variant and degree of damage: description and `SYSTEM_COLUMNS`.
 
     A component takes part if some run of the variant, and not every run, exceeds its state and its
     demand rises with the intensity. Runs that ended early are censored demands (Tobit).
-
-    Returns:
-        One row per (variant, degree): variant, bridge, abutment, axes and `SYSTEM_COLUMNS`.
 
     Raises:
         InputError: The degrees of damage of the components have no common order.
     """
     members = system_members([state for state in limit_states if state.system_degree])
-    columns = dict.fromkeys(state.demand for states in members.values() for state in states)
-    rows = spread(
-        partial(_variant_rows, members=members, settings=settings),
-        variants_of(demands, [settings.im, *columns]),
-        jobs,
-    )
+    columns = [settings.im, *(state.demand for states in members.values() for state in states)]
+    rows_of = partial(_variant_rows, members=members, settings=settings)
+    rows = spread(rows_of, variants_of(demands, columns), jobs)
     return pd.DataFrame([row for part in rows for row in part])
 
 
 def system_members(states: Sequence[LimitState]) -> dict[str, list[LimitState]]:
-    """Return per degree of damage the state with which each component takes part.
+    """Return per degree of damage, mild to severe, the states with which components take part.
 
-    The degrees are ordered as the components order them, mild to severe. A component takes part
-    with its mildest state of that degree or of one that is more severe.
-
-    Raises:
-        InputError: Two components order the degrees differently.
+    These are the mildest ones of that degree or of one that is more severe in some component.
     """
     by_component: dict[str, list[LimitState]] = {state.component: [] for state in states}
     for state in sorted(states, key=lambda item: item.threshold):
@@ -124,8 +113,7 @@ def system_members(states: Sequence[LimitState]) -> dict[str, list[LimitState]]:
     return members
 
 
-@dataclass(frozen=True, slots=True)
-class _Member:
+class _Member(NamedTuple):
     """A component that takes part: its state, outcomes and lines by motion."""
 
     state: LimitState
@@ -187,8 +175,8 @@ def _system(
     if not members or ln_im.size < MIN_RUNS:
         return row | {"status": "too_few_runs" if members else "no_component"}
     if np.all(exceed | unknown):
-        level, beta = settings.confidence, settings.assumed_beta
-        each = np.ones(int(exceed.sum()))
+        each, beta = np.ones(int(exceed.sum())), settings.assumed_beta
+        level = settings.confidence
         bound = median_bound(ln_im[exceed], each, beta=beta, level=level, exceed=True)
         return row | {"status": ALL_EXCEED, "theta_bound": bound}
     ln_theta = np.column_stack([m.lines.ln_theta(m.state.threshold) for m in members])
@@ -235,11 +223,8 @@ def _system(
 
 
 def _correlation(members: Sequence[_Member], ln_im: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the correlation of the residuals of ln demand by replicate, shape (R, m, m).
-
-    Pairwise over the runs in which both demands are known; the nearest correlation matrix where
-    these differ.
-    """
+    """Return the correlation of the residuals of ln demand by replicate, shape (R, m, m)."""
+    # by pairs, over the runs in which both are known; then the nearest correlation matrix
     size = len(members)
     matrix = np.broadcast_to(np.eye(size), (len(weights), size, size)).copy()
     known, residuals = [], []
@@ -248,21 +233,18 @@ def _correlation(members: Sequence[_Member], ln_im: FloatArray, weights: FloatAr
         known.append(outcomes.lower == outcomes.upper)
         y = np.log(np.where(known[-1], outcomes.lower, 1.0))
         residuals.append(y - (line.ln_a[:, None] + line.b[:, None] * ln_im))
-    for i in range(size):
-        for j in range(i):
-            if np.sum(both := known[i] & known[j]) < MIN_COMPLETE:
-                matrix[:, i, j] = matrix[:, j, i] = 0.0
-                continue
-            w = weights[:, both]
-            first, second = (residuals[k][:, both] for k in (i, j))
-            count = np.maximum(np.sum(w, axis=1), 1.0)[:, None]
-            first = first - np.sum(w * first, axis=1)[:, None] / count
-            second = second - np.sum(w * second, axis=1)[:, None] / count
-            pairs = (first, second), (first, first), (second, second)
-            products = [np.sum(w * a * b, axis=1) for a, b in pairs]
-            with np.errstate(divide="ignore", invalid="ignore"):
-                rho = products[0] / np.sqrt(products[1] * products[2])
-            matrix[:, i, j] = matrix[:, j, i] = np.clip(np.nan_to_num(rho), -1.0, 1.0)
+    for i, j in combinations(range(size), 2):
+        if np.sum(both := known[i] & known[j]) < MIN_COMPLETE:
+            continue
+        w = weights[:, both]
+        count = np.maximum(np.sum(w, axis=1), 1.0)[:, None]
+        pair = (residuals[k][:, both] for k in (i, j))
+        first, second = (e - np.sum(w * e, axis=1)[:, None] / count for e in pair)
+        pairs = (first, second), (first, first), (second, second)
+        covariance, *variances = (np.sum(w * a * b, axis=1) for a, b in pairs)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rho = covariance / np.sqrt(variances[0] * variances[1])
+        matrix[:, i, j] = matrix[:, j, i] = np.clip(np.nan_to_num(rho), -1.0, 1.0)
     values, vectors = np.linalg.eigh(matrix)
     root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
     root /= np.linalg.norm(root, axis=2, keepdims=True)
@@ -272,10 +254,7 @@ def _correlation(members: Sequence[_Member], ln_im: FloatArray, weights: FloatAr
 def _failures(
     ln_theta: FloatArray, beta: FloatArray, correlation: FloatArray, points: int, seed: int
 ) -> FloatArray:
-    """Return ln of the intensity at which each component fails, shape (m, R, points).
-
-    ``ln_theta`` and ``beta`` have the shape (R, m), ``correlation`` (R, m, m).
-    """
+    """Return ln of the intensity at which each component fails, shape (m, R, points)."""
     values, vectors = np.linalg.eigh(correlation)
     root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] * beta[:, :, None]
     normals = _normals(ln_theta.shape[1], points, seed).T

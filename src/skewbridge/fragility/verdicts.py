@@ -79,20 +79,16 @@ NEEDED_COLUMNS: Final[dict[str, str]] = {
 def judged(table: pd.DataFrame) -> pd.DataFrame:
     """Return a table of effects with status, verdict, direction and family-wise verdict.
 
-    The verdict follows from the interval of the row. A family contains the rows of one bridge,
-    abutment model, axis, scope and quantity, either of the headline demands and states or of the
-    others: its family-wise verdicts hold jointly. For each kind of claim (outside the
-    margin, inside it, direction) the p-values are adjusted after Holm: the probability that any
-    claim is wrong is at most 1 - level, or half of that for one-sided claims.
-
-    ``table`` has ratio, ci_low, ci_high, margin, level, dof, n_discordant and n_pairs; difference,
-    difference_low, difference_high and difference_margin where ``judged_by`` is the difference. A
-    ratio whose interval is wider than a factor of 10 is set to NaN.
+    The verdict follows from the interval of the row; a ratio whose interval is wider than a factor
+    of 10 is set to NaN. A family contains the rows of one bridge, abutment model, axis, scope and
+    quantity, either of the headline demands and states or of the others: its family-wise verdicts
+    hold jointly. For each kind of claim (outside the margin, inside it, direction) the p-values are
+    adjusted after Holm: the probability that any claim is wrong is at most 1 - level, or half of
+    that for one-sided claims.
     """
     wide = ~(table["ci_high"] <= MAX_WIDTH * table["ci_low"])
     table = table.assign(**{name: table[name].mask(wide) for name in RATIOS})
-    value, low, high, below, above = _on_scale(table)
-    status = np.where(np.isnan(low), NOT_ESTIMABLE, OK)
+    value, low, high, below, above = scale = _on_scale(table)
     possible = may_be_negligible(table)
     headline = table["demand"].isin((*demands_for("headline"), *HEADLINE_STATES))
     keys = (*BRIDGE_COLUMNS, "axis", "scope", "quantity")
@@ -100,20 +96,16 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
     tail = 1.0 - table["level"].to_numpy(dtype=np.float64)
     holds = {
         claim: p.groupby(family, group_keys=False).transform(_holm).to_numpy() <= tail * share
-        for claim, (p, share) in _p_values(table, value, low, high, below, above).items()
+        for claim, (p, share) in _p_values(table, *scale).items()
     }
-    outside, zero = holds["outside"], np.zeros_like(value)
-    sides = [outside & (value < 0.0), outside & (value > 0.0)]
-    in_family = np.select(
-        [*sides, holds["inside"] & possible, holds["direction"]],
-        _IN_ORDER,
-        default=UNDECIDED,
-    )
+    sides = [holds["outside"] & (value < 0.0), holds["outside"] & (value > 0.0)]
+    claims = [*sides, holds["inside"] & possible, holds["direction"]]
+    zero = np.zeros_like(value)
     return table.assign(
-        status=status,
+        status=np.where(np.isnan(low), NOT_ESTIMABLE, OK),
         verdict=verdicts_of(low, below, zero, above, high, possible=possible),
         direction=np.select([high < 0.0, low > 0.0], [-1, 1], default=0),
-        verdict_family=in_family,
+        verdict_family=np.select(claims, _IN_ORDER, default=UNDECIDED),
     )
 
 
@@ -132,18 +124,13 @@ def verdicts_of(
     *,
     possible: NDArray[np.bool_],
 ) -> NDArray[np.str_]:
-    """Return the verdicts of intervals low..high against margins below..above around no change.
-
-    ``possible`` states where an effect may be called negligible.
-    """
+    """Return the verdicts of intervals against margins; ``possible``: may be negligible."""
     inside = (low >= below) & (high <= above) & possible
     claims = [high < below, low > above, inside, (low > zero) | (high < zero)]
     return np.select(claims, _IN_ORDER, default=UNDECIDED)
 
 
-def _on_scale(
-    table: pd.DataFrame,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+def _on_scale(table: pd.DataFrame) -> tuple[FloatArray, ...]:
     """Return estimate, interval ends and margins around zero: ln ratio, or the difference."""
     plain = (table["judged_by"] == DIFFERENCE).to_numpy()
     columns = [table[n].to_numpy(dtype=np.float64) for n in (*RATIOS, *DIFFERENCES)]
@@ -154,48 +141,35 @@ def _on_scale(
     return value, low, high, below, above
 
 
-def _p_values(
-    table: pd.DataFrame,
-    value: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
-    below: FloatArray,
-    above: FloatArray,
-) -> dict[str, tuple[pd.Series, float]]:
-    """Return p-values by kind of claim, and the share of 1 - level at which it is tested.
-
-    They are those of Student's t, with the error that the interval has on the side in question.
-    """
+def _p_values(table: pd.DataFrame, *scale: FloatArray) -> dict[str, tuple[pd.Series, float]]:
+    """Return p-values of Student's t by kind of claim, and the share of 1 - level for its test."""
+    # the error is that of the interval on the side in question; `scale` is as by `_on_scale`
+    value, low, high, below, above = scale
     dof = np.maximum(table["dof"].to_numpy(dtype=np.float64), 1.0)
     t = special.stdtrit(dof, 0.5 + 0.5 * table["level"].to_numpy(dtype=np.float64))
 
-    def tail(distance: FloatArray, reach: FloatArray) -> FloatArray:
-        """Return p-values of distances; 1/2 for no distance, even without an error."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return special.stdtr(dof, np.where(distance == 0.0, 0.0, t * distance / reach))
-
-    def sides(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def sides(first: FloatArray | float, second: FloatArray | float) -> list[FloatArray]:
         """Return the p-values of lying below the first limit, and above the second."""
-        return tail(value - first, high - value), tail(second - value, value - low)
+        pairs = (value - first, high - value), (second - value, value - low)
+        with np.errstate(divide="ignore", invalid="ignore"):  # 1/2 for no distance and no error
+            steps = [np.where(away == 0.0, 0.0, t * away / reach) for away, reach in pairs]
+        return [special.stdtr(dof, step) for step in steps]
 
-    zero = np.zeros_like(value)
-    known = np.isfinite(low) & np.isfinite(high)
     claims = {
         "outside": (np.minimum(*sides(below, above)), 0.5),
         "inside": (np.maximum(*sides(above, below)), 0.5),
-        "direction": (np.minimum(1.0, 2.0 * np.minimum(*sides(zero, zero))), 1.0),
+        "direction": (np.minimum(1.0, 2.0 * np.minimum(*sides(0.0, 0.0))), 1.0),
     }
+    known = np.isfinite(low) & np.isfinite(high)
     return {
-        claim: (pd.Series(np.where(known, p, np.nan), index=table.index), share)
+        claim: (pd.Series(np.where(known, p, nan), index=table.index), share)
         for claim, (p, share) in claims.items()
     }
 
 
 def _holm(p: pd.Series) -> pd.Series:
-    """Return p-values adjusted after Holm; missing ones do not count, equal claims count once.
-
-    Two states that the same runs reach (shear failure and any failure of a column) are one claim.
-    """
+    """Return p-values adjusted after Holm; missing ones do not count, equal claims count once."""
+    # two states that the same runs reach (shear failure and any failure of a column) are one claim
     distinct = np.unique(p.dropna().to_numpy())
     steps = np.arange(distinct.size, 0, -1)
     adjusted = np.minimum(1.0, np.maximum.accumulate(distinct * steps))
@@ -203,11 +177,7 @@ def _holm(p: pd.Series) -> pd.Series:
 
 
 def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame:
-    """Return how many motions would decide each pooled effect on a headline demand or median.
-
-    Returns:
-        Rows with the columns `NEEDED_COLUMNS`.
-    """
+    """Return `NEEDED_COLUMNS` of each pooled effect on a headline demand or on a median."""
     asked = effects["demand"].isin(demands_for("headline")) | (
         effects["quantity"] == MEDIAN_CAPACITY
     )
@@ -225,14 +195,10 @@ def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame
             forecast = MORE if isfinite(needed) else UNKNOWN if np.isnan(needed) else ON_MARGIN
             if row["verdict"] in DECIDED:
                 forecast, more = DECIDED_NOW, 0.0
-            cost = {
-                "forecast": forecast,
-                "n_motions": suite,
-                "needed_motions": needed if isfinite(needed) else nan,
-                "more_analyses": more if isfinite(more) else nan,
-                "more_core_hours": more * cpu_s / 3600 if isfinite(more) else nan,
-            }
-            rows.append({name: row[name] for name in NEEDED_COLUMNS if name in row} | cost)
+            costs = {"needed_motions": needed, "more_analyses": more}
+            costs["more_core_hours"] = more * cpu_s / 3600
+            row |= {name: cost if isfinite(cost) else nan for name, cost in costs.items()}
+            rows.append(row | {"forecast": forecast, "n_motions": suite})
     return pd.DataFrame(rows, columns=list(NEEDED_COLUMNS))
 
 
@@ -240,10 +206,8 @@ def motions_to_decide(effect: Mapping[Any, Any]) -> float:
     """Return the number of motions with an exact pair that decide an effect.
 
     It is the smallest number with which the interval, with probability `POWER`, lies inside the
-    margin for an effect inside it, or beyond the margin on the side of the effect.
-
-    Returns:
-        Infinite for an effect on the margin, NaN without an interval.
+    margin for an effect inside it, or beyond the margin on the side of the effect; infinite for an
+    effect on the margin, NaN without an interval.
     """
     if effect["judged_by"] == DIFFERENCE:
         value, above = effect["difference"], effect["difference_margin"]
@@ -265,10 +229,8 @@ def motions_to_decide(effect: Mapping[Any, Any]) -> float:
 
 
 def _power(dof: int, below: float, above: float, tail: float) -> float:
-    """Return the probability that an interval lies on the side of the margin of the effect.
-
-    ``below`` and ``above`` are the distances from the effect to the margins in standard errors.
-    """
+    """Return the probability that an interval lies on the side of the margin of the effect."""
+    # `below` and `above` are distances from the effect to the margins in standard errors
     t = special.stdtrit(dof, 1.0 - tail)
     if below > 0.0 or above < 0.0:  # one test: noncentral t; beyond 30 errors it is certain
         return float(1.0 - special.nctdtr(dof, min(max(below, -above), 30.0), t))

@@ -111,7 +111,7 @@ def compare_demands(
     for model, part in models_of(table):
         pairs = Pairs.of(model | change, part)
         effects += demand_effects(pairs, names=names, settings=settings, reference_im={})[0]
-    demands = effect_table(both, effects).sort_values("scope", kind="stable", ignore_index=True)
+    demands = effect_table(both, effects)
     key = [*BRIDGE_COLUMNS, *axis_names(both), *LOADING_COLUMNS]
     paired = both.merge(table[key].drop_duplicates(), on=key)
     runs = prepared(paired, [state.demand for state in states], settings).table
