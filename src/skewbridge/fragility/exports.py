@@ -201,7 +201,7 @@ def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.D
     states = ordered.groupby("damage_scale")["limit_state"].unique()
     for (variant, scale), part in curves.groupby(["variant", "damage_scale"], sort=True):
         rows = part.set_index("limit_state", drop=False)
-        yield str(variant), str(scale), list(map(str, states[scale])), rows
+        yield str(variant), str(scale), list(map(str, states[str(scale)])), rows
 
 
 def csv_table(curves: pd.DataFrame, content: CsvContent = CURVE_PARAMETERS) -> pd.DataFrame:

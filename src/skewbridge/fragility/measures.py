@@ -165,8 +165,8 @@ def measure_table(
         usable = table[(table["status"] == FITTED) & table["im"].str.startswith(HAZARD_KNOWN)]
         best = None
         if len(usable):
-            logs = np.log(usable["efficiency"].astype(np.float64))
-            best = logs.groupby(usable["im"]).mean().idxmin()
+            logs = pd.Series(np.log(usable["efficiency"].to_numpy(dtype=np.float64)))
+            best = logs.groupby(usable["im"].to_numpy()).mean().idxmin()
         tables.append(table.assign(recommended=(table["im"] == best)))
     table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
     columns = [name for name in MEASURE_COLUMNS if name in table or not tables]

@@ -182,7 +182,7 @@ def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame
         effects["quantity"] == MEDIAN_CAPACITY
     )
     headline = effects[asked & (effects["scope"] == "pooled")]
-    rows: list[dict[str, Any]] = []
+    rows: list[dict[Any, Any]] = []
     for model, runs in models_of(demands):
         suite = int(runs["motion_id"].nunique())
         cpu_s = float(runs["cpu_s"].mean()) if "cpu_s" in runs else nan
