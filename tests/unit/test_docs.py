@@ -1,5 +1,6 @@
 """The pages of the documentation: links lead somewhere, commands and code are those that exist."""
 
+import json
 import re
 import shlex
 import shutil
@@ -144,10 +145,9 @@ def test_export_of_a_page_writes_its_file(
     line: str, finished: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(finished)
-    words = shlex.split(line)
-    done = CliRunner().invoke(build_app(), words[1:])
+    done = CliRunner().invoke(build_app(), [*shlex.split(line)[1:], "--json"])
     assert done.exit_code == 0, done.stderr
-    assert Path(words[words.index("--out") + 1]).exists()
+    assert all(Path(name).exists() for name in json.loads(done.stdout)["files"])
 
 
 @pytest.mark.parametrize(
