@@ -49,7 +49,7 @@ def demands() -> pd.DataFrame:
     ids=["curves", "systems", "medians", "joint", "effects"],
 )
 def test_two_processes_give_the_table_of_one(fit: Fit, demands: pd.DataFrame) -> None:
-    states = [*states_of("unseating"), *states_of("abutment_active")]
+    states = [*states_of("unseating"), *states_of("abutment_passive")]
     rows = ready(demands, states)
     alone = fit(rows, states, 1)
     assert len(alone) > 3

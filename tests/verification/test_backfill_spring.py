@@ -71,8 +71,8 @@ def test_first_loading_is_the_hyperbola_and_ends_at_the_ultimate_force(bridge, g
 
 
 def test_the_force_of_osb1_at_300_mm_is_its_ultimate_force():
-    assert forces([0.3])[0] == pytest.approx(5085e3, rel=0.001)
-    assert OSB1.force_n(0.3) == pytest.approx(5085e3, rel=1e-3)
+    assert forces([0.3])[0] == pytest.approx(5.3058e6, rel=0.001)
+    assert OSB1.force_n(0.3) == pytest.approx(5.3058e6, rel=1e-3)
 
 
 @pytest.mark.parametrize("reached_m", [0.005, 0.02, 0.05, 0.3])

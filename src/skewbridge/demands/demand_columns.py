@@ -141,8 +141,8 @@ DEMAND_COLUMNS: Final = (
            description="peak push of the backwall into the fill, no gap",
            roles=("effect", "sensitivity"), difference=_PUSH),
     Column("abutment_active_m", unit="m", label="Abutment, active", symbol="u_a",
-           description="peak movement of the backwall away from the fill", roles=("effect",),
-           difference=_PUSH),
+           description="peak movement of the backwall away from the fill; nothing pulls it, so no "
+           "limit state uses it", difference=_PUSH),
     Column("abutment_transverse_m", unit="m", label="Abutment, transverse", symbol="u_t",
            description="peak transverse movement of the abutment", roles=("effect",),
            difference=_PUSH),

@@ -194,6 +194,15 @@ CHOICES: Final = (
         acts_on=_has_backfill,
     ),
     Choice(
+        key="backfill_height_exponent",
+        label="Backfill strength with height",
+        values=(1.0, 1.5),
+        source="linear as in the earlier criteria, or as measured in granular soil",
+        acts_on=lambda variant: (
+            _has_backfill(variant) and load_bridge(variant.bridge).abutment.backfill.rule == "ucsd"
+        ),
+    ),
+    Choice(
         key="backfill_variation",
         label="Backfill variation",
         values=(0.0, 0.3),

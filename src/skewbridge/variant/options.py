@@ -108,6 +108,12 @@ class ModelOptions:
     backfill: Literal["hyperbolic", "sdc"] = Field(
         default="hyperbolic", description="hyperbolic curve, or the bilinear one of SDC 2.0"
     )
+    backfill_height_exponent: Number = Field(
+        default=1.5,
+        ge=1.0,
+        le=2.0,
+        description="power of the wall's height in the strength of UCSD backfill (scheme paper: 1)",
+    )
     # ASSUME the backfill is uniform along the wall
     backfill_variation: Number = Field(
         default=0.0,

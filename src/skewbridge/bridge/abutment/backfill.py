@@ -10,6 +10,9 @@ from skewbridge.bridge.catalogue.data import AbutmentData
 from skewbridge.bridge.materials import FloatArray
 from skewbridge.units import FOOT, INCH, KIP, KN
 
+# source: Shamsabadi, Khalili-Tehrani, Stewart and Taciroglu (2010), J. Bridge Eng. 15(3):233-246:
+# 1.56 for granular backfill, 1.05 for cohesive; the curve of SDC 2.0 grows with 1.57 at 1.7 m
+STRENGTH_EXPONENT = 1.5
 MAX_REDUCTION_SKEW_DEG = 66.0  # source: Caltrans SDC 2.0 section 6.3.1.2
 FULL_VARIATION_SKEW_DEG = 60.0  # source: Kaviani et al. (2012), 30 % at 60 degrees
 # A hyperbola that never reaches its ultimate force (ratio 1) has 99.9 % of it at this multiple of
@@ -86,14 +89,17 @@ def sdc_backfill(width_m: float, height_m: float) -> Passive:
     )
 
 
-def hyperbolic_backfill(abutment: AbutmentData) -> Passive:
+def hyperbolic_backfill(
+    abutment: AbutmentData, height_exponent: float = STRENGTH_EXPONENT
+) -> Passive:
     """Return the hyperbola of a bridge at zero skew, by the rule of its catalogue file."""
-    data = abutment.backfill
+    data, width = abutment.backfill, abutment.wall_width_m
     if data.rule == "ucsd":
-        scale = abutment.wall_width_m * abutment.wall_height_m / data.reference_height_m
+        higher = abutment.wall_height_m / data.reference_height_m
         return Passive(
-            stiffness_n_per_m=data.stiffness_mn_per_m * 1e6 * scale,
-            ultimate_n=data.ultimate_kn * KN * scale,
+            # source: Caltrans SDC 1.7 section 7.8.1: stiffness linear in height
+            stiffness_n_per_m=data.stiffness_mn_per_m * 1e6 * width * higher,
+            ultimate_n=data.ultimate_kn * KN * width * higher**height_exponent,
             failure_ratio=data.failure_ratio,
         )
     # source: PyPBEE, hyperbola through (F / 2, F / 2 K50) and (F, y_max), where it ends
@@ -107,12 +113,17 @@ def hyperbolic_backfill(abutment: AbutmentData) -> Passive:
     )
 
 
-def wall_backfill(abutment: AbutmentData, kind: str, skew_rad: float) -> Passive:
+def wall_backfill(
+    abutment: AbutmentData,
+    kind: str,
+    skew_rad: float,
+    height_exponent: float = STRENGTH_EXPONENT,
+) -> Passive:
     """Return the whole wall's curve, reduced for skew; ``kind`` is hyperbolic or sdc."""
     straight = (
         sdc_backfill(abutment.wall_width_m, abutment.wall_height_m)
         if kind == "sdc"
-        else hyperbolic_backfill(abutment)
+        else hyperbolic_backfill(abutment, height_exponent)
     )
     return straight.scaled(skew_reduction(skew_rad))
 

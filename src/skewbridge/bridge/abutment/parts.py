@@ -67,7 +67,8 @@ class SideContext:
     def wall_parts(self) -> list[tuple[float, float, Passive]]:
         """Return position, share of the wall and backfill of each wall point."""
         options, end = self.options, self.end
-        whole = self.soil(wall_backfill(self.data, options.backfill, end.skew_rad))
+        soil = options.backfill, end.skew_rad, options.backfill_height_exponent
+        whole = self.soil(wall_backfill(self.data, *soil))
         stations = end.wall_stations(options.backwall_points)
         shares = tributary_shares(len(stations))
         factors = variation_factors(
