@@ -12,6 +12,7 @@ UNCERTAINTY ?=
 export UNCERTAINTY
 RESULTS ?= results
 PROFILE ?=
+UNTIL ?=
 PYTHON_VERSION := $(shell cat .python-version)
 VENV := .venv
 BIN := $(VENV)/bin
@@ -25,6 +26,7 @@ help:
 	@echo "make study        install, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
 	@echo "                  RETRY=failed repeats failed analyses, RETRY=crash those that ended their process"
 	@echo "                  UNCERTAINTY=true draws random properties of the bridge for each motion, false does not"
+	@echo "                  UNTIL=decided selects analyses in rounds until the effects are decided"
 	@echo "                  PROFILE=slurm runs on a Slurm cluster: docs/cluster.md"
 	@echo "make choices      compare other modelling choices with friction, gap and skew"
 	@echo "make check-predict  error of predict inside the grid: three new variants, 16 motions each"
@@ -52,7 +54,7 @@ $(STAMP): requirements.lock pyproject.toml .python-version
 	@touch $@
 
 study: setup
-	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)" all "$(RETRY)" "$(PROFILE)"
+	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)" all "$(RETRY)" "$(PROFILE)" "$(UNTIL)"
 
 choices: setup
 	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)" choices "" "$(PROFILE)"

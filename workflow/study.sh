@@ -1,14 +1,15 @@
 #!/usr/bin/env bash
-# Runs the study.  usage: study.sh BIN CORES CONFIG [MOTIONS_FOLDER [TARGET [RETRY [PROFILE]]]]
+# Runs the study.  usage: study.sh BIN CORES CONFIG [MOTIONS_FOLDER [TARGET [RETRY [PROFILE [UNTIL]]]]]
 set -euo pipefail
-bin=$1 cores=$2 config=$3 motions=${4:-} target=${5:-all} retry=${6:-} profile=${7:-}
+bin=$1 cores=$2 config=$3 motions=${4:-} target=${5:-all} retry=${6:-} profile=${7:-} until=${8:-}
 
 [ -f "$config" ] || { echo "study: there is no configuration $config" >&2 && exit 1; }
 [ -z "$retry" ] || "$bin/skewbridge" study retry --status "$retry" --config "$config"
 override=()
 [ -z "$motions" ] || override+=("motions={folder: \"$motions\"}")
 [ -z "${UNCERTAINTY:-}" ] || override+=("uncertainty={enabled: $UNCERTAINTY}")
-[ "${#override[@]}" = 0 ] || override=(--config "${override[@]}")
+[ -z "$until" ] || override+=("design={until: \"$until\"}")
+[ ${#override[@]} = 0 ] || override=(--config "${override[@]}")
 # On a cluster the profile says how many jobs there may be at once; here it is the processors.
 how=(-j"$cores")
 [ -z "$profile" ] || how=(--workflow-profile "workflow/profiles/$profile")

@@ -31,6 +31,7 @@ except InputError as error:
 
 wildcard_constraints:
     variant=r"[^/]+",
+    round=r"[0-9]+",
 
 
 def results_folder(wildcards):

@@ -28,7 +28,9 @@ rule analyse:
 rule collect_demands:
     """Join the demands of all variants into one table."""
     input:
-        [FOLDER.variant_demands(variant) for variant in VARIANTS],
+        demands_of_rounds
+        if STUDY.design.until
+        else [FOLDER.variant_demands(variant) for variant in VARIANTS],
     output:
         demands=FOLDER.demands,
     log:

@@ -4,6 +4,7 @@ rule fit_fragility:
         demands=rules.collect_demands.output.demands,
         suite=rules.prepare_motions.output.suite,
         limit_states=ancient(STUDY.fragility.limit_states),  # its content is in params
+        **ROUNDS,
     output:
         curves=FOLDER.fragility("curves"),
         medians=FOLDER.fragility("median_effects"),

@@ -13,11 +13,17 @@ if __name__ == "__main__":
         demands, suite = (read_frame(paths[name]) for name in ("demands", "suite"))
         states = load_limit_states(paths["limit_states"])
         tables = fragility_tables(demands, states, study.fragility, suite, jobs=snakemake.threads)
+        if "rounds" in paths:
+            from skewbridge.study.rounds import valid_tables
+
+            rounds = read_frame(paths["rounds"])
+            tables = valid_tables(tables, demands, rounds, study.design.looks, study.fragility)
         write_tables(tables, paths["curves"].parent)
         checked = read_tables(
             **{name: paths[name] for name in ("demands", "curves", "effects", "suite")},
             max_unfinished_share=study.max_unfinished_share,
             cohesion_n=study.model.cohesion_n,
             searched=study.motions.design == "ida",
+            in_rounds="rounds" in paths,
         )
         write_checks(checked, paths["checks"], study.suspect)

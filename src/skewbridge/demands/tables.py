@@ -1,6 +1,7 @@
 """The demands table as an Arrow table and as parquet files."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any, Final
 
@@ -94,7 +95,8 @@ def join_variants(paths: Sequence[Path], output: Path) -> None:
     """Join the demands of the variants of a study into one table; one of them is held at a time.
 
     Args:
-        paths: Tables of `write_variant`, in the order of the names of the variants.
+        paths: Tables of `write_variant`, in the order of the names of the variants; those of the
+            rounds of one variant follow each other.
         output: Parquet file.
 
     Raises:
@@ -104,7 +106,20 @@ def join_variants(paths: Sequence[Path], output: Path) -> None:
     for path in paths:
         keys += pq.read_table(path, columns=["run_key"])["run_key"].to_pylist()
     metadata = provenance(analyses_digest=_analyses_digest(keys))
-    write_joined(map(read_table, paths), output, metadata)
+    write_joined(map(_variant_table, _by_variant(paths)), output, metadata)
+
+
+def _by_variant(paths: Sequence[Path]) -> Iterator[list[Path]]:
+    """Yield the tables of each variant: one, or one of every round that it took part in."""
+    for _, of_variant in groupby(paths, key=lambda path: path.name):
+        yield list(of_variant)
+
+
+def _variant_table(paths: Sequence[Path]) -> pa.Table:
+    tables = list(map(read_table, paths))
+    if len(tables) == 1:
+        return tables[0]
+    return pa.concat_tables(tables).sort_by([(name, "ascending") for name in KEY])
 
 
 def _analyses_digest(run_keys: Iterable[str]) -> str:

@@ -202,10 +202,10 @@ def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame
     return pd.DataFrame(rows, columns=list(NEEDED_COLUMNS))
 
 
-def motions_to_decide(effect: Mapping[Any, Any]) -> float:
+def motions_to_decide(effect: Mapping[Any, Any], power: float = POWER) -> float:
     """Return the number of motions with an exact pair that decide an effect.
 
-    It is the smallest number with which the interval, with probability `POWER`, lies inside the
+    It is the smallest number with which the interval, with this probability, lies inside the
     margin for an effect inside it, or beyond the margin on the side of the effect; infinite for an
     effect on the margin, NaN without an interval.
     """
@@ -222,7 +222,7 @@ def motions_to_decide(effect: Mapping[Any, Any]) -> float:
 
     def is_enough(motions: int) -> bool:
         steps = np.sqrt(motions) / scatter
-        return _power(motions - 1, (below - value) * steps, (above - value) * steps, tail) >= POWER
+        return _power(motions - 1, (below - value) * steps, (above - value) * steps, tail) >= power
 
     first = bisect_left(numbers, True, key=is_enough)
     return float(numbers[first]) if first < len(numbers) else np.inf

@@ -75,6 +75,7 @@ class StudyTables:
         cohesion_n: Cohesion at the backwalls, unless it is an axis of the grid.
         searched: Whether each motion was searched for a capacity (IDA): variants have as many
             searches then, but not as many analyses.
+        in_rounds: Whether the variants took part in different numbers of rounds.
     """
 
     demands: pd.DataFrame
@@ -84,6 +85,7 @@ class StudyTables:
     max_unfinished_share: float
     cohesion_n: float = 0.0
     searched: bool = False
+    in_rounds: bool = False
 
 
 def check_tables(tables: StudyTables) -> list[TableCheck]:
@@ -93,6 +95,7 @@ def check_tables(tables: StudyTables) -> list[TableCheck]:
     ok = demands[finished]
     planned = ["variant", "motion_id", "incidence_deg"] if tables.searched else list(KEY)
     per_variant = demands.drop_duplicates(planned)["variant"].value_counts()
+    uneven = (demands["variant"].map(per_variant) != per_variant.max()) & (not tables.in_rounds)
     numbers = ok[[column.name for column in DEMAND_COLUMNS if column.name in ok]]
     components = ok[["column_shear_x_kn", "column_shear_y_kn"]].max(axis=1)
     cohesion_n = ok.get("cohesion_n", pd.Series(tables.cohesion_n, index=ok.index))
@@ -113,7 +116,7 @@ def check_tables(tables: StudyTables) -> list[TableCheck]:
         _none("rows without a known status", demands[~demands["status"].isin(STATUSES)], KEY),
         _none(
             "rows of variants with fewer analyses than others",
-            demands[demands["variant"].map(per_variant) != per_variant.max()],
+            demands[uneven],
             KEY,
         ),
         _none(
@@ -249,7 +252,7 @@ def read_tables(
         curves: Its fits.
         effects: Its paired effects.
         suite: Its motions.
-        **asked: ``max_unfinished_share``, ``cohesion_n`` and ``searched`` of `StudyTables`.
+        **asked: ``max_unfinished_share``, ``cohesion_n``, ``searched`` and ``in_rounds`` of `StudyTables`.
     """
     return StudyTables(
         demands=read_frame(demands),

@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.analysis.accuracy import NUMERICS, Accuracy, under_explicit_keys
@@ -82,6 +82,42 @@ class ModellingChoicesConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+class DesignConfig:
+    """Rounds of motions until the headline effects are decided (`make study UNTIL=decided`)."""
+
+    until: Literal["decided"] | None = Field(
+        default=None,
+        description="decided: select motions and variants in rounds until every pooled headline "
+        "effect is decided; null: every variant under every motion",
+    )
+    first: Whole = Field(default=12, ge=5, le=10_000, description="motions of the first round")
+    step: Whole = Field(default=4, ge=1, le=10_000, description="motions that a round adds")
+    most: Whole = Field(
+        default=64,
+        ge=6,
+        le=10_000,
+        description="largest number of motions; replaces motions.count",
+    )
+    hours: Number = Field(
+        default=2.0,
+        gt=0.0,
+        le=10_000.0,
+        description="time limit of one command, with tables and page",
+    )
+
+    @model_validator(mode="after")
+    def _rounds_follow(self) -> Self:
+        if self.first >= self.most:
+            raise ValueError(f"first must be below most ({self.most}), got {self.first}")
+        return self
+
+    @property
+    def looks(self) -> tuple[int, ...]:
+        """Motions after each round, rising, of a variant that takes part in all of them."""
+        return (*range(self.first, self.most, self.step), self.most)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
 class FigureSettings:
     """Units of figures and page, width and font of the figures."""
 
@@ -141,9 +177,18 @@ class StudyConfig(BaseModel):
         le=1.0,
         description="largest share of failed analyses that passes the checks",
     )
+    design: DesignConfig = Field(default_factory=DesignConfig)
     figures: FigureSettings = Field(default_factory=FigureSettings)
     modelling_choices: ModellingChoicesConfig = Field(default_factory=ModellingChoicesConfig)
     batches: BatchesConfig = Field(default_factory=BatchesConfig)
+
+    @model_validator(mode="after")
+    def _rounds_of_motions(self) -> Self:
+        if self.design.until and self.motions.design == "ida":
+            raise ValueError("design.until: an IDA has no rounds of motions; use scaled_cloud")
+        if self.design.until and len(self.motions.suites) > 1:
+            raise ValueError("design.until: rounds take motions of one suite; see motions.suites")
+        return self
 
     def bridges_with_periods(self) -> tuple[str, ...]:
         """Return the bridges whose conditioning periods the study uses, as the grid names them."""
@@ -170,6 +215,9 @@ def load_config(path: Path, base: Path | None = None) -> StudyConfig:
 def _checked(raw: Mapping[str, Any], files: Sequence[str | Path], where: str | Path) -> StudyConfig:
     """Check a mapping with its folder named and its accuracy spread over the sections."""
     full = {"results": default_root(files[0]) if files else DEFAULT_ROOT, **raw}
+    design, motions = raw.get("design"), raw.get("motions", {})
+    if isinstance(design, Mapping) and design.get("until") and isinstance(motions, Mapping):
+        full["motions"] = {**motions, "count": design.get("most", DesignConfig().most)}
     chosen = raw.get("accuracy")
     if isinstance(chosen, str) and chosen in NUMERICS:
         full = under_explicit_keys(full, chosen)

@@ -51,6 +51,8 @@ class StudyFolder:
         self.motions_digest: Final = root / "motions" / "digest.json"
         #: The demands of all variants.
         self.demands: Final = root / "demands.parquet"
+        #: Headline effects after every round of a study that runs until they are decided.
+        self.rounds: Final = root / "rounds.parquet"
         #: Ratios of the demands to those at the default penalties and step.
         self.sensitivity: Final = root / "sensitivity.parquet"
         #: Demands under other choices of the modeller, over those of the configured model.
@@ -84,6 +86,14 @@ class StudyFolder:
     def variant_demands(self, variant: str) -> Path:
         """Return the demands of one variant."""
         return self.root / "demands" / f"{variant}.parquet"
+
+    def round(self, number: int | str) -> Path:
+        """Return the plan of a round."""
+        return self.root / "rounds" / f"round{number}.json"
+
+    def round_demands(self, number: int | str, variant: str) -> Path:
+        """Return the demands of one variant in a round."""
+        return self.root / "demands" / f"round{number}" / f"{variant}.parquet"
 
     def fragility(self, table: str, ending: str = "parquet") -> Path:
         """Return a table of the fits."""

@@ -96,7 +96,8 @@ def _job(snakemake: Any) -> Job:
     return Job(
         study=study,
         folder=StudyFolder(Path(study.results)),
-        inputs={name: Path(path) for name, path in snakemake.input.items()},
+        # not those that are lists of files
+        inputs={n: Path(path) for n, path in snakemake.input.items() if isinstance(path, str)},
         outputs={name: Path(path) for name, path in snakemake.output.items()},
         workers=Workers(count=snakemake.threads, no_progress_s=study.batches.no_progress_s),
         stamp=stamp_of(snakemake.rule, made, study),

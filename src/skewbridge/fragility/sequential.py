@@ -1,0 +1,165 @@
+"""Intervals and verdicts that remain valid when a study looks at its results after every round.
+
+A study that stops once its effects are decided looks at each of them up to ``most`` motions. Every
+look uses a part of the error probability; the parts add up to that of one interval. The ends of
+all intervals of an effect hold together with the level of the study (repeated intervals), so its
+verdict keeps its error whenever and why the study stops.
+
+References:
+    Lan and DeMets (1983), Biometrika 70(3):659-663: spending of the error probability.
+    Kim and DeMets (1987), Biometrika 74(1):149-154: spending in proportion to a power of time.
+    Armitage, McPherson and Rowe (1969), J. R. Stat. Soc. A 132(2):235-244: the integration.
+    Jennison and Turnbull (1989), J. R. Stat. Soc. B 51(3):305-361: repeated intervals.
+    Pocock (1977), Biometrika 64(2):191-199: Student's t at the levels of the normal boundary.
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from scipy import optimize, special
+
+from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.verdicts import DIFFERENCES, RATIOS, judged
+
+#: Power of time in the spending of the error probability: 1 spends evenly over the motions.
+SPENDING_POWER: Final = 1.0
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(120)
+#: Standard deviations below which a path is not followed.
+_FAR: Final = 8.0
+_SLOPES: Final = ("slope", "slope_low", "slope_high")
+#: Columns that name a cell: an effect, pooled or of one pair of variants.
+CELL: Final = ("bridge", "abutment", "quantity", "demand", "axis", "from_value", "to_value")
+
+
+def levels_at(motions: FloatArray, looks: Sequence[int], level: float) -> FloatArray:
+    """Return the level of the interval at the look with so many motions.
+
+    Numbers between two looks have the level of the earlier one, and those below the first look its
+    level: information that is counted too low makes intervals wider.
+
+    Args:
+        motions: Motions, shape (n,).
+        looks: Motions at each look, rising.
+        level: Two-sided level of all intervals of an effect together.
+    """
+    levels = look_levels(tuple(number / looks[-1] for number in looks), level)
+    look = np.searchsorted(np.asarray(looks) - 1e-6, motions, side="right") - 1
+    return np.asarray(levels)[np.clip(look, 0, len(looks) - 1)]
+
+
+@lru_cache(maxsize=64)
+def look_levels(times: tuple[float, ...], level: float) -> tuple[float, ...]:
+    """Return the two-sided level of the interval at each look.
+
+    On either side, the probability that any of the intervals up to time t leaves out the true value
+    is (1 - level)/2 times t**`SPENDING_POWER`.
+
+    Args:
+        times: Share of the information at each look, rising, the last one 1.
+        level: Two-sided level of all intervals together.
+    """
+    spent = 0.5 * (1.0 - level) * np.diff(np.asarray(times) ** SPENDING_POWER, prepend=0.0)
+    steps = np.sqrt(np.diff(times, prepend=0.0))
+    # paths of a Brownian motion that have not crossed: places and their probabilities
+    at, mass = np.zeros(1), np.ones(1)
+    levels: list[float] = []
+    for time, step, alpha in zip(times, steps, spent, strict=True):
+
+        def crossing(end: float, at: FloatArray = at, mass: FloatArray = mass) -> float:
+            return float(mass @ special.ndtr((at - end) / step))  # noqa: B023
+
+        far = _FAR * np.sqrt(time)
+        end = float(optimize.brentq(lambda end: crossing(end) - alpha, 0.0, far))  # noqa: B023
+        levels.append(float(1.0 - 2.0 * special.ndtr(-end / np.sqrt(time))))
+        new = 0.5 * (end + far) * _NODES + 0.5 * (end - far)
+        density = np.exp(-0.5 * ((new[:, None] - at) / step) ** 2) / (step * np.sqrt(2.0 * np.pi))
+        at, mass = new, 0.5 * (end + far) * _WEIGHTS * (density @ mass)
+    return tuple(levels)
+
+
+def at_looks(
+    table: pd.DataFrame, looks: Sequence[int], runs_per_motion: float = 1.0
+) -> pd.DataFrame:
+    """Return a table of effects with the intervals and verdicts of its looks.
+
+    Every row is looked at with the motions that both of its variants have. A pooled row whose pairs
+    of variants have unequal numbers counts as having their mean, weighted by the share of each pair
+    in the variance; so do its degrees of freedom.
+
+    Args:
+        table: Columns `effect_columns`, pooled rows and those of their pairs, with the intervals of
+            one look; ``level`` is the two-sided level that all looks together keep.
+        looks: Motions at each look of the study, rising.
+        runs_per_motion: Runs of one variant under one motion.
+
+    Returns:
+        The table; ``level`` is that of the interval at the look of the row.
+    """
+    if table.empty:
+        return table
+    motions, dof = _information(table, runs_per_motion)
+    levels = levels_at(motions, looks, float(table["level"].iloc[0]))
+    with np.errstate(invalid="ignore"):
+        level = table["level"].to_numpy(np.float64)
+        before = special.stdtrit(table["dof"].to_numpy(np.float64), 0.5 + 0.5 * level)
+        wider = special.stdtrit(np.maximum(dof, 1.0), 0.5 + 0.5 * levels) / before
+    columns: dict[str, Any] = {"level": levels}
+    for names, logarithmic in ((RATIOS, True), (DIFFERENCES, False), (_SLOPES, False)):
+        values = table[list(names)].to_numpy(np.float64)
+        with np.errstate(divide="ignore", over="ignore"):
+            values = np.log(values) if logarithmic else values
+            ends = values[:, :1] + (values[:, 1:] - values[:, :1]) * wider[:, None]
+            ends = np.exp(ends) if logarithmic else ends
+        columns |= dict(zip(names[1:], ends.T, strict=True))
+    return judged(table.assign(**columns))[list(table.columns)]
+
+
+def _information(table: pd.DataFrame, runs_per_motion: float) -> tuple[FloatArray, FloatArray]:
+    """Return the motions and the degrees of freedom that the look of each row counts with."""
+    own = table[table["scope"] == "variant"]
+    motions = own["n_pairs"] / runs_per_motion
+    variance = own["scatter"].fillna(0.0) ** 2 / (own["dof"] + 1.0).clip(lower=1.0)
+    weight = variance + 1e-12 + 1e-6 * variance.max()
+    parts = own[list(CELL)].assign(
+        weight=weight, motions=weight * motions, dof=weight * own["dof"].clip(lower=1)
+    )
+    sums = parts.groupby(list(CELL), dropna=False).sum()
+    means = sums[["motions", "dof"]].div(sums["weight"], axis=0)
+    of_cell = table[list(CELL)].merge(means.reset_index(), on=list(CELL), how="left")
+    of_cell.index = table.index
+    of_cell.loc[own.index, "motions"] = motions
+    of_cell.loc[own.index, "dof"] = own["dof"]
+    dof = np.minimum(of_cell["dof"], table["dof"])
+    return of_cell["motions"].to_numpy(np.float64), dof.to_numpy(np.float64)
+
+
+def kept(table: pd.DataFrame, history: pd.DataFrame) -> pd.DataFrame:
+    """Return a table of effects with the narrowest interval of all looks so far.
+
+    All intervals of a cell hold together, so their common part does too, and a verdict once reached
+    is not lost. Where they have no common part, the last one stays.
+
+    Args:
+        table: Effects at the last look.
+        history: Columns `CELL`, scope, ci_low, ci_high and difference_low, difference_high of
+            earlier looks.
+    """
+    if history.empty:
+        return table
+    keys = [*CELL, "scope"]
+    ends = {"ci_low": "max", "ci_high": "min", "difference_low": "max", "difference_high": "min"}
+    numbers = history.astype(dict.fromkeys(ends, np.float64))
+    common = numbers.groupby(keys, dropna=False).agg(ends).reset_index()
+    other = table[keys].merge(common, on=keys, how="left")
+    columns = {
+        name: getattr(np, f"f{how}")(table[name].to_numpy(np.float64), other[name].to_numpy())
+        for name, how in ends.items()
+    }
+    for low, high in (("ci_low", "ci_high"), ("difference_low", "difference_high")):
+        lost = ~(columns[low] <= columns[high])
+        for name in (low, high):
+            columns[name] = np.where(lost, table[name].to_numpy(np.float64), columns[name])
+    return judged(table.assign(**columns))[list(table.columns)]

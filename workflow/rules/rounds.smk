@@ -1,0 +1,106 @@
+# A study that runs until its effects are decided (design.until): rounds of analyses. The checkpoint
+# of a round lists the motions of every variant, and the jobs of the round follow from it.
+from itertools import count
+
+ROUNDS = {}
+
+if STUDY.design.until:
+    import os
+    import time
+
+    from skewbridge.study.rounds import CLOCK, reopen, tables_of_round
+
+    ROUNDS = {"rounds": FOLDER.rounds}
+    # For all jobs of this command: when it began, and its processors.
+    os.environ.setdefault(CLOCK, f"{time.time():.0f} {workflow.cores or 1}")
+    reopen(FOLDER, STUDY.design.hours)
+
+
+def plans_before(number=None):
+    """Yield the plans of the rounds before a number, or of all rounds."""
+    for each in count(1):
+        if each == number:
+            return
+        plan = Path(checkpoints.plan_round.get(round=each).output.plan)
+        yield plan
+        if not tables_of_round(FOLDER, plan):
+            return
+
+
+def demands_of_rounds(wildcards):
+    """Return the demands of the rounds before that of a rule, or of all, by variant."""
+    number = int(wildcards.round) if "round" in wildcards.keys() else None
+    paths = [
+        path for plan in plans_before(number) for path in tables_of_round(FOLDER, plan)
+    ]
+    return sorted(paths, key=lambda path: path.name)
+
+
+checkpoint plan_round:
+    """Choose the analyses of a round: those that can decide an open effect."""
+    input:
+        suite=FOLDER.suite,
+        intensities=FOLDER.intensities,
+        contact_checks=FOLDER.contact_checks,
+        earlier=demands_of_rounds,
+    output:
+        plan=FOLDER.round("{round}"),
+    log:
+        FOLDER.log("plan_round/{round}"),
+    benchmark:
+        FOLDER.benchmark("plan_round_{round}")
+    priority: 80
+    resources:
+        mem_mb=by_attempt(3000),
+        runtime=by_attempt(30),
+    params:
+        results=results_folder,
+        made_from=MADE_FROM["plan_round"],
+        looks=STUDY.design.looks,
+    script:
+        "../scripts/plan_round.py"
+
+
+rule analyse_round:
+    """Analyse one bridge variant under its motions of one round."""
+    input:
+        plan=FOLDER.round("{round}"),
+        suite=FOLDER.suite,
+        intensities=FOLDER.intensities,
+        contact_checks=FOLDER.contact_checks,
+    output:
+        demands=FOLDER.round_demands("{round}", "{variant}"),
+    log:
+        FOLDER.log("analyse/{variant}_round{round}"),
+    benchmark:
+        FOLDER.benchmark("analyse_{variant}_round{round}")
+    priority: 50
+    threads: 1
+    resources:
+        mem_mb=lambda wildcards, threads, attempt: (900 + 350 * threads) * attempt,
+        runtime=by_attempt(240),
+    params:
+        results=results_folder,
+        made_from=MADE_FROM["analyse_round"],
+    script:
+        "../scripts/analyse.py"
+
+
+rule collect_rounds:
+    """Join what every round decided into one table."""
+    input:
+        plans=lambda wildcards: list(plans_before()),
+    output:
+        rounds=FOLDER.rounds,
+    log:
+        FOLDER.log("collect_rounds"),
+    benchmark:
+        FOLDER.benchmark("collect_rounds")
+    resources:
+        mem_mb=by_attempt(1500),
+        runtime=by_attempt(30),
+    params:
+        results=results_folder,
+        made_from=MADE_FROM["collect_rounds"],
+    script:
+        "../scripts/collect_rounds.py"
