@@ -1,4 +1,4 @@
-"""Analyse one variant under all motions, or those of a round; each finished analysis goes to the journal at once."""
+"""Analyse one variant; each finished analysis goes to the journal at once."""
 
 from skewbridge.study.session import script_session
 

@@ -252,7 +252,8 @@ def read_tables(
         curves: Its fits.
         effects: Its paired effects.
         suite: Its motions.
-        **asked: ``max_unfinished_share``, ``cohesion_n``, ``searched`` and ``in_rounds`` of `StudyTables`.
+        **asked: ``max_unfinished_share``, ``cohesion_n``, ``searched`` and ``in_rounds`` of
+            `StudyTables`.
     """
     return StudyTables(
         demands=read_frame(demands),
