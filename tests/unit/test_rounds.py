@@ -11,15 +11,8 @@ from skewbridge.errors import InputError
 from skewbridge.fragility.effects import effect_table
 from skewbridge.study.config import DesignConfig, parse_config
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.rounds import (
-    first_motions,
-    next_motions,
-    reopen,
-    round_line,
-    setup_of_round,
-    tables_of_round,
-    targets,
-)
+from skewbridge.study.rounds import reopen, round_line, setup_of_round, tables_of_round
+from skewbridge.study.selection import first_motions, next_motions, targets
 from study_parts import study_of, wave
 
 LOOKS = DesignConfig().looks

@@ -83,7 +83,7 @@ rule analyse_round:
         results=results_folder,
         made_from=MADE_FROM["analyse_round"],
     script:
-        "../scripts/analyse.py"
+        "../scripts/analyse_round.py"
 
 
 rule collect_rounds:

@@ -6,6 +6,9 @@ from skewbridge.study.session import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:
-        from skewbridge.study.rounds import write_rounds
+        from skewbridge.files.text import read_json
+        from skewbridge.fragility.sequential import ROUND_COLUMNS, rounds_table
+        from skewbridge.fragility.study_tables import write_described
 
-        write_rounds(list(map(Path, snakemake.input.plans)), job.outputs["rounds"])
+        plans = [read_json(Path(path)) for path in snakemake.input]
+        write_described(rounds_table(plans), job.outputs["rounds"], ROUND_COLUMNS)

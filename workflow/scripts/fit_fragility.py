@@ -14,7 +14,7 @@ if __name__ == "__main__":
         states = load_limit_states(paths["limit_states"])
         tables = fragility_tables(demands, states, study.fragility, suite, jobs=snakemake.threads)
         if "rounds" in paths:
-            from skewbridge.study.rounds import valid_tables
+            from skewbridge.fragility.sequential import valid_tables
 
             rounds = read_frame(paths["rounds"])
             tables = valid_tables(tables, demands, rounds, study.design.looks, study.fragility)

@@ -13,7 +13,7 @@ References:
     Pocock (1977), Biometrika 64(2):191-199: Student's t at the levels of the normal boundary.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, Final
 
@@ -22,7 +22,10 @@ import pandas as pd
 from scipy import optimize, special
 
 from skewbridge.fragility.columns import FloatArray
-from skewbridge.fragility.verdicts import DIFFERENCES, RATIOS, judged
+from skewbridge.fragility.paper_table import paper_table
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.study_tables import PAPER_TABLE
+from skewbridge.fragility.verdicts import DIFFERENCES, RATIOS, judged, needed_motions
 
 #: Power of time in the spending of the error probability: 1 spends evenly over the motions.
 SPENDING_POWER: Final = 1.0
@@ -32,6 +35,30 @@ _FAR: Final = 8.0
 _SLOPES: Final = ("slope", "slope_low", "slope_high")
 #: Columns that name a cell: an effect, pooled or of one pair of variants.
 CELL: Final = ("bridge", "abutment", "quantity", "demand", "axis", "from_value", "to_value")
+
+#: Columns of `rounds.parquet`.
+ROUND_COLUMNS: Final[dict[str, str]] = {
+    "round": "round after which the cell was looked at",
+    "analyses": "analyses of the study up to then",
+    "bridge": "catalogue entry",
+    "abutment": "abutment model",
+    "quantity": "demand | median_capacity",
+    "demand": "demand column, or component/limit_state",
+    "axis": "axis of the effect, pooled over all others",
+    "from_value": "value of the axis in the denominator",
+    "to_value": "value of the axis in the numerator",
+    "scope": "pooled",
+    "ratio": "paired ratio",
+    "ci_low": "lower end of its interval, valid at every look",
+    "ci_high": "upper end of its interval",
+    "difference": "mean difference, of demands judged by it",
+    "difference_low": "lower end of its interval",
+    "difference_high": "upper end of its interval",
+    "verdict": "verdict at this look",
+    "n_motions": "motions with a usable pair",
+    "needed": "motions that decide it with probability 0.8 if effect and scatter stay the same",
+    "asked": "whether the next round was to decide it",
+}
 
 
 def levels_at(motions: FloatArray, looks: Sequence[int], level: float) -> FloatArray:
@@ -163,3 +190,48 @@ def kept(table: pd.DataFrame, history: pd.DataFrame) -> pd.DataFrame:
         for name in (low, high):
             columns[name] = np.where(lost, table[name].to_numpy(np.float64), columns[name])
     return judged(table.assign(**columns))[list(table.columns)]
+
+
+def runs_per_motion(demands: pd.DataFrame) -> float:
+    """Return the runs of a variant under one motion: angles of incidence times levels."""
+    return len(demands) / len(demands[["variant", "motion_id"]].drop_duplicates())
+
+
+def rounds_table(plans: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    """Return the cells of the plans of all rounds, with the columns `ROUND_COLUMNS`."""
+    parts = [
+        pd.DataFrame(plan["cells"]).assign(
+            round=plan["round"] - 1, analyses=plan["analyses_before"]
+        )
+        for plan in plans
+        if plan["cells"]
+    ]
+    empty = pd.DataFrame(columns=list(ROUND_COLUMNS))
+    table = pd.concat(parts, ignore_index=True) if parts else empty
+    return table[list(ROUND_COLUMNS)]
+
+
+def valid_tables(
+    tables: Mapping[str, pd.DataFrame],
+    demands: pd.DataFrame,
+    rounds: pd.DataFrame,
+    looks: Sequence[int],
+    settings: FitSettings,
+) -> dict[str, pd.DataFrame]:
+    """Return the tables of `fragility_tables` with intervals that hold whenever a study stops.
+
+    These are the effects on demands and medians, the motions that they need and the table for
+    publication. Curves and effects by intensity stay as they are.
+    """
+    per_motion = runs_per_motion(demands)
+    valid = {
+        name: kept(at_looks(tables[name], looks, per_motion), rounds)
+        for name in ("effects", "median_effects")
+    }
+    curves, joint = tables["curves"], tables["joint"]
+    return {
+        **tables,
+        **valid,
+        "needed_motions": needed_motions(pd.concat(valid.values(), ignore_index=True), demands),
+        PAPER_TABLE: paper_table(curves, valid["median_effects"], joint, settings),
+    }

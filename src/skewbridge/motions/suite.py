@@ -218,9 +218,7 @@ def _entries_to_read(
     wanted = len(entries) if count is None else count
     if not 1 <= wanted <= len(entries):
         raise InputError(
-            f"motions.count (design.most in rounds) = {wanted}, but {folder} has {len(entries)} "
-            "motions",
-            folder=str(folder),
+            f"motions.count = {wanted}, but {folder} has {len(entries)} motions", folder=str(folder)
         )
     factors = [_stored_factor(entry, level_range_g, t1_s) for entry in entries[:wanted]]
     blocks = any(math.isnan(factor) for factor in factors)

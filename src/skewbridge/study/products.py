@@ -76,18 +76,21 @@ RECIPES: Final[Mapping[str, Recipe]] = {
         inputs=("bridges", "opensees"),
     ),
     "plan_round": Recipe(
-        sources=(*_TABLES, "fragility", "study/rounds.py"),
+        sources=(
+            *(*_ANALYSES, "fragility"),
+            *(f"study/{name}.py" for name in ("progress", "rounds", "selection")),
+        ),
         sections=("fragility",),
         after=("prepare_motions",),
         inputs=("variants", "limit_states", "bridges"),
     ),
     "analyse_round": Recipe(
-        sources=_ANALYSES,
+        sources=(*_ANALYSES, "study/rounds.py"),
         sections=("motions", "model", "analysis", "suspect"),
         after=("prepare_motions",),
         inputs=("bridges", "opensees"),
     ),
-    "collect_rounds": Recipe(sources=("files", "study/rounds.py"), after=("plan_round",)),
+    "collect_rounds": Recipe(sources=(*_TABLES, "fragility"), after=("plan_round",)),
     "collect_demands": Recipe(sources=_TABLES, after=("analyse",), inputs=("variants",)),
     "sensitivity": Recipe(
         sources=(*_ANALYSES, "study/sensitivity.py"),
@@ -105,7 +108,7 @@ RECIPES: Final[Mapping[str, Recipe]] = {
         sources=(*_ANALYSES, "study/friction_pair.py"), after=("collect_demands",)
     ),
     "fit_fragility": Recipe(
-        sources=(*_TABLES, "fragility", "study/rounds.py", "report/checks.py"),
+        sources=(*_TABLES, "fragility", "report/checks.py"),
         sections=("fragility", "max_unfinished_share", "suspect"),
         after=("collect_demands",),
         inputs=("limit_states",),
