@@ -1,4 +1,8 @@
 # What the rules share: the validated configuration, its variants, and what products are made from.
+import os
+import time
+from itertools import count
+
 from snakemake.exceptions import WorkflowError
 
 from skewbridge.errors import InputError
@@ -28,6 +32,17 @@ try:
 except InputError as error:
     raise WorkflowError(str(error)) from None
 
+# Inputs of a study that runs until its effects are decided (design.until).
+ROUNDS = {}
+
+if STUDY.design.until:
+    from skewbridge.study.rounds import CLOCK, reopen, tables_of_round
+
+    ROUNDS = {"rounds": FOLDER.rounds}
+    # For all jobs of this command: when it began, and its processors.
+    os.environ.setdefault(CLOCK, f"{time.time():.0f} {workflow.cores or 1}")
+    reopen(FOLDER, STUDY.design.hours)
+
 
 wildcard_constraints:
     variant=r"[^/]+",
@@ -42,6 +57,26 @@ def results_folder(wildcards):
 def by_attempt(amount):
     """Return a resource that grows with every attempt, for jobs that a cluster ends."""
     return lambda wildcards, attempt: amount * attempt
+
+
+def plans_before(number=None):
+    """Yield the plans of the rounds before a number, or of all rounds."""
+    for each in count(1):
+        if each == number:
+            return
+        plan = Path(checkpoints.plan_round.get(round=each).output.plan)
+        yield plan
+        if not tables_of_round(FOLDER, plan):
+            return
+
+
+def demands_of_rounds(wildcards):
+    """Return the demands of the rounds before that of a rule, or of all, by variant."""
+    number = int(wildcards.round) if "round" in wildcards.keys() else None
+    paths = [
+        path for plan in plans_before(number) for path in tables_of_round(FOLDER, plan)
+    ]
+    return sorted(paths, key=lambda path: path.name)
 
 
 def edited_meanwhile():

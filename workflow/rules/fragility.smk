@@ -1,10 +1,10 @@
 rule fit_fragility:
     """Fit all curves, effects, joint models and systems, and check the tables of the study."""
     input:
+        **ROUNDS,
         demands=rules.collect_demands.output.demands,
         suite=rules.prepare_motions.output.suite,
         limit_states=ancient(STUDY.fragility.limit_states),  # its content is in params
-        **ROUNDS,
     output:
         curves=FOLDER.fragility("curves"),
         medians=FOLDER.fragility("median_effects"),

@@ -1,39 +1,5 @@
 # A study that runs until its effects are decided (design.until): rounds of analyses. The checkpoint
 # of a round lists the motions of every variant, and the jobs of the round follow from it.
-from itertools import count
-
-ROUNDS = {}
-
-if STUDY.design.until:
-    import os
-    import time
-
-    from skewbridge.study.rounds import CLOCK, reopen, tables_of_round
-
-    ROUNDS = {"rounds": FOLDER.rounds}
-    # For all jobs of this command: when it began, and its processors.
-    os.environ.setdefault(CLOCK, f"{time.time():.0f} {workflow.cores or 1}")
-    reopen(FOLDER, STUDY.design.hours)
-
-
-def plans_before(number=None):
-    """Yield the plans of the rounds before a number, or of all rounds."""
-    for each in count(1):
-        if each == number:
-            return
-        plan = Path(checkpoints.plan_round.get(round=each).output.plan)
-        yield plan
-        if not tables_of_round(FOLDER, plan):
-            return
-
-
-def demands_of_rounds(wildcards):
-    """Return the demands of the rounds before that of a rule, or of all, by variant."""
-    number = int(wildcards.round) if "round" in wildcards.keys() else None
-    paths = [
-        path for plan in plans_before(number) for path in tables_of_round(FOLDER, plan)
-    ]
-    return sorted(paths, key=lambda path: path.name)
 
 
 checkpoint plan_round:

@@ -159,8 +159,8 @@ def _information(table: pd.DataFrame, runs_per_motion: float) -> tuple[FloatArra
     of_cell.index = table.index
     of_cell.loc[own.index, "motions"] = motions
     of_cell.loc[own.index, "dof"] = own["dof"]
-    dof = np.minimum(of_cell["dof"], table["dof"])
-    return of_cell["motions"].to_numpy(np.float64), dof.to_numpy(np.float64)
+    dof = np.minimum(of_cell["dof"].to_numpy(np.float64), table["dof"].to_numpy(np.float64))
+    return of_cell["motions"].to_numpy(np.float64), dof
 
 
 def kept(table: pd.DataFrame, history: pd.DataFrame) -> pd.DataFrame:

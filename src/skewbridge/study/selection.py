@@ -213,7 +213,8 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     else:
         mean_s = pd.Series(TYPICAL_MOTION_S * CPU_S_PER_MOTION_S, index=slugs)
     left_s = began_s + 3600.0 * design.hours - time.time() - tail_s - START_S * len(slugs) / cores
-    cost_s = {slug: float(mean_s[slug]) * per_motion / cores for slug in slugs}
+    own_s = {slug: float(mean_s[slug]) for slug in slugs}
+    cost_s = {slug: own_s[slug] * per_motion / cores for slug in slugs}
     cells, ended = pd.DataFrame(), None
     if min(motions.values()) < design.first:
         after = first_motions(motions, cost_s, design.first, left_s if earlier else left_s / 2)
@@ -221,7 +222,7 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
             after = {slug: max(n, 1) for slug, n in after.items()}
         ended = OUT_OF_TIME if after == motions else None
     else:
-        cells, wanted = _looked_at(study, demands, plans, motions, mean_s.to_dict())
+        cells, wanted = _looked_at(study, demands, plans, motions, own_s)
         after = next_motions(wanted, motions, cost_s, design.looks, left_s)
         if after == motions:
             is_open = ~cells["verdict"].isin(DECIDED)
