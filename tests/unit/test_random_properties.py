@@ -30,7 +30,8 @@ from skewbridge.variant.random_properties import (
 )
 from study_parts import row_of, study_of, wave
 
-ON = UncertaintyConfig(enabled=True)
+ANY_DIRECTION = RandomProperty(distribution="uniform", low=0.0, high=360.0, source="test")
+ON = UncertaintyConfig(enabled=True, incidence_deg=ANY_DIRECTION)
 NAMES = list(ON.properties)
 IDS = [f"m{number:04d}" for number in range(2000)]
 
@@ -165,8 +166,10 @@ def test_a_choice_keeps_the_draw_of_the_motion(tmp_path) -> None:
 
 
 def test_methods_and_page_state_the_setting() -> None:
+    direction = {"distribution": "uniform", "low": 0.0, "high": 360.0, "source": "test"}
     off, on = (
-        methods_of(parse_config({"uncertainty": {"enabled": enabled}})) for enabled in (False, True)
+        methods_of(parse_config({"uncertainty": {"enabled": enabled, "incidence_deg": direction}}))
+        for enabled in (False, True)
     )
     assert "No property of a bridge is random" in off.parts["Random properties"]
     text = on.parts["Random properties"]

@@ -152,8 +152,10 @@ class UncertaintyConfig:
     key_strength_factor: RandomProperty | None = _of(
         "lognormal", 0.67, 1.5, "assumed: shear friction of the construction joint", spread=0.2
     )
-    incidence_deg: RandomProperty | None = _of(
-        "uniform", 0.0, 360.0, f"{_NIELSON}: any direction is as likely as another"
+    # null by default: the shipped suites turn every pair at random already, and another angle only
+    # takes the place of the first
+    incidence_deg: RandomProperty | None = Field(
+        default=None, description="null: motions.incidence_deg; a distribution is added to it"
     )
 
     @model_validator(mode="after")
