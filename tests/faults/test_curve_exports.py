@@ -183,13 +183,46 @@ def test_probabilities_over_a_range_and_skew_factors(tmp_path):
     same = (long["variant"] == one["variant"]) & (long["limit_state"] == one["limit_state"])
     u = np.log(long.loc[same, "intensity"] / one["theta"]) / one["beta_total"]
     assert long.loc[same, "probability"].to_numpy() == pytest.approx(norm.cdf(u), rel=1e-9)
+    curves.assign(var_ln_theta=0.01).to_parquet(path)
     run("export", path, "--format", "csv", "--out", out, "--skew-factors")
     factors = pd.read_csv(out)
     assert len(factors) == 4
+    width = np.log(factors["factor_high"] / factors["factor_low"])
+    assert width.to_numpy() == pytest.approx(2 * 1.645 * np.sqrt(0.02), rel=1e-3)
     assert factors["hazus_factor"].to_numpy() == pytest.approx(np.sqrt(np.cos(np.pi / 6)))
     assert (factors["theta"] / factors["theta_straight"]).to_numpy() == pytest.approx(
         factors["factor"]
     )
+    assert set(factors["interval"]) == {"independent"}
+
+
+def test_skew_factors_have_the_paired_interval_and_scale_capacities_of_pelicun(tmp_path):
+    path, curves = curves_file(tmp_path)
+    straight = curves.loc[curves["skew_deg"] == 0].iloc[0]
+    pair = straight[["bridge", "abutment", "gap_mm", "friction"]].to_dict() | {
+        "demand": f"{straight['component']}/{straight['limit_state']}",
+        **{"scope": "variant", "status": "ok", "axis": "skew_deg", "from_value": 0.0},
+        **{"to_value": 30.0, "skew_deg": np.nan, "ratio": 0.9, "ci_low": 0.8, "ci_high": 1.0},
+    }
+    pd.DataFrame([pair]).to_parquet(tmp_path / "median_effects.parquet")
+    out = tmp_path / "factors.csv"
+    run("export", path, "--format", "csv", "--out", out, "--skew-factors")
+    factors = pd.read_csv(out)
+    paired = factors[factors["interval"] == "paired"]
+    assert len(paired) == 1
+    width = paired["factor_high"] / paired["factor_low"]
+    assert width.to_numpy() == pytest.approx(1.0 / 0.8)
+    scaling = tmp_path / "scaling.json"
+    run("export", path, "--format", "pelicun", "--out", scaling, "--skew-factors")
+    found = json.loads(scaling.read_text())["30"]
+    assert set(found) == {"factor", "low", "high"}
+    values = [float(text[1:]) for states in found["factor"].values() for text in states.values()]
+    assert sorted(values) == pytest.approx(sorted(factors["factor"]), rel=1e-5)
+    curves_out = tmp_path / "pelicun.csv"
+    run("export", path, "--format", "pelicun", "--out", curves_out)
+    known = {f"{name}-0-1" for name in pd.read_csv(curves_out)["ID"]}
+    assert set(found["factor"]) <= known
+    assert all(key.startswith("LS") for states in found["low"].values() for key in states)
 
 
 def test_latex_names_variants_in_words_and_marks_differing_methods(tmp_path):

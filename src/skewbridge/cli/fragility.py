@@ -84,7 +84,13 @@ def fit(
         "LOW HIGH",
     ),
     Opt("points", int, "Number of intensities in that range.", 50),
-    Opt("skew_factors", bool, "theta(skew)/theta(0) and those of Hazus (csv).", False),
+    Opt(
+        "skew_factors",
+        bool,
+        "theta(skew)/theta(0) with intervals, and those of Hazus (csv); as scaling specification "
+        "(pelicun).",
+        False,
+    ),
 )
 def export(
     curves: Annotated[Path, typer.Argument(help="Table of curves of a study (.parquet, .csv).")],

@@ -26,7 +26,7 @@ from scipy import special
 from skewbridge.errors import InputError
 from skewbridge.files.digests import digest_of
 from skewbridge.files.text import no_formula, write_text
-from skewbridge.fragility.columns import positive, require, same_length
+from skewbridge.fragility.columns import FloatArray, positive, require, same_length
 from skewbridge.fragility.curves import METHODS
 from skewbridge.fragility.demand_table import axis_names, need_columns, read_table, variant_columns
 from skewbridge.fragility.fits import FITTED
@@ -53,7 +53,12 @@ FREQUENCY_COLUMNS: Final = (
 #: Columns of a CSV of probabilities (from theta and beta_total), after those of the curve.
 SAMPLED_COLUMNS: Final = ("intensity", "probability")
 #: Columns of a CSV of skew factors (theta / theta_straight, at skew 0), after those of the state.
-SKEW_FACTOR_COLUMNS: Final = ("skew_deg", "im", "theta", "theta_straight", "factor", "hazus_factor")
+#: The interval is paired (same motions at both skews, from median_effects.parquet next to the
+#: curves, at its level) or independent (from the variances of both medians, 90 %, wider).
+SKEW_FACTOR_COLUMNS: Final = (
+    "skew_deg", "im", "theta", "theta_straight", "factor", "factor_low", "factor_high", "interval",
+    "hazus_factor",
+)  # fmt: skip
 _NRML: Final = "http://openquake.org/xmlns/nrml/0.5"
 #: Beginning of an intensity column: name in OpenQuake (PGV in cm/s), factor, names in pelicun.
 _MEASURES: Final = {
@@ -79,7 +84,7 @@ class CsvContent:
     hazard: Path | None = None  # CSV with im and rate (per year): adds `FREQUENCY_COLUMNS`
     im_range: tuple[float, float] | None = None  # of a table of probabilities
     points: int = 50  # number of intensities in that range, evenly spaced by their logarithm
-    skew_factors: bool = False  # whether the table has `SKEW_FACTOR_COLUMNS` instead
+    skew_factors: bool = False  # `SKEW_FACTOR_COLUMNS` instead; for pelicun: scaling of capacities
 
     def __post_init__(self) -> None:
         low, high = self.im_range or (1.0, 2.0)
@@ -116,9 +121,11 @@ def export_curves(
     if form not in FORMATS:
         advice = ": spreadsheets open csv" if form == "xlsx" else ""
         raise InputError(f"format must be one of {', '.join(FORMATS)}, got {form!r}{advice}")
-    if form != "csv" and replace(content, points=CURVE_PARAMETERS.points) != CURVE_PARAMETERS:
-        options = "--im-range, --hazard and --skew-factors"
-        raise InputError(f"{form} has only parameters of curves: {options} need --format csv")
+    scales = form == "pelicun" and content.skew_factors
+    plain = replace(content, points=CURVE_PARAMETERS.points) == CURVE_PARAMETERS
+    if form != "csv" and not plain and not scales:
+        options = "--im-range and --hazard need --format csv, --skew-factors csv or pelicun"
+        raise InputError(f"{form} has only parameters of curves: {options}")
     curves = exported_curves(read_table(source), method)
     has_estimate = curves["status"] == FITTED
     if not has_estimate.any() and form != "csv":
@@ -149,17 +156,18 @@ def export_curves(
                     f"curves cross in {crossing} functions (their dispersions differ): OpenQuake "
                     "gets negative fractions of damage there"
                 )
+        elif scales:
+            write_skew_scaling(curves, _table_next_to(source, "median_effects"), out)
+            notes.append("scaling specifications by skew, for the curves without skew of this file")
         elif form in ("pelicun", "dlml"):
             report |= write_pelicun(curves, out / "fragility.csv" if form == "dlml" else out)
             if report["holes"]:
                 notes.append(f"{len(report['holes'])} rows lack states without an estimate")
         elif form == "latex":
-            paths = [source.parent / f"{name}.parquet" for name in ("median_effects", "joint")]
-            none = pd.DataFrame({"scope": [], "status": []})
-            medians, joint = (read_table(path) if path.is_file() else none for path in paths)
+            medians, joint = (_table_next_to(source, name) for name in ("median_effects", "joint"))
             write_text(out, latex_table(paper_table(curves, medians, joint)))
         else:
-            table = csv_table(curves, content)
+            table = csv_table(curves, content, _table_next_to(source, "median_effects"))
             if content.hazard is not None and has_estimate.any():
                 above = table.filter(like="_above_").div(table["annual_frequency"], axis=0).max()
                 least, most = above
@@ -204,8 +212,21 @@ def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.D
         yield str(variant), str(scale), list(map(str, states[str(scale)])), rows
 
 
-def csv_table(curves: pd.DataFrame, content: CsvContent = CURVE_PARAMETERS) -> pd.DataFrame:
-    """Return the table of a CSV file: parameters, probabilities or factors of skew."""
+def _table_next_to(source: Path, name: str) -> pd.DataFrame:
+    """Return another table of the folder of the curves; without rows where there is none."""
+    path = source.parent / f"{name}.parquet"
+    return read_table(path) if path.is_file() else pd.DataFrame({"scope": [], "status": []})
+
+
+def csv_table(
+    curves: pd.DataFrame,
+    content: CsvContent = CURVE_PARAMETERS,
+    medians: pd.DataFrame | None = None,
+) -> pd.DataFrame:
+    """Return the table of a CSV file: parameters, probabilities or factors of skew.
+
+    ``medians`` are the paired effects on median capacities, for the intervals of the factors.
+    """
     fitted = curves[curves["status"] == FITTED]
     if content.im_range is not None:
         names = [*variant_columns(fitted), "component", "limit_state", "method", "im"]
@@ -214,7 +235,7 @@ def csv_table(curves: pd.DataFrame, content: CsvContent = CURVE_PARAMETERS) -> p
         u = np.log(long["intensity"] / long["theta"]) / long["curve_beta"]
         return long.assign(probability=special.ndtr(u))[[*names, *SAMPLED_COLUMNS]]
     if content.skew_factors:
-        return _skew_factors(fitted)
+        return _skew_factors(fitted, medians).drop(columns="variant_straight")
     columns = [name for name in (*variant_columns(curves), *PARAMETERS) if name in curves]
     if content.hazard is None:
         return curves[columns]
@@ -229,18 +250,77 @@ def csv_table(curves: pd.DataFrame, content: CsvContent = CURVE_PARAMETERS) -> p
     return curves[columns].join(found)
 
 
-def _skew_factors(fitted: pd.DataFrame) -> pd.DataFrame:
+def _skew_factors(fitted: pd.DataFrame, medians: pd.DataFrame | None) -> pd.DataFrame:
+    """Return the medians of skewed bridges over those without skew, with their intervals."""
     skew, *columns = SKEW_FACTOR_COLUMNS
     others = [name for name in axis_names(fitted) if name != skew]
     keys = ["bridge", "abutment", *others, "component", "limit_state"]
-    straight = fitted.loc[fitted[skew] == 0, [*keys, "theta"]]
-    skewed = fitted.loc[fitted[skew] != 0, [*keys, skew, "im", "theta"]]
+    own = ["theta", "var_ln_theta", "variant"]
+    straight = fitted.loc[fitted[skew] == 0].reindex(columns=[*keys, *own])
+    skewed = fitted.loc[fitted[skew] != 0].reindex(columns=[*keys, skew, "im", *own])
     both = skewed.merge(straight, on=keys, suffixes=("", "_straight"))
     if both.empty:
         raise InputError("no limit state has an estimate both at skew 0 and at another skew")
     angle = np.radians(90.0 - both[skew].abs().to_numpy(dtype=np.float64))
     both["factor"] = both["theta"] / both["theta_straight"]
-    return both.assign(hazus_factor=np.sin(angle) ** 0.5)[[*keys, skew, *columns]]
+    # ASSUME independent medians: without the pairs of motions the interval is too wide, never too
+    # narrow, since both skews see the same motions
+    variance = (
+        both[["var_ln_theta", "var_ln_theta_straight"]].to_numpy(dtype=np.float64).sum(axis=1)
+    )
+    pairs = _paired_half_widths(medians, both, [*others, skew])
+    half = np.where(np.isnan(pairs), special.ndtri(0.95) * np.sqrt(variance), pairs)
+    both["interval"] = np.where(np.isnan(pairs), "independent", "paired")
+    both["factor_low"] = both["factor"] * np.exp(-half)
+    both["factor_high"] = both["factor"] * np.exp(half)
+    both["hazus_factor"] = np.sin(angle) ** 0.5
+    return both[[*keys, skew, *columns, "variant_straight"]]
+
+
+def _paired_half_widths(
+    medians: pd.DataFrame | None, rows: pd.DataFrame, axes: list[str]
+) -> FloatArray:
+    """Return half of the width of the paired interval of each ln factor, NaN without a pair."""
+    if medians is None or "axis" not in medians:
+        return np.full(len(rows), np.nan)
+    chosen = (medians["scope"] == "variant") & (medians["axis"] == "skew_deg")
+    pairs = medians[chosen & (medians["from_value"] == 0)].copy()
+    pairs["skew_deg"] = pairs["to_value"]
+    pairs["half"] = 0.5 * np.log(pairs["ci_high"] / pairs["ci_low"])
+    keys = ["bridge", "abutment", "demand", *axes]
+    named = rows.assign(demand=rows["component"] + "/" + rows["limit_state"])
+    types = dict.fromkeys(axes, float)
+    found = named.astype(types).merge(pairs.astype(types)[[*keys, "half"]], on=keys, how="left")
+    return found["half"].to_numpy(dtype=np.float64)
+
+
+def write_skew_scaling(curves: pd.DataFrame, medians: pd.DataFrame, out: Path) -> None:
+    """Write the factors of skew as scaling specifications of pelicun, a JSON file.
+
+    By skew, then ``factor``, ``low`` and ``high`` (ends of the interval): an argument
+    ``scaling_specification`` of pelicun's damage model for the curves without skew that
+    ``--format pelicun`` writes, at location 0 and direction 1.
+
+    Raises:
+        InputError: No limit state has medians at skew 0 and at another skew.
+    """
+    table = _skew_factors(curves[curves["status"] == FITTED], medians)
+    numbers = {
+        (variant, name): (f"{identifier(f'{variant}.{scale}', *_PELICUN_ID)}-0-1", f"LS{number}")
+        for variant, scale, states, part in _functions(curves)
+        for number, state in enumerate(states, start=1)
+        for name in part.loc[part["limit_state"] == state, "component"] + "/" + state
+    }
+    scaling: dict[str, Any] = {}
+    ends = {"factor": "factor", "low": "factor_low", "high": "factor_high"}
+    for row in table.to_dict("records"):
+        key = row["variant_straight"], f"{row['component']}/{row['limit_state']}"
+        component, limit_state = numbers[key]
+        of_skew = scaling.setdefault(f"{row['skew_deg']:g}", {})
+        for end, column in ends.items():
+            states = of_skew.setdefault(end, {}).setdefault(component, {})
+            states[limit_state] = f"*{row[column]:.6g}"
+    write_text(out, json.dumps(scaling, indent=1) + "\n")
 
 
 def annual_frequency(theta: float, beta: float, im: ArrayLike, rate: ArrayLike) -> dict[str, float]:
