@@ -7,8 +7,9 @@ disagrees or is undecidable. A claim with a direction is tested in that directio
 below the resolution of the analyses, or one that chance explains, is undecidable.
 
 The sign of an effect under one record can change when the record is scaled by one per cent. A case
-under a record is therefore judged in several runs: the record at seven scales and other motions
-(`over_runs`). Runs that do not meet the premise of a statement do not count.
+under a record is therefore judged in several runs (`over_runs`): the record at seven scales and,
+under a stand-in for a record of the paper, other motions. Runs that do not meet the premise of a
+statement do not count.
 
 Assumed limits of the table: the paper calls at most 5 % small; contact is enforced where a penalty
 lets in at most 3 % of the gap; stick-slip events are at least ten changes; a history is coupled if

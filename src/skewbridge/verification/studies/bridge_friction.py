@@ -26,11 +26,13 @@ from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.pushover import push_abutment
 from skewbridge.analysis.settings import AnalysisScheme, AnalysisSettings
 from skewbridge.analysis.transient import AnalysisResult
+from skewbridge.bridge.geometry import contact_column
 from skewbridge.statuses import RAN
 from skewbridge.units import KJ, KN, MM
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import FrictionAt, ModelOptions
 from skewbridge.verification.references.live_model import Array
+from skewbridge.verification.statements import relative_change
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.paper_runs import (
@@ -76,6 +78,7 @@ type AbutmentPair = tuple[AbutmentHistory, AbutmentHistory]
 
 _ABUTMENT_SKEWS_DEG: Final = (0, 25)  # source: the paper, section 4 (both)
 _KEYS: Final[tuple[Keys, ...]] = ("sacrificial", "monolithic")  # the default model's first
+PLACES: Final[tuple[FrictionAt, ...]] = ("all", "walls", "keys")
 _FAST_HZ: Final = 5.0
 _PUSH_M: Final = 0.09
 
@@ -83,6 +86,7 @@ _PUSH_M: Final = 0.09
 def run_abutment(study: Study) -> None:
     """Run the study of figure 10."""
     record = tarzana()
+    places: list[dict[str, Any]] = []
     for motion, keys, skew in product(record.runs(), _KEYS, _ABUTMENT_SKEWS_DEG):
         options = ModelOptions(keys=keys)
         pair = _history(motion, options, skew), _history(motion, options, skew, friction_pct=0)
@@ -92,18 +96,38 @@ def run_abutment(study: Study) -> None:
         states = partial(study.states, run=motion.run, premise=met)
         _judge_abutment(states, case, pair)
         if keys == _KEYS[0]:
+            runs = {"all": pair[0]} | {
+                place: _history(motion, ModelOptions(friction_at=place), skew)
+                for place in PLACES[1:]
+            }
             without = pair[1].disp_m
-            changes = (
-                rms_change(_history(motion, ModelOptions(friction_at=place), skew).disp_m, without)
-                for place in ("walls", "keys")
-            )
+            changes = (rms_change(runs[place].disp_m, without) for place in PLACES[1:])
             states("backwall makes it", case, *(float(change[1]) for change in changes))
+            names = {"run": motion.run.name, "skew_deg": skew}
+            places += [
+                {**names, "friction_at": place, **_place_row(history, pair[1])}
+                for place, history in runs.items()
+            ]
         if motion.is_nominal:
             _report_abutment(study, case, pair)
             label = f"skew{skew:02d}_{keys}"
             study.figures[label] = _abutment_figure(pair, motion)
             study.tables[f"{label}_ledger"] = _ledger(pair[0])
+    study.tables["places"] = pd.DataFrame(places)
     _judge_static_push(study)
+
+
+def _place_row(history: AbutmentHistory, without: AbutmentHistory) -> dict[str, float]:
+    """Return the relative changes of the peaks by friction, and its work at walls and keys."""
+    peaks, plain = _peaks(history), _peaks(without)
+    work_kj = {
+        f"work at {kind}s (kJ)": sum(
+            unit.slip_work_j for unit in history.ledger if kind in unit.name
+        )
+        / KJ
+        for kind in ("backwall", "key")
+    }
+    return {name: relative_change(peaks[name], plain[name]) for name in peaks} | work_kj
 
 
 def _history(
@@ -252,7 +276,6 @@ _DISPLACEMENTS: Final = {
 _AXES: Final = {"longitudinal": "x", "transverse": "y"}
 _SIDES: Final = ("left", "right")
 
-PLACES: Final[tuple[FrictionAt, ...]] = ("all", "walls", "keys")
 _PLACE_DEMANDS: Final = {
     "column_shear_kn": "column shear",
     "column_drift_ratio": "drift",
@@ -551,8 +574,8 @@ def _judge_skew(
     straight, skewed = (result.whole_history for result in pair)
     histories = histories_of(pair[1])
     # the last point of a wall is at the obtuse corner of a positive skew
-    corners = [f"{side}_backwall_{ModelOptions().backwall_points}_normal_kn" for side in _SIDES]
-    hits = max(float(histories[name].max()) for name in corners) > 0.0
+    names = [f"{side} backwall {ModelOptions().backwall_points}" for side in _SIDES]
+    hits = max(float(histories[f"{contact_column(name)}_normal_kn"].max()) for name in names) > 0.0
     case = f"OSB1, {abutment}, skew {SKEWS_DEG[1]}{motion.stand_in}"
     turns = (1e3 * found["deck_rotation_rad"] for found in (skewed, straight))
     states("skew bridge rotates", case, *turns, premise=hits)

@@ -60,7 +60,7 @@ DURATION_S: Final = 25.0
 SMALLEST_CYCLE: Final = 0.15
 #: Factors on the record of a study: within 5 %, the sign of many effects changes.
 SCALES: Final = (0.95, 0.967, 0.983, 1.0, 1.017, 1.033, 1.05)
-#: Number of other motions that a statement is judged under.
+#: Number of other motions that a statement is judged under without the paper's record.
 OTHER_MOTIONS: Final = 5
 # ASSUME friction at a wall can decide nothing while the deck pushes it with less than this share of
 # the strength of its fill
@@ -91,23 +91,24 @@ class PaperMotion:
         """Whether this is the motion of the study at scale 1."""
         return self.run.scale == 1.0
 
-    def runs(self, others: int = OTHER_MOTIONS) -> "Sequence[PaperMotion]":
-        """Return this motion at `SCALES`, then the strongest others of the package's suite."""
+    def runs(self) -> "Sequence[PaperMotion]":
+        """Return this motion at `SCALES`; for a stand-in, other motions of the suite as well."""
         scaled = [
             replace(self, motion=self.motion.scaled(scale), run=Run(f"scale {scale:g}", scale))
             for scale in SCALES
         ]
-        strongest = strongest_motions(others + 1, self.other_pga_g) if others else []
+        if self.is_paper_record:
+            return scaled
+        strongest = strongest_motions(OTHER_MOTIONS + 1, self.other_pga_g)
         different = [each for each in strongest if each.motion_id != self.motion.motion_id]
         return scaled + [
             replace(
                 self,
                 motion=motion,
                 label=f"{motion.motion_id} at a PGA of {self.other_pga_g:.2f} g",
-                is_paper_record=False,
                 run=Run(motion.motion_id),
             )
-            for motion in different[:others]
+            for motion in different[:OTHER_MOTIONS]
         ]
 
 
