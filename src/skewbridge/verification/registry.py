@@ -39,6 +39,7 @@ STUDIES: Final[dict[str, str]] = {
 # Studies of many analyses: they run only when named, and an interrupted one can be resumed.
 LONG_STUDIES: Final[dict[str, str]] = {
     "published": "published:run",
+    "published-skew": "published_skew:run",
     "accuracy": "strong_motions:run_pairs",
     "accuracy-whole": "strong_motions:run_pairs",
 }

@@ -30,7 +30,7 @@ from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.gravity import column_axial_n
 from skewbridge.bridge.moment_curvature import section_response
-from skewbridge.demands.completeness import BEYOND_MODEL
+from skewbridge.demands.completeness import BEYOND_MODEL, COMPLETE
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
@@ -40,6 +40,7 @@ from skewbridge.fragility.paper_table import chosen_curves
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves
 from skewbridge.motions.levels import MotionsConfig
+from skewbridge.statuses import OK
 from skewbridge.study.analyses import StudySetup
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig
 from skewbridge.study.folder import StudyFolder, starter_files
@@ -92,6 +93,7 @@ class Change:
         whole: Whether peaks are those of the whole motion, or up to the failure of a column.
         bridges: Other bridges, by era; other eras are left out.
         gap_mm: Gap.
+        suite: Folder of another shipped suite of motions.
     """
 
     name: str
@@ -104,6 +106,7 @@ class Change:
     whole: bool = True
     bridges: Mapping[int, str] = field(default_factory=lambda: dict(BRIDGES))
     gap_mm: int = 25
+    suite: str = ""
 
 
 NONE: Final = Change(name="none")
@@ -124,6 +127,7 @@ CHANGES: Final = (
     Change(name="demand: up to the failure of a column, as in our studies", whole=False),
     Change(name="bridge: bridge_b, columns 6.7 m", bridges={3: "bridge_b"}),
     Change(name="gap: 51 mm", gap_mm=51),
+    Change(name="motions: M 7 with pulses", suite="pulse"),
 )
 MOTIONS: Final = 24  # three blocks of levels
 
@@ -139,10 +143,18 @@ def run(study: Study) -> None:
     cases = [
         (era, change) for era in BRIDGES for change in (NONE, *CHANGES) if era in change.bridges
     ]
-    variants = dict.fromkeys(_variant(era, change) for era, change in cases)
-    demands = analysed_demands(study, {each: (each, {}) for each in variants}, MOTIONS)
+    demands: dict[tuple[str, Variant], pd.DataFrame] = {}
+    for suite in dict.fromkeys(change.suite for _, change in cases):
+        keys = {(suite, _variant(*case)) for case in cases if case[1].suite == suite}
+        plain = {key: (key[1], {}) for key in sorted(keys)}
+        demands |= analysed_demands(study, plain, MOTIONS, suite)
     found = [
-        medians(published[published["era"] == era], demands[_variant(era, change)], era, change)
+        medians(
+            published[published["era"] == era],
+            demands[change.suite, _variant(era, change)],
+            era,
+            change,
+        )
         for era, change in cases
     ]
     table = compared(published, pd.concat(found, ignore_index=True))
@@ -179,14 +191,18 @@ def study_variant(bridge: str, skew_deg: int, gap_mm: int = 25) -> Variant:
 
 
 def analysed_demands[Key](
-    study: Study, cases: Mapping[Key, tuple[Variant, Mapping[str, Any]]], motions: int
+    study: Study,
+    cases: Mapping[Key, tuple[Variant, Mapping[str, Any]]],
+    motions: int,
+    suite: str = "",
 ) -> dict[Key, pd.DataFrame]:
-    """Return demands of variants under the first motions of the package's suite, without draws.
+    """Return demands of variants under the first motions of a shipped suite.
 
     Args:
         study: The study, which keeps finished analyses.
         cases: Variants and their changed modelling options.
-        motions: Number of motions, at the levels of the default study.
+        motions: Number of motions of the default suite, at the levels of the default study.
+        suite: Folder of another shipped suite, whose motions are all run.
 
     Returns:
         Rows of the demands table, with the peaks of whole motions as well (prefix ``whole_``).
@@ -194,7 +210,9 @@ def analysed_demands[Key](
     bridges = tuple(dict.fromkeys(variant.bridge for variant, _ in cases.values()))
     config = StudyConfig(
         grid=GridConfig(bridge=bridges),
-        motions=MotionsConfig(folder=str(starter_files() / "motions"), count=motions),
+        motions=MotionsConfig(
+            folder=str(starter_files() / "motions" / suite), count=None if suite else motions
+        ),
     )
     with TemporaryDirectory() as name:
         folder = StudyFolder(Path(name))
@@ -231,6 +249,7 @@ def with_demands_of(table: pd.DataFrame, bridge: str, change: Change) -> pd.Data
         for name in DEMANDS.values():
             table[name] = table[f"{WHOLE}{name}"]
         table[BEYOND_MODEL] = ""
+        table[COMPLETE] = table["status"] == OK
     if change.first_yield:
         table[DEMANDS["column_curvature"]] *= first_yield_factor(bridge)
     return table
@@ -265,7 +284,7 @@ def medians(
     ]
     demands = with_demands_of(demands, change.bridges[era], change)
     rows = prepared(demands, list(dict.fromkeys(each.demand for each in states)), SETTINGS).table
-    curves = chosen_curves(fit_study(rows, states, SETTINGS))
+    curves = chosen_curves(fit_study(rows, states, SETTINGS), "cloud")  # as theirs
     bounds = {"beta_total": "beta", "theta_bound_low": "theta_bound"}
     components = curves.drop(columns="beta").rename(columns=bounds)
     system = system_curves(rows, states, SETTINGS).assign(component=SYSTEM)
