@@ -112,6 +112,17 @@ def key_material(key: KeyData, tags: TagAllocator) -> int:
     return material
 
 
+def key_face_material(key: KeyData, tags: TagAllocator) -> int:
+    """Create a key along its face: its backbone up to the strength, which it then keeps."""
+    # Not Hysteretic: it keeps the stress of the last trial where a trial returns to the committed
+    # strain, as it does on a key that nothing touches, and the solver then finds no equilibrium.
+    material = tags.material()
+    points = zip(key.displacement_mm[:2], key.force_kn[:2], strict=True)
+    branch = [value for disp, force in points for value in (disp * MM, force * KN)]
+    ops.uniaxialMaterial("MultiLinear", material, *branch, _FAR_M, key.force_kn[1] * KN)
+    return material
+
+
 def key_stiffness_n_per_m(key: KeyData) -> float:
     """Return the initial stiffness of a key."""
     return key.force_kn[0] * KN / (key.displacement_mm[0] * MM)

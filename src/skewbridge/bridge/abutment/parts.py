@@ -15,6 +15,7 @@ from skewbridge.bridge.abutment.backfill import (
 from skewbridge.bridge.abutment.elements import (
     damping_n_s_per_m,
     elastic_material,
+    key_face_material,
     key_material,
     key_stiffness_n_per_m,
     spring_element,
@@ -99,10 +100,10 @@ class SideContext:
         dashpot_n_s_per_m = damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness, mass_kg)
         damped = elastic_material(0.0, self.tags, dashpot_n_s_per_m=dashpot_n_s_per_m)
         across = [key_material(self.key, self.tags), damped]
-        # ASSUME the same backbone along the face, independent of the one across it: a broken key
-        # gets friction from its residual force only, which is below the strength along the face
+        # ASSUME the same backbone up to the strength along the face, independent of the one across
+        # it: a broken key gets friction from its residual force only, which is below the strength
         if self.options.key_along_face == "backbone":
-            along = [key_material(self.key, self.tags), damped]
+            along = [key_face_material(self.key, self.tags), damped]
         else:
             along = [elastic_material(stiffness, self.tags, dashpot_n_s_per_m=dashpot_n_s_per_m)]
         return spring_element(nodes, inward, across, along, self.tags)[0]
