@@ -7,7 +7,7 @@ import openseespy.opensees as ops
 import pytest
 
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.step_loop import LOOK_AHEAD, StepLoop
+from skewbridge.analysis.step_loop import LONGEST_S, LOOK_AHEAD, SWING_S, StepLoop
 
 SETTINGS = AnalysisSettings(dt_s=0.010, contact_dt_s=0.005, event_dt_s=0.0003125)
 DT_S, CONTACT_DT_S, FINEST_S = 0.010, 0.005, 0.0003125
@@ -22,6 +22,7 @@ class Contacts:
     closes_after: int = -1  # number of the step
     time_to_change: float = inf
     is_any_closed: bool = True
+    least_opening_ratio = 1.0
     sizes_s: list[float] = field(default_factory=list)
 
     def start_from_rest(self) -> None:
@@ -35,6 +36,9 @@ class Contacts:
 
     def time_to_change_s(self) -> float:
         return self.time_to_change
+
+    def time_to_closing_s(self, accel_mps2: float) -> float:
+        return inf
 
     @property
     def changes(self) -> tuple[int, ...]:
@@ -62,8 +66,31 @@ def sizes_s(contacts: Contacts, steps: int, settings: AnalysisSettings = SETTING
 
 
 def test_steps_are_shorter_in_contact() -> None:
-    assert sizes_s(Contacts(is_any_closed=False), 3) == [DT_S] * 3
+    assert sizes_s(Contacts(is_any_closed=False), 3) == [DT_S, 2 * DT_S]
     assert sizes_s(Contacts(), 3) == [CONTACT_DT_S] * 6
+
+
+def test_steps_are_shorter_while_the_deck_swings_and_for_some_time_after() -> None:
+    class Swinging(Contacts):
+        @property
+        def least_opening_ratio(self) -> float:
+            return 0.7 if len(self.sizes_s) == 2 else 0.8
+
+        def time_to_closing_s(self, accel_mps2: float) -> float:
+            return 0.0
+
+    found = sizes_s(Swinging(is_any_closed=False), 40)
+    swing = [size for size in found[2:] if size < DT_S]
+    assert found[:2] == [DT_S] * 2
+    assert found[2 : 2 + len(swing)] == swing
+    assert sum(swing) == pytest.approx(SWING_S)
+
+
+def test_steps_far_from_closing_are_made_together() -> None:
+    # the first steps prove the tangent
+    found = sizes_s(Contacts(is_any_closed=False), 20)
+    assert max(found) == pytest.approx(LONGEST_S)
+    assert sum(found) == pytest.approx(20 * DT_S)
 
 
 def test_steps_in_contact_are_halved_at_a_large_friction_error() -> None:

@@ -93,7 +93,7 @@ class Stepper:
         halvings: Called before each (sub-)step with the least number of halvings that ends no later
             than the regular step and keeps sub-steps at multiples of their size; returns the number
             of halvings, not less than that.
-        is_far: Called before each regular step that is not cut into parts; returns whether it is
+        is_far: Called before each (sub-)step of at most `coarse` halvings; returns whether it is
             far from contact, so that it may use the tangent of an earlier step.
         set_far: Called with whether the coming steps are far from contact, where this changes.
         set_test: Called with each attempt where it starts, to set its convergence test.
@@ -101,6 +101,9 @@ class Stepper:
         before: Called with the size of the coming (sub-)step where it differs from the last one,
             and before each retry.
         after: Called with the size of each converged (sub-)step; returns whether to continue.
+        coarse: Most halvings of a step that may use the tangent of an earlier step.
+        together: Called with the size of such a step; returns how many may follow each other
+            before `after` is called.
         ladder: The attempts, in order.
         effort: Cost of the steps so far.
     """
@@ -114,6 +117,8 @@ class Stepper:
     max_iterations: int
     before: Callable[[float], None]
     after: Callable[[float], bool]
+    coarse: int = 0
+    together: Callable[[float], int] = lambda _: 1
     ladder: Sequence[Attempt] = LADDER
     effort: Effort = field(default_factory=Effort, init=False)
     # Number of coming steps that use the attempt of the last difficult one.
@@ -127,17 +132,46 @@ class Stepper:
         ops.algorithm(*self.ladder[0].algorithm)
         ops.integrator(*self.integrator)
 
-    def step(self) -> bool:
-        """Advance one regular step; False when the whole ladder failed at a part of it."""
+    def step(self, most: int = 1) -> int:
+        """Advance one regular step, or up to `most` where nothing happens; return their number.
+
+        It is zero when the whole ladder failed at a part of a step.
+        """
         done = 0  # in the smallest parts of a regular step
-        while done < _FINEST:
-            fits = MAX_HALVINGS - ((done & -done).bit_length() - 1 if done else MAX_HALVINGS)
+        while done == 0 or done % _FINEST:
+            within = done % _FINEST
+            fits = MAX_HALVINGS - ((within & -within).bit_length() - 1 if within else MAX_HALVINGS)
             halvings = self.halvings(fits)
-            is_far = halvings == 0 and self._held == 0 and self.is_far()
-            if not self._advance(self.dt_s / 2**halvings, is_far=is_far):
-                return False
-            done += _FINEST >> halvings
-        return True
+            part, size_s = _FINEST >> halvings, self.dt_s / 2**halvings
+            is_far = halvings <= self.coarse and self._held == 0 and self.is_far()
+            made, continues = 0, True
+            if is_far and self._is_fresh and size_s == self._size_s:
+                left = (most * _FINEST - done) // part
+                made, continues = self._take_together(min(left, self.together(size_s)))
+            if made == 0:
+                made, continues = 1, self._advance(size_s, is_far=is_far)
+            if not continues:
+                return 0
+            done += made * part
+        return done // _FINEST
+
+    def _take_together(self, count: int) -> tuple[int, bool]:
+        """Make equal steps with the tangent in use until one fails; return as `_take` does."""
+        if count < 2:
+            return 0, True
+        size_s, before_s = self._size_s, ops.getTime()
+        is_done = ops.analyze(count, size_s) == 0
+        made = count if is_done else round((ops.getTime() - before_s) / size_s)
+        self._is_fresh = is_done and ops.testIter() < 2
+        self.effort.iterations += made
+        self.effort.substeps += made * (size_s < self.dt_s)
+        self.effort.steps_by_rung[0] += made
+        if not is_done:
+            self._count_failure(REUSE)
+            self._reset()
+        continues = made == 0 or self.after(made * size_s)
+        self.before(size_s)
+        return made, continues
 
     def _advance(self, size_s: float, *, is_far: bool) -> bool:
         """Make one (sub-)step, by the ladder if it does not converge."""

@@ -47,8 +47,8 @@ class AnalysisSettings:
         default=0.005,
         ge=1.0e-5,
         le=0.02,
-        description="largest step while a contact is closed, the regular step over a power of "
-        "two; null (scheme paper): the regular step",
+        description="largest step while a contact is closed or the deck swings, the regular step "
+        "over a power of two; null (scheme paper): the regular step",
     )
     event_dt_s: Number | None = Field(
         default=0.0003125,

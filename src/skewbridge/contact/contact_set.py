@@ -207,6 +207,19 @@ class ContactSet:
         steps = min((unit.steps_to_change() for unit in self._units), default=inf)
         return steps * self._dt_s if self._dt_s > 0.0 else inf
 
+    def time_to_closing_s(self, accel_mps2: float) -> float:
+        """Return the time until the first open pair closes if all are accelerated towards closing.
+
+        Zero where a pair is closed, and before the first step.
+        """
+        return min((unit.time_to_closing_s(accel_mps2) for unit in self._units), default=inf)
+
+    @property
+    def least_opening_ratio(self) -> float:
+        """Smallest opening of a pair over its gap; zero for a pair without a gap."""
+        ratios = (unit.opening / unit.gap_m if unit.gap_m else 0.0 for unit in self._units)
+        return min(ratios, default=inf)
+
     @property
     def is_any_closed(self) -> bool:
         """Whether a pair is closed."""

@@ -5,7 +5,7 @@ plain floats, slots and as few calls as possible.
 """
 
 from copy import copy
-from math import hypot, inf
+from math import hypot, inf, sqrt
 from typing import Any, Final
 
 import openseespy.opensees as ops
@@ -88,6 +88,13 @@ class ContactUnit:
         """Return the steps until the pair opens or closes at the rate of the last one, or inf."""
         towards = self._opening_before - self.opening
         return self.opening / towards if self.opening * towards > 0.0 else inf
+
+    def time_to_closing_s(self, accel_mps2: float) -> float:
+        """Return the time to close at the rate of the last step plus an acceleration."""
+        if self.opening <= 0.0 or not self._dt:
+            return 0.0
+        rate = (self.opening - self._opening_before) / self._dt
+        return (rate + sqrt(rate**2 + 2.0 * accel_mps2 * self.opening)) / accel_mps2
 
     def normal_potential_j(self) -> float:
         """Return the energy stored in the normal spring."""
