@@ -120,7 +120,8 @@ def job(folder: Path, table: Path, **made: str) -> SimpleNamespace:
         log=[folder / "rule.log"],
         input={},
         output=Named(table),
-        config={"motions": {"count": 3}},
+        # as merged over the shipped configuration
+        config={"motions": {"count": 3}, "uncertainty": {"enabled": True}},
         params=SimpleNamespace(
             results=str(folder), made_from={"sources": sources, "motions": "suite", **made}
         ),

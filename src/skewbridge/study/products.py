@@ -86,7 +86,7 @@ RECIPES: Final[Mapping[str, Recipe]] = {
     ),
     "analyse_round": Recipe(
         sources=(*_ANALYSES, "study/rounds.py"),
-        sections=("motions", "model", "analysis", "suspect"),
+        sections=("motions", "model", "uncertainty", "analysis", "suspect"),
         after=("prepare_motions",),
         inputs=("bridges", "opensees"),
     ),
