@@ -129,6 +129,11 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
 _FIT_COLUMNS: Final = list(CURVE_COLUMNS)[list(CURVE_COLUMNS).index("component") :]
 
 
+def described_as_curves(names: str) -> dict[str, str]:
+    """Return columns, separated by blanks, with their descriptions in the table of curves."""
+    return {name: CURVE_COLUMNS[name] for name in names.split()}
+
+
 def fit_study(
     demands: pd.DataFrame,
     limit_states: Sequence[LimitState],
@@ -240,13 +245,9 @@ class _DemandFits:
         kept = np.any(self._weights[:, used] == 0.0, axis=1)
         without = Lines(lines.ln_a[kept], lines.b[kept], lines.sigma[kept])
         repeated = np.unique(self._motion[used]).size < np.sum(used)
-        fits = fit_cloud_states(
-            self._ln_im[used],
-            *outcomes.ln_ends,
-            [(state.threshold, 0.0) for state in self._states],
-            self._settings,
-            without if repeated else None,
-        )
+        own, capacities = without if repeated else None, [(s.threshold, 0.0) for s in self._states]
+        cloud = self._ln_im[used], *outcomes.ln_ends
+        fits = fit_cloud_states(*cloud, capacities, self._settings, own)
         for j, state in enumerate(self._states):
             if (status := outcomes.status(state)) != FITTED:
                 fits[j] = fits[j].without_estimate(status)
@@ -360,12 +361,9 @@ class _DemandFits:
         best = maximise(whole, np.array([[*(-slope * middles), slope]]))
         params, converged = best.params, best.converged
         if intervals and converged[0]:
-            weights = self._weights[1:, runs]
-            again = maximise(
-                NormalKernel(eye[places[0]], *ends, weights, eye[places[1]]),
-                np.tile(params, (len(weights), 1)),
-                covariance=False,
-            )
+            kernel = NormalKernel(eye[places[0]], *ends, self._weights[1:, runs], eye[places[1]])
+            start = np.tile(params, (len(self._weights) - 1, 1))
+            again = maximise(kernel, start, covariance=False)
             params = np.vstack([params, again.params])
             converged = np.append(converged, again.converged)
         good = converged & (params[:, -1] > FLATTEST_SLOPE)

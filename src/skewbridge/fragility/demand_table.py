@@ -128,26 +128,17 @@ def read_mapped(path: Path, column_file: Path) -> pd.DataFrame:
 
 
 def read_foreign(
-    path: Path,
-    columns: Mapping[str, str],
+    path: Path,  # CSV or parquet with one row per run
+    columns: Mapping[str, str],  # our column to that of the file; motion_id, im_... and a demand
     *,
-    factors: Mapping[str, float] | None = None,
-    constants: Mapping[str, Any] | None = None,
+    factors: Mapping[str, float] | None = None,  # to our unit, by our column
+    constants: Mapping[str, Any] | None = None,  # of columns that the file lacks
 ) -> pd.DataFrame:
     """Read runs of another program as a demands table.
 
-    Args:
-        path: CSV or parquet with one row per run.
-        columns: Our column to the column of the file, for example ``{"motion_id": "record"}``; at
-            least ``motion_id``, one ``im_`` column and one demand.
-        factors: Factor to our unit by our column, for example ``{"deck_disp_m": 0.0254}``.
-        constants: Values of columns that the file lacks; bridge, abutment, scale, incidence_deg
-            and status have neutral ones.
-
-    Returns:
-        ``variant`` is made of bridge, abutment and axes, ``complete`` derived from status and
-        ``beyond_model``, unless the file has them. Missing intensities and demands stay NaN:
-        `prepared` rejects such rows one by one.
+    ``variant`` is made of bridge, abutment and axes, ``complete`` derived from status and
+    ``beyond_model``, unless the file has them. Missing intensities and demands stay NaN: `prepared`
+    rejects such rows one by one.
 
     Raises:
         InputError: A column, value or key is missing or unusable, or a run occurs twice; names row

@@ -4,7 +4,7 @@ The record-to-record scatter cancels in the ratio of one motion's demands, so a 
 detected with 16 motions where an unpaired comparison would need hundreds.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from math import nan
@@ -173,16 +173,6 @@ class Pairs:
         }
 
 
-def study_pairs(demands: pd.DataFrame, columns: Sequence[str]) -> Iterator[Pairs]:
-    """Yield the pairs of runs along each axis that varies, of each bridge and abutment model."""
-    for model, rows in demand_table.models_of(demands):
-        for axis in demand_table.varying_axes(rows):
-            keys = ["from_value", "to_value"]
-            for values, part in run_pairs(rows, axis, columns).groupby(keys, sort=True):
-                place = model | {"axis": axis} | dict(zip(keys, values, strict=True))
-                yield Pairs.of(place, part)
-
-
 def other_axes(table: pd.DataFrame, axis: str) -> list[str]:
     """Return the axis columns of a table, except one."""
     return [name for name in demand_table.axis_names(table) if name != axis]
@@ -222,10 +212,10 @@ class EffectTables(NamedTuple):
 
 def effect_tables(
     demands: pd.DataFrame,
-    columns: Sequence[str] | None = None,
+    columns: Sequence[str] | None = None,  # None: those with the role `effect` that the table has
     settings: FitSettings = DEFAULTS,
     *,
-    reference_im: Mapping[tuple[str, str], float] | None = None,
+    reference_im: Mapping[tuple[str, str], float] | None = None,  # by bridge and abutment
     jobs: int = 1,
 ) -> EffectTables:
     """Return the paired changes of demand along every axis of a study.
@@ -234,24 +224,24 @@ def effect_tables(
     (same motion, scale and incidence); the smallest value of the axis is the reference. The ratio
     is the geometric mean over motions. A pooled row is the average over all such pairs of variants.
     A pair in which one run collapsed, failed or lost a column counts as a bound (Tobit).
-
-    Args:
-        demands: Table of demands.
-        columns: Demands; by default those with the role ``effect`` that the table has.
-        settings: Level, margins and intensity measure; slopes need its column.
-        reference_im: Intensity by bridge and abutment at which the effect is given as well.
-        jobs: Number of processes.
+    Slopes need the intensity measure; effects by intensity are given at ``reference_im`` as well.
 
     Raises:
         InputError: A column is missing, or a run occurs twice.
     """
     names = list(demands_for("effect", demands.columns) if columns is None else columns)
     demand_table.need_columns(demands, (*demand_table.KEY_COLUMNS, *names))
-    paired = [*names, settings.im] if settings.im in demands.columns else names
-    rows_of = partial(
-        demand_effects, names=names, settings=settings, reference_im=reference_im or {}
+    im = [settings.im] if settings.im in demands.columns else []
+    paired = list(dict.fromkeys([*names, *im]))
+    pairs = (
+        Pairs.of(model | {"axis": axis, "from_value": start, "to_value": end}, part)
+        for model, rows in demand_table.models_of(demands)
+        for axis in demand_table.varying_axes(rows)
+        for (start, end), part in run_pairs(rows, axis, paired).groupby(["from_value", "to_value"])
     )
-    found = demand_table.spread(rows_of, study_pairs(demands, list(dict.fromkeys(paired))), jobs)
+    at = reference_im or {}
+    rows_of = partial(demand_effects, names=names, settings=settings, reference_im=at)
+    found = demand_table.spread(rows_of, pairs, jobs)
     effects = effect_table(demands, [row for rows, _ in found for row in rows])
     by_intensity = [row for _, rows in found for row in rows]
     return EffectTables(effects, pd.DataFrame(by_intensity, columns=list(INTENSITY_COLUMNS)))

@@ -89,10 +89,8 @@ class CsvContent:
     def __post_init__(self) -> None:
         low, high = self.im_range or (1.0, 2.0)
         if not (0.0 < low < high < float("inf") and self.points > 1):
-            raise InputError(
-                f"the range of intensities must rise above 0, with two points or more: got "
-                f"{low:g} to {high:g}, {self.points} points"
-            )
+            text = f"got {low:g} to {high:g}, {self.points} points"
+            raise InputError(f"intensities must rise above 0, with two points or more: {text}")
         if sum([self.hazard is not None, self.im_range is not None, self.skew_factors]) > 1:
             raise InputError("a csv is one table: give one of --hazard, --im-range, --skew-factors")
 
@@ -133,10 +131,7 @@ def export_curves(
     unfitted = curves.loc[~has_estimate, ["variant", "component", "limit_state", "status"]]
     notes = ["the dispersion of a curve is beta_total, including capacity; beta: record-to-record"]
     if lacking := int(curves.loc[has_estimate, "beta_total"].isna().sum()):
-        notes.append(
-            f"{lacking} curves have no beta_total (no slope converts the dispersion of the "
-            "capacity): beta is exported for them"
-        )
+        notes.append(f"{lacking} curves have no beta_total (lack of a slope): beta is exported")
     if len(unfitted):
         notes.append(f"{len(unfitted)} limit states have no estimate (listed by --json)")
     report: dict[str, Any] = {"format": form, "files": [str(out)], "left_out": len(unfitted)}
@@ -147,15 +142,11 @@ def export_curves(
             models = write_nrml(curves, out)
             report |= {"models": models, "files": [model["file"] for model in models]}
             if str(out) not in report["files"]:
-                notes.append(
-                    f"{out.name} was not written: a file has one list of limit states, but the "
-                    f"functions differ in theirs; {len(models)} files replace it"
-                )
+                text = f"{len(models)} files, by the limit states of their functions, replace it"
+                notes.append(f"{out.name} was not written: {text}")
             if crossing := sum(len(model["crossing"]) for model in models):
-                notes.append(
-                    f"curves cross in {crossing} functions (their dispersions differ): OpenQuake "
-                    "gets negative fractions of damage there"
-                )
+                text = "OpenQuake gets negative fractions of damage there"
+                notes.append(f"curves cross in {crossing} functions: {text}")
         elif scales:
             write_skew_scaling(curves, _table_next_to(source, "median_effects"), out)
             notes.append("scaling specifications by skew, for the curves without skew of this file")

@@ -312,11 +312,8 @@ def _stripe_goodness(
 ) -> dict[str, Any]:
     """Return deviance, Pearson's statistic and the score test of a curvature in the predictor."""
     log_p, log_q, remain = special.log_ndtr(eta), special.log_ndtr(-eta), n - k
-    deviance = 2.0 * float(
-        np.sum(special.xlogy(k, k / n) - k * log_p)
-        + np.sum(special.xlogy(remain, remain / n) - remain * log_q)
-    )
-    p = np.exp(log_p)
+    p, most = np.exp(log_p), special.xlogy(k, k / n) + special.xlogy(remain, remain / n)
+    deviance = 2.0 * float(np.sum(most - k * log_p - remain * log_q))
     pearson = float(np.sum((k - n * p) ** 2 / np.maximum(n * p * np.exp(log_q), 1e-300)))
     dof = int(n.size - 2)
     up, down = likelihood.mills_ratio(eta), likelihood.mills_ratio(-eta)

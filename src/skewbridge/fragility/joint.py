@@ -26,6 +26,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import frame_of, read_table, records_of, texts_of
 from skewbridge.fragility import demand_table
 from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.curves import described_as_curves
 from skewbridge.fragility.existence import FITTED, NON_INCREASING, NOT_APPLICABLE
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.mixed import MixedData, MixedFit, fit_mixed, outer_by, without_each_motion
@@ -56,21 +57,10 @@ _PATHS: Final = ("fragility/joint.parquet", "joint.parquet")
 _WORTH_PROCESSES: Final = 8  # ASSUME a demand takes about a second
 
 JOINT_COLUMNS: Final[dict[str, str]] = {
-    "bridge": "catalogue entry",
-    "abutment": "abutment model",
-    "component": "component of the limit state",
-    "limit_state": "degree of damage",
-    "status": "ok, or the reason why there is no estimate",
+    **described_as_curves("bridge abutment component limit_state status"),
     "theta": "median intensity in the middle of every axis",
-    "theta_low": "lower end of its interval (jackknife by motion, Student's t)",
-    "theta_high": "upper end of its interval",
-    "beta": "record-to-record dispersion",
-    "beta_low": "lower end of its interval",
-    "beta_high": "upper end of its interval",
-    "beta_total": "record-to-record and capacity dispersion",
-    "beta_total_low": "lower end of its interval",
-    "beta_total_high": "upper end of its interval",
-    "level": "confidence level of the intervals",
+    **described_as_curves("theta_low theta_high beta beta_low beta_high"),
+    **described_as_curves("beta_total beta_total_low beta_total_high level"),
     "loo_error": "median relative error of theta for left-out variants",
     "loo_error_max": "largest of these errors",
     "loo_error_max_variant": "variant with the largest error",
@@ -88,14 +78,10 @@ JOINT_COLUMNS: Final[dict[str, str]] = {
     "n_variants": "number of variants",
     "n_runs": "runs in the fit",
     "n_motions": "motions in the fit",
-    "n_exceed": "runs known to exceed",
-    "n_unknown": "runs with an unknown outcome",
+    **described_as_curves("n_exceed n_unknown"),
     "n_right_censored": "runs with only a lower bound of the demand",
     "n_left_censored": "runs with only an upper bound of the demand",
-    "im": "intensity measure",
-    "demand": "demand column",
-    "threshold": "median capacity, in the unit of the demand column",
-    "capacity_dispersion": "dispersion of the capacity",
+    **described_as_curves("im demand threshold capacity_dispersion"),
 }
 
 
@@ -449,25 +435,16 @@ def _state_parameters(parameters: FloatArray, motions: int, state: LimitState) -
 
 
 def predict_states(
-    results: Path,
-    values: Mapping[str, float],
+    results: Path,  # folder of the study, or one that `skewbridge statistics` wrote
+    values: Mapping[str, float],  # of each axis
     *,
-    bridge: str | None = None,
-    abutment: str | None = None,
+    bridge: str | None = None,  # None if the study has only one
+    abutment: str | None = None,  # None for the only one, or contact-friction
     component: str | None = None,
     state: str | None = None,
-    at: float | None = None,
+    at: float | None = None,  # intensity of `p` (with beta_total) and `p_records` (with beta)
 ) -> list[dict[str, Any]]:
     """Return a row per limit state that has a joint model, at a point in the range of a study.
-
-    Args:
-        results: Folder of the study, or one that `skewbridge statistics` wrote.
-        values: Value of each axis.
-        bridge: None if the study has only one.
-        abutment: Abutment model; None for the only one, or contact-friction.
-        component: None for all.
-        state: None for all.
-        at: Intensity at which to give ``p`` (with beta_total) and ``p_records`` (with beta).
 
     Raises:
         InputError: The table, bridge, abutment model or state does not exist, or the point is
@@ -475,11 +452,9 @@ def predict_states(
     """
     path = next((results / name for name in _PATHS if (results / name).is_file()), None)
     if path is None:
-        raise InputError(
-            f"{results} has neither {' nor '.join(_PATHS)}: run the study or skewbridge "
-            "statistics, or name another folder (--study)",
-            file=str(results),
-        )
+        advice = "run the study or skewbridge statistics, or name another folder (--study)"
+        text = f"{results} has neither {' nor '.join(_PATHS)}: {advice}"
+        raise InputError(text, file=str(results))
     if at is not None and not 0.0 < at < np.inf:
         raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
     stored = read_table(path)

@@ -68,25 +68,17 @@ class NormalKernel:
 
     The parameters are (delta_1..delta_q, h) with the mean of Y equal to X delta/h and its standard
     deviation 1/h. With observed rows the log-likelihood is minus infinity for h <= 0; the Jacobian
-    ln h per observed row is part of it: without it there is no maximum in h.
-
-    Args:
-        covariates: X, shape (n, q). Column -1 in place of 1 gives parameters (a0, a1) with
-            z = a0 + a1 y.
-        lower: Lower ends of Y, shape (n,); minus infinity where left-censored.
-        upper: Upper ends; equal to ``lower`` where observed, infinity where right-censored.
-        weights: How often each row counts, shape (n,) or (R, n) for R replicates.
-        upper_covariates: X of the upper ends if they differ, shape (n, q) (ordered states); then no
-            row counts as observed.
+    ln h per observed row is part of it: without it there is no maximum in h. A column -1 of X in
+    place of 1 gives parameters (a0, a1) with z = a0 + a1 y.
     """
 
     def __init__(
         self,
-        covariates: FloatArray,
-        lower: FloatArray,
-        upper: FloatArray,
-        weights: FloatArray | None = None,
-        upper_covariates: FloatArray | None = None,
+        covariates: FloatArray,  # X, shape (n, q)
+        lower: FloatArray,  # lower ends of Y, shape (n,); minus infinity where left-censored
+        upper: FloatArray,  # equal to `lower` where observed, infinity where right-censored
+        weights: FloatArray | None = None,  # (n,), or (R, n) for R replicates
+        upper_covariates: FloatArray | None = None,  # of ordered states; then no row is observed
     ) -> None:
         self.weights = np.ones(lower.size) if weights is None else weights
         above = covariates if upper_covariates is None else upper_covariates
@@ -248,14 +240,8 @@ def profile_ends(
     They are those of ln theta of each state, then of the common beta = 1/a1; infinite where the
     data do not bound that side. All ends are found together by Newton's method inside brackets: the
     derivative of a profile is the Lagrange multiplier of the constraint that fixes psi.
-
-    Args:
-        kernel: Log-likelihood of p parameters.
-        maximum: Its maximum, a batch of one with a1 > 0.
-        drop: Drop of twice the log-likelihood at the ends.
-        intercepts: Coefficients of the parameters in a0 of each state, shape (J, p), 0 at the
-            slope: eta = params @ intercept + a1 ln x, so ln theta = -params @ intercept/a1.
-        slope: Position of the slope a1.
+    The predictor of a state is params @ intercept + a1 ln x, so ln theta = -params @ intercept/a1;
+    ``intercepts`` (J, p) are 0 at the position ``slope`` of a1.
     """
     best, a1 = maximum.params[0], float(maximum.params[0, slope])
     profiles = _Profiles(kernel, best, float(maximum.loglik[0]) - 0.5 * drop, intercepts, slope)

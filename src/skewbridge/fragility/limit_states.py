@@ -220,28 +220,17 @@ class LimitStateEntry(BaseModel):
         factor = _UNITS[self.unit][1] / _UNITS[unit][1]
         for (mild, before), (severe, state) in pairwise(self.states.items()):
             if state.median <= before.median:
-                raise InputError(
-                    f"{where}: states.{severe}: median {state.median:g} must be above "
-                    f"{before.median:g} of {mild}: write the states from mild to severe"
-                )
+                text = f"median {state.median:g} must be above {before.median:g} of {mild}"
+                raise InputError(f"{where}: states.{severe}: {text}: write mild states first")
+        shared = self.model_dump(include={"component", "demand", "collapse", "citation"})
         out: list[LimitState] = []
         for name, state in self.states.items():
             dispersion = self.dispersion if state.dispersion is None else state.dispersion
             if dispersion is None:
                 raise InputError(f"{where}: states.{name}.dispersion: is missing")
-            out.append(
-                LimitState(
-                    component=self.component,
-                    name=name,
-                    demand=self.demand,
-                    threshold=state.median * factor,
-                    dispersion=dispersion,
-                    unit=unit,
-                    collapse=self.collapse,
-                    citation=self.citation,
-                    degree=None if self.degrees is None else self.degrees.get(name, ""),
-                )
-            )
+            shared["degree"] = None if self.degrees is None else self.degrees.get(name, "")
+            capacity = {"threshold": state.median * factor, "dispersion": dispersion}
+            out.append(LimitState(name=name, unit=unit, **capacity, **shared))
         return out
 
 
@@ -269,11 +258,7 @@ def limit_states_of(data: object, place: str = "") -> list[LimitState]:
 
 
 def demand_unit(column: str) -> str:
-    """Return the unit of a demand column, for example ``m``; that of a foreign one is its ending.
-
-    Raises:
-        InputError: The column is unknown and its name carries no unit.
-    """
+    """Return the unit of a demand column, for example ``m``; of a foreign one, its ending."""
     known = column_of(column)
     unit = column.rsplit("_", 1)[-1] if known is None else known.unit.lower()
     unit = _SPELLINGS.get(unit, unit)
@@ -281,6 +266,4 @@ def demand_unit(column: str) -> str:
         return unit
     if unit in _RATIO_WORDS:
         return "ratio"
-    raise InputError(
-        f"demand column {shortened(column)} carries no unit in its name", column=column
-    )
+    raise InputError(f"column {shortened(column)} carries no unit in its name", column=column)

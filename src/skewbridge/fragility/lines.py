@@ -129,9 +129,16 @@ def tested_line(x: FloatArray, y: FloatArray) -> TestedLine:
     sse = float(residual @ residual)
     sigma = float(np.sqrt(sse / (n - 2))) if n > 2 else nan
     r2 = 1.0 - sse / syy if syy > 0.0 else nan
-    tests = *_curvature(u, residual, sse), _breusch_pagan(u, residual, sxx)
-    normal_p = _shapiro_wilk(residual) if sigma > _SMALLEST_SCATTER else nan
-    return TestedLine(mean_y - b * mean_x, b, sigma, n, mean_x, sxx, r2, *tests, normal_p)
+    centred = residual**2 - np.mean(residual**2)  # test of Breusch and Pagan, studentised
+    total = sxx * float(centred @ centred)
+    scatter_p = float(special.chdtrc(1, n * float(u @ centred) ** 2 / total)) if total else nan
+    normal_p = nan
+    if sigma > _SMALLEST_SCATTER and 4 <= n <= 5000:  # where the approximate p-value holds
+        from scipy import stats  # imported here: it takes longer to load than all the rest
+
+        normal_p = float(stats.shapiro(residual).pvalue)
+    tests = *_curvature(u, residual, sse), scatter_p, normal_p
+    return TestedLine(mean_y - b * mean_x, b, sigma, n, mean_x, sxx, r2, *tests)
 
 
 def _curvature(u: FloatArray, residual: FloatArray, sse: float) -> tuple[float, float]:
@@ -146,22 +153,6 @@ def _curvature(u: FloatArray, residual: FloatArray, sse: float) -> tuple[float, 
     explained = coefficient**2 * size
     left = max(sse - explained, 1e-300)
     return coefficient, float(special.fdtrc(1, n - 3, explained / (left / (n - 3))))
-
-
-def _breusch_pagan(u: FloatArray, residual: FloatArray, sxx: float) -> float:
-    centred = residual**2 - np.mean(residual**2)
-    total = float(centred @ centred)
-    return (
-        float(special.chdtrc(1, u.size * float(u @ centred) ** 2 / (sxx * total))) if total else nan
-    )
-
-
-def _shapiro_wilk(residual: FloatArray) -> float:
-    if not 4 <= residual.size <= 5000:  # the approximation of the p-value holds up to 5000 values
-        return nan
-    from scipy import stats  # imported here: it takes longer to load than all the rest
-
-    return float(stats.shapiro(residual).pvalue)
 
 
 def lilliefors(values: FloatArray) -> tuple[float, float, float]:

@@ -16,6 +16,7 @@ from scipy import special
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.completeness import is_complete
 from skewbridge.fragility.columns import FloatArray, require
+from skewbridge.fragility.curves import described_as_curves
 from skewbridge.fragility.demand_table import models_of, motion_codes, need_columns
 from skewbridge.fragility.existence import FITTED, SINGLE_LEVEL
 from skewbridge.fragility.lines import fit_lines, tested_line
@@ -33,10 +34,7 @@ SUFFICIENCY: Final = {
     "ln_shape": "ln of the spectral shape Sa(T1)/Sa_avg",
 }
 MEASURE_COLUMNS: Final[dict[str, str]] = {
-    "bridge": "catalogue entry",
-    "abutment": "abutment model",
-    "demand": "demand column",
-    "im": "intensity measure",
+    **described_as_curves("bridge abutment demand im"),
     "status": "ok | single_level | non_positive_im",
     "recommended": "the most efficient hazard-computable measure",
     "efficiency": "scatter s of ln demand about its line; smaller is better",

@@ -41,13 +41,9 @@ def median_effects(
     The columns are `effect_columns`; ``im_low`` and ``im_high`` are the smallest and largest median
     of the cells, at which the ratio applies.
     """
-    groups = states_by_demand(limit_states).values()
+    groups, further = states_by_demand(limit_states).values(), axes or ()
     items = (
-        (
-            model,
-            demand_table.demand_columns(part, [settings.im, group[0].demand, *(axes or ())]),
-            group,
-        )
+        (model, demand_table.demand_columns(part, [settings.im, group[0].demand, *further]), group)
         for model, part in demand_table.models_of(demands)
         for group in groups
     )

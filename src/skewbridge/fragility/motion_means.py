@@ -141,23 +141,16 @@ def average(cells: Sequence[Jackknifed]) -> Jackknifed:
 
 
 def by_motion(
-    values: FloatArray,
-    bound: NDArray[np.int_],
-    motions: NDArray[np.intp],
-    count: int,
-    x: FloatArray | None = None,
+    values: FloatArray,  # values or bounds, shape (n,)
+    bound: NDArray[np.int_],  # 0 where the value is exact, 1 a lower bound, -1 an upper bound
+    motions: NDArray[np.intp],  # number of the motion of each value, 0 .. count - 1
+    count: int,  # motions, including those without a value
+    x: FloatArray | None = None,  # variable of the line, shape (n,)
 ) -> Jackknifed:
     """Return the mean over motions (), or with ``x`` a line: its value at x = 0 and slope (2,).
 
     NaN where fewer than three motions (four for a line) have an exact value, or where leaving out
     one of them makes the slope undefined.
-
-    Args:
-        values: Values or bounds, shape (n,).
-        bound: 0 where the value is exact, 1 where it is a lower bound, -1 an upper bound.
-        motions: Number of the motion of each value, 0 .. count - 1.
-        count: Number of motions, including those without a value.
-        x: Variable of the line, shape (n,).
     """
     design = np.column_stack([np.ones(values.size), *([] if x is None else [x])])
     parameters = design.shape[1]
@@ -181,13 +174,8 @@ def bounded_regression(
     Without bounds these are weighted least squares. With them each bound counts by its expected
     value, given the line and the scatter that are found; the scatter has the divisor of a sample,
     sum of weights - p, without which it is too small with few motions. NaN where the exact values
-    do not determine every line.
-
-    Args:
-        design: Columns of the regression, the first one of ones, shape (n, p).
-        values: Values or bounds, shape (n,).
-        bound: 0 where the value is exact, 1 where it is a lower bound, -1 an upper bound.
-        weights: Shape (R, n).
+    do not determine every line. The first column of ``design`` (n, p) is one; ``values`` and
+    ``bound`` are as in `by_motion`, ``weights`` (R, n).
     """
     (n, p), exact = design.shape, bound == 0
     products = (design[:, :, None] * design[:, None, :]).reshape(n, p * p)

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.files.tables import records_of
+from skewbridge.fragility.curves import described_as_curves
 from skewbridge.fragility.demand_table import axis_names
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import JointModel
@@ -34,28 +35,19 @@ def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
     """Return names and descriptions of the columns for a study with these axes."""
     ends = {"": "estimate", "_low": "lower end", "_high": "upper end"}
     return {
-        "bridge": "catalogue entry",
-        "abutment": "abutment model",
+        **described_as_curves("bridge abutment"),
         "row": "variant, or joint (joint model in the middle of its range)",
         **{
             axis.name: f"{axis.description}, {axis.unit}".removesuffix(", -")
             + "; NaN in rows of a joint model"
             for axis in axes
         },
-        "component": "component of the limit state",
-        "limit_state": "degree of damage",
-        "im": "intensity measure",
+        **described_as_curves("component limit_state im"),
         "method": "fit of the row: cloud | exceedance | ida_interval | joint",
-        "theta": "median intensity",
-        "theta_low": "lower end of its interval",
-        "theta_high": "upper end of its interval",
-        "beta": "record-to-record dispersion",
-        "beta_total": "record-to-record and capacity dispersion",
-        "beta_total_low": "lower end of its interval",
-        "beta_total_high": "upper end of its interval",
-        "n_exceed": "runs known to exceed",
+        **described_as_curves("theta theta_low theta_high beta"),
+        **described_as_curves("beta_total beta_total_low beta_total_high n_exceed"),
         "n_runs": "runs",
-        "methods_differ": "whether the medians differ by more than 15 % or 2 standard errors",
+        **described_as_curves("methods_differ"),
         **{
             f"{ratio_name(axis)}_ratio{end}": f"{meaning} of the ratio of medians, this value "
             f"of {axis.title} over the smallest"
@@ -84,7 +76,15 @@ def paper_table(
 ) -> pd.DataFrame:
     """Return `paper_columns` of each variant and joint model, for limit states with an estimate."""
     axes = _axes(curves)
-    rows = [*_variant_rows(curves, medians, axes), *_joint_rows(joint, settings.effect_confidence)]
+    rows = list(_variant_rows(curves, medians, axes))
+    for row in records_of(joint[joint["status"] == FITTED]):
+        model = JointModel.of_row(row)
+        out = {name: row[name] for name in PAPER_COLUMNS if name in row}
+        middle = model.axis_range.middle
+        for axis in middle:
+            low, high = (middle | {axis: end} for end in model.axis_range.limits[axis])
+            out |= _ratio(axis, model.ratio(low, high, settings.effect_confidence))
+        rows.append(out | {"row": JOINT, "method": JOINT})
     table = pd.DataFrame(rows, columns=list(paper_columns(axes)))
     table = table[table.groupby(list(_STATE))["theta"].transform("count") > 0]
     order = {key: place for place, key in enumerate(map(tuple, curves[[*_STATE]].to_numpy()))}
@@ -115,17 +115,6 @@ def _variant_rows(
             pair = ratios.get(key_of(row, state, axis, row[axis]), {})
             out |= _ratio(axis, [pair.get(name, nan) for name in RATIOS])
         yield out | {"row": row["variant"]}
-
-
-def _joint_rows(joint: pd.DataFrame, level: float) -> Iterator[dict[str, Any]]:
-    for row in records_of(joint[joint["status"] == FITTED]):
-        model = JointModel.of_row(row)
-        out = {name: value for name, value in row.items() if name in PAPER_COLUMNS}
-        middle = model.axis_range.middle
-        for axis in middle:
-            low, high = (middle | {axis: end} for end in model.axis_range.limits[axis])
-            out |= _ratio(axis, model.ratio(low, high, level))
-        yield out | {"row": JOINT, "method": JOINT}
 
 
 def _ratio(axis: str, values: Sequence[float]) -> dict[str, float]:

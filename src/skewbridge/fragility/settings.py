@@ -33,18 +33,12 @@ class FitSettings:
     )
     # ASSUME 5 % of demand is below what a designer would act on
     margin: Number = Field(
-        default=0.05,
-        gt=0.0,
-        lt=1.0,
-        description="change of a demand that is negligible",
+        default=0.05, gt=0.0, lt=1.0, description="change of a demand that is negligible"
     )
     # ASSUME a median capacity changes by the demand ratio to the power -1/slope; with the slopes
     # near 1 of most demands the same 5 % is as small a change
     median_margin: Number = Field(
-        default=0.05,
-        gt=0.0,
-        lt=1.0,
-        description="change of a median capacity that is negligible",
+        default=0.05, gt=0.0, lt=1.0, description="change of a median capacity that is negligible"
     )
     margins: dict[str, Annotated[Number, Field(gt=0.0)]] = Field(
         default={},

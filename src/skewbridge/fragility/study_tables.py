@@ -18,7 +18,7 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import frame_of, read_table, records_of, texts_of, write_frame
 from skewbridge.files.text import writable_folder, write_text
 from skewbridge.fragility import demand_table
-from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
+from skewbridge.fragility.curves import CURVE_COLUMNS, described_as_curves, fit_study
 from skewbridge.fragility.effects import EFFECT_COLUMNS, INTENSITY_COLUMNS, effect_tables
 from skewbridge.fragility.joint import JOINT_COLUMNS, joint_table
 from skewbridge.fragility.limit_states import (
@@ -29,7 +29,13 @@ from skewbridge.fragility.limit_states import (
 )
 from skewbridge.fragility.measures import MEASURE_COLUMNS, measure_table
 from skewbridge.fragility.median_effects import median_effects
-from skewbridge.fragility.paper_table import latex_table, paper_columns, paper_table, printed_rows
+from skewbridge.fragility.paper_table import (
+    chosen_curves,
+    latex_table,
+    paper_columns,
+    paper_table,
+    printed_rows,
+)
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.suites import SUITE_COLUMNS, suite_tables
 from skewbridge.fragility.system import SYSTEM_COLUMNS, system_curves
@@ -40,19 +46,16 @@ from skewbridge.variant.random_properties import RANDOM_PROPERTIES, drawn_proper
 
 PAPER_TABLE: Final = "table"
 #: Degree of damage whose median is the intensity at which effects on demands are stated.
-REFERENCE_STATES: Final = (
-    "column_curvature/moderate",
-    "column_drift/moderate",
-    "unseating/moderate",
-    "column_curvature/slight",
-    "column_drift/slight",
-    "unseating/slight",
+REFERENCE_STATES: Final = tuple(
+    f"{component}/{state}"
+    for state in ("moderate", "slight")
+    for component in ("column_curvature", "column_drift", "unseating")
 )
 #: Provenance that all tables of one study share.
 _STUDY_KEYS: Final = ("config_digest", "suite_digest", "git_commit", "skewbridge_version")
 #: Columns of a table of fits that are values of its intensity measure.
 _MEDIAN: Final = re.compile(r"theta(_(?!bound_beta)\w+)?")
-_KEYS: Final = {name: CURVE_COLUMNS[name] for name in ("variant", *demand_table.BRIDGE_COLUMNS)}
+
 #: Descriptions of the columns by table.
 DESCRIPTIONS: Final[dict[str, Mapping[str, str]]] = {
     "curves": CURVE_COLUMNS,
@@ -61,7 +64,7 @@ DESCRIPTIONS: Final[dict[str, Mapping[str, str]]] = {
     "intensity_effects": INTENSITY_COLUMNS,
     "needed_motions": NEEDED_COLUMNS,
     "joint": JOINT_COLUMNS,
-    "system": _KEYS | SYSTEM_COLUMNS,
+    "system": described_as_curves("variant bridge abutment") | SYSTEM_COLUMNS,
     "measures": MEASURE_COLUMNS,
     "input_notes": demand_table.NOTE_COLUMNS,
     "suites": SUITE_COLUMNS,
@@ -81,9 +84,8 @@ def fragility_tables(
     """Return every table of results/fragility by name; an `InputError` names row and column."""
     demand_table.need_columns(demands, demand_table.KEY_COLUMNS)
     states = with_column_failure(limit_states, with_derived_columns(demands.head(0)).columns)
-    checked = demand_table.prepared(
-        demands, list(dict.fromkeys(state.demand for state in states)), settings
-    )
+    wanted = list(dict.fromkeys(state.demand for state in states))
+    checked = demand_table.prepared(demands, wanted, settings)
     rows = checked.table
     curves = fit_study(rows, states, settings, jobs=jobs)
     medians = median_effects(rows, states, settings, jobs=jobs)
@@ -119,28 +121,18 @@ def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS)
     The demands over capacity are peaks over the same whole histories, so no model censors another.
     Variants whose columns no model lets fail are left out, as are tables without these demands.
     """
-    demand = "column_shear_dcr_{}".format
+    shared: dict[str, Any] = {"component": "column_shear", "threshold": 1.0, "collapse": "peak"}
+    models = {name: f"column_shear_dcr_{name}" for name in get_args(ShearModel.__value__)}
     states = [
-        LimitState(
-            component="column_shear",
-            name=model,
-            demand=demand(model),
-            threshold=1.0,
-            dispersion=SHEAR_MODEL_DISPERSION,
-            collapse="peak",
-        )
-        for model in get_args(ShearModel.__value__)
-        if demand(model) in demands
+        LimitState(name=name, demand=demand, dispersion=SHEAR_MODEL_DISPERSION, **shared)
+        for name, demand in models.items()
+        if demand in demands
     ]
-    if not states:
-        return pd.DataFrame(columns=[*CURVE_COLUMNS])
     fails = (demands[[state.demand for state in states]] >= 1.0).any(axis=1)
     rows = demands[demands["variant"].isin(demands.loc[fails, "variant"])]
     if rows.empty:
         return pd.DataFrame(columns=[*CURVE_COLUMNS])
-    curves = fit_study(rows.assign(**{BEYOND_MODEL: ""}), states, settings)
-    first = curves.sort_values("preferred", ascending=False, kind="stable")
-    return first.drop_duplicates(["variant", "limit_state"]).sort_index()
+    return chosen_curves(fit_study(rows.assign(**{BEYOND_MODEL: ""}), states, settings))
 
 
 def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
@@ -242,8 +234,7 @@ def _tables_of(
         raise InputError(f"{demands.name} has none of the demands of the limit states: {wanted}")
     measures = list(map(str, table.filter(regex="^im_")))
     if im is None and DEFAULTS.im not in measures and len(measures) != 1:
-        text = f"choose the intensity with --im: one of {', '.join(measures)}"
-        raise InputError(text, column="im")
+        raise InputError(f"choose --im: one of {', '.join(measures)}", column="im")
     chosen = im or (DEFAULTS.im if DEFAULTS.im in measures else measures[0])
     if chosen not in table:
         raise InputError(f"no column {chosen!r}; intensities: {', '.join(measures)}", column=chosen)

@@ -1,11 +1,8 @@
 """Effects by suite of ground motions, their differences between suites, and medians by suite.
 
-A study with several suites has the effects of all motions in its other tables. Here every suite is
-analysed alone. The motions of two suites are different events, so the error of a difference is the
-root of the sum of the squared errors; its interval is Welch's.
-
-References:
-    Welch (1947), Biometrika 34, 28-35.
+Every suite is analysed alone. The motions of two suites are different events, so the error of a
+difference is the root of the sum of the squared errors; its interval is that of Welch (1947),
+Biometrika 34, 28-35.
 """
 
 from collections.abc import Sequence
@@ -19,11 +16,11 @@ from scipy import special
 from skewbridge.demands.columns import SUITE
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.curves import fit_study
-from skewbridge.fragility.effects import effect_tables
+from skewbridge.fragility.effects import EFFECT_COLUMNS, effect_tables
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.fragility.verdicts import OK
+from skewbridge.fragility.verdicts import OK, RATIOS
 
 #: Name of all suites together.
 ALL_SUITES: Final = "all"
@@ -34,13 +31,7 @@ LARGEST_ERRORS: Final = 2.0
 _EFFECT: Final = ("bridge", "abutment", "axis", "from_value", "to_value", "quantity", "demand")
 #: Columns of the table of suites.
 SUITE_COLUMNS: Final[dict[str, str]] = {
-    "bridge": "catalogue entry",
-    "abutment": "abutment model",
-    "axis": "axis of the effect",
-    "from_value": "value of the axis in the denominator",
-    "to_value": "value of the axis in the numerator",
-    "quantity": "demand | median_capacity",
-    "demand": "demand column, or component/limit_state for a median capacity",
+    **{name: EFFECT_COLUMNS[name] for name in _EFFECT},
     SUITE: f"suite of the motions; {ALL_SUITES}: all motions together",
     "against": "suite that this one is compared with; empty for the effect itself",
     "ratio": "pooled ratio of the effect; in a comparison the effect of this suite over the other",
@@ -61,9 +52,7 @@ SUITE_CURVE_COLUMNS: Final = (
 
 def suite_names(demands: pd.DataFrame) -> list[str]:
     """Return the suites of a demands table, in its order; none where it does not name them."""
-    if SUITE not in demands:
-        return []
-    return list(dict.fromkeys(demands[SUITE].astype(str)))
+    return list(dict.fromkeys(demands[SUITE].astype(str))) if SUITE in demands else []
 
 
 def suite_tables(
@@ -83,11 +72,8 @@ def suite_tables(
     curves: list[pd.DataFrame] = []
     for name in (*names, ALL_SUITES) if len(names) > 1 else ():
         part = rows if name == ALL_SUITES else rows[rows[SUITE] == name].reset_index(drop=True)
-        found = [
-            median_effects(part, states, settings, jobs=jobs),
-            effect_tables(part, demands, settings, jobs=jobs).effects,
-        ]
-        for table in found:
+        medians = median_effects(part, states, settings, jobs=jobs)
+        for table in (medians, effect_tables(part, demands, settings, jobs=jobs).effects):
             usable = table[(table["scope"] == "pooled") & (table["status"] == OK)]
             effects += [row | {SUITE: name, "against": ""} for row in records_of(usable)]
         if name != ALL_SUITES:
@@ -97,19 +83,13 @@ def suite_tables(
     if not effects:
         return pd.DataFrame(columns=columns), pd.DataFrame(columns=list(SUITE_CURVE_COLUMNS))
     table = pd.DataFrame(effects).assign(verdict="", standard_errors=np.nan)
-    compared = [
-        _compared(records[one], records[other])
-        for records in _by_suite(table)
-        for one, other in combinations([name for name in names if name in records], 2)
-    ]
+    compared: list[dict[str, Any]] = []
+    for _, part in table.groupby(list(_EFFECT), sort=False):
+        records = {row[SUITE]: row for row in records_of(part)}
+        pairs = combinations([name for name in names if name in records], 2)
+        compared += [_compared(records[one], records[other]) for one, other in pairs]
     joined = pd.concat([table, pd.DataFrame(compared)], ignore_index=True)
     return joined[columns], pd.concat(curves, ignore_index=True)[list(SUITE_CURVE_COLUMNS)]
-
-
-def _by_suite(table: pd.DataFrame) -> list[dict[str, dict[str, Any]]]:
-    """Return the rows of each effect by suite."""
-    groups = table.groupby(list(_EFFECT), sort=False)
-    return [{row[SUITE]: row for row in records_of(part)} for _, part in groups]
 
 
 def _compared(one: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
@@ -121,18 +101,13 @@ def _compared(one: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
     dof = float(variances.sum() ** 2 / np.sum(variances**2 / np.array(degrees)))
     change = float(np.log(other["ratio"] / one["ratio"]))
     reach = float(special.stdtrit(dof, 0.5 + 0.5 * one["level"])) * error
+    ends = np.exp([change, change - reach, change + reach])
     away = abs(change) / error if error > 0.0 else np.inf
     return {
         **{name: one[name] for name in _EFFECT},
         SUITE: other[SUITE],
         "against": one[SUITE],
-        **dict(
-            zip(
-                ("ci_low", "ratio", "ci_high"),
-                np.exp([change - reach, change, change + reach]).tolist(),
-                strict=True,
-            )
-        ),
+        **dict(zip(RATIOS, ends.tolist(), strict=True)),
         "level": one["level"],
         "standard_errors": away,
         "verdict": DEPENDS if away > LARGEST_ERRORS else NO_DIFFERENCE,

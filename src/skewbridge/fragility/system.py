@@ -21,6 +21,7 @@ from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.curves import described_as_curves
 from skewbridge.fragility.demand_table import motion_codes, spread, variant_values, variants_of
 from skewbridge.fragility.existence import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_bound
 from skewbridge.fragility.limit_states import LimitState
@@ -43,11 +44,7 @@ SYSTEM_COLUMNS: Final[dict[str, str]] = {
     "status": "ok, or the reason why there is no estimate",
     "theta": "median of the system",
     "beta": "dispersion of the system with that of the capacities",
-    "theta_low": "lower end of the interval of theta (jackknife by motion)",
-    "theta_high": "upper end",
-    "beta_low": "lower end of the interval of beta",
-    "beta_high": "upper end",
-    "level": "confidence level of the intervals",
+    **described_as_curves("theta_low theta_high beta_low beta_high level"),
     "max_dp": "largest distance of the lognormal from the system curve",
     "theta_correlated": "median for fully correlated components",
     "theta_independent": "median for independent components",
@@ -55,11 +52,7 @@ SYSTEM_COLUMNS: Final[dict[str, str]] = {
     "theta_weakest": "median of that component",
     "share_weakest": "share of the failures in which it is first",
     "theta_bound": "bound of the median without an estimate",
-    "n_runs": "runs of the variant",
-    "n_exceed": "runs known to exceed",
-    "n_unknown": "runs with an unknown outcome",
-    "n_collapse": "collapsed runs",
-    "n_beyond_model": "runs in which a column failed",
+    **described_as_curves("n_runs n_exceed n_unknown n_collapse n_beyond_model"),
 }
 
 
@@ -175,8 +168,7 @@ def _system(
     if not members or ln_im.size < MIN_RUNS:
         return row | {"status": "too_few_runs" if members else "no_component"}
     if np.all(exceed | unknown):
-        each, beta = np.ones(int(exceed.sum())), settings.assumed_beta
-        level = settings.confidence
+        each, beta, level = np.ones(exceed.sum()), settings.assumed_beta, settings.confidence
         bound = median_bound(ln_im[exceed], each, beta=beta, level=level, exceed=True)
         return row | {"status": ALL_EXCEED, "theta_bound": bound}
     ln_theta = np.column_stack([m.lines.ln_theta(m.state.threshold) for m in members])
