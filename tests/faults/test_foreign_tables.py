@@ -70,12 +70,7 @@ def test_a_bad_foreign_table_names_row_and_column(tmp_path, change, text):
     data = {"record": ["a", "b"], "PGA": [0.1, 0.2], "drift": ["0.1", "0.2"], "status": ["ok"] * 2}
     path = tmp_path / "theirs.csv"
     pd.DataFrame(data | change).to_csv(path, index=False)
-    columns = {
-        "motion_id": "record",
-        "im_pga_g": "PGA",
-        DRIFT: "drift",
-        "status": "status",
-    }
+    columns = {"motion_id": "record", "im_pga_g": "PGA", DRIFT: "drift", "status": "status"}
     with pytest.raises(InputError) as caught:
         read_foreign(path, columns)
     assert text in str(caught.value)

@@ -15,12 +15,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.checking import checked
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility.effects import EFFECT_COLUMNS, INTENSITY_COLUMNS, effect_tables
-from skewbridge.fragility.motion_means import (
-    Jackknifed,
-    average,
-    bounded_regression,
-    by_motion,
-)
+from skewbridge.fragility.motion_means import Jackknifed, average, bounded_regression, by_motion
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.verdicts import (
     DETECTABLE,

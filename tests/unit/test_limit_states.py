@@ -5,11 +5,7 @@ from pathlib import Path
 import pytest
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.limit_states import (
-    demand_unit,
-    limit_states_of,
-    load_limit_states,
-)
+from skewbridge.fragility.limit_states import demand_unit, limit_states_of, load_limit_states
 
 CONFIG = Path(__file__).parents[2] / "config" / "limit_states.yaml"
 STATES = load_limit_states(CONFIG)

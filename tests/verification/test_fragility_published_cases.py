@@ -27,10 +27,7 @@ CAPACITIES = (
     "ida_12_censored_at_1p5",
     "ida_reliawiki_10",
 )
-BRACKETS = (
-    "ida_interval_censored_R",
-    "ida_same_records_on_stripes",
-)
+BRACKETS = ("ida_interval_censored_R", "ida_same_records_on_stripes")
 
 
 def ends(values):

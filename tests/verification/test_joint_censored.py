@@ -28,10 +28,7 @@ def without(runs, motion):
     """Return the runs of all other motions."""
     kept, codes = runs.motion != motion, runs.motion - (runs.motion > motion)
     return MixedData(
-        design=runs.design[kept],
-        lower=runs.lower[kept],
-        upper=runs.upper[kept],
-        motion=codes[kept],
+        design=runs.design[kept], lower=runs.lower[kept], upper=runs.upper[kept], motion=codes[kept]
     )
 
 
@@ -54,8 +51,7 @@ def log_likelihood(runs, parameters):
 
 
 @pytest.mark.parametrize(
-    ("high", "low"),
-    [(9.0, -9.0), (0.1, -np.inf), (-0.4, -np.inf), (0.1, -1.5), (9.0, -1.2)],
+    ("high", "low"), [(9.0, -9.0), (0.1, -np.inf), (-0.4, -np.inf), (0.1, -1.5), (9.0, -1.2)]
 )
 def test_estimate_is_the_maximum_of_the_brute_force_likelihood(high, low):
     """In the third case, all runs of some motions are right-censored."""
