@@ -339,19 +339,16 @@ class _DemandFits:
 
     def _common_slope(
         self,
-        fits: list[FragilityFit],
+        fits: list[FragilityFit],  # of single states, which give the start values
         usable: list[int],
-        places: tuple[NDArray[np.intp], NDArray[np.intp]],
-        ends: tuple[FloatArray, FloatArray],
-        runs: NDArray[np.intp],
+        places: tuple[NDArray[np.intp], NDArray[np.intp]],  # usable states at both ends of rows
+        ends: tuple[FloatArray, FloatArray],  # ln intensities, shape (n,) each
+        runs: NDArray[np.intp],  # run of each row, for its weight
         *,
         intervals: bool = True,
-        profile: bool = True,
+        profile: bool = True,  # rows are independent: no jackknife
     ) -> _StateFits:
         """Fit the usable states together: parameters (a0 of each state, a1)."""
-        # `fits` of single states give the start values; `places` are the states of lower and upper
-        # `ends` (ln intensities) among the usable ones, `runs` the run of each row, all (n,);
-        # intervals are those of the profile where rows are independent, else of the jackknife
         common, eye = self._without_estimates(fits), -np.eye(len(usable))
         slope = float(np.mean([1.0 / fits[j].beta for j in usable]))
         middles = np.log([fits[j].theta for j in usable])
