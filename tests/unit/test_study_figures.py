@@ -239,6 +239,7 @@ def test_files_do_not_depend_on_the_number_of_processes(study, tmp_path, monkeyp
         paths[name] = tmp_path / f"{name}.parquet"
         write_frame(table, paths[name], {})
     monkeypatch.setattr("skewbridge.report.study_figures.read_suite", lambda _: study.suite)
+    monkeypatch.setattr("skewbridge.report.study_figures.FIGURES_OF_A_PROCESS", 1)
     texts = []
     for n_jobs in (1, 2):
         folder, captions = tmp_path / str(n_jobs), tmp_path / f"{n_jobs}.json"

@@ -78,6 +78,8 @@ CURVES, CLOUDS, EFFECTS, CHOICES, HISTORIES, MOTIONS = SECTIONS = (
 )
 _TABLES: Final = ("demands", "curves", "medians", "effects", "intensity_effects")
 PNG_DPI: Final = 300
+#: A process takes as long to start as to draw five figures.
+FIGURES_OF_A_PROCESS: Final = 12
 #: Font that contains all characters of the figures.
 _EVERY_SIGN: Final = "DejaVu Sans"
 #: Smallest share of its width at which the texts of a figure do not overlap.
@@ -418,11 +420,12 @@ def draw_study(
         settings: Width and font.
         choices: Table of modelling choices, if there is one.
         provenance: Texts by name, kept in the metadata of the figures.
-        n_jobs: Number of processes.
+        n_jobs: Largest number of processes.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with shown_in(settings.units):
         figures = list(study_figures(read_tables(paths, choices)))
+    n_jobs = min(n_jobs, max(1, len(figures) // FIGURES_OF_A_PROCESS))
     Parallel(n_jobs=n_jobs, backend="loky")(
         delayed(save_figure)(draw, settings, folder, caption.name, provenance)
         for caption, draw in figures
