@@ -6,13 +6,13 @@ import pytest
 from scipy import special
 
 from skewbridge.fragility.effects import effect_table
-from skewbridge.fragility.sequential import at_looks, kept, levels_at, look_levels
+from skewbridge.fragility.sequential import SPENT, at_looks, kept, levels_at, look_levels
 
 LOOKS = tuple(range(12, 65, 4))
 
 
-def test_one_look_has_the_level_of_a_plain_study() -> None:
-    assert look_levels((1.0,), 0.90) == pytest.approx((0.90,), abs=1e-9)
+def test_one_look_spends_its_part_of_the_error_probability() -> None:
+    assert look_levels((1.0,), 0.90) == pytest.approx((1.0 - SPENT * 0.10,), abs=1e-9)
 
 
 def test_two_looks_agree_with_the_bivariate_normal_distribution() -> None:
@@ -21,9 +21,9 @@ def test_two_looks_agree_with_the_bivariate_normal_distribution() -> None:
 
     first, last = look_levels((0.5, 1.0), 0.90)
     ends = [-special.ndtri(0.5 * (1.0 - level)) for level in (first, last)]
-    assert ends[0] == pytest.approx(-special.ndtri(0.025), abs=1e-6)
+    assert ends[0] == pytest.approx(-special.ndtri(SPENT * 0.025), abs=1e-6)
     both = multivariate_normal(cov=[[1.0, np.sqrt(0.5)], [np.sqrt(0.5), 1.0]])
-    assert 1.0 - both.cdf(ends) == pytest.approx(0.05, abs=1e-5)
+    assert 1.0 - both.cdf(ends) == pytest.approx(SPENT * 0.05, abs=1e-5)
 
 
 @pytest.mark.parametrize("level", [0.80, 0.90, 0.95])
@@ -33,7 +33,7 @@ def test_normal_means_cross_their_ends_as_often_as_stated(level: float) -> None:
     steps = np.sqrt(np.diff(times, prepend=0.0))
     paths = np.cumsum(steps * np.random.default_rng(1).normal(size=(40_000, times.size)), axis=1)
     crossed = np.any(paths > ends * np.sqrt(times), axis=1).mean()
-    assert crossed == pytest.approx(0.5 * (1.0 - level), abs=0.004)
+    assert crossed == pytest.approx(SPENT * 0.5 * (1.0 - level), abs=0.004)
 
 
 def test_a_look_between_two_has_the_level_of_the_earlier_one() -> None:
