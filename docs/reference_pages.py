@@ -13,6 +13,7 @@ from pydantic import TypeAdapter
 from skewbridge.bridge.catalogue.loading import bridge_schema
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.fragility.limit_states import LimitStateEntry
+from skewbridge.fragility.sequential import ROUND_COLUMNS
 from skewbridge.fragility.study_tables import DESCRIPTIONS, PAPER_TABLE
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.modelling_choices import CHOICE_COLUMNS
@@ -29,6 +30,7 @@ TABLES: Final = {
         f"fragility/{name}{'.csv' if name == PAPER_TABLE else ''}": columns
         for name, columns in DESCRIPTIONS.items()
     },
+    "rounds": ROUND_COLUMNS,
     "fragility/check_predict": CHECK_COLUMNS,
     "modelling_choices": CHOICE_COLUMNS,
 }

@@ -9,6 +9,8 @@ import pytest
 
 from skewbridge.errors import InputError
 from skewbridge.fragility.effects import effect_table
+from skewbridge.fragility.sequential import rounds_table
+from skewbridge.report.effect_figures import widths_by_analyses
 from skewbridge.study.config import DesignConfig, parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.rounds import reopen, round_line, setup_of_round, tables_of_round
@@ -141,3 +143,26 @@ def test_a_study_in_rounds_prepares_the_largest_number_of_motions() -> None:
         parse_config({"design": {"until": "decided"}, "motions": {"design": "ida"}})
     with pytest.raises(InputError, match="first must be below most"):
         parse_config({"design": {"first": 64}})
+
+
+def test_cells_of_all_rounds_are_one_table_and_one_figure() -> None:
+    rows = [row for row in cell("deck_disp_m", 1.0, (0.02, 0.02)) if row["scope"] == "pooled"]
+    first = {"verdict": "undecided", "n_motions": 12, "needed": 30.0, "asked": True}
+    first |= dict.fromkeys(("difference", "difference_low", "difference_high"))
+    plans = [
+        plan(None, round=1, analyses_before=0, cells=[]),
+        plan(None, round=2, analyses_before=48, cells=[rows[0] | first]),
+        plan("decided", analyses_before=64, cells=[rows[0] | first | {"verdict": "negligible"}]),
+    ]
+    table = rounds_table(plans)
+    assert table[["round", "analyses", "verdict"]].to_numpy().tolist() == [
+        [1, 48, "undecided"],
+        [2, 64, "negligible"],
+    ]
+    dots = [
+        line.get_xdata().tolist()
+        for line in widths_by_analyses(table).axes[0].lines
+        if line.get_marker() == "o"
+    ]
+    assert dots == [[64]]
+    assert rounds_table(plans[:1]).empty

@@ -12,6 +12,7 @@ rule figures:
         medians=rules.fit_fragility.output.medians,
         effects=rules.fit_fragility.output.effects,
         intensity_effects=rules.fit_fragility.output.intensity_effects,
+        **ROUNDS,
     output:
         folder=report(
             directory(FOLDER.figures),

@@ -226,17 +226,20 @@ def valid_tables(
     """Return the tables of `fragility_tables` with intervals that hold whenever a study stops.
 
     These are the effects on demands and medians, the motions that they need and the table for
-    publication. Curves and effects by intensity stay as they are.
+    publication. Their level is that of all looks together. Curves and effects by intensity stay as
+    they are.
     """
     per_motion = runs_per_motion(demands)
     valid = {
         name: kept(at_looks(tables[name], looks, per_motion), rounds)
         for name in ("effects", "median_effects")
     }
+    needed = needed_motions(pd.concat(valid.values(), ignore_index=True), demands)
+    valid = {name: table.assign(level=settings.effect_confidence) for name, table in valid.items()}
     curves, joint = tables["curves"], tables["joint"]
     return {
         **tables,
         **valid,
-        "needed_motions": needed_motions(pd.concat(valid.values(), ignore_index=True), demands),
+        "needed_motions": needed,
         PAPER_TABLE: paper_table(curves, valid["median_effects"], joint, settings),
     }

@@ -18,6 +18,8 @@ from matplotlib.ticker import (
 )
 
 from skewbridge.demands.columns import column_of, demands_for
+from skewbridge.fragility.sequential import CELL
+from skewbridge.fragility.verdicts import DECIDED, HIGHER, LOWER, NEGLIGIBLE
 from skewbridge.report.axis_layout import (
     MAX_BANDS,
     STYLE,
@@ -62,6 +64,48 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
         level = 100 * float(intensities["level"].iloc[0])
         title = f"Effect by intensity with {level:g} % band, same motions, all variants"
         figure.suptitle(title, x=0.01, ha="left", fontsize=10)
+    return figure
+
+
+#: Name and colour of a verdict in the figure of the rounds.
+_ROUND_VERDICTS: Final = {
+    LOWER: ("lower", "#0072b2"),
+    HIGHER: ("higher", "#b84f00"),
+    NEGLIGIBLE: ("within the margin", "#4a545c"),
+}
+
+
+def widths_by_analyses(rounds: pd.DataFrame) -> Figure:
+    """Draw the half-width of the interval of each headline effect over the analyses of the study.
+
+    A dot is at the round of the verdict; lines without one are open.
+
+    Args:
+        rounds: Columns `fragility.sequential.ROUND_COLUMNS`.
+    """
+    rounds = rounds.assign(width=50.0 * np.log(rounds["ci_high"] / rounds["ci_low"]))
+    kinds = {"demand": "Demands", "median_capacity": "Median capacities"}
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.8, 3.0), layout="constrained")
+        panels = figure.subplots(1, 2, sharex=True, sharey=True)
+        for axes, (kind, title) in zip(panels, kinds.items(), strict=True):
+            for _, own in rounds[rounds["quantity"] == kind].groupby(list(CELL), sort=False):
+                line = own.sort_values("round")
+                axes.plot(line["analyses"], line["width"], color="#b9c0c5", linewidth=0.8)
+                for verdict in line["verdict"][line["verdict"].isin(DECIDED)].head(1):
+                    first = line[line["verdict"] == verdict].iloc[0]
+                    colour = _ROUND_VERDICTS[verdict][1]
+                    axes.plot(first["analyses"], first["width"], "o", color=colour, markersize=4)
+            axes.set_title(title, fontsize=9)
+            axes.set_xlabel("Analyses of the study")
+        panels[0].set_yscale("log")
+        panels[0].set_ylabel("Half-width of the interval (%)")
+        plain_log_ticks(panels[0].yaxis)
+        handles = [
+            Line2D([], [], marker="o", linestyle="", color=colour, markersize=4, label=name)
+            for name, colour in _ROUND_VERDICTS.values()
+        ]
+        figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
     return figure
 
 

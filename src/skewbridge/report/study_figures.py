@@ -22,7 +22,7 @@ from skewbridge.demands.completeness import with_derived_columns
 from skewbridge.errors import InputError
 from skewbridge.files.tables import figure_metadata, read_frame, records_of
 from skewbridge.files.text import shortened, write_text
-from skewbridge.fragility.verdicts import HIGHER, LOWER
+from skewbridge.fragility.verdicts import DECIDED, HIGHER, LOWER
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.report.answer import change_name, effect_name, listed, model_name
@@ -42,6 +42,7 @@ from skewbridge.report.effect_figures import (
     intensity_demands,
     tornado,
     tornado_text,
+    widths_by_analyses,
 )
 from skewbridge.report.fragility_figures import (
     demand_clouds,
@@ -129,6 +130,7 @@ class FigureTables:
         suite: Motions as applied.
         pair: Histories of one bridge without and with friction; None if the study has none.
         choices: Modelling choices; None before `make choices`.
+        rounds: Headline effects after each round; None of a study without rounds.
     """
 
     demands: pd.DataFrame
@@ -139,6 +141,7 @@ class FigureTables:
     suite: Sequence[SuiteMotion]
     pair: FrictionPair | None
     choices: pd.DataFrame | None = None
+    rounds: pd.DataFrame | None = None
 
     def of_model(self, bridge: str, abutment: str) -> "FigureTables":
         """Return the tables of one bridge with one abutment model."""
@@ -298,6 +301,29 @@ def _choice_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     yield caption, partial(tornado, tables.choices)
 
 
+def _round_figures(tables: FigureTables) -> Iterator[StudyFigure]:
+    if tables.rounds is None or tables.rounds.empty:
+        return
+    demands, last = tables.demands, tables.rounds[lambda t: t["round"] == t["round"].max()]
+    decided, analyses = int(last["verdict"].isin(DECIDED).sum()), len(demands)
+    angles = demands["incidence_deg"].nunique()
+    full = demands["variant"].nunique() * len(tables.suite) * angles
+    motions = len({each.motion.motion_id for each in tables.suite})
+    caption = Caption(
+        name="rounds",
+        section=EFFECTS,
+        item="headline effects",
+        title="Rounds of the study",
+        finding=f"{decided} of {len(last)} headline effects are decided after {analyses} analyses; "
+        f"all {motions} motions for every variant are {full} analyses "
+        f"(saved: {100 * (1 - analyses / full):.0f} %).",
+        text="Half-width of the interval of each pooled headline effect after every round, with a "
+        "dot at the round of its verdict; lines without a dot are open. All intervals of an effect "
+        "hold together, so that a verdict keeps its error probability when the study stops.",
+    )
+    yield caption, partial(widths_by_analyses, tables.rounds)
+
+
 def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     if tables.pair is None:
         return
@@ -377,7 +403,7 @@ MODEL_FIGURES: Final[tuple[Figures, ...]] = (
     _choice_figures,
 )
 #: Drawn once.
-STUDY_FIGURES: Final[tuple[Figures, ...]] = (_history_figures, _motion_figures)
+STUDY_FIGURES: Final[tuple[Figures, ...]] = (_round_figures, _history_figures, _motion_figures)
 
 
 def read_tables(paths: Mapping[str, Path], choices: Path | None = None) -> FigureTables:
@@ -385,7 +411,7 @@ def read_tables(paths: Mapping[str, Path], choices: Path | None = None) -> Figur
 
     Args:
         paths: Files by name: demands, curves, medians, effects, intensity_effects, suite,
-            friction_pair.
+            friction_pair; rounds where the study has them.
         choices: Table of modelling choices, if there is one.
     """
     return FigureTables(
@@ -393,6 +419,7 @@ def read_tables(paths: Mapping[str, Path], choices: Path | None = None) -> Figur
         suite=read_suite(paths["suite"]),
         pair=read_friction_pair(paths["friction_pair"]),
         choices=None if choices is None else read_frame(choices),
+        rounds=read_frame(paths["rounds"]) if "rounds" in paths else None,
     )
 
 
@@ -456,6 +483,8 @@ def finished_figures(results: Path) -> list[StudyFigure]:
     for path in paths.values():
         if not path.is_file():
             raise InputError(f"{path} is missing: finish the study first", file=str(path))
+    if folder.rounds.is_file():
+        paths["rounds"] = folder.rounds
     choices = folder.modelling_choices if folder.modelling_choices.is_file() else None
     return list(study_figures(read_tables(paths, choices)))
 

@@ -1,0 +1,96 @@
+"""A small study that runs until its effects are decided: killed, resumed, given more time."""
+
+import json
+import signal
+import subprocess
+from pathlib import Path
+
+import pandas as pd
+import psutil
+import pytest
+
+from small_study import command, copy_sources, journal_keys, planned_jobs, run, wait_for
+
+TARGETS = ("results/fragility/effects.parquet", "results/rounds.parquet")
+DESIGN = "design: {until: decided, first: 6, step: 2, most: 10, hours: 2}"
+OVER = f"{{results: results, analysis: {{duration_s: 2.0}}, {DESIGN}}}"
+
+
+def plans(tree: Path) -> list[dict]:
+    found = [json.loads(path.read_text()) for path in (tree / "results/rounds").glob("*.json")]
+    return sorted(found, key=lambda plan: plan["round"])
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished study whose first run was killed in its first round."""
+    tree = copy_sources(tmp_path_factory.mktemp("rounds") / "tree")
+    (tree / "over.yaml").write_text(OVER)
+    configuration = ("--configfile", "config/smoke.yaml", "over.yaml")
+    process = subprocess.Popen(
+        command(*configuration, "--", *TARGETS),
+        cwd=tree,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    assert wait_for(lambda: (tree / "results/journal").exists() and journal_keys(tree), 300)
+    family = psutil.Process(process.pid).children(recursive=True)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert wait_for(lambda: not any(p.is_running() and p.status() != "zombie" for p in family), 60)
+    done = run(tree, "--", *TARGETS, over=OVER)
+    (tree / "said.log").write_text(done.stdout + done.stderr)
+    return tree
+
+
+def test_every_round_has_a_plan_a_line_and_its_demands(study: Path) -> None:
+    said = (study / "said.log").read_text()
+    found = plans(study)
+    assert [plan["round"] for plan in found] == list(range(1, len(found) + 1))
+    assert [plan["ended"] for plan in found[:-1]] == [None] * (len(found) - 1)
+    assert found[-1]["ended"] in {"decided", "most"}
+    assert f"round {len(found)}: {found[-1]['decided']} of {len(found[-1]['cells'])}" in said
+    for plan in found[:-1]:
+        changed = [name for name, (start, end) in plan["motions"].items() if end > start]
+        folder = study / f"results/demands/round{plan['round']}"
+        assert sorted(path.stem for path in folder.iterdir()) == sorted(changed)
+
+
+def test_a_killed_study_in_rounds_repeats_no_analysis(study: Path) -> None:
+    keys = journal_keys(study)
+    demands = pd.read_parquet(study / "results/demands.parquet")
+    assert len(keys) == len(set(keys)) == len(demands) == sum(p["analyses"] for p in plans(study))
+    assert demands.equals(demands.sort_values(["variant", "motion_id"], ignore_index=True))
+
+
+def test_tables_have_the_verdicts_of_the_rounds(study: Path) -> None:
+    rounds = pd.read_parquet(study / "results/rounds.parquet")
+    last = rounds[rounds["round"] == rounds["round"].max()]
+    effects = pd.read_parquet(study / "results/fragility/effects.parquet")
+    pooled = effects[effects["scope"] == "pooled"]
+    both = last.merge(pooled, on=["demand", "axis", "to_value"], suffixes=("", "_table"))
+    assert len(both) >= 4
+    assert both["verdict"].tolist() == both["verdict_table"].tolist()
+    assert both["ci_low"].tolist() == pytest.approx(both["ci_low_table"].tolist())
+    assert json.loads((study / "results/checks.json").read_text())["passed"]
+
+
+def test_a_finished_study_in_rounds_does_nothing_and_plain_ones_have_no_rounds(
+    study: Path,
+) -> None:
+    assert planned_jobs(study, OVER, *TARGETS) == set()
+    plain = planned_jobs(study, "{results: plain}")
+    assert "analyse" in plain
+    assert not {name for name in plain if "round" in name}
+
+
+def test_more_time_lets_a_study_go_on(study: Path) -> None:
+    """The last plan is replaced by one that ended for lack of time."""
+    last = study / f"results/rounds/round{len(plans(study))}.json"
+    text = last.read_text()
+    plan = json.loads(text) | {"ended": "hours", "hours": 1.0}
+    last.write_text(json.dumps(plan))
+    done = run(study, "--", *TARGETS, over=OVER)
+    assert "checkpoint plan_round" in done.stdout + done.stderr
+    assert json.loads(last.read_text())["ended"] in {"decided", "most"}
+    assert len(journal_keys(study)) == len(set(journal_keys(study)))
