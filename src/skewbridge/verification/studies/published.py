@@ -93,7 +93,7 @@ class Change:
         whole: Whether peaks are those of the whole motion, or up to the failure of a column.
         bridges: Other bridges, by era; other eras are left out.
         gap_mm: Gap.
-        suite: Folder of another shipped suite of motions.
+        keys: Kind of the shear keys.
     """
 
     name: str
@@ -106,7 +106,7 @@ class Change:
     whole: bool = True
     bridges: Mapping[int, str] = field(default_factory=lambda: dict(BRIDGES))
     gap_mm: int = 25
-    suite: str = ""
+    keys: str = "sacrificial"
 
 
 NONE: Final = Change(name="none")
@@ -127,7 +127,8 @@ CHANGES: Final = (
     Change(name="demand: up to the failure of a column, as in our studies", whole=False),
     Change(name="bridge: bridge_b, columns 6.7 m", bridges={3: "bridge_b"}),
     Change(name="gap: 51 mm", gap_mm=51),
-    Change(name="motions: M 7 with pulses", suite="pulse"),
+    # keys that break to protect the abutment are younger than the bridges of era 1
+    Change(name="keys: do not break", keys="monolithic", bridges={1: "osb1_era1"}),
 )
 MOTIONS: Final = 24  # three blocks of levels
 
@@ -143,19 +144,11 @@ def run(study: Study) -> None:
     cases = [
         (era, change) for era in BRIDGES for change in (NONE, *CHANGES) if era in change.bridges
     ]
-    demands: dict[tuple[str, Variant], pd.DataFrame] = {}
-    for suite in dict.fromkeys(change.suite for _, change in cases):
-        keys = {(suite, _variant(*case)) for case in cases if case[1].suite == suite}
-        plain = {key: (key[1], {}) for key in sorted(keys)}
-        demands |= analysed_demands(study, plain, MOTIONS, suite)
+    keys = [(_variant(era, change), change.keys) for era, change in cases]
+    demands = analysed_demands(study, {key: (key[0], {"keys": key[1]}) for key in keys}, MOTIONS)
     found = [
-        medians(
-            published[published["era"] == era],
-            demands[change.suite, _variant(era, change)],
-            era,
-            change,
-        )
-        for era, change in cases
+        medians(published[published["era"] == era], demands[key], era, change)
+        for key, (era, change) in zip(keys, cases, strict=True)
     ]
     table = compared(published, pd.concat(found, ignore_index=True))
     study.tables["ratios"] = table
@@ -191,18 +184,14 @@ def study_variant(bridge: str, skew_deg: int, gap_mm: int = 25) -> Variant:
 
 
 def analysed_demands[Key](
-    study: Study,
-    cases: Mapping[Key, tuple[Variant, Mapping[str, Any]]],
-    motions: int,
-    suite: str = "",
+    study: Study, cases: Mapping[Key, tuple[Variant, Mapping[str, Any]]], motions: int
 ) -> dict[Key, pd.DataFrame]:
-    """Return demands of variants under the first motions of a shipped suite.
+    """Return demands of variants under the first motions of the shipped suite.
 
     Args:
         study: The study, which keeps finished analyses.
         cases: Variants and their changed modelling options.
-        motions: Number of motions of the default suite, at the levels of the default study.
-        suite: Folder of another shipped suite, whose motions are all run.
+        motions: Number of motions, at the levels of the default study.
 
     Returns:
         Rows of the demands table, with the peaks of whole motions as well (prefix ``whole_``).
@@ -210,9 +199,7 @@ def analysed_demands[Key](
     bridges = tuple(dict.fromkeys(variant.bridge for variant, _ in cases.values()))
     config = StudyConfig(
         grid=GridConfig(bridge=bridges),
-        motions=MotionsConfig(
-            folder=str(starter_files() / "motions" / suite), count=None if suite else motions
-        ),
+        motions=MotionsConfig(folder=str(starter_files() / "motions"), count=motions),
     )
     with TemporaryDirectory() as name:
         folder = StudyFolder(Path(name))
