@@ -19,7 +19,6 @@ from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, axis_names, models
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES
 from skewbridge.fragility.suites import ALL_SUITES, DEPENDS, LARGEST_ERRORS
 from skewbridge.fragility.verdicts import (
-    DEMAND,
     DETECTABLE,
     HIGHER,
     LOWER,
@@ -36,39 +35,15 @@ from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import axes_of, axis
 from skewbridge.variant.random_properties import drawn_properties
 
-#: Columns of `answer_table`.
-ANSWER_COLUMNS: Final[dict[str, str]] = {
-    "bridge": "catalogue entry",
-    "abutment": "abutment model",
-    "axis": "axis of the effect, from its smallest to its largest value",
-    "from_value": "smallest value of the axis",
-    "to_value": "largest value of the axis",
-    "quantity": f"{MEDIAN_CAPACITY} | {DEMAND}",
-    "demand": "component/limit_state of a median capacity, or demand column",
-    "status": "ok | not_reached (no run reached the state) | not_estimable",
-    "ratio": "pooled ratio of medians; of a demand the ratio at the intensity `im`",
-    "ci_low": "lower end of its interval",
-    "ci_high": "upper end of its interval",
-    "level": "confidence level",
-    "margin": "negligible relative change",
-    "verdict": "verdict of the interval; for a demand, of the interval at `im`",
-    "pooled_verdict": "verdict of the interval; for a demand, of the interval over all intensities",
-    "claim": "verdict that is printed: adjusted for the family of comparisons (Holm); of a demand "
-    "the weaker one of this and of the verdict at `im`",
-    "im": "intensity at which the effect on a demand is stated",
-    "im_low": "lower end of the intensities at which the claim is the same; of a median capacity "
-    "the smallest median",
-    "im_high": "upper end",
-    "from_demand": "demand at from_value and `im`, or median capacity at from_value",
-    "to_demand": "demand at to_value and `im`, or median capacity at to_value",
-    "first_im": "smallest intensity with pairs of runs",
-    "last_im": "largest intensity with pairs of runs",
-    "first_ratio": "ratio at the smallest of them",
-    "last_ratio": "ratio at the largest of them",
-    "p_slope": "p-value of the effect not depending on intensity",
-    "seat_m": "shortest support length of the deck at rest, of unseating",
-    "n_motions": "motions behind the effect",
-}
+#: Columns of `answer_table`: `claim` is the verdict that is printed, adjusted for the family of
+#: comparisons (Holm), for a demand the weaker one of this and of the verdict at the intensity `im`;
+#: `im_low` to `im_high` are the intensities at which it is the same.
+ANSWER_COLUMNS: Final = (
+    *("bridge", "abutment", "axis", "from_value", "to_value", "quantity", "demand", "status"),
+    *("ratio", "ci_low", "ci_high", "level", "margin", "verdict", "pooled_verdict", "claim"),
+    *("im", "im_low", "im_high", "from_demand", "to_demand", "first_im", "last_im"),
+    *("first_ratio", "last_ratio", "p_slope", "seat_m", "n_motions"),
+)
 NOT_REACHED: Final = "not_reached"
 _EFFECT: Final = ("bridge", "abutment", "axis", "from_value", "to_value", "demand")
 #: States of the first screen and of the README.

@@ -74,12 +74,8 @@ def _draw_plan(axes: Axes, geometry: ModelGeometry, gap_scale: float) -> None:
     for place in geometry.contacts:
         normal = np.array(place.normal)
         start = np.array(place.surface[:2]) - gap_scale * place.gap_m * normal
-        axes.annotate(
-            "",
-            xytext=tuple(start),
-            xy=tuple(start + _NORMAL_M * normal),
-            arrowprops={"arrowstyle": "->", "color": COLOURS["contact"]},
-        )
+        look = {"arrowstyle": "->", "color": COLOURS["contact"]}
+        axes.annotate("", xytext=start, xy=start + _NORMAL_M * normal, arrowprops=look)
         axes.plot(*start, marker="s", color=COLOURS["contact"], markersize=4, linestyle="none")
     if geometry.contacts:
         axes.plot([], [], "s", color=COLOURS["contact"], label="contact surface and its normal")
@@ -122,48 +118,19 @@ def model_page(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE)
 
     It shows nodes, elements by group, and contacts with their normals and gaps.
     """
-    figure = go.Figure()
     x, y = zip(*geometry.deck_outline, strict=True)
-    figure.add_trace(
-        go.Mesh3d(
-            x=x,
-            y=y,
-            z=[0.0] * len(x),
-            i=[0, 0],
-            j=[1, 2],
-            k=[2, 3],
-            color=COLOURS["deck"],
-            opacity=0.15,
-            name="soffit",
-            showlegend=True,
-            hoverinfo="skip",
-        )
-    )
-    for group, members in _by_group(geometry):
-        if group != "contact":
-            figure.add_trace(_group_trace(group, members))
+    soffit = go.Mesh3d(
+        x=x, y=y, z=[0.0] * len(x), i=[0, 0], j=[1, 2], k=[2, 3], color=COLOURS["deck"],
+        opacity=0.15, name="soffit", showlegend=True, hoverinfo="skip",
+    )  # fmt: skip
+    groups = [(group, own) for group, own in _by_group(geometry) if group != "contact"]
+    figure = go.Figure([soffit, *(_group_trace(group, members) for group, members in groups)])
     if geometry.contacts:
         surface, text, arrows = _contact_points(geometry, gap_scale)
-        figure.add_trace(
-            go.Scatter3d(
-                **_xyz(surface),
-                mode="markers",
-                name=f"contacts (gaps {gap_scale:g}x)",
-                marker={"size": 4, "symbol": "square", "color": COLOURS["contact"]},
-                text=text,
-                hoverinfo="text",
-            )
-        )
-        figure.add_trace(_line_trace("contact normals", arrows, COLOURS["contact"], width=3))
-    figure.add_trace(
-        go.Scatter3d(
-            **_xyz(geometry.fixed),
-            mode="markers",
-            name="ground",
-            marker={"size": 3, "symbol": "diamond", "color": "black"},
-            hoverinfo="skip",
-        )
-    )
+        name, colour = f"contacts (gaps {gap_scale:g}x)", COLOURS["contact"]
+        figure.add_trace(_marks(name, surface, colour, 4, "square", text=text, hoverinfo="text"))
+        figure.add_trace(_line_trace("contact normals", arrows, colour, width=3))
+    figure.add_trace(_marks("ground", geometry.fixed, "black", 3, "diamond", hoverinfo="skip"))
     figure.update_layout(
         title=geometry.title,
         scene=_scene(geometry),
@@ -207,13 +174,15 @@ def _group_trace(group: str, members: list[Member]) -> go.Scatter3d:
 def _line_trace(
     name: str, points: list[Position | Break], colour: str, *, width: int
 ) -> go.Scatter3d:
-    return go.Scatter3d(
-        **_xyz(points),
-        mode="lines",
-        name=name,
-        line={"color": colour, "width": width},
-        hoverinfo="skip",
-    )
+    look = {"color": colour, "width": width}
+    return go.Scatter3d(**_xyz(points), mode="lines", name=name, line=look, hoverinfo="skip")
+
+
+def _marks(
+    name: str, points: Iterable[Position], colour: str, size: int, symbol: str, **options: Any
+) -> go.Scatter3d:
+    look = {"size": size, "symbol": symbol, "color": colour}
+    return go.Scatter3d(**_xyz(points), mode="markers", name=name, marker=look, **options)
 
 
 def _contact_points(

@@ -104,6 +104,22 @@ def check_tables(tables: StudyTables) -> list[TableCheck]:
     bounded = effects[effects["ci_low"].notna()]
     unfinished = demands[~finished]
     share = len(unfinished) / max(len(demands), 1)
+    unlike = ok[numbers.isna().any(axis=1)]
+    rows = (
+        ("analyses listed twice", demands[demands.duplicated(list(KEY))]),
+        ("rows without a known status", demands[~demands["status"].isin(STATUSES)]),
+        ("rows of variants with fewer analyses than others", demands[uneven]),
+        ("finished rows with a demand that is not a number", unlike),
+        ("finished rows whose resultant shear is below a component",
+         ok[ok["column_shear_kn"] < components]),
+        ("rows with negative friction work", ok[ok["slip_work_kj"] < -_ROUNDING_KJ]),
+        ("rows with friction work but without friction",
+         ok[loose & (ok["slip_work_kj"].abs() > _ROUNDING_KJ)]),
+        ("rows without friction that differ from contact", contact_differences(ok[loose], ok)),
+        ("rows that differ from their mirror image", mirror_differences(ok, tables.suite)),
+    )  # fmt: skip
+    flat = fitted[~(fitted["theta"] > 0)]
+    wide = bounded[~bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])]
     return [
         TableCheck(
             name=f"share of rows with a status other than {' or '.join(RAN)}",
@@ -112,44 +128,10 @@ def check_tables(tables: StudyTables) -> list[TableCheck]:
             passed=share <= tables.max_unfinished_share,
             rows=_names(unfinished, (*KEY, "status")),
         ),
-        _none("analyses listed twice", demands[demands.duplicated(list(KEY))], KEY),
-        _none("rows without a known status", demands[~demands["status"].isin(STATUSES)], KEY),
-        _none(
-            "rows of variants with fewer analyses than others",
-            demands[uneven],
-            KEY,
-        ),
-        _none(
-            "finished rows with a demand that is not a number", ok[numbers.isna().any(axis=1)], KEY
-        ),
-        _none(
-            "finished rows whose resultant shear is below a component",
-            ok[ok["column_shear_kn"] < components],
-            KEY,
-        ),
-        _none("rows with negative friction work", ok[ok["slip_work_kj"] < -_ROUNDING_KJ], KEY),
-        _none(
-            "rows with friction work but without friction",
-            ok[loose & (ok["slip_work_kj"].abs() > _ROUNDING_KJ)],
-            KEY,
-        ),
-        _none(
-            "rows without friction that differ from contact",
-            contact_differences(ok[loose], ok),
-            KEY,
-        ),
-        _none(
-            "rows that differ from their mirror image", mirror_differences(ok, tables.suite), KEY
-        ),
-        _none(
-            "fitted curves without a positive median", fitted[~(fitted["theta"] > 0)], _CURVE_NAME
-        ),
+        *(_none(name, found, KEY) for name, found in rows),
+        _none("fitted curves without a positive median", flat, _CURVE_NAME),
         _none("medians below that of a smaller capacity", falling_medians(fitted), _CURVE_NAME),
-        _none(
-            "effects whose interval does not hold the ratio",
-            bounded[~bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])],
-            _EFFECT_NAME,
-        ),
+        _none("effects whose interval does not hold the ratio", wide, _EFFECT_NAME),
     ]
 
 
@@ -166,13 +148,8 @@ def falling_medians(fitted: pd.DataFrame) -> pd.DataFrame:
 
 def _none(name: str, found: pd.DataFrame, named_by: Sequence[str]) -> TableCheck:
     """Return the check that a list of rows is empty."""
-    return TableCheck(
-        name=name,
-        value=float(len(found)),
-        limit=0.0,
-        passed=found.empty,
-        rows=_names(found, named_by),
-    )
+    rows = _names(found, named_by)
+    return TableCheck(name=name, value=float(len(found)), limit=0.0, passed=found.empty, rows=rows)
 
 
 def _names(found: pd.DataFrame, named_by: Sequence[str]) -> tuple[str, ...]:
@@ -181,19 +158,6 @@ def _names(found: pd.DataFrame, named_by: Sequence[str]) -> tuple[str, ...]:
         ", ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in row)
         for row in named.itertuples(index=False)
     )
-
-
-def suspect_rows(demands: pd.DataFrame, limits: SuspectLimits) -> list[dict[str, Any]]:
-    """Return how many rows are suspect for each reason, and which of them is the worst."""
-    return [
-        {
-            "reason": found["reason"],
-            "rows": found["rows"],
-            "worst": found["worst"],
-            **demands.iloc[found["at"]][list(KEY)].to_dict(),
-        }
-        for found in count_reasons(demands, limits)
-    ]
 
 
 def write_checks(tables: StudyTables, output: Path, suspect: SuspectLimits = LIMITS) -> None:
@@ -218,7 +182,11 @@ def write_checks(tables: StudyTables, output: Path, suspect: SuspectLimits = LIM
         "passed": not failed,
         "checks": [asdict(check) for check in checks],
         "suspect_rows": int((demands[SUSPECT] != "").sum()),
-        "suspect": suspect_rows(demands, suspect),
+        "suspect": [
+            {name: found[name] for name in ("reason", "rows", "worst")}
+            | demands.iloc[found["at"]][list(KEY)].to_dict()
+            for found in count_reasons(demands, suspect)
+        ],
         "rungs": rung_shares(map(steps_from_text, demands["steps_by_rung"])),
     }
     write_text(output, json.dumps(payload, indent=1))
@@ -245,23 +213,9 @@ def require_passed(checks: Path) -> None:
 def read_tables(
     *, demands: Path, curves: Path, effects: Path, suite: Path, **asked: Any
 ) -> StudyTables:
-    """Return the tables to be checked from their files.
-
-    Args:
-        demands: All rows of the study.
-        curves: Its fits.
-        effects: Its paired effects.
-        suite: Its motions.
-        **asked: ``max_unfinished_share``, ``cohesion_n``, ``searched`` and ``in_rounds`` of
-            `StudyTables`.
-    """
-    return StudyTables(
-        demands=read_frame(demands),
-        curves=read_frame(curves),
-        effects=read_frame(effects),
-        suite=read_frame(suite),
-        **asked,
-    )
+    """Return the tables to be checked from their files; ``asked`` as in `StudyTables`."""
+    paths = {"demands": demands, "curves": curves, "effects": effects, "suite": suite}
+    return StudyTables(**{name: read_frame(path) for name, path in paths.items()}, **asked)
 
 
 def contact_differences(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.DataFrame:

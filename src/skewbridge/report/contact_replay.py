@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from html import escape
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
@@ -113,64 +113,24 @@ class _Scene:
         surfaces = points - self.disp_scale * self.openings_m[row][:, None] * self.normals
         walls, keys = self._walls(surfaces), self._keys(surfaces)
         time_s = self.time_s[row]
-        return [
-            go.Scatter(
-                x=x,
-                y=y,
-                mode="lines",
-                fill="toself",
-                fillcolor="rgba(120,150,190,0.25)",
-                line={"color": "#44617f"},
-                name="deck",
-                hoverinfo="skip",
-            ),
-            go.Scatter(
-                x=walls[:, 0],
-                y=walls[:, 1],
-                mode="lines",
-                line={"color": "#39434a", "width": 6},
-                name="backwalls",
-                hoverinfo="skip",
-            ),
-            go.Scatter(
-                x=keys[:, 0],
-                y=keys[:, 1],
-                mode="lines",
-                line={"color": "#7a5230", "width": 9},
-                name="shear keys",
-                hoverinfo="skip",
-            ),
-            go.Scatter(
-                x=force_x,
-                y=force_y,
-                mode="lines",
-                line={"color": _FORCE, "width": 2},
-                name="force on the deck",
-                hoverinfo="skip",
-            ),
-            go.Scatter(
-                x=points[:, 0],
-                y=points[:, 1],
-                mode="markers",
-                marker={"color": colours, "size": 9, "line": {"color": "#333333", "width": 0.5}},
-                text=[
-                    f"{contact.name}<br>normal {normal:.0f} kN, friction {friction:.0f} kN"
-                    for contact, normal, friction in zip(
-                        contacts, self.normal_kn[row], self.friction_kn[row], strict=True
-                    )
-                ],
-                hoverinfo="text",
-                name="contacts",
-            ),
-            go.Scatter(
-                x=[time_s, time_s],
-                y=[0, len(closed)],
-                mode="lines",
-                line={"color": _FORCE, "width": 1},
-                showlegend=False,
-                hoverinfo="skip",
-            ),
+        texts = [
+            f"{contact.name}<br>normal {normal:.0f} kN, friction {friction:.0f} kN"
+            for contact, normal, friction in zip(
+                contacts, self.normal_kn[row], self.friction_kn[row], strict=True
+            )
         ]
+        marks = {"color": colours, "size": 9, "line": {"color": "#333333", "width": 0.5}}
+        return [
+            _line(x, y, "deck", "#44617f", 2, fill="toself", fillcolor="rgba(120,150,190,0.25)"),
+            _line(*walls.T, "backwalls", "#39434a", 6),
+            _line(*keys.T, "shear keys", "#7a5230", 9),
+            _line(force_x, force_y, "force on the deck", _FORCE, 2),
+            go.Scatter(
+                x=points[:, 0], y=points[:, 1], mode="markers", marker=marks, text=texts,
+                hoverinfo="text", name="contacts",
+            ),
+            _line([time_s] * 2, [0, len(closed)], "time", _FORCE, 1, showlegend=False),
+        ]  # fmt: skip
 
     def _walls(self, surfaces: Points) -> Points:
         """Return the lines of the backwalls through the surfaces of their contacts, shape (n, 2).
@@ -217,6 +177,11 @@ class _Scene:
         weights = np.zeros(len(self.corners))
         weights[ends] = 1.0 - share, share
         return weights
+
+
+def _line(x: Any, y: Any, name: str, colour: str, width: int, **options: Any) -> go.Scatter:
+    look = {"color": colour, "width": width}
+    return go.Scatter(x=x, y=y, mode="lines", line=look, name=name, hoverinfo="skip", **options)
 
 
 def _columns(histories: pd.DataFrame, contacts: Sequence[ContactPlace], end: str) -> Points:

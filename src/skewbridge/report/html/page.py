@@ -40,7 +40,7 @@ from skewbridge.fragility.verdicts import (
     RATIO,
 )
 from skewbridge.report import answer
-from skewbridge.report.answer import change_name, effect_name, listed, model_name, number
+from skewbridge.report.answer import change_name, effect_name, listed, model_name
 from skewbridge.report.axis_layout import (
     AXIS_COLOURS,
     in_words,
@@ -64,7 +64,6 @@ from skewbridge.report.verdict_style import (
     demand_name,
     interval_text,
     margin_text,
-    signed,
     verdict_style,
 )
 from skewbridge.statuses import STATUSES
@@ -160,7 +159,6 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
         "failures": answer.failure_sentences(counts),
         "motions_line": f"{answer.motions_sentence(frames['suite'], table)} "
         f"{answer.properties_sentence(demands)} {suites_text}",
-        "at_intensity": _at_intensity(table),
     }
 
 
@@ -231,25 +229,6 @@ def _answer_cell(row: Mapping[str, Any] | None, reach: float) -> dict[str, Any]:
         "sizes": f"{sizes[0]} → {sizes[1]} g",
         "bar": share,
     }
-
-
-def _at_intensity(table: pd.DataFrame) -> list[dict[str, str]]:
-    """Return the effects on the headline demands at one intensity, and where they hold."""
-    return [
-        {
-            "change": change_name(row["axis"], row["from_value"], row["to_value"]),
-            "model": model_name(row["bridge"], row["abutment"]),
-            "effect": answer.demand_clause(row),
-            "same verdict from": f"{number(row['im_low'])} to {answer.intensity(row['im_high'])}",
-            **{
-                f"at {what} intensity": f"{signed(100.0 * (row[f'{end}_ratio'] - 1.0), ' %')} at "
-                f"{answer.intensity(row[f'{end}_im'])}"
-                for what, end in (("lowest", "first"), ("highest", "last"))
-            },
-            "p of no dependence": number(row["p_slope"]),
-        }
-        for row in records_of(table[table["im"].notna()])
-    ]
 
 
 def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
@@ -334,7 +313,7 @@ def _cell(row: Mapping[str, Any]) -> dict[str, str]:
 
 def _table_parts(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dict[str, Any]:
     """Return the tables of fragility, of the whole bridge and of intensity measures."""
-    curves, im = frames["curves"], str(frames["curves"]["im"].iloc[0])
+    curves = frames["curves"]
     return {
         "paper": paper_rows(curves, frames["medians"], frames["joint"]),
         "methods_line": methods_line(curves),
@@ -344,7 +323,6 @@ def _table_parts(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dict
         "system": shown_rows(system_rows(frames["system"])),
         "shear_models": shear_model_rows(frames["demands"], study.fragility),
         "measures": shown_rows(measure_rows(frames["measures"])),
-        "measure_lines": measure_sentences(frames["measures"], im),
     }
 
 
@@ -465,8 +443,6 @@ def _packed(path: Path) -> tuple[str, int, int]:
 
 type Row = Mapping[str, Any]
 
-#: Largest p-value at which the dependence of residuals on a property is reported.
-_SUFFICIENT: Final = 0.01
 _PROPERTIES: Final = {
     "magnitude": "magnitude",
     "ln_distance": "source distance",
@@ -728,52 +704,6 @@ def measure_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
         }
         for row in records_of(table)
     ]
-
-
-def measure_sentences(table: pd.DataFrame, im: str) -> list[str]:
-    """Return the recommended intensity measure of each model and what residuals depend on.
-
-    Args:
-        table: Table `measures`.
-        im: Intensity measure of the fits.
-    """
-    if table.empty or "recommended" not in table:
-        return []
-    out: list[str] = []
-    for model, part in table.groupby(["bridge", "abutment"], sort=False):
-        fitted = part[part["status"] == OK]
-        best = fitted[fitted["recommended"].eq(other=True)]
-        if best.empty:
-            continue
-        scatter = {
-            name: float(np.exp(np.log(fitted.loc[fitted["im"] == name, "efficiency"]).mean()))
-            for name in dict.fromkeys([str(best["im"].iloc[0]), im])
-            if (fitted["im"] == name).any()
-        }
-        text = listed(
-            f"{plain_label(name)} (mean scatter {number(value)})" for name, value in scatter.items()
-        )
-        role = "is also that of the fits" if len(scatter) == 1 else "then that of the fits"
-        out.append(f"Recommended intensity measure for {model_name(*model)}: {text}; {role}.")
-        own = fitted[fitted["im"] == im]
-        findings: list[str] = []
-        for name, label in _PROPERTIES.items():
-            if f"p_{name}" not in own:
-                continue
-            dependent = own[own[f"p_{name}"] < _SUFFICIENT]
-            if dependent.empty:
-                continue
-            ends = dependent[f"effect_{name}"]
-            span = " to ".join(dict.fromkeys(f"{end:+.2f}" for end in (ends.min(), ends.max())))
-            findings.append(
-                f"{label} in {len(dependent)} of {own[f'p_{name}'].notna().sum()} demands "
-                f"({span} in ln demand per standard deviation)"
-            )
-        if findings:
-            out.append(f"Given {plain_label(im)}, its demands still depend on {listed(findings)}.")
-        else:
-            out.append(f"Given {plain_label(im)}, no dependence at p < {_SUFFICIENT:g} was found.")
-    return out
 
 
 def predict_line(check: pd.DataFrame | None) -> str:
