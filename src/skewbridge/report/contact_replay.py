@@ -122,8 +122,8 @@ class _Scene:
         marks = {"color": colours, "size": 9, "line": {"color": "#333333", "width": 0.5}}
         return [
             _line(x, y, "deck", "#44617f", 2, fill="toself", fillcolor="rgba(120,150,190,0.25)"),
-            _line(*walls.T, "backwalls", "#39434a", 6),
-            _line(*keys.T, "shear keys", "#7a5230", 9),
+            _line(walls[:, 0], walls[:, 1], "backwalls", "#39434a", 6),
+            _line(keys[:, 0], keys[:, 1], "shear keys", "#7a5230", 9),
             _line(force_x, force_y, "force on the deck", _FORCE, 2),
             go.Scatter(
                 x=points[:, 0], y=points[:, 1], mode="markers", marker=marks, text=texts,
