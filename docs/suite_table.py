@@ -86,6 +86,7 @@ def main(results: Path) -> None:
     folder = StudyFolder(results)
     suites = read_frame(folder.fragility("suites"))
     numbers = suites.select_dtypes(include=[np.number]).columns
+    suites = suites[suites["demand"].isin(DEMANDS)]
     kept = suites.assign(**{name: suites[name].map("{:.5g}".format) for name in numbers})
     write_text(ROOT / DATA, kept.to_csv(index=False))
     page = (ROOT / PAGE).read_text("utf-8")
