@@ -44,7 +44,10 @@ def tables_of_round(folder: StudyFolder, plan: Path) -> list[Path]:
 
 
 def reopen(folder: StudyFolder, hours: float) -> None:
-    """Remove the plan that ended a study for lack of time, if there is more time now."""
+    """Remove the plan that ended a study for lack of time, if there is more time now.
+
+    The joined tables go, too: they are what Snakemake then makes again.
+    """
     for number in count(1):
         path = folder.round(number)
         if not path.is_file():
@@ -52,7 +55,8 @@ def reopen(folder: StudyFolder, hours: float) -> None:
         plan = read_json(path)
         if plan["ended"] is not None:
             if plan["ended"] == OUT_OF_TIME and plan["hours"] < hours:
-                path.unlink()
+                for made in (path, folder.demands, folder.rounds):
+                    made.unlink(missing_ok=True)
             return
 
 
