@@ -22,6 +22,7 @@ from skewbridge.fragility.curves import CURVE_COLUMNS, described_as_curves, fit_
 from skewbridge.fragility.effects import EFFECT_COLUMNS, INTENSITY_COLUMNS, effect_tables
 from skewbridge.fragility.joint import JOINT_COLUMNS, joint_table
 from skewbridge.fragility.limit_states import (
+    COLUMN_FAILURE,
     SHEAR_MODEL_DISPERSION,
     LimitState,
     load_limit_states,
@@ -136,8 +137,16 @@ def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS)
 
 
 def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
-    """Return the intensity of the effects by model: mean median of the first `REFERENCE_STATES`."""
+    """Return the intensity of the effects by model: mean median of the first `REFERENCE_STATES`.
+
+    States whose median is not below that of column failure are left out: there, half of the runs
+    have no complete demands to compare.
+    """
     usable = curves[curves["preferred"].to_numpy(dtype=bool)]
+    failure = (usable["component"] == COLUMN_FAILURE) & (usable["limit_state"] == "any")
+    fails_at = dict(zip(usable[failure]["variant"], usable[failure]["theta"], strict=True))
+    limits = np.array([fails_at.get(name, np.inf) for name in usable["variant"]])
+    usable = usable[usable["theta"].to_numpy(dtype=np.float64) < limits]
     state = usable["component"] + "/" + usable["limit_state"]
     rank = state.map({name: number for number, name in enumerate(REFERENCE_STATES)})
     keys = list(demand_table.BRIDGE_COLUMNS)

@@ -182,7 +182,9 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
             records = {row["demand"]: row for row in records_of(own)}
             same = (counts["bridge"] == bridge) & (counts["abutment"] == abutment)
             failed = counts[same & (counts["axis"] == key[0])].sort_values("value")
-            clear = answer.clearest([row for name, row in records.items() if "/" not in name])
+            demands = [row for name, row in records.items() if "/" not in name]
+            clear = answer.clearest(demands)
+            at = next((row["im"] for row in demands if np.isfinite(row["im"])), None)
             rows.append(
                 {
                     "change": change,
@@ -192,7 +194,11 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
                     f"{failed['n_runs'].iloc[0]}"
                     if len(failed) > 1
                     else "–",
-                    "clearest": answer.demand_clause(clear) if clear else "no certain effect",
+                    "clearest": answer.demand_clause(clear)
+                    if clear
+                    else f"none is certain at {answer.intensity(at)}"
+                    if at
+                    else "not estimable",
                 }
             )
     level = table["level"].dropna()
