@@ -5,6 +5,7 @@ ON_REQUEST = {name: MADE_FROM[name] for name in ("modelling_choices", "check_pre
 rule figures:
     """Draw the figures of the report."""
     input:
+        **ROUNDS,
         demands=rules.collect_demands.output.demands,
         suite=rules.prepare_motions.output.suite,
         friction_pair=rules.friction_pair.output.histories,
@@ -12,7 +13,6 @@ rule figures:
         medians=rules.fit_fragility.output.medians,
         effects=rules.fit_fragility.output.effects,
         intensity_effects=rules.fit_fragility.output.intensity_effects,
-        **ROUNDS,
     output:
         folder=report(
             directory(FOLDER.figures),

@@ -75,7 +75,8 @@ def _draw_plan(axes: Axes, geometry: ModelGeometry, gap_scale: float) -> None:
         normal = np.array(place.normal)
         start = np.array(place.surface[:2]) - gap_scale * place.gap_m * normal
         look = {"arrowstyle": "->", "color": COLOURS["contact"]}
-        axes.annotate("", xytext=start, xy=start + _NORMAL_M * normal, arrowprops=look)
+        tip = start + _NORMAL_M * normal
+        axes.annotate("", xytext=(start[0], start[1]), xy=(tip[0], tip[1]), arrowprops=look)
         axes.plot(*start, marker="s", color=COLOURS["contact"], markersize=4, linestyle="none")
     if geometry.contacts:
         axes.plot([], [], "s", color=COLOURS["contact"], label="contact surface and its normal")

@@ -304,7 +304,8 @@ def _choice_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 def _round_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     if tables.rounds is None or tables.rounds.empty:
         return
-    demands, last = tables.demands, tables.rounds[lambda t: t["round"] == t["round"].max()]
+    demands = tables.demands
+    last = tables.rounds[tables.rounds["round"] == tables.rounds["round"].max()]
     decided, analyses = int(last["verdict"].isin(DECIDED).sum()), len(demands)
     angles = demands["incidence_deg"].nunique()
     full = demands["variant"].nunique() * len(tables.suite) * angles
