@@ -259,10 +259,18 @@ def studied(folder: Path, text: str = "") -> dict[str, dict[str, str]]:
         ("batches: {no_progress_s: 7}", set()),
         ("figures: {width_mm: 85}", {"figures", "report"}),
         ("sensitivity: {rows: 1}", {"sensitivity", "report"}),
-        ("fragility: {margin: 0.07}", {"fit_fragility", "check_predict", "figures", "report"}),
         (
+            "fragility: {margin: 0.07}",
+            {
+                *("fit_fragility", "check_predict", "figures", "report"),
+                *("plan_round", "collect_rounds"),
+            },
+        ),
+        (  # the plans of rounds read the new demands
             "model: {cohesion_n: 5.0}",
-            set(RECIPES) - {"prepare_motions", "verify_contact", "verification"},
+            set(RECIPES)
+            - {"prepare_motions", "verify_contact", "verification"}
+            - {"plan_round", "collect_rounds"},
         ),
     ],
 )

@@ -132,7 +132,7 @@ class ModelOptions:
     )
     key_along_face: Literal["backbone", "elastic"] = Field(
         default="backbone",
-        description="keys along their face: the backbone across it, or elastic without a limit "
+        description="keys along their face: elastic up to the strength across it, or without a limit "
         "(scheme paper)",
     )
     friction_at: FrictionAt = Field(

@@ -100,7 +100,7 @@ class SideContext:
         dashpot_n_s_per_m = damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness, mass_kg)
         damped = elastic_material(0.0, self.tags, dashpot_n_s_per_m=dashpot_n_s_per_m)
         across = [key_material(self.key, self.tags), damped]
-        # ASSUME the same backbone up to the strength along the face, independent of the one across
+        # ASSUME elastic up to the same strength along the face, independent of the force across
         # it: a broken key gets friction from its residual force only, which is below the strength
         if self.options.key_along_face == "backbone":
             along = [key_face_material(self.key, self.tags), damped]
