@@ -52,7 +52,7 @@ def test_the_trapezoidal_rule_leaves_no_energy_unaccounted_for(
 
 def test_elastic_columns_have_a_balance_too() -> None:
     terms = run(options=ModelOptions(elastic_columns=True)).energy_kj
-    # 4.7e-4 at any step, of which 2.1e-4 come with the dashpots of the walls; the limit of 10 ms above
+    # 4.7e-4 at any step, of which 2.1e-4 come with the dashpots of the walls; limit as at 10 ms
     assert abs(terms["residual"]) < 1e-3 * terms["largest_input"]
     assert terms["damping"] > 0.0
 

@@ -132,8 +132,8 @@ class ModelOptions:
     )
     key_along_face: Literal["backbone", "elastic"] = Field(
         default="backbone",
-        description="keys along their face: elastic up to the strength across it, or without a limit "
-        "(scheme paper)",
+        description="keys along their face: elastic up to the strength across it, or without "
+        "a limit (scheme paper)",
     )
     friction_at: FrictionAt = Field(
         default="all",
