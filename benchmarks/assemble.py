@@ -26,6 +26,13 @@ ENTRIES: Final = (
     "fragility",
 )
 TARGET: Final = RESULTS.with_suffix(".json")
+#: Measure of an entry that is repeated as its `ratio`.
+RATIOS: Final = {
+    "speedup": "speedup",
+    "overhead": "overhead",
+    "parallel": "throughput_two_over_one",
+    "pipeline": "pipeline",
+}
 
 
 def assembled() -> dict[str, Any]:
@@ -34,7 +41,12 @@ def assembled() -> dict[str, Any]:
     workers = found.pop("workers") or {}
     parts = {"parallel": workers.get("parallel"), "memory": workers.get("memory")}
     about = {"versions": versions(), "cores": os.cpu_count()}
-    return about | found | parts
+    result = about | found | parts
+    for name, measure in RATIOS.items():
+        if entry := result[name]:
+            value = entry[measure]
+            entry["ratio"] = value["median"] if isinstance(value, dict) else value
+    return result
 
 
 def _read(name: str) -> Any:
