@@ -148,3 +148,24 @@ def verdict_of(ci_low: float, ci_high: float, margin: float = 0.05) -> str:
 def paired_effects(demands, columns=None, settings=SETTINGS, *, jobs=1) -> pd.DataFrame:
     """Return the table of demand effects, without that of effects by intensity."""
     return effect_tables(demands, columns, settings, jobs=jobs).effects
+
+
+def runs_of_one_variant(variant: str, bridge: str, skew_deg: int, im) -> pd.DataFrame:
+    """Complete runs of a variant under one motion per value of Sa(1.0 s), without demands."""
+    return pd.DataFrame(
+        {
+            "variant": variant,
+            "bridge": bridge,
+            "abutment": "contact_friction",
+            "skew_deg": skew_deg,
+            "gap_mm": 25,
+            "friction": 0.5,
+            "motion_id": [f"m{number:02d}" for number in range(len(im))],
+            "scale": 1.0,
+            "incidence_deg": 0.0,
+            "im_sa_1p000_rotd50_g": im,
+            "status": "ok",
+            "complete": True,
+            "collapse_criterion": "",
+        }
+    )

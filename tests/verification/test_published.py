@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from fragility_tables import runs_of_one_variant
 from skewbridge.verification.studies.published import (
     DEMANDS,
     NONE,
@@ -47,24 +48,8 @@ def scattered_demands(slope: float = 1.0, sigma: float = 0.3) -> pd.DataFrame:
     """40 runs whose demands are the capacities of era 3 at the published medians, with scatter."""
     random = np.random.default_rng(5)
     im = np.geomspace(0.05, 2.5, 40)
-    table = pd.DataFrame(
-        {
-            "variant": "osb1_cf_skew00_gap025_mu050",
-            "bridge": "osb1",
-            "abutment": "contact_friction",
-            "skew_deg": 0,
-            "gap_mm": 25,
-            "friction": 0.5,
-            "motion_id": [f"m{number:02d}" for number in range(im.size)],
-            "scale": 1.0,
-            "incidence_deg": 0.0,
-            "im_sa_1p000_rotd50_g": im,
-            "status": "ok",
-            "complete": True,
-            "collapse_criterion": "",
-            "beyond_model": "",
-        }
-    )
+    table = runs_of_one_variant("osb1_cf_skew00_gap025_mu050", "osb1", 0, im)
+    table["beyond_model"] = ""
     era = PUBLISHED[(PUBLISHED["era"] == 3) & (PUBLISHED["state"] == "slight")]
     for row in era.to_dict("records"):
         if row["component"] in DEMANDS:

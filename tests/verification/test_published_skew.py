@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from fragility_tables import runs_of_one_variant
 from skewbridge.verification.studies.published import DEMANDS, WHOLE
 from skewbridge.verification.studies.published_skew import (
     COMPARED,
@@ -26,24 +27,8 @@ def table():
     im = np.geomspace(0.05, 2.5, 24)
     parts = []
     for skew, factor in ((0, 1.0), (60, 1.2)):
-        part = pd.DataFrame(
-            {
-                "variant": f"bridge_b_cf_skew{skew:02d}_gap025_mu050",
-                "bridge": "bridge_b",
-                "abutment": "contact_friction",
-                "skew_deg": skew,
-                "gap_mm": 25,
-                "friction": 0.5,
-                "choice": "none",
-                "motion_id": [f"m{number:02d}" for number in range(im.size)],
-                "scale": 1.0,
-                "incidence_deg": 0.0,
-                "im_sa_1p000_rotd50_g": im,
-                "status": "ok",
-                "complete": True,
-                "collapse_criterion": "",
-            }
-        )
+        variant = f"bridge_b_cf_skew{skew:02d}_gap025_mu050"
+        part = runs_of_one_variant(variant, "bridge_b", skew, im).assign(choice="none")
         for name in sorted({*COMPARED, *DEMANDS.values()}):
             scatter = np.exp(0.02 * random.standard_normal(im.size))
             part[f"{WHOLE}{name}"] = factor * 8.0 * im * scatter

@@ -5,7 +5,6 @@ Displacements are relative to the ground and counted from the state under gravit
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +20,7 @@ from skewbridge.bridge.handles import (
 from skewbridge.bridge.shear_capacity import shear_strength
 from skewbridge.contact.state import UnitLedger
 from skewbridge.units import KJ, KN
-from skewbridge.variant.options import ShearModel
-
-#: Shear model by the column of its demand over capacity, a peak over the whole history.
-SHEAR_MODEL_DEMANDS: Final[Mapping[str, ShearModel]] = {
-    f"column_shear_dcr_{model}": model for model in get_args(ShearModel.__value__)
-}
+from skewbridge.variant.options import SHEAR_MODEL_DEMANDS, ShearModel
 
 
 def demands(
@@ -108,7 +102,7 @@ def column_demands(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> dic
         "column_shear_dcr": peak(column_shear_dcr(column, trace) for column in columns),
         **{
             name: peak(column_shear_dcr(column, trace, model) for column in columns)
-            for name, model in SHEAR_MODEL_DEMANDS.items()
+            for model, name in SHEAR_MODEL_DEMANDS.items()
         },
         "column_drift_ratio": peak(drifts),
         "drift_over_capacity": peak(drift_over_capacity(column, trace) for column in columns),

@@ -15,7 +15,7 @@ from skewbridge.analysis.energy import EnergyBalance, energy_ratios
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.histories import histories_of
 from skewbridge.analysis.modal import apply_rayleigh, damp_columns
-from skewbridge.analysis.peaks import SHEAR_MODEL_DEMANDS, ModelEnd, demands, model_end
+from skewbridge.analysis.peaks import ModelEnd, demands, model_end
 from skewbridge.analysis.recovery import LADDER, Effort
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
@@ -26,7 +26,7 @@ from skewbridge.bridge.model import build, domain
 from skewbridge.contact import ContactError, ContactSet
 from skewbridge.errors import InputError
 from skewbridge.statuses import OK, Status
-from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.options import SHEAR_MODEL_DEMANDS, ModelOptions
 from skewbridge.variant.variant import Variant
 
 #: Plan displacement of a node or point, in m.
@@ -163,7 +163,7 @@ class _History:
         if end.mode:  # the model no longer holds after the failure of a column
             rows = end.rows
             found |= demands(self._model, trace.first(rows), ground[:rows], ratios)
-            found |= {name: whole[name] for name in (_RESIDUAL, *SHEAR_MODEL_DEMANDS)}
+            found |= {name: whole[name] for name in (_RESIDUAL, *SHEAR_MODEL_DEMANDS.values())}
         messages = [ending.message] if ending.message else []
         if ending.status == OK:
             rest = drifts_at_rest(self._model, self._settings, trace.under_gravity_m)

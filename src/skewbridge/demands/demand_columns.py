@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from skewbridge.demands.completeness import COLUMN_FAILURE_RATIO
-from skewbridge.variant.options import ShearModel
+from skewbridge.variant.options import SHEAR_MODEL_DEMANDS, ShearModel
 
 type Kind = Literal["text", "integer", "number", "boolean"]
 #: What a study does with a demand. ``effect``: paired effects. ``headline``: also needed motions,
@@ -108,7 +108,7 @@ DEMAND_COLUMNS: Final = (
            description="peak of the section's shear over its ductility-dependent capacity",
            roles=("effect", "headline")),
     *(
-        Column(f"column_shear_dcr_{model}", label=f"Column shear demand/capacity, {text}",
+        Column(SHEAR_MODEL_DEMANDS[model], label=f"Column shear demand/capacity, {text}",
                description=f"the same, {text}, over the whole history: also after a column failed")
         for model, text in SHEAR_MODELS.items()
     ),

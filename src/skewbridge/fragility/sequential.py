@@ -99,17 +99,20 @@ def look_levels(times: tuple[float, ...], level: float) -> tuple[float, ...]:
     at, mass = np.zeros(1), np.ones(1)
     levels: list[float] = []
     for time, step, alpha in zip(times, steps, spent, strict=True):
-
-        def crossing(end: float, at: FloatArray = at, mass: FloatArray = mass) -> float:
-            return float(mass @ special.ndtr((at - end) / step))  # noqa: B023
-
         far = _FAR * np.sqrt(time)
-        end = float(optimize.brentq(lambda end: crossing(end) - alpha, 0.0, far))  # noqa: B023
+        end = float(optimize.brentq(_crossing_error, 0.0, far, args=(at, mass, step, alpha)))
         levels.append(float(1.0 - 2.0 * special.ndtr(-end / np.sqrt(time))))
         new = 0.5 * (end + far) * _NODES + 0.5 * (end - far)
         density = np.exp(-0.5 * ((new[:, None] - at) / step) ** 2) / (step * np.sqrt(2.0 * np.pi))
         at, mass = new, 0.5 * (end + far) * _WEIGHTS * (density @ mass)
     return tuple(levels)
+
+
+def _crossing_error(
+    end: float, at: FloatArray, mass: FloatArray, step: float, alpha: float
+) -> float:
+    """Return the probability that a path crosses an end in one step, minus the one wanted."""
+    return float(mass @ special.ndtr((at - end) / step)) - alpha
 
 
 def at_looks(

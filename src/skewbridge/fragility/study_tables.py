@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, get_args
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
@@ -42,7 +42,7 @@ from skewbridge.fragility.suites import SUITE_COLUMNS, suite_tables
 from skewbridge.fragility.system import SYSTEM_COLUMNS, system_curves
 from skewbridge.fragility.verdicts import NEEDED_COLUMNS, needed_motions
 from skewbridge.variant.axes import AXES, axes_of
-from skewbridge.variant.options import ShearModel
+from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.random_properties import RANDOM_PROPERTIES, drawn_properties
 
 PAPER_TABLE: Final = "table"
@@ -96,7 +96,9 @@ def fragility_tables(
     reference = reference_intensities(curves)
     effects, intensities = effect_tables(rows, names, settings, reference_im=reference, jobs=jobs)
     needed = needed_motions(pd.concat([effects, medians], ignore_index=True), rows)
-    by_suite, curves_by_suite = suite_tables(rows, states, names, settings, jobs=jobs)
+    by_suite, curves_by_suite = suite_tables(
+        rows, states, names, settings, together=(medians, effects), jobs=jobs
+    )
     ranked = {} if suite is None else {"measures": measure_table(rows, suite, settings)}
     tables = ranked | {
         "curves": curves,
@@ -123,10 +125,9 @@ def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS)
     Variants whose columns no model lets fail are left out, as are tables without these demands.
     """
     shared: dict[str, Any] = {"component": "column_shear", "threshold": 1.0, "collapse": "peak"}
-    models = {name: f"column_shear_dcr_{name}" for name in get_args(ShearModel.__value__)}
     states = [
         LimitState(name=name, demand=demand, dispersion=SHEAR_MODEL_DISPERSION, **shared)
-        for name, demand in models.items()
+        for name, demand in SHEAR_MODEL_DEMANDS.items()
         if demand in demands
     ]
     fails = (demands[[state.demand for state in states]] >= 1.0).any(axis=1)

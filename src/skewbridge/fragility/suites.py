@@ -61,25 +61,33 @@ def suite_tables(
     demands: Sequence[str],
     settings: FitSettings,
     *,
+    together: Sequence[pd.DataFrame],
     jobs: int = 1,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return the effects by suite with their differences, and the medians by suite.
 
-    The demands table is checked; without two suites both tables are empty.
+    The demands table is checked; without two suites both tables are empty. ``together`` are the
+    effects of all suites together, on medians and on demands.
     """
-    names = suite_names(rows)
-    effects: list[dict[str, Any]] = []
+    names, columns = suite_names(rows), list(SUITE_COLUMNS)
+    if len(names) < 2:
+        return pd.DataFrame(columns=columns), pd.DataFrame(columns=list(SUITE_CURVE_COLUMNS))
+    tables: dict[str, Sequence[pd.DataFrame]] = {}
     curves: list[pd.DataFrame] = []
-    for name in (*names, ALL_SUITES) if len(names) > 1 else ():
-        part = rows if name == ALL_SUITES else rows[rows[SUITE] == name].reset_index(drop=True)
-        medians = median_effects(part, states, settings, jobs=jobs)
-        for table in (medians, effect_tables(part, demands, settings, jobs=jobs).effects):
-            usable = table[(table["scope"] == "pooled") & (table["status"] == OK)]
-            effects += [row | {SUITE: name, "against": ""} for row in records_of(usable)]
-        if name != ALL_SUITES:
-            fitted = fit_study(part, states, settings, jobs=jobs).assign(**{SUITE: name})
-            curves.append(fitted[fitted["preferred"].to_numpy(dtype=bool)])
-    columns = list(SUITE_COLUMNS)
+    for name in names:
+        part = rows[rows[SUITE] == name].reset_index(drop=True)
+        tables[name] = (
+            median_effects(part, states, settings, jobs=jobs),
+            effect_tables(part, demands, settings, jobs=jobs).effects,
+        )
+        fitted = fit_study(part, states, settings, jobs=jobs).assign(**{SUITE: name})
+        curves.append(fitted[fitted["preferred"].to_numpy(dtype=bool)])
+    effects = [
+        row | {SUITE: name, "against": ""}
+        for name, parts in (*tables.items(), (ALL_SUITES, together))
+        for table in parts
+        for row in records_of(table[(table["scope"] == "pooled") & (table["status"] == OK)])
+    ]
     if not effects:
         return pd.DataFrame(columns=columns), pd.DataFrame(columns=list(SUITE_CURVE_COLUMNS))
     table = pd.DataFrame(effects).assign(verdict="", standard_errors=np.nan)

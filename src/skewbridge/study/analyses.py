@@ -96,6 +96,11 @@ class StudySetup:
             search=search if motions.design == "ida" else None,
         )
 
+    @property
+    def motion_ids(self) -> list[str]:
+        """Motions of the suite in its order; a motion with several levels is named once."""
+        return list(dict.fromkeys(each.motion.motion_id for each in self.suite))
+
     def tasks(self, slug: str) -> list[Task]:
         """Return the analyses of one variant; `InputError` without motions for its bridge.
 

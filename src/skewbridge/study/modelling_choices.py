@@ -146,7 +146,7 @@ CHOICES: Final = (
         key="key_along_face",
         label="Keys along their face",
         values=("backbone", "elastic"),
-        source="limited by the backbone across the face, or elastic",
+        source="limited by the strength across the face, or elastic",
         acts_on=_has_keys,
     ),
     Choice(

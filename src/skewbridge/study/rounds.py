@@ -63,5 +63,5 @@ def reopen(folder: StudyFolder, hours: float) -> None:
 def setup_of_round(setup: StudySetup, plan: Path, slug: str) -> StudySetup:
     """Return the setup of a study with the motions of one variant in a round."""
     start, end = read_json(plan)["motions"][slug]
-    names = list(dict.fromkeys(each.motion.motion_id for each in setup.suite))[start:end]
+    names = setup.motion_ids[start:end]
     return replace(setup, suite=tuple(m for m in setup.suite if m.motion.motion_id in names))

@@ -203,7 +203,7 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     plans = [read_json(folder.round(n)) for n in range(1, number)]
     slugs = sorted(variant.slug for variant in expand_grid(study.grid))
     motions = {slug: plans[-1]["motions"][slug][1] if plans else 0 for slug in slugs}
-    per_motion = len(setup.tasks(slugs[0])) / len({each.motion.motion_id for each in setup.suite})
+    per_motion = len(setup.tasks(slugs[0])) / len(setup.motion_ids)
     demands = pd.concat(map(read_frame, earlier), ignore_index=True) if earlier else pd.DataFrame()
     began_s, cores = map(float, os.environ.get(CLOCK, f"{time.time()} 1").split())
     tail_s = TAIL_S + TAIL_S_PER_VARIANT * len(slugs)

@@ -3,7 +3,7 @@
 Each field is a key of the configuration; every numeric one can be an axis of the grid.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal, get_args
 
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
@@ -21,6 +21,10 @@ type GapMeasured = Literal["normal", "longitudinal"]
 type FrictionAt = Literal["all", "walls", "keys"]
 type HingeRule = Literal["sdc", "paulay_priestley"]
 type ShearModel = Literal["sdc_expected", "sdc_nominal", "kowalsky_priestley"]
+#: Column of the demands with the shear over the capacity of each model.
+SHEAR_MODEL_DEMANDS: Final[dict[ShearModel, str]] = {
+    model: f"column_shear_dcr_{model}" for model in get_args(ShearModel.__value__)
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
