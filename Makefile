@@ -43,7 +43,7 @@ help:
 	@echo "make bench        measure costs as ratios: about 20 minutes   (FULL=1 for the full sets: hours)"
 	@echo "make audit        check locked packages for known vulnerabilities   (skipped without PyPI)"
 	@echo "make mutants      test the tests with 200 small changes of the sources: hours, can be resumed"
-	@echo "make docs         write the reference pages and build the site in docs/_build/html"
+	@echo "make docs         write keys and schemas of config/, build the site in docs/_build/html"
 	@echo "make setup lint clean"
 
 setup: $(STAMP)

@@ -21,10 +21,14 @@ from typer.main import get_command
 from skewbridge.cli import build_app
 from skewbridge.study.processes import hush_exit_message
 
+sys.path.insert(0, str(Path(__file__).parent))
+
+from reference_pages import columns_page
+from suite_table import stored_page
+
 hush_exit_message()
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE))
 
 project = "skewbridge"
 project_copyright = "the authors of skewbridge"
@@ -104,10 +108,15 @@ success, 1 an analysis or a check failed, 2 bad input.
 
 
 def setup(app: Sphinx) -> None:
-    """Write equations as MathML, so that the site needs no network, and the page of commands."""
+    """Write equations as MathML, so that the site needs no network, and the generated pages."""
     app.add_html_math_renderer("mathml", (_inline, None), (_display, None))
-    page = HERE / "reference" / "commands.md"
-    page.write_text(COMMANDS_HEAD + "".join(_help(get_command(build_app()))), encoding="utf-8")
+    commands = COMMANDS_HEAD + "".join(_help(get_command(build_app())))
+    for name, text in {
+        "reference/commands.md": commands,
+        "reference/columns.md": columns_page(),
+        "theory/effects_by_suite.md": stored_page(),
+    }.items():
+        (HERE / name).write_text(text, encoding="utf-8")
     report = HERE / "example_report"
     report.mkdir(exist_ok=True)
     if (finished := HERE.parent / "results" / "report.html").is_file():  # of the default study

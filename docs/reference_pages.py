@@ -1,4 +1,8 @@
-"""Configuration keys, JSON schemas and data dictionary, written from the code."""
+"""Configuration keys, JSON schemas and data dictionary, written from the code.
+
+`make docs` writes the keys and schemas, which are in the repository. `docs/conf.py` writes the data
+dictionary while the site is built.
+"""
 
 import json
 from collections import Counter
@@ -232,7 +236,6 @@ PAGES: Final[dict[str, Callable[[], str]]] = {
     "config/schema.json": _schema(StudyConfig.model_json_schema),
     "config/bridge.schema.json": _schema(bridge_schema),
     "config/limit_states.schema.json": _schema(TypeAdapter(list[LimitStateEntry]).json_schema),
-    "docs/columns.md": columns_page,
 }
 
 

@@ -1,7 +1,8 @@
-"""Table of the effects by suite of motions in `docs/theory/motions.md`.
+"""Table of the effects by suite of motions.
 
-`python docs/suite_table.py RESULTS` writes it from a finished study with several suites, such as
-`results/suites`. The numbers are kept in `docs/data/suites.csv`.
+`python docs/suite_table.py RESULTS` stores the effects of a finished study with several suites,
+such as `results/suites`, in `docs/data/suites.csv`; the first line of the file states the setting.
+`docs/conf.py` makes a page of the site from this file.
 """
 
 import sys
@@ -20,9 +21,6 @@ from skewbridge.variant.random_properties import drawn_properties
 
 ROOT: Final = Path(__file__).parents[1]
 DATA: Final = Path("docs/data/suites.csv")
-PAGE: Final = Path("docs/theory/motions.md")
-BEGIN: Final = "<!-- effects by suite: written by docs/suite_table.py -->"
-END: Final = "<!-- end of the effects by suite -->"
 #: Quantities of the table, those of the first screen.
 DEMANDS: Final = (
     *("column_drift_ratio", "column_shear_dcr", "unseating_m", "bearing_disp_m"),
@@ -31,12 +29,19 @@ DEMANDS: Final = (
 _EFFECT: Final = ["bridge", "axis", "from_value", "to_value", "demand"]
 
 
-def table_text(suites: pd.DataFrame, setting: str) -> str:
+def stored_page() -> str:
+    """Return the stored effects as a page in Markdown."""
+    setting = (ROOT / DATA).read_text(encoding="utf-8").split("\n", 1)[0].removeprefix("# ")
+    suites = pd.read_csv(ROOT / DATA, skiprows=1).fillna({"suite": "", "against": ""})
+    return f"# Effects by suite of motions\n\n{setting}\n\n{table_text(suites)}\n"
+
+
+def table_text(suites: pd.DataFrame) -> str:
     """Return the table as Markdown: a row per effect, a column per suite and for all motions."""
     names = list(dict.fromkeys(suites.loc[suites["against"] == "", "suite"]))
     titles = ["all motions" if name == ALL_SUITES else name for name in names]
     head = ["bridge", "change", "of", *titles, "suites that differ"]
-    lines = [setting, "", f"| {' | '.join(head)} |", f"|{'---|' * len(head)}"]
+    lines = [f"| {' | '.join(head)} |", f"|{'---|' * len(head)}"]
     shown = suites[suites["demand"].isin(DEMANDS)]
     order = shown.assign(place=shown["demand"].map(DEMANDS.index)).sort_values(
         ["bridge", "axis", "place"], kind="stable"
@@ -82,18 +87,14 @@ def setting_of(demands: pd.DataFrame, suites: pd.DataFrame) -> str:
 
 
 def main(results: Path) -> None:
-    """Write the table of a study into the page, and its numbers."""
+    """Store the effects of a study and its setting."""
     folder = StudyFolder(results)
     suites = read_frame(folder.fragility("suites"))
     numbers = suites.select_dtypes(include=[np.number]).columns
     suites = suites[suites["demand"].isin(DEMANDS)]
     kept = suites.assign(**{name: suites[name].map("{:.5g}".format) for name in numbers})
-    write_text(ROOT / DATA, kept.to_csv(index=False))
-    page = (ROOT / PAGE).read_text("utf-8")
-    before, rest = page.split(BEGIN)
-    after = rest.split(END)[1]
-    text = table_text(suites, setting_of(read_frame(folder.demands), suites))
-    write_text(ROOT / PAGE, f"{before}{BEGIN}\n\n{text}\n\n{END}{after}")
+    setting = setting_of(read_frame(folder.demands), suites)
+    write_text(ROOT / DATA, f"# {setting}\n{kept.to_csv(index=False)}")
 
 
 if __name__ == "__main__":

@@ -26,12 +26,14 @@ from skewbridge.study.config import StudyConfig, parse_config
 
 mpl.use("Agg")
 ROOT = Path(__file__).parents[2]
+#: Written by docs/conf.py while the site is built.
+GENERATED = {"columns.md", "commands.md", "effects_by_suite.md"}
 PAGES = sorted(
     [
         *(
             path
             for path in (ROOT / "docs").rglob("*.md")
-            if "_build" not in path.parts and path.name != "commands.md"  # written by make docs
+            if "_build" not in path.parts and path.name not in GENERATED
         ),
         *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
         *(ROOT / name / "README.md" for name in ("config", "motions")),

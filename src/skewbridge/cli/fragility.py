@@ -121,7 +121,7 @@ def export(
 @commands.command(cls=Command)
 def statistics(
     demands: Annotated[
-        Path, typer.Argument(help="Table of demands: .parquet or .csv (docs/columns.md).")
+        Path, typer.Argument(help="Table with columns of demands.parquet: .parquet or .csv.")
     ],
     out: OutOption,
     limit_states: LimitStatesOption = LIMIT_STATES,
