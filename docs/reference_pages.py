@@ -43,34 +43,32 @@ CONFIG_HEAD: Final = """\
 # Configuration
 
 `config.yaml` is the default study; another file is merged over it:
-`make study CONFIG=config/real.yaml`, or `snakemake -j2 --configfile config/real.yaml`. Its results
-go to `results/NAME` for `config/NAME.yaml`.
+`make study CONFIG=config/real.yaml`, or `snakemake -j2 --configfile config/real.yaml`. The results
+of `config/NAME.yaml` go to `results/NAME`.
 
 | file | study |
 |---|---|
-| `smoke.yaml` | small study of the tests |
-| `demo.yaml` | what `skewbridge demo` shows |
+| `smoke.yaml`, `demo.yaml` | small studies of the tests and of `skewbridge demo` |
 | `real.yaml` | recorded motions |
 | `full.yaml` | finer grid |
 | `stripes.yaml`, `ida.yaml` | every motion at every level; capacity of each motion |
 | `suites.yaml` | three suites of motions, and a folder of records |
 
 An unknown key or a value outside its limits stops the study before any analysis; editors with
-`yaml-language-server` check both. Keys end with their unit. Write `2.0e+7`; YAML reads `2e7` as
-text.
+`yaml-language-server` check both. Write `2.0e+7`; YAML reads `2e7` as text.
 
 A new skew, gap, friction or motion runs only its own analyses. A limit state or a statistical key
-reruns fits, figures and report. A key of `model` or `analysis`, a number of a bridge or another
-version of OpenSees reruns all analyses.
+reruns fits, figures and report. A key of `model` or `analysis` or a number of a bridge reruns all
+analyses.
 
 - **Bridge**: `bridge: [NAME]` for `bridges/NAME.yaml` (copy `bridges/template.yaml`), or a path.
 - **Limit states**: name your copy of `limit_states_template.yaml` in `fragility.limit_states`.
 - **Axis**: any numeric key of `model` under `grid:`, such as `transverse_gap_mm: [6.4, 25.4]`.
 - **Names of variants** have friction in hundredths and `p` as the decimal point: 22.5 degrees,
-  25.4 mm and 0.375 give `osb1_cf_skew22p5_gap025p4_mu037p5`, -22.5 degrees `skewm22p5`. Skew and
-  gap may have three decimals, friction five.
+  25.4 mm and 0.375 give `osb1_cf_skew22p5_gap025p4_mu037p5`, -22.5 degrees `skewm22p5`.
 
-Below, each key has its default and, in parentheses, its choices or limits.
+Each key has the default that it takes where no file sets it (`config.yaml` sets
+`uncertainty.enabled: true`) and, in parentheses, its choices or limits.
 """
 
 COLUMNS_HEAD: Final = """\
@@ -96,7 +94,7 @@ columns have these meanings, or those of `demands.parquet`:
 def config_page() -> str:
     """Return the keys of the configuration as Markdown, a list per section."""
     schema = StudyConfig.model_json_schema()
-    page, single = CONFIG_HEAD, []
+    page, single = CONFIG_HEAD, dict[str, Mapping[str, Any]]()
     for name, field in schema["properties"].items():
         details = _resolved(field, schema)
         # an option that is an axis of a grid has no default there, and is described in `model`
@@ -104,21 +102,29 @@ def config_page() -> str:
             key: value for key, value in details.get("properties", {}).items() if "default" in value
         }
         if keys:
-            lines = [_key_line(key, value, schema) for key, value in keys.items()]
-            page += f"\n## {name}\n\n{''.join(lines)}"
+            page += f"\n## {name}\n\n{_key_list(keys, schema)}"
         elif "default" in details:
-            single.append(_key_line(name, details, schema))
-    return page + "\n## Keys without a section\n\n" + "".join(single)
+            single[name] = details
+    return page + "\n## Keys without a section\n\n" + _key_list(single, schema)
 
 
-def _key_line(key: str, field: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
+def _key_list(keys: Mapping[str, Mapping[str, Any]], schema: Mapping[str, Any]) -> str:
+    """Return a list of keys; neighbours with the same description are in one item."""
+    items: dict[str, list[str]] = {}
+    for key, field in keys.items():
+        items.setdefault(field["description"], []).append(_key(key, field, schema))
+    return "".join(f"- {', '.join(names)}: {text}\n" for text, names in items.items())
+
+
+def _key(key: str, field: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
+    """Return a key with its default, and its choices or limits."""
     value = field["default"]
     if isinstance(value, Mapping) and "distribution" in value:  # a random property
         default = f"{value['distribution']} {value['low']:g} to {value['high']:g}"
     else:
         default = yaml.safe_dump(value, default_flow_style=True).split("\n")[0]
     limits = _limits(_resolved(field, schema))
-    return f"- `{key}: {default}`{limits and f' ({limits})'}: {field['description']}\n"
+    return f"`{key}: {default}`{limits and f' ({limits})'}"
 
 
 def _resolved(field: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -34,8 +34,7 @@ class AnalysisSettings:
 
     scheme: AnalysisScheme = Field(
         default="default",
-        description="paper: Houbolt at the paper's step, walls with mass, lagged bounds, "
-        "corotational arrays, distributed plasticity",
+        description="paper: numerics and wall model of the paper",
     )
     dt_s: Number = Field(
         default=0.010,
@@ -47,33 +46,32 @@ class AnalysisSettings:
         default=0.005,
         ge=1.0e-5,
         le=0.02,
-        description="largest step while a contact is closed or the deck swings, the regular step "
-        "over a power of two; null (scheme paper): the regular step",
+        description="largest step in contact, the regular step over a power of two; null (scheme "
+        "paper): the regular step",
     )
     event_dt_s: Number | None = Field(
         default=0.0003125,
         ge=1.0e-5,
         le=0.02,
-        description="the same while a contact is about to open or close",
+        description="the same when a contact opens or closes",
     )
     max_friction_error: Number = Field(
         default=0.02,
         ge=1.0e-4,
         le=1.0e9,
-        description="excess of friction over its limit above which steps in contact are halved, "
-        "down to event_dt_s",
+        description="excess of friction over its limit above which steps in contact are halved",
     )
     duration_s: Number | None = Field(
         default=None,
         gt=0.0,
         le=1.0e4,
-        description="shorten every motion to this length; null for the whole motion",
+        description="shorten motions to this length; null: whole",
     )
     free_vibration_s: Number = Field(
         default=0.0,
         ge=0.0,
         le=1.0e3,
-        description="zeros after the motion (the default suite has 5 s)",
+        description="zeros after the motion",
     )
     collapse_drift_ratio: Number = Field(
         default=0.10,  # source: design criterion of the study
@@ -89,7 +87,7 @@ class AnalysisSettings:
     )
     integrator: OpenSeesCommand | None = Field(
         default=None,
-        description="OpenSees integrator such as [Newmark, 0.5, 0.25]; null for that of the scheme",
+        description="such as [Newmark, 0.5, 0.25]; null: that of the scheme",
     )
     tolerance_j: Number = Field(
         default=1.0e-4,
@@ -100,8 +98,7 @@ class AnalysisSettings:
     reuse_tangent: bool = Field(
         default=True,
         strict=True,
-        description="whether steps without contact use an earlier tangent, a test of 0.1 J and "
-        "column damping by the tangent at the step's end",
+        description="cheaper steps without contact: earlier tangent, test of 0.1 J",
     )
     max_iterations: Whole = Field(
         default=15, ge=2, le=1000, description="iterations of one attempt at one step"
@@ -110,13 +107,12 @@ class AnalysisSettings:
         default=40.0,
         ge=1.0,
         le=1.0e4,
-        description="budget in iterations per regular step, retries included; above it the "
-        "status is timeout",
+        description="iterations per regular step above which the status is timeout",
     )
     energy: bool = Field(
         default=True,
         strict=True,
-        description="whether to keep the energy balance (2 to 3 % of the time)",
+        description="keep the energy balance (2 to 3 % of the time)",
     )
 
     @model_validator(mode="before")

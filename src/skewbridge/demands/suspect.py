@@ -35,11 +35,9 @@ class SuspectLimits:
         default=0.01,
         ge=0.0,
         le=1.0,
-        description="share of the steps that met only the looser convergence test",
+        description="share of steps that met only the looser test",
     )
-    max_rung: Whole = Field(
-        default=4, ge=0, description="highest recovery step with which a step converged"
-    )
+    max_rung: Whole = Field(default=4, ge=0, description="highest recovery step")
     max_energy_residual: Number = Field(
         default=0.01, gt=0.0, description="energy not accounted for, over the input"
     )
@@ -49,17 +47,17 @@ class SuspectLimits:
     max_cone_excess: Number = Field(
         default=0.03,
         gt=0.0,
-        description="share of the friction work on backwalls or keys above the limit",
+        description="share of the friction work above the limit",
     )
     max_contact_weights: Number = Field(
         default=0.5,
         gt=0.0,
-        description="normal force of one contact, over the weight of the bridge",
+        description="normal force of one contact over the weight of the bridge",
     )
     max_houbolt_failures: Whole = Field(
         default=2,
         ge=0,
-        description="failed attempts under Houbolt, each restarts it as the trapezoidal rule",
+        description="failed attempts under Houbolt",
     )
 
 

@@ -22,34 +22,33 @@ class FitSettings:
         default="config/limit_states.yaml", description="file with the limit states"
     )
     confidence: Number = Field(
-        default=0.95, gt=0.5, lt=1.0, description="confidence level of the intervals of the fits"
+        default=0.95, gt=0.5, lt=1.0, description="level of the intervals of fits"
     )
     effect_confidence: Number = Field(
         default=0.90,
         gt=0.5,
         lt=1.0,
-        description="confidence level of the effects; at 0.90 negligible is two one-sided tests "
-        "at 5 %",
+        description="level of the intervals of effects",
     )
     # ASSUME 5 % of demand is below what a designer would act on
     margin: Number = Field(
-        default=0.05, gt=0.0, lt=1.0, description="change of a demand that is negligible"
+        default=0.05, gt=0.0, lt=1.0, description="negligible change of a demand"
     )
     # ASSUME a median capacity changes by the demand ratio to the power -1/slope; with the slopes
     # near 1 of most demands the same 5 % is as small a change
     median_margin: Number = Field(
-        default=0.05, gt=0.0, lt=1.0, description="change of a median capacity that is negligible"
+        default=0.05, gt=0.0, lt=1.0, description="negligible change of a median capacity"
     )
     margins: dict[str, Annotated[Number, Field(gt=0.0)]] = Field(
         default={},
-        description="margins of single demands, by column; in mrad or mm for deck rotation and "
-        "abutment deformations",
+        description="margins of single columns; mrad for deck rotation, mm for abutment "
+        "deformations",
     )
     bootstrap: Whole = Field(
         default=999,
         ge=99,
         le=100_000,
-        description="bootstrap replicates, by motion, that rank intensity measures",
+        description="bootstrap replicates that rank intensity measures",
     )
     seed: Whole = Field(
         default=20261120,
@@ -63,13 +62,13 @@ class FitSettings:
     exclude_suspect: bool = Field(
         default=False,
         strict=True,
-        description="treat suspect rows as failed analyses in fits and effects",
+        description="treat suspect rows as failed analyses",
     )
     assumed_beta: Number = Field(
         default=0.4,
         gt=0.0,
         le=2.0,
-        description="dispersion of bounds where no run, or every run, exceeds",
+        description="dispersion for bounds of medians",
     )
 
     @model_validator(mode="after")

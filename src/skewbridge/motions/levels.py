@@ -49,19 +49,19 @@ class MotionsConfig:
         default=("near",),
         min_length=1,
         max_length=20,
-        description="suites to compare: near (motions of folder), far (M 7.5, 30 km), pulse (M 7, "
-        "5 km, with pulse), records (folder named by SKEWBRIDGE_RECORDS), or folders of records",
+        description="near (motions of folder), far (M 7.5, 30 km), pulse (M 7, 5 km), records "
+        "(folder named by SKEWBRIDGE_RECORDS), or folders of records",
     )
     count: Whole | None = Field(
         default=32,
         ge=1,
         le=100_000,
-        description="number of motions, from the first of each suite; null for all",
+        description="first motions of each suite; null: all",
     )
     design: Literal["scaled_cloud", "cloud", "stripes", "ida"] = Field(
         default="scaled_cloud",
         description="one factor per motion; unscaled; every motion at every level; search for "
-        "each motion's first exceedance",
+        "first exceedances",
     )
     level_range_g: tuple[Level, Level] = Field(
         default=LEVEL_RANGE_G,
@@ -75,17 +75,17 @@ class MotionsConfig:
     )
     factor_limits: tuple[ScaleFactor, ScaleFactor] = Field(
         default=(0.25, 4.0),
-        description="smallest and largest factor of stripes; other motions are left out",
+        description="allowed factors of stripes; others are left out",
     )
     ida_demand: str = Field(default="column_drift_ratio", description="demand of ida")
     ida_threshold: Number = Field(
-        default=0.025, gt=0.0, le=1.0e9, description="its limit, in the unit of the demands table"
+        default=0.025, gt=0.0, le=1.0e9, description="its limit, in the unit of the column"
     )
     shaking_s: Number | None = Field(
         default=None,
         ge=0.1,
         le=1.0e4,
-        description="keep only the strongest part of this length; null for all",
+        description="keep the strongest part of this length; null: all",
     )
     incidence_deg: tuple[Annotated[Number, Field(ge=0.0, lt=360.0)], ...] = Field(
         default=(0.0,),

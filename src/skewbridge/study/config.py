@@ -41,13 +41,13 @@ class SensitivityConfig:
         default=4,
         ge=0,
         le=10_000,
-        description="rows to repeat at the reference accuracy and with other penalties",
+        description="rows repeated at the reference accuracy and with other penalties",
     )
     window_s: Number | None = Field(
         default=6.0,
         ge=3.0,
         le=1.0e4,
-        description="strongest part of the motion for these rows; null for the whole motion",
+        description="strongest part of their motions; null: whole",
     )
 
 
@@ -59,8 +59,7 @@ class BatchesConfig:
         default=120,
         ge=1,
         le=86400,
-        description="time without a step after which a worker is ended and its analysis tried "
-        "once more",
+        description="time without a step after which an analysis is ended and tried once more",
     )
 
 
@@ -87,8 +86,8 @@ class DesignConfig:
 
     until: Literal["decided"] | None = Field(
         default=None,
-        description="decided: select motions and variants in rounds until every pooled headline "
-        "effect is decided; null: every variant under every motion",
+        description="decided: run in rounds until the headline effects are decided; null: every "
+        "variant under every motion",
     )
     first: Whole = Field(default=12, ge=5, le=10_000, description="motions of the first round")
     step: Whole = Field(default=4, ge=1, le=10_000, description="motions that a round adds")
@@ -96,7 +95,7 @@ class DesignConfig:
         default=64,
         ge=6,
         le=10_000,
-        description="largest number of motions; replaces motions.count",
+        description="largest number of motions, in place of motions.count",
     )
     hours: Number = Field(
         default=2.0,
@@ -123,14 +122,14 @@ class FigureSettings:
 
     units: Units = Field(
         default="si",
-        description="units of figures and page (us: kip, in, ft); tables stay SI",
+        description="units of figures and page; tables stay SI",
     )
 
     width_mm: Number | None = Field(
         default=None,
         ge=40.0,
         le=500.0,
-        description="width of every figure; null for as wide as its panels need",
+        description="width of figures; null: by their panels",
     )
     font: Annotated[str, Field(min_length=1, max_length=100)] = Field(
         default="sans-serif",
@@ -140,7 +139,7 @@ class FigureSettings:
         default=DESIGN_FONT_PT,
         ge=4.0,
         le=24.0,
-        description="size of axis labels; titles and notes are in proportion",
+        description="size of axis labels",
     )
 
 
@@ -155,8 +154,7 @@ class StudyConfig(BaseModel):
     )
     accuracy: Accuracy = Field(
         default="default",
-        description="numerics (steps, tolerance, wall points, fibers, deck elements); a key "
-        "under model or analysis overrides it",
+        description="numerics; a key under model or analysis overrides it",
     )
     grid: GridConfig = Field(default_factory=GridConfig)
     motions: MotionsConfig = Field(default_factory=MotionsConfig)
@@ -168,8 +166,7 @@ class StudyConfig(BaseModel):
     sensitivity: SensitivityConfig = Field(default_factory=SensitivityConfig)
     checks: Literal["report", "strict"] = Field(
         default="report",
-        description="failed check of the tables: shown at the top of the page, or stops the "
-        "study before the page",
+        description="failed check of the tables: shown on the page, or stops the study",
     )
     max_unfinished_share: Number = Field(
         default=0.01,

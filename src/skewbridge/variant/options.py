@@ -33,17 +33,17 @@ class ModelOptions:
 
     arrays: Literal["rigid", "corotational"] = Field(
         default="rigid",
-        description="arms from the deck end to pads, walls and keys: rigid (small rotations), or "
-        "corotational (paper)",
+        description="arms from the deck end to pads, walls and keys: rigid, or corotational "
+        "(paper)",
     )
     column_integration: Literal["hinge_radau", "lobatto5"] = Field(
         default="hinge_radau",
-        description="column plasticity: hinges of the length of hinge_rule, or distributed (paper)",
+        description="column plasticity: hinges (hinge_rule), or distributed (paper)",
     )
     hinge_rule: HingeRule = Field(
         default="sdc",
-        description="hinge length where the bridge's file has none: 0.08 L + 0.022 fye db, with "
-        "sdc at least 0.044 fye db",
+        description="hinge length 0.08 L + 0.022 fye db, with sdc at least 0.044 fye db, unless "
+        "in the bridge file",
     )
     # source: Rahman & Mackie, section 4
     transverse_gap_mm: Number = Field(
@@ -51,24 +51,23 @@ class ModelOptions:
     )
     gap_measured: GapMeasured = Field(
         default="normal",
-        description="direction of gap_mm: normal to the backwall, or along the bridge (normal "
-        "opening: gap_mm times the cosine of the skew)",
+        description="direction of gap_mm: normal to the backwall, or along the bridge",
     )
     cohesion_n: Number = Field(
         default=0.0,
         ge=0.0,
         le=1.0e9,
-        description="cohesion of a backwall, shared by its contact points",
+        description="cohesion of a backwall",
     )
     backwall_points: Whole = Field(
-        default=3, ge=2, le=41, description="contact points along one backwall, corners included"
+        default=3, ge=2, le=41, description="contact points of a backwall, corners included"
     )
     normal_stiffness_n_per_m: Penalty | None = Field(
         default=None,
-        description="contact penalty per wall point; null applies the rule",
+        description="contact penalty of a wall point; null: the rule",
     )
     tangent_stiffness_n_per_m: Penalty | None = Field(
-        default=None, description="tangential penalty; null applies the rule"
+        default=None, description="tangential penalty; null: the rule"
     )
     normal_stiffness_factor: _Factor = Field(
         default=1.0, description="factor on the normal penalty"
@@ -82,23 +81,23 @@ class ModelOptions:
     wall_mass: bool = Field(
         default=False,
         strict=True,
-        description="whether backwall and key nodes have mass, as in scheme paper",
+        description="mass of walls and keys, as in scheme paper",
     )
     # ASSUME compacted backfill softened by strong shaking: 100 to 200 m/s
     backfill_vs_mps: Number | None = Field(
         default=150.0,
         ge=0.0,
         le=2.0e3,
-        description="shear wave velocity of the soil behind walls and wing walls, for radiation: "
-        "dashpots of rho Vs times their area; null for wall_dashpot_ratio (scheme paper)",
+        description="shear wave velocity of the soil in the dashpots of walls (radiation); null "
+        "(scheme paper): wall_dashpot_ratio",
     )
     # ASSUME a light key without any damping would rattle
     wall_dashpot_ratio: Number = Field(
         default=0.10,
         ge=0.0,
         le=1.0,
-        description="damping ratio of the dashpots of keys for their mass on their backbone; also "
-        "of walls for their mass on the soil where backfill_vs_mps is null",
+        description="damping ratio of the dashpots of keys, and of walls where backfill_vs_mps is "
+        "null",
     )
     # ASSUME a pushed backwall returns slowly: this adds 0.4 % to the backbone at 76 mm, 5e6 would
     # add 7 %
@@ -106,8 +105,7 @@ class ModelOptions:
         default=3.0e5,
         ge=1.0,
         le=1.0e9,
-        description="spring that returns a pushed backwall, per wall at zero skew (reduced like "
-        "the backfill)",
+        description="spring that returns a pushed backwall, at zero skew",
     )
     backfill: Literal["hyperbolic", "sdc"] = Field(
         default="hyperbolic", description="hyperbolic curve, or the bilinear one of SDC 2.0"
@@ -116,62 +114,57 @@ class ModelOptions:
         default=1.5,
         ge=1.0,
         le=2.0,
-        description="power of the wall's height in the strength of UCSD backfill (scheme paper: 1)",
+        description="power of the wall height in the strength of UCSD backfill (scheme paper: 1)",
     )
     # ASSUME the backfill is uniform along the wall
     backfill_variation: Number = Field(
         default=0.0,
         ge=0.0,
         le=0.9,
-        description="relative change of the backfill from the middle to the ends of a wall "
-        "skewed at 60 degrees, linear in skew (Kaviani: 0.3)",
+        description="change of the backfill from middle to ends of a wall at skew 60 (Kaviani: "
+        "0.3)",
     )
     keys: Literal["sacrificial", "monolithic"] = Field(
         default="sacrificial", description="exterior shear keys that break, or do not"
     )
     key_frame: Literal["skewed", "deck_edge"] = Field(
         default="deck_edge",
-        description="normal of the keys: along the skewed abutment line (scheme paper), or "
-        "across the deck's edge",
+        description="normal of the keys: along the abutment line (scheme paper), or across the "
+        "deck's edge",
     )
     key_along_face: Literal["backbone", "elastic"] = Field(
         default="backbone",
-        description="keys along their face: elastic up to the strength across it, or without "
-        "a limit (scheme paper)",
+        description="keys along their face: limited by their strength, or elastic (scheme paper)",
     )
     friction_at: FrictionAt = Field(
         default="all",
-        description="contacts that have the friction of the variant",
+        description="contacts with friction",
     )
     # ASSUME webs and slabs bring the dead load of the deck evenly over its width onto the caps
     cap_load: Literal["spread", "middle"] = Field(
         default="spread",
-        description="dead load of the deck on a cap: evenly over the deck's width, or in the "
-        "middle",
+        description="dead load of the deck on a cap: over its width, or in the middle",
     )
     # ASSUME column bases are on rigid ground
     foundation: Literal["fixed", "springs"] = Field(
         default="fixed",
-        description="column bases: rigid ground, or the springs of the bridge's file",
+        description="column bases: rigid, or springs of the bridge file",
     )
     embankment_mass: bool = Field(
         default=False,
         strict=True,
-        description="whether the critical length of the embankment moves with the abutment "
-        "(model spring)",
+        description="critical length of the embankment moves with the abutment (model spring)",
     )
     damping_ratio: Number | None = Field(
         default=None,
         ge=1.0e-3,
         le=0.5,
-        description="Rayleigh damping at the two periods of the bridge's file; null for the "
-        "ratio there",
+        description="Rayleigh damping; null: that of the bridge file",
     )
     # ASSUME the pads of a deck end yield together: it turns too little for them to differ
     pads: Literal["two", "each"] = Field(
         default="two",
-        description="two elements per deck end with the stiffness of all pads, including "
-        "rotation, or one per pad",
+        description="two equivalent elements per deck end, or one per pad",
     )
     # ASSUME pads do not slide on their seats
     pad_strength_factor: _Factor = Field(
@@ -183,14 +176,14 @@ class ModelOptions:
     )
     concrete_strength_factor: _Factor = Field(
         default=1.0,
-        description="factor on the strength of column concrete; its modulus follows the root",
+        description="factor on the strength of column concrete (modulus: its root)",
     )
     steel_strength_factor: _Factor = Field(
         default=1.0, description="factor on the yield strength of bars and hoops"
     )
     damping_factor: _Factor = Field(default=1.0, description="factor on the damping ratio")
     deck_mass_factor: _Factor = Field(
-        default=1.0, description="factor on mass and weight of deck, diaphragms and caps"
+        default=1.0, description="factor on mass and weight of the deck"
     )
     backfill_strength_factor: _Factor = Field(
         default=1.0, description="factor on the strength of backfill and wing walls"
@@ -205,32 +198,28 @@ class ModelOptions:
         default=0.0,
         ge=-1.0e3,
         le=1.0e3,
-        description="opening of the joints at rest minus that of the variant; none opens below 0",
+        description="added to the gap of the variant; none below 0",
     )
     # ASSUME a core whose hoops have broken keeps 0.2 of its strength, bars that broke carry nothing
     fiber_end: Literal["loss", "none"] = Field(
         default="loss",
-        description="column fibers at the ultimate strain: loss (the core keeps 0.2 of its "
-        "strength, bars break or buckle) or no change",
+        description="column fibers at their ultimate strain: lose strength, or not",
     )
     shear_failure: Literal["flag", "degrade"] = Field(
         default="flag",
-        description="column at its shear capacity: recorded in beyond_model, or softened by a "
-        "section at its top",
+        description="column at its shear capacity: recorded in beyond_model, or softened",
     )
     column_fibers: tuple[Fibers, Wedges, Fibers] = Field(
         default=(5, 20, 1),
-        description="rings of the core, wedges of its outer ring, rings of the cover; as many "
-        "bar fibers as wedges",
+        description="rings of the core, wedges (and bars), rings of the cover",
     )
     deck_elements_per_span: Whole = Field(
         default=4, ge=1, le=64, description="elastic elements per span"
     )
     shear_model: ShearModel = Field(
         default="sdc_expected",
-        description="shear capacity in column_shear_dcr: Caltrans with expected or nominal "
-        "materials (displacement ductility), or Kowalsky and Priestley (expected, curvature "
-        "ductility)",
+        description="shear capacity: Caltrans with expected or nominal materials, or Kowalsky and "
+        "Priestley (expected)",
     )
     elastic_columns: bool = Field(
         default=False,
@@ -242,8 +231,7 @@ class ModelOptions:
     # (docs/theory/analysis.md).
     coupling: Literal["lagged", "extrapolated"] = Field(
         default="extrapolated",
-        description="friction bound of a step: from the last normal force (paper), or that "
-        "predicted at its end",
+        description="friction bound from the last normal force (paper), or the predicted one",
     )
 
     def has_friction_at(self, place: Literal["walls", "keys"]) -> bool:

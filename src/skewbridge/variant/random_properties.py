@@ -100,7 +100,7 @@ class RandomProperty:
 
 def _of(distribution: str, low: float, high: float, source: str, **shape: float) -> Any:
     what = RandomProperty(distribution=distribution, low=low, high=high, source=source, **shape)  # pyright: ignore[reportArgumentType]
-    return Field(default=what, description="null: the model's value")
+    return Field(default=what, description="distribution; null: the value of the model")
 
 
 _NIELSON: Final = "Nielson and DesRoches (2007), from memory"
@@ -117,7 +117,7 @@ class UncertaintyConfig:
     enabled: bool = Field(
         default=False,
         strict=True,
-        description="whether to draw properties at random, one draw per motion for all variants",
+        description="random properties, one draw per motion for all variants",
     )
     seed: Whole = Field(default=1, ge=0, le=2**31, description="seed of the draws")
     # 33.8 +- 4.3 MPa; two standard deviations, as in the other rows without limits in the source
@@ -155,7 +155,7 @@ class UncertaintyConfig:
     # null by default: the shipped suites turn every pair at random already, and another angle only
     # takes the place of the first
     incidence_deg: RandomProperty | None = Field(
-        default=None, description="null: motions.incidence_deg; a distribution is added to it"
+        default=None, description="added to motions.incidence_deg"
     )
 
     @model_validator(mode="after")
