@@ -26,8 +26,8 @@ from skewbridge.variant.grid import expand_grid
 CRASH: Final = "crash"
 SHOWN_CRASHES: Final = 10
 #: Processor seconds per second of motion where no analysis has been measured yet.
-#: source: docs/scaling.md, 4 s for 25 s of motion, two-column bridge, default steps
-CPU_S_PER_MOTION_S: Final = 0.16
+#: source: docs/scaling.md, two-column bridge, default steps
+CPU_S_PER_MOTION_S: Final = 0.08
 TYPICAL_MOTION_S: Final = 25.0  # of the embedded suite
 CORES: Final = 2  # workers of a study
 COUNTS: Final = ("variants", "analyses", "done", "failed", "suspect", "left")

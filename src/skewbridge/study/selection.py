@@ -59,6 +59,8 @@ TAIL_S: Final = 60.0
 TAIL_S_PER_VARIANT: Final = 5.0
 # ASSUME a job of a round takes so long to start
 START_S: Final = 5.0
+# ASSUME a second of a row of the sensitivity costs as much as so many of an analysis (measured: 57)
+SENSITIVITY_COST: Final = 57.0
 
 
 def headline_effects(
@@ -209,10 +211,16 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     tail_s = TAIL_S + TAIL_S_PER_VARIANT * len(slugs)
     if earlier:
         mean_s = demands.groupby("variant")["wall_s"].mean()
+        per_s = float(demands["wall_s"].sum() / demands["duration_s"].sum())
         tail_s *= max(float(demands["wall_s"].sum() / demands["cpu_s"].sum()), 1.0)
     else:
-        mean_s = pd.Series(TYPICAL_MOTION_S * CPU_S_PER_MOTION_S, index=slugs)
+        per_s = CPU_S_PER_MOTION_S
+        lasting_s = float(np.mean([task.analysed_s for task in setup.tasks(slugs[0])]))
+        mean_s = pd.Series(per_s * lasting_s, index=slugs)
     left_s = began_s + 3600.0 * design.hours - time.time() - tail_s - START_S * len(slugs) / cores
+    if not folder.sensitivity.is_file():  # still to come, or beside the rounds
+        checked_s = study.sensitivity.rows * (study.sensitivity.window_s or TYPICAL_MOTION_S)
+        left_s -= SENSITIVITY_COST * per_s * checked_s / cores
     own_s = {slug: float(mean_s[slug]) for slug in slugs}
     cost_s = {slug: own_s[slug] * per_motion / cores for slug in slugs}
     cells, ended = pd.DataFrame(), None
