@@ -19,6 +19,7 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 from skewbridge.cli import build_app
+from skewbridge.report.methods import REFERENCES
 from skewbridge.study.processes import hush_exit_message
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -115,6 +116,7 @@ def setup(app: Sphinx) -> None:
         "reference/commands.md": commands,
         "reference/columns.md": columns_page(),
         "theory/effects_by_suite.md": stored_page(),
+        "theory/references.md": _references(),
     }.items():
         (HERE / name).write_text(text, encoding="utf-8")
     report = HERE / "example_report"
@@ -123,6 +125,14 @@ def setup(app: Sphinx) -> None:
         shutil.copy(finished, report)
     else:
         build_app()(["demo", "--out", str(report), "--json"], standalone_mode=False)
+
+
+def _references() -> str:
+    """Return the works that methods and pages cite, as a page in Markdown."""
+    cited = (HERE / "data" / "references.txt").read_text(encoding="utf-8").splitlines()
+    return "# References\n\n" + "".join(
+        f"- {work}\n" for work in sorted({*REFERENCES.values(), *cited})
+    )
 
 
 def _help(command: TyperGroup | TyperCommand, parent: typer.Context | None = None) -> Iterator[str]:

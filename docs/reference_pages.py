@@ -109,11 +109,11 @@ def config_page() -> str:
 
 
 def _key_list(keys: Mapping[str, Mapping[str, Any]], schema: Mapping[str, Any]) -> str:
-    """Return a list of keys; neighbours with the same description are in one item."""
-    items: dict[str, list[str]] = {}
-    for key, field in keys.items():
-        items.setdefault(field["description"], []).append(_key(key, field, schema))
-    return "".join(f"- {', '.join(names)}: {text}\n" for text, names in items.items())
+    """Return a list of keys; neighbours with nearly the same description are in one item."""
+    return "".join(
+        f"- {', '.join(_key(key, keys[key], schema) for key in item)}: {text}\n"
+        for item, text in _items([(key, field["description"]) for key, field in keys.items()])
+    )
 
 
 def _key(key: str, field: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
@@ -186,17 +186,26 @@ def _names(column: _Columns) -> str:
 
 def _column_list(columns: Sequence[_Columns]) -> str:
     """Return a list of columns; neighbours with nearly the same meaning are in one item."""
-    items: list[list[_Columns]] = []
-    for column in columns:
-        if items and _merged([meaning for _, meaning in (*items[-1], column)]):
-            items[-1].append(column)
-        else:
-            items.append([column])
     return "".join(
-        f"- {', '.join(_names(column) for column in item)}: "
-        f"{_merged([meaning.replace(' (-)', '') for _, meaning in item])}\n"
-        for item in items
+        f"- {', '.join(_names(columns[at]) for at in item)}: {text}\n"
+        for item, text in _items([(at, meaning) for at, (_, meaning) in enumerate(columns)])
     )
+
+
+def _items[Name](described: Sequence[tuple[Name, str]]) -> Iterator[tuple[list[Name], str]]:
+    """Yield the names whose neighbouring texts nearly agree, with their joint text."""
+    item: list[tuple[Name, str]] = []
+    for each in described:
+        if item and not _merged([text for _, text in (*item, each)]):
+            yield [name for name, _ in item], _joint(item)
+            item = []
+        item.append(each)
+    if item:
+        yield [name for name, _ in item], _joint(item)
+
+
+def _joint[Name](item: Sequence[tuple[Name, str]]) -> str:
+    return _merged([text.replace(" (-)", "") for _, text in item])
 
 
 def _merged(meanings: Sequence[str]) -> str:
@@ -205,9 +214,9 @@ def _merged(meanings: Sequence[str]) -> str:
     "peak longitudinal drift" and "peak transverse drift" become "peak longitudinal/transverse
     drift".
     """
-    words = [meaning.split() for meaning in meanings]
-    if len(words) == 1:
+    if len(set(meanings)) == 1:
         return meanings[0]
+    words = [meaning.split() for meaning in meanings]
     start = _common(words)
     end = _common([each[start:][::-1] for each in words])
     middles = [" ".join(each[start : len(each) - end]) for each in words]

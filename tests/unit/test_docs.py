@@ -27,7 +27,7 @@ from skewbridge.study.config import StudyConfig, parse_config
 mpl.use("Agg")
 ROOT = Path(__file__).parents[2]
 #: Written by docs/conf.py while the site is built.
-GENERATED = {"columns.md", "commands.md", "effects_by_suite.md"}
+GENERATED = {"columns.md", "commands.md", "effects_by_suite.md", "references.md"}
 PAGES = sorted(
     [
         *(
