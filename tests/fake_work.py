@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from skewbridge.study import ida
+from skewbridge.study.batch import Alarm, Row, row_of_task
 from skewbridge.study.ida import Search
 from skewbridge.study.task import Task, no_result
-from skewbridge.study.worker import Alarm, Row, row_of_task
 
 
 def done_at_once(task: Task, key: str, _log_folder: Path) -> list[Row]:

@@ -11,9 +11,9 @@ from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study.analyses import StudySetup
+from skewbridge.study.batch import row_of_task
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.task import Task, no_result, run_key
-from skewbridge.study.worker import row_of_task
 from skewbridge.variant.options import ModelOptions
 
 

@@ -41,7 +41,7 @@ def removed(study: StudyConfig) -> Path:
 
 
 def prepare(study: StudyConfig, folder: StudyFolder) -> None:
-    prepare_motions(study.motions, conditioning_t1_s=T1_S, t1_s={"osb1": T1_S}, folder=folder)
+    prepare_motions(study, folder)
 
 
 def digest(study: StudyConfig, folder: StudyFolder) -> str:

@@ -16,12 +16,11 @@ import pytest
 from fake_work import hanging, searched, signalled, slow
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import LEVEL_MEASURE
-from skewbridge.study.batch import Workers, run_tasks
+from skewbridge.study.batch import Work, Workers, run_tasks
 from skewbridge.study.ida import Search
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.processes import PARENT_VARIABLE, worker_processes
 from skewbridge.study.task import Task
-from skewbridge.study.worker import Work
 from study_parts import task_of, wave
 
 STILL_S = 2.0

@@ -14,7 +14,6 @@ from skewbridge.demands.columns import COLUMNS
 from skewbridge.errors import InputError
 from skewbridge.study.analyses import JobProgress, StudySetup
 from skewbridge.study.config import load_config
-from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.journal import open_journal
 from skewbridge.study.session import for_terminal
@@ -133,12 +132,7 @@ def test_new_gap_repeats_no_finished_analysis(tmp_path: Path) -> None:
     config.write_text(f"results: {tmp_path}/results\n{grid}motions: {{count: 2}}\n")
     slug = next(iter(expand_grid(load_config(config, base=BASE).grid))).slug
     study = load_config(config, base=BASE)
-    prepare_motions(
-        study.motions,
-        conditioning_t1_s=0.7,
-        t1_s={"osb1": 0.7},
-        folder=StudyFolder(tmp_path / "results"),
-    )
+    prepare_motions(study)
     tasks = StudySetup.of(study).tasks(slug)
     keys = dict(zip(map(run_key, tasks), ("ok", "timeout"), strict=True))
     with open_journal(tmp_path / "results/journal/v.jsonl") as journal:

@@ -18,10 +18,11 @@ from skewbridge.demands.completeness import (
 )
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.tables import demands_schema, to_table
+from skewbridge.study.batch import row_of_task
 from skewbridge.study.task import no_result, outcome_of
-from skewbridge.study.worker import derived_columns
 from skewbridge.variant.axes import OPTION_AXES
 from skewbridge.variant.variant import parse_slug
+from study_parts import task_of
 
 VALUES = {"text": "x", "integer": 1, "number": 1.0, "boolean": True}
 ROW = {column.name: VALUES[column.kind] for column in COLUMNS} | {"status": "ok"}
@@ -178,11 +179,11 @@ def result_of(status: str, mode: str) -> AnalysisResult:
 def test_a_row_of_an_analysis_says_whether_it_is_complete(
     status: str, mode: str, complete: bool
 ) -> None:
-    row = derived_columns(outcome_of(result_of(status, mode)))
+    row = row_of_task(outcome_of(result_of(status, mode)), task_of(), "key")
     assert row["complete"] is complete
     assert row["column_failure_ratio"] == 1.25
     assert type(row["column_failure_ratio"]) is float
 
 
 def test_an_analysis_without_a_result_is_not_complete() -> None:
-    assert derived_columns(no_result("crash", "it ended"))["complete"] is False
+    assert row_of_task(no_result("crash", "it ended"), task_of(), "key")["complete"] is False

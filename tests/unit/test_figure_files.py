@@ -140,7 +140,7 @@ def test_without_a_name_all_are_listed(study):
     ("arguments", "message"),
     [
         (["osb1_cf_cloud_column"], "similar names: osb1_cf_cloud_column_shear_dcr"),
-        (["osb1_cf_cloud_*", "--font", "STIXGenerl"], "(installed: STIXGeneral"),
+        (["osb1_cf_cloud_*", "--font", "STIXGenerl"], "(did you mean STIXGeneral?)"),
         (["osb1_cf_cloud_*", "--width-mm", "4"], "width_mm: must be greater than or equal to 40"),
     ],
 )

@@ -9,9 +9,9 @@ from skewbridge.motions.intensity import IM_COLUMNS
 from skewbridge.motions.levels import LEVEL_MEASURE
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study import ida
+from skewbridge.study.batch import row_of_task
 from skewbridge.study.ida import Search, search_capacity
 from skewbridge.study.task import Task, run_key
-from skewbridge.study.worker import row_of_task
 from study_parts import task_of
 
 SEARCH = Search(demand="column_drift_ratio", threshold=0.025, low_g=0.1, high_g=2.0)

@@ -20,8 +20,7 @@ from skewbridge.motions.suite import content_digest, prepare_suite, read_entry
 from skewbridge.motions.synthesis import generate
 from skewbridge.motions.synthesis.ddk18 import meets_its_times
 from skewbridge.motions.synthesis.generate import (
-    COUNT,
-    STORED,
+    SUITES,
     default_motions,
     drawn_parameters,
     made_motion,
@@ -35,6 +34,7 @@ from skewbridge.units import G_MPS2
 from skewbridge.variant.grid import expand_grid
 
 MOTIONS = Path(__file__).parents[2] / "motions"
+COUNT, STORED = SUITES["near"].count, SUITES["near"].stored
 SOME = STORED + 8  # a block of those that are made, too
 MADE = [entry for entry in list_motions(MOTIONS) if not entry.components]
 
@@ -211,12 +211,7 @@ def keys_of(folder: Path, count: int, results: Path) -> list[list[str]]:
         }
     )
     place = StudyFolder(results)
-    prepare_motions(
-        study.motions,
-        conditioning_t1_s=T1_S,
-        t1_s={"osb1": T1_S},
-        folder=place,
-    )
+    prepare_motions(study)
     setup = StudySetup.of(study, place)
     return [
         [run_key(task) for task in setup.tasks(variant.slug)] for variant in expand_grid(study.grid)

@@ -17,7 +17,7 @@ from skewbridge.errors import InputError
 from skewbridge.files import tables
 from skewbridge.files.digests import provenance
 from skewbridge.files.text import written_aside
-from skewbridge.study import worker
+from skewbridge.study import batch
 from skewbridge.study.analyses import StudySetup, analyse_variant
 from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.journal import open_journal, read_content
@@ -203,9 +203,9 @@ def test_a_solver_without_messages_leaves_no_log(
         log.write_text(said)
         return no_result("ok", "")
 
-    monkeypatch.setattr(worker, "analyse_task", analysed)
+    monkeypatch.setattr(batch, "analyse_task", analysed)
     (task,) = setup.tasks(SLUG)
-    worker.analysed_row(task, "key", tmp_path / "logs")
+    batch.analysed_row(task, "key", tmp_path / "logs")
     assert [path.read_text() for path in (tmp_path / "logs").iterdir()] == [said] * bool(said)
 
 

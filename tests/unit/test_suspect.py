@@ -145,8 +145,8 @@ def test_the_state_of_a_study_counts_them(tmp_path: Path) -> None:
         for number in range(3):
             journal.append(row(run_key=str(number), recovery_rung=number))
     keys, content = {"v": ["0", "1", "2"]}, read_content(folder.journals)
-    assert study_state(keys, content).suspect == 0
-    assert study_state(keys, content, SuspectLimits(max_rung=0)).suspect == 2
+    assert study_state(keys, content).counts["suspect"] == 0
+    assert study_state(keys, content, SuspectLimits(max_rung=0)).counts["suspect"] == 2
 
 
 def test_excluded_rows_are_unknown_in_the_fits_and_have_no_ratio() -> None:

@@ -14,10 +14,10 @@ from skewbridge.cli import build_app
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.errors import InputError
 from skewbridge.study import analyses
+from skewbridge.study.batch import row_of_task
 from skewbridge.study.config import parse_config
 from skewbridge.study.task import Task, no_result, run_key
 from skewbridge.study.trial_runs import Strengths, corner_variants, propose, run_trials
-from skewbridge.study.worker import row_of_task
 from skewbridge.variant.variant import parse_slug
 
 IM = "im_saavg_rotd50_g"

@@ -7,16 +7,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.study.analyses import StudySetup
+from skewbridge.study.batch import analysed_row
 from skewbridge.study.config import parse_config
-from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.task import run_key
-from skewbridge.study.worker import analysed_row
 from skewbridge.variant.random_properties import UncertaintyConfig
 
 ROOT = Path(__file__).parents[2]
@@ -51,9 +49,7 @@ def test_one_draw_per_motion_gives_medians_and_dispersion_of_200_draws(tmp_path:
             "motions": {"folder": str(ROOT / "motions"), "count": MOTIONS, "shaking_s": 8.0},
         }
     )
-    t1_s = load_bridge("osb1").t1_s
-    folder = StudyFolder(tmp_path)
-    prepare_motions(study.motions, conditioning_t1_s=t1_s, t1_s={"osb1": t1_s}, folder=folder)
+    prepare_motions(study)
     setup = StudySetup.of(study)
     once = curves_of(rows_of(setup, 1, tmp_path))
     many = curves_of(

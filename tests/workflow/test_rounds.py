@@ -85,12 +85,19 @@ def test_a_finished_study_in_rounds_does_nothing_and_plain_ones_have_no_rounds(
 
 
 def test_more_time_lets_a_study_go_on(study: Path) -> None:
-    """The last plan is replaced by one that ended for lack of time."""
+    """The last plan is replaced by one that ended for lack of time; a dry run deletes nothing."""
     last = study / f"results/rounds/round{len(plans(study))}.json"
-    text = last.read_text()
-    plan = json.loads(text) | {"ended": "hours", "hours": 1.0}
+    plan = json.loads(last.read_text()) | {"ended": "hours"}
     last.write_text(json.dumps(plan))
-    done = run(study, "--", *TARGETS, over=OVER)
-    assert "checkpoint plan_round" in done.stdout + done.stderr
-    assert json.loads(last.read_text())["ended"] in {"decided", "most"}
+    more = OVER.replace("hours: 2", "hours: 3")
+    before = {path: path.read_bytes() for path in (study / "results").rglob("*.*")}
+    dry = run(study, "-n", "--", *TARGETS, over=more)
+    assert "checkpoint plan_round" in dry.stdout + dry.stderr
+    assert {path: path.read_bytes() for path in before} == before
+    done = run(study, "--", *TARGETS, over=more)
+    assert f"round{len(plans(study))}.json" in done.stdout + done.stderr
+    made = json.loads(last.read_text())
+    assert made["hours"] == 3.0
+    assert made["ended"] in {"decided", "most"}
     assert len(journal_keys(study)) == len(set(journal_keys(study)))
+    assert planned_jobs(study, more, *TARGETS) == set()

@@ -36,12 +36,11 @@ except InputError as error:
 ROUNDS = {}
 
 if STUDY.design.until:
-    from skewbridge.study.rounds import CLOCK, reopen, tables_of_round
+    from skewbridge.study.rounds import CLOCK, limit_of_round, tables_of_round
 
     ROUNDS = {"rounds": FOLDER.rounds}
     # For all jobs of this command: when it began, and its processors.
     os.environ.setdefault(CLOCK, f"{time.time():.0f} {workflow.cores or 1}")
-    reopen(FOLDER, STUDY.design.hours)
 
 
 wildcard_constraints:
@@ -77,6 +76,11 @@ def demands_of_rounds(wildcards):
         path for plan in plans_before(number) for path in tables_of_round(FOLDER, plan)
     ]
     return sorted(paths, key=lambda path: path.name)
+
+
+def hours_of_round(wildcards):
+    """Return the time limit of the plan of a round, for `params`."""
+    return limit_of_round(FOLDER.round(wildcards.round), STUDY.design.hours)
 
 
 def edited_meanwhile():

@@ -23,6 +23,7 @@ checkpoint plan_round:
         results=results_folder,
         made_from=MADE_FROM["plan_round"],
         looks=STUDY.design.looks,
+        hours=hours_of_round,
     script:
         "../scripts/plan_round.py"
 

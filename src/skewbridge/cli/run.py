@@ -179,8 +179,8 @@ def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]
 
     from skewbridge.analysis.transient import analyse
     from skewbridge.demands.suspect import LIMITS, SUSPECT, reasons
+    from skewbridge.study.batch import row_of_task
     from skewbridge.study.task import outcome_of, run_key
-    from skewbridge.study.worker import row_of_task
 
     wall_s, cpu_s = time.perf_counter(), time.process_time()
     with Progress(console=messages, transient=True) as bar:

@@ -56,9 +56,7 @@ COLUMNS: Final = (
         "capacity 1) or empty; demands are the peaks up to it",
     ),
     Column(
-        "beyond_model_s",
-        unit="s",
-        description="time of the column failure; histories continue",
+        "beyond_model_s", unit="s", description="time of the column failure; histories continue"
     ),
     Column("time_reached_s", unit="s", description="time that the analysis reached"),
     Column("duration_s", unit="s", description="time of the end of the motion"),
@@ -72,15 +70,8 @@ COLUMNS: Final = (
         kind="text",
         description="(sub-)steps that converged with each recovery step, from 0",
     ),
-    Column(
-        "loosened_ratio",
-        description="share of these steps that met only a looser test",
-    ),
-    Column(
-        "houbolt_failures",
-        kind="integer",
-        description="failed attempts under Houbolt",
-    ),
+    Column("loosened_ratio", description="share of these steps that met only a looser test"),
+    Column("houbolt_failures", kind="integer", description="failed attempts under Houbolt"),
     Column("substeps", kind="integer", description="sub-steps besides the regular steps"),
     Column(
         SUSPECT,

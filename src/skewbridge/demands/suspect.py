@@ -32,10 +32,7 @@ class SuspectLimits:
     """
 
     max_loosened_ratio: Number = Field(
-        default=0.01,
-        ge=0.0,
-        le=1.0,
-        description="share of steps that met only the looser test",
+        default=0.01, ge=0.0, le=1.0, description="share of steps that met only the looser test"
     )
     max_rung: Whole = Field(default=4, ge=0, description="highest recovery step")
     max_energy_residual: Number = Field(
@@ -45,19 +42,13 @@ class SuspectLimits:
         default=0.01, gt=0.0, description="energy made at the contacts, over the input"
     )
     max_cone_excess: Number = Field(
-        default=0.03,
-        gt=0.0,
-        description="share of the friction work above the limit",
+        default=0.03, gt=0.0, description="share of the friction work above the limit"
     )
     max_contact_weights: Number = Field(
-        default=0.5,
-        gt=0.0,
-        description="normal force of one contact over the weight of the bridge",
+        default=0.5, gt=0.0, description="normal force of one contact over the weight of the bridge"
     )
     max_houbolt_failures: Whole = Field(
-        default=2,
-        ge=0,
-        description="failed attempts under Houbolt",
+        default=2, ge=0, description="failed attempts under Houbolt"
     )
 
 

@@ -13,13 +13,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from skewbridge.errors import InputError
-from skewbridge.files.text import (
-    file_fault,
-    printable,
-    read_bytes,
-    write_text,
-    written_aside,
-)
+from skewbridge.files.text import file_fault, printable, read_bytes, write_text, written_aside
 
 #: Version of the format, raised when the meaning of a column changes; others are refused.
 TABLE_FORMAT: Final = 2

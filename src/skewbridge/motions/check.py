@@ -15,19 +15,18 @@ from skewbridge.motions.folder import (
     is_folder,
     list_motions,
     motion_files,
-    pairs_among,
+    pair_files,
     read_index_table,
     write_index,
 )
 from skewbridge.motions.formats import DtMissingError, Given, Trace
 from skewbridge.motions.intensity import peak_g
 from skewbridge.motions.read import (
+    DIFFERENT_RECORDS,
     PairError,
-    different_records,
-    is_vertical,
-    join_traces,
     motion_name,
     read_trace,
+    split_name,
 )
 from skewbridge.motions.suite import read_entry
 
@@ -69,15 +68,17 @@ def check_paths(
     checks: list[FileCheck] = []
     loose: list[Path] = []
     for path in paths:
-        if is_folder(path):
-            if (path / INDEX_NAME).is_file():
-                checks.extend(_check_index(path, strict=strict))
-            else:
-                checks.extend(_check_files(_files_of(path), given, strict=strict, of_study=True))
-        elif path.is_file():
+        if path.is_file():
             loose.append(path)
-        else:
+        elif not is_folder(path):
             raise InputError(f"{shown_path(path)} does not exist", file=str(path))
+        elif (path / INDEX_NAME).is_file():
+            for entry in list_motions(path):
+                files = [_check_file(*each, strict=strict)[0] for each in entry.components]
+                made = FileCheck(file=str(path / entry.motion_id), verdict="ok")
+                checks += _check_entry(entry, files or [made], strict=strict)
+        else:
+            checks += _check_files(_files_of(path), given, strict=strict, of_study=True)
     return checks + _check_files(loose, given, strict=strict)
 
 
@@ -126,99 +127,87 @@ def _files_of(folder: Path) -> list[Path]:
     return sorted([*files, *stray])
 
 
+def _check_file(path: Path, given: Given | None, *, strict: bool) -> tuple[FileCheck, Trace | None]:
+    """Return the check of one file, and the component that it has."""
+    try:
+        trace = read_trace(path, given)
+    except InputError as error:
+        verdict = "needs_dt" if isinstance(error, DtMissingError) else "error"
+        return FileCheck(file=str(path), verdict=verdict, messages=(str(error),)), None
+    check = FileCheck(
+        file=str(path),
+        verdict=_doubtful(strict=strict) if trace.warnings else "ok",
+        format=trace.format,
+        dt_s=trace.dt_s,
+        npts=int(trace.accel_mps2.size),
+        pga_g=peak_g(trace.accel_mps2),
+        messages=trace.messages,
+    )
+    return check, trace
+
+
+def _doubtful(*, strict: bool) -> FileVerdict:
+    return "error" if strict else "warn"
+
+
 def _check_files(
     paths: list[Path], given: Given | None, *, strict: bool, of_study: bool = False
 ) -> list[FileCheck]:
-    doubtful: FileVerdict = "error" if strict else "warn"
+    """Check files without an index, those of a motion also together."""
     checks: dict[Path, FileCheck] = {}
     traces: dict[Path, Trace] = {}
     for path in paths:
-        try:
-            trace = read_trace(path, given)
-        except InputError as error:
-            verdict = "needs_dt" if isinstance(error, DtMissingError) else "error"
-            checks[path] = FileCheck(file=str(path), verdict=verdict, messages=(str(error),))
-        else:
+        checks[path], trace = _check_file(path, given, strict=strict)
+        if trace is not None:
             traces[path] = trace
-            checks[path] = FileCheck(
-                file=str(path),
-                verdict=doubtful if trace.warnings else "ok",
-                format=trace.format,
-                dt_s=trace.dt_s,
-                npts=int(trace.accel_mps2.size),
-                pga_g=peak_g(trace.accel_mps2),
-                messages=trace.messages,
-            )
-    pairs = pairs_among(list(traces.values()), given_as_pair=len(paths) == 2)
-    for first, second in pairs:
-        _check_pair(first, second, checks)
+    if len(paths) == len(traces) == 2:  # two files are given as a pair
+        pairs, alone = [tuple(sorted(traces))], set[Path]()
+    else:
+        named, left = pair_files(traces, traces.__getitem__)
+        pairs, alone = list(named.values()), {path for files in left.values() for path in files}
+    first: Path | None = None
+    for path in traces:  # a second component without a first belongs to the first before it
+        ending = split_name(path)[1]
+        if ending == "h1":
+            first = path
+        elif ending == "h2" and path in alone and first is not None:
+            pairs.append((first, path))
+            alone -= {first, path}
+    for pair in pairs:
+        components = tuple((path, given or Given()) for path in pair)
+        entry = IndexEntry(motion_id=motion_name(*pair), components=components)
+        together = _check_entry(entry, [checks[path] for path in pair], strict=strict)
+        checks |= dict(zip(pair, together, strict=True))
     if of_study:
-        paired = {trace.path for pair in pairs for trace in pair}
-        for path in traces:
-            if path not in paired and not is_vertical(path):
-                checks[path] = _with(checks[path], "no second component found: a study needs pairs")
+        for path in alone:
+            checks[path] = _with(checks[path], "no second component found: a study needs pairs")
     return list(checks.values())
 
 
-def _check_pair(first: Trace, second: Trace, checks: dict[Path, FileCheck]) -> None:
-    """Add errors and messages of joining two components to their checks."""
+def _check_entry(entry: IndexEntry, checks: list[FileCheck], *, strict: bool) -> list[FileCheck]:
+    """Return the checks of the files of a motion with what is wrong with the motion.
+
+    A motion that is generated from its number has one check, which names no file.
+    """
+    if not all(check.passes for check in checks):
+        return checks
     try:
-        motion = join_traces(first, second, motion_id=motion_name(first.path, second.path))
+        motion = read_entry(entry)
     except PairError as error:
-        checks[second.path] = _with(checks[second.path], str(error), "pair_error")
+        return [*checks[:-1], _with(checks[-1], str(error), "pair_error")]
     except InputError as error:
-        for trace in (first, second):
-            checks[trace.path] = _with(checks[trace.path], str(error), "error")
-    else:
-        doubt = different_records(first, second)
-        for message in motion.messages[len(first.messages) + len(second.messages) :]:
-            for one, other in ((first, second), (second, first)):
-                verdict = "warn" if message == doubt and checks[one.path].passes else None
-                text = f"with {other.path.name}: {message}"
-                checks[one.path] = _with(checks[one.path], text, verdict)
+        return [_with(check, str(error), "error") for check in checks]
+    if not entry.components:
+        pga_g = max(map(peak_g, motion.components))
+        made = {"format": "made", "dt_s": motion.dt_s, "npts": motion.npts, "pga_g": pga_g}
+        return [replace(check, **made) for check in checks]
+    known = {text for check in checks for text in check.messages}
+    for text in motion.messages:
+        if text.partition(": ")[2] not in known:
+            verdict = _doubtful(strict=strict) if text.startswith(DIFFERENT_RECORDS) else None
+            checks = [_with(check, text, verdict) for check in checks]
+    return checks
 
 
 def _with(check: FileCheck, message: str, verdict: FileVerdict | None = None) -> FileCheck:
     return replace(check, verdict=verdict or check.verdict, messages=(*check.messages, message))
-
-
-def _check_index(folder: Path, *, strict: bool) -> list[FileCheck]:
-    checks: list[FileCheck] = []
-    for entry in list_motions(folder):
-        if not entry.components:
-            checks.append(_check_made(entry, folder))
-            continue
-        pair = [
-            check
-            for path, given in entry.components
-            for check in _check_files([path], given, strict=strict)
-        ]
-        if all(check.passes for check in pair):
-            try:
-                motion = read_entry(entry)
-            except InputError as error:
-                verdict = "pair_error" if isinstance(error, PairError) else "error"
-                pair = [_with(check, str(error), verdict) for check in pair]
-            else:
-                old = {text for check in pair for text in check.messages}
-                new = [m for m in motion.messages if m.partition(": ")[2] not in old]
-                pair = [replace(check, messages=(*check.messages, *new)) for check in pair]
-        checks.extend(pair)
-    return checks
-
-
-def _check_made(entry: IndexEntry, folder: Path) -> FileCheck:
-    """Generate a motion that the index has a number of, and compare its digest."""
-    name = str(folder / entry.motion_id)
-    try:
-        motion = read_entry(entry)
-    except InputError as error:
-        return FileCheck(file=name, verdict="error", messages=(str(error),))
-    return FileCheck(
-        file=name,
-        verdict="ok",
-        format="made",
-        dt_s=motion.dt_s,
-        npts=motion.npts,
-        pga_g=max(map(peak_g, motion.components)),
-    )

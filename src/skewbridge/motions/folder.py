@@ -1,17 +1,16 @@
 """Motions of a folder: its files, their pairs, its `index.csv`."""
 
-import csv
 import math
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
 import pandas as pd
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from skewbridge.errors import InputError
 from skewbridge.files.checking import checked
@@ -47,13 +46,13 @@ MAX_NAME: Final = 255
 AZIMUTH_TOLERANCE_DEG: Final = 2.0
 
 
-_Cell = Annotated[float | None, Field(allow_inf_nan=False)]
-_Positive = Annotated[float | None, Field(allow_inf_nan=False, gt=0.0)]
+_Cell = Annotated[float, Field(allow_inf_nan=False)]
+_Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
 _Count = Annotated[int | None, Field(ge=1)]
 
 
 class IndexRow(BaseModel):
-    """The cells of one row of an `index.csv`; missing numbers are None."""
+    """The cells of one row of an `index.csv`; missing numbers are nan."""
 
     model_config = ConfigDict(str_strip_whitespace=True, frozen=True)
 
@@ -65,18 +64,18 @@ class IndexRow(BaseModel):
     channel_2: _Count = None
     event: str = ""
     station: str = ""
-    magnitude: _Cell = None
-    distance_km: _Cell = None
-    vs30_mps: _Cell = None
-    azimuth_1_deg: _Cell = None
-    azimuth_2_deg: _Cell = None
-    unit: str = ""
-    dt_s: _Positive = None
-    sha256: str = Field(default="", pattern=r"^[0-9a-fA-F]*$")
-    scale: _Positive = None
-    scale_t1_s: _Cell = None
-    scale_low_g: _Cell = None
-    scale_high_g: _Cell = None
+    magnitude: _Cell = math.nan
+    distance_km: _Cell = math.nan
+    vs30_mps: _Cell = math.nan
+    azimuth_1_deg: _Cell = math.nan
+    azimuth_2_deg: _Cell = math.nan
+    unit: str | None = None
+    dt_s: _Positive | None = None
+    sha256: Annotated[str, StringConstraints(to_lower=True, pattern=r"^[0-9a-fA-F]*$")] = ""
+    scale: _Positive = math.nan
+    scale_t1_s: _Cell = math.nan
+    scale_low_g: _Cell = math.nan
+    scale_high_g: _Cell = math.nan
     licence: str = ""
     source: str = ""
     made_from_number: _Count = None
@@ -120,13 +119,21 @@ def list_motions(folder: Path) -> list[IndexEntry]:
     index = folder / INDEX_NAME
     if index.is_file():
         return read_index(index)
-    entries = [
-        IndexEntry(motion_id=name, components=tuple((path, Given()) for path in pair))
-        for name, pair in _pairs_of_files(motion_files(folder)).items()
-    ]
-    if not entries:
+    pairs, alone = pair_files(motion_files(folder))
+    if alone:
+        name, files = next(iter(alone.items()))
+        names = [path.name for path in files]
+        raise InputError(
+            f"motion {name}: {len(files)} component file(s) found ({', '.join(names)}), 2 needed; "
+            "name the pairs in an index.csv",
+            files=names,
+        )
+    if not pairs:
         raise InputError(f"no motions in {shown_path(folder)}", folder=str(folder))
-    return entries
+    return [
+        IndexEntry(motion_id=name, components=tuple((path, Given()) for path in pair))
+        for name, pair in pairs.items()
+    ]
 
 
 # ---- Files of a folder
@@ -183,6 +190,41 @@ def _starts_with_numbers(path: Path) -> bool:
 # ---- Pairs of component files, by file name or header
 
 
+def pair_files(
+    paths: Iterable[Path], read: Callable[[Path], Trace] = read_trace
+) -> tuple[dict[str, tuple[Path, Path]], dict[str, list[Path]]]:
+    """Return the pairs of component files and the files without a second one, by motion name.
+
+    Two files of one name are a pair. Of the others, two horizontal components of one station and
+    event whose headers are 90 degrees apart are one; their vertical component is left out.
+    """
+    groups = group_by_name(paths)
+    pairs = {name: (files[0], files[1]) for name, files in groups.items() if len(files) == 2}
+    left = {name: files for name, files in groups.items() if name not in pairs}
+    records: defaultdict[tuple[str, str], list[Trace]] = defaultdict(list)
+    for files in left.values():
+        try:
+            traces = [read(path) for path in files]
+        except InputError:
+            continue
+        for trace in traces:
+            if trace.station:
+                records[trace.event, trace.station].append(trace)
+    used: set[Path] = set()
+    for (event, station), record in records.items():
+        ends = [trace for trace in record if math.isfinite(trace.azimuth_deg)]
+        if len(ends) != 2:
+            continue
+        first, second = sorted(ends, key=lambda trace: trace.path.name)
+        apart_deg = (first.azimuth_deg - second.azimuth_deg) % 180.0
+        if abs(apart_deg - 90.0) <= AZIMUTH_TOLERANCE_DEG:
+            name = re.sub(r"[^A-Za-z0-9]+", "_", f"{station}_{event}").strip("_")
+            pairs[name] = (first.path, second.path)
+            used |= {trace.path for trace in record}
+    alone = {name: files for name, files in left.items() if not used.issuperset(files)}
+    return dict(sorted(pairs.items())), alone
+
+
 def group_by_name(paths: Iterable[Path]) -> dict[str, list[Path]]:
     """Return the horizontal component files of each motion name, both sorted.
 
@@ -201,90 +243,6 @@ def group_by_name(paths: Iterable[Path]) -> dict[str, list[Path]]:
         else:
             named[name] = [path for files in folders.values() for path in files]
     return dict(sorted(named.items()))
-
-
-def pair_by_header(traces: Iterable[Trace]) -> dict[str, tuple[Trace, Trace]]:
-    """Return the pairs by station, event and azimuth of the headers.
-
-    Two horizontal components of one station and event, 90 degrees apart, are a pair; a file
-    without an azimuth (the vertical one) is left out.
-    """
-    groups: defaultdict[tuple[str, str], list[Trace]] = defaultdict(list)
-    for trace in traces:
-        if trace.station and math.isfinite(trace.azimuth_deg):
-            groups[trace.event, trace.station].append(trace)
-    pairs: dict[str, tuple[Trace, Trace]] = {}
-    for (event, station), group in groups.items():
-        if len(group) != 2:
-            continue
-        first, second = sorted(group, key=lambda trace: trace.path.name)
-        apart_deg = (first.azimuth_deg - second.azimuth_deg) % 180.0
-        if abs(apart_deg - 90.0) <= AZIMUTH_TOLERANCE_DEG:
-            name = re.sub(r"[^A-Za-z0-9]+", "_", f"{station}_{event}").strip("_")
-            pairs[name] = (first, second)
-    return pairs
-
-
-def pairs_among(traces: list[Trace], *, given_as_pair: bool = False) -> list[tuple[Trace, Trace]]:
-    """Return the pairs among some components: by name, else by header.
-
-    A second component (`_h2`) without a first of the same name is paired with the `_h1` before it.
-    Two components given as a pair are always a pair.
-    """
-    if given_as_pair and len(traces) == 2:
-        first, second = sorted(traces, key=lambda trace: trace.path)
-        return [(first, second)]
-    groups: defaultdict[tuple[Path, str], list[Trace]] = defaultdict(list)
-    horizontal = [trace for trace in traces if not is_vertical(trace.path)]
-    for trace in horizontal:
-        groups[trace.path.parent, split_name(trace.path)[0]].append(trace)
-    pairs = [(group[0], group[1]) for group in groups.values() if len(group) == 2]
-    paired = {trace.path for pair in pairs for trace in pair}
-    pairs += pair_by_header(trace for trace in horizontal if trace.path not in paired).values()
-    paired |= {trace.path for pair in pairs for trace in pair}
-    last_first: Trace | None = None
-    for trace in horizontal:
-        ending = split_name(trace.path)[1]
-        if ending == "h1":
-            last_first = trace
-        elif ending == "h2" and trace.path not in paired and last_first is not None:
-            pairs.append((last_first, trace))
-    return pairs
-
-
-def _pairs_of_files(paths: list[Path]) -> dict[str, tuple[Path, Path]]:
-    """Return the pairs by file name; of the remaining files, by header."""
-    groups = group_by_name(paths)
-    pairs = {name: (files[0], files[1]) for name, files in groups.items() if len(files) == 2}
-    left = {name: files for name, files in groups.items() if name not in pairs}
-    traces: list[Trace] = []
-    for name, files in left.items():
-        try:
-            traces += [read_trace(path) for path in files]
-        except InputError:
-            raise _unpaired(name, files) from None
-    by_header = pair_by_header(traces)
-    paired = {trace.path for pair in by_header.values() for trace in pair}
-    stations = {trace.station for pair in by_header.values() for trace in pair}
-    vertical = {
-        trace.path
-        for trace in traces
-        if math.isnan(trace.azimuth_deg) and trace.station in stations
-    }
-    for name, files in left.items():
-        if not paired.union(vertical).issuperset(files):
-            raise _unpaired(name, files)
-    pairs |= {name: (one.path, two.path) for name, (one, two) in by_header.items()}
-    return dict(sorted(pairs.items()))
-
-
-def _unpaired(name: str, files: list[Path]) -> InputError:
-    names = [path.name for path in files]
-    return InputError(
-        f"motion {name}: {len(files)} component file(s) found ({', '.join(names)}), 2 needed; "
-        "name the pairs in an index.csv",
-        files=names,
-    )
 
 
 # ---- The index of a folder
@@ -326,54 +284,39 @@ def _entry(cells: dict[str, str], index: Path, line: int) -> IndexEntry:
     row = checked(IndexRow, given, where)
     if row.made_from_number is not None and (row.file_1 or row.file_2):
         raise InputError(f"{where}: {MADE_FROM} must be without files in the row")
-    components = [
-        (
-            inside_folder(index.parent, name, where),
-            Given(dt_s=row.dt_s, unit=row.unit or None, channel=channel),
-        )
-        for name, channel in ((row.file_1, row.channel_1), (row.file_2, row.channel_2))
-        if row.made_from_number is None
-    ]
+    files = ((row.file_1, row.channel_1), (row.file_2, row.channel_2))
+    components = tuple(
+        (inside_folder(index.parent, name, where), Given(dt_s=row.dt_s, unit=row.unit, channel=n))
+        for name, n in (files if row.made_from_number is None else ())
+    )
     # dt_s belongs to the components
-    metadata = {name: getattr(row, name) for name in ("event", "station", *NUMBER_FIELDS[1:])}
+    metadata = row.model_dump(include={"event", "station", *NUMBER_FIELDS[1:]})
     metadata["source"] = "; ".join(filter(None, (row.licence, row.source)))
-    factors = ("scale", "scale_t1_s", "scale_low_g", "scale_high_g")
-    numbers = {name: getattr(row, name) for name in factors}
     return IndexEntry(
-        motion_id=row.motion_id,
-        components=tuple(components),
-        made_from_number=row.made_from_number,
-        made_from_suite=row.made_from_suite,
-        metadata={name: value for name, value in metadata.items() if value not in (None, "")},
-        sha256=row.sha256.lower(),
-        **{name: math.nan if value is None else value for name, value in numbers.items()},
+        components=components,
+        metadata={name: v for name, v in metadata.items() if v != "" and not pd.isna(v)},
+        **row.model_dump(include={field.name for field in fields(IndexEntry)}),
     )
 
 
 def inside_folder(folder: Path, name: str, where: str) -> Path:
     """Return the path of a file named by an index; `InputError` unless it is inside the folder."""
-    if not name or not name.isprintable() or len(name) > MAX_NAME:
-        raise InputError(f"{where}: no file name: {shortened(name)}")
-    relative = Path(name.replace("\\", "/"))
-    drive = len(name) > 1 and name[1] == ":"
-    if relative.is_absolute() or drive or ".." in relative.parts:
-        raise InputError(f"{where}: {shortened(name)} is not inside the folder of the index")
-    path = folder / relative
-    if any(len(part.encode()) > MAX_NAME for part in relative.parts):
-        raise InputError(f"{where}: {shortened(name)} is listed but missing", file=name)
+    shown = f"{where}: {shortened(name)}"
+    if not name or not name.isprintable() or len(name.encode()) > MAX_NAME:
+        raise InputError(f"{shown} is not a file name")
+    path = folder / name.replace("\\", "/")
     if not path.resolve().is_relative_to(folder.resolve()):
-        raise InputError(f"{where}: {shortened(name)} leads out of the folder of the index")
+        raise InputError(f"{shown} leads out of the folder of the index")
     if not path.is_file():
-        raise InputError(f"{where}: {shortened(name)} is listed but missing", file=name)
+        raise InputError(f"{shown} is listed but missing", file=name)
     return path
 
 
 def index_row(motion: GroundMotion, files: Sequence[Path], folder: Path) -> dict[str, object]:
     """Return the index row of a motion in two files of a folder, or in none."""
-    paths = {f"file_{n}": path.relative_to(folder) for n, path in enumerate(files, start=1)}
     return {
         **{name: getattr(motion, name) for name in (*TEXT_FIELDS, *NUMBER_FIELDS)},
-        **{name: path.as_posix() for name, path in paths.items()},
+        **{f"file_{n}": path.relative_to(folder).as_posix() for n, path in enumerate(files, 1)},
         "npts": motion.npts,
         "sha256": files_digest(*files) if files else motion.sha256,
     }
@@ -384,13 +327,10 @@ def write_index(index: Path, rows: Sequence[Mapping[str, object]]) -> None:
 
     Columns that are not those of an index follow the others.
     """
-    columns = list(dict.fromkeys([*INDEX_COLUMNS, *(name for row in rows for name in row)]))
+    columns = dict.fromkeys([*INDEX_COLUMNS, *(name for row in rows for name in row)])
+    cells = [{name: _cell(name, row.get(name, "")) for name in columns} for row in rows]
     try:
-        with index.open("w", encoding="utf-8", newline="") as stream:
-            writer = csv.DictWriter(stream, columns, lineterminator="\n")
-            writer.writeheader()
-            for row in rows:
-                writer.writerow({name: _cell(name, row.get(name, "")) for name in columns})
+        pd.DataFrame(cells).to_csv(index, index=False, lineterminator="\n")
     except OSError as error:
         raise InputError(f"{index} can't be written: {error}", file=str(index)) from error
 

@@ -608,10 +608,7 @@ def _read_values(lines: list[str], path: Path, _given: Given) -> FileContent:
 #: the last one accepts any text.
 MOTION_FORMATS: Final[
     tuple[
-        tuple[
-            Callable[[list[str], Path], bool],
-            Callable[[list[str], Path, Given], FileContent],
-        ],
+        tuple[Callable[[list[str], Path], bool], Callable[[list[str], Path, Given], FileContent]],
         ...,
     ]
 ] = (

@@ -53,10 +53,7 @@ class MotionsConfig:
         "(folder named by SKEWBRIDGE_RECORDS), or folders of records",
     )
     count: Whole | None = Field(
-        default=32,
-        ge=1,
-        le=100_000,
-        description="first motions of each suite; null: all",
+        default=32, ge=1, le=100_000, description="first motions of each suite; null: all"
     )
     design: Literal["scaled_cloud", "cloud", "stripes", "ida"] = Field(
         default="scaled_cloud",
@@ -64,8 +61,7 @@ class MotionsConfig:
         "first exceedances",
     )
     level_range_g: tuple[Level, Level] = Field(
-        default=LEVEL_RANGE_G,
-        description="range of Sa_avg of scaled_cloud and ida",
+        default=LEVEL_RANGE_G, description="range of Sa_avg of scaled_cloud and ida"
     )
     stripes_g: tuple[Level, ...] = Field(
         default=(0.1, 0.2, 0.35, 0.55, 0.8, 1.1, 1.5),
@@ -74,8 +70,7 @@ class MotionsConfig:
         description="Sa_avg of stripes, rising",
     )
     factor_limits: tuple[ScaleFactor, ScaleFactor] = Field(
-        default=(0.25, 4.0),
-        description="allowed factors of stripes; others are left out",
+        default=(0.25, 4.0), description="allowed factors of stripes; others are left out"
     )
     ida_demand: str = Field(default="column_drift_ratio", description="demand of ida")
     ida_threshold: Number = Field(

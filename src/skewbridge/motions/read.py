@@ -26,6 +26,7 @@ PGA_LIMITS_G: Final = (0.002, 4.0)
 _SAY_UNIT: Final = "Name it in index.csv (skewbridge motions check DIR --write --unit UNIT)"
 MAX_OFFSET_OF_PGA: Final = 0.02
 MAX_END_VELOCITY_OF_PGV: Final = 0.25
+DIFFERENT_RECORDS: Final = "two different records?"  # begin of warnings on a pair
 # ASSUME components of one record have lengths within 20 % of each other
 _LENGTH_RATIO: Final = 1.2
 _FOREIGN: Final = (
@@ -176,11 +177,7 @@ def doubts(trace: Trace) -> list[str]:
 
 
 def read_motion(
-    first: Path,
-    second: Path,
-    given: Given | None = None,
-    *,
-    motion_id: str | None = None,
+    first: Path, second: Path, given: Given | None = None, *, motion_id: str | None = None
 ) -> GroundMotion:
     """Read the files of component 1 (bridge x at incidence 0) and 2 (bridge y) as one motion.
 
@@ -207,8 +204,14 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     ]
     if sizes[0] != sizes[1]:
         messages.append(f"lengths {sizes[0]} and {sizes[1]}: zeros added at the end of the shorter")
-    if doubt := different_records(first, second):
-        messages.append(doubt)
+    for name in ("event", "station"):
+        one, other = (getattr(trace, name) for trace in (first, second))
+        if one and other and one.casefold() != other.casefold():
+            messages.append(f"{DIFFERENT_RECORDS} Their {name}s differ: {one} and {other}")
+    if max(sizes) > _LENGTH_RATIO * min(sizes):
+        messages.append(
+            f"{DIFFERENT_RECORDS} Their lengths differ: {min(sizes)} and {max(sizes)} points"
+        )
     npts = max(sizes)
     motion = GroundMotion(
         motion_id=motion_id,
@@ -226,20 +229,6 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     )
     refuse_false_waho(motion)
     return motion
-
-
-def different_records(first: Trace, second: Trace) -> str:
-    """Return a warning if two components seem to be of different records, else an empty text."""
-    for name, one, other in (
-        ("events", first.event, second.event),
-        ("stations", first.station, second.station),
-    ):
-        if one and other and one.casefold() != other.casefold():
-            return f"two different records? Their {name} differ: {one} and {other}"
-    sizes = sorted(trace.accel_mps2.size for trace in (first, second))
-    if sizes[1] > _LENGTH_RATIO * sizes[0]:
-        return f"two different records? Their lengths differ: {sizes[0]} and {sizes[1]} points"
-    return ""
 
 
 def refuse_false_waho(motion: GroundMotion) -> None:

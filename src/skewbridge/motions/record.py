@@ -114,18 +114,13 @@ class GroundMotion:
         one, two = self.components
         return cosine * one - sine * two, sine * one + cosine * two
 
-    def mapped(
-        self, treat: Callable[[Vector], Vector], *, dt_s: float | None = None
-    ) -> "GroundMotion":
+    def mapped(self, treat: Callable[[Vector], Vector]) -> "GroundMotion":
         """Return the motion with a treatment applied to each component."""
-        return self.with_components(treat(self.accel_1_mps2), treat(self.accel_2_mps2), dt_s=dt_s)
+        return self.with_components(treat(self.accel_1_mps2), treat(self.accel_2_mps2))
 
-    def with_components(
-        self, accel_1_mps2: Vector, accel_2_mps2: Vector, *, dt_s: float | None = None
-    ) -> "GroundMotion":
+    def with_components(self, accel_1_mps2: Vector, accel_2_mps2: Vector) -> "GroundMotion":
         """Return the motion with other waveforms and the same metadata."""
-        step_s = self.dt_s if dt_s is None else dt_s
-        return replace(self, accel_1_mps2=accel_1_mps2, accel_2_mps2=accel_2_mps2, dt_s=step_s)
+        return replace(self, accel_1_mps2=accel_1_mps2, accel_2_mps2=accel_2_mps2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

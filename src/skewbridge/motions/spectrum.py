@@ -8,6 +8,7 @@ Below a period of 10 dt the record is interpolated linearly with ceil(10 dt/T) s
 the convention found in the published NGA-West2 spectra.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -29,63 +30,37 @@ _COSINES: Final = np.cos(_ANGLES_RAD)
 _SINES: Final = np.sin(_ANGLES_RAD)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class PairSpectrum:
     """Pseudo-spectral accelerations of a pair of components, all of shape (periods,).
 
     RotD50 and RotD100 are the median and the maximum over all orientations.
     """
 
-    periods_s: Vector
     psa_1_mps2: Vector
     psa_2_mps2: Vector
     rotd50_mps2: Vector
     rotd100_mps2: Vector
 
 
-def component_psa(
-    accel_mps2: Vector, dt_s: float, periods_s: ArrayLike, damping_ratio: float = DAMPING_RATIO
-) -> Vector:
-    """Return the pseudo-spectral acceleration of one component, shape (periods,).
+def component_psa(accel_mps2: Vector, dt_s: float, periods_s: ArrayLike) -> Vector:
+    """Return the 5 % damped pseudo-spectral acceleration of one component, shape (periods,).
 
-    It is omega^2 times the largest relative displacement, in m/s2; the damping ratio is within 0
-    and below 1.
+    It is omega^2 times the largest relative displacement, in m/s2.
     """
-    periods = _checked_periods(periods_s, damping_ratio)
-    psa = np.empty(periods.size)
-    record = _Record(accel_mps2, dt_s)
-    for row, period_s in enumerate(periods):
-        disp_m = record.displacement(float(period_s), damping_ratio)
-        psa[row] = max(disp_m.max(), -disp_m.min()) * (2.0 * np.pi / period_s) ** 2
-    return psa
+    return _spectrum(accel_mps2, dt_s, periods_s, lambda disp_m: max(disp_m.max(), -disp_m.min()))
 
 
 def pair_psa(
-    accel_1_mps2: Vector,
-    accel_2_mps2: Vector,
-    dt_s: float,
-    periods_s: ArrayLike,
-    damping_ratio: float = DAMPING_RATIO,
+    accel_1_mps2: Vector, accel_2_mps2: Vector, dt_s: float, periods_s: ArrayLike
 ) -> PairSpectrum:
     """Return the spectra of a pair: each component, RotD50 and RotD100.
 
     References:
         Boore (2010), Bulletin of the Seismological Society of America 100(4).
     """
-    periods = _checked_periods(periods_s, damping_ratio)
-    record = _Record(np.stack([accel_1_mps2, accel_2_mps2]), dt_s)
-    table = np.empty((4, periods.size))
-    for row, period_s in enumerate(periods):
-        orbit_m = record.displacement(float(period_s), damping_ratio)
-        table[:, row] = _orbit_peaks(orbit_m)
-        table[:, row] *= (2.0 * np.pi / period_s) ** 2
-    return PairSpectrum(
-        periods_s=periods,
-        psa_1_mps2=table[0],
-        psa_2_mps2=table[1],
-        rotd50_mps2=table[2],
-        rotd100_mps2=table[3],
-    )
+    pair = np.stack([accel_1_mps2, accel_2_mps2])
+    return PairSpectrum(*_spectrum(pair, dt_s, periods_s, _orbit_peaks).T)
 
 
 def orbit_rotd50(first: Vector, second: Vector) -> float:
@@ -104,42 +79,33 @@ def sa_avg_periods(t1_s: float) -> Vector:
     return np.geomspace(0.2 * t1_s, 3.0 * t1_s, 20)
 
 
-def _checked_periods(periods_s: ArrayLike, damping_ratio: float) -> Vector:
+def _spectrum(
+    accel: Vector, dt_s: float, periods_s: ArrayLike, peaks: Callable[[Vector], ArrayLike]
+) -> Vector:
+    """Return omega^2 times the peaks of the displacements of an oscillator, a row per period."""
     periods = np.atleast_1d(np.asarray(periods_s, dtype=np.float64))
     if not (np.isfinite(periods).all() and (periods > 0.0).all()):
         raise InputError(f"periods_s must be positive, got {periods_s}")
-    if not 0.0 <= damping_ratio < 1.0:
-        raise InputError(f"damping_ratio must be within 0 and below 1, got {damping_ratio}")
-    return periods
+    from scipy.signal import lfilter  # here: its import takes a second
+
+    rows: list[ArrayLike] = []
+    refined, refined_by = accel, 1
+    for period_s in periods.tolist():
+        substeps = max(int(np.ceil(STEPS_PER_PERIOD * dt_s / period_s - 1.0e-9)), 1)
+        if substeps != refined_by:
+            refined, refined_by = _in_substeps(accel, substeps), substeps
+        omega = 2.0 * np.pi / period_s
+        b, a, rest = _filter(omega, DAMPING_RATIO, dt_s / substeps)
+        disp_m = lfilter(b, a, refined, axis=-1, zi=refined[..., :1] * rest)[0]
+        rows.append(peaks(disp_m) * omega**2)
+    return np.array(rows)
 
 
-class _Record:
-    """Accelerations with their last linear refinement, cached for the next period."""
-
-    def __init__(self, accel: Vector, dt_s: float) -> None:
-        self._accel = accel
-        self._dt_s = dt_s
-        self._refined = accel
-        self._substeps = 1
-
-    def displacement(self, period_s: float, damping_ratio: float) -> Vector:
-        """Return relative displacements in m from rest, along the last axis."""
-        substeps = max(int(np.ceil(STEPS_PER_PERIOD * self._dt_s / period_s - 1.0e-9)), 1)
-        accel = self._in_substeps(substeps)
-        b, a, rest = _filter(2.0 * np.pi / period_s, damping_ratio, self._dt_s / substeps)
-        from scipy.signal import lfilter  # here: its import takes a second
-
-        return lfilter(b, a, accel, axis=-1, zi=accel[..., :1] * rest)[0]
-
-    def _in_substeps(self, substeps: int) -> Vector:
-        if substeps != self._substeps:
-            accel = self._accel
-            shares = np.arange(substeps) / substeps
-            inner = accel[..., :-1, None] + np.diff(accel)[..., None] * shares
-            inner = inner.reshape(*accel.shape[:-1], -1)
-            self._refined = np.concatenate([inner, accel[..., -1:]], axis=-1)
-            self._substeps = substeps
-        return self._refined
+def _in_substeps(accel: Vector, substeps: int) -> Vector:
+    """Return accelerations interpolated linearly, so many steps for one."""
+    shares = np.arange(substeps) / substeps
+    inner = accel[..., :-1, None] + np.diff(accel)[..., None] * shares
+    return np.concatenate([inner.reshape(*accel.shape[:-1], -1), accel[..., -1:]], axis=-1)
 
 
 def _filter(omega: float, xi: float, dt_s: float) -> tuple[Vector, Vector, Vector]:

@@ -5,10 +5,12 @@ import logging
 import math
 import os
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
 import pandas as pd
 
 from skewbridge.errors import InputError, raise_all
@@ -107,15 +109,23 @@ def prepare_suite(
     if shaking_s is not None:
         motions = [strongest_part(motion, shaking_s) for motion in motions]
     measures = [motion_measures(motion, t1_s) for motion in motions]
+    stored = np.array([_stored_factor(entry, level_range_g, t1_s) for entry in entries])
     computed = block_factors([row[LEVEL_MEASURE] for row in measures], level_range_g)
+    factors = np.where(np.isnan(stored), computed, stored).tolist()
     rows: list[dict[str, object]] = []
-    for entry, motion, factor, values in zip(entries, motions, computed, measures, strict=True):
-        stored = _stored_factor(entry, level_range_g, t1_s)
+    low, high = FACTOR_LIMITS
+    for motion, factor, values in list(zip(motions, factors, measures, strict=True))[:wanted]:
+        for message in motion.messages:
+            logger.warning("motion %s: %s", motion.motion_id, message)
+        if not low <= factor <= high:
+            logger.warning(
+                "motion %s: factor %.3g is outside %g to %g", motion.motion_id, factor, low, high
+            )
         metadata = {name: getattr(motion, name) for name in (*TEXT_FIELDS, *NUMBER_FIELDS)}
         rows.append(
             {
                 "motion_id": motion.motion_id,
-                "scale": float(factor) if math.isnan(stored) else stored,
+                "scale": factor,
                 "npts": motion.npts,
                 **metadata,
                 **values,
@@ -124,9 +134,7 @@ def prepare_suite(
                 "messages": json.dumps(list(motion.messages)),
             }
         )
-    suite = pd.DataFrame(rows[:wanted])
-    _log_doubts(motions[:wanted], suite["scale"].tolist())
-    return suite
+    return pd.DataFrame(rows)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,21 +155,17 @@ def suite_sources(motions: MotionsConfig) -> list[SuiteSource]:
     Raises:
         InputError: A folder is missing, two suites have the same name, or none is left.
     """
+    own, records = Path(motions.folder), os.environ.get(RECORDS_VARIABLE, "").split(os.pathsep)[0]
+    first, *others = SHIPPED_SUITES
+    named = {name: (name, SHIPPED_FOLDER / name) for name in others}
+    named[first] = (first if own == SHIPPED_FOLDER else own.name, own)
+    named[RECORDS] = (RECORDS, Path(records))
     found: list[SuiteSource] = []
     for entry in motions.suites:
-        name, folder = entry, Path(motions.folder)
-        if entry in SHIPPED_SUITES[1:]:
-            folder = SHIPPED_FOLDER / entry
-        elif entry == RECORDS:
-            given = os.environ.get(RECORDS_VARIABLE, "").split(os.pathsep)[0]
-            if not given:
-                logger.warning("suite %s is left out: set %s", entry, RECORDS_VARIABLE)
-                continue
-            folder = Path(given)
-        elif entry != SHIPPED_SUITES[0]:
-            name, folder = Path(entry).name, Path(entry)
-        elif folder != SHIPPED_FOLDER:
-            name = folder.name
+        if entry == RECORDS and not records:
+            logger.warning("suite %s is left out: set %s", entry, RECORDS_VARIABLE)
+            continue
+        name, folder = named.get(entry, (Path(entry).name, Path(entry)))
         count = motions.count
         if found and count is not None:
             count = min(count, len(list_motions(folder)))
@@ -193,18 +197,6 @@ def prepare_suites(motions: MotionsConfig, *, t1_s: float) -> pd.DataFrame:
     if len(doubled):
         raise InputError(f"motion {doubled.iloc[0]} is in two suites of motions.suites: rename one")
     return table
-
-
-def _log_doubts(motions: Sequence[GroundMotion], scales: Sequence[float]) -> None:
-    """Warn of what the readers doubted, and of factors outside their limits."""
-    low, high = FACTOR_LIMITS
-    for motion, scale in zip(motions, scales, strict=True):
-        for message in motion.messages:
-            logger.warning("motion %s: %s", motion.motion_id, message)
-        if not low <= scale <= high:
-            logger.warning(
-                "motion %s: factor %.3g is outside %g to %g", motion.motion_id, scale, low, high
-            )
 
 
 def _entries_to_read(
@@ -239,11 +231,13 @@ def content_digest(
     are wrong, only if a name, a size or a time in the folder, or a reader, has changed since the
     digest was kept in the file `cache`, if there is one.
     """
-    states = [_state_of(path) for path in files_below(folder)]
     readers = layer_digest(("errors.py", "units.py", "files", "motions"))
-    state = digest_of(str(folder.resolve()), count, t1_s, level_range_g, readers, *states)
-    kept = _kept(cache)
-    if kept.get("state") == state:
+    files = [_state_of(path) for path in files_below(folder)]
+    state = digest_of(str(folder.resolve()), count, t1_s, level_range_g, readers, *files)
+    kept: Any = None
+    with suppress(InputError):
+        kept = None if cache is None else read_json(cache)
+    if isinstance(kept, dict) and kept.get("state") == state:
         return kept["digest"]
     entries, wanted = _entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
     read_entries([entry for entry in entries if entry.components])  # not the generated ones
@@ -270,14 +264,6 @@ def _values_of(entry: IndexEntry, folder: Path) -> tuple[object, ...]:
     return (*((name, str(value)) for name, value in values.items()), digest)
 
 
-def _kept(cache: Path | None) -> dict[str, str]:
-    try:
-        kept = {} if cache is None else read_json(cache)
-    except InputError:
-        return {}
-    return kept if isinstance(kept, dict) and {"state", "digest"} <= kept.keys() else {}
-
-
 def write_suite(suite: pd.DataFrame, path: Path) -> None:
     """Write the table of `prepare_suite` as parquet."""
     write_frame(suite, path, provenance())
@@ -296,12 +282,15 @@ def read_suite(path: Path) -> list[SuiteMotion]:
             messages=tuple(json.loads(row["messages"])),
         )
         scale = float(row["scale"])
-        measures = scaled_measures({name: float(row[name]) for name in IM_COLUMNS}, scale)
-        place: dict[str, Any] = {
-            "suite": str(row.get("suite", "")),
-            "number": int(row.get("number", 0)),
-        }
-        motions.append(SuiteMotion(motion=motion, scale=scale, measures=measures, **place))
+        motions.append(
+            SuiteMotion(
+                motion=motion,
+                scale=scale,
+                measures=scaled_measures({name: float(row[name]) for name in IM_COLUMNS}, scale),
+                suite=str(row.get("suite", "")),
+                number=int(row.get("number", 0)),
+            )
+        )
     return motions
 
 

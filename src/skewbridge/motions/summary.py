@@ -1,5 +1,6 @@
 """Measures and spectra of motion files, under the names that the command line prints."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -35,37 +36,37 @@ def pair_summary(
     second: Path,
     given: Given,
     t1_s: float | None,
-    periods_s: list[float] | None = None,
+    periods_s: Sequence[float] | None = None,
 ) -> dict[str, Any]:
     """Return the measures and spectra of a pair of files, and the messages of the reader."""
     motion = read_motion(first, second, given)
-    periods = periods_s or list(SPECTRUM_PERIODS_S)
-    one, two = motion.components
-    spectra = pair_psa(one, two, motion.dt_s, periods)
+    pair, dt_s = motion.components, motion.dt_s
+    periods = periods_s or SPECTRUM_PERIODS_S
+    spectra = pair_psa(*pair, dt_s, periods)
+    psa_mps2 = {
+        "rotd50": spectra.rotd50_mps2,
+        "rotd100": spectra.rotd100_mps2,
+        "h1": spectra.psa_1_mps2,
+        "h2": spectra.psa_2_mps2,
+    }
     return {
         **motion_measures(motion, t1_s),
-        "pga_h1_g": peak_g(one),
-        "pga_h2_g": peak_g(two),
-        "housner_h1_m": housner_intensity(one, motion.dt_s),
-        "housner_h2_m": housner_intensity(two, motion.dt_s),
-        "dt_s": motion.dt_s,
+        **{f"pga_h{n}_g": peak_g(accel) for n, accel in enumerate(pair, start=1)},
+        **{f"housner_h{n}_m": housner_intensity(a, dt_s) for n, a in enumerate(pair, start=1)},
+        "dt_s": dt_s,
         "npts": motion.npts,
-        "periods_s": periods,
-        "psa_rotd50_g": (spectra.rotd50_mps2 / G_MPS2).tolist(),
-        "psa_rotd100_g": (spectra.rotd100_mps2 / G_MPS2).tolist(),
-        "psa_h1_g": (spectra.psa_1_mps2 / G_MPS2).tolist(),
-        "psa_h2_g": (spectra.psa_2_mps2 / G_MPS2).tolist(),
+        "periods_s": list(periods),
+        **{f"psa_{name}_g": (values / G_MPS2).tolist() for name, values in psa_mps2.items()},
         "messages": list(motion.messages),
     }
 
 
 def component_summary(
-    path: Path, given: Given, t1_s: float | None = None, periods_s: list[float] | None = None
+    path: Path, given: Given, t1_s: float | None = None, periods_s: Sequence[float] | None = None
 ) -> dict[str, Any]:
     """Return the measures and the spectrum of one file, and the messages of the reader."""
     trace = read_trace(path, given)
-    periods = periods_s or list(SPECTRUM_PERIODS_S)
-    psa_mps2 = component_psa(trace.accel_mps2, trace.dt_s, periods)
+    periods = periods_s or SPECTRUM_PERIODS_S
     measures = component_measures(trace.accel_mps2, trace.dt_s)
     if t1_s is not None:
         psa_g = component_psa(trace.accel_mps2, trace.dt_s, conditioned_periods(t1_s)) / G_MPS2
@@ -75,8 +76,8 @@ def component_summary(
         **{"_h1_".join(name.rsplit("_", 1)): value for name, value in measures.items()},
         "dt_s": trace.dt_s,
         "npts": int(trace.accel_mps2.size),
-        "periods_s": periods,
-        "psa_h1_g": (psa_mps2 / G_MPS2).tolist(),
+        "periods_s": list(periods),
+        "psa_h1_g": (component_psa(trace.accel_mps2, trace.dt_s, periods) / G_MPS2).tolist(),
         "messages": list(trace.messages),
     }
 

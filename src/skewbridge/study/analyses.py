@@ -24,9 +24,8 @@ from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.ida import Search, at_factor, search_capacity
-from skewbridge.study.journal import open_journal, read_content, read_journals
+from skewbridge.study.journal import Row, open_journal, read_content, read_journals
 from skewbridge.study.task import Task, run_key
-from skewbridge.study.worker import Row
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.random_properties import DIRECTION, with_draw
 from skewbridge.variant.variant import parse_slug

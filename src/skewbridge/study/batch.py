@@ -1,8 +1,13 @@
-"""Analyses in a pool of worker processes; each finished row is written to the journal at once."""
+"""Analyses in a pool of worker processes; each finished row is written to the journal at once.
+
+A worker process imports this module and the packages below it: no tables.
+"""
 
 import logging
+import math
 import os
 import signal
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -11,20 +16,106 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
-from skewbridge.study.journal import JournalWriter
-from skewbridge.study.processes import PARENT_VARIABLE, end_with_parent, stopped_workers_ended
-from skewbridge.study.task import Task, run_key
-from skewbridge.study.worker import Row, Work, crashed_row, guarded, one_analysis, row_of_task
+from skewbridge.demands.columns import SUITE, key_values
+from skewbridge.demands.completeness import (
+    BEYOND_MODEL,
+    COLUMN_FAILURE_RATIO,
+    COMPLETE,
+    column_failure_ratio,
+    completed,
+)
+from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS
+from skewbridge.study.journal import JournalWriter, Row
+from skewbridge.study.processes import (
+    PARENT_VARIABLE,
+    end_with_parent,
+    hush_exit_message,
+    stopped_workers_ended,
+)
+from skewbridge.study.task import Task, analyse_task, no_result, run_key
+from skewbridge.variant.random_properties import DRAW_PREFIX
 
 logger = logging.getLogger(__name__)
 
+#: Makes the rows of a task with a key; the folder is for messages of the solver.
+type Work = Callable[[Task, str, Path], list[Row]]
 #: A task with its number and its key.
 type Pending = tuple[int, Task, str]
 
+_NO_DEMANDS: Final = {column.name: math.nan for column in DEMAND_COLUMNS}
 #: One thread in each worker: more threads would compete with the other workers.
 _ONE_THREAD: Final = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"
 )
+
+
+# ---- Rows of the demands table, made in a worker
+
+
+class Alarm:
+    """Ends this process by SIGALRM when it takes no step for some time.
+
+    Time during which the machine sleeps does not count.
+    """
+
+    limit_s: float = 0.0
+
+    @classmethod
+    def restart(cls, *_: object) -> None:
+        """Restart the timer; call this at every step. Without a limit it does nothing."""
+        if cls.limit_s:
+            signal.setitimer(signal.ITIMER_REAL, cls.limit_s)
+
+
+def analysed_row(task: Task, key: str, log_folder: Path) -> Row:
+    """Run one analysis in this process and return its row of the demands table.
+
+    The parent made the key: its sources may be older than this process.
+    """
+    log_folder.mkdir(parents=True, exist_ok=True)
+    wall_s, cpu_s = time.perf_counter(), time.process_time()
+    log = log_folder / f"{task.motion.motion.motion_id}_{key}.log"
+    outcome = analyse_task(task, log, Alarm.restart)
+    if log.is_file() and log.stat().st_size == 0:  # OpenSees wrote no message
+        log.unlink()
+    if outcome["status"] in ("invalid_input", "crash"):
+        outcome = _NO_DEMANDS | outcome
+    times = {"wall_s": time.perf_counter() - wall_s, "cpu_s": time.process_time() - cpu_s}
+    return row_of_task(outcome | times, task, key)
+
+
+def row_of_task(row: Row, task: Task, key: str) -> Row:
+    """Return a row with the columns that identify its analysis and those derived from others."""
+    motion = task.motion
+    return {
+        **row,
+        COMPLETE: bool(completed(row["status"], row.get(BEYOND_MODEL) or "")),
+        COLUMN_FAILURE_RATIO: float(column_failure_ratio(row)),
+        **key_values(task.variant, motion.motion.motion_id, motion.scale, task.incidence_deg),
+        SUITE: motion.suite,
+        **{f"{DRAW_PREFIX}{name}": value for name, value in task.draw.items()},
+        **{column.name: motion.measures[column.name] for column in INTENSITY_COLUMNS},
+        "run_key": key,
+    }
+
+
+def _guarded(
+    work: Work | None, task: Task, key: str, log_folder: Path, no_progress_s: float
+) -> list[Row]:
+    """Return the rows of a task in a worker process that ends with its parent or when it hangs."""
+    hush_exit_message()
+    end_with_parent()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
+    Alarm.limit_s = no_progress_s
+    Alarm.restart()
+    try:
+        return work(task, key, log_folder) if work else [analysed_row(task, key, log_folder)]
+    finally:
+        Alarm.limit_s = 0.0
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+# ---- The pool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,17 +148,13 @@ def run_tasks(
         workers: The worker processes.
         log_folder: Folder for the messages of the solver, in a folder of each variant.
         on_finished: Called with each new row.
-        search: Function that makes the rows of a task which is the beginning of several analyses,
-            whatever the journals have. By default a task is one analysis, run if it is new.
+        search: Makes the rows of a task that begins a search, whatever the journals have. By
+            default a task is one analysis, run if it is new.
     """
-    keys = [run_key(task) for task in tasks]
+    every = [(number, task, run_key(task)) for number, task in enumerate(tasks)]
     rows: dict[int, list[Row]] = {}
     if search is None:
-        rows = {
-            number: [row_of_task(done[key], tasks[number], key)]
-            for number, key in enumerate(keys)
-            if key in done
-        }
+        rows = {n: [row_of_task(done[key], task, key)] for n, task, key in every if key in done}
 
     def finish(number: int, new: list[Row]) -> None:
         rows[number] = new
@@ -75,18 +162,14 @@ def run_tasks(
             if row["run_key"] in done:
                 continue
             # a search has already written the rows that it added
-            if row["run_key"] == keys[number]:
+            if row["run_key"] == every[number][2]:
                 journal.append(row)
             on_finished(row)
 
     with stopped_workers_ended(workers.no_progress_s) as ended:
         pool = _Pool(workers=workers, log_folder=log_folder, search=search, ended=ended)
         try:
-            while pending := [
-                (number, task, key)
-                for number, (task, key) in enumerate(zip(tasks, keys, strict=True))
-                if number not in rows
-            ]:
+            while pending := [item for item in every if item[0] not in rows]:
                 try:
                     for number, new in pool.stream(pending):
                         finish(number, new)
@@ -111,20 +194,15 @@ class _Pool:
 
     def stream(self, pending: Sequence[Pending]) -> Iterator[tuple[int, list[Row]]]:
         """Yield rows of finished tasks with their numbers; `BrokenProcessPool` if a worker died."""
-        count = min(self.workers.count, len(pending))
         executor = _loky().get_reusable_executor(
-            max_workers=count,
+            max_workers=min(self.workers.count, len(pending)),
             env={**_ONE_THREAD, PARENT_VARIABLE: str(os.getpid())},
             initializer=end_with_parent,
         )
+        limit_s = self.workers.no_progress_s
         futures = {
             executor.submit(
-                guarded,
-                self.search or one_analysis,
-                task,
-                key,
-                self.log_folder / task.variant.slug,
-                self.workers.no_progress_s,
+                _guarded, self.search, task, key, self.log_folder / task.variant.slug, limit_s
             ): number
             for number, task, key in pending
         }
@@ -149,7 +227,9 @@ class _Pool:
                 reason = "two worker processes died in this analysis"
                 if hung:
                     reason = f"no progress for {self.workers.no_progress_s:g} s"
-                yield number, [crashed_row(task, key, reason)]
+                row = _NO_DEMANDS | no_result("crash", reason)
+                row |= {"wall_s": math.nan, "cpu_s": math.nan}
+                yield number, [row_of_task(row, task, key)]
 
 
 def _loky() -> Any:

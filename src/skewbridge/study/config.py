@@ -1,7 +1,6 @@
 """Configuration of a study: typed sections read from YAML, and the variants to run."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
@@ -11,7 +10,7 @@ from pydantic.dataclasses import dataclass
 from skewbridge.analysis.accuracy import NUMERICS, Accuracy, under_explicit_keys
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.suspect import SuspectLimits
-from skewbridge.errors import InputError
+from skewbridge.errors import InputError, did_you_mean
 from skewbridge.files.checking import FileName, Number, Whole, checked, merged
 from skewbridge.files.text import read_mapping, shortened
 from skewbridge.fragility.settings import FitSettings
@@ -44,10 +43,7 @@ class SensitivityConfig:
         description="rows repeated at the reference accuracy and with other penalties",
     )
     window_s: Number | None = Field(
-        default=6.0,
-        ge=3.0,
-        le=1.0e4,
-        description="strongest part of their motions; null: whole",
+        default=6.0, ge=3.0, le=1.0e4, description="strongest part of their motions; null: whole"
     )
 
 
@@ -68,15 +64,10 @@ class ModellingChoicesConfig:
     """Analyses of `make choices`: options of `model` and `analysis` changed one at a time."""
 
     motions: Whole = Field(
-        default=8,
-        ge=1,
-        le=10_000,
-        description="motions of each variant, spread over their PGV",
+        default=8, ge=1, le=10_000, description="motions of each variant, spread over their PGV"
     )
     variants: tuple[Annotated[str, Field(max_length=500)], ...] = Field(
-        default=(),
-        max_length=1000,
-        description="variants; none for two of each bridge",
+        default=(), max_length=1000, description="variants; none for two of each bridge"
     )
 
 
@@ -120,26 +111,16 @@ class DesignConfig:
 class FigureSettings:
     """Units of figures and page, width and font of the figures."""
 
-    units: Units = Field(
-        default="si",
-        description="units of figures and page; tables stay SI",
-    )
+    units: Units = Field(default="si", description="units of figures and page; tables stay SI")
 
     width_mm: Number | None = Field(
-        default=None,
-        ge=40.0,
-        le=500.0,
-        description="width of figures; null: by their panels",
+        default=None, ge=40.0, le=500.0, description="width of figures; null: by their panels"
     )
     font: Annotated[str, Field(min_length=1, max_length=100)] = Field(
-        default="sans-serif",
-        description="sans-serif, serif, monospace or an installed font",
+        default="sans-serif", description="sans-serif, serif, monospace or an installed font"
     )
     font_size_pt: Number = Field(
-        default=DESIGN_FONT_PT,
-        ge=4.0,
-        le=24.0,
-        description="size of axis labels",
+        default=DESIGN_FONT_PT, ge=4.0, le=24.0, description="size of axis labels"
     )
 
 
@@ -148,13 +129,9 @@ class StudyConfig(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    results: FileName = Field(
-        default=DEFAULT_ROOT,
-        description="folder of the study's files",
-    )
+    results: FileName = Field(default=DEFAULT_ROOT, description="folder of the study's files")
     accuracy: Accuracy = Field(
-        default="default",
-        description="numerics; a key under model or analysis overrides it",
+        default="default", description="numerics; a key under model or analysis overrides it"
     )
     grid: GridConfig = Field(default_factory=GridConfig)
     motions: MotionsConfig = Field(default_factory=MotionsConfig)
@@ -192,25 +169,19 @@ class StudyConfig(BaseModel):
         return tuple(dict.fromkeys((CONDITIONING_BRIDGE, *self.grid.bridge)))
 
 
-def parse_config(raw: Mapping[str, Any], files: Sequence[str | Path] = ()) -> StudyConfig:
+def parse_config(
+    raw: Mapping[str, Any],
+    files: Sequence[str | Path] = (),
+    where: str | Path = "the configuration",
+) -> StudyConfig:
     """Return the validated configuration; an omitted section has its defaults.
 
     The first of `files`, from which it was read, names the folder of the results if no key does.
+    Messages name it as `where`.
 
     Raises:
         InputError: One line per unknown key or value outside its limits, with the limit.
     """
-    return _checked(raw, files, "the configuration")
-
-
-def load_config(path: Path, base: Path | None = None) -> StudyConfig:
-    """Read a configuration file, merged over a base file as Snakemake merges ``--configfile``."""
-    raw = read_mapping(base) if base is not None and base != path else {}
-    return _checked(merged(raw, read_mapping(path)), (path,), path)
-
-
-def _checked(raw: Mapping[str, Any], files: Sequence[str | Path], where: str | Path) -> StudyConfig:
-    """Check a mapping with its folder named and its accuracy spread over the sections."""
     full = {"results": default_root(files[0]) if files else DEFAULT_ROOT, **raw}
     design, motions = raw.get("design"), raw.get("motions", {})
     if isinstance(design, Mapping) and design.get("until") and isinstance(motions, Mapping):
@@ -221,20 +192,24 @@ def _checked(raw: Mapping[str, Any], files: Sequence[str | Path], where: str | P
     return checked(StudyConfig, full, where)
 
 
+def load_config(path: Path, base: Path | None = None) -> StudyConfig:
+    """Read a configuration file, merged over a base file as Snakemake merges ``--configfile``."""
+    raw = read_mapping(base) if base is not None and base != path else {}
+    return parse_config(merged(raw, read_mapping(path)), (path,), path)
+
+
 def check_font(name: str) -> None:
-    """Refuse a font that is not installed, with fonts of a similar name; generic families pass."""
+    """Refuse a font that is not installed; generic families pass."""
     if name in GENERIC_FONTS:
         return
-    from matplotlib.font_manager import (
-        get_font_names,
-    )  # imported here: it takes a second, and few studies need it
+    from matplotlib.font_manager import get_font_names  # here: takes a second, few studies need it
 
     installed = get_font_names()
     if name not in installed:
-        like = get_close_matches(name, installed, n=3, cutoff=0.5)
-        near = f" (installed: {', '.join(like)})" if like else ""
-        choices = f"{', '.join(GENERIC_FONTS)} or the name of an installed font{near}"
-        raise InputError(f"figures.font must be {choices}, got {shortened(name)}")
+        raise InputError(
+            f"figures.font must be {', '.join(GENERIC_FONTS)} or the name of an installed font"
+            f"{did_you_mean(name, installed)}, got {shortened(name)}"
+        )
 
 
 def chosen_variants(variants: Iterable[Variant], named: Sequence[str]) -> list[str]:
@@ -249,17 +224,15 @@ def chosen_variants(variants: Iterable[Variant], named: Sequence[str]) -> list[s
     for slug in named:
         if (bridge := parse_slug(slug).bridge_name) not in by_bridge:
             raise InputError(f"modelling_choices.variants: {bridge} is not a bridge of the grid")
-    return list(dict.fromkeys(named)) or [
-        variant.slug for of_bridge in by_bridge.values() for variant in _typical(of_bridge)
-    ]
 
-
-def _typical(variants: Sequence[Variant]) -> list[Variant]:
     def rank(variant: Variant) -> tuple[float, ...]:
         models = list(ABUTMENTS)
         return models.index(variant.abutment), variant.friction_pct, -variant.gap_mm
 
-    hardest = max(map(rank, variants))
-    by_skew = {abs(each.skew_deg): each for each in variants if rank(each) == hardest}
-    skews = sorted(by_skew)
-    return [by_skew[skew] for skew in dict.fromkeys((skews[len(skews) // 2], skews[-1]))]
+    chosen = list(named)
+    for of_bridge in () if named else by_bridge.values():
+        hardest = max(map(rank, of_bridge))
+        by_skew = {abs(each.skew_deg): each.slug for each in of_bridge if rank(each) == hardest}
+        skews = sorted(by_skew)
+        chosen += [by_skew[skews[len(skews) // 2]], by_skew[skews[-1]]]
+    return list(dict.fromkeys(chosen))

@@ -43,36 +43,21 @@ class StudyFolder:
 
     def __init__(self, root: Path = Path(DEFAULT_ROOT)) -> None:
         self.root: Final = root
-        #: The motions with their factors.
-        self.suite: Final = root / "motions" / "suite.parquet"
-        #: Intensity measures at factor 1, by bridge and motion.
-        self.intensities: Final = root / "motions" / "intensities.parquet"
-        #: Digests of the motion files, so that a file is read again only if it was touched.
-        self.motions_digest: Final = root / "motions" / "digest.json"
-        #: The demands of all variants.
-        self.demands: Final = root / "demands.parquet"
-        #: Headline effects after every round of a study that runs until they are decided.
-        self.rounds: Final = root / "rounds.parquet"
-        #: Ratios of the demands to those at the default penalties and step.
-        self.sensitivity: Final = root / "sensitivity.parquet"
-        #: Demands under other choices of the modeller, over those of the configured model.
+        self.suite: Final = root / "motions/suite.parquet"  # motions with their factors
+        self.intensities: Final = root / "motions/intensities.parquet"  # at factor 1, by bridge
+        self.motions_digest: Final = root / "motions/digest.json"  # of files not touched since
+        self.demands: Final = root / "demands.parquet"  # of all variants
+        self.rounds: Final = root / "rounds.parquet"  # headline effects after every round
+        self.sensitivity: Final = root / "sensitivity.parquet"  # numerical check
         self.modelling_choices: Final = root / "modelling_choices.parquet"
-        #: Histories of a bridge without and with friction.
-        self.friction_pair: Final = root / "friction_pair.parquet"
-        #: Folder of the verification against independent references.
+        self.friction_pair: Final = root / "friction_pair.parquet"  # histories without and with it
         self.verification: Final = root / "verification"
-        #: Checks of the contact law before anything is analysed.
         self.contact_checks: Final = self.verification / "contact_checks.parquet"
-        #: Folder of the figures.
         self.figures: Final = root / "figures"
-        #: Captions of the figures, written when all are drawn.
-        self.captions: Final = root / "captions.json"
-        #: Checks of the tables.
-        self.checks: Final = root / "checks.json"
-        #: The page that joins tables and figures.
+        self.captions: Final = root / "captions.json"  # written when all figures are drawn
+        self.checks: Final = root / "checks.json"  # of the tables
         self.report: Final = root / "report.html"
-        #: Folder of the solver's messages.
-        self.solver_logs: Final = root / "logs" / "solver"
+        self.solver_logs: Final = root / "logs/solver"
 
     def journal(self, name: str) -> Path:
         """Return the journal of one job: the analyses of a variant, or of another rule."""

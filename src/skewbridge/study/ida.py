@@ -10,9 +10,9 @@ from skewbridge.demands.completeness import BEYOND_MODEL, completed
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import LEVEL_MEASURE, bracket_capacity
 from skewbridge.motions.record import SuiteMotion
+from skewbridge.study.batch import Row, analysed_row, row_of_task
 from skewbridge.study.journal import open_journal
 from skewbridge.study.task import Task, run_key
-from skewbridge.study.worker import Row, analysed_row, row_of_task
 
 #: Time that a worker waits while other workers write to the journal.
 _PATIENCE_S: Final = 60.0
@@ -40,8 +40,7 @@ class Search:
     def exceeds(self, row: Row) -> bool:
         """Return whether an analysis exceeds the limit; a failed or incomplete one does as well.
 
-        The search then continues at lower levels, where the model is valid, and the fit uses the
-        row with its status.
+        The search then continues at lower levels, where the model is valid.
         """
         is_complete = completed(row["status"], row.get(BEYOND_MODEL) or "")
         return bool(not is_complete or row[self.demand] >= self.threshold)
@@ -57,14 +56,9 @@ def search_capacity(
 ) -> list[Row]:
     """Return the rows of all analyses that bracket the capacity of one motion.
 
-    Args:
-        search: Target and range of the search.
-        done: Rows of earlier analyses by `run_key`, which are not repeated.
-        journal: Journal in which each further analysis is written at once, so that a killed search
-            can resume. The batch writes the first analysis, which marks the search as done.
-        task: The first analysis of the search; this and what follows is given by the batch.
-        first_key: Its `run_key`.
-        log_folder: Folder for the messages of the solver.
+    Those in `done`, by `run_key`, are not repeated. Each further one is written to the journal at
+    once, so that a killed search can resume. The batch gives the first task with its key, and
+    writes its row, which marks the search as done.
     """
     rows: list[Row] = []
 

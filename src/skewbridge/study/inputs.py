@@ -1,7 +1,7 @@
 """Inputs of a study: checks before the first analysis, and preparation of the motions."""
 
 import logging
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import pandas as pd
@@ -85,16 +85,10 @@ def _check_limit_states(path: Path) -> None:
     )
 
 
-def prepare_motions(
-    motions: MotionsConfig,
-    *,
-    conditioning_t1_s: float,
-    t1_s: Mapping[str, float],
-    folder: StudyFolder,
-) -> None:
+def prepare_motions(study: StudyConfig, folder: StudyFolder | None = None) -> None:
     """Read the motions, fix their factors, measure them for every bridge, write both tables.
 
-    The factors are made with `conditioning_t1_s`; `t1_s` has the period of each bridge.
+    They are written to the folder of the study, or to another one.
 
     Raises:
         InputError: A folder or motion is missing or malformed.
@@ -103,8 +97,9 @@ def prepare_motions(
     from skewbridge.motions.intensity import motion_measures
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
 
-    suite = prepare_suites(motions, t1_s=conditioning_t1_s)
-    designed = _designed(suite, motions)
+    folder = folder or StudyFolder(Path(study.results))
+    suite = prepare_suites(study.motions, t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s)
+    designed = _designed(suite, study.motions)
     logger.info(
         "%d motions, %d rows, factors %.2f to %.2f",
         len(suite),
@@ -115,9 +110,9 @@ def prepare_motions(
     write_suite(designed, folder.suite)
     distinct = {motion.motion.motion_id: motion.motion for motion in read_suite(folder.suite)}
     intensities = [
-        {"bridge": bridge, "motion_id": name, **motion_measures(motion, period_s)}
-        for bridge, period_s in t1_s.items()
-        for name, motion in distinct.items()
+        {"bridge": name, "motion_id": motion_id, **motion_measures(motion, load_bridge(name).t1_s)}
+        for name in study.grid.bridge
+        for motion_id, motion in distinct.items()
     ]
     write_frame(pd.DataFrame(intensities), folder.intensities, provenance())
 

@@ -10,8 +10,8 @@ import os
 import re
 import time
 import zlib
-from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Collection, Generator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -50,19 +50,16 @@ class JournalContent:
     @property
     def sentences(self) -> tuple[str, ...]:
         """Messages about lines that are not used."""
-        messages: list[str] = []
-        if self.outdated:
-            messages.append(
-                f"The journals hold {self.outdated} line(s) of another version of skewbridge, "
-                "which do not count: their analyses run again."
-            )
-        if self.damaged:
-            messages.append(
-                f"The journals hold {self.damaged} line(s) cut short or altered, which do not "
-                "count: their analyses run again (`skewbridge study journal --compact` removes "
-                "the lines)."
-            )
-        return tuple(messages)
+        reasons = {
+            "of another version of skewbridge": self.outdated,
+            "cut short or altered": self.damaged,
+        }
+        return tuple(
+            f"The journals hold {count} line(s) {reason}, which do not count: their analyses run "
+            "again (`skewbridge study journal --compact` removes the lines)."
+            for reason, count in reasons.items()
+            if count
+        )
 
 
 def read_content(paths: Sequence[Path]) -> JournalContent:
@@ -70,7 +67,9 @@ def read_content(paths: Sequence[Path]) -> JournalContent:
     rows: dict[str, Row] = {}
     repeated = outdated = damaged = 0
     for path in paths:
-        for row in _lines(path):
+        content = path.read_bytes() if path.exists() else b""
+        for line in filter(bytes.strip, content.split(b"\n")):
+            row = _row(line)
             if row is None:
                 damaged += 1
             elif row.pop(_FORMAT_KEY, 1) != JOURNAL_FORMAT or "run_key" not in row:
@@ -86,16 +85,8 @@ def read_journals(folder: StudyFolder) -> dict[str, Row]:
     return read_content(folder.journals).rows
 
 
-def _lines(path: Path) -> Iterator[Row | None]:
-    """Yield the rows of a journal, and None for an altered or foreign line."""
-    if not path.exists():
-        return
-    for line in path.read_bytes().split(b"\n"):
-        if line.strip():
-            yield _row(line)
-
-
 def _row(line: bytes) -> Row | None:
+    """Return the row of a line; None for an altered or foreign line."""
     checksum = _CHECKSUM.search(line)
     body = line if checksum is None else line[: checksum.start()] + b"}"
     if checksum is not None and int(checksum[1], 16) != zlib.crc32(body):
@@ -105,12 +96,8 @@ def _row(line: bytes) -> Row | None:
     except (ValueError, RecursionError):
         return None
     # A line without a checksum is of an older version, or was cut short.
-    is_row = isinstance(row, dict) and (checksum is not None or _is_older(row))
-    return row if is_row else None
-
-
-def _is_older(row: Mapping[str, Any]) -> bool:
-    return row.get(_FORMAT_KEY, 1) != JOURNAL_FORMAT
+    is_whole = isinstance(row, dict) and (checksum or row.get(_FORMAT_KEY, 1) != JOURNAL_FORMAT)
+    return row if is_whole else None
 
 
 def _line(row: Mapping[str, Any]) -> bytes:
@@ -161,18 +148,6 @@ def open_journal(path: Path, patience_s: float = 0.0) -> Generator[JournalWriter
         os.close(descriptor)
 
 
-def compact(path: Path, keep: Callable[[Row], bool]) -> JournalContent:
-    """Rewrite a journal with the last line of every key to keep; return its previous content.
-
-    Raises:
-        InputError: Another process writes it.
-    """
-    with open_journal(path), written_aside(path) as part:
-        content = read_content([path])
-        part.write_bytes(b"".join(_line(row) for row in content.rows.values() if keep(row)))
-    return content
-
-
 def _lock(descriptor: int, path: Path, patience_s: float) -> None:
     """Lock a journal against other processes, including those on other nodes of a cluster.
 
@@ -197,11 +172,22 @@ def _lock(descriptor: int, path: Path, patience_s: float) -> None:
         time.sleep(POLL_S)
 
 
-def compact_journals(folder: StudyFolder) -> JournalContent:
-    """Drop all unused lines, and return the previous content; `InputError` if the study runs."""
+def compact_journals(folder: StudyFolder, dropped: Collection[str] = ()) -> JournalContent:
+    """Rewrite the journals with the last line of every key, and return their previous content.
+
+    Rows of the dropped statuses go as well.
+
+    Raises:
+        InputError: The study runs; nothing has changed then.
+    """
     content = read_content(folder.journals)
-    for path in folder.journals:
-        compact(path, lambda _row: True)
+    with ExitStack() as locks:
+        for path in folder.journals:
+            locks.enter_context(open_journal(path))
+        for path in folder.journals:
+            with written_aside(path) as part:
+                rows = read_content([path]).rows.values()
+                part.write_bytes(b"".join(_line(r) for r in rows if r.get("status") not in dropped))
     return content
 
 
@@ -213,13 +199,9 @@ def forget(folder: StudyFolder, statuses: Collection[str]) -> list[Row]:
     Raises:
         InputError: The study runs.
     """
-    rows = read_content(folder.journals).rows.values()
+    rows = read_journals(folder).values()
     forgotten = [row for row in rows if row["status"] in statuses]
     if forgotten:
-        for path in folder.journals:
-            with open_journal(path):
-                pass  # do not change any journal while one of them is being written
+        compact_journals(folder, dropped=statuses)
         folder.demands.unlink(missing_ok=True)
-        for path in folder.journals:
-            compact(path, lambda row: row["status"] not in statuses)
     return forgotten

@@ -31,10 +31,8 @@ if TYPE_CHECKING:
 
 type Value = bool | float | str | tuple[str | float, ...]
 
-_PARTS: Final = {"model": "options", "analysis": "settings"}
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Choice:
     """One option and the values to try.
 
@@ -43,7 +41,7 @@ class Choice:
         source: Reason for these values.
         section: Section of the configuration.
         acts_on: Whether the option changes the model of a variant.
-        when_null: Effective value where the option is null.
+        when_null: Effective value where the option is null; 0 unless given.
         needs: Key of ``model`` and the value without which the option has no alternative.
     """
 
@@ -53,27 +51,24 @@ class Choice:
     source: str
     section: Literal["model", "analysis"] = "model"
     acts_on: Callable[[Variant], bool] = lambda _: True
-    when_null: Callable[["Task"], Value] | None = None
+    when_null: Callable[["Task"], Value] = lambda _: 0.0
     needs: tuple[str, Value] | None = None
 
     def configured_in(self, task: "Task") -> Value:
         """Return the value of the option in an analysis, without the draw of the motion."""
-        part = task.settings if self.section == "analysis" else _effective_options(task)
-        value: Any = getattr(part, self.key)
+        settings, options = _effective(task)
+        value: Any = getattr(settings if self.section == "analysis" else options, self.key)
         if self.key in task.draw:
             return round(value / task.draw[self.key], 9)
-        if value is not None:
-            return value
-        if self.when_null is None:
-            raise ValueError(f"choice {self.key}: when_null must state the meaning of null")
-        return self.when_null(task)
+        return self.when_null(task) if value is None else value
 
     def set_in(self, task: "Task", value: Value) -> "Task":
         """Return an analysis with another value of the option, times the draw of the motion."""
-        part = _PARTS[self.section]
         if self.key in task.draw and isinstance(value, float):
             value *= task.draw[self.key]
-        return replace(task, **{part: replace(getattr(task, part), **{self.key: value})})
+        if self.section == "analysis":
+            return replace(task, settings=replace(task.settings, **{self.key: value}))
+        return replace(task, options=replace(task.options, **{self.key: value}))
 
     def alternatives(self, task: "Task") -> list[Value]:
         """Return the values that change an analysis.
@@ -82,27 +77,24 @@ class Choice:
         """
         if not self.acts_on(task.variant):
             return []
-        if self.needs and getattr(_effective_options(task), self.needs[0]) != self.needs[1]:
-            return []
         configured, before = self.configured_in(task), _effective(task)
+        if self.needs and getattr(before[1], self.needs[0]) != self.needs[1]:
+            return []
         others = [value for value in self.values if value != configured]
         return [value for value in others if _effective(self.set_in(task, value)) != before]
+
+
+def _effective(task: "Task") -> tuple[object, object]:
+    """Return the settings of an analysis, and the options of its model under its scheme."""
+    return task.settings, task.settings.model_options(task.options)
 
 
 def _has_keys(variant: Variant) -> bool:
     return variant.traits.has_wall_points
 
 
-def _has_walls(variant: Variant) -> bool:
-    return variant.traits.has_contacts
-
-
 def _has_backfill(variant: Variant) -> bool:
     return "gap_mm" in variant.traits.axes
-
-
-def _has_pads(variant: Variant) -> bool:
-    return variant.traits.has_pads
 
 
 def _has_limited_hinge(variant: Variant) -> bool:
@@ -113,180 +105,78 @@ def _has_limited_hinge(variant: Variant) -> bool:
     )
 
 
+# fmt: off
 CHOICES: Final = (
-    Choice(
-        key="key_frame",
-        label="Key frame",
-        values=("skewed", "deck_edge"),
-        source="faces across the abutment line, as the paper's springs, or along the deck's edge",
-        acts_on=lambda variant: _has_keys(variant) and variant.skew_deg != 0,
-    ),
-    Choice(
-        key="keys",
-        label="Shear keys",
-        values=("sacrificial", "monolithic"),
-        source="the two backbones of the bridge's file: keys that break, or that do not",
-        acts_on=_has_keys,
-    ),
-    Choice(
-        key="friction_at",
-        label="Friction at",
-        values=("all", "walls", "keys"),
-        source="which contacts have the friction of the variant",
-        acts_on=lambda variant: variant.traits.has_friction and variant.friction > 0.0,
-    ),
-    Choice(
-        key="backwall_points",
-        label="Points of a backwall",
-        values=(3, 9),
-        source="the mesh of the contact along the wall",
-        acts_on=_has_walls,
-    ),
-    Choice(
-        key="key_along_face",
-        label="Keys along their face",
-        values=("backbone", "elastic"),
-        source="limited by the strength across the face, or elastic",
-        acts_on=_has_keys,
-    ),
-    Choice(
-        key="transverse_gap_mm",
-        label="Key gap",
-        values=(0.0, 6.4, 25.4),
-        source="no gap, the paper's, and 1 in",
-        acts_on=_has_keys,
-    ),
-    Choice(
-        key="gap_measured",
-        label="Gap measured",
-        values=("normal", "longitudinal"),
-        source="the opening across the joint, or along the bridge as drawings may give it",
-        acts_on=lambda variant: _has_backfill(variant) and variant.skew_deg != 0,
-    ),
-    Choice(
-        key="wall_mass",
-        label="Wall mass",
-        values=(False, True),
-        source="walls and keys without inertia of their own, or with it as in the paper",
-        acts_on=_has_keys,
-    ),
-    Choice(
-        key="backfill_vs_mps",
-        label="Radiation: Vs of the backfill",
-        values=(15.0, 50.0, 150.0, 500.0),
-        source="a third and three times the configured velocity; 15 m/s is 10 % of critical "
-        "for the mass of a wall",
-        acts_on=_has_keys,
-        when_null=lambda _: 0.0,
-    ),
-    Choice(
-        key="wall_restoring_n_per_m",
-        label="Wall restoring spring",
-        values=(3.0e4, 3.0e5, 3.0e6),
-        source="no test is known: a tenth and ten times the configured stiffness",
-        acts_on=_has_walls,
-    ),
-    Choice(
-        key="backfill",
-        label="Backfill curve",
-        values=("hyperbolic", "sdc"),
-        source="UCSD tests, or the bilinear curve of SDC 2.0",
-        acts_on=_has_backfill,
-    ),
-    Choice(
-        key="backfill_height_exponent",
-        label="Backfill strength with height",
-        values=(1.0, 1.5),
-        source="linear as in the earlier criteria, or as measured in granular soil",
-        acts_on=lambda variant: (
-            _has_backfill(variant) and load_bridge(variant.bridge).abutment.backfill.rule == "ucsd"
-        ),
-    ),
-    Choice(
-        key="backfill_variation",
-        label="Backfill variation",
-        values=(0.0, 0.3),
-        source="uniform, or Kaviani's 30 % along the wall",
-        acts_on=lambda variant: _has_backfill(variant) and variant.skew_deg != 0,
-    ),
-    Choice(
-        key="embankment_mass",
-        label="Embankment mass",
-        values=(False, True),
-        source="Zhang and Makris: the embankment moves with the abutment, or not",
-        acts_on=lambda variant: variant.traits.has_body,
-    ),
-    Choice(
-        key="pad_strength_factor",
-        label="Pad strength",
-        values=(0.5, 1.0, 2.0),
-        source="pads that slide early on their seats, or do not yield as soon",
-        acts_on=_has_pads,
-    ),
-    Choice(
-        key="foundation",
-        label="Foundation",
-        values=("fixed", "springs"),
-        source="springs of the bridge's file, where it has them",
-        acts_on=lambda variant: load_bridge(variant.bridge).foundation is not None,
-    ),
-    Choice(
-        key="column_integration",
-        label="Column plasticity",
-        values=("hinge_radau", "lobatto5"),
-        source="hinges of a given length, or distributed as in the paper",
-        needs=("shear_failure", "flag"),
-    ),
-    Choice(
-        key="hinge_rule",
-        label="Hinge length",
-        values=("sdc", "paulay_priestley"),
-        source="with and without the lower limit of the criteria",
-        acts_on=_has_limited_hinge,
-    ),
-    Choice(
-        key="fiber_end",
-        label="Fibers at their ultimate strain",
-        values=("loss", "none"),
-        source="core and bars lose their strength, or nothing changes as in the paper",
-    ),
-    Choice(
-        key="shear_model",
-        label="Shear capacity",
-        values=("sdc_expected", "sdc_nominal", "kowalsky_priestley"),
-        source="the criteria with expected or specified strengths, or the revised UCSD model",
-    ),
-    Choice(
-        key="shear_failure",
-        label="Shear failure",
-        values=("flag", "degrade"),
-        source="the analysis goes on without it, or with a softening section",
-        needs=("column_integration", "hinge_radau"),
-    ),
-    Choice(
-        key="cap_load",
-        label="Dead load on the cap",
-        values=("spread", "middle"),
-        source="over the width of the deck, or in the middle as in spine models",
-        acts_on=lambda variant: any(bent.columns > 1 for bent in load_bridge(variant.bridge).bents),
-    ),
-    Choice(
-        key="damping_ratio",
-        label="Damping ratio",
-        values=(0.02, 0.05),
-        source="the paper gives none; 2 to 5 % are usual for concrete bridges",
-        when_null=lambda task: load_bridge(task.variant.bridge).damping.ratio,
-    ),
-    Choice(
-        key="integrator",
-        label="Integrator",
-        values=(("Newmark", 0.5, 0.25), ("HHT", 0.7)),
-        # not Houbolt, which restarts at every change of the step
-        source="without numerical damping, and with more",
-        section="analysis",
-        when_null=lambda task: task.settings.integrator_command,
-    ),
+    Choice("key_frame", "Key frame", ("skewed", "deck_edge"),
+           "faces across the abutment line, as the paper's springs, or along the deck's edge",
+           acts_on=lambda variant: _has_keys(variant) and variant.skew_deg != 0),
+    Choice("keys", "Shear keys", ("sacrificial", "monolithic"),
+           "the two backbones of the bridge's file: keys that break, or that do not",
+           acts_on=_has_keys),
+    Choice("friction_at", "Friction at", ("all", "walls", "keys"),
+           "which contacts have the friction of the variant",
+           acts_on=lambda variant: variant.traits.has_friction and variant.friction > 0.0),
+    Choice("backwall_points", "Points of a backwall", (3, 9),
+           "the mesh of the contact along the wall",
+           acts_on=lambda variant: variant.traits.has_contacts),
+    Choice("key_along_face", "Keys along their face", ("backbone", "elastic"),
+           "limited by the strength across the face, or elastic", acts_on=_has_keys),
+    Choice("transverse_gap_mm", "Key gap", (0.0, 6.4, 25.4),
+           "no gap, the paper's, and 1 in", acts_on=_has_keys),
+    Choice("gap_measured", "Gap measured", ("normal", "longitudinal"),
+           "the opening across the joint, or along the bridge as drawings may give it",
+           acts_on=lambda variant: _has_backfill(variant) and variant.skew_deg != 0),
+    Choice("wall_mass", "Wall mass", (False, True),
+           "walls and keys without inertia of their own, or with it as in the paper",
+           acts_on=_has_keys),
+    Choice("backfill_vs_mps", "Radiation: Vs of the backfill", (15.0, 50.0, 150.0, 500.0),
+           "a third and three times the configured velocity; 15 m/s is 10 % of critical for the "
+           "mass of a wall", acts_on=_has_keys),
+    Choice("wall_restoring_n_per_m", "Wall restoring spring", (3.0e4, 3.0e5, 3.0e6),
+           "no test is known: a tenth and ten times the configured stiffness",
+           acts_on=lambda variant: variant.traits.has_contacts),
+    Choice("backfill", "Backfill curve", ("hyperbolic", "sdc"),
+           "UCSD tests, or the bilinear curve of SDC 2.0", acts_on=_has_backfill),
+    Choice("backfill_height_exponent", "Backfill strength with height", (1.0, 1.5),
+           "linear as in the earlier criteria, or as measured in granular soil",
+           acts_on=lambda variant: (_has_backfill(variant) and
+                                    load_bridge(variant.bridge).abutment.backfill.rule == "ucsd")),
+    Choice("backfill_variation", "Backfill variation", (0.0, 0.3),
+           "uniform, or Kaviani's 30 % along the wall",
+           acts_on=lambda variant: _has_backfill(variant) and variant.skew_deg != 0),
+    Choice("embankment_mass", "Embankment mass", (False, True),
+           "Zhang and Makris: the embankment moves with the abutment, or not",
+           acts_on=lambda variant: variant.traits.has_body),
+    Choice("pad_strength_factor", "Pad strength", (0.5, 1.0, 2.0),
+           "pads that slide early on their seats, or do not yield as soon",
+           acts_on=lambda variant: variant.traits.has_pads),
+    Choice("foundation", "Foundation", ("fixed", "springs"),
+           "springs of the bridge's file, where it has them",
+           acts_on=lambda variant: load_bridge(variant.bridge).foundation is not None),
+    Choice("column_integration", "Column plasticity", ("hinge_radau", "lobatto5"),
+           "hinges of a given length, or distributed as in the paper",
+           needs=("shear_failure", "flag")),
+    Choice("hinge_rule", "Hinge length", ("sdc", "paulay_priestley"),
+           "with and without the lower limit of the criteria", acts_on=_has_limited_hinge),
+    Choice("fiber_end", "Fibers at their ultimate strain", ("loss", "none"),
+           "core and bars lose their strength, or nothing changes as in the paper"),
+    Choice("shear_model", "Shear capacity", ("sdc_expected", "sdc_nominal", "kowalsky_priestley"),
+           "the criteria with expected or specified strengths, or the revised UCSD model"),
+    Choice("shear_failure", "Shear failure", ("flag", "degrade"),
+           "the analysis goes on without it, or with a softening section",
+           needs=("column_integration", "hinge_radau")),
+    Choice("cap_load", "Dead load on the cap", ("spread", "middle"),
+           "over the width of the deck, or in the middle as in spine models",
+           acts_on=lambda variant: any(b.columns > 1 for b in load_bridge(variant.bridge).bents)),
+    Choice("damping_ratio", "Damping ratio", (0.02, 0.05),
+           "the paper gives none; 2 to 5 % are usual for concrete bridges",
+           when_null=lambda task: load_bridge(task.variant.bridge).damping.ratio),
+    # not Houbolt, which restarts at every change of the step
+    Choice("integrator", "Integrator", (("Newmark", 0.5, 0.25), ("HHT", 0.7)),
+           "without numerical damping, and with more", section="analysis",
+           when_null=lambda task: task.settings.integrator_command),
 )
+# fmt: on
 
 
 def choice_text(key: str, value: Value) -> str:
@@ -301,14 +191,6 @@ def choice_text(key: str, value: Value) -> str:
     if unit == "N/m":
         value, unit = value / MN, "MN/m"
     return f"{value:g}" if unit == "-" else f"{value:g} {unit}"
-
-
-def _effective_options(task: "Task") -> object:
-    return task.settings.model_options(task.options)
-
-
-def _effective(task: "Task") -> tuple[object, object]:
-    return task.settings, _effective_options(task)
 
 
 CHOICE_CONFIDENCE: Final = 0.90
@@ -330,10 +212,8 @@ CHOICE_COLUMNS: Final = {
     "n_failed": "pairs in which a run did not end `ok`",
     "n_pairs": "all pairs: variants times motions",
 }
-_RESULT: Final = (
-    *("demand", "ratio", "ci_low", "ci_high", "lowest", "highest", "n", "n_failed", "n_pairs"),
-)
-_NAMES: Final = [name for name in CHOICE_COLUMNS if name not in _RESULT]
+#: Columns of one value compared; the others are of its ratio for one demand.
+_COMPARED: Final = list(CHOICE_COLUMNS)[:6]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -346,15 +226,6 @@ class TaskPair:
     to_value: str
     before: "Task"
     after: "Task"
-
-    def names(self) -> dict[str, str]:
-        """Return the compared quantities by column."""
-        variant = self.before.variant
-        return {
-            "bridge": variant.bridge_name,
-            "abutment": variant.abutment,
-            **{name: getattr(self, name) for name in ("kind", "name", "from_value", "to_value")},
-        }
 
 
 def choice_pairs(
@@ -420,13 +291,7 @@ def write_choices(
 ) -> None:
     """Run the analyses that no journal has and write the table of `CHOICE_COLUMNS`.
 
-    Args:
-        setup: Settings that the variants share.
-        variants: Names of the variants to change.
-        axes: Values on every axis of the grid, by its name.
-        motions: Number of motions of each variant.
-        workers: The worker processes.
-        output: Parquet file.
+    Each of the variants is changed under `motions` motions; `axes` has the values of the grid.
     """
     from skewbridge.study.analyses import run_in_journal, sampled
 
@@ -448,33 +313,33 @@ def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any
     """
     from skewbridge.study.task import run_key
 
-    keys = {(run_key(pair.before), run_key(pair.after)): pair for pair in pairs}
     table = pd.DataFrame(
         {
-            **pair.names(),
+            "bridge": pair.before.variant.bridge_name,
+            "abutment": pair.before.variant.abutment,
+            **{name: getattr(pair, name) for name in _COMPARED[2:]},
             "motion": pair.before.motion.motion.motion_id,
             "demand": demand,
             **_compared(rows[before], rows[after], demand),
         }
-        for (before, after), pair in keys.items()
+        for (before, after), pair in {
+            (run_key(pair.before), run_key(pair.after)): pair for pair in pairs
+        }.items()
         for demand in demands_for("effect")
     )
-    groups = table.groupby([*_NAMES, "demand"], sort=False)
-    ratios = groups.agg(
-        ratio=("log", "mean"),
-        lowest=("log", "min"),
-        highest=("log", "max"),
-        n=("log", "count"),
-        n_failed=("failed", "sum"),
-        n_pairs=("failed", "size"),
-    )
-    own = table.groupby([*_NAMES, "demand", "motion"], sort=False)["log"].mean()
-    means = own.groupby([*_NAMES, "demand"], sort=False).agg(["mean", "sem", "count"])
+    logs = table.groupby([*_COMPARED, "demand"], sort=False)
+    by_motion = table.groupby([*_COMPARED, "demand", "motion"], sort=False)["log"].mean()
+    means = by_motion.groupby([*_COMPARED, "demand"], sort=False).agg(["mean", "sem", "count"])
     reach = means["sem"] * student.ppf(0.5 + CHOICE_CONFIDENCE / 2, means["count"] - 1)
-    ratios["ci_low"], ratios["ci_high"] = means["mean"] - reach, means["mean"] + reach
-    logs = ["ratio", "ci_low", "ci_high", "lowest", "highest"]
-    ratios[logs] = np.exp(ratios[logs])
-    return ratios.reset_index()[list(CHOICE_COLUMNS)]
+    ratios = {
+        "ratio": logs["log"].mean(),
+        "ci_low": means["mean"] - reach,
+        "ci_high": means["mean"] + reach,
+        "lowest": logs["log"].min(),
+        "highest": logs["log"].max(),
+    }
+    counts = logs.agg(n=("log", "count"), n_failed=("failed", "sum"), n_pairs=("failed", "size"))
+    return pd.DataFrame(ratios).apply(np.exp).join(counts).reset_index()
 
 
 def _compared(before: Mapping[str, Any], after: Mapping[str, Any], demand: str) -> dict[str, Any]:

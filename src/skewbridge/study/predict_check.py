@@ -70,17 +70,13 @@ def write_predict_check(
     """
     study = read_frame(tables["demands"])
     models = study[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
-    slugs = dict.fromkeys(
+    slugs = [
         Variant.at(str(bridge), str(abutment), point).normalised().slug
         for bridge, abutment in models
         for point in inner_variants(axes)
-    )
-    tasks = [
-        task
-        for slug in slugs
-        if slug not in set(study["variant"])
-        for task in sampled(setup.tasks(slug), MOTIONS)
     ]
+    new = [slug for slug in dict.fromkeys(slugs) if slug not in set(study["variant"])]
+    tasks = [task for slug in new for task in sampled(setup.tasks(slug), MOTIONS)]
     rows = run_in_journal(setup, "check_predict", tasks, workers)
     states = with_column_failure(
         load_limit_states(tables["limit_states"]), with_derived_columns(study.head(0)).columns
@@ -125,14 +121,11 @@ def check_predict(
     limit_states: Sequence[LimitState],
     settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
-    """Compare predicted medians with those of new analyses of variants inside the grid.
+    """Return a row of `CHECK_COLUMNS` for each new variant inside the grid and limit state.
 
     The new analyses usually have fewer motions than the study. The joint models are therefore
     fitted again to the runs of the grid under the motions of the new analyses: the scatter from
     motion to motion is then the same in both medians and the difference is the error of the terms.
-
-    Returns:
-        A row per new variant and limit state with the columns `CHECK_COLUMNS`.
     """
     loading = list(LOADING_COLUMNS)
     same = study.merge(inner[loading].drop_duplicates(), on=loading)
@@ -146,22 +139,21 @@ def check_predict(
     }
     rows: list[dict[str, Any]] = []
     for identity, part in inner.groupby(list(IDENTITY_COLUMNS), sort=True):
-        values = {str(name): part[name].iloc[0] for name in part}
+        names = dict(zip(IDENTITY_COLUMNS, identity, strict=True))
         for states in states_by_demand(limit_states).values():
             outcomes = demand_outcomes(part, states)
             used = outcomes.used
             for state in states:
-                exceeding = int(np.sum(outcomes.exceed(state)))
-                row: dict[str, Any] = dict(zip(IDENTITY_COLUMNS, identity, strict=True)) | {
+                row = names | {
                     "component": state.component,
                     "limit_state": state.name,
-                    "n_exceed": exceeding,
+                    "n_exceed": int(np.sum(outcomes.exceed(state))),
                     "n_motions": part["motion_id"].nunique(),
                 }
-                state_key = tuple(row[name] for name in key)
-                stages = [status.get(state_key), models.get(state_key, {}).get("status")]
+                model = models.get(tuple(row[name] for name in key), {})
+                stages = [status.get(tuple(row[name] for name in key)), model.get("status")]
                 row["status"] = next((s or NOT_APPLICABLE for s in stages if s != FITTED), FITTED)
-                if exceeding == 0:
+                if row["n_exceed"] == 0:
                     row["status"] = NO_EXCEEDANCE
                 if row["status"] == FITTED:
                     cloud = fit_cloud(
@@ -172,7 +164,8 @@ def check_predict(
                         settings=settings,
                         motions=motion_codes(part)[used],
                     )
-                    predicted = JointModel.of_row(models[state_key]).median(values)[0]
+                    values = {str(name): part[name].iloc[0] for name in part}
+                    predicted = JointModel.of_row(model).median(values)[0]
                     row |= {
                         "status": cloud.status,
                         "theta_predicted": predicted,

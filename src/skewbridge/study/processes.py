@@ -46,8 +46,7 @@ def end_with_parent() -> None:
 def hush_exit_message() -> None:
     """Let the process end without OpenSees' message; calling it again does nothing.
 
-    The message is written while the C++ library is torn down, after Python has ended: what Python
-    itself has to say (tracebacks too) is out by then.
+    The C++ library writes it after Python has ended and has written what it has to say.
     """
     atexit.register(_close_stderr)
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from skewbridge.analysis.keys import bridge_digest
 from skewbridge.bridge.catalogue import load_bridge
@@ -33,7 +33,7 @@ _ANALYSES: Final = (
     *ENGINE,
     "files",
     "demands",
-    *(f"study/{name}.py" for name in ("analyses", "batch", "ida", "journal", "worker")),
+    *(f"study/{name}.py" for name in ("analyses", "batch", "ida", "journal")),
 )
 _VERIFICATION: Final = (*ENGINE, "files", "motions", "demands/suspect.py", "verification")
 #: The figure of the modelling choices has their labels.
@@ -60,6 +60,16 @@ class Recipe:
     inputs: tuple[str, ...] = ()
 
 
+def _analyses(*sources: str, sections: tuple[str, ...], inputs: tuple[str, ...] = ()) -> Recipe:
+    """Return the recipe of a rule that runs analyses, with what else it depends on."""
+    return Recipe(
+        sources=(*_ANALYSES, *sources),
+        sections=("motions", "model", "uncertainty", "analysis", *sections),
+        after=("prepare_motions",),
+        inputs=("bridges", "opensees", *inputs),
+    )
+
+
 #: By rule, in the order in which one reads the other.
 RECIPES: Final[Mapping[str, Recipe]] = {
     "prepare_motions": Recipe(
@@ -69,12 +79,7 @@ RECIPES: Final[Mapping[str, Recipe]] = {
     ),
     "verify_contact": Recipe(sources=_VERIFICATION, inputs=("opensees",)),
     "verification": Recipe(sources=_VERIFICATION, inputs=("opensees",)),
-    "analyse": Recipe(
-        sources=_ANALYSES,
-        sections=("motions", "model", "uncertainty", "analysis", "suspect"),
-        after=("prepare_motions",),
-        inputs=("bridges", "opensees"),
-    ),
+    "analyse": _analyses(sections=("suspect",)),
     "plan_round": Recipe(
         sources=(
             *(*_ANALYSES, "fragility"),
@@ -84,25 +89,14 @@ RECIPES: Final[Mapping[str, Recipe]] = {
         after=("prepare_motions",),
         inputs=("variants", "limit_states", "bridges"),
     ),
-    "analyse_round": Recipe(
-        sources=(*_ANALYSES, "study/rounds.py"),
-        sections=("motions", "model", "uncertainty", "analysis", "suspect"),
-        after=("prepare_motions",),
-        inputs=("bridges", "opensees"),
-    ),
+    "analyse_round": _analyses("study/rounds.py", sections=("suspect",)),
     "collect_rounds": Recipe(sources=(*_TABLES, "fragility"), after=("plan_round",)),
     "collect_demands": Recipe(sources=_TABLES, after=("analyse",), inputs=("variants",)),
-    "sensitivity": Recipe(
-        sources=(*_ANALYSES, "study/sensitivity.py"),
-        sections=("motions", "model", "uncertainty", "analysis", "sensitivity"),
-        after=("prepare_motions",),
-        inputs=("bridges", "opensees", "variants"),
+    "sensitivity": _analyses(
+        "study/sensitivity.py", sections=("sensitivity",), inputs=("variants",)
     ),
-    "modelling_choices": Recipe(
-        sources=(*_ANALYSES, "study/modelling_choices.py"),
-        sections=("grid", "motions", "model", "uncertainty", "analysis", "modelling_choices"),
-        after=("prepare_motions",),
-        inputs=("bridges", "opensees"),
+    "modelling_choices": _analyses(
+        "study/modelling_choices.py", sections=("grid", "modelling_choices")
     ),
     "friction_pair": Recipe(
         sources=(*_ANALYSES, "study/friction_pair.py"), after=("collect_demands",)
@@ -119,9 +113,7 @@ RECIPES: Final[Mapping[str, Recipe]] = {
         after=("fit_fragility",),
     ),
     "figures": Recipe(
-        sources=_SCREEN,
-        sections=("figures",),
-        after=("friction_pair", "fit_fragility"),
+        sources=_SCREEN, sections=("figures",), after=("friction_pair", "fit_fragility")
     ),
     "report": Recipe(
         sources=_SCREEN,
@@ -211,7 +203,7 @@ def origin_of(path: Path, config: Path, base: Path | None = None) -> Origin:
     if "rule" in recorded:
         study = load_config(config, base=base)
         made: MadeFrom = made_from(study).get(recorded["rule"], {"motions": "unknown"})
-        present: dict[str, Any] = stamp_of(recorded["rule"], made, study)
+        present = stamp_of(recorded["rule"], made, study)
         now |= {name: present[name] for name in ("rule_digest", "config_digest", "suite_digest")}
         decisive = ["rule_digest"]
     elif "engine_digest" in recorded:

@@ -1,8 +1,8 @@
 """Progress and forecast of a study: analyses done, failed and left, and their cost."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from math import ceil
 from pathlib import Path
 from typing import Any, Final, Self
@@ -30,7 +30,6 @@ SHOWN_CRASHES: Final = 10
 CPU_S_PER_MOTION_S: Final = 0.08
 TYPICAL_MOTION_S: Final = 25.0  # of the embedded suite
 CORES: Final = 2  # workers of a study
-COUNTS: Final = ("variants", "analyses", "done", "failed", "suspect", "left")
 DISK_KB_PER_ANALYSIS: Final = 6.0  # journal line, parquet row and solver log
 PROFILES: Final = Path("workflow/profiles")
 
@@ -40,65 +39,51 @@ class StudyState:
     """Progress of a study.
 
     Attributes:
-        done: Analyses with a row, whatever its status.
-        failed: Those without a usable result.
-        cpu_s: Processor time of the finished analyses.
-        recovery_steps: Analyses by the highest recovery step they used.
-        suspect: Analyses that a user should check.
-        variants_left: Variants with analyses that are not done.
+        counts: Variants, analyses, those done (with a row, whatever its status), failed (without a
+            usable result), suspect (to be checked by the user) and left, by name.
+        cpu_s: Mean processor time of the finished analyses; None before the first.
+        ledger: Finished analyses by status, and by the highest recovery step they used.
+        variants_left: Number of variants with analyses that are not done.
         notes: Sentences about lines of the journals that do not count, and about analyses that
             ended their workers.
     """
 
-    variants: int
-    analyses: int
-    done: int
-    failed: int
-    cpu_s: float
-    recovery_steps: dict[int, int] = field(default_factory=dict[int, int])
-    statuses: dict[str, int] = field(default_factory=dict[str, int])
-    suspect: int = 0
-    variants_left: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
-
-    @property
-    def left(self) -> int:
-        """Analyses still to run."""
-        return self.analyses - self.done
+    counts: dict[str, int]
+    cpu_s: float | None
+    ledger: dict[str, dict[Any, int]]
+    variants_left: int
+    notes: tuple[str, ...]
 
 
 def study_state(
     run_keys: Mapping[str, Sequence[str]], content: JournalContent, limits: SuspectLimits = LIMITS
 ) -> StudyState:
     """Count the finished analyses of a study, from its `run_keys` by variant and its journals."""
-    done = content.rows
+    done, analyses = content.rows, sum(map(len, run_keys.values()))
     rows = [done[key] for keys in run_keys.values() for key in keys if key in done]
+    crashes = [failure_note(row) for row in rows if row["status"] == CRASH]
+    if len(crashes) > SHOWN_CRASHES:
+        crashes[SHOWN_CRASHES:] = [f"and {len(crashes) - SHOWN_CRASHES} more with status {CRASH}"]
+    if crashes:
+        crashes.append("`skewbridge study retry` lets the study try them again.")
+    times_s = [row["cpu_s"] for row in rows if row["cpu_s"] == row["cpu_s"]]
     return StudyState(
-        variants=len(run_keys),
-        analyses=sum(len(keys) for keys in run_keys.values()),
-        done=len(rows),
-        failed=sum(row["status"] in FAILED for row in rows),
-        cpu_s=sum(row["cpu_s"] for row in rows if row["cpu_s"] == row["cpu_s"]),
-        recovery_steps=_counts(row["recovery_rung"] for row in rows),
-        statuses=_counts(row["status"] for row in rows),
-        suspect=sum(bool(reasons(row, limits)) for row in rows),
-        variants_left=tuple(
-            slug for slug, keys in run_keys.items() if not all(key in done for key in keys)
-        ),
-        notes=(*content.sentences, *_crash_notes(rows)),
+        counts={
+            "variants": len(run_keys),
+            "analyses": analyses,
+            "done": len(rows),
+            "failed": sum(row["status"] in FAILED for row in rows),
+            "suspect": sum(bool(reasons(row, limits)) for row in rows),
+            "left": analyses - len(rows),
+        },
+        cpu_s=sum(times_s) / len(rows) if rows else None,
+        ledger={
+            name: dict(sorted(Counter(row[column] for row in rows).items()))
+            for name, column in (("status", "status"), ("recovery_step", "recovery_rung"))
+        },
+        variants_left=sum(not done.keys() >= set(keys) for keys in run_keys.values()),
+        notes=(*content.sentences, *crashes),
     )
-
-
-def _crash_notes(rows: Iterable[Mapping[str, Any]]) -> list[str]:
-    """Return notes on analyses that ended or stopped their workers."""
-    notes = [failure_note(row) for row in rows if row["status"] == CRASH]
-    if len(notes) > SHOWN_CRASHES:
-        notes[SHOWN_CRASHES:] = [f"and {len(notes) - SHOWN_CRASHES} more with status {CRASH}"]
-    return [*notes, "`skewbridge study retry` lets the study try them again."] if notes else []
-
-
-def _counts(values: Iterable[Any]) -> dict[Any, int]:
-    return dict(sorted(Counter(values).items()))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,10 +110,7 @@ class JobSize:
                 profile: Any = yte.process_yaml(text, require_use_yte=True)
             if "executor" not in profile:
                 return None
-            return cls(
-                cores=profile["set-threads"]["analyse"],
-                jobs=profile["jobs"],
-            )
+            return cls(cores=profile["set-threads"]["analyse"], jobs=profile["jobs"])
         except (YteError, KeyError, TypeError) as error:
             raise InputError(f"{file} is not a valid cluster profile: {error}") from None
 
@@ -150,37 +132,48 @@ def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast
     a cluster's jobs the summary has `jobs`, `job_cores` and the wall time of one job and of all,
     `job_hours` and `hours`, without waiting in the queue.
     """
-    slugs = [variant.slug for variant in expand_grid(config.grid)]
-    folder = StudyFolder(Path(config.results))
-    keys = analysis_keys(config, slugs)
-    each = _count_motions(config) * len(config.motions.incidence_deg)
-    by_variant = {slug: len(keys[slug]) if slug in keys else each for slug in slugs}
-    state = study_state(
-        keys or dict.fromkeys(slugs, ("",) * each), read_content(folder.journals), config.suspect
-    )
+    keys = analysis_keys(config)
+    if not keys:
+        sources = suite_sources(config.motions)
+        motions = sum(len(list_motions(source.folder)[: source.count]) for source in sources)
+        each = ("",) * (motions * len(config.motions.incidence_deg))
+        keys = {variant.slug: each for variant in expand_grid(config.grid)}
+    journals = StudyFolder(Path(config.results)).journals
+    state = study_state(keys, read_content(journals), config.suspect)
     notes, trials = state.notes, 1
     if config.motions.design == "ida":
         low_g, high_g = config.motions.level_range_g
         trials = most_trials((low_g, high_g))
         notes = (*notes, f"Counted are searches of up to {trials} analyses; the cost is of all.")
-    cpu_s = state.cpu_s / state.done if state.done else TYPICAL_MOTION_S * CPU_S_PER_MOTION_S
-    summary = {
-        **{name: getattr(state, name) for name in COUNTS},
-        "core_hours": round(trials * state.analyses * cpu_s / 3600, 3),
-        "eta_s": round(trials * state.left * cpu_s / CORES, 1),
-        "disk_mb": round(trials * state.analyses * DISK_KB_PER_ANALYSIS / 1024, 1),
-        "ledger": {"status": state.statuses, "recovery_step": state.recovery_steps},
+    cpu_s = TYPICAL_MOTION_S * CPU_S_PER_MOTION_S if state.cpu_s is None else state.cpu_s
+    every, left = trials * state.counts["analyses"], trials * state.counts["left"]
+    left_s = round(left * cpu_s / CORES, 1)
+    summary: dict[str, Any] = {
+        **state.counts,
+        "core_hours": round(every * cpu_s / 3600, 3),
+        "eta_s": left_s,
+        "disk_mb": round(every * DISK_KB_PER_ANALYSIS / 1024, 1),
+        "ledger": state.ledger,
     }
     if size is not None:
-        summary |= _jobs(summary, size, state)
+        jobs = state.variants_left
+        job_hours = left_s * CORES / 3600 / size.cores / max(jobs, 1)
+        summary |= {
+            "jobs": jobs,
+            "job_cores": size.cores,
+            "job_hours": round(job_hours, 2),
+            "hours": round(job_hours * ceil(jobs / size.jobs), 2),
+        }
+    by_variant = {slug: len(of_variant) for slug, of_variant in keys.items()}
     return Forecast(summary=summary, analyses_by_variant=by_variant, notes=notes)
 
 
-def analysis_keys(config: StudyConfig, slugs: Sequence[str]) -> dict[str, list[str]]:
+def analysis_keys(config: StudyConfig) -> Mapping[str, Sequence[str]]:
     """Return the keys of the analyses by variant; empty before their motions are prepared."""
     folder = StudyFolder(Path(config.results))
     if not (folder.suite.is_file() and folder.intensities.is_file()):
         return {}
+    slugs = [variant.slug for variant in expand_grid(config.grid)]
     try:
         setup = StudySetup.of(config)
         return {slug: [run_key(task) for task in setup.tasks(slug)] for slug in slugs}
@@ -190,10 +183,8 @@ def analysis_keys(config: StudyConfig, slugs: Sequence[str]) -> dict[str, list[s
 
 def failed_analyses(config: StudyConfig) -> list[dict[str, Any]]:
     """Return the analyses of a study without a usable result, with the command of each alone."""
-    folder = StudyFolder(Path(config.results))
-    slugs = [variant.slug for variant in expand_grid(config.grid)]
-    rows = read_journals(folder)
-    wanted = [key for keys in analysis_keys(config, slugs).values() for key in keys]
+    rows = read_journals(StudyFolder(Path(config.results)))
+    wanted = [key for keys in analysis_keys(config).values() for key in keys]
     return [
         {
             "variant": row["variant"],
@@ -205,23 +196,3 @@ def failed_analyses(config: StudyConfig) -> list[dict[str, Any]]:
         for row in (rows[key] for key in wanted if key in rows)
         if row["status"] in FAILED
     ]
-
-
-def _jobs(summary: Mapping[str, Any], size: JobSize, state: StudyState) -> dict[str, Any]:
-    """Return the jobs of a cluster, one for each variant with analyses left."""
-    jobs = len(state.variants_left)
-    left_h = summary["eta_s"] * CORES / 3600 / size.cores
-    return {
-        "jobs": jobs,
-        "job_cores": size.cores,
-        "job_hours": round(left_h / max(jobs, 1), 2),
-        "hours": round(left_h / max(jobs, 1) * ceil(jobs / size.jobs), 2),
-    }
-
-
-def _count_motions(config: StudyConfig) -> int:
-    total = 0
-    for source in suite_sources(config.motions):
-        available = len(list_motions(source.folder))
-        total += available if source.count is None else min(source.count, available)
-    return total

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from itertools import count
 from pathlib import Path
 from typing import Any, Final
 
@@ -43,21 +42,16 @@ def tables_of_round(folder: StudyFolder, plan: Path) -> list[Path]:
     return [folder.round_demands(content["round"], slug) for slug in changed]
 
 
-def reopen(folder: StudyFolder, hours: float) -> None:
-    """Remove the plan that ended a study for lack of time, if there is more time now.
+def limit_of_round(plan: Path, hours: float) -> float:
+    """Return the time limit with which the plan of a round is or must be made.
 
-    The joined tables go, too: they are what Snakemake then makes again.
+    A plan keeps its limit, unless it ended the study for lack of time and there is more now. As a
+    parameter of the checkpoint, the limit makes Snakemake plan such a round again.
     """
-    for number in count(1):
-        path = folder.round(number)
-        if not path.is_file():
-            return
-        plan = read_json(path)
-        if plan["ended"] is not None:
-            if plan["ended"] == OUT_OF_TIME and plan["hours"] < hours:
-                for made in (path, folder.demands, folder.rounds):
-                    made.unlink(missing_ok=True)
-            return
+    if not plan.is_file():
+        return hours
+    made = read_json(plan)
+    return max(made["hours"], hours) if made["ended"] == OUT_OF_TIME else made["hours"]
 
 
 def setup_of_round(setup: StudySetup, plan: Path, slug: str) -> StudySetup:

@@ -66,13 +66,7 @@ SENSITIVITY_COST: Final = 57.0
 def headline_effects(
     demands: pd.DataFrame, states: Sequence[LimitState], settings: FitSettings
 ) -> pd.DataFrame:
-    """Return the effects of the headline, pooled and of their pairs of variants.
-
-    Args:
-        demands: Table of demands as `prepared` returns it.
-        states: Limit states of the study.
-        settings: Settings of the fits.
-    """
+    """Return the effects of the headline in `prepared` demands, pooled and of pairs of variants."""
     names = demands_for("headline", demands.columns)
     chosen = [state for state in states if state.key in HEADLINE_STATES]
     effects = effect_tables(demands, names, settings).effects
@@ -192,13 +186,8 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
 
     The plan is a JSON object: ``motions`` of each variant before and after the round, ``analyses``
     of the round, ``decided`` and ``cells`` of the rounds before, ``ended`` (why no analyses follow:
-    decided, most or hours; null where the study goes on).
-
-    Args:
-        study: The configuration.
-        number: Number of the round, from 1.
-        earlier: Demands of all earlier rounds.
-        output: JSON file.
+    decided, most or hours; null where the study goes on). Rounds are numbered from 1; `earlier` has
+    the demands of all earlier ones.
     """
     design, folder = study.design, StudyFolder(Path(study.results))
     setup = StudySetup.of(study)

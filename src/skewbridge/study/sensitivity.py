@@ -88,18 +88,14 @@ def write_sensitivity(
     change of a single row by each of `REPEATS`, and the seconds of motion that both sides were
     analysed for (the longest of the rows); it is empty with a count of 0.
     """
-    tasks = sampled_rows(setup, slugs, count, window_s)
+    rows = sampled_rows(setup, slugs, count, window_s)
     longest_first = sorted(REPEATS, key=lambda name: name != "reference")
-    runs = [
-        (number, name, REPEATS[name](task))
-        for name in longest_first
-        for number, task in enumerate(tasks)
-    ]
-    rows = run_in_journal(setup, "sensitivity", [task for _, _, task in runs], workers)
-    frame = pd.DataFrame(
-        [{"row": n, "change": name, **row} for (n, name, _), row in zip(runs, rows, strict=True)]
-    )
-    write_frame(sensitivity_table(frame) if count else pd.DataFrame(), output, provenance())
+    runs = [(number, name) for name in longest_first for number in range(len(rows))]
+    tasks = [REPEATS[name](rows[number]) for number, name in runs]
+    demands = pd.DataFrame(run_in_journal(setup, "sensitivity", tasks, workers))
+    repeated = pd.DataFrame(runs, columns=["row", "change"]).join(demands)
+    table = sensitivity_table(repeated) if count else pd.DataFrame()
+    write_frame(table, output, provenance())
 
 
 def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:

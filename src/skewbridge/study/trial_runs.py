@@ -14,7 +14,6 @@ import numpy as np
 import pandas as pd
 from scipy.special import ndtr
 
-from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.curves import fit_study
@@ -25,11 +24,10 @@ from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import FACTOR_LIMITS, LEVEL_MEASURE, block_factors
 from skewbridge.motions.record import Vector
 from skewbridge.study.analyses import StudySetup, run_in_journal
-from skewbridge.study.batch import Workers
-from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig
+from skewbridge.study.batch import Row, Workers
+from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import prepare_motions
-from skewbridge.study.worker import Row
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.variant import Variant
 
@@ -121,29 +119,30 @@ def run_trials(config: StudyConfig, motions: int) -> tuple[Proposal, list[Row]]:
             f"not of {config.motions.design}"
         )
     folder = StudyFolder(Path(config.results))
-    setup = _setup(config, StudyFolder(folder.root / _NAME))
+    own = StudyFolder(folder.root / _NAME)
+    prepare_motions(config, own)
+    setup = StudySetup.of(config, own)
     if not LEAST_MOTIONS <= motions <= len(setup.suite):
         raise InputError(
             f"trial runs need {LEAST_MOTIONS} motions or more, at most those of the study "
             f"({len(setup.suite)}), got {motions}"
         )
-    taken = {each.motion.motion_id for each in setup.suite[:motions]}
-    tasks = [
-        task
-        for slug in corner_variants(config.grid)
-        for task in setup.tasks(slug)
-        if task.motion.motion.motion_id in taken
-    ]
-    workers = Workers(
-        count=len(os.sched_getaffinity(0)), no_progress_s=config.batches.no_progress_s
-    )
-    rows = run_in_journal(replace(setup, folder=folder), _NAME, tasks, workers)
+    trials = replace(setup, folder=folder, suite=setup.suite[:motions])
+    tasks = [task for slug in corner_variants(config.grid) for task in trials.tasks(slug)]
+    cores, no_progress_s = len(os.sched_getaffinity(0)), config.batches.no_progress_s
+    workers = Workers(count=cores, no_progress_s=no_progress_s)
+    rows = run_in_journal(trials, _NAME, tasks, workers)
     states = load_limit_states(Path(config.fragility.limit_states))
     columns = list(dict.fromkeys(state.demand for state in states))
     runs = prepared(pd.DataFrame(rows), columns, config.fragility).table
     curves = fit_study(runs, states, config.fragility)
+    measures: dict[str, list[dict[str, float]]] = {}
+    for (bridge, _), at_1 in setup.measures.items():
+        measures.setdefault(Path(bridge).stem, []).append(at_1)
+    level_g = np.array([each.measures[LEVEL_MEASURE] / each.scale for each in setup.suite])
     low_g, high_g = config.motions.level_range_g
-    return propose(curves, _strengths(setup), (low_g, high_g)), rows
+    strengths = Strengths(level_g=level_g, measures=measures)
+    return propose(curves, strengths, (low_g, high_g)), rows
 
 
 def propose(curves: pd.DataFrame, strengths: Strengths, configured_g: Levels) -> Proposal:
@@ -173,8 +172,8 @@ def propose(curves: pd.DataFrame, strengths: Strengths, configured_g: Levels) ->
         raise InputError(
             "the trial runs reach no limit state: check that the demands come from the trial runs"
         )
-    others = [each for each in product(lowest_g, highest_g) if strengths.allow(each)]
-    ranges = dict.fromkeys([configured_g, *others])
+    allowed = filter(strengths.allow, product(lowest_g, highest_g))
+    ranges = dict.fromkeys([configured_g, *allowed])
     shares = {each: _both_sides(lines, strengths, im, each) for each in ranges}
     means = {each: float(np.mean(share)) for each, share in shares.items()}
     good = [each for each, mean in means.items() if mean >= max(means.values()) - WORTH_WIDENING]
@@ -221,26 +220,3 @@ def _fewer_than_two(probability: Vector) -> Vector:
     p = np.clip(probability, 1.0e-9, 1.0 - 1.0e-9)
     none = np.prod(1.0 - p, axis=1)
     return none * (1.0 + np.sum(p / (1.0 - p), axis=1))
-
-
-def _setup(config: StudyConfig, folder: StudyFolder) -> StudySetup:
-    """Prepare the motions of the study in a folder of the trial runs, and return its setup."""
-    prepare_motions(
-        config.motions,
-        conditioning_t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s,
-        t1_s={name: load_bridge(name).t1_s for name in config.grid.bridge},
-        folder=folder,
-    )
-    return StudySetup.of(config, folder)
-
-
-def _strengths(setup: StudySetup) -> Strengths:
-    named = [(each.motion.motion_id, each) for each in setup.suite]
-    bridges = dict.fromkeys(bridge for bridge, _ in setup.measures)
-    return Strengths(
-        level_g=np.array([each.measures[LEVEL_MEASURE] / each.scale for _, each in named]),
-        measures={
-            Path(bridge).stem: [setup.measures[bridge, name] for name, _ in named]
-            for bridge in bridges
-        },
-    )

@@ -64,15 +64,16 @@ def compare_studies(
     if not 0.0 < margin < 1.0:
         raise InputError(f"margin must be within 0..1, got {margin:g}")
     states = load_limit_states(limit_states)
-    files = [path if path.is_file() else demands_file(path) for path in (first, second)]
-    tables = [read_demands(path, im, [state.demand for state in states]) for path in files]
-    for path, table in zip((first, second), tables, strict=True):
+    other = _other_motions(first, second)
+    tables: list[pd.DataFrame] = []
+    for study in (first, second):
+        path = study if study.is_file() else demands_file(study)
+        table = read_demands(path, im, [state.demand for state in states])
         if im not in table.columns:
             raise InputError(f"{path}: no column {im!r}", column=im)
-    other = _other_motions(first, second)
-    kept = [table[~table["motion_id"].isin(other)] for table in tables]
+        tables.append(table[~table["motion_id"].isin(other)])
     settings = replace(DEFAULTS, im=im, margin=margin, median_margin=margin)
-    return replace(compare_demands(kept[0], kept[1], states, settings), other_motions=other)
+    return replace(compare_demands(tables[0], tables[1], states, settings), other_motions=other)
 
 
 def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
@@ -81,10 +82,8 @@ def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
     if not all(suite.is_file() for suite in suites):
         return ()
     tables = [read_frame(suite).drop_duplicates("motion_id") for suite in suites]
-    digests = [table.set_index("motion_id")["sha256"] for table in tables]
-    shared = digests[0].index.intersection(digests[1].index)
-    differ = (digests[0][shared] != digests[1][shared]).to_numpy()
-    return tuple(map(str, shared[differ]))
+    both = tables[0].merge(tables[1], on="motion_id", suffixes=("", "_other"))
+    return tuple(map(str, both["motion_id"][both["sha256"] != both["sha256_other"]]))
 
 
 def compare_demands(

@@ -185,20 +185,18 @@ def draw_parameters(
 
 def transform(normals: Vector, *, with_pulse: bool) -> ModelParameters:
     """Return the physical parameters of a vector of normal variables."""
-    pulse = _pulse(normals[:5]) if with_pulse else None
     one, two = np.split(normals[5:] if with_pulse else normals, 2)
+    pulse = None
+    if with_pulse:
+        pulse = Pulse(
+            peak_cm_s=float(np.exp(normals[0])),
+            period_s=float(np.exp(normals[1])),
+            # source: smelt, beta distribution of gamma on 2 to 3.2
+            oscillations=2.0 + 1.2 * _beta(normals[2], 1.30326178289206, 3.96858083951547),
+            phase_rad=float(2.0 * np.pi * ndtr(normals[3])),
+            peak_time_s=float(np.exp(normals[4])),
+        )
     return ModelParameters(component_1=_background(one), component_2=_background(two), pulse=pulse)
-
-
-def _pulse(normals: Vector) -> Pulse:
-    return Pulse(
-        peak_cm_s=float(np.exp(normals[0])),
-        period_s=float(np.exp(normals[1])),
-        # source: smelt, beta distribution of gamma on 2 to 3.2
-        oscillations=2.0 + 1.2 * _beta(normals[2], 1.30326178289206, 3.96858083951547),
-        phase_rad=float(2.0 * np.pi * ndtr(normals[3])),
-        peak_time_s=float(np.exp(normals[4])),
-    )
 
 
 def _background(normals: Vector) -> Background:

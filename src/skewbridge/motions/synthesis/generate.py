@@ -44,8 +44,6 @@ _GOLDEN_SHARE: Final = 0.5 * (np.sqrt(5.0) - 1.0)
 # middle of the default levels (0.07 to 2.25 g), which keeps scale factors near 1.
 SCENARIO: Final = Scenario(magnitude=6.5, distance_km=8.0, vs30_mps=400.0)
 SEED: Final = 2023
-COUNT: Final = 128
-STORED: Final = 40
 FREE_VIBRATION_S: Final = 5.0
 # ASSUME motions that shake much longer than the window are left out: nearly all of the others is
 # kept, at the price of a suite without the longest durations.
@@ -60,10 +58,7 @@ MAX_COUNT: Final = 1000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SuiteRule:
-    """Rule of a shipped suite; its first ``stored`` motions are files.
-
-    The names of its motions begin with ``letters``.
-    """
+    """Rule of a shipped suite: first motions stored in files, and begin of the names of motions."""
 
     scenario: Scenario
     count: int
@@ -72,23 +67,15 @@ class SuiteRule:
     letters: str = "syn"
 
 
+_FAR: Final = Scenario(magnitude=7.5, distance_km=30.0, vs30_mps=400.0)
+_PULSE: Final = Scenario(magnitude=7.0, distance_km=5.0, vs30_mps=400.0, pulse="all")
 #: The shipped suites. ``far`` has long shaking from the largest distance that the model covers.
 #: Every motion of ``pulse`` has a forward-directivity pulse; its direction is random like that of
 #: the other suites, so that these do not differ by direction.
 SUITES: Final = {
-    "near": SuiteRule(scenario=SCENARIO, count=COUNT, stored=STORED),
-    "far": SuiteRule(
-        scenario=Scenario(magnitude=7.5, distance_km=30.0, vs30_mps=400.0),
-        count=16,
-        shaking_s=45.0,
-        letters="far",
-    ),
-    "pulse": SuiteRule(
-        scenario=Scenario(magnitude=7.0, distance_km=5.0, vs30_mps=400.0, pulse="all"),
-        count=16,
-        shaking_s=25.0,
-        letters="pulse",
-    ),
+    "near": SuiteRule(scenario=SCENARIO, count=128, stored=40),
+    "far": SuiteRule(scenario=_FAR, count=16, shaking_s=45.0, letters="far"),
+    "pulse": SuiteRule(scenario=_PULSE, count=16, shaking_s=25.0, letters="pulse"),
 }
 
 
@@ -121,26 +108,27 @@ def synthesize(
     """
     how = options or SynthesisOptions()
     parameters, rng = drawn_parameters(scenario, index=index, seed=seed)
+    pulse = parameters.pulse
     one_g, two_g, start_s = simulate_background(parameters, scenario.magnitude, rng, how.dt_s)
     if how.calibrate == "bssa14":
         target_g = target_spectrum(scenario, seed, index)
         corner_hz = corner_frequency_hz(scenario.magnitude)
         one_g, two_g = calibrate_pair(one_g, two_g, how.dt_s, target_g, corner_hz)
-    if parameters.pulse is not None:
+    if pulse is not None:
         time_s = np.arange(one_g.size, dtype=np.float64) * how.dt_s - start_s
-        one_g = one_g + pulse_acceleration(parameters.pulse, time_s)
-    if how.orientation == "random" and (parameters.pulse is None or how.turn_pulses):
+        one_g = one_g + pulse_acceleration(pulse, time_s)
+    if how.orientation == "random" and (pulse is None or how.turn_pulses):
         # ASSUME any direction of the principal axes is as likely as another
         angle_rad = np.pi * ((index + 1) * _GOLDEN_SHARE % 1.0)
         cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
         one_g, two_g = cosine * one_g - sine * two_g, sine * one_g + cosine * two_g
+    kind = scenario.mechanism if pulse is None else f"{scenario.mechanism}, pulse"
     return GroundMotion(
         motion_id=f"syn{index + 1:03d}",
         dt_s=how.dt_s,
         accel_1_mps2=one_g * G_MPS2,
         accel_2_mps2=two_g * G_MPS2,
-        event=f"DDK18 M{scenario.magnitude:g} {scenario.mechanism}"
-        + (", pulse" if parameters.pulse is not None else ""),
+        event=f"DDK18 M{scenario.magnitude:g} {kind}",
         magnitude=scenario.magnitude,
         distance_km=scenario.distance_km,
         vs30_mps=scenario.vs30_mps,
@@ -222,19 +210,17 @@ def write_default_suite(folder: Path, t1_s: float, suite: str = "near") -> list[
     levels_g: list[float] = []
     for item in default_motions(suite=suite):
         effects.append(effect_on_measures(item.whole, item.cut))
-        if item.is_stored:
-            files = write_at2(item.cut, folder / "synthetic")
-            rows.append(_row(item.cut, files, folder))
-            motion = read_motion(*files)  # a factor is that of the motion as written, with 8 digits
-        else:
-            motion = made_motion(item.number, suite)
-            made_from = {MADE_FROM: item.number} | ({} if suite == "near" else {OF_SUITE: suite})
-            rows.append(_row(motion, (), folder) | made_from)
+        files = write_at2(item.cut, folder / "synthetic") if item.is_stored else ()
+        # a factor is that of the motion as written, with 8 digits
+        motion = read_motion(*files) if files else made_motion(item.number, suite)
+        rows.append(_row(item.cut if files else motion, files, folder))
+        if not files:
+            rows[-1] |= {MADE_FROM: item.number} | ({} if suite == "near" else {OF_SUITE: suite})
         levels_g.append(motion_measures(motion, t1_s)[LEVEL_MEASURE])
+    low_g, high_g = LEVEL_RANGE_G
     for row, factor in zip(rows, block_factors(levels_g), strict=True):
-        row["scale"] = float(f"{factor:.6g}")
-        row["scale_t1_s"] = t1_s
-        row["scale_low_g"], row["scale_high_g"] = LEVEL_RANGE_G
+        row |= {"scale": float(f"{factor:.6g}"), "scale_t1_s": t1_s}
+        row |= {"scale_low_g": low_g, "scale_high_g": high_g}
     write_index(folder / INDEX_NAME, rows)
     return effects
 

@@ -42,11 +42,11 @@ from skewbridge.fragility.system import system_curves
 from skewbridge.motions.levels import MotionsConfig
 from skewbridge.statuses import OK
 from skewbridge.study.analyses import StudySetup
-from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig
+from skewbridge.study.batch import row_of_task
+from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder, starter_files
 from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.task import Task, outcome_of
-from skewbridge.study.worker import row_of_task
 from skewbridge.units import INCH
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.variant import Variant
@@ -203,12 +203,7 @@ def analysed_demands[Key](
     )
     with TemporaryDirectory() as name:
         folder = StudyFolder(Path(name))
-        prepare_motions(
-            config.motions,
-            conditioning_t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s,
-            t1_s={bridge: load_bridge(bridge).t1_s for bridge in bridges},
-            folder=folder,
-        )
+        prepare_motions(config, folder)
         setup = StudySetup.of(config, folder)
     tasks = [
         (key, replace(task, options=replace(task.options, **options)))
