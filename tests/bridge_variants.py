@@ -1,10 +1,40 @@
-"""Variants of bridges for the tests of the model."""
+"""Variants of bridges and their analyses."""
 
+from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import analyse
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
+from strong_motion import strong_motion
 
 
 def variant(
-    skew_deg: int = 30, abutment: str = "contact_friction", bridge: str = "osb1"
+    skew_deg: int = 30,
+    abutment: str = "contact_friction",
+    bridge: str = "osb1",
+    gap_mm: int = 51,
+    friction_pct: int = 50,
 ) -> Variant:
-    """Return a variant with a gap of 51 mm and friction 0.5."""
-    return Variant(bridge=bridge, abutment=abutment, skew_deg=skew_deg, gap_mm=51, friction_pct=50)
+    """Return a variant, by default with a gap of 51 mm and friction 0.5."""
+    return Variant(
+        bridge=bridge,
+        abutment=abutment,
+        skew_deg=skew_deg,
+        gap_mm=gap_mm,
+        friction_pct=friction_pct,
+    )
+
+
+def analysed(
+    case, motion=None, options=None, *, scale=1.0, incidence_deg=0.0, log_path=None, **settings
+):
+    """Analyse a variant under a motion, by default a strong one; return the result."""
+    motion = motion or strong_motion()
+    return analyse(
+        case,
+        Excitation(motion=motion, scale=scale, incidence_deg=incidence_deg),
+        AnalysisSettings(**settings),
+        options or ModelOptions(),
+        histories=True,
+        log_path=log_path,
+    )

@@ -4,39 +4,19 @@ import ctypes
 import os
 import signal
 import time
-from collections.abc import Mapping
-from pathlib import Path
 
 from skewbridge.study import ida
-from skewbridge.study.batch import Alarm, Row, row_of_task
-from skewbridge.study.ida import Search
-from skewbridge.study.task import Task, no_result
+from skewbridge.study.batch import Alarm, row_of_task
+from skewbridge.study.task import no_result
 
 
-def done_at_once(task: Task, key: str, _log_folder: Path) -> list[Row]:
+def done_at_once(task, key, _log_folder):
     """Return a row without an analysis."""
     return [row_of_task({**no_result("ok", ""), "cpu_s": 0.0}, task, key)]
 
 
-def signalled(
-    task: Task,
-    key: str,
-    log_folder: Path,
-    *,
-    motion_id: str,
-    sent: signal.Signals,
-    first: Path | None,
-) -> list[Row]:
-    """Send a signal to the own process in one of the analyses.
-
-    Args:
-        task: The analysis.
-        key: Its key.
-        log_folder: Not used.
-        motion_id: Where to do it.
-        sent: The signal.
-        first: If given, it is done only until this file is there.
-    """
+def signalled(task, key, log_folder, *, motion_id, sent, first):
+    """Send a signal to the own process in one of the analyses, until the file `first` exists."""
     if task.motion.motion.motion_id == motion_id and not (first and first.exists()):
         if first:
             first.touch()
@@ -44,12 +24,10 @@ def signalled(
     return done_at_once(task, key, log_folder)
 
 
-def searched(
-    search: Search, done: Mapping[str, Row], journal: Path, task: Task, key: str, log_folder: Path
-) -> list[Row]:
+def searched(search, done, journal, task, key, log_folder):
     """Search a capacity without analyses; the demand is the factor."""
 
-    def row_of(trial: Task, trial_key: str, _log_folder: Path) -> Row:
+    def row_of(trial, trial_key, _log_folder):
         row = {**no_result("ok", ""), "cpu_s": 0.0, search.demand: trial.motion.scale}
         return row_of_task(row, trial, trial_key)
 
@@ -57,7 +35,7 @@ def searched(
     return ida.search_capacity(search, done, journal, task, key, log_folder)
 
 
-def hanging(task: Task, key: str, log_folder: Path, *, motion_id: str) -> list[Row]:
+def hanging(task, key, log_folder, *, motion_id):
     """Block every signal that Python could handle and wait for ever in one of the analyses."""
     if task.motion.motion.motion_id == motion_id:
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
@@ -65,7 +43,7 @@ def hanging(task: Task, key: str, log_folder: Path, *, motion_id: str) -> list[R
     return done_at_once(task, key, log_folder)
 
 
-def slow(task: Task, key: str, log_folder: Path, *, seconds: float) -> list[Row]:
+def slow(task, key, log_folder, *, seconds):
     """Take steps for some time."""
     ends_s = time.monotonic() + seconds
     while time.monotonic() < ends_s:

@@ -1,5 +1,6 @@
 """Synthetic demands tables in the contract of results/demands.parquet."""
 
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -17,18 +18,11 @@ from skewbridge.variant.variant import Variant
 IM = "im_saavg_rotd50_g"
 STATES = load_limit_states(Path(__file__).parents[1] / "config" / "limit_states.yaml")
 SETTINGS = FitSettings(im=IM, bootstrap=199)
-DRIFT = limit_states_of(
-    [
-        {
-            "component": "column_drift",
-            "demand": "column_drift_ratio",
-            "unit": "percent",
-            "dispersion": 0.35,
-            "citation": "test",
-            "states": {"slight": 1.0, "moderate": 2.5},
-        }
-    ]
-)
+_DRIFT = {
+    "component": "column_drift", "demand": "column_drift_ratio", "unit": "percent",
+    "dispersion": 0.35, "citation": "test", "states": {"slight": 1.0, "moderate": 2.5},
+}  # fmt: skip
+DRIFT = limit_states_of([_DRIFT])
 # ln demand = ln a + b ln im + scatter of the motion + small scatter of the run
 DEMAND_MODELS = {
     "column_shear_kn": (np.log(2000.0), 0.25, 0.12),
@@ -102,40 +96,32 @@ def synthetic_demands(
     im = np.exp(np.linspace(np.log(0.1), np.log(1.5), motions))
     residual = {name: rng.normal(size=motions) for name in DEMAND_MODELS}
     rows = []
-    for skew in skews:
-        for gap in gaps:
-            for friction in frictions:
-                variant = Variant(
-                    bridge=bridge,
-                    abutment=abutment,
-                    skew_deg=skew,
-                    gap_mm=gap,
-                    friction_pct=friction,
-                )
-                for m in range(motions):
-                    for scale in scales:
-                        row = {
-                            "variant": variant.slug,
-                            "bridge": bridge,
-                            "abutment": abutment,
-                            "skew_deg": skew,
-                            "gap_mm": gap,
-                            "friction": friction / 100,
-                            "motion_id": f"m{m:02d}",
-                            "run_key": f"{variant.slug}-{m:02d}",
-                            "scale": scale,
-                            "incidence_deg": 0.0,
-                            IM: im[m] * scale,
-                            "status": "ok",
-                        }
-                        for name, (ln_a, b, s) in DEMAND_MODELS.items():
-                            ln_d = ln_a + b * np.log(im[m] * scale) + s * residual[name][m]
-                            ln_d += run_scatter * rng.normal()
-                            if name == "deck_rotation_rad":
-                                ln_d += friction_effect * (friction / 50)
-                                ln_d += skew_effect * skew / 30
-                            row[name] = np.exp(ln_d)
-                        rows.append(row)
+    runs = product(skews, gaps, frictions, range(motions), scales)
+    for skew, gap, friction, m, scale in runs:
+        variant = Variant(
+            bridge=bridge, abutment=abutment, skew_deg=skew, gap_mm=gap, friction_pct=friction
+        )
+        row = {
+            "variant": variant.slug,
+            "bridge": bridge,
+            "abutment": abutment,
+            "skew_deg": skew,
+            "gap_mm": gap,
+            "friction": friction / 100,
+            "motion_id": f"m{m:02d}",
+            "run_key": f"{variant.slug}-{m:02d}",
+            "scale": scale,
+            "incidence_deg": 0.0,
+            IM: im[m] * scale,
+            "status": "ok",
+        }
+        for name, (ln_a, b, s) in DEMAND_MODELS.items():
+            ln_d = ln_a + b * np.log(im[m] * scale) + s * residual[name][m]
+            ln_d += run_scatter * rng.normal()
+            if name == "deck_rotation_rad":
+                ln_d += friction_effect * friction / 50 + skew_effect * skew / 30
+            row[name] = np.exp(ln_d)
+        rows.append(row)
     return pd.DataFrame(rows)
 
 
@@ -152,20 +138,9 @@ def paired_effects(demands, columns=None, settings=SETTINGS, *, jobs=1) -> pd.Da
 
 def runs_of_one_variant(variant: str, bridge: str, skew_deg: int, im) -> pd.DataFrame:
     """Complete runs of a variant under one motion per value of Sa(1.0 s), without demands."""
-    return pd.DataFrame(
-        {
-            "variant": variant,
-            "bridge": bridge,
-            "abutment": "contact_friction",
-            "skew_deg": skew_deg,
-            "gap_mm": 25,
-            "friction": 0.5,
-            "motion_id": [f"m{number:02d}" for number in range(len(im))],
-            "scale": 1.0,
-            "incidence_deg": 0.0,
-            "im_sa_1p000_rotd50_g": im,
-            "status": "ok",
-            "complete": True,
-            "collapse_criterion": "",
-        }
-    )
+    given = {
+        "variant": variant, "bridge": bridge, "abutment": "contact_friction", "skew_deg": skew_deg,
+        "gap_mm": 25, "friction": 0.5, "scale": 1.0, "incidence_deg": 0.0, "status": "ok",
+        "complete": True, "collapse_criterion": "", "im_sa_1p000_rotd50_g": im,
+    }  # fmt: skip
+    return pd.DataFrame(given).assign(motion_id=[f"m{number:02d}" for number in range(len(im))])

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 HEADER = """PEER NGA STRONG MOTION DATABASE RECORD
-{event}, 1/17/1994, {station}, {azimuth}
+Quake, 1/17/1994, Station, {azimuth}
 ACCELERATION TIME SERIES IN UNITS OF G
 NPTS= {npts:6d}, DT= {dt:.4f} SEC
 """
@@ -14,13 +14,9 @@ NPTS= {npts:6d}, DT= {dt:.4f} SEC
 
 def at2_text(values_g: np.ndarray, dt_s: float = 0.01, azimuth: int = 90) -> str:
     """Return the text of a PEER file."""
-    header = HEADER.format(
-        event="Quake", station="Station", azimuth=azimuth, npts=len(values_g), dt=dt_s
-    )
-    rows = [
-        "".join(f"{value:15.7E}" for value in values_g[i : i + 5])
-        for i in range(0, len(values_g), 5)
-    ]
+    header = HEADER.format(npts=len(values_g), dt=dt_s, azimuth=azimuth)
+    lines = (values_g[i : i + 5] for i in range(0, len(values_g), 5))
+    rows = ["".join(f"{value:15.7E}" for value in line) for line in lines]
     return header + "\n".join(rows) + "\n"
 
 
@@ -45,13 +41,11 @@ def make_pairs(folder: Path, count: int) -> list[tuple[Path, Path]]:
 
 def index_of(folder: Path, pairs: list[tuple[Path, Path]], **columns: list) -> Path:
     """Write an index of some pairs with further columns."""
-    table = pd.DataFrame(
-        {
-            "motion_id": [first.stem.removesuffix("_h1") for first, _ in pairs],
-            "file_1": [first.name for first, _ in pairs],
-            "file_2": [second.name for _, second in pairs],
-        }
-        | columns
-    )
+    given = {
+        "motion_id": [first.stem.removesuffix("_h1") for first, _ in pairs],
+        "file_1": [first.name for first, _ in pairs],
+        "file_2": [second.name for _, second in pairs],
+    }
+    table = pd.DataFrame(given | columns)
     table.to_csv(folder / "index.csv", index=False)
     return folder / "index.csv"

@@ -19,30 +19,18 @@ from skewbridge.report.study_figures import CURVES
 
 STATES = [
     {
-        "component": "column_drift",
-        "demand": "column_drift_ratio",
-        "unit": "percent",
-        "dispersion": 0.35,
-        "citation": "a test",
-        "states": {"slight": 1.0, "moderate": 2.5},
+        "component": "column_drift", "demand": "column_drift_ratio", "unit": "percent",
+        "dispersion": 0.35, "citation": "a test", "states": {"slight": 1.0, "moderate": 2.5},
     },
     {
-        "component": "bearing",
-        "demand": "bearing_disp_m",
-        "unit": "mm",
-        "dispersion": 0.0,
-        "citation": "a test",
-        "states": {"slight": 100.0},
+        "component": "bearing", "demand": "bearing_disp_m", "unit": "mm",
+        "dispersion": 0.0, "citation": "a test", "states": {"slight": 100.0},
     },
-]
+]  # fmt: skip
 _MORE = {
-    "recovery_rung": 0,
-    "energy_residual_ratio": 0.002,
-    "cone_work_over_10pct_ratio": 0.03,
-    "slip_work_kj": 1.0,
-    "cpu_s": 3.0,
-    "suspect": "",
-}
+    "recovery_rung": 0, "energy_residual_ratio": 0.002, "cone_work_over_10pct_ratio": 0.03,
+    "slip_work_kj": 1.0, "cpu_s": 3.0, "suspect": "",
+}  # fmt: skip
 _QUICK = replace(DEFAULTS, bootstrap=99)
 _CHECKS = {
     "passed": True,
@@ -73,17 +61,11 @@ def write_page(
         demands["beyond_model"] = ""
     found = fragility_tables(demands, limit_states_of(states), _QUICK)
     empty = pd.DataFrame({"demand": pd.Series(dtype=str)})
-    frames = {
-        "demands": demands,
-        "curves": found["curves"],
-        "medians": found["median_effects"],
-        **{name: found[name] for name in ("joint", "system", "effects", "intensity_effects")},
-        **{name: found[name] for name in ("needed_motions", "input_notes", "suites")},
-        "measures": empty,
-        "contact_checks": empty,
-        "sensitivity": empty,
-        "suite": pd.DataFrame({"source": [source] * 2}),
-    }
+    same = ("curves", "joint", "system", "effects", "intensity_effects", "needed_motions")
+    frames = {"demands": demands, "medians": found["median_effects"]}
+    frames |= {name: found[name] for name in (*same, "input_notes", "suites")}
+    frames |= dict.fromkeys(("measures", "contact_checks", "sensitivity"), empty)
+    frames["suite"] = pd.DataFrame({"source": [source] * 2})
     paths = {name: folder / f"{name}.parquet" for name in frames}
     for name, frame in frames.items():
         write_frame(frame, paths[name], {"made_by": "a test"})
@@ -96,8 +78,7 @@ def write_page(
     limits = folder / "states.yaml"
     limits.write_text(yaml.safe_dump(states, sort_keys=False), encoding="utf-8")
     fits = {"exclude_suspect": False, "limit_states": str(limits)}
-    given = {"grid": {"bridge": list(bridges)}, "fragility": fits}
-    given = merged(given, config or {})
+    given = merged({"grid": {"bridge": list(bridges)}, "fragility": fits}, config or {})
     page = folder / "page.html"
     write_report(tables=paths, figures=folder, config=given, output=page)
     return page, frames

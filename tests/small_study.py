@@ -1,13 +1,17 @@
 """Commands on a copied tree with the smoke study, and what they leave."""
 
 import json
+import os
+import re
 import shutil
+import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 
+import psutil
 import pytest
 
 ROOT = Path(__file__).parents[1]
@@ -24,38 +28,43 @@ def copy_sources(folder: Path) -> Path:
     return folder
 
 
-def command(*arguments: str, cores: int = 2) -> list[str]:
+def command(*arguments, cores=2):
     return [str(SNAKEMAKE), f"-j{cores}", *arguments]
 
 
-def run(
-    tree: Path, *arguments: str, over: str = "", check: bool = True, cores: int = 2
-) -> subprocess.CompletedProcess[str]:
+def run(tree, *arguments, over="", check=True, cores=2):
     """Run Snakemake on the small study, with YAML text merged over its configuration."""
     (tree / "over.yaml").write_text(over or "{}")
-    configuration = ["--configfile", "config/smoke.yaml", "over.yaml"]
-    done = subprocess.run(
-        command(*configuration, *arguments, cores=cores),
-        cwd=tree,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if check and done.returncode != 0:
-        pytest.fail(f"{done.stdout}\n{done.stderr}")
-    return done
+    given = command("--configfile", "config/smoke.yaml", "over.yaml", *arguments, cores=cores)
+    return done(given, tree, check=check)
+
+
+def done(given, folder, *, check=True, environment=None):
+    """Run a command to its end; fail the test with its messages unless it may fail."""
+    options = {"capture_output": True, "text": True, "check": False}
+    finished = subprocess.run(given, cwd=folder, env=os.environ | (environment or {}), **options)
+    if check and finished.returncode != 0:
+        pytest.fail(f"{finished.stdout}\n{finished.stderr}")
+    return finished
+
+
+def killed_after_one_analysis(tree, *arguments):
+    """Start a study, kill Snakemake after the first analysis, and wait for its children."""
+    silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    process = subprocess.Popen(command(*arguments), cwd=tree, **silent)
+    assert wait_for(lambda: (tree / "results/journal").exists() and journal_keys(tree), 300)
+    family = psutil.Process(process.pid).children(recursive=True)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert wait_for(
+        lambda: not any(p.is_running() and p.status() != "zombie" for p in family), 60
+    ), "children of a killed study go on"
 
 
 def planned_jobs(tree: Path, over: str = "", *targets: str) -> set[str]:
     """Names of the rules that a dry run would execute."""
-    text = run(tree, "-n", "--", *targets, over=over)
-    lines = (text.stdout + text.stderr).splitlines()
-    found = [line.split() for line in lines]
-    return {
-        words[1].rstrip(":")
-        for words in found
-        if len(words) == 2 and words[0] in {"rule", "localrule"}
-    }
+    plan = run(tree, "-n", "--", *targets, over=over)
+    return set(re.findall(r"^ *(?:local)?rule (\w+):$", plan.stdout + plan.stderr, re.MULTILINE))
 
 
 def journal_keys(tree: Path, results: str = "results") -> list[str]:

@@ -33,14 +33,13 @@ def wave(motion_id="wave", *, duration_s=1.0, number=1, scale=1.0, peak_mps2=1.0
 def study_of(folder: Path | str, *motions: SuiteMotion, bridges=("osb1",), **changes) -> StudySetup:
     """Return the set-up of a study of the bridges with the motions, or with one wave."""
     suite = motions or (wave(),)
+    measures = {
+        (bridge, each.motion.motion_id): dict(each.measures) for bridge in bridges for each in suite
+    }
     setup = StudySetup(
         folder=StudyFolder(Path(folder)),
         suite=suite,
-        measures={
-            (bridge, each.motion.motion_id): dict(each.measures)
-            for bridge in bridges
-            for each in suite
-        },
+        measures=measures,
         incidence_deg=(0.0,),
         settings=AnalysisSettings(),
         options=ModelOptions(),

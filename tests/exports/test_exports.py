@@ -14,19 +14,14 @@ import pandas as pd
 import pytest
 from scipy.special import ndtr
 
-from fragility_tables import IM, synthetic_demands
+from fragility_tables import STATES, curves_of, synthetic_demands
 from skewbridge.files.tables import write_frame
-from skewbridge.fragility.curves import fit_study
-from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.exports import export_curves, identifier
-from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.fragility.settings import FitSettings
 
 pytestmark = pytest.mark.exports
 
 HERE = Path(__file__).parent
 ENVIRONMENTS = HERE.parents[1] / ".exports"
-STATES = HERE.parents[1] / "config" / "limit_states.yaml"
 LEVELS = [0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.5]
 TOLERANCE = 1e-6
 LONG = "x" * 60
@@ -40,10 +35,7 @@ def _curves(tmp_path_factory: pytest.TempPathFactory) -> Path:
     demands["variant"] = demands["variant"].replace(
         "osb1_cf_skew30_gap051_mu050", f"osb1_cf_skew30_gap051_mu050_hinge-length-m0p75_{LONG}"
     )
-    states = [state for state in load_limit_states(STATES) if state.demand in demands]
-    settings = FitSettings(im=IM)
-    runs = prepared(demands, [state.demand for state in states], settings).table
-    table = fit_study(runs, states, settings)
+    table = curves_of(demands, [state for state in STATES if state.demand in demands])
     path = tmp_path_factory.mktemp("study") / "curves.parquet"
     write_frame(table, path, {})
     return path
@@ -119,9 +111,8 @@ def test_openquake_reads_every_file_and_gets_our_probabilities(
         name = identifier(f"{row.variant}:{row.component}", r"A-Za-z0-9_:\-", 75)
         function, values = functions[name, row.limit_state]
         assert function["imt"] == "AvgSA"
-        low, high = function[
-            "range"
-        ]  # beyond it OpenQuake has 0 below, and no more than at the end
+        # outside the range OpenQuake has 0 below, and no more than at its end above
+        low, high = function["range"]
         inside = (np.array(LEVELS) > low) & (np.array(LEVELS) < high)
         ours = probabilities(row)
         np.testing.assert_allclose(np.array(values)[inside], ours[inside], atol=TOLERANCE, rtol=0.0)

@@ -8,11 +8,11 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
-import mutants
-from mutants import CONTACT
+import mutated_files
+from mutated_files import CONTACT
 from skewbridge.cli import build_app
 
-DECK = mutants.DECK | {"period_theta_s": 0.31623, "gap_normal_m": 0.00269}
+DECK = mutated_files.DECK | {"period_theta_s": 0.31623, "gap_normal_m": 0.00269}
 PATH = [[0.0, 0.0, 0.0, -0.01], [0.1, 0.02, 0.01, -0.01], [0.2, 0.0, 0.02, 0.01]]
 
 
@@ -75,41 +75,29 @@ WRONG_DECK = [
     ({"pulse": None, "motion": ["a.AT2", "b.AT2"]}, "a.AT2"),
     ({"pulse": {"kind": "sine", "amplitude_g": 0.5, "period_s": 0.5}}, "kind"),
 ]
+WRONG_ROWS = [
+    ([[0.0, 0, 0, 0], [0.1, float("nan"), 0, 0]], "line 3"),
+    ([[0.0, 0, 0, 0], [0.1, 0, 0, 0], [0.1, 0, 0, 0]], "line 4"),
+    ([[0.0, 0, 0, 0], [0.2, 0, 0, 0], [0.1, 0, 0, 0]], "must increase"),
+    ([[0.0, 0, 0, 0], [0.1, "x", 0, 0]], "ux_m"),
+    ([[0.0, 0, 0, 0]], "two rows"),
+]
 
 
 @pytest.mark.parametrize(
-    ("command", "case", "word"),
-    [("contact", CONTACT | change, word) for change, word in WRONG_CONTACT]
-    + [("deck", DECK | change, word) for change, word in WRONG_DECK],
+    ("command", "case", "rows", "word"),
+    [
+        *(("contact", CONTACT | change, PATH, word) for change, word in WRONG_CONTACT),
+        *(("deck", DECK | change, PATH, word) for change, word in WRONG_DECK),
+        *(("contact", CONTACT, rows, word) for rows, word in WRONG_ROWS),
+        *(("contact", text, PATH, "case.yaml") for text in ("- 1\n- 2\n", "a: [1\n", "")),
+    ],
 )
-def test_wrong_field_is_named(tmp_path, command, case, word):
-    code, answer = run(tmp_path, command, case)
+def test_wrong_field_or_line_is_named(tmp_path, command, case, rows, word):
+    code, answer = run(tmp_path, command, case, rows=rows)
     assert code == 2
     assert word in answer["message"]
     assert not list(tmp_path.glob("f.*"))
-
-
-@pytest.mark.parametrize(
-    ("rows", "word"),
-    [
-        ([[0.0, 0, 0, 0], [0.1, float("nan"), 0, 0]], "line 3"),
-        ([[0.0, 0, 0, 0], [0.1, 0, 0, 0], [0.1, 0, 0, 0]], "line 4"),
-        ([[0.0, 0, 0, 0], [0.2, 0, 0, 0], [0.1, 0, 0, 0]], "must increase"),
-        ([[0.0, 0, 0, 0], [0.1, "x", 0, 0]], "ux_m"),
-        ([[0.0, 0, 0, 0]], "two rows"),
-    ],
-)
-def test_wrong_path_is_named_by_its_line(tmp_path, rows, word):
-    code, answer = run(tmp_path, "contact", CONTACT, rows=rows)
-    assert code == 2
-    assert word in answer["message"]
-
-
-@pytest.mark.parametrize("content", ["- 1\n- 2\n", "a: [1\n", ""])
-def test_file_without_a_mapping_is_refused(tmp_path, content):
-    code, answer = run(tmp_path, "contact", content)
-    assert code == 2
-    assert "case.yaml" in answer["message"]
 
 
 def test_output_folder_that_cannot_be_made_stops_before_any_work(tmp_path):

@@ -15,64 +15,71 @@ from skewbridge.errors import InputError
 from skewbridge.fragility.exports import CsvContent, measure_names
 from skewbridge.fragility.paper_table import chosen_curves, variant_in_words
 
-IM = "im_saavg_rotd50_g"
 NRML = "{http://openquake.org/xmlns/nrml/0.5}"
+PGA = "im_pga_rotd50_g"
 
 
-def curves_table(im=IM):
+def curves_of(im="im_saavg_rotd50_g"):
     """Return curves of four variants, two states and two methods, of which cloud is preferred."""
-    rows = []
-    for (skew, friction), (state, capacity), method in product(
-        product((0, 30), (0.0, 0.5)),
-        (("slight", 0.01), ("moderate", 0.025)),
-        ("cloud", "exceedance"),
-    ):
-        theta = 0.3 * (capacity / 0.01) * np.cos(np.radians(skew)) ** 0.5 * (1 + 0.1 * friction)
-        theta *= 1.1 if method == "exceedance" else 1.0
-        rows.append(
-            {
-                "variant": f"osb1_cf_skew{skew:02d}_gap051_mu{round(100 * friction):03d}",
-                "bridge": "osb1",
-                "abutment": "contact_friction",
-                "skew_deg": skew,
-                "gap_mm": 51,
-                "friction": friction,
-                "component": "column_drift",
-                "limit_state": state,
-                "demand": "column_drift_ratio",
-                "threshold": capacity,
-                "capacity_dispersion": 0.35,
-                "citation": "test",
-                "method": method,
-                "preferred": method == "cloud",
-                "status": "ok",
-                "im": im,
-                "theta": theta,
-                "theta_low": 0.9 * theta,
-                "theta_high": 1.1 * theta,
-                "beta": 0.35,
-                "beta_total": np.hypot(0.35, 0.35),
-                "beta_total_low": 0.4,
-                "beta_total_high": 0.6,
-                "methods_differ": skew == 30,
-                "n_exceed": 9,
-                "n_runs": 30,
-            }
-        )
-    return pd.DataFrame(rows)
+    cases = product((0, 30), (0.0, 0.5), (0.01, 0.025), ("cloud", "exceedance"))
+    table = pd.DataFrame(cases, columns=["skew_deg", "friction", "threshold", "method"])
+    skew, friction = table["skew_deg"], table["friction"]
+    table["variant"] = [
+        f"osb1_cf_skew{s:02d}_gap051_mu{round(100 * f):03d}"
+        for s, f in zip(skew, friction, strict=True)
+    ]
+    table["theta"] = 30.0 * table["threshold"] * np.cos(np.radians(skew)) ** 0.5
+    table["theta"] *= (1 + 0.1 * friction) * np.where(table["method"] == "cloud", 1.0, 1.1)
+    return table.assign(
+        bridge="osb1",
+        abutment="contact_friction",
+        gap_mm=51,
+        component="column_drift",
+        limit_state=table["threshold"].map({0.01: "slight", 0.025: "moderate"}),
+        demand="column_drift_ratio",
+        capacity_dispersion=0.35,
+        citation="test",
+        preferred=table["method"] == "cloud",
+        status="ok",
+        im=im,
+        theta_low=0.9 * table["theta"],
+        theta_high=1.1 * table["theta"],
+        beta=0.35,
+        beta_total=np.hypot(0.35, 0.35),
+        beta_total_low=0.4,
+        beta_total_high=0.6,
+        methods_differ=skew == 30,
+        n_exceed=9,
+        n_runs=30,
+    )
 
 
-def curves_file(tmp_path, im=IM):
-    path = tmp_path / "curves.parquet"
-    curves_table(im).to_parquet(path)
-    return path, pd.read_parquet(path)
+def with_hole(curves):
+    """Return curves in reversed order, of which the first variant lacks the mildest state."""
+    hole = (curves["variant"] == curves["variant"].iloc[0]) & (curves["limit_state"] == "slight")
+    curves.loc[hole, ["status", "theta", "beta", "beta_total"]] = ["all_exceed", *[np.nan] * 3]
+    return curves.iloc[::-1]
 
 
-def test_nrml_has_mean_and_deviation_of_the_lognormal(tmp_path):
-    path, curves = curves_file(tmp_path, "im_sa_1p000_rotd50_g")
-    out = tmp_path / "fragility.xml"
-    code, report = run("export", path, "--format", "nrml", "--out", out)
-    assert code == 0
+@pytest.fixture
+def export(tmp_path):
+    """Return a function that exports curves into `out` and returns file and report."""
+
+    def write(curves, file_format, name, *options, refused=""):
+        curves.to_parquet(tmp_path / "curves.parquet")
+        out = tmp_path / name
+        given = ("--format", file_format, "--out", out, *options)
+        code, report = run("export", tmp_path / "curves.parquet", *given)
+        assert code == (2 if refused else 0)
+        assert refused in report.get("message", "")
+        return out, report
+
+    return write
+
+
+def test_nrml_has_mean_and_deviation_of_the_lognormal(export):
+    curves = curves_of("im_sa_1p000_rotd50_g")
+    out, report = export(curves, "nrml", "fragility.xml")
     assert report["curves"] == 8
     assert report["models"][0]["crossing"] == []
     model = ElementTree.parse(out).getroot().find(f"{NRML}fragilityModel")
@@ -89,263 +96,201 @@ def test_nrml_has_mean_and_deviation_of_the_lognormal(tmp_path):
     assert mean * np.exp(-0.5 * sigma**2) == pytest.approx(first["theta"], rel=1e-6)
 
 
-def test_pelicun_table_has_one_row_per_component(tmp_path):
-    path, _ = curves_file(tmp_path, "im_pga_rotd50_g")
-    out = tmp_path / "fragility.csv"
-    run("export", path, "--format", "pelicun", "--out", out)
-    table = pd.read_csv(out)
-    assert len(table) == 4
-    assert set(table["Demand-Type"]) == {"Peak Ground Acceleration"}
-    assert set(table["LS1-Family"]) == {"lognormal"}
-    assert (table["LS1-Theta_0"] < table["LS2-Theta_0"]).all()
-    assert set(table["Demand-Directional"]) == {1}
-
-
-def test_names_have_only_characters_that_the_other_program_accepts(tmp_path):
+def test_names_have_only_characters_that_the_other_program_accepts(export):
     """pelicun cuts names at a hyphen; OpenQuake accepts no dot and 75 characters."""
-    path, curves = curves_file(tmp_path, "im_pga_rotd50_g")
+    curves = curves_of(PGA)
     first, second = curves["variant"].unique()[:2]
     names = {first: f"{first}_hinge-length-m0p75", second: f"{second}_hinge_length-m0p75{'x' * 60}"}
-    curves.assign(variant=curves["variant"].replace(names)).to_parquet(path)
-    run("export", path, "--format", "pelicun", "--out", tmp_path / "fragility.csv")
-    ids = pd.read_csv(tmp_path / "fragility.csv")["ID"]
+    curves["variant"] = curves["variant"].replace(names)
+    ids = pd.read_csv(export(curves, "pelicun", "fragility.csv")[0])["ID"]
     assert ids.is_unique
     assert not ids.str.contains("-").any()
-    run("export", path, "--format", "nrml", "--out", tmp_path / "fragility.xml")
-    root = ElementTree.parse(tmp_path / "fragility.xml").getroot()
+    root = ElementTree.parse(export(curves, "nrml", "fragility.xml")[0]).getroot()
     ids = [each.get("id") for each in root.iter(f"{NRML}fragilityFunction")]
     assert len(set(ids)) == 4
     assert all(re.fullmatch(r"[A-Za-z0-9_:-]{1,75}", each) for each in ids)
     assert f"{first}_hinge-length-m0p75:column_drift" in ids
 
 
-def test_limit_states_keep_their_number_where_a_milder_one_has_no_estimate(tmp_path):
-    path, curves = curves_file(tmp_path, "im_pga_rotd50_g")
-    first = curves["variant"].iloc[0]
-    hole = (curves["variant"] == first) & (curves["limit_state"] == "slight")
-    curves.loc[hole, ["status", "theta", "beta", "beta_total"]] = ["all_exceed", *[np.nan] * 3]
-    curves.iloc[::-1].to_parquet(path)  # the order of the rows has no meaning
-    out = tmp_path / "fragility.csv"
-    _, report = run("export", path, "--format", "pelicun", "--out", out)
-    name = f"{first}.column_drift"
+def test_pelicun_keeps_the_number_of_a_state_where_a_milder_one_has_no_estimate(export):
+    curves = with_hole(curves_of(PGA))
+    out, report = export(curves, "pelicun", "fragility.csv")
+    name = f"{curves['variant'].iloc[-1]}.column_drift"
     assert report["holes"] == [{"id": name, "missing": ["slight"]}]
     assert report["left_out"] == 1
-    row = pd.read_csv(out).set_index("ID").loc[name]
-    assert np.isnan(row["LS1-Theta_0"])
-    assert row["LS2-Theta_0"] > 0
-    described = json.loads((tmp_path / "fragility.json").read_text())[name]
+    table = pd.read_csv(out).set_index("ID")
+    assert len(table) == 4
+    assert set(table["Demand-Type"]) == {"Peak Ground Acceleration"}
+    assert set(table["Demand-Directional"]) == {1}
+    assert set(table["LS2-Family"]) == {"lognormal"}
+    hole, others = table.loc[name], table.drop(name)
+    assert np.isnan(hole["LS1-Theta_0"])
+    assert hole["LS2-Theta_0"] > 0
+    assert (others["LS1-Theta_0"] < others["LS2-Theta_0"]).all()
+    described = json.loads(out.with_suffix(".json").read_text())[name]
     assert described["LimitStates"]["LS2"]["DS1"]["Description"].startswith("moderate")
     assert "LS1 slight (all_exceed)" in described["Comments"]
     assert described["LimitStates"]["LS2"]["DS1"]["Reference"] == "test"
 
 
-def test_dlml_folder_has_curves_general_information_and_references(tmp_path):
-    path, _ = curves_file(tmp_path, "im_pga_rotd50_g")
-    _, report = run("export", path, "--format", "dlml", "--out", tmp_path / "library")
-    assert report["files"] == [
-        str(tmp_path / f"library/fragility.{end}") for end in ("csv", "json")
-    ]
-    described = json.loads((tmp_path / "library/fragility.json").read_text())
+def test_dlml_folder_has_curves_general_information_and_references(export):
+    out, report = export(curves_of(PGA), "dlml", "library")
+    assert report["files"] == [str(out / f"fragility.{end}") for end in ("csv", "json")]
+    described = json.loads((out / "fragility.json").read_text())
     about = described.pop("_GeneralInformation")
     assert about["ComponentGroups"] == ["column_drift"]
     assert about["References"] == ["test"]
-    assert set(described) == set(pd.read_csv(tmp_path / "library/fragility.csv")["ID"])
+    assert set(described) == set(pd.read_csv(out / "fragility.csv")["ID"])
 
 
-def test_nrml_writes_a_file_per_set_of_states(tmp_path):
-    path, curves = curves_file(tmp_path, "im_pga_rotd50_g")
-    first = curves["variant"].iloc[0]
-    hole = (curves["variant"] == first) & (curves["limit_state"] == "slight")
-    curves.loc[hole, "status"] = "all_exceed"
-    curves.iloc[::-1].to_parquet(path)
-    out = tmp_path / "fragility.xml"
-    _, report = run("export", path, "--format", "nrml", "--out", out)
+def test_nrml_writes_a_file_per_set_of_states(export):
+    _, report = export(with_hole(curves_of(PGA)), "nrml", "fragility.xml")
     assert {model["functions"] for model in report["models"]} == {1, 3}
     assert report["curves"] == 7
-    states = {}
-    for name in report["files"]:
-        model = ElementTree.parse(name).getroot()[0]
-        states[model[1].text] = len(model) - 2
+    models = [ElementTree.parse(name).getroot()[0] for name in report["files"]]
+    states = {model[1].text: len(model) - 2 for model in models}
     assert states == {"slight moderate": 3, "moderate": 1}
     assert any("fragility.xml was not written" in note for note in report["notes"])
 
 
-def test_probabilities_over_a_range_and_skew_factors(tmp_path):
-    path, curves = curves_file(tmp_path)
-    out = tmp_path / "p.csv"
-    run("export", path, "--format", "csv", "--out", out, "--im-range", 0.1, 2, "--points", 7)
+def test_probabilities_over_a_range_are_those_of_the_curves(export):
+    curves = curves_of()
+    out, _ = export(curves, "csv", "p.csv", "--im-range", 0.1, 2, "--points", 7)
     long = pd.read_csv(out)
     assert list(long.columns) == [
         *("variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction"),
         *("component", "limit_state", "method", "im", "intensity", "probability"),
     ]
-    one = curves[(curves["method"] == "cloud") & (curves["status"] == "ok")].iloc[0]
+    one = curves.iloc[0]
     same = (long["variant"] == one["variant"]) & (long["limit_state"] == one["limit_state"])
     u = np.log(long.loc[same, "intensity"] / one["theta"]) / one["beta_total"]
     assert long.loc[same, "probability"].to_numpy() == pytest.approx(norm.cdf(u), rel=1e-9)
-    curves.assign(var_ln_theta=0.01).to_parquet(path)
-    run("export", path, "--format", "csv", "--out", out, "--skew-factors")
+
+
+def test_skew_factors_have_paired_or_independent_intervals_and_scale_capacities(export, tmp_path):
+    curves = curves_of().assign(var_ln_theta=0.01)
+    out, _ = export(curves, "csv", "factors.csv", "--skew-factors")
     factors = pd.read_csv(out)
     assert len(factors) == 4
+    assert set(factors["interval"]) == {"independent"}
     width = np.log(factors["factor_high"] / factors["factor_low"])
     assert width.to_numpy() == pytest.approx(2 * 1.645 * np.sqrt(0.02), rel=1e-3)
     assert factors["hazus_factor"].to_numpy() == pytest.approx(np.sqrt(np.cos(np.pi / 6)))
-    assert (factors["theta"] / factors["theta_straight"]).to_numpy() == pytest.approx(
-        factors["factor"]
-    )
-    assert set(factors["interval"]) == {"independent"}
-
-
-def test_skew_factors_have_the_paired_interval_and_scale_capacities_of_pelicun(tmp_path):
-    path, curves = curves_file(tmp_path)
-    straight = curves.loc[curves["skew_deg"] == 0].iloc[0]
-    pair = straight[["bridge", "abutment", "gap_mm", "friction"]].to_dict() | {
-        "demand": f"{straight['component']}/{straight['limit_state']}",
-        **{"scope": "variant", "status": "ok", "axis": "skew_deg", "from_value": 0.0},
-        **{"to_value": 30.0, "skew_deg": np.nan, "ratio": 0.9, "ci_low": 0.8, "ci_high": 1.0},
+    ratio = (factors["theta"] / factors["theta_straight"]).to_numpy()
+    assert ratio == pytest.approx(factors["factor"])
+    pair = curves.iloc[0][["bridge", "abutment", "gap_mm", "friction"]].to_dict() | {
+        **{"demand": "column_drift/slight", "scope": "variant", "status": "ok"},
+        **{"axis": "skew_deg", "from_value": 0.0, "to_value": 30.0, "skew_deg": np.nan},
+        **{"ratio": 0.9, "ci_low": 0.8, "ci_high": 1.0},
     }
     pd.DataFrame([pair]).to_parquet(tmp_path / "median_effects.parquet")
-    out = tmp_path / "factors.csv"
-    run("export", path, "--format", "csv", "--out", out, "--skew-factors")
+    export(curves, "csv", "factors.csv", "--skew-factors")
     factors = pd.read_csv(out)
     paired = factors[factors["interval"] == "paired"]
     assert len(paired) == 1
-    width = paired["factor_high"] / paired["factor_low"]
-    assert width.to_numpy() == pytest.approx(1.0 / 0.8)
-    scaling = tmp_path / "scaling.json"
-    run("export", path, "--format", "pelicun", "--out", scaling, "--skew-factors")
+    assert (paired["factor_high"] / paired["factor_low"]).item() == pytest.approx(1.0 / 0.8)
+    scaling, _ = export(curves, "pelicun", "scaling.json", "--skew-factors")
     found = json.loads(scaling.read_text())["30"]
     assert set(found) == {"factor", "low", "high"}
     values = [float(text[1:]) for states in found["factor"].values() for text in states.values()]
     assert sorted(values) == pytest.approx(sorted(factors["factor"]), rel=1e-5)
-    curves_out = tmp_path / "pelicun.csv"
-    run("export", path, "--format", "pelicun", "--out", curves_out)
-    known = {f"{name}-0-1" for name in pd.read_csv(curves_out)["ID"]}
-    assert set(found["factor"]) <= known
+    table = pd.read_csv(export(curves, "pelicun", "pelicun.csv")[0])
+    assert set(found["factor"]) <= {f"{name}-0-1" for name in table["ID"]}
     assert all(key.startswith("LS") for states in found["low"].values() for key in states)
 
 
-def test_latex_names_variants_in_words_and_marks_differing_methods(tmp_path):
-    path, _ = curves_file(tmp_path)
-    tex = tmp_path / "curves.tex"
-    run("export", path, "--format", "latex", "--out", tex)
+def test_latex_names_variants_in_words_and_marks_differing_methods(export):
+    tex, _ = export(curves_of(), "latex", "curves.tex")
     text = tex.read_text()
     assert r"\beta_\mathrm{total}" in text
     assert "& skew 30 deg, gap 51 mm, friction 0.5 & column drift, slight &" in text
     assert "osb1_cf" not in text.replace(r"\_", "_")
     lines = [line for line in text.splitlines() if line.startswith("osb1")]
     assert all((" * &" in line) == ("skew 30" in line) for line in lines)
-    code, found = run("export", path, "--format", "latex", "--out", tex, "--im-range", 0.1, 2)
-    assert code == 2
-    assert "need --format csv" in found["message"]
-
-
-def test_variants_in_words_leave_out_axes_that_the_abutment_model_lacks():
+    # axes that the abutment model lacks are left out
     row = {"abutment": "roller", "skew_deg": 22.5, "gap_mm": 0, "friction": 0.0}
     assert variant_in_words(row) == "skew 22.5 deg"
-    assert variant_in_words(row | {"abutment": "foreign"}) == "skew 22.5 deg, gap 0 mm, friction 0"
 
 
-def test_formats_and_options_that_were_removed_are_refused_with_advice(tmp_path):
-    path, _ = curves_file(tmp_path)
-    code, found = run("export", path, "--format", "xlsx", "--out", tmp_path / "curves.xlsx")
-    assert code == 2
-    assert "spreadsheets open csv" in found["message"]
-    options = ("--hazard", path, "--skew-factors")
-    code, found = run("export", path, "--format", "csv", "--out", tmp_path / "x.csv", *options)
-    assert code == 2
-    assert "a csv is one table" in found["message"]
-
-
-def test_preferred_curves_are_exported_unless_a_method_is_given(tmp_path):
-    path, curves = curves_file(tmp_path)
+def test_preferred_curves_are_exported_unless_a_method_is_given(export):
+    curves = curves_of()
     first = (curves["variant"] == curves["variant"].iloc[0]) & (curves["limit_state"] == "slight")
     curves.loc[first, "preferred"] = curves.loc[first, "method"] == "exceedance"
-    curves.to_parquet(path)
-    out = tmp_path / "curves.csv"
-    run("export", path, "--format", "csv", "--out", out)
+    out, _ = export(curves, "csv", "curves.csv")
     assert pd.read_csv(out)["method"].value_counts().to_dict() == {"cloud": 7, "exceedance": 1}
-    run("export", path, "--format", "csv", "--out", out, "--method", "cloud")
+    export(curves, "csv", "curves.csv", "--method", "cloud")
     assert set(pd.read_csv(out)["method"]) == {"cloud"}
-    code, found = run("export", path, "--format", "csv", "--out", out, "--method", "ida_interval")
-    assert code == 2
-    assert "no curves of method 'ida_interval'" in found["message"]
 
 
-def test_a_state_without_an_estimate_has_one_row():
-    curves = curves_table()
+def test_rows_without_an_estimate_keep_their_status_and_have_one_row(export):
+    curves = curves_of()
+    unreached = (curves["method"] == "exceedance") & (curves["limit_state"] == "moderate")
+    curves["status"] = np.where(unreached, "no_exceedance", "ok")
+    table = pd.read_csv(export(curves, "csv", "curves.csv", "--method", "exceedance")[0])
+    assert table["status"].value_counts().to_dict() == {"ok": 4, "no_exceedance": 4}
     curves["preferred"] &= curves["limit_state"] == "slight"
     chosen = chosen_curves(curves)
     assert len(chosen) == 8
     assert set(chosen["method"]) == {"cloud"}
 
 
-def test_states_of_several_demands_are_no_damage_scale(tmp_path):
+def test_states_of_several_demands_are_no_damage_scale(export):
     """Shear and flexural failure do not follow each other: each has a function of its own."""
-    curves = curves_table()
+    curves = curves_of()
     modes = curves["limit_state"].map({"slight": "shear", "moderate": "flexure"})
     demands = modes.map({"shear": "column_shear_dcr", "flexure": "drift_over_capacity"})
     failure = {"component": "column_failure", "limit_state": modes, "demand": demands}
-    path = tmp_path / "curves.parquet"
-    curves.assign(**failure, threshold=1.0).to_parquet(path)
-    _, report = run("export", path, "--format", "nrml", "--out", tmp_path / "curves.xml")
+    curves = curves.assign(**failure, threshold=1.0)
+    _, report = export(curves, "nrml", "curves.xml")
     assert [model["limit_states"] for model in report["models"]] == [["flexure"], ["shear"]]
-    run("export", path, "--format", "pelicun", "--out", tmp_path / "curves.csv")
-    table = pd.read_csv(tmp_path / "curves.csv")
+    table = pd.read_csv(export(curves, "pelicun", "curves.csv")[0])
     assert len(table) == 8
     assert "LS2-Theta_0" not in table
     assert table["ID"].str.endswith(("column_failure_shear", "column_failure_flexure")).all()
 
 
-def test_curves_that_cross_within_the_range_are_reported(tmp_path):
-    path, curves = curves_file(tmp_path, "im_pga_rotd50_g")
-    severe = curves["limit_state"] == "moderate"
-    curves.loc[severe, ["theta", "beta_total"]] = [0.32, 1.2]
-    curves.to_parquet(path)
-    _, report = run("export", path, "--format", "nrml", "--out", tmp_path / "curves.xml")
+def test_curves_that_cross_within_the_range_are_reported(export):
+    curves = curves_of(PGA)
+    curves.loc[curves["limit_state"] == "moderate", ["theta", "beta_total"]] = [0.32, 1.2]
+    _, report = export(curves, "nrml", "curves.xml")
     assert len(report["models"][0]["crossing"]) == 4
     assert any("curves cross in 4 functions" in note for note in report["notes"])
 
 
-def test_csv_keeps_rows_without_an_estimate_and_their_status(tmp_path):
-    path, curves = curves_file(tmp_path)
-    reached = (curves["method"] != "exceedance") | (curves["limit_state"] == "slight")
-    curves.assign(status=np.where(reached, "ok", "no_exceedance")).to_parquet(path)
-    out = tmp_path / "curves.csv"
-    run("export", path, "--format", "csv", "--out", out, "--method", "exceedance")
-    table = pd.read_csv(out)
-    assert table["status"].value_counts().to_dict() == {"ok": 4, "no_exceedance": 4}
+def test_hazard_table_adds_annual_frequencies(export, tmp_path):
+    def first_row(im, rate, refused=""):
+        pd.DataFrame({"im": im, "rate": rate}).to_csv(tmp_path / "hazard.csv", index=False)
+        options = ("--hazard", tmp_path / "hazard.csv")
+        out, _ = export(curves_of(), "csv", "curves.csv", *options, refused=refused)
+        return pd.read_csv(out).query("status == 'ok'").iloc[0]
 
-
-def test_hazard_table_adds_annual_frequencies(tmp_path):
-    path, _ = curves_file(tmp_path)
-    hazard, out = tmp_path / "hazard.csv", tmp_path / "curves.csv"
     im = np.geomspace(1e-3, 1e3, 20)
-    pd.DataFrame({"im": im, "rate": 1e-4 * im**-2.5}).to_csv(hazard, index=False)
-    run("export", path, "--format", "csv", "--out", out, "--hazard", hazard)
-    first = pd.read_csv(out).query("status == 'ok'").iloc[0]
-    beta = first["beta_total"]
-    wanted = 1e-4 * first["theta"] ** -2.5 * np.exp(0.5 * (2.5 * beta) ** 2)
+    first = first_row(im, 1e-4 * im**-2.5)
+    wanted = 1e-4 * first["theta"] ** -2.5 * np.exp(0.5 * (2.5 * first["beta_total"]) ** 2)
     assert first["annual_frequency"] == pytest.approx(wanted, rel=1e-4)  # ends of the table
     short = np.geomspace(0.05, 0.5, 8)
-    pd.DataFrame({"im": short, "rate": 1e-4 * short**-2.5}).to_csv(hazard, index=False)
-    run("export", path, "--format", "csv", "--out", out, "--hazard", hazard)
-    cut = pd.read_csv(out).query("status == 'ok'").iloc[0]
-    part = cut["annual_frequency"]
-    assert part + cut["annual_frequency_above_least"] < wanted
-    assert part + cut["annual_frequency_above_most"] > 0.99 * wanted
+    cut = first_row(short, 1e-4 * short**-2.5)
+    assert cut["annual_frequency"] + cut["annual_frequency_above_least"] < wanted
+    assert cut["annual_frequency"] + cut["annual_frequency_above_most"] > 0.99 * wanted
     assert 0 < cut["probability_at_first_level"] < 0.05
-    pd.DataFrame({"im": im, "rate": im}).to_csv(hazard, index=False)
-    code, found = run("export", path, "--format", "csv", "--out", out, "--hazard", hazard)
-    assert code == 2
-    assert "rate must not increase (rows" in found["message"]
+    first_row(im, im, refused="rate must not increase (rows")
 
 
-def test_export_refuses_what_the_other_tool_cannot_name(tmp_path):
-    path, _ = curves_file(tmp_path, "im_sa_t1_rotd50_g")
-    code, found = run("export", path, "--format", "nrml", "--out", tmp_path / "x.xml")
-    assert code == 2
-    assert "has no name in OpenQuake" in found["message"]
+@pytest.mark.parametrize(
+    ("im", "file_format", "options", "words"),
+    [
+        ("im_sa_t1_rotd50_g", "nrml", (), "has no name in OpenQuake"),
+        (PGA, "csv", ("--method", "ida_interval"), "no curves of method 'ida_interval'"),
+        (PGA, "latex", ("--im-range", 0.1, 2), "need --format csv"),
+        (PGA, "csv", ("--hazard", "hazard.csv", "--skew-factors"), "a csv is one table"),
+        (PGA, "xlsx", (), "spreadsheets open csv"),
+    ],
+)
+def test_formats_and_options_that_do_not_fit_are_refused(export, im, file_format, options, words):
+    export(curves_of(im), file_format, "out", *options, refused=words)
+
+
+def test_measures_have_the_names_of_openquake():
     assert measure_names("im_pgv_rotd50_mps")[:2] == ("PGV", 100.0)
     assert measure_names("im_arias_mps")[0] == ""
 

@@ -1,6 +1,7 @@
-"""`skewbridge fit`: one JSON object, the row of an error, exit codes."""
+"""`skewbridge fit`: one JSON object, the row of an error, exit codes; tables of other programs."""
 
 import json
+import re
 
 import numpy as np
 import pandas as pd
@@ -8,25 +9,31 @@ import pytest
 
 from cli_json import run
 from fragility_tables import IM, synthetic_demands
+from skewbridge.errors import InputError
+from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.demand_table import prepared, read_foreign
+from skewbridge.fragility.limit_states import LimitState
+from skewbridge.fragility.settings import FitSettings
+
+DRIFT = "column_drift_ratio"
+RUNS = ("--im", IM, "--edp", DRIFT, "--threshold")
+SAME_PLACE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}
 
 
 @pytest.fixture
-def write(tmp_path):
-    def save(data):
-        path = tmp_path / "data.json"
-        path.write_text(json.dumps(data), encoding="utf-8")
-        return path
+def fit(tmp_path):
+    """Return a function that writes data (JSON, text of a CSV, or a table) and fits them."""
 
-    return save
+    def call(data, method, *options):
+        if isinstance(data, pd.DataFrame):
+            path = tmp_path / "data.parquet"
+            data.to_parquet(path)
+        else:
+            path = tmp_path / ("data.csv" if isinstance(data, str) else "data.json")
+            path.write_text(data if isinstance(data, str) else json.dumps(data), encoding="utf-8")
+        return run("fit", path, "--method", method, *options)
 
-
-def test_stripes_from_json(write):
-    path = write({"im": [0.2, 0.4, 0.6, 0.8], "n": [20] * 4, "k": [0, 4, 12, 18]})
-    code, found = run("fit", path, "--method", "stripes")
-    assert code == 0
-    assert found["status"] == "ok"
-    assert found["ci_theta"][0] < found["theta"] < found["ci_theta"][1]
-    assert found["n_runs"] == 80
+    return call
 
 
 @pytest.mark.parametrize(
@@ -36,9 +43,14 @@ def test_stripes_from_json(write):
         ({"im": [0.0, 0.5], "n": [20, 20], "k": [1, 2]}, "stripes", 0, "im must be > 0"),
         ({"im": [0.1, None], "n": [20, 20], "k": [1, 2]}, "stripes", 1, "im must be > 0"),
         ({"im": [0.1, "x"], "n": [20, 20], "k": [1, 2]}, "stripes", 1, "must be a number"),
+        ("im,n,k\n0.2,20,1\n0.4,,9\n0.8,20,17\n", "stripes", 1, ""),
         ({"im": [0.1, -0.2], "edp": [1, 1], "threshold": 1}, "cloud", 1, "im must be > 0"),
         ({"im": [0.1, 0.2], "edp": [1, 0], "threshold": 1}, "cloud", 1, "edp must be > 0"),
         ({"im": [0.1, 0.2], "edp": [1, 1], "threshold": -1}, "cloud", 0, "threshold must"),
+        ({"im": [1, [2]], "edp": [1, 2], "threshold": 1}, "cloud", 1, "must be a number"),
+        ({"im": [1, 2], "edp": [1, 2], "threshold": []}, "cloud", None, "threshold is empty"),
+        ({"im": 5, "edp": [1, 2], "threshold": 1}, "cloud", None, "im must be a list"),
+        ({"im": [1, 2], "edp": {"a": 1}, "threshold": 1}, "cloud", None, "edp must be a list"),
         ({"capacity": [1, float("nan")]}, "ida", 1, "capacity must be > 0"),
         ({"capacity": [1, 2], "censored": [0, 2]}, "ida", 1, "censored must be 0 or 1"),
         ({"lower": [0.5, 0.7], "upper": [0.6, 0.7]}, "ida", 1, "upper must be above lower"),
@@ -48,14 +60,26 @@ def test_stripes_from_json(write):
         ({}, "stripes", None, "need a column 'im'"),
     ],
 )
-def test_bad_data_exits_two_with_the_row(write, data, method, row, text):
-    code, found = run("fit", write(data), "--method", method)
-    assert code == 2
-    assert found["status"] == "error"
-    assert found["row"] == row
+def test_bad_data_exits_two_with_the_row(fit, data, method, row, text):
+    code, found = fit(data, method)
+    assert (code, found["status"], found["row"]) == (2, "error", row)
     assert text in found["message"]
-    assert "data.json: " in found["message"]
-    assert found["file"].endswith("data.json")
+    assert row is None or re.search(r"/data\.(json|csv): ", found["message"])
+
+
+@pytest.mark.parametrize(
+    ("data", "found"),
+    [
+        ("im,edp\n0.1,1\n0.2,2\n0.3,\n0.4,4\n", {"row": 2, "column": "edp"}),
+        ("im,edp\n0.1,1\n0.2,2\n-0.3,3\n0.4,4\n", {"row": 2, "column": "im"}),
+        ({"im": [1, 2, 3], "edp": [1, 2]}, {}),
+    ],
+)
+def test_bad_cell_in_a_table_of_runs_is_named(fit, data, found):
+    code, answer = fit(data, "cloud", "--im", "im", "--edp", "edp", "--threshold", 2)
+    assert code == 2
+    assert answer.items() >= found.items()
+    assert found or "columns differ in length" in answer["message"]
 
 
 @pytest.mark.parametrize(
@@ -69,224 +93,192 @@ def test_bad_data_exits_two_with_the_row(write, data, method, row, text):
         ({"capacity": [1, 2], "censored": [1, 1]}, "ida", "all_censored"),
     ],
 )
-def test_degenerate_data_exits_zero_with_its_status(write, data, method, status):
-    code, found = run("fit", write(data), "--method", method)
+def test_degenerate_data_exits_zero_with_its_status(fit, data, method, status):
+    code, found = fit(data, method)
     assert (code, found["status"]) == (0, status)
-    if status != "zero_dispersion":
-        assert found["theta"] is None
+    assert status == "zero_dispersion" or found["theta"] is None
 
 
-def test_spellings_of_published_data_sets_are_understood(write):
-    _, first = run(
-        "fit", write({"capacity": [1, 2, 3, 3], "right_censored": [0, 0, 0, 1]}), "--method", "ida"
-    )
-    _, second = run(
-        "fit", write({"capacity": [1, 2, 3, 3], "censored": [0, 0, 0, 1]}), "--method", "ida"
-    )
+def test_spellings_of_published_data_sets_are_understood(fit):
+    names = ("right_censored", "censored")
+    first, second = (fit({"capacity": [1, 2, 3, 3], name: [0, 0, 0, 1]}, "ida") for name in names)
     assert first == second
     data = {"bracket_lo": [0.4, 0.8, 0.6], "bracket_hi": [0.7, 1.0, "inf"]}
-    assert run("fit", write(data), "--method", "ida")[1]["status"] == "ok"
-    x = np.array([0.1, 0.2, 0.5, 0.9])
-    y = np.array([0.01, 0.03, 0.05, 0.1])
+    assert fit(data, "ida")[1]["status"] == "ok"
+    assert fit("lower,upper\n0.2,0.4\n0.5,0.8\n0.6,\n", "ida")[1]["status"] == "ok"
+    x, y = np.array([0.1, 0.2, 0.5, 0.9]), np.array([0.01, 0.03, 0.05, 0.1])
     logs = {"ln_im": list(np.log(x)), "ln_edp": list(np.log(y)), "threshold": 0.04}
     plain = {"im": list(x), "edp": list(y), "threshold": 0.04}
-    found = [run("fit", write(data), "--method", "cloud")[1]["theta"] for data in (logs, plain)]
-    assert found[0] == pytest.approx(found[1])
+    thetas = [fit(data, "cloud")[1]["theta"] for data in (logs, plain)]
+    assert thetas[0] == pytest.approx(thetas[1])
 
 
-def test_a_collapse_flag_in_a_cloud_censors_the_demand(write):
+def test_a_collapse_flag_in_a_cloud_censors_the_demand(fit):
     rng = np.random.default_rng(0)
     im = np.exp(rng.uniform(-2, 0.7, 60))
     edp = 0.03 * im * np.exp(0.3 * rng.normal(size=60))
     fall = im * np.exp(0.4 * rng.normal(size=60)) > 1.2
-    data = {
-        "im": list(im),
-        "edp": list(edp),
-        "threshold": 0.03,
-        "collapse": fall.astype(int).tolist(),
-    }
-    _, found = run("fit", write(data), "--method", "cloud")
+    data, flags = {"im": list(im), "threshold": 0.03}, fall.astype(int).tolist()
+    _, found = fit(data | {"edp": list(edp), "collapse": flags}, "cloud")
     assert (found["method"], found["n_censored"]) == ("cloud_tobit", fall.sum())
     # a collapsed run exceeds: as if its demand were known to be above the threshold
-    above = np.where(fall, np.maximum(edp, 0.03), edp).tolist()
-    data = {"im": list(im), "edp": above, "threshold": 0.03, "censored": fall.astype(int).tolist()}
-    _, same = run("fit", write(data), "--method", "cloud")
-    assert same["theta"] == found["theta"]
-    code, refused = run("fit", write(data), "--method", "cloud", "--model", "ols")
+    data |= {"edp": np.where(fall, np.maximum(edp, 0.03), edp).tolist(), "censored": flags}
+    assert fit(data, "cloud")[1]["theta"] == found["theta"]
+    code, refused = fit(data, "cloud", "--model", "ols")
     assert code == 2
     assert f"would leave out {fall.sum()} censored demands" in refused["message"]
 
 
-def test_demands_at_or_above_a_value_are_censored_on_request(write):
-    data = {"im": [0.1, 0.2, 0.3, 0.5, 0.8], "edp": [0.011, 0.018, 0.034, 0.05, 0.09]}
-    path = write(data | {"threshold": 0.03})
-    _, found = run("fit", path, "--method", "cloud", "--censor-above", 0.05)
-    assert found["n_censored"] == 2
-    data |= {"edp": [0.011, 0.018, 0.034, 0.05, 0.05], "censored": [0, 0, 0, 1, 1]}
-    _, same = run("fit", write(data | {"threshold": 0.03}), "--method", "cloud")
+def test_demands_at_or_above_a_value_are_censored_on_request(fit):
+    data = {"im": [0.1, 0.2, 0.3, 0.5, 0.8], "threshold": 0.03}
+    low = [0.011, 0.018, 0.034, 0.05]
+    _, found = fit(data | {"edp": [*low, 0.09]}, "cloud", "--censor-above", 0.05)
+    assert (found["method"], found["n_censored"]) == ("cloud_tobit", 2)
+    _, same = fit(data | {"edp": [*low, 0.05], "censored": [0, 0, 0, 1, 1]}, "cloud")
     assert same["theta"] == found["theta"]
 
 
-def test_a_table_of_runs_obeys_status_and_motions(tmp_path):
-    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,))
+def test_a_table_of_runs_obeys_status_and_motions(fit):
+    table = synthetic_demands(**SAME_PLACE)
     table.loc[14, "status"] = "collapse"
-    path = tmp_path / "demands.parquet"
-    table.to_parquet(path)
-    options = ["--im", IM, "--edp", "column_drift_ratio", "--threshold", 0.01]
-    code, found = run("fit", path, "--method", "cloud", *options)
+    code, found = fit(table, "cloud", *RUNS, 0.01)
     assert code == 0
     assert (found["n_runs"], found["n_censored"], found["n_records"]) == (16, 1, 16)
     assert found["n_unknown"] == 0
-    code, found = run("fit", path, "--method", "stripes", *options)
-    assert found["status"] in {"ok", "complete_separation"}
-    code, found = run("fit", path, "--method", "cloud", "--im", "sa", *options[2:])
-    assert "no column 'sa'" in found["message"]
-    table.assign(status="ok").to_parquet(path)
-    code, found = run("fit", path, "--method", "cloud", *options[:4], "--threshold", 9.0)
+    assert fit(table, "stripes", *RUNS, 0.01)[1]["status"] in {"ok", "complete_separation"}
+    assert "no column 'sa'" in fit(table, "cloud", "--im", "sa", *RUNS[2:], 0.01)[1]["message"]
+    code, found = fit(table.assign(status="ok"), "cloud", *RUNS, 9.0)
     assert (code, found["status"], found["theta"]) == (0, "no_exceedance", None)
 
 
-def test_a_demand_of_zero_is_left_censored(tmp_path):
-    """Under weak motions the deck does not reach the wall: the demand is known to be small."""
-    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=40)
-    path = tmp_path / "demands.parquet"
-    options = ["--im", IM, "--edp", "abutment_passive_m", "--threshold", 0.05]
-    touched = table["abutment_passive_m"].where(table[IM] > 0.2, 0.0)
-    table.assign(abutment_passive_m=touched).to_parquet(path)
-    _, found = run("fit", path, "--method", "cloud", *options)
-    assert (found["status"], found["n_runs"]) == ("ok", 40)
-    assert found["n_censored"] >= (table[IM] <= 0.2).sum()
-    table.to_parquet(path)
-    _, full = run("fit", path, "--method", "cloud", *options)
-    assert found["theta"] == pytest.approx(full["theta"], rel=0.05)
-
-
-def test_unknown_outcomes_that_decide_the_median_are_refused_unless_accepted(tmp_path):
-    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=40)
+def test_unknown_outcomes_that_decide_the_median_are_refused_unless_accepted(fit):
+    table = synthetic_demands(**SAME_PLACE, motions=40)
     strong = (table[IM] > 0.3) & (table.index % 2 == 0)
-    half = table["column_drift_ratio"].where(~strong, 0.5 * table["column_drift_ratio"])
-    table = table.assign(column_drift_ratio=half, status=np.where(strong, "timeout", "ok"))
-    path = tmp_path / "demands.parquet"
-    table.to_parquet(path)
-    options = [
-        "--method",
-        "stripes",
-        "--im",
-        IM,
-        "--edp",
-        "column_drift_ratio",
-        "--threshold",
-        0.015,
-    ]
-    _, found = run("fit", path, *options)
+    table.loc[strong, DRIFT] *= 0.5
+    table["status"] = np.where(strong, "timeout", "ok")
+    _, found = fit(table, "stripes", *RUNS, 0.015)
     assert (found["status"], found["theta"]) == ("bounds_too_wide", None)
     assert found["n_unknown"] > 2
     assert found["theta_all_exceed"] < found["theta_none_exceed"]
-    _, found = run("fit", path, *options, "--accept-bounds")
+    _, found = fit(table, "stripes", *RUNS, 0.015, "--accept-bounds")
     assert found["status"] == "ok"
     assert "unknown_outcomes" in found["warnings"]
 
 
-def test_a_missing_demand_in_a_table_of_runs_names_its_row(tmp_path):
-    path = tmp_path / "runs.csv"
-    path.write_text("im,edp\n0.1,1\n0.2,2\n0.3,\n0.4,4\n", encoding="utf-8")
-    options = ["--im", "im", "--edp", "edp", "--threshold", 2]
-    code, found = run("fit", path, "--method", "cloud", *options)
-    assert (code, found["row"], found["column"]) == (2, 2, "edp")
-    path.write_text("im,edp\n0.1,1\n0.2,2\n-0.3,3\n0.4,4\n", encoding="utf-8")
-    code, found = run("fit", path, "--method", "cloud", *options)
-    assert (code, found["row"], found["column"]) == (2, 2, "im")
-
-
-def test_csv_columns_and_a_missing_cell(tmp_path):
-    path = tmp_path / "stripes.csv"
-    path.write_text("im,n,k\n0.2,20,1\n0.4,20,9\n0.8,20,17\n", encoding="utf-8")
-    code, found = run("fit", path, "--method", "stripes")
-    assert (code, found["status"]) == (0, "ok")
-    path.write_text("im,n,k\n0.2,20,1\n0.4,,9\n0.8,20,17\n", encoding="utf-8")
-    code, found = run("fit", path, "--method", "stripes")
-    assert (code, found["row"]) == (2, 1)
-    path.write_text("lower,upper\n0.2,0.4\n0.5,0.8\n0.6,\n", encoding="utf-8")
-    assert run("fit", path, "--method", "ida")[1]["status"] == "ok"
-
-
-def test_censored_demands_choose_tobit(write):
-    data = {
-        "im": [0.1, 0.2, 0.3, 0.5, 0.8],
-        "edp": [0.011, 0.018, 0.034, 0.05, 0.05],
-        "censored": [0, 0, 0, 0, 1],
-        "threshold": 0.03,
-    }
-    _, found = run("fit", write(data), "--method", "cloud")
-    assert (found["method"], found["n_censored"]) == ("cloud_tobit", 1)
-
-
-@pytest.mark.parametrize(
-    ("options", "text"),
-    [
-        (["--method", "magic"], "is not one of 'stripes', 'ida', 'cloud'"),
-        (["--method", "cloud", "--model", "modified"], "model must be one of ols, tobit"),
-        (["--method", "stripes", "--link", "logit"], "--link must be probit, got 'logit'"),
-        (["--method", "stripes", "--level", "1.5"], "level must be within"),
-        (["--method", "cloud", "--capacity-dispersion", "-1"], "capacity_dispersion"),
-        (["--method", "stripes", "--model", "tobit"], "--model needs --method cloud"),
-        (["--method", "ida", "--capacity-dispersion", "0.3"], "--capacity-dispersion needs"),
-        (["--method", "stripes", "--capacity-dispersion", "0.3"], "needs --method cloud"),
-        (["--method", "stripes", "--censor-above", "0.3"], "--censor-above needs"),
-        (["--method", "cloud", "--where", "skew_deg == 3"], "No such option: --where"),
-        (["--method", "cloud", "--goodness"], "No such option: --goodness"),
-    ],
-)
-def test_wrong_removed_and_unsuitable_options_are_refused(write, options, text):
-    path = write({"im": [0.2, 0.4], "n": [20, 20], "k": [1, 9], "edp": [1, 2], "threshold": 1})
-    code, found = run("fit", path, *options)
-    assert code == 2
-    assert text in found["message"]
-
-
-def repeated_runs(tmp_path, **changes):
-    table = synthetic_demands(
-        skews=(0,), gaps=(51,), frictions=(50,), motions=24, scales=(0.6, 1.0, 1.6)
-    )
-    path = tmp_path / "runs.parquet"
-    table.assign(**changes).to_parquet(path)
-    return path, ["--im", IM, "--edp", "column_drift_ratio", "--threshold", 0.015]
-
-
-def test_intervals_are_by_motion_where_motions_repeat(tmp_path):
-    path, options = repeated_runs(tmp_path)
-    cloud = ["--method", "cloud", *options]
-    _, plain = run("fit", path, *cloud)
-    _, wide = run("fit", path, *cloud, "--capacity-dispersion", 0.5)
+def test_intervals_are_by_motion_where_motions_repeat(fit):
+    table = synthetic_demands(**SAME_PLACE, motions=24, scales=(0.6, 1.0, 1.6))
+    _, plain = fit(table, "cloud", *RUNS, 0.015)
+    _, wide = fit(table, "cloud", *RUNS, 0.015, "--capacity-dispersion", 0.5)
     assert wide["beta"] == pytest.approx(np.hypot(plain["beta"], 0.5 / plain["b"]))
     assert wide["ci_beta"][0] > plain["ci_beta"][1]
-    assert wide["ci_method"] == plain["ci_method"] == "jackknife"
-    _, stripes = run("fit", path, "--method", "stripes", *options)
-    assert (stripes["ci_method"], stripes["n_records"]) == ("jackknife", 24)
+    _, stripes = fit(table, "stripes", *RUNS, 0.015)
+    assert wide["ci_method"] == plain["ci_method"] == stripes["ci_method"] == "jackknife"
+    assert stripes["n_records"] == 24
     assert stripes["ci_theta"][0] < stripes["theta"] < stripes["ci_theta"][1]
-    _, ida = run("fit", path, "--method", "ida", *options)
+    _, ida = fit(table, "ida", *RUNS, 0.015)
     assert (ida["method"], ida["n_runs"]) == ("ida_interval", 24)
     assert ida["theta"] == pytest.approx(stripes["theta"], rel=0.1)
 
 
-def test_ols_refuses_runs_that_did_not_complete(tmp_path):
-    path, options = repeated_runs(tmp_path)
-    table = pd.read_parquet(path)[lambda t: t["scale"] == 1.0]
-    strong = table["column_drift_ratio"] > 0.02
-    table.assign(status=np.where(strong, "collapse", "ok")).to_parquet(path)
-    cloud = ["--method", "cloud", *options]
-    code, refused = run("fit", path, *cloud, "--model", "ols")
-    assert (code, refused["status"]) == (2, "error")
-    assert "would leave out" in refused["message"]
-    _, tobit = run("fit", path, *cloud, "--model", "tobit")
-    assert tobit["n_censored"] == strong.sum()
+@pytest.mark.parametrize(
+    ("method", "options", "text"),
+    [
+        ("magic", (), "is not one of 'stripes', 'ida', 'cloud'"),
+        ("cloud", ("--model", "modified"), "model must be one of ols, tobit"),
+        ("stripes", ("--link", "logit"), "--link must be probit, got 'logit'"),
+        ("stripes", ("--level", "1.5"), "level must be within"),
+        ("cloud", ("--capacity-dispersion", "-1"), "capacity_dispersion"),
+        ("stripes", ("--model", "tobit"), "--model needs --method cloud"),
+        ("ida", ("--capacity-dispersion", "0.3"), "--capacity-dispersion needs --method cloud"),
+        ("stripes", ("--censor-above", "0.3"), "--censor-above needs"),
+        ("cloud", ("--where", "skew_deg == 3"), "No such option: --where"),
+    ],
+)
+def test_wrong_removed_and_unsuitable_options_are_refused(fit, method, options, text):
+    data = {"im": [0.2, 0.4], "n": [20, 20], "k": [1, 9], "edp": [1, 2], "threshold": 1}
+    code, found = fit(data, method, *options)
+    assert code == 2
+    assert text in found["message"]
 
 
 @pytest.mark.parametrize("name", ["missing.json", "broken.json", "data.txt"])
 def test_unreadable_files_are_one_sentence(tmp_path, name):
-    path = tmp_path / name
-    if name != "missing.json":
-        path.write_text("{not json", encoding="utf-8")
-    code, found = run("fit", path, "--method", "stripes")
+    for each in ("broken.json", "data.txt"):
+        (tmp_path / each).write_text("{not json", encoding="utf-8")
+    code, found = run("fit", tmp_path / name, "--method", "stripes")
     assert code == 2
     assert name in found["message"]
+
+
+# --- tables of runs of other programs
+
+
+@pytest.fixture
+def foreign(tmp_path):
+    """Return a function that writes a table of another program and reads it."""
+
+    def read(data, names):
+        pd.DataFrame(data).to_csv(tmp_path / "theirs.csv", index=False)
+        return read_foreign(tmp_path / "theirs.csv", names)
+
+    return read
+
+
+def test_complete_is_derived_unless_the_table_has_it(foreign):
+    data = {"record": [*"abc"], "PGA": [0.1, 0.2, 0.3], "end": ["ok", "collapse", "ok"],
+            "failed": ["", "", "shear"], "all": [True, True, False]}  # fmt: skip
+    names = {"motion_id": "record", "im_pga_g": "PGA", "status": "end", "beyond_model": "failed"}
+    assert foreign(data, names)["complete"].tolist() == [True, False, False]
+    assert foreign(data, names | {"complete": "all"})["complete"].tolist() == data["all"]
+
+
+def test_missing_numbers_reject_single_rows(foreign):
+    """A missing intensity or demand concerns its row; the others are fitted."""
+    table = synthetic_demands(**SAME_PLACE, motions=30)[["motion_id", "status", IM, DRIFT]]
+    table.loc[3, IM] = np.nan
+    table.loc[7, DRIFT] = np.nan
+    settings = FitSettings(im=IM)
+    ours = prepared(foreign(table, {name: name for name in table}), [DRIFT], settings)
+    kinds = ours.notes[["kind", "row"]].to_numpy().tolist()
+    assert kinds == [["rejected_row", 3], ["missing_demand", 7]]
+    slight = LimitState(
+        component="column_drift", name="slight", demand=DRIFT, threshold=0.01, dispersion=0.35
+    )
+    row = fit_study(ours.table, [slight], settings).iloc[0]
+    assert (row["status"], row["n_runs"]) == ("ok", 29)
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"PGA": [0.1, 0.0]}, "im_pga_g must be > 0 and finite (row 1)"),
+        ({"drift": ["1", "much"]}, "drift must be a number, got 'much' (row 1)"),
+        ({"status": ["ok", "fine"]}, "status 'fine' is not known (row 1)"),
+        ({"record": ["a", "a"]}, "row 1 repeats"),
+        ({"record": ["a", None]}, "record is missing (row 1)"),
+    ],
+)
+def test_a_bad_foreign_table_names_row_and_column(foreign, change, text):
+    data = {"record": ["a", "b"], "PGA": [0.1, 0.2], "drift": ["0.1", "0.2"], "status": ["ok"] * 2}
+    columns = {"motion_id": "record", "im_pga_g": "PGA", DRIFT: "drift", "status": "status"}
+    with pytest.raises(InputError) as caught:
+        foreign(data | change, columns)
+    assert text in str(caught.value)
+
+
+def test_a_foreign_table_is_fitted_by_its_file_of_columns(fit, tmp_path):
+    table = synthetic_demands(**SAME_PLACE, motions=30)
+    theirs = pd.DataFrame({"rec": table["motion_id"], "sa": table[IM], "pct": 100 * table[DRIFT]})
+    columns = tmp_path / "columns.yaml"
+    columns.write_text(
+        f"columns: {{motion_id: rec, {IM}: sa, column_drift_ratio: pct}}\n"
+        "factors: {column_drift_ratio: 0.01}\n",
+        encoding="utf-8",
+    )
+    _, ours = fit(table, "cloud", *RUNS, 0.02)
+    _, found = fit(theirs.to_csv(), "cloud", *RUNS, 0.02, "--columns", columns)
+    assert found["theta"] == pytest.approx(ours["theta"])
+    columns.write_text("column: {}\n", encoding="utf-8")
+    code, found = fit(theirs.to_csv(), "cloud", *RUNS, 0.02, "--columns", columns)
+    assert code == 2
+    assert "columns.yaml" in found["message"]

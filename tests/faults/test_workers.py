@@ -4,11 +4,10 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+import time
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import psutil
 import pytest
@@ -16,65 +15,64 @@ import pytest
 from fake_work import hanging, searched, signalled, slow
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import LEVEL_MEASURE
-from skewbridge.study.batch import Work, Workers, run_tasks
+from skewbridge.study.batch import Workers, run_tasks
 from skewbridge.study.ida import Search
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.processes import PARENT_VARIABLE, worker_processes
-from skewbridge.study.task import Task
 from study_parts import task_of, wave
 
 STILL_S = 2.0
 
 
-def task(number: int) -> Task:
+def task(number):
     return task_of(wave(f"pulse{number}", duration_s=0.6, number=number))
 
 
-def batch(folder: Path, work: Work, count: int = 2) -> list[dict[str, Any]]:
-    """Rows of five analyses, as the journal has them, too."""
+def batch(folder, work, count=2, tasks=(), **options):
+    """Rows of five analyses, or of the tasks, which are those of the journal."""
     path = folder / "v.jsonl"
     with open_journal(path) as journal:
         rows = run_tasks(
-            [task(number) for number in range(1, 6)],
+            tasks or [task(number) for number in range(1, 6)],
             journal,
-            {},
-            workers=Workers(count=count, no_progress_s=STILL_S),
+            options.get("done", {}),
+            workers=Workers(count=count, no_progress_s=options.get("still_s", STILL_S)),
             log_folder=folder,
-            on_finished=lambda _row: None,
+            on_finished=options.get("on_finished", lambda _row: None),
             search=work,
         )
-    assert {row["run_key"]: row["status"] for row in rows} == {
-        key: row["status"] for key, row in read_content([path]).rows.items()
-    }
+    written = read_content([path, *folder.glob("*_searches.jsonl")]).rows
+    assert {row["run_key"]: row["status"] for row in rows}.items() <= {
+        key: row["status"] for key, row in written.items()
+    }.items()
     return rows
 
 
+def ends(pid):
+    """Whether a process ends, waited for."""
+    deadline = time.monotonic() + 30.0
+    while time.monotonic() < deadline:
+        if not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE:
+            return True
+        time.sleep(0.05)
+    return False
+
+
 @pytest.mark.parametrize(("sent", "count"), [(signal.SIGKILL, 1), (signal.SIGSEGV, 2)])
-def test_an_analysis_that_ends_two_workers_is_a_crash(
-    sent: signal.Signals, count: int, tmp_path: Path
-) -> None:
+def test_an_analysis_that_ends_two_workers_is_a_crash(sent, count, tmp_path):
     """With one worker, which is not the process that asks for it, and with two."""
     rows = batch(tmp_path, partial(signalled, motion_id="pulse3", sent=sent, first=None), count)
     assert [row["status"] for row in rows] == ["ok", "ok", "crash", "ok", "ok"]
     assert rows[2]["collapse_criterion"] == "two worker processes died in this analysis"
 
 
-def test_a_motion_with_an_absurd_value_is_a_row_with_a_reason(tmp_path: Path) -> None:
-    wild = task_of(replace(wave(), scale=1e6))
-    with open_journal(tmp_path / "v.jsonl") as journal:
-        (row,) = run_tasks(
-            [wild],
-            journal,
-            {},
-            workers=Workers(count=1),
-            log_folder=tmp_path,
-            on_finished=lambda _row: None,
-        )
+def test_a_motion_with_an_absurd_value_is_a_row_with_a_reason(tmp_path):
+    (row,) = batch(tmp_path, None, 1, [task_of(replace(wave(), scale=1e6))])
     assert row["status"] == "invalid_input"
     assert "peak acceleration" in row["collapse_criterion"]
 
 
-def test_a_worker_that_is_killed_once_costs_nothing(tmp_path: Path) -> None:
+def test_a_worker_that_is_killed_once_costs_nothing(tmp_path):
     once = partial(signalled, motion_id="pulse3", sent=signal.SIGKILL, first=tmp_path / "first")
     assert {row["status"] for row in batch(tmp_path, once)} == {"ok"}
 
@@ -82,9 +80,7 @@ def test_a_worker_that_is_killed_once_costs_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "work", [partial(signalled, sent=signal.SIGSTOP, first=None), hanging], ids=["stopped", "hangs"]
 )
-def test_a_worker_without_progress_is_ended_and_its_analysis_recorded(
-    work: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_a_worker_without_progress_is_ended_and_its_analysis_recorded(work, tmp_path):
     """Stopped, or in a loop of compiled code that runs no Python and takes no step."""
     rows = batch(tmp_path, partial(work, motion_id="pulse3"))
     assert [row["status"] for row in rows] == ["ok", "ok", "crash", "ok", "ok"]
@@ -93,7 +89,7 @@ def test_a_worker_without_progress_is_ended_and_its_analysis_recorded(
     assert not stopped
 
 
-def test_an_unfinished_search_resumes_from_its_journal(tmp_path: Path) -> None:
+def test_an_unfinished_search_resumes_from_its_journal(tmp_path):
     at_1_g = task(1).motion.measures[LEVEL_MEASURE]
     search = Search(demand="deck_disp_m", threshold=1.0, low_g=0.5 * at_1_g, high_g=1.5 * at_1_g)
     factor = search.first_factor(task(1).motion)
@@ -101,20 +97,12 @@ def test_an_unfinished_search_resumes_from_its_journal(tmp_path: Path) -> None:
     first = replace(task(1), motion=replace(task(1).motion, scale=factor, measures=measures))
     own, trials = tmp_path / "v.jsonl", tmp_path / "v_searches.jsonl"
 
-    def run() -> tuple[list[str], int]:
+    def run():
         """Keys of the search, and how many analyses it took."""
-        done = read_content([own, trials]).rows
-        new: list[dict[str, Any]] = []
-        with open_journal(own) as journal:
-            rows = run_tasks(
-                [first],
-                journal,
-                done,
-                workers=Workers(count=2),
-                log_folder=tmp_path,
-                on_finished=new.append,
-                search=partial(searched, search, done, trials),
-            )
+        done, new = read_content([own, trials]).rows, []
+        work = partial(searched, search, done, trials)
+        given = {"done": done, "on_finished": new.append, "still_s": 600.0}
+        rows = batch(tmp_path, work, 2, [first], **given)
         return [row["run_key"] for row in rows], len(new)
 
     keys, ran = run()
@@ -133,20 +121,17 @@ PARENT = "import subprocess, sys; subprocess.run([sys.executable, '-c', sys.argv
 
 
 @pytest.mark.parametrize("stopped", [False, True])
-def test_a_worker_ends_with_its_parent_even_when_stopped(
-    stopped: bool, ended: Callable[[int], bool]
-) -> None:
+def test_a_worker_ends_with_its_parent_even_when_stopped(stopped):
     parent = subprocess.Popen([sys.executable, "-c", PARENT, CHILD], stdout=subprocess.PIPE)
-    assert parent.stdout is not None
     worker = int(parent.stdout.readline())
     if stopped:
         os.kill(worker, signal.SIGSTOP)
     parent.kill()
     parent.wait()
-    assert ended(worker)
+    assert ends(worker)
 
 
-def test_a_process_without_its_parent_ends_at_once() -> None:
+def test_a_process_without_its_parent_ends_at_once():
     late = "from skewbridge.study import processes; processes.end_with_parent()"
     for parent, code in ((os.getpid(), 0), (1, 3)):
         environment = {**os.environ, PARENT_VARIABLE: str(parent)}
@@ -164,30 +149,28 @@ batch(Path(sys.argv[1]), partial(slow, seconds=300.0))
 """
 
 
-def test_a_worker_ends_whose_parent_is_killed_during_its_start(
-    tmp_path: Path, ended: Callable[[int], bool]
-) -> None:
+def test_a_worker_ends_whose_parent_is_killed_during_its_start(tmp_path):
     """The parent is killed as soon as it has a worker, which has loaded nothing yet."""
     folders = os.pathsep.join([str(Path(__file__).parent), str(Path(__file__).parents[1])])
     parent = psutil.Popen(
         [sys.executable, "-c", PARENT_OF_A_POOL, str(tmp_path)],
         env={**os.environ, "PYTHONPATH": folders},
     )
-    workers: list[psutil.Process] = []
+    workers = []
     while not workers:
         assert parent.poll() is None
         workers = [child for child in parent.children() if "popen_loky" in "".join(child.cmdline())]
     parent.kill()
     parent.wait()
-    assert all(ended(worker.pid) for worker in workers)
+    assert all(ends(worker.pid) for worker in workers)
 
 
-def test_an_analysis_that_makes_progress_is_not_ended(tmp_path: Path) -> None:
+def test_an_analysis_that_makes_progress_is_not_ended(tmp_path):
     rows = batch(tmp_path, partial(slow, seconds=1.5 * STILL_S))
     assert {row["status"] for row in rows} == {"ok"}
 
 
-def test_only_workers_count_as_such_where_none_of_them_begins() -> None:
+def test_only_workers_count_as_such_where_none_of_them_begins():
     """Those that were stopped before they began have no sign of life; other children are let be."""
     names = ("popen_loky_posix", "something_else")
     children = [
@@ -211,7 +194,7 @@ HOLD = (
 )
 
 
-def holder(folder: Path) -> subprocess.Popen[str]:
+def holder(folder):
     return subprocess.Popen(
         [sys.executable, "-c", HOLD, str(folder)],
         stdin=subprocess.PIPE,
@@ -221,10 +204,9 @@ def holder(folder: Path) -> subprocess.Popen[str]:
     )
 
 
-def test_the_lock_ends_with_its_process(tmp_path: Path) -> None:
+def test_the_lock_ends_with_its_process(tmp_path):
     folder = tmp_path / ".snakemake"
     first = holder(folder)
-    assert first.stdout is not None
     assert first.stdout.readline() == "held\n"
     second = holder(folder)
     _, said = second.communicate()
@@ -234,6 +216,5 @@ def test_the_lock_ends_with_its_process(tmp_path: Path) -> None:
     first.kill()
     first.wait()
     third = holder(folder)
-    assert third.stdout is not None
     assert third.stdout.readline() == "held\n"
     third.communicate()

@@ -4,22 +4,18 @@ import numpy as np
 import openseespy.opensees as ops
 import pytest
 
+from bridge_variants import variant
 from skewbridge.analysis.peaks import column_base_shear_n, column_shear_n
 from skewbridge.analysis.trace import Monitor, ResponseTrace
 from skewbridge.bridge.gravity import open_linear_pattern
-from skewbridge.bridge.handles import ColumnHandle
 from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
 
 
-def pushed(
-    bridge: str, options: ModelOptions, push_n: tuple[float, float] = (3.0e6, 1.5e6)
-) -> tuple[tuple[ColumnHandle, ...], ResponseTrace]:
+def pushed(bridge, options, push_n=(3.0e6, 1.5e6)):
     """Push the deck of a roller bridge; return its columns and the two states read."""
-    variant = Variant(bridge=bridge, abutment="roller", skew_deg=0, gap_mm=0, friction_pct=0)
     with domain():
-        model = build(variant, options)
+        model = build(variant(0, "roller", bridge).normalised(), options)
         monitor = Monitor(model)
         monitor.start()
         open_linear_pattern(model.tags)
@@ -45,9 +41,7 @@ def pushed(
         ("osb2s", ModelOptions(elastic_columns=True)),
     ],
 )
-def test_the_shear_of_a_section_is_the_sum_of_end_moments_over_the_height(
-    bridge: str, options: ModelOptions
-) -> None:
+def test_the_shear_of_a_section_is_the_sum_of_end_moments_over_the_height(bridge, options):
     columns, trace = pushed(bridge, options)
     for column in columns:
         forces = trace.column_forces(column.element)
@@ -58,7 +52,7 @@ def test_the_shear_of_a_section_is_the_sum_of_end_moments_over_the_height(
         np.testing.assert_allclose(column_shear_n(column, trace), by_moments, rtol=1e-6, atol=1.0)
 
 
-def test_p_delta_adds_the_hand_value_to_the_base_force() -> None:
+def test_p_delta_adds_the_hand_value_to_the_base_force():
     columns, trace = pushed("osb1", ModelOptions(elastic_columns=True), (3.0e6, 0.0))
     bases_n = 0.0
     for column in columns:

@@ -18,6 +18,7 @@ from skewbridge.fragility.system import system_curves
 ROOT = Path(__file__).parents[2]
 IM = "im_saavg_rotd50_g"
 SETTINGS = FitSettings(im=IM)
+CURVATURE = "column_curvature_ductility"
 #: States that some run of one bridge reached and no run of the other.
 NOT_REACHED = {
     "osb1": {"column_shear/dcr_080", "column_shear/dcr_100", "column_failure/shear"},
@@ -101,43 +102,6 @@ def test_a_column_failure_of_one_mode_decides_no_state_of_the_other(raw, curves)
         assert found["reach"].str.contains("largest").all()
 
 
-def test_the_loss_of_the_column_is_a_component_of_its_own(raw, curves):
-    failed = raw[raw["beyond_model"] != ""].groupby("variant").size()
-    whole = curves[(curves["component"] == "column_failure") & (curves["limit_state"] == "any")]
-    counts = whole[whole["method"] == "cloud"].set_index("variant")["n_exceed"]
-    assert counts[failed.index].to_dict() == failed.to_dict()
-    assert counts.sum() == failed.sum() == 159
-    estimated = whole[whole["status"] == "ok"]
-    assert estimated["variant"].nunique() == 24
-
-
-def test_curves_of_a_component_do_not_cross(curves, rows):
-    """Total dispersion: states with the same dispersion of capacity have one slope."""
-    low, high = rows[IM].min(), rows[IM].max()
-    grid = np.log(np.geomspace(low, high, 50))
-    usable = curves[(curves["status"] == "ok") & (curves["component"] != "column_failure")]
-    pairs = 0
-    for _, part in usable.groupby(["variant", "component", "demand", "method"]):
-        part = part.sort_values("threshold")
-        z = (grid - np.log(part[["theta"]].to_numpy())) / part[["beta_total"]].to_numpy()
-        if part["capacity_dispersion"].nunique() == 1:
-            pairs += len(part) - 1
-            assert np.all(np.diff(z, axis=0) < 1e-9)
-    assert pairs > 200
-
-
-def test_a_zero_demand_has_a_cloud(raw, curves):
-    """A wall or key that is not touched has a demand below the mildest state."""
-    for column in ("abutment_passive_m", "shear_key_disp_m"):
-        touched = raw.assign(zero=raw[column] == 0.0, some=raw[column] > 0.0)
-        shares = touched[touched["beyond_model"] == ""].groupby("variant")[["zero", "some"]].sum()
-        variants = shares.index[(shares["zero"] > 0) & (shares["some"] > 5)]
-        found = curves[(curves["demand"] == column) & (curves["method"] == "cloud")]
-        found = found[found["variant"].isin(variants) & (found["n_exceed"] > 0)]
-        assert len(found) > 0 or len(variants) == 0
-        assert (found["status"] == "ok").mean() > 0.8
-
-
 # --- medians against code written here
 
 
@@ -172,14 +136,7 @@ def bounds_of(part, column, mode):
         ("osb1_fixed", "friction", "column_shear/dcr_050", "column_shear_dcr", "shear", 0.5),
         ("osb1", "skew_deg", "unseating/slight", "unseating_m", "", 0.038),
         ("osb1", "gap_mm", "column_drift/slight", "column_drift_ratio", "", 0.01),
-        (
-            "osb1_fixed",
-            "skew_deg",
-            "column_curvature/slight",
-            "column_curvature_ductility",
-            "",
-            1.0,
-        ),
+        ("osb1_fixed", "skew_deg", "column_curvature/slight", CURVATURE, "", 1.0),
     ],
 )
 def test_pooled_ratios_of_medians_agree_with_an_independent_jackknife(
@@ -210,13 +167,8 @@ def test_pooled_ratios_of_medians_agree_with_an_independent_jackknife(
     count = motions.size
     error = np.sqrt((count - 1) / count * np.sum((left_out - left_out.mean()) ** 2))
     reach = stats.t.ppf(0.95, count - 2) * error
-    found = medians[
-        (medians["bridge"] == bridge)
-        & (medians["axis"] == axis)
-        & (medians["to_value"] == high_value)
-        & (medians["demand"] == key)
-        & (medians["scope"] == "pooled")
-    ]
+    keys = ["bridge", "axis", "to_value", "demand", "scope"]
+    found = medians.set_index(keys).loc[[(bridge, axis, high_value, key, "pooled")]]
     assert len(found) == 1
     expected = {"ratio": whole, "ci_low": whole - reach, "ci_high": whole + reach}
     for name, value in expected.items():

@@ -27,9 +27,8 @@ def data(high, low=-np.inf, seed=3):
 def without(runs, motion):
     """Return the runs of all other motions."""
     kept, codes = runs.motion != motion, runs.motion - (runs.motion > motion)
-    return MixedData(
-        design=runs.design[kept], lower=runs.lower[kept], upper=runs.upper[kept], motion=codes[kept]
-    )
+    ends = {"lower": runs.lower[kept], "upper": runs.upper[kept]}
+    return MixedData(design=runs.design[kept], motion=codes[kept], **ends)
 
 
 def log_likelihood(runs, parameters):
@@ -68,6 +67,11 @@ def test_estimate_is_the_maximum_of_the_brute_force_likelihood(high, low):
     # within 0.1 % of a standard error of the maximum
     assert np.all(np.abs(gradient) < 1e-3 * np.sqrt(-curvature))
     assert np.sum(fit.score, axis=0) == pytest.approx(0.0, abs=1e-5)
+    # expected values are beyond the bounds of censored demands
+    right, left = np.isinf(runs.upper), np.isinf(runs.lower)
+    assert np.all(fit.expected[right] > runs.lower[right])
+    assert np.all(fit.expected[left] < runs.upper[left])
+    assert fit.expected[~(right | left)] == pytest.approx(runs.lower[~(right | left)])
 
 
 def test_balanced_known_demands_give_two_stage_least_squares():
@@ -96,13 +100,3 @@ def test_jackknife_equals_independent_fits_without_each_motion():
     errors = [np.sqrt(np.diag(jackknife_covariance(values))) for values in (quick, exact)]
     assert errors[0] == pytest.approx(errors[1], rel=1e-3)
     assert quick == pytest.approx(exact, abs=0.02 * np.min(errors[1]))
-
-
-def test_expected_values_lie_beyond_the_bounds_of_censored_demands():
-    runs = data(-0.4, -1.2)
-    fit = fit_mixed(runs)
-    right, left = np.isinf(runs.upper), np.isinf(runs.lower)
-    assert np.all(fit.expected[right] > runs.lower[right])
-    assert np.all(fit.expected[left] < runs.upper[left])
-    known = ~(right | left)
-    assert fit.expected[known] == pytest.approx(runs.lower[known])

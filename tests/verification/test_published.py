@@ -1,4 +1,4 @@
-"""Published fragility curves: the stored table, our medians from it, and what explains a ratio."""
+"""Published curves and effects of skew: the stored table, our medians, ratios and reasons."""
 
 import numpy as np
 import pandas as pd
@@ -9,12 +9,19 @@ from skewbridge.verification.studies.published import (
     DEMANDS,
     NONE,
     SYSTEM,
+    WHOLE,
     Change,
     compared,
     explanations,
     medians,
     outside,
     published_curves,
+)
+from skewbridge.verification.studies.published_skew import (
+    COMPARED,
+    demand_ratios,
+    hazus_factor,
+    median_factors,
 )
 
 PUBLISHED = published_curves()
@@ -35,9 +42,6 @@ def test_medians_of_a_component_lie_on_a_line_of_its_capacities():
         assert line_error(part, "capacity_of_curve") < 0.05
     # the doubt about joint opening of era 3: its own capacities do not make its curve
     assert line_error(four[3, "unseating"], "capacity") > 0.1
-
-
-def test_stored_table_has_the_rows_that_the_study_compares():
     keys = set(zip(PUBLISHED["era"], PUBLISHED["component"], strict=True))
     assert keys >= {(era, name) for era in (1, 3) for name in (*DEMANDS, SYSTEM)}
     assert not PUBLISHED.duplicated(["era", "component", "state"]).any()
@@ -80,30 +84,52 @@ def test_medians_of_demands_that_follow_the_published_line_are_the_published_one
 def test_a_change_explains_a_ratio_if_it_closes_half_of_its_distance_from_the_range():
     assert outside(1.0) == outside(1.33) == 0.0
     assert outside(0.75 / 2.0) == pytest.approx(np.log(2.0))
-    ratios = {
-        ("bearing", "none"): 1.1,
-        ("bearing", "gap"): 1.0,
-        ("unseating", "none"): 1.33 * 2.0,
-        ("unseating", "gap"): 1.33 * 1.3,
-        ("unseating", "bridge"): 1.33 * 1.8,
-        ("column_curvature", "none"): 1.33 * 2.0,
-        ("column_curvature", "gap"): 1.33 * 1.6,
-        ("column_curvature", "bridge"): np.nan,
+    rows = [
+        ("bearing", "none", 1.1), ("bearing", "gap", 1.0),
+        ("unseating", "none", 1.33 * 2.0), ("unseating", "gap", 1.33 * 1.3),
+        ("unseating", "bridge", 1.33 * 1.8), ("column_curvature", "none", 1.33 * 2.0),
+        ("column_curvature", "gap", 1.33 * 1.6), ("column_curvature", "bridge", np.nan),
+    ]  # fmt: skip
+    table = pd.DataFrame(rows, columns=["component", "change", "ratio"])
+    found = explanations(table.assign(era=3, state="slight")).set_index("component")
+    assert found[["change", "is_explained"]].T.to_dict("list") == {
+        "bearing": ["none", True],
+        "unseating": ["gap", True],
+        "column_curvature": ["gap", False],
     }
-    table = pd.DataFrame(
-        [
-            {"era": 3, "component": name, "state": "slight", "change": change, "ratio": ratio}
-            for (name, change), ratio in ratios.items()
-        ]
-    )
-    found = explanations(table).set_index("component")
-    assert found["change"].to_dict() == {
-        "bearing": "none",
-        "unseating": "gap",
-        "column_curvature": "gap",
-    }
-    assert found["is_explained"].to_dict() == {
-        "bearing": True,
-        "unseating": True,
-        "column_curvature": False,
-    }
+
+
+# --- effects of skew: paired ratios of demands and factors on medians
+
+
+def test_factor_of_hazus_at_known_skews():
+    """Hazus tables round 0.983, 0.931, 0.841 and 0.707 for 15, 30, 45 and 60 degrees."""
+    factors = [hazus_factor(skew) for skew in (0, 15, 30, 45, -60)]
+    assert factors == pytest.approx([1.0, 0.983, 0.931, 0.841, 0.707], abs=5e-4)
+
+
+def test_effects_of_skew_are_those_of_demands_that_grow_by_a_fifth():
+    """24 motions, of which one has not the demand of one column."""
+    random = np.random.default_rng(3)
+    im = np.geomspace(0.05, 2.5, 24)
+    parts = []
+    for skew, factor in ((0, 1.0), (60, 1.2)):
+        variant = f"bridge_b_cf_skew{skew:02d}_gap025_mu050"
+        part = runs_of_one_variant(variant, "bridge_b", skew, im).assign(choice="none")
+        for name in sorted({*COMPARED, *DEMANDS.values()}):
+            scatter = np.exp(0.02 * random.standard_normal(im.size))
+            part[f"{WHOLE}{name}"] = factor * 8.0 * im * scatter
+        parts.append(part)
+    table = pd.concat(parts, ignore_index=True)
+    factors = median_factors(table).set_index("demand")
+    assert factors.loc["column_curvature/moderate", "ratio"] == pytest.approx(1 / 1.2, rel=0.03)
+    lacks = (table["motion_id"] == "m00") & (table["skew_deg"] == 60)
+    table.loc[lacks, f"{WHOLE}abutment_passive_m"] = 0.0
+    found = demand_ratios(table)
+    assert set(found["demand"]) == set(COMPARED)
+    assert (found["skew_deg"] == 60).all()
+    assert found["ratio"].to_numpy() == pytest.approx(1.2, rel=0.03)
+    assert (found["ratio_low"] < 1.2 * 1.03).all()
+    assert (found["ratio_high"] > 1.2 * 0.97).all()
+    count = found.set_index("demand")["n_motions"]
+    assert (count["abutment_passive_m"], count["unseating_m"]) == (23, 24)

@@ -23,14 +23,14 @@ MOTIONS, DRAWS = 40, 5  # 200 draws
 STATES = ("column_drift", "column_curvature", "unseating", "bearing", "deck_displacement")
 
 
-def rows_of(setup: StudySetup, seed: int, logs: Path) -> pd.DataFrame:
+def rows_of(setup, seed, logs):
     ids = [motion.motion.motion_id for motion in setup.suite]
     drawn = replace(setup, draws=UncertaintyConfig(enabled=True, seed=seed).draws(ids))
     tasks = drawn.tasks(SLUG)
     return pd.DataFrame([analysed_row(task, run_key(task), logs) for task in tasks])
 
 
-def curves_of(rows: pd.DataFrame) -> pd.DataFrame:
+def curves_of(rows):
     states = [
         state
         for state in load_limit_states(ROOT / "config/limit_states.yaml")
@@ -41,22 +41,15 @@ def curves_of(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 @pytest.mark.slow
-def test_one_draw_per_motion_gives_medians_and_dispersion_of_200_draws(tmp_path: Path) -> None:
+def test_one_draw_per_motion_gives_medians_and_dispersion_of_200_draws(tmp_path):
     # 8 s of each motion: the comparison does not depend on the length
-    study = parse_config(
-        {
-            "results": str(tmp_path),
-            "motions": {"folder": str(ROOT / "motions"), "count": MOTIONS, "shaking_s": 8.0},
-        }
-    )
+    motions = {"folder": str(ROOT / "motions"), "count": MOTIONS, "shaking_s": 8.0}
+    study = parse_config({"results": str(tmp_path), "motions": motions})
     prepare_motions(study)
     setup = StudySetup.of(study)
     once = curves_of(rows_of(setup, 1, tmp_path))
-    many = curves_of(
-        pd.concat(
-            [rows_of(setup, seed, tmp_path) for seed in range(2, 2 + DRAWS)], ignore_index=True
-        )
-    )
+    draws = [rows_of(setup, seed, tmp_path) for seed in range(2, 2 + DRAWS)]
+    many = curves_of(pd.concat(draws, ignore_index=True))
     reached = (once["status"] == "ok") & (once["n_exceed"].between(8, MOTIONS - 8))
     assert reached.sum() >= 4
     theta = (once["theta"] / many["theta"])[reached]

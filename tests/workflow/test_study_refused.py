@@ -1,32 +1,31 @@
-"""Faults that stop a study before any analysis, and the form of the rules."""
+"""Faults that stop a study before any analysis, plans, the form of the rules, and the site."""
 
 import re
 import shutil
-import subprocess
-from pathlib import Path
+import sys
 
 import pytest
 
 from skewbridge.study.products import RECIPES
-from small_study import ROOT, SNAKEMAKE, copy_sources, run
+from small_study import ROOT, SNAKEMAKE, copy_sources, done, run
 
 
 @pytest.fixture(scope="module")
-def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def tree(tmp_path_factory):
     """A copy of the sources in which nothing has run."""
     folder = tmp_path_factory.mktemp("refused") / "tree"
     copy_sources(folder)
     return folder
 
 
-def rule_blocks() -> dict[str, str]:
+def rule_blocks():
     """Texts of all rules by name."""
     text = "".join(path.read_text() for path in sorted((ROOT / "workflow/rules").glob("*.smk")))
     blocks = re.split(r"^(?:rule|checkpoint) (\w+):", text, flags=re.MULTILINE)[1:]
     return dict(zip(blocks[::2], blocks[1::2], strict=True))
 
 
-def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader() -> None:
+def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader():
     """What a rule reads of others is in its recipe, directly or through another one.
 
     The gate is only an input to come first: where it alone has changed, journals have everything.
@@ -34,7 +33,7 @@ def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader() -> None:
     blocks = rule_blocks()
     assert set(blocks) == set(RECIPES)
 
-    def behind(rule: str) -> set[str]:
+    def behind(rule):
         after = set(RECIPES[rule].after)
         return after.union(*map(behind, after))
 
@@ -47,44 +46,37 @@ def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader() -> None:
     assert "ancient(rules." not in "".join(blocks.values())
 
 
-def test_every_rule_has_a_docstring_and_resources() -> None:
+def test_every_rule_has_a_docstring_and_resources():
     for name, block in rule_blocks().items():
         assert re.match(r'\n    """[A-Z][^"]+\."""\n', block), name
         for directive in ("log:", "benchmark:", "resources:", "mem_mb=", "runtime="):
             assert directive in block, (name, directive)
 
 
-def test_the_workflow_changes_no_setting_of_snakemake() -> None:
-    text = "".join(path.read_text() for path in (ROOT / "workflow").rglob("*.smk"))
-    text += (ROOT / "workflow/Snakefile").read_text() + (ROOT / "Snakefile").read_text()
-    assert not re.search(r"workflow\.\w+_settings(\.\w+)* *[-|]?=", text)
-    assert not re.search(r"config\[.*\] *=|signal\.", text)
+@pytest.mark.parametrize("asked", ["-n", "--dag", "--summary"])
+def test_snakemake_answers_without_a_number_of_cores(tree, asked):
+    answer = done([SNAKEMAKE, asked, "--configfile", "config/smoke.yaml"], tree)
+    assert "analyse" in answer.stdout + answer.stderr
 
 
-@pytest.mark.parametrize("asked", [("-n",), ("--dag",), ("--summary",)])
-def test_snakemake_answers_without_a_number_of_cores(tree: Path, asked: tuple[str, ...]) -> None:
-    done = subprocess.run(
-        [str(SNAKEMAKE), *asked, "--configfile", "config/smoke.yaml"],
-        cwd=tree,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert "analyse" in done.stdout + done.stderr
-
-
-def test_a_copied_configuration_has_results_of_its_own(tree: Path) -> None:
+def test_a_copied_configuration_has_results_of_its_own(tree):
     shutil.copy(tree / "config/smoke.yaml", tree / "config/mine.yaml")
-    done = subprocess.run(
-        [str(SNAKEMAKE), "-n", "--configfile", "config/mine.yaml"],
-        cwd=tree,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert "output: results/mine/report.html" in done.stdout + done.stderr
-    assert "results/smoke" not in done.stdout + done.stderr
+    plan = done([SNAKEMAKE, "-n", "--configfile", "config/mine.yaml"], tree)
+    assert "output: results/mine/report.html" in plan.stdout + plan.stderr
+    assert "results/smoke" not in plan.stdout + plan.stderr
+
+
+def test_the_profile_of_a_cluster_plans_a_job_for_each_variant(tree):
+    """With the processors, time and partition that the environment names."""
+    site = {"SKEWBRIDGE_JOB_CORES": "2", "SKEWBRIDGE_JOB_MINUTES": "17", "SBATCH_PARTITION": "long"}
+    profile = ("--workflow-profile", "workflow/profiles/slurm")
+    plan = done([SNAKEMAKE, "-n", *profile], tree, environment=site)
+    text = plan.stdout + plan.stderr
+    assert re.search(r"^analyse +24$", text, re.MULTILINE)
+    jobs = re.findall(r"rule analyse:.*?resources: (.*?)$", text, re.DOTALL | re.MULTILINE)
+    assert len(jobs) == 24
+    asked = {"mem_mb=1600", "runtime=17", "slurm_partition=long"}
+    assert all(asked <= set(job.split(", ")) for job in jobs)
 
 
 @pytest.mark.parametrize(
@@ -96,41 +88,52 @@ def test_a_copied_configuration_has_results_of_its_own(tree: Path) -> None:
         ("motions: {folder: nowhere}", "motions folder nowhere does not exist"),
     ],
 )
-def test_bad_configuration_stops_before_any_work(tree: Path, override: str, words: str) -> None:
-    done = run(tree, "-n", over=override, check=False)
-    assert done.returncode != 0
-    assert words in done.stdout + done.stderr
-    assert "Traceback" not in done.stdout + done.stderr
+def test_bad_configuration_stops_before_any_work(tree, override, words):
+    refused(run(tree, "-n", over=override, check=False), words)
 
 
-def test_a_configuration_that_is_not_there_is_named() -> None:
+def refused(answer, words):
+    """Check that a run stopped with these words and no traceback."""
+    assert answer.returncode != 0
+    assert words in answer.stdout + answer.stderr
+    assert "Traceback" not in answer.stdout + answer.stderr
+
+
+def test_a_configuration_that_is_not_there_is_named():
     command = ["bash", "workflow/study.sh", "no_folder", "1", "config/nowhere.yaml"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 1
-    assert done.stderr == "study: there is no configuration config/nowhere.yaml\n"
+    answer = done(command, ROOT, check=False)
+    assert answer.returncode == 1
+    assert answer.stderr == "study: there is no configuration config/nowhere.yaml\n"
 
 
-def test_a_faulty_motion_stops_the_study_before_any_analysis(tree: Path, tmp_path: Path) -> None:
-    folder = tmp_path / "records"
-    folder.mkdir()
+def test_a_faulty_motion_stops_the_study_before_any_analysis(tree, tmp_path):
     first, second = sorted((ROOT / "motions").rglob("*.AT2"))[:2]
-    shutil.copy(first, folder)
+    shutil.copy(first, tmp_path)
     head, _, _ = second.read_text().rstrip().rpartition(" ")
-    (folder / second.name).write_text(f"{head} NaN\n")
-    over = f"motions: {{folder: {folder}, count: 1}}"
-    done = run(tree, "--until", "prepare_motions", over=over, check=False)
-    assert done.returncode != 0
-    assert second.name in done.stdout + done.stderr
-    assert "Traceback" not in done.stdout + done.stderr
+    (tmp_path / second.name).write_text(f"{head} NaN\n")
+    over = f"motions: {{folder: {tmp_path}, count: 1}}"
+    refused(run(tree, "--until", "prepare_motions", over=over, check=False), second.name)
 
 
-def test_the_workflow_passes_the_linter_but_for_environments(tree: Path) -> None:
+def test_the_workflow_passes_the_linter_but_for_environments(tree):
     """One environment for all rules is the project's choice: made by `make setup`, locked."""
-    done = run(tree, "--lint", check=False)
-    findings = [
-        line.strip()
-        for line in (done.stdout + done.stderr).splitlines()
-        if line.startswith("    * ")
-    ]
+    said = run(tree, "--lint", check=False)
+    findings = re.findall(r"^    \* (.*)$", said.stdout + said.stderr, re.MULTILINE)
     allowed = "Specify a conda environment or container for each rule"
     assert [finding for finding in findings if allowed not in finding] == []
+
+
+def test_the_site_is_built_without_a_warning(tmp_path):
+    """Unknown pages in a toctree, pages in none, links and docstrings that fail are warnings."""
+    command = [sys.executable, "-m", "sphinx", "--quiet", "--fail-on-warning", "--keep-going"]
+    done([*command, "-c", "docs", "-d", str(tmp_path / "d"), ".", str(tmp_path / "s")], ROOT)
+    page = (tmp_path / "s/docs/theory/contact.html").read_text()
+    assert "<math" in page
+    for name, words in (
+        ("reference/commands", "skewbridge motions check"),
+        ("reference/columns", "column_drift_ratio"),
+        ("theory/effects_by_suite", "median of column failure"),
+    ):
+        assert words in (tmp_path / f"s/docs/{name}.html").read_text()
+    loaded = [line for line in page.splitlines() if "<script" in line or "stylesheet" in line]
+    assert "https://" not in "".join(loaded)

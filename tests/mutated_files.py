@@ -1,11 +1,12 @@
 """Mutated input files: made from good ones with a fixed seed, read in a child under limits.
 
-`python tests/mutants.py COUNT SEED FOLDER FAMILY...` reads COUNT mutants of each family and prints
-one JSON object: numbers of accepted and refused mutants, the largest processor time, and every
-mutant that ended with anything but one message. A mutant that reaches a limit ends the process; its
-file is left in the folder.
+`python tests/mutated_files.py COUNT SEED FOLDER FAMILY...` reads COUNT mutants of each family and
+prints one JSON object: numbers of accepted and refused mutants, the largest processor time, and
+every mutant that ended with anything but one message. A mutant that reaches a limit ends the
+process; its file is left in the folder.
 """
 
+import copy
 import json
 import random
 import resource
@@ -20,7 +21,6 @@ import pandas as pd
 import yaml
 
 from motions_files import at2_text
-from mutation import mutant_of
 from skewbridge.bridge.catalogue import load_bridge_file
 from skewbridge.errors import InputError
 from skewbridge.files.tables import write_frame
@@ -33,12 +33,7 @@ from skewbridge.motions.suite import read_entry
 from skewbridge.study.config import load_config
 from skewbridge.units import G_MPS2
 from skewbridge.variant.grid import expand_grid
-from skewbridge.verification.references.cases import (
-    ContactCase,
-    DeckCase,
-    read_case,
-    read_path,
-)
+from skewbridge.verification.references.cases import ContactCase, DeckCase, read_case, read_path
 
 ROOT = Path(__file__).parents[1]
 CPU_LIMIT_S = 5
@@ -48,31 +43,30 @@ LONGEST_MESSAGE = 8000
 # Valid files and their readers.
 
 
-def wave(count: int = 60) -> np.ndarray:
+def wave(count=60):
     return 0.2 * np.sin(np.arange(count) / 5.0) * np.exp(-np.arange(count) / 40.0)
 
 
-def knet_text() -> str:
+def knet_text():
     head = [
         "Origin Time       2011/03/11 14:46:00", "Lat.              38.1",
-        "Long.             142.8",
-        "Depth. (km)       24", "Mag.              9.0", "Station Code      MYG004",
-        "Station Lat.      38.7", "Station Long.     141.0", "Station Height(m) 40",
-        "Record Time       2011/03/11 14:46:15", "Sampling Freq(Hz) 100Hz", "Duration Time(s)  1",
-        "Dir.              N-S", "Scale Factor      7845(gal)/8223790", "Max. Acc. (gal)   196.0",
-        "Last Correction   2011/03/11 14:46:00", "Memo.",
+        "Long.             142.8", "Depth. (km)       24", "Mag.              9.0",
+        "Station Code      MYG004", "Station Lat.      38.7", "Station Long.     141.0",
+        "Station Height(m) 40", "Record Time       2011/03/11 14:46:15", "Sampling Freq(Hz) 100Hz",
+        "Duration Time(s)  1", "Dir.              N-S", "Scale Factor      7845(gal)/8223790",
+        "Max. Acc. (gal)   196.0", "Last Correction   2011/03/11 14:46:00", "Memo.",
     ]  # fmt: skip
     return "\n".join([*head, *(f"{int(value * 1e6):9d}" for value in wave())]) + "\n"
 
 
-def v2_text() -> str:
+def v2_text():
     values = [f"{980.665 * value:10.3f}" for value in wave(64)]
     rows = ["".join(values[i : i + 8]) for i in range(0, 64, 8)]
     head = "64 points of accel data equally spaced at  .020 sec, in cm/sec2. (8f10.3)"
     return "\n".join(["CORRECTED ACCELEROGRAM", *["header"] * 44, head, *rows]) + "\n"
 
 
-def columns_text(separator: str, count: int) -> str:
+def columns_text(separator, count):
     rows = (
         separator.join([f"{0.01 * number:.2f}", *[f"{value:.6f}"] * count])
         for number, value in enumerate(wave())
@@ -80,7 +74,7 @@ def columns_text(separator: str, count: int) -> str:
     return "\n".join([",".join(["time_s", *["accel_g"] * count]), *rows]) + "\n"
 
 
-def read_record(path: Path, given: Given | None = None) -> None:
+def read_record(path, given=None):
     """Read a component; what passes must be a possible record."""
     trace = read_trace(path, given)
     assert np.isfinite(trace.accel_mps2).all()
@@ -110,15 +104,15 @@ CLOUD = {"im": [0.1, 0.2, 0.4, 0.8], "edp": [0.01, 0.02, 0.03, 0.09], "threshold
 STRIPES = {"im": [0.2, 0.4, 0.6, 0.8], "n": [20] * 4, "k": [0, 4, 12, 18]}
 
 
-def text_of(name: str) -> bytes:
-    return (ROOT / name).read_bytes()
+def shipped(name):
+    return (ROOT / f"config/{name}.yaml").read_bytes()
 
 
-def as_yaml(value: object) -> bytes:
+def as_yaml(value):
     return yaml.safe_dump(value, sort_keys=False).encode()
 
 
-def read_index(path: Path) -> None:
+def read_index(path):
     for number in (1, 2):
         (path.parent / f"one_h{number}.AT2").write_text(at2_text(wave()), encoding="utf-8")
     path.replace(path.parent / "index.csv")
@@ -126,19 +120,15 @@ def read_index(path: Path) -> None:
         read_entry(entry)
 
 
-def read_bridge(path: Path) -> None:
-    load_bridge_file(path)
-
-
-def read_study(path: Path) -> None:
+def read_study(path):
     expand_grid(load_config(path, base=ROOT / "config/config.yaml").grid)
 
 
-def fit(method: str, **options: object) -> Callable[[Path], object]:
+def fit(method, **options):
     return lambda path: fit_file(path, FitOptions(method=method, **options)).as_json()
 
 
-def parquet_bytes(folder: Path) -> bytes:
+def parquet_bytes(folder):
     path = folder / "good.parquet"
     table = pd.DataFrame({**CLOUD, "motion_id": ["a", "b", "c", "d"], "status": ["ok"] * 4})
     write_frame(table, path, {"made_by": "tests"})
@@ -159,13 +149,13 @@ FAMILIES: dict[str, tuple[str, list[bytes], Callable[[Path], object]]] = {
         lambda path: read_record(path, Given(dt_s=0.01)),
     ),
     "index": (".txt", [INDEX.encode()], read_index),
-    "config": (".yaml", [text_of(f"config/{n}.yaml") for n in ("config", "ida")], read_study),
-    "limit_states": (".yaml", [text_of("config/limit_states.yaml")], load_limit_states),
+    "config": (".yaml", [shipped(n) for n in ("config", "ida")], read_study),
+    "limit_states": (".yaml", [shipped("limit_states")], load_limit_states),
     "bridge": (
         ".yaml",
-        [text_of("config/bridges/template.yaml"),
+        [shipped("bridges/template"),
          b"extends: osb1\ndeck:\n  depth_m: {v: 2, src: 'd: x'}\n"],
-        read_bridge,
+        load_bridge_file,
     ),
     "fit_cloud": (".json", [json.dumps(CLOUD).encode()], fit("cloud")),
     "fit_stripes": (".json", [json.dumps(STRIPES).encode()], fit("stripes")),
@@ -179,7 +169,118 @@ FAMILIES: dict[str, tuple[str, list[bytes], Callable[[Path], object]]] = {
 NAMELESS = {"fit_cloud", "fit_stripes", "fit_csv", "fit_parquet", "index"}
 
 
-def run_family(name: str, count: int, seed: int, folder: Path) -> dict[str, object]:
+# Random changes: of bytes, of the values of a document, of the whole content.
+
+# Replacements of a value of a document, as text.
+SNIPPETS = (
+    "1e300", "-1.0e+300", "1.0e-300", "0", "-1", "-0.0", ".nan", ".inf", "1e5000", "9" * 5000,
+    "0x" + "f" * 3000, "1:" * 900 + "1", "true", "null", "''", "[]", "{}", "[/red]", "'\\0'",
+    "../../etc/passwd", '"\\x1b[31m"', "'=1+1'", "<script>alert(1)</script>", "$\\frac$",
+    "x" * 5000, "'" + "/x" * 60_000 + "'", "[" * 2000, "[" * 40 + "]" * 40,
+    "{a: " * 40 + "1" + "}" * 40, "&a [*a]", "*nothing", "!!python/name:os.system", "!!binary x",
+    "!!timestamp 2020-13-45", "!!int x", "? [a]", "<<: 1", "2e7", "é", "[1, 2, 3]",
+    "{v: 1.0e+9, src: 'd: x'}", "{v: -5, src: 'd: x'}", "{v: [1, 2], src: 'd: x'}", "1.0e+3",
+    "1.0e-6", "1000000", "17",
+)  # fmt: skip
+BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
+    f"{new}: &{new} [{', '.join(['*' + old] * 9)}]\n"
+    for old, new in zip("abcdefgh", "bcdefghi", strict=True)
+)
+MERGES = "a: &a {x: 1}\n" + "".join(
+    f"{new}: &{new} {{<<: [{', '.join(['*' + old] * 9)}]}}\n"
+    for old, new in zip("abcdefgh", "bcdefghi", strict=True)
+)
+WHOLE = (
+    b"", b"\n", b"\xff\xfe\x00", b"\x00" * 100, b"\xef\xbb\xbf", b"---\n---\n", b"- " * 5000 + b"x",
+    b"[" * 100_000, b'{"a":' * 100_000, b"{" * 5000, BOMB.encode(), MERGES.encode(),
+    b"a: 1\na: 2\n",
+    b"x" * 300_000, b"\x1b[31m", b"%YAML 9.9\n---\na: 1\n", b"extends: osb1\nextends: osb1\n",
+    b"? " * 3000, b"- - " * 3000, b"'", b"#" * 10_000, b"a,b\n1,2\n" * 3,
+)  # fmt: skip
+BYTES = (
+    b"\xff", b"\x00", b"\x1b[31m", b"\xc3", b"9" * 5000, b"[/red]", b"nan", b"inf", b"1e400", b",",
+    b"\n", b"\t", b";", b'"', b"'", b":", b"-", b"*", b"&", b"{", b"[", b"\xe2\x80\xa8", b"=1+1",
+    b"1e-320", b"D+99", b"0", b" ", b"-Infinity", b"*******", b"1D5", b"1,5", b"--", b"..", b"E",
+    b"0x10", b"1_000", b"\xd9\xa3", b"\xef\xbb\xbf", b"1" * 5000 + b"x", b" " * 999, b"\n" * 50,
+    b"NPTS= 99999999999999999999, DT= 1e-300 SEC", b"DT= 0.0", b"DT= -1", b"UNITS OF CM/SEC2",
+    b"VELOCITY", b"points of accel data equally spaced at 0 sec", b"Scale Factor 0(gal)/0",
+    b"Sampling Freq(Hz) 1e400Hz", b"<html>", b"PK\x03\x04", b"-1e308", b"\r",
+)  # fmt: skip
+
+
+def of_bytes(content, chance):
+    """Return a file with one to four of its places changed."""
+    out = bytearray(content)
+    for _ in range(chance.randint(1, 4)):
+        place = chance.randrange(len(out) + 1)
+        size = min(chance.choice((1, 1, 2, 8, 60, 500)), len(out) - place)
+        kind = chance.randrange(7)
+        if kind == 0 and place < len(out):
+            out[place] ^= 1 << chance.randrange(8)
+        elif kind == 1:
+            out[place:place] = chance.choice(BYTES)
+        elif kind == 2:
+            del out[place : place + size]
+        elif kind == 3:
+            out[place:place] = out[place : place + size] * chance.choice((1, 2, 30))
+        elif kind == 4:
+            del out[place:]
+        elif kind == 5:
+            lines = bytes(out).split(b"\n")
+            one, other = (chance.randrange(len(lines)) for _ in range(2))
+            lines[one], lines[other] = lines[other], lines[one]
+            out = bytearray(b"\n".join(lines))
+        else:
+            out[place : place + size] = chance.choice(BYTES)
+    return bytes(out)
+
+
+def of_structure(content, chance, *, is_json=False):
+    """Return a document with one to three of its values changed, dropped or doubled."""
+    tree = yaml.safe_load(content)
+    for number in range(chance.randint(1, 3)):
+        holders = [node for node in nodes_of(tree) if node]
+        if not holders:
+            break
+        node = chance.choice(holders)
+        key = chance.choice(list(node) if isinstance(node, dict) else range(len(node)))
+        kind = chance.randrange(8)
+        if kind == 0:
+            del node[key]
+        elif kind == 1 and isinstance(node, dict):
+            node[chance.choice(("", "v", "x" * 300, "[/red]", "1", "colour"))] = node[key]
+        elif kind == 2:
+            node[key] = copy.deepcopy(chance.choice(holders))
+        elif kind == 3 and isinstance(node[key], int | float):
+            node[key] *= chance.choice((-1, 0, 1e-6, 0.1, 3, 10, 1e3, 1e6, 1e300))
+        else:
+            node[key] = f"@@{number}@@"
+    text = json.dumps(tree) if is_json else yaml.safe_dump(tree, sort_keys=False)
+    for number in range(3):
+        snippet = chance.choice(SNIPPETS)
+        for mark in (f'"@@{number}@@"', f"'@@{number}@@'", f"@@{number}@@"):
+            text = text.replace(mark, snippet)
+    return text.encode()
+
+
+def nodes_of(tree):
+    if not isinstance(tree, dict | list):
+        return []
+    inner = tree.values() if isinstance(tree, dict) else tree
+    return [tree, *(node for item in inner for node in nodes_of(item))]
+
+
+def mutant_of(content, suffix, chance):
+    """Return one mutant of a good file."""
+    draw = chance.random()
+    if draw < 0.05:
+        return chance.choice(WHOLE)
+    if draw < 0.65 and suffix in (".yaml", ".json"):
+        return of_structure(content, chance, is_json=suffix == ".json")
+    return of_bytes(content, chance)
+
+
+def run_family(name, count, seed, folder):
     """Read mutants of one family; return the counts and faults."""
     suffix, seeds, read = FAMILIES[name]
     seeds = seeds or [parquet_bytes(folder)]
@@ -209,19 +310,17 @@ def run_family(name: str, count: int, seed: int, folder: Path) -> dict[str, obje
     return {"taken": taken, "refused": refused, "dearest_s": dearest_s, "faults": faults}
 
 
-def complaints(message: str, path: Path, family: str) -> list[str]:
+def complaints(message, path, family):
     """Return the faults of a message."""
-    found = []
-    if len(message) > LONGEST_MESSAGE or not message:
-        found.append(f"a message of {len(message)} characters: {message[:300]}")
-    if not all(sign.isprintable() or sign == "\n" for sign in message):
-        found.append(f"control characters in {message[:300]!r}")
-    if family not in NAMELESS and path.name not in message:
-        found.append(f"does not name the file: {message[:300]}")
-    return found
+    faults = {
+        f"a message of {len(message)} characters": 0 < len(message) <= LONGEST_MESSAGE,
+        "control characters": all(sign.isprintable() or sign == "\n" for sign in message),
+        "does not name the file": family in NAMELESS or path.name in message,
+    }
+    return [f"{fault}: {message[:300]!r}" for fault, is_absent in faults.items() if not is_absent]
 
 
-def main(count: int, seed: int, folder: Path, names: list[str]) -> None:
+def main(count, seed, folder, names):
     loaded = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (loaded + MEMORY_LIMIT, -1))
     resource.setrlimit(resource.RLIMIT_FSIZE, (50_000_000, -1))

@@ -1,0 +1,138 @@
+"""Stored simulations of intervals and verdicts: their shares, and a few of them run again."""
+
+import json
+from itertools import product
+from pathlib import Path
+
+import joint_coverage
+import numpy as np
+import pytest
+from effect_simulations import BOUNDS, MOTIONS, STUDIES
+from fragility_coverage import SAMPLING_PLANS, measure_coverage
+from scipy import stats
+from sequential_verdicts import EFFECTS, verdicts_at_stopping
+
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+
+
+def stored(name):
+    return json.loads((BENCHMARKS / f"{name}.json").read_text(encoding="utf-8"))
+
+
+STOPPING, OF_EFFECTS = stored("sequential_verdicts")["rows"], stored("effect_simulations")["rows"]
+JOINT, FITS = stored("joint_coverage"), stored("fragility_coverage")["rows"]
+
+
+def rows_of(start):
+    return [row for row in OF_EFFECTS if row["what"].startswith(start)]
+
+
+def test_every_case_is_simulated_often_enough():
+    demands = [row for row in STOPPING if row["kind"] == "demand"]
+    cases = {(row["bounds"], row["effect_margins"]) for row in demands}
+    assert cases == set(product(BOUNDS, EFFECTS))
+    for start in ("coverage 90%, pooled", "coverage 95%, at the", "type I at the margin"):
+        cases = {(row["motions"], row["bounds"]) for row in rows_of(start)}
+        assert cases == set(product(MOTIONS, BOUNDS))
+    assert all(row["simulations"] >= 500 for row in (*demands, *OF_EFFECTS))
+    assert JOINT["replicates"] >= 500
+    assert JOINT["motions"] >= 32
+    assert JOINT["variants"] == 12
+    assert {row["collapse"] for row in JOINT["rows"]} == {0.0, 0.05, 0.2}
+    assert all(row["replicates"] == JOINT["replicates"] for row in JOINT["rows"])
+    assert {row["plan"] for row in FITS} == set(SAMPLING_PLANS)
+
+
+# --- verdicts and intervals at stopping
+
+
+def test_no_verdict_at_stopping_is_wrong_too_often():
+    """The 95 % bounds of the share do not lie above 5 %."""
+    wrong = [row for row in STOPPING if row["what"].startswith("wrong")]
+    assert len(wrong) >= 21
+    assert all(row["low"] <= 0.05 for row in wrong)
+    assert max(row["share"] for row in wrong) > 0.02  # at the margin they are not rare
+
+
+def test_intervals_at_stopping_cover():
+    """The 95 % bounds of the share do not lie below 90 %."""
+    assert all(row["high"] >= 0.90 for row in STOPPING if row["what"] == "interval covers")
+
+
+def test_clear_effects_are_decided_early():
+    for row in STOPPING:
+        if row["what"] == "decided" and row["kind"] == "demand" and row["effect_margins"] != 1.0:
+            assert row["share"] > 0.95
+            assert row["mean_motions"] < 20
+
+
+# --- pooled effects, effects at an intensity and verdicts
+
+
+@pytest.mark.parametrize(("level", "low", "high"), [("95%", 0.92, 0.98), ("90%", 0.87, 0.93)])
+def test_intervals_of_effects_cover(level, low, high):
+    for row in rows_of(f"coverage {level}"):
+        assert low <= row["share"] <= high, row
+
+
+def test_no_row_of_a_family_is_called_changed_at_the_margin_too_often():
+    start = "type I at the margin, any verdict"
+    family, alone = rows_of(f"{start}_family"), rows_of(start)
+    assert all(row["low"] <= 0.05 for row in family)
+    # verdicts of single intervals are wrong much more often
+    assert min(row["share"] for row in alone if row["what"].endswith("verdict")) > 0.2
+
+
+# --- the joint model and single fits
+
+
+@pytest.mark.parametrize(
+    "row", JOINT["rows"], ids=lambda row: f"{row['quantity']}, {row['collapse']:.0%}"
+)
+def test_intervals_of_the_joint_model_cover_and_medians_are_unbiased(row):
+    """The binomial 95 % bounds of the coverage meet 92 to 98 %."""
+    assert row["high"] >= 0.92
+    assert row["low"] <= 0.98
+    assert row["quantity"].startswith("beta") or abs(row["bias"]) < 0.02
+
+
+@pytest.mark.parametrize("row", FITS, ids=lambda row: row["plan"])
+def test_intervals_of_fits_cover_at_their_level(row):
+    low, high = (0.87, 0.93) if "90 %" in row["plan"] else (0.92, 0.98)
+    tried = round(row["usable"] * row["replicates"])
+    for parameter in {"theta", "beta", "beta_total", "ratio"} & row.keys():
+        share = stats.binomtest(round(row[parameter] * tried), tried).proportion_ci(0.95)
+        assert share.low <= high, parameter
+        assert share.high >= low, parameter
+
+
+# --- simulations run again
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_simulations_of_effects_run_again(study):
+    rows = study(16, 0.05, 12, 1)
+    assert {row["what"] for row in rows} <= {row["what"] for row in OF_EFFECTS}
+    assert all(row["simulations"] == 12 for row in rows)
+
+
+def test_simulations_of_verdicts_and_of_the_joint_model_run_again():
+    rows = verdicts_at_stopping("demand", 0.0, 0.0, 10, 1)
+    names = {"wrong: lower", "wrong: higher", "interval covers", "decided"}
+    assert {row["what"] for row in rows} == names
+    assert all(row["simulations"] == 10 for row in rows)
+    found = joint_coverage.measure(0.05, 8, JOINT["seed"])
+    assert len(found) == 5
+    known = {row["quantity"]: row for row in JOINT["rows"] if row["collapse"] == 0.05}
+    for row in found:
+        assert row["coverage"] >= 0.5
+        assert row["scatter"] < 3.0 * known[row["quantity"]]["scatter"]
+        assert np.isfinite(row["bias"])
+
+
+@pytest.mark.parametrize("plan", ["same records 8 x 20, brackets", "cloud 60, 20 % right-censored"])
+def test_intervals_of_fits_cover_95_percent(plan):
+    found = measure_coverage(plan, 300, seed=11)
+    # three standard errors of 300 replicates are 3.8 %
+    assert found["theta"] == pytest.approx(0.95, abs=0.038)
+    assert found["beta"] == pytest.approx(0.95, abs=0.038)
