@@ -6,10 +6,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from typer.testing import CliRunner
 
+from cli_json import run
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.cli import build_app
 from skewbridge.errors import InputError
 from skewbridge.motions.folder import list_motions
 from skewbridge.motions.formats import at2_text, write_at2
@@ -70,12 +69,9 @@ def test_suite_has_40_stored_and_88_generated_motions():
     assert numbers == sorted(set(numbers))
 
 
-def test_motions_last_at_most_25_s(suite):
+def test_motions_end_with_5_s_at_rest_and_components_are_equally_strong_on_average(suite):
     assert len(suite) == SOME
     assert ((suite["npts"] - 1) * suite["dt_s"] <= 25.0).all()
-
-
-def test_motions_end_with_5_s_at_rest(suite):
     for _, row in suite.iterrows():
         for name in ("accel_1_mps2", "accel_2_mps2"):
             tail = round(5.0 / row["dt_s"])
@@ -87,9 +83,13 @@ def test_motions_end_with_5_s_at_rest(suite):
             else:
                 rest = 1e-6 * np.abs(velocity).max()
             assert abs(velocity[-1]) < rest
+    peaks = suite[["accel_1_mps2", "accel_2_mps2"]].map(lambda accel: np.abs(accel).max())
+    # standard error of the mean ratio is about 0.3 / sqrt(40) = 0.05
+    assert abs(np.log(peaks.iloc[:, 0] / peaks.iloc[:, 1]).mean()) < 0.15
 
 
 def test_factors_stay_moderate_and_spread_the_levels(suite):
+    """Other period or levels: `skewbridge motions default-suite --out motions`."""
     assert suite["scale"].between(*FACTOR_LIMITS).all()
     low_g, high_g = LEVEL_RANGE_G
     for count in (8, 16, SOME):
@@ -98,22 +98,6 @@ def test_factors_stay_moderate_and_spread_the_levels(suite):
         # even spread: no quarter of the range holds more than its share by one step of a block
         counts, _ = np.histogram(share, bins=4, range=(0.0, 1.0))
         assert (np.abs(counts - count / 4) <= 1).all()
-
-
-def test_components_are_equally_strong_on_average(suite):
-    peaks = np.array(
-        [
-            [np.abs(row["accel_1_mps2"]).max(), np.abs(row["accel_2_mps2"]).max()]
-            for _, row in suite.iterrows()
-        ]
-    )
-    log_ratio = np.log(peaks[:, 0] / peaks[:, 1])
-    # standard error of the mean ratio is about 0.3 / sqrt(40) = 0.05
-    assert abs(log_ratio.mean()) < 0.15
-
-
-def test_stored_factors_are_moderate_and_match_period_and_levels():
-    """If not: `skewbridge motions default-suite --out motions` (only the factors change)."""
     index = pd.read_csv(MOTIONS / "index.csv")
     assert index["scale_t1_s"].nunique() == 1
     assert load_bridge("osb1").t1_s == pytest.approx(index["scale_t1_s"][0], rel=1e-3)
@@ -121,13 +105,15 @@ def test_stored_factors_are_moderate_and_match_period_and_levels():
     assert {*index["scale_low_g"], *index["scale_high_g"]} == set(LEVEL_RANGE_G)
 
 
-def test_generated_motion_equals_its_files(tmp_path):
+def test_generated_motion_equals_its_files_and_has_the_digest_of_the_index(tmp_path):
     made = read_entry(MADE[0])
     read = read_motion(*write_at2(made, tmp_path))
     assert made.sha256 == read.sha256 == MADE[0].sha256
     assert (made.motion_id, made.dt_s) == (read.motion_id, read.dt_s)
     for one, other in zip(made.components, read.components, strict=True):
         assert one.tobytes() == other.tobytes()
+    with pytest.raises(InputError, match="other libraries"):
+        read_entry(replace(MADE[0], sha256="0" * 64))
 
 
 def test_generated_motion_does_not_depend_on_the_last_digits_of_the_processor(monkeypatch):
@@ -158,11 +144,6 @@ def test_motions_with_an_inexact_envelope_are_not_generated():
     assert not is_exact(6)
     assert not is_exact(7)
     assert all(is_exact(entry.made_from_number) for entry in MADE[::10])
-
-
-def test_generated_motion_with_another_digest_is_refused():
-    with pytest.raises(InputError, match="other libraries"):
-        read_entry(replace(MADE[0], sha256="0" * 64))
 
 
 @pytest.mark.slow
@@ -211,16 +192,14 @@ def keys_of(folder: Path, count: int, results: Path) -> list[list[str]]:
         }
     )
     place = StudyFolder(results)
-    prepare_motions(study)
+    prepare_motions(study.motions, conditioning_t1_s=T1_S, t1_s={"osb1": T1_S}, folder=place)
     setup = StudySetup.of(study, place)
     return [
         [run_key(task) for task in setup.tasks(variant.slug)] for variant in expand_grid(study.grid)
     ]
 
 
-def test_more_motions_preserve_keys_and_generate_only_new_ones(
-    folder: Path, tmp_path: Path, made: list[int]
-) -> None:
+def test_more_motions_preserve_keys_and_generate_only_new_ones(folder, tmp_path, made):
     few = keys_of(folder, 1, tmp_path / "few")
     assert made == []
     many = keys_of(folder, 3, tmp_path / "many")
@@ -238,9 +217,7 @@ def test_other_levels_preserve_the_factors_of_full_blocks(made: list[int]) -> No
     assert made == []
 
 
-def test_digest_of_the_suite_needs_no_generated_motion(
-    folder: Path, tmp_path: Path, made: list[int]
-) -> None:
+def test_digest_of_the_suite_needs_no_generated_motion(folder, tmp_path, made):
     def digest() -> str:
         return content_digest(
             folder, 3, t1_s=T1_S, level_range_g=LEVEL_RANGE_G, cache=tmp_path / "digest.json"
@@ -256,21 +233,23 @@ def test_digest_of_the_suite_needs_no_generated_motion(
 def test_check_generates_the_motion_and_preserves_its_index_row(folder: Path) -> None:
     index = folder / "index.csv"
     before = index.read_text()
-    runner = CliRunner()
-    done = runner.invoke(build_app(), ["motions", "check", str(folder), "--write", "--json"])
-    assert done.exit_code == 0, done.output
-    assert '"format": "made"' in done.stdout
+    code, found = run("motions", "check", folder, "--write")
+    assert code == 0
+    assert "made" in {item["format"] for item in found["files"]}
     assert index.read_text().splitlines()[2:] == before.splitlines()[2:]
-    index.write_text(before.replace(",48\n", ",51\n"))
-    done = runner.invoke(build_app(), ["motions", "check", str(folder), "--json"])
-    assert done.exit_code == 2
-    assert "other libraries" in done.stdout
 
 
-@pytest.mark.parametrize(("old", "new"), [(",48\n", ",0\n"), ("syn048,,", "syn048,a.AT2,")])
-def test_number_and_files_together_are_refused(folder: Path, old: str, new: str) -> None:
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (",48\n", ",51\n", "other libraries"),
+        (",48\n", ",0\n", "made_from_number"),
+        ("syn048,,", "syn048,a.AT2,", "made_from_number"),  # number and files together
+    ],
+)
+def test_another_number_in_the_index_is_refused(folder, old, new, words) -> None:
     index = folder / "index.csv"
     index.write_text(index.read_text().replace(old, new))
-    done = CliRunner().invoke(build_app(), ["motions", "check", str(folder), "--json"])
-    assert done.exit_code == 2
-    assert "made_from_number" in done.stdout
+    code, found = run("motions", "check", folder)
+    assert code == 2
+    assert words in str(found)

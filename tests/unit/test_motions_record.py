@@ -1,17 +1,19 @@
-"""A ground motion as the analyses see it, and the PEER files it is read from."""
+"""A ground motion as the analyses see it, and the formats of files it is read from."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from motions_files import shaken_g
 from skewbridge.errors import InputError
 from skewbridge.motions.check import check_paths
 from skewbridge.motions.folder import group_by_name, list_motions
-from skewbridge.motions.formats import Trace
+from skewbridge.motions.formats import DtMissingError, Given, Trace
 from skewbridge.motions.intensity import housner_intensity, motion_measures
-from skewbridge.motions.read import doubts, read_motion, read_trace
+from skewbridge.motions.read import doubts, read_trace
 from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.suite import read_entry
 from skewbridge.units import G_MPS2
 
 AT2 = """PEER NGA STRONG MOTION DATABASE RECORD
@@ -44,48 +46,25 @@ def test_at2_values_come_in_si_with_header_metadata(tmp_path):
     assert trace.azimuth_deg == 90.0
 
 
-def test_shorter_component_is_padded_with_zeros_and_a_message(tmp_path):
-    first = _write(tmp_path / "A000.AT2", VALUES_G)
-    second = _write(tmp_path / "A090.AT2", VALUES_G[:11], AT2.replace("12", "11"))
-    motion = read_motion(first, second)
-    assert motion.npts == 12
-    assert motion.accel_2_mps2[-1] == 0.0
-    assert any("zeros added" in message for message in motion.messages)
-
-
-def test_components_of_different_dt_are_refused_by_name(tmp_path):
-    first = _write(tmp_path / "A000.AT2", VALUES_G)
-    second = _write(tmp_path / "A090.AT2", VALUES_G, AT2.replace(".0100", ".0200"))
-    with pytest.raises(InputError, match=r"A000\.AT2 is 0\.01 s, of A090\.AT2 0\.02 s"):
-        read_motion(first, second)
-
-
-def test_incidence_90_rotates_component_1_to_y():
+def test_motions_are_rotated_and_scaled_and_keep_their_metadata():
     ax, ay = _motion().along_axes(90.0)
     np.testing.assert_array_equal(ax, [1.0, -3.0])
     np.testing.assert_array_equal(ay, [1.0, 2.0])
+    twice = _motion(event="quake").scaled(2.0)
+    assert twice.event == "quake"
+    np.testing.assert_array_equal(twice.accel_1_mps2, [2.0, 4.0])
+    with pytest.raises(InputError, match="scale"):
+        _motion().scaled(0.0)
 
 
 @pytest.mark.parametrize(
     "changes",
-    [
-        {"dt_s": 0.0},
-        {"accel_2_mps2": np.array([1.0])},
-        {"accel_2_mps2": np.array([1.0, np.nan])},
-        {"accel_2_mps2": np.array([1.0, 2.0, 3.0])},
-    ],
+    [{"dt_s": 0.0}]
+    + [{"accel_2_mps2": values} for values in ([1.0], [1.0, np.nan], [1.0, 2.0, 3.0])],
 )
 def test_impossible_motion_is_refused(changes):
     with pytest.raises(InputError, match="motion m"):
-        _motion(**changes)
-
-
-def test_scaling_keeps_metadata_and_refuses_zero():
-    motion = _motion(event="quake")
-    assert motion.scaled(2.0).event == "quake"
-    np.testing.assert_array_equal(motion.scaled(2.0).accel_1_mps2, [2.0, 4.0])
-    with pytest.raises(InputError, match="scale"):
-        motion.scaled(0.0)
+        _motion(**{name: np.array(value) for name, value in changes.items()})
 
 
 @pytest.mark.parametrize(
@@ -139,9 +118,7 @@ def test_components_of_different_events_get_a_warning(tmp_path):
 def test_one_value_per_pair_is_the_mean_of_its_components():
     """1 m/s2 to and fro for 2 s: CAV 2 m/s, Arias pi/(2 g) x 2; the other component is still."""
     accel = np.array([1.0, -1.0] * 100 + [1.0])
-    motion = GroundMotion(
-        motion_id="m", dt_s=0.01, accel_1_mps2=accel, accel_2_mps2=np.zeros_like(accel)
-    )
+    motion = _motion(accel_1_mps2=accel, accel_2_mps2=np.zeros_like(accel))
     found = motion_measures(motion, None)
     assert found["im_cav_mps"] == pytest.approx(1.0)
     assert found["im_arias_mps"] == pytest.approx(0.5 * np.pi / (2.0 * 9.80665) * 2.0)
@@ -152,10 +129,7 @@ def test_one_value_per_pair_is_the_mean_of_its_components():
 def test_the_median_over_directions_of_a_straight_motion_is_that_of_the_cosine():
     """Peaks 3 m/s2 and 3 x 0.21 s = 0.63 m/s along one axis: cos 45 degrees of them."""
     accel = np.array([0.0, *[3.0] * 21, 0.0])
-    motion = GroundMotion(
-        motion_id="m", dt_s=0.01, accel_1_mps2=accel, accel_2_mps2=np.zeros_like(accel)
-    )
-    found = motion_measures(motion, None)
+    found = motion_measures(_motion(accel_1_mps2=accel, accel_2_mps2=0.0 * accel), None)
     assert found["im_pga_rotd50_g"] == pytest.approx(3.0 * np.sqrt(0.5) / 9.80665, rel=0.01)
     assert found["im_pgv_rotd50_mps"] == pytest.approx(0.63 * np.sqrt(0.5), rel=0.01)
 
@@ -168,3 +142,224 @@ def test_the_spectrum_intensity_of_a_blow_is_its_velocity_times_the_range_of_per
     damped = np.sqrt(1.0 - xi**2)
     reached = 0.6 * np.exp(-xi / damped * np.arctan(damped / xi))
     assert housner_intensity(accel, dt_s) == pytest.approx(reached * (2.5 - 0.1), rel=1e-3)
+
+
+# --- formats of files
+
+
+RECORD_G = shaken_g(1, 50)
+SI = RECORD_G * G_MPS2
+
+
+def _file(folder: Path, name: str, text: str) -> Path:
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def _rows(values, per_line: int, form: str) -> str:
+    return "\n".join(
+        "".join(form.format(v) for v in values[i : i + per_line])
+        for i in range(0, len(values), per_line)
+    )
+
+
+def _at2(head: str, values: str) -> str:
+    return "PEER STRONG MOTION DATABASE RECORD\nA, 1/1/2000, B, 90\n" + head + values + "\n"
+
+
+def _peer(folder: Path, npts: int = 50, values: str = _rows(RECORD_G, 5, "{:15.7E}")) -> Path:
+    head = f"ACCELERATION TIME SERIES IN UNITS OF G\nNPTS= {npts}, DT= .01 SEC\n"
+    return _file(folder, "a.AT2", _at2(head, values))
+
+
+IN_G = "ACCELERATION TIME SERIES IN UNITS OF G\n"
+PLAIN = f"{IN_G}NPTS= 50, DT= .01 SEC\n"
+FIVE = _rows(RECORD_G, 5, "{:15.7E}")
+
+
+@pytest.mark.parametrize(
+    ("head", "values"),
+    [
+        (f"{IN_G}NPTS=     50, DT=   .0100 SEC,\n", FIVE),
+        (f"{IN_G}NPTS= 50, DT= .01000SEC,   4 POLE @  50.0 HZ\n", FIVE),
+        (f"{IN_G}NPTS=   50, dt=  .01000\n", FIVE),
+        (
+            "ACCELERATION TIME HISTORY IN UNITS OF G. FILTER POINTS: HP=0.2 Hz LP=15 Hz\n"
+            "NPTS=  50, DT= .01000 SEC\n",
+            FIVE,
+        ),
+        ("The units are (g)\n50 0.0100 NPTS, DT\n", FIVE),
+        pytest.param(PLAIN, FIVE.replace("E", "D"), id="D exponent"),
+        pytest.param(PLAIN, _rows(RECORD_G, 1, "{:15.7E}"), id="one per line"),
+        pytest.param(PLAIN, _rows(RECORD_G, 8, "{:.7E},"), id="commas"),
+        pytest.param(PLAIN, _rows(RECORD_G, 5, "{:+.7E}"), id="run together"),
+        pytest.param(PLAIN, f"{FIVE}\n*** End data ***", id="footer"),
+    ],
+)
+def test_headers_and_layouts_of_peer_files_read_alike(tmp_path, head, values):
+    trace = read_trace(_file(tmp_path, "a.AT2", _at2(head, values)))
+    np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-6)
+    assert trace.dt_s == 0.01
+
+
+def test_surplus_values_are_cut_and_other_counts_or_missing_headers_refused(tmp_path):
+    trace = read_trace(_peer(tmp_path, 47))
+    assert trace.accel_mps2.size == 47
+    assert any("cut to NPTS" in text for text in trace.warnings)
+    with pytest.raises(InputError, match="NPTS = 20, but 50"):
+        read_trace(_peer(tmp_path, 20))
+    cut = _peer(tmp_path, 60, _rows(RECORD_G[:-1], 5, "{:15.7E}") + "  -.3141")
+    with pytest.raises(InputError, match="inside a number"):
+        read_trace(cut)
+    with pytest.raises(InputError, match=r"name it \.acc and give"):
+        read_trace(_file(tmp_path, "a.AT2", FIVE))
+
+
+def test_given_unit_and_step_override_the_file_with_a_note(tmp_path):
+    trace = read_trace(_peer(tmp_path), Given(unit="m/s2"))
+    np.testing.assert_allclose(trace.accel_mps2, RECORD_G, rtol=1e-6)
+    assert any("header says g" in text for text in trace.notes)
+    rows = "\n".join(f"{i * 0.003:.3f} {v:.8e}" for i, v in enumerate(RECORD_G))
+    trace = read_trace(_file(tmp_path, "a.txt", rows), Given(dt_s=0.0025))
+    assert trace.dt_s == 0.0025
+    assert any("0.003" in text for text in trace.warnings)
+
+
+def test_unit_and_step_if_missing_do_not_override_the_header(tmp_path):
+    known = Given(dt_s_if_missing=0.005, unit_if_missing="gal")
+    trace = read_trace(_peer(tmp_path), known)
+    np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-6)
+    assert (trace.dt_s, trace.unit, trace.notes) == (0.01, "g", ("unit g as the header says",))
+    bare = read_trace(_file(tmp_path, "a.acc", _rows(980.665 * RECORD_G, 5, "{:.8e} ")), known)
+    np.testing.assert_allclose(bare.accel_mps2, SI, rtol=1e-7)
+    assert (bare.dt_s, bare.unit) == (0.005, "cm/s2")
+
+
+V2_LINE = "   50 POINTS OF ACCEL DATA EQUALLY SPACED AT  .010 SEC.  (UNITS: CM/SEC/SEC)"
+V2_HEAD = ["CORRECTED ACCELEROGRAM   TEST", "UNCORRECTED DATA", "TEST QUAKE", *["x"] * 3,
+           "TEST STATION", "CHAN  1: 270", *["x"] * 17, *["    0    1"] * 20]  # fmt: skip
+
+
+def _v2(line: str, values: str) -> str:
+    return "\n".join([*V2_HEAD, line, values, "    1 POINTS OF VELOC DATA", "     1.000"])
+
+
+@pytest.mark.parametrize(
+    ("line", "per_line", "form"),
+    [
+        (V2_LINE, 8, "{:10.3f}"),
+        ("   50 points of accel data equally spaced at  .010 sec, in cm/sec2. (8f10.6)", 8,
+         "{:10.6f}"),
+    ],
+)  # fmt: skip
+def test_csmip_v2_is_read_by_column_width(tmp_path, line, per_line, form):
+    cm_s2 = RECORD_G * 98.0665
+    cm_s2[3] = -1234.123 if form == "{:10.3f}" else -12.632701  # fills its ten columns
+    text = _v2(line, _rows(cm_s2, per_line, form))
+    trace = read_trace(_file(tmp_path, "a.V2", text))
+    np.testing.assert_allclose(trace.accel_mps2, cm_s2 * 0.01, atol=6e-6)
+    assert (trace.format, trace.station, trace.azimuth_deg) == ("csmip_v2", "TEST STATION", 270.0)
+
+
+def test_a_file_of_several_channels_needs_a_channel(tmp_path):
+    cm_s2 = RECORD_G * 980.665
+    csmip = "\n".join(_v2(V2_LINE, _rows(each, 8, "{:10.3f}")) for each in (cm_s2, -2 * cm_s2))
+    rows = [f"{i * 0.01:.2f},{v:.8e},{-2 * v:.8e}" for i, v in enumerate(RECORD_G)]
+    for name, text in (("a.V2", csmip), ("a.csv", "time_s,h1_g,h2_g\n" + "\n".join(rows))):
+        path = _file(tmp_path, name, text)
+        with pytest.raises(InputError, match="2 channels"):
+            read_trace(path)
+        second = read_trace(path, Given(channel=2)).accel_mps2
+        np.testing.assert_allclose(second, -2 * SI, atol=6e-6)
+        with pytest.raises(InputError, match="channel 3 of 2"):
+            read_trace(path, Given(channel=3))
+
+
+def test_index_names_the_channels_of_one_file(tmp_path):
+    parts = [_v2(V2_LINE, _rows(RECORD_G * f, 8, "{:10.3f}")) for f in (980.665, 200.0, -500.0)]
+    (tmp_path / "all.V2").write_text("\n".join(parts))
+    (tmp_path / "index.csv").write_text(
+        "motion_id,file_1,file_2,channel_1,channel_2\nbridge,all.V2,all.V2,1,3\n"
+    )
+    motion = read_entry(list_motions(tmp_path)[0])
+    np.testing.assert_allclose(motion.accel_1_mps2, SI, atol=6e-6)
+    np.testing.assert_allclose(motion.accel_2_mps2, -5.0 * RECORD_G, atol=6e-6)
+
+
+@pytest.mark.parametrize(
+    ("given", "unit"), [("GAL", "cm/s2"), ("cm/s^2", "cm/s2"), ("G", "g"), ("m/s/s", "m/s2")]
+)
+def test_common_spellings_of_units_are_accepted(given, unit):
+    assert Given(unit=given).unit == unit
+
+
+@pytest.mark.parametrize(
+    ("header", "unit"),
+    [("time,accel_g", "g"), ("t (s), a (cm/s2)", "cm/s2"), ("time_s;accel_mps2", "m/s2"),
+     ("time_s,acc_cm_s2", "cm/s2"), ("time_s,acc_m_s2", "m/s2"), ("m_south,a_g", "g"),
+     ("# time acceleration", "g"), (None, "g")],
+)  # fmt: skip
+def test_two_columns_take_their_unit_from_the_header(tmp_path, header, unit):
+    factor = {"g": 1.0, "cm/s2": 980.665, "m/s2": 9.80665}[unit]
+    rows = "\n".join(f"{i * 0.01:.2f}, {v * factor:.8e}" for i, v in enumerate(RECORD_G))
+    trace = read_trace(_file(tmp_path, "a.csv", rows if header is None else f"{header}\n{rows}"))
+    np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-7)
+    assert (trace.format, trace.unit, trace.dt_s) == ("two_column", unit, 0.01)
+
+
+def test_bare_values_in_several_columns_are_not_read_as_a_table(tmp_path):
+    rising = np.arange(60) ** 1.5 * 1e-4  # a slow start: the first number of each line rises
+    path = _file(tmp_path, "a.acc", _rows(rising, 5, "{:15.7e}"))
+    np.testing.assert_allclose(
+        read_trace(path, Given(dt_s=0.01)).accel_mps2, rising * G_MPS2, rtol=1e-6
+    )
+
+
+@pytest.mark.parametrize("replacement", [[], ["0.21 1.0", "0.20 1.0"], ["0.20"]])
+def test_broken_time_column_is_refused_with_its_line(tmp_path, replacement):
+    """A hole, a step back, a missing value."""
+    rows = [f"{i * 0.01:.2f} {v:.8e}" for i, v in enumerate(RECORD_G)]
+    commas = "\n".join(row.replace(" ", ";").replace(".", ",") for row in rows)
+    with pytest.raises(InputError, match="decimal comma"):
+        read_trace(_file(tmp_path, "a.csv", commas))
+    rows[20:22] = replacement
+    with pytest.raises(InputError, match=r"line 2[012]"):
+        read_trace(_file(tmp_path, "a.txt", "\n".join(rows)))
+
+
+@pytest.mark.parametrize("per_line", [1, 5, 50])
+def test_bare_values_need_a_time_step(tmp_path, per_line):
+    path = _file(tmp_path, "a.acc", _rows(RECORD_G, per_line, "{:.8e} "))
+    with pytest.raises(DtMissingError):
+        read_trace(path)
+    trace = read_trace(path, Given(dt_s=0.005))
+    np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-7)
+    assert any("no unit" in text for text in trace.notes)
+
+
+def test_knet_counts_become_gal_about_their_mean(tmp_path):
+    counts = np.round(RECORD_G * 980.665 * 8388608 / 2000).astype(int) + 1234
+    counts += round(1234 - counts.mean())
+    head = "\n".join(
+        ["Origin Time       2000/01/01 00:00:00", "Station Code      ABC001"]
+        + ["Lat.   1"] * 8
+        + ["Sampling Freq(Hz) 100Hz", "Duration Time(s)  1", "Dir.              4",
+           "Scale Factor      2000(gal)/8388608"]
+        + [f"Max. Acc. (gal)   {np.abs(RECORD_G - RECORD_G.mean()).max() * 980.665:.3f}"]
+        + ["Last Correction   2000/01/01 00:00:00", "Memo.             "]
+    )  # fmt: skip
+    trace = read_trace(_file(tmp_path, "a.NS2", head + "\n" + _rows(counts, 8, "{:9d}")))
+    np.testing.assert_allclose(trace.accel_mps2, SI - SI.mean(), atol=3e-6)
+    assert (trace.format, trace.azimuth_deg, trace.warnings) == ("knet", 0.0, ())
+
+
+def test_components_with_unrelated_names_are_paired_by_header(tmp_path):
+    """One station by its channels, as CSMIP names them: 360 and 270 degrees, and up."""
+    for channel, direction in ((14, "UP"), (15, "360"), (24, "270")):
+        text = _v2(V2_LINE, _rows(RECORD_G * 980.665, 8, "{:10.3f}"))
+        text = text.replace("CHAN  1: 270", f"CHAN {channel}: {direction}")
+        _file(tmp_path, f"CHAN{channel}.V2", text)
+    (entry,) = list_motions(tmp_path)
+    assert [path.name for path, _ in entry.components] == ["CHAN15.V2", "CHAN24.V2"]
+    assert "TEST_STATION" in entry.motion_id
