@@ -1,0 +1,560 @@
+"""Contacts: law, frames and parameters; sets on small live domains; drives of their parameters."""
+
+import importlib
+import sys
+from functools import partial
+from math import cos, hypot, radians, sin
+from pathlib import Path
+
+import numpy as np
+import openseespy.opensees as ops
+import pytest
+
+from skewbridge.contact import (
+    ContactError,
+    ContactLaw,
+    ContactSet,
+    Drive,
+    TagSource,
+    UnitState,
+    make_step,
+)
+from skewbridge.contact import element as contact_element
+from skewbridge.contact.drives import (
+    approach_stiffness_drive,
+    hunt_crossley_drive,
+    kelvin_voigt_drive,
+    stribeck_drive,
+    stribeck_friction,
+)
+from skewbridge.contact.element import contact_frame, cross
+from skewbridge.contact.law import advance_pair, yields_by_direction, yields_on_cone
+from skewbridge.errors import InputError
+from skewbridge.verification.references.blocks import Block, run_block
+from skewbridge.verification.references.live_model import Solver
+
+MASS_KG = 1000.0
+DT_S = 1e-3
+
+
+@pytest.fixture(autouse=True)
+def domain():
+    ops.wipe()
+    yield
+    ops.wipe()
+
+
+@pytest.fixture
+def two_nodes():
+    """Two nodes at one place in space."""
+    ops.model("basic", "-ndm", 3, "-ndf", 6)
+    for node in (1, 2):
+        ops.node(node, 0.0, 0.0, 0.0)
+
+
+def sliding_mass(ndm, ndf, normal, velocity, mass_kg=MASS_KG, gap_m=0.0, **options):
+    """A mass that touches a wall under a constant force and slides: deceleration mu N / m."""
+    ops.model("basic", "-ndm", ndm, "-ndf", ndf)
+    origin = [0.0] * ndm
+    ops.node(1, *origin)
+    ops.node(2, *origin)
+    ops.fix(1, *[1] * ndf)
+    rotations = ndf - ndm
+    ops.fix(2, *[0] * ndm, *[1] * rotations)
+    ops.mass(2, *[mass_kg] * ndm, *[0.0] * rotations)
+    contacts = ContactSet(**options)
+    contacts.add(1, 2, normal, gap_m, 0.2, kn=1e4 * mass_kg, kt=1e4 * mass_kg)
+    ops.timeSeries("Constant", 1)
+    ops.pattern("Plain", 1, 1)
+    ops.load(2, *[-mass_kg * 9.81 * n for n in normal], *[0.0] * rotations)
+    for dof, value in enumerate(velocity, start=1):
+        ops.setNodeVel(2, dof, value, "-commit")
+        # Start in equilibrium along the normal.
+        ops.setNodeDisp(2, dof, -9.81 / 1e4 * normal[dof - 1], "-commit")
+    Solver(constraints="Plain", algorithm="Newton").prepare()
+    return contacts
+
+
+def advance(contacts, steps, dt_s=DT_S):
+    for _ in range(steps):
+        assert ops.analyze(1, dt_s) == 0
+        contacts.after_step(dt_s)
+
+
+def history_of(contacts, steps):
+    """Return the displacements of the mass after each step."""
+    history = []
+    for _ in range(steps):
+        advance(contacts, 1)
+        history.append(tuple(ops.nodeDisp(2)))
+    return history
+
+
+@pytest.mark.parametrize(
+    ("ndm", "ndf", "normal", "velocity", "mass_kg"),
+    [
+        (2, 2, (0.0, 1.0), (1.0, 0.0), MASS_KG),
+        (2, 3, (-sin(0.5), cos(0.5)), (cos(0.5), sin(0.5)), MASS_KG),
+        (3, 3, (0.0, 0.0, 1.0), (0.6, 0.8, 0.0), 0.01),  # forces below 1 N
+        (3, 6, (cos(0.3), sin(0.3), 0.0), (-0.6 * sin(0.3), 0.6 * cos(0.3), 0.8), MASS_KG),
+    ],
+)
+def test_sliding_mass_stops_after_the_coulomb_distance(ndm, ndf, normal, velocity, mass_kg):
+    contacts = sliding_mass(ndm, ndf, normal, velocity, mass_kg)
+    advance(contacts, 1)
+    contacts.start_from_rest()
+    advance(contacts, 799)
+    slid = sum(v * ops.nodeDisp(2, dof) for dof, v in enumerate(velocity, start=1))
+    # v^2 / (2 mu g); the friction spring adds its elastic slip mu N / kt, the first step starts
+    # without friction.
+    assert slid == pytest.approx(1.0 / (2 * 0.2 * 9.81), rel=5e-3)
+    ledger = contacts.ledger()[0]
+    assert ledger.slip_work_j == pytest.approx(0.5 * mass_kg, rel=5e-3)
+    assert ledger.cone_violation_ratio < 1e-9
+    assert ledger.closures == 1
+
+
+def test_no_friction_is_the_same_with_and_without_updates():
+    histories = []
+    for update in (True, False):
+        ops.wipe()
+        contacts = sliding_mass(3, 3, (0.0, 0.0, 1.0), (0.6, 0.8, 0.1), update=update)
+        contacts.units[0].friction = 0.0
+        histories.append(history_of(contacts, 200))
+    assert histories[0] == histories[1]
+
+
+def test_force_on_the_body_opposes_penetration_and_slip():
+    contacts = sliding_mass(3, 3, (0.0, 0.0, 1.0), (0.6, 0.8, 0.0))
+    advance(contacts, 50)
+    fx, fy, fz = contacts.global_force_on_j(0)
+    assert fz == pytest.approx(MASS_KG * 9.81, rel=1e-3)
+    assert (fx, fy) == pytest.approx((-0.6 * 0.2 * fz, -0.8 * 0.2 * fz), rel=2e-3)
+
+
+@pytest.mark.parametrize("scheme", ["vector", "componentwise", "elastic"])
+def test_snapshot_brings_the_tracked_state_back(scheme):
+    contacts = sliding_mass(3, 3, (0.0, 0.0, 1.0), (0.6, 0.8, 0.0), scheme=scheme)
+    advance(contacts, 20)
+    saved = contacts.snapshot()
+    before = (contacts.state(0), contacts.ledger())
+    advance(contacts, 20)
+    assert contacts.state(0) != before[0]
+    contacts.restore(saved)
+    assert (contacts.state(0), contacts.ledger()) == before
+
+
+def test_opening_and_closing_are_counted_and_reported():
+    contacts = sliding_mass(2, 2, (0.0, 1.0), (0.0, 0.5))
+    changes = expected_changes = 0
+    for _ in range(400):
+        expected = contacts.time_to_change_s() < DT_S
+        advance(contacts, 1)
+        changes += len(contacts.changes)
+        expected_changes += expected and len(contacts.changes)
+    assert changes >= 3
+    assert expected_changes >= changes - 2  # linear in time: not every one is foreseen
+    assert contacts.ledger()[0].closures >= 2
+    assert contacts.ledger()[0].contact_time_s < 0.4
+
+
+def test_a_gap_that_is_open_at_rest_is_open_and_closes_once():
+    contacts = sliding_mass(2, 2, (0.0, 1.0), (0.0, 0.0), gap_m=0.02)
+    contacts.start_from_rest()
+    assert not contacts.closed[0]
+    # 0.02 m under g take 64 ms
+    advance(contacts, 60)
+    assert contacts.ledger()[0].closures == 0
+    advance(contacts, 10)
+    assert contacts.ledger()[0].closures == 1
+
+
+def test_preparing_another_step_length_changes_the_predicted_bound():
+    contacts = sliding_mass(2, 2, (0.0, 1.0), (1.0, -0.2))
+    advance(contacts, 3)
+    parameter = contacts.units[0].springs.bounds[0]
+    full = ops.getParamValue(parameter)
+    contacts.prepare(DT_S / 4)
+    assert 0.0 < ops.getParamValue(parameter) < full
+
+
+def test_soft_tangents_free_the_mode_along_the_surface():
+    contacts = sliding_mass(2, 2, (0.0, 1.0), (0.0, 0.0))
+    stiff = min(ops.eigen("-fullGenLapack", 2))
+    with contacts.soft_tangents():
+        soft = min(ops.eigen("-fullGenLapack", 2))
+    assert stiff > 1e3
+    assert soft < 1e-3
+    assert min(ops.eigen("-fullGenLapack", 2)) == pytest.approx(stiff)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "message"),
+    [
+        (("material", 2, "Fy"), 1e9, "beyond their bounds"),  # another bound of the friction
+        (("E",), 1.0, "normal spring"),  # the short form reaches the normal spring
+    ],
+)
+def test_a_parameter_set_by_others_is_detected(place, value, message):
+    contacts = sliding_mass(2, 2, (0.0, 1.0), (1.0, 0.0))
+    advance(contacts, 10)
+    ops.parameter(999, "element", contacts.units[0].element, *place)
+    ops.updateParameter(999, value)
+    with pytest.raises(ContactError, match=message):
+        advance(contacts, 30)
+
+
+def test_a_retried_step_continues_as_if_it_had_not_failed():
+    """OpenSees goes back after a failed step; so do the bounds, whatever was prepared since."""
+    histories = []
+    for fails in (False, True):
+        ops.wipe()
+        contacts = sliding_mass(3, 3, (0.0, 0.0, 1.0), (0.6, 0.8, 0.05))
+        history = []
+        for step in range(60):
+            if fails and step % 7 == 3:
+                ops.test("NormDispIncr", 1e-30, 1)
+                assert ops.analyze(1, DT_S) != 0
+                ops.test("NormDispIncr", 1e-12, 50)
+                contacts.prepare(DT_S / 4)
+                contacts.prepare(DT_S)
+            advance(contacts, 1)
+            history.append(ops.nodeDisp(2, 1))
+        histories.append(history)
+    assert histories[1] == pytest.approx(histories[0], rel=1e-12)
+
+
+def test_a_contact_added_to_a_deformed_model_starts_with_its_full_gap():
+    contacts = sliding_mass(2, 2, (0.0, 1.0), (1.0, 0.0))
+    advance(contacts, 50)
+    later = ContactSet()
+    later.add(1, 2, (0.0, 1.0), 0.01, 0.2, kn=1e7, kt=1e7)
+    ops.analyze(1, DT_S)
+    later.after_step(DT_S)
+    assert later.openings_m[0] == pytest.approx(0.01, abs=1e-6)
+    assert not later.closed[0]
+
+
+@pytest.fixture
+def three_nodes():
+    ops.model("basic", "-ndm", 2, "-ndf", 2)
+    for node in (1, 2, 3):
+        ops.node(node, 0.0, 0.0)
+
+
+STIFF = {"kn": 1e6, "kt": 1e6}
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"friction": -0.1}, "friction"),
+        ({"kt": 0.0}, "kt_n_per_m"),
+        ({"kn": float("nan")}, "kn_n_per_m"),
+        ({"gap_m": -0.01}, "gap_m"),
+        ({"cohesion_n": -1.0}, "cohesion_n"),
+        ({"gap_closing_m": 0.2}, "gap_closing_m"),
+        ({"normal": (0.0, 0.0)}, "normal"),
+        ({"normal": (1.0, 0.0, 0.0)}, "normal"),
+        ({"tangent": (1.0, 0.1)}, "perpendicular"),
+        ({"tangent": (0.0, -1.0)}, "counter-clockwise"),
+        ({"node_j": 7}, "node_j"),
+        ({"node_j": 1}, "differ"),
+    ],
+)
+def test_bad_input_names_the_field(three_nodes, change, message):
+    good = {"node_i": 1, "node_j": 2, "normal": (1.0, 0.0), "gap_m": 0.1, "friction": 0.3}
+    with pytest.raises(InputError, match=message):
+        ContactSet().add(**(good | STIFF | change))
+
+
+@pytest.mark.parametrize("unknown", [{"scheme": "vectorial"}, {"coupling": "implicit"}])
+def test_unknown_scheme_or_coupling_is_refused(unknown):
+    with pytest.raises(InputError, match=next(iter(unknown))):
+        ContactSet(**unknown)
+
+
+def test_two_sets_share_a_domain_and_closing_reduces_the_gap(three_nodes):
+    first, second = ContactSet(), ContactSet(scheme="elastic")
+    first.add(1, 2, (cos(radians(30)), sin(radians(30))), 0.1, 0.3, **STIFF)
+    second.add(1, 3, (1.0, 0.0), 0.05, 0.3, **STIFF, gap_closing_m=0.02)
+    first.add(2, 3, (1.0, 0.0), 0.1, 0.3, **STIFF)
+    assert len({unit.element for unit in (*first.units, *second.units)}) == 3
+    assert second.openings_m == pytest.approx([0.03])
+
+
+# --- the documented script for models that know nothing of this package
+
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+@pytest.fixture
+def script(monkeypatch):
+    monkeypatch.syspath_prepend(str(DOCS))
+    ops.wipe()
+    yield importlib.import_module("contact_in_your_model")
+    ops.wipe()
+    for name in ("contact_in_your_model", "foreign_models"):
+        sys.modules.pop(name, None)
+
+
+def test_the_script_runs_and_both_models_hit_and_slide(script):
+    for ledger in script.main():
+        assert ledger.closures >= 1
+        assert ledger.max_normal_n > 0.0
+        assert ledger.slip_work_j > 0.0
+        # What the compression of a step differs from its prediction, over the largest limit.
+        assert ledger.cone_violation_ratio < 0.02
+
+
+def test_a_stop_that_is_never_reached_changes_nothing(script):
+    foreign = importlib.import_module("foreign_models")
+    tops = []
+    for has_stop in (False, True):
+        foreign.tower()
+        stops = ContactSet()
+        if has_stop:
+            stops.add(9, 2, (-1.0, 0.0, 0.0), 10.0, 0.4, kn=1e5, kt=1e5)
+        history = []
+        for _ in range(500):
+            assert make_step(stops, 0.002)
+            history.append(ops.nodeDisp(2, 1))
+        tops.append(history)
+    assert tops[1] == pytest.approx(tops[0], abs=1e-12)
+
+
+# --- friction cone, return mapping and frames
+
+
+LAW = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
+
+
+def test_the_stick_point_moves_with_slip_and_follows_an_open_node():
+    slipped = advance_pair(LAW, (0.0, 0.0), (0.3, 0.4), -0.1)
+    assert slipped.is_slipping
+    assert hypot(0.3 - slipped.stick_1_m, 0.4 - slipped.stick_2_m) == pytest.approx(0.045)
+    stuck = advance_pair(LAW, (0.0, 0.0), (0.01, 0.02), -0.1)
+    assert not stuck.is_slipping
+    assert (stuck.stick_1_m, stuck.stick_2_m) == (0.0, 0.0)
+    opened = advance_pair(LAW, (0.0, 0.0), (0.3, 0.4), 0.01)
+    assert not opened.is_closed
+    assert (opened.force_1_n, opened.force_2_n) == (0.0, 0.0)
+    assert (opened.stick_1_m, opened.stick_2_m) == (0.3, 0.4)
+
+
+def test_yields_are_equally_slack_in_stick_and_the_radial_return_in_slip():
+    first, second = yields_on_cone(-1000.0, 0.0, 4500.0)
+    assert hypot(first, second) == pytest.approx(4500.0)
+    assert first - 1000.0 == pytest.approx(second)
+    assert yields_on_cone(-30e3, 40e3, 4500.0) == pytest.approx((2700.0, 3600.0))
+    assert yields_by_direction(-3.0, 4.0, 4500.0) == pytest.approx((2700.0, 3600.0))
+    # without a direction
+    assert yields_by_direction(0.0, 0.0, 1.0) == pytest.approx((0.5**0.5, 0.5**0.5))
+    assert yields_on_cone(0.0, 0.0, 1.0) == pytest.approx((0.5**0.5, 0.5**0.5))
+    assert yields_on_cone(0.0, 0.0, 0.0) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("ndm", [2, 3])
+def test_a_frame_is_orthonormal_and_right_handed(ndm):
+    normal = (cos(radians(30)), -sin(radians(30)), 0.4)[:ndm]
+    frame = contact_frame(normal, None, ndm)
+    for i, a in enumerate(frame):
+        for j, b in enumerate(frame):
+            product = sum(x * y for x, y in zip(a, b, strict=True))
+            assert product == pytest.approx(float(i == j), abs=1e-12)
+    if ndm == 3:
+        assert cross(frame[0], frame[1]) == pytest.approx(frame[2])
+        assert frame[1][2] == pytest.approx(0.0)  # t1 is horizontal
+
+
+def test_tangents_are_horizontal_and_perpendicular_or_refused():
+    for sign in (1.0, -1.0):
+        assert contact_frame((0.0, 0.0, sign), None, 3)[1] == pytest.approx((1.0, 0.0, 0.0))
+    nearly = contact_frame((0.0, 0.0, 1.0), (1.0, 0.0, 1e-6), 3)
+    assert nearly[1] == pytest.approx((1.0, 0.0, 0.0))
+    with pytest.raises(InputError, match="perpendicular"):
+        contact_frame((0.0, 0.0, 1.0), (1.0, 0.0, 0.1), 3)
+    with pytest.raises(InputError, match="ndm"):
+        contact_frame((1.0,), None, 1)
+
+
+# --- parameters of a live contact
+
+
+def add(contacts):
+    return contacts.add(1, 2, (1.0, 0.0, 0.0), 0.05, 0.5, kn=2e9, kt=2e8)
+
+
+@pytest.mark.parametrize("scheme", ["vector", "componentwise", "elastic"])
+def test_a_unit_is_proved_and_leaves_nothing_behind(two_nodes, scheme):
+    contacts = ContactSet(scheme=scheme)
+    add(contacts)
+    assert ops.getEleTags() == [1] or ops.getEleTags() == 1
+    assert len(ops.getParamTags()) == 5
+    assert all(ops.getParamValue(bound) == 0.0 for bound in contacts.units[0].springs.bounds)
+
+
+def wrong_name(attach, tags, element, position, name):
+    return attach(tags, element, position, {"Fy": "Fyield"}.get(name, name))
+
+
+def wrong_position(attach, tags, element, position, name):
+    return attach(tags, element, 1 if name == "Fy" else position, name)
+
+
+def without_position(attach, tags, element, position, name):
+    """The short form of OpenSees, which reaches the normal spring, too."""
+    if name != "Fy" or position == 1:
+        return attach(tags, element, position, name)
+    parameter = tags.parameter()
+    ops.parameter(parameter, "element", element, name)
+    return parameter
+
+
+@pytest.mark.parametrize("wrong", [wrong_name, wrong_position, without_position])
+def test_a_parameter_that_does_not_act_is_noticed(monkeypatch, two_nodes, wrong):
+    monkeypatch.setattr(contact_element, "_attach", partial(wrong, contact_element._attach))
+    with pytest.raises(ContactError, match="does not act"):
+        add(ContactSet())
+
+
+def test_tags_of_the_user_are_left_alone_or_used(two_nodes):
+    ops.uniaxialMaterial("Elastic", 7, 1.0)
+    ops.element("zeroLength", 40, 1, 2, "-mat", 7, "-dir", 1)
+    ops.parameter(12, "element", 40, "material", 1, "E")
+    contacts = ContactSet(TagSource())
+    add(contacts)
+    assert contacts.units[0].element > 40
+    assert min(contacts.units[0].springs.bounds) > 12
+    own = ContactSet(Counter())
+    add(own)
+    assert own.units[0].element > 5000
+
+
+class Counter:
+    """Tags from 5001 on."""
+
+    def __init__(self):
+        self.given = 5000
+
+    def free(self):
+        self.given += 1
+        return self.given
+
+    node = element = material = parameter = free
+
+
+# --- functions of state and time that drive the parameters
+
+
+def season(state: UnitState, time_s: float) -> dict[str, float]:
+    """A joint that closes by 20 mm within 1 s while its friction wears off with the slip."""
+    return {
+        "gap_closing_m": 0.020 * min(1.0, time_s),
+        "friction": max(0.1, 0.3 - 0.5 * state.slip_path_m),
+    }
+
+
+SEASON = Drive(parameters=("gap_closing_m", "friction"), function=season)
+
+
+def pressed_mass(drive):
+    """A mass on soft springs, 10 mm before a wall that comes nearer."""
+    ops.model("basic", "-ndm", 2, "-ndf", 2)
+    ops.node(1, 0.0, 0.0)
+    ops.node(2, 0.0, 0.0)
+    ops.fix(1, 1, 1)
+    ops.mass(2, 1.0, 1.0)
+    ops.uniaxialMaterial("Elastic", 1, 1.0e3, 60.0)
+    ops.element("zeroLength", 1, 1, 2, "-mat", 1, 1, "-dir", 1, 2)
+    contacts = ContactSet()
+    contacts.add(1, 2, (-1.0, 0.0), 0.010, 0.3, kn=1e6, kt=1e6, drive=drive)
+    Solver(constraints="Plain", algorithm="Newton").prepare()
+    return contacts
+
+
+def test_a_slow_ramp_closes_the_gap_and_presses():
+    contacts = pressed_mass(SEASON)
+    contacts.units[0].friction = 0.0
+    closed_at = None
+    for step in range(1500):
+        assert make_step(contacts, 1e-3)
+        if closed_at is None and contacts.closed[0]:
+            closed_at = (step + 1) * 1e-3
+    # 10 mm of 20 mm/s; then the wall pushes the springs by 10 mm less the penetration.
+    assert closed_at == pytest.approx(0.5, abs=3e-3)  # a drive acts in the step after
+    assert contacts.normals_n[0] == pytest.approx(1.0e3 * 0.010, rel=2e-3)
+    assert contacts.openings_m[0] == pytest.approx(-10.0 / 1e6, rel=1e-2)
+
+
+def test_wear_lowers_the_friction_along_the_slip_path():
+    block = Block(
+        mass_kg=1000.0, kn_n_per_m=1e9, kt_n_per_m=1e9, friction=0.3, normal_load_n=9810.0,
+        v0_mps=(1.5, 0.0), gap_m=0.0,
+        drive=Drive(
+            parameters=("friction",),
+            function=lambda state, time_s: {"friction": season(state, time_s)["friction"]},
+        ),
+    )  # fmt: skip
+    slid = run_block(block, 1e-3, 1.4).position_m[-1, 0]
+    # Energy: m v^2 / 2 = integral of (0.3 - 0.5 s) N ds up to 0.4 m, then 0.1 N.
+    g = 9.81
+    first = (0.3 * 0.4 - 0.25 * 0.4**2) * g
+    expected = 0.4 + (0.5 * 1.5**2 - first) / (0.1 * g)
+    assert slid == pytest.approx(expected, rel=5e-3)
+
+
+def test_stribeck_friction_falls_from_static_to_kinetic():
+    options = {"static": 0.4, "kinetic": 0.3, "stribeck_speed_mps": 0.01}
+    assert stribeck_friction(0.0, **options) == pytest.approx(0.4)
+    assert stribeck_friction(1.0, **options) == pytest.approx(0.3)
+    assert stribeck_friction(0.01, **options) == pytest.approx(0.3 + 0.1 * np.exp(-1.0))
+    assert stribeck_friction(2.0, **options, viscous_s_per_m=0.05) == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"kn_n_per_m": 1.0}, "declared"),
+        ({"friction": -0.1}, "not negative"),
+        ({"friction": float("nan")}, "finite"),
+    ],
+)
+def test_the_values_of_a_drive_are_checked(values, message):
+    contacts = pressed_mass(Drive(parameters=("friction",), function=lambda s, t: values))
+    with pytest.raises(InputError, match=message):
+        make_step(contacts, 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("make", "values"),
+    [
+        (stribeck_drive, {"static": 0.2, "kinetic": 0.3, "stribeck_speed_mps": 0.01}),
+        (stribeck_drive, {"static": 0.4, "kinetic": 0.3, "stribeck_speed_mps": 0.0}),
+        (kelvin_voigt_drive, {"kn_n_per_m": 0.0, "dashpot_n_s_per_m": 1.0}),
+        (kelvin_voigt_drive, {"kn_n_per_m": 1.0, "dashpot_n_s_per_m": -1.0}),
+        (hunt_crossley_drive, {"stiffness_n_per_m_p": 1.0, "exponent": 1.0, "damping": -1.0}),
+        (
+            approach_stiffness_drive,
+            {"kn_n_per_m": 1.0, "reference_speed_mps": 0.0, "exponent": 1.0},
+        ),
+        (Drive, {"parameters": ("temperature",), "function": lambda state, time_s: {}}),
+    ],
+)
+def test_impossible_laws_are_refused(make, values):
+    with pytest.raises(InputError):
+        make(**values)
+
+
+def test_a_drive_without_values_changes_nothing_and_a_step_in_parts_ends_at_its_time():
+    contacts = pressed_mass(Drive(parameters=("gap_closing_m",), function=lambda s, t: {}))
+    ops.timeSeries("Constant", 1)
+    ops.pattern("Plain", 1, 1)
+    ops.load(2, 20.0, 0.0)
+    for _ in range(500):
+        assert make_step(contacts, 1e-3, parts_on_change=4)
+    assert ops.getTime() == pytest.approx(0.5)
+    assert contacts.ledger()[0].closures >= 1
+    # the springs carry 10 mm of 1 kN/m, the wall the rest of the load
+    assert contacts.normals_n[0] == pytest.approx(20.0 - 1.0e3 * 0.010, rel=2e-3)
