@@ -1,21 +1,49 @@
-"""The commands of the bridge package, from outside."""
+"""The commands of the bridge package, from outside; doubts about a bridge file and its period."""
 
 import json
+import logging
+from dataclasses import replace
+from math import radians
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
+from click.testing import Result
 from typer.testing import CliRunner
 
+from bridge_variants import variant
+from skewbridge.analysis.modal import (
+    conditioning_period_s,
+    periods_of_file,
+    standing_bridge,
+    warn_of_periods,
+)
+from skewbridge.analysis.sdc import (
+    corner_moves_m,
+    sdc_rows,
+    seat_demand_aashto_m,
+    seat_demand_sdc_m,
+    summary_row,
+)
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.hinge import bent_capacities, bent_capacity, hinge_length_m
 from skewbridge.cli import build_app
 
-RUNNER = CliRunner()
+
+def bridge(*arguments: object) -> Result:
+    """Run a command of the group `bridge`."""
+    return CliRunner().invoke(build_app(), ["bridge", *map(str, arguments)])
 
 
-def answer(*arguments: str) -> dict[str, object]:
-    result = RUNNER.invoke(build_app(), ["bridge", *arguments, "--json"])
+def answer(*arguments: object) -> dict:
+    result = bridge(*arguments, "--json")
     assert result.exit_code == 0, result.stderr
     return json.loads(result.stdout)
+
+
+def one_line(result: Result) -> str:
+    return result.stderr.replace("\n", " ")
 
 
 def test_all_bridges_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -23,8 +51,7 @@ def test_all_bridges_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
     names = [row["bridge"] for row in answer("list")["bridges"]]
     assert {"osb1", "osb1_fixed", "osb2s", "bridge_a", "template"} <= set(names)
     assert len(names) == 8
-    result = RUNNER.invoke(build_app(), ["bridge", "modal", "--bridge", "osb1_fixd"])
-    assert "did you mean osb1_fixed?" in result.stderr.replace("\n", " ")
+    assert "did you mean osb1_fixed?" in one_line(bridge("modal", "--bridge", "osb1_fixd"))
 
 
 def test_modal_answers_weight_axial_forces_and_mass_ratios(tmp_path: Path) -> None:
@@ -62,33 +89,28 @@ def test_a_model_is_drawn_and_written(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("modal", "--bridge", "osb9"), "bridge must be one of"),
-        (("modal", "--skew-deg", "75"), "skew_deg must be within -60..60, got 75"),
-        (("modal", "--gap-mm", "-1"), "gap_mm must be within"),
-        (("modal", "--friction", "-0.1"), "friction"),
-        (("modal", "--gap-mm", "25.4321"), "gap_mm must have at most 3 decimals, got 25.4321"),
-        (("modal", "--abutment", "seat"), "abutment must be one of"),
-        (("modal", "--set", "column_integration=simpson"), "column_integration: must be 'hinge"),
-        (("pushover", "--direction", "z", "--out", "."), "'z' is not one of 'x', 'y'"),
-        (("static", "--max-disp-m", "-1", "--out", "."), "max_disp_m must be within"),
-        (("static", "--set", "backfill=clay", "--out", "."), "backfill: must be 'hyperbolic'"),
+        ("modal --bridge osb9", "bridge must be one of"),
+        ("modal --skew-deg 75", "skew_deg must be within -60..60, got 75"),
+        ("modal --set column_integration=simpson", "column_integration: must be 'hinge"),
+        ("pushover --direction z --out .", "'z' is not one of 'x', 'y'"),
+        ("static --max-disp-m -1 --out .", "max_disp_m must be within"),
+        ("static --set backfill=clay --out .", "backfill: must be 'hyperbolic'"),
+        ("column --bent 2 --out .", "bent must be within 1..1"),
+        ("sdc nowhere", "nowhere"),
     ],
 )
-def test_bad_input_is_named_and_exits_with_2(arguments: tuple[str, ...], message: str) -> None:
-    result = RUNNER.invoke(build_app(), ["bridge", *arguments])
+def test_bad_input_is_named_and_exits_with_2(arguments: str, message: str) -> None:
+    result = bridge(*arguments.split())
     assert result.exit_code == 2
-    assert message in result.stderr.replace("\n", " ")
+    assert message in one_line(result)
 
 
 def test_a_column_is_summed_up_and_drawn(tmp_path: Path) -> None:
-    found = answer("column", "--bridge", "osb2s", "--bent", "2", "--out", str(tmp_path))
+    found = answer("column", "--bridge", "osb2s", "--bent", "2", "--out", tmp_path)
     assert found["axial_kn"] == pytest.approx(7_412, rel=0.01)
     curve = pd.read_parquet(tmp_path / "moment_curvature.parquet")
     assert curve["moment_knm"].max() > found["plastic_moment_knm"]
     assert (tmp_path / "column.png").stat().st_size > 10_000
-    result = RUNNER.invoke(build_app(), ["bridge", "column", "--bent", "2", "--out", str(tmp_path)])
-    assert result.exit_code == 2
-    assert "bent must be within 1..1" in result.stderr
 
 
 def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:
@@ -101,28 +123,31 @@ def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:
     assert (tmp_path / "ladder.png").stat().st_size > 10_000
 
 
-def test_checks_of_a_run_name_every_corner(tmp_path: Path) -> None:
-    row = {"variant": "osb1_cf_skew30_gap051_mu050", "deck_disp_m": 0.1}
-    pd.DataFrame([row]).to_parquet(tmp_path / "demands.parquet")
-    corners = {
-        f"abutment_{side}_{kind}_{axis}_m": [0.0, 0.1]
+def corner_histories() -> dict[str, np.ndarray]:
+    """Return histories of the corners, which do not move in two steps."""
+    names = (
+        f"abutment_{side}_{kind}_{axis}_m"
         for side in ("left", "right")
         for kind in ("acute", "obtuse")
         for axis in "xy"
-    }
-    pd.DataFrame(corners).to_parquet(tmp_path / "histories.parquet")
-    found = answer("sdc", str(tmp_path))
-    names = [check["check"] for check in found["checks"]]
-    assert sum("seat, SDC" in name for name in names) == 4
-    assert all(check["ok"] for check in found["checks"])
+    )
+    return {name: np.zeros(2) for name in names}
+
+
+def test_checks_of_a_run_name_every_corner(tmp_path: Path) -> None:
+    def checks(variant: str, *options: object) -> list[dict]:
+        row = {"variant": f"{variant}_cf_skew30_gap051_mu050", "deck_disp_m": 0.1}
+        pd.DataFrame([row]).to_parquet(tmp_path / "demands.parquet")
+        return answer("sdc", tmp_path, *options)["checks"]
+
+    pd.DataFrame(corner_histories()).to_parquet(tmp_path / "histories.parquet")
+    found = checks("osb1")
+    assert sum("seat, SDC" in check["check"] for check in found) == 4
+    assert all(check["ok"] for check in found)
     own = tmp_path / "own.yaml"
     own.write_text("extends: osb1\nbase: fixed\n")
-    row = pd.DataFrame([{"variant": "own_cf_skew30_gap051_mu050", "deck_disp_m": 0.1}])
-    row.to_parquet(tmp_path / "demands.parquet")
-    checks = answer("sdc", str(tmp_path), "--bridge", str(own))["checks"]
-    assert checks[0]["check"] == "bent 1 displacement, hinge 0.739 m by rule (m)"
-    missing = RUNNER.invoke(build_app(), ["bridge", "sdc", str(tmp_path / "none")])
-    assert missing.exit_code == 2
+    first = checks("own", "--bridge", own)[0]
+    assert first["check"] == "bent 1 displacement, hinge 0.739 m by rule (m)"
 
 
 def test_a_bridge_gets_the_capacities_of_its_bents(tmp_path: Path) -> None:
@@ -155,3 +180,173 @@ def test_a_study_gets_one_row_of_checks_per_variant(tmp_path: Path) -> None:
     assert found[0]["disp_ratio"] == pytest.approx(0.2 / 0.2154, rel=0.01)
     assert found[0]["seat_acute_ratio"] < 1.0 < found[0]["seat_worst_ratio"]
     assert found[0]["seat_aashto_ratio"] < found[1]["seat_aashto_ratio"]
+
+
+# --- `bridge check` and the period in a file
+
+
+LONGER = 'extends: osb1\ntitle: longer\nspans_m: {v: [50.0, 50.0], src: "d: a test"}\n'
+
+
+@pytest.fixture(name="longer")
+def _longer(tmp_path: Path) -> str:
+    path = tmp_path / "longer.yaml"
+    path.write_text(LONGER)
+    return str(path)
+
+
+def test_a_bridge_of_the_catalogue_raises_no_doubts(tmp_path: Path) -> None:
+    found = answer("check", "osb1", "--out", tmp_path)
+    assert found["findings"] == []
+    assert found["weight_kn"] == pytest.approx(19_055, rel=1e-3)
+    assert found["t1_of_the_model_s"] == pytest.approx(found["t1_of_the_file_s"], rel=0.002)
+    (bent,) = found["bents"]
+    # 6014 kN over 35.85 MPa on a circle of 1.676 m
+    assert bent["axial_load_ratio"] == pytest.approx(6014 / 35.85e3 / 2.2061, rel=1e-3)
+    assert bent["plastic_shear_kn"] < bent["shear_strength_kn"]
+    assert (tmp_path / "model.png").stat().st_size > 10_000
+
+
+def test_changed_spans_are_reported_with_the_model_period(longer, tmp_path, caplog):
+    result = bridge("check", longer, "--out", tmp_path / "out")
+    model_s = conditioning_period_s(standing_bridge(longer))
+    assert result.exit_code == 0
+    assert model_s > 1.06 * load_bridge(longer).t1_s
+    assert f"T1 of its model, {model_s:.4g} s" in result.stderr
+    messages = bridge("modal", "--bridge", longer).stderr
+    assert f"T1 {model_s:.4g} s" in messages
+    assert "t1_s = 0.7192 s is" in messages
+    config = tmp_path / "own.yaml"
+    config.write_text(f"results: {tmp_path}/results\ngrid:\n  bridge: [{longer}]\n")
+    result = CliRunner().invoke(build_app(), ["plan", "--config", str(config)])
+    assert result.exit_code == 0, result.stderr
+    assert "warning: longer: t1_s = 0.7192 s" in result.stderr
+    caplog.clear()
+    with caplog.at_level(logging.WARNING):  # once per bridge
+        warn_of_periods(["osb1", longer, longer])
+    assert [record.message.split(":")[0] for record in caplog.records] == ["longer"]
+
+
+def test_a_period_within_five_percent_is_accepted_and_shared_directions_reported(tmp_path) -> None:
+    modes = standing_bridge("osb1")
+    for factor, said in ((1.049, ""), (0.951, ""), (1.051, "+5.1%"), (0.949, "-5.1%")):
+        t1_s = factor * conditioning_period_s(modes)
+        path = tmp_path / f"own_{factor:.3f}.yaml"
+        path.write_text(f'extends: osb1\nt1_s: {{v: {t1_s:.6f}, src: "d: a test"}}\n')
+        messages = periods_of_file(str(path), modes)
+        assert (said in messages[0]) if said else messages == []
+    # long spans move vertically with the longitudinal motion of a pinned bent
+    path = tmp_path / "long.yaml"
+    path.write_text(LONGER.replace("50.0", "55.0"))
+    messages = " ".join(periods_of_file(str(path), standing_bridge(str(path))))
+    assert "the longitudinal motion is shared by modes of" in messages
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "words"),
+    [
+        (
+            'base: fixed\ndeck:\n  line_load_kn_per_m: {v: 560.0, src: "d: a test"}\n'
+            'column:\n  hoop_spacing_mm: {v: 600.0, src: "d: a test"}\n',
+            0,
+            ("axial load ratio 0.2", "the plastic shear of a column"),
+        ),
+        (  # all faults of a file that breaks its schema
+            'deck:\n  width_m: {v: -1.0, src: "d: a test"}\n'
+            'column:\n  bar_count: {v: 2, src: "d: a test"}\n',
+            2,
+            ("deck.width_m", "column.bar_count"),
+        ),
+    ],
+)
+def test_heavy_columns_weak_hoops_and_faults_of_a_file_are_reported(tmp_path, text, code, words):
+    path = tmp_path / "own.yaml"
+    path.write_text(f"extends: osb1\n{text}")
+    result = bridge("check", path, "--out", tmp_path)
+    assert result.exit_code == code
+    assert all(each in one_line(result) for each in words)
+
+
+# --- design checks against hand values of the project's reference page, sections 1 and 6
+
+
+VARIANT = variant()
+
+
+@pytest.mark.parametrize(
+    ("name", "yield_mm", "capacity_mm", "ductility"),
+    [("osb1", 36.0, 211.0, 5.8), ("osb2s", 179.0, 908.0, 5.1)],
+)
+def test_displacement_capacity_agrees_with_the_hand_value(name, yield_mm, capacity_mm, ductility):
+    bent = bent_capacities(load_bridge(name))[0]
+    assert 1e3 * bent.yield_disp_m == pytest.approx(yield_mm, rel=0.05)
+    assert 1e3 * bent.capacity_m == pytest.approx(capacity_mm, rel=0.05)
+    assert bent.capacity_m / bent.yield_disp_m == pytest.approx(ductility, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("name", "bent", "rule", "length_m"),
+    [
+        # 0.08 x 5640 + 0.022 x 469 x 35.8 = 451.2 + 369.4 mm (0.817 m in the inch form of the rule)
+        ("osb1", 0, "sdc", 0.8206),
+        # 0.08 x 2820 + 369.4 = 595.0 mm; the lower limit 0.044 x 469 x 35.8 = 738.8 mm governs
+        ("osb1_fixed", 0, "paulay_priestley", 0.5950),
+        ("osb1_fixed", 0, "sdc", 0.7388),
+        # bents of different height: 0.08 x 13410 or 14330 + 0.022 x 469 x 43.0 = 443.7 mm
+        ("osb2s", 0, "sdc", 1.5165),
+        ("osb2s", 1, "sdc", 1.5901),
+    ],
+)
+def test_the_hinge_length_follows_from_height_and_base(name, bent, rule, length_m):
+    bridge = load_bridge(name)
+    assert hinge_length_m(bridge, bent, rule) == pytest.approx(length_m, abs=1e-4)
+    assert bent_capacity(bridge, bent, rule).hinge_length_m == pytest.approx(length_m, abs=1e-4)
+
+
+def test_a_hinge_length_in_the_file_overrides_the_rule() -> None:
+    bridge = load_bridge("osb2s")
+    column = bridge.column.model_copy(update={"hinge_length_m": 0.9})
+    given = bridge.model_copy(update={"column": column})
+    assert [bent.hinge_length_m for bent in bent_capacities(given)] == [0.9, 0.9]
+    assert bent_capacity(given, 0).capacity_m < bent_capacity(bridge, 0).capacity_m
+
+
+@pytest.mark.parametrize(("skew_deg", "seat_m"), [(0, 0.59), (30, 0.66), (45, 0.74), (60, 0.86)])
+def test_seat_widths_agree_with_the_hand_values(skew_deg: int, seat_m: float) -> None:
+    bridge = load_bridge("osb1")
+    found = seat_demand_aashto_m(bridge, radians(skew_deg))
+    assert found == pytest.approx(seat_m, abs=0.006)
+    assert seat_demand_aashto_m(bridge, radians(-skew_deg)) == found
+    assert seat_demand_sdc_m(bridge, 0.0) == pytest.approx(0.762)  # the minimum
+    assert seat_demand_sdc_m(bridge, 1.0) == pytest.approx(1.0 + 0.1016 + 0.04572)
+
+
+def test_the_table_names_what_fails() -> None:
+    rows = sdc_rows(VARIANT, 0.30, {"left acute": 0.2, "right acute": 0.9})
+    failed = {row["check"] for row in rows if not row["ok"]}
+    assert failed == {"bent 1 displacement, hinge 0.821 m by rule (m)", "right acute seat, SDC (m)"}
+
+
+def test_corner_moves_count_outward_normal_to_the_seat_only() -> None:
+    histories = corner_histories()
+    histories["abutment_right_acute_x_m"][1] = -0.1
+    histories["abutment_right_obtuse_x_m"][1] = 0.1
+    # along the wall: no move normal to the seat
+    histories["abutment_left_acute_x_m"][1] = -0.1 * np.sin(radians(30))
+    histories["abutment_left_acute_y_m"][1] = 0.1 * np.cos(radians(30))
+    moves = corner_moves_m(VARIANT, histories)
+    assert moves["right acute"] == pytest.approx(0.1 * np.cos(radians(30)))
+    assert moves["right obtuse"] == 0.0
+    assert moves["left acute"] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("gap_mm", "support_m"), [(25, 0.889), (51, 0.863)])
+def test_the_support_at_rest_is_the_seat_less_the_gap(gap_mm: int, support_m: float) -> None:
+    variant = replace(VARIANT, gap_mm=gap_mm)
+    bridge = load_bridge("osb1")
+    rows = {row["check"]: row for row in sdc_rows(variant, 0.1, {"left acute": 0.2})}
+    assert rows["left acute seat, SDC (m)"]["capacity"] == pytest.approx(support_m)
+    assert rows["seat, AASHTO 1.5 N (m)"]["capacity"] == pytest.approx(support_m)
+    summary = summary_row(variant, 0.1, 0.2, 0.9)
+    demand_m = seat_demand_sdc_m(bridge, 0.9)
+    assert summary["seat_worst_ratio"] == pytest.approx(demand_m / support_m)

@@ -1,31 +1,47 @@
-"""Parts of a built model: arrays, pads, contacts, penalties, mesh."""
+"""Parts of a built model: arrays, contacts, penalties, mesh, masses, damping, pads, its script."""
 
-from math import cos, radians, sin
+import json
+import subprocess
+import sys
+from math import cos, hypot, radians, sin
 from pathlib import Path
 
 import numpy as np
 import openseespy.opensees as ops
 import pytest
+from numpy.typing import NDArray
 
 from bridge_variants import variant
-from skewbridge.analysis.modal import modal_properties
+from skewbridge.analysis.modal import (
+    apply_rayleigh,
+    damping_ratio,
+    modal_properties,
+    rayleigh_factors,
+)
+from skewbridge.analysis.model_script import model_script, recording
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import configure_solver
 from skewbridge.bridge.abutment.backfill import variation_factors
-from skewbridge.bridge.abutment.elements import (
-    NORMAL_OVER_TANGENT,
-    normal_penalty,
-    tangent_penalty,
-)
+from skewbridge.bridge.abutment.elements import NORMAL_OVER_TANGENT, normal_penalty, tangent_penalty
+from skewbridge.bridge.abutment.supports import build_arms, build_pads, pad_supports
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.deck import deck_end, mass_centre_m, spine_points_m, tributary_shares
+from skewbridge.bridge.catalogue.data import PadData
+from skewbridge.bridge.deck import (
+    deck_end,
+    lumping_shares,
+    mass_centre_m,
+    spine_points_m,
+    tributary_shares,
+)
 from skewbridge.bridge.gravity import (
     column_axial_forces_n,
     open_linear_pattern,
     support_reactions_n,
 )
-from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.handles import TagAllocator
+from skewbridge.bridge.model import DomainError, build, domain
 from skewbridge.errors import InputError
+from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
 
 
@@ -72,85 +88,36 @@ def test_pads_are_under_the_deck_nodes(pads, count: int) -> None:
 def test_contacts_face_the_deck_in_the_skewed_frame(skew_deg: int) -> None:
     with domain():
         model = build(variant(skew_deg), ModelOptions(key_frame="skewed", backwall_points=5))
-        assert model.contacts is not None
+        units = model.contacts.units
         for abutment in model.abutments:
             sign = 1.0 if abutment.side == "right" else -1.0
             outward = (sign * cos(radians(skew_deg)), sign * sin(radians(skew_deg)))
             assert abutment.normal == pytest.approx(outward)
-            for index in abutment.wall_units:
-                unit = model.contacts.units[index]
+            for unit in (units[index] for index in abutment.wall_units):
                 assert unit.normal == pytest.approx((-outward[0], -outward[1], 0.0))
                 assert unit.gap_m == pytest.approx(0.051)
-            for index in abutment.key_units:
-                unit = model.contacts.units[index]
-                along = np.dot(unit.normal[:2], abutment.tangent)
-                assert abs(along) == pytest.approx(1.0)
+            for unit in (units[index] for index in abutment.key_units):
+                assert abs(np.dot(unit.normal[:2], abutment.tangent)) == pytest.approx(1.0)
                 assert unit.gap_m == pytest.approx(0.0064)
-            assert len(abutment.wall_units) == 5
-            assert len(abutment.key_units) == 2
-
-
-def test_keys_face_the_deck_edge() -> None:
-    with domain():
-        model = build(variant(30), ModelOptions())
-        assert model.contacts is not None
-        for abutment in model.abutments:
-            for index, node in zip(abutment.key_units, abutment.key_nodes, strict=True):
-                inward = -np.sign(ops.nodeCoord(node)[1])
-                assert model.contacts.units[index].normal == pytest.approx((0.0, inward, 0.0))
+            assert (len(abutment.wall_units), len(abutment.key_units)) == (5, 2)
 
 
 @pytest.mark.parametrize(
     ("place", "at_walls", "at_keys"), [("all", 0.5, 0.5), ("walls", 0.5, 0.0), ("keys", 0.0, 0.5)]
 )
-def test_friction_can_act_at_walls_or_keys_only(place, at_walls: float, at_keys: float) -> None:
+def test_keys_face_the_deck_edge_and_friction_acts_where_it_is_chosen(place, at_walls, at_keys):
     with domain():
         model = build(variant(30), ModelOptions(friction_at=place))
-        assert model.contacts is not None
         units = model.contacts.units
         for abutment in model.abutments:
             assert {units[index].friction for index in abutment.wall_units} == {at_walls}
             assert {units[index].friction for index in abutment.key_units} == {at_keys}
+            for index, node in zip(abutment.key_units, abutment.key_nodes, strict=True):
+                inward = -np.sign(ops.nodeCoord(node)[1])
+                assert units[index].normal == pytest.approx((0.0, inward, 0.0))
 
 
-def test_the_acute_corners_lie_at_the_ends_of_the_longer_diagonal() -> None:
-    with domain():
-        model = build(variant(30), ModelOptions())
-        places = {
-            (abutment.side, corner.kind): np.array(corner.plan_m)
-            for abutment in model.abutments
-            for corner in abutment.corners
-        }
-    acute = np.linalg.norm(places["left", "acute"] - places["right", "acute"])
-    obtuse = np.linalg.norm(places["left", "obtuse"] - places["right", "obtuse"])
-    assert acute > obtuse
-
-
-def one_span_bridge(tmp_path: Path) -> str:
-    path = tmp_path / "single.yaml"
-    path.write_text(
-        'extends: osb1\nspans_m: {v: [40.0], src: "d: test"}\nbents: []\n', encoding="utf-8"
-    )
-    return str(path)
-
-
-def test_a_single_span_needs_no_bent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    single = load_bridge(one_span_bridge(tmp_path))
-    monkeypatch.setattr("skewbridge.bridge.model.load_bridge", lambda _: single)
-    result = modal_properties(variant(20))
-    assert result.column_axial_kn == ()
-    assert sum(result.abutment_reaction_kn) == pytest.approx(result.weight_kn)
-
-
-def test_foundation_springs_soften_the_bridge() -> None:
-    stiff = modal_properties(variant(0, bridge="bridge_a"))
-    soft = modal_properties(variant(0, bridge="bridge_a"), ModelOptions(foundation="springs"))
-    assert soft.period_s("x") > 1.1 * stiff.period_s("x")
-    with pytest.raises(InputError, match="osb1 has no foundation springs"):
-        modal_properties(variant(0), ModelOptions(foundation="springs"))
-
-
-def test_skewed_supports_load_the_obtuse_corner_more() -> None:
+def test_skewed_supports_load_the_obtuse_corner_at_the_shorter_diagonal_more() -> None:
     with domain():
         model = build(variant(40), ModelOptions())
         ops.reactions()
@@ -162,6 +129,41 @@ def test_skewed_supports_load_the_obtuse_corner_more() -> None:
         assert sum(column_axial_forces_n(model)) + sum(support_reactions_n(model)) == pytest.approx(
             model.weight_n
         )
+        places = {
+            (abutment.side, corner.kind): np.array(corner.plan_m)
+            for abutment in model.abutments
+            for corner in abutment.corners
+        }
+    acute, obtuse = (
+        np.linalg.norm(places["left", kind] - places["right", kind]) for kind in ("acute", "obtuse")
+    )
+    assert acute > obtuse
+
+
+def test_a_single_span_needs_no_bent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "single.yaml"
+    path.write_text('extends: osb1\nspans_m: {v: [40.0], src: "d: test"}\nbents: []\n')
+    single = load_bridge(str(path))
+    monkeypatch.setattr("skewbridge.bridge.model.load_bridge", lambda _: single)
+    result = modal_properties(variant(20))
+    assert result.column_axial_kn == ()
+    assert sum(result.abutment_reaction_kn) == pytest.approx(result.weight_kn)
+
+
+def test_a_foundation_settles_by_the_force_of_its_column_and_softens_the_bridge() -> None:
+    springs = ModelOptions(foundation="springs")
+    with domain():
+        model = build(variant(0, "roller", "bridge_a"), springs)
+        for column, force_n in zip(model.columns, column_axial_forces_n(model), strict=True):
+            settled_m = -ops.nodeDisp(column.base_node, 3)
+            assert settled_m == pytest.approx(force_n / 597e6, rel=1e-3)
+    stiff, soft = (
+        modal_properties(variant(0, bridge="bridge_a"), options).period_s("x")
+        for options in (ModelOptions(), springs)
+    )
+    assert soft > 1.1 * stiff
+    with pytest.raises(InputError, match="osb1 has no foundation springs"):
+        modal_properties(variant(0), springs)
 
 
 @pytest.mark.parametrize("count", [3, 4, 5, 9, 41])
@@ -172,6 +174,16 @@ def test_shares_of_the_wall_keep_its_rotational_stiffness(count: int) -> None:
     assert (shares > 0.0).all()
     assert shares == pytest.approx(shares[::-1])
     assert tributary_shares(2) == [0.5, 0.5]
+
+
+@pytest.mark.parametrize("elements", [1, 2, 3, 4, 5, 8])
+def test_lumped_masses_keep_the_total_and_the_moment_of_inertia(elements: int) -> None:
+    shares = np.array(lumping_shares(elements))
+    places = np.arange(elements + 1) - elements / 2
+    assert shares.sum() == pytest.approx(elements)
+    assert (shares > 0.0).all()
+    if elements > 1:
+        assert shares @ places**2 == pytest.approx(elements**3 / 12)
 
 
 def test_non_uniform_backfill_is_largest_at_the_acute_corner_of_either_sign() -> None:
@@ -227,3 +239,185 @@ def test_a_spine_node_is_within_5_cm_of_the_mass_centre(shift_m: float) -> None:
     points = spine_points_m(moved, 8)
     away = min(abs(x - mass_centre_m(moved)) for x in points)
     assert away <= 0.05
+
+
+# --- masses, damping and energy groups
+
+
+def test_masses_and_loads_add_up() -> None:
+    with domain():
+        model = build(variant(30), ModelOptions())
+        columns_n = 2 * 23.56e3 * np.pi * 1.676**2 / 4 * 5.64
+        # the ground carries the lower half of every column
+        assert sum(model.deck_masses_kg.values()) * G_MPS2 == pytest.approx(
+            model.weight_n - columns_n / 2
+        )
+        for node, mass in model.deck_masses_kg.items():
+            assert ops.nodeMass(node, 1) == pytest.approx(mass)
+        deck = model.bridge.deck
+        node = model.deck_nodes[2]  # in a span, away from caps and diaphragms
+        # rotational inertia of a box
+        square_m2 = [deck.width_m**2 + deck.depth_m**2, deck.depth_m**2, deck.width_m**2]
+        found = [ops.nodeMass(node, dof) for dof in (4, 5, 6)]
+        assert found == pytest.approx([ops.nodeMass(node, 1) * each / 12 for each in square_m2])
+
+
+def test_rayleigh_damping_of_deck_and_columns_meets_its_ratio_at_both_periods() -> None:
+    bridge = load_bridge("osb1")
+    a0, a1 = rayleigh_factors(bridge, damping_ratio(bridge, ModelOptions()))
+    assert (a0, a1) == pytest.approx((0.487, 0.00406), rel=0.01)
+    for period_s in (0.94, 0.35):
+        omega = 2 * np.pi / period_s
+        assert a0 / (2 * omega) + a1 * omega / 2 == pytest.approx(0.05)
+    with domain():  # the ratio of the options overrides that of the file
+        model = build(variant(30), ModelOptions(damping_ratio=0.02))
+        assert apply_rayleigh(model) == pytest.approx((0.4 * a0, 0.4 * a1))
+        groups = model.energy_elements
+        assert set(model.damping_elements) == {*groups["deck"], *groups["columns"]}
+
+
+@pytest.mark.parametrize("arrays", ["rigid", "corotational"])
+def test_every_element_is_in_one_energy_group(arrays) -> None:
+    with domain():
+        model = build(variant(30, "spring"), ModelOptions(arrays=arrays))
+        grouped = [tag for tags in model.energy_elements.values() for tag in tags]
+        assert sorted(grouped) == sorted(ops.getEleTags())
+
+
+@pytest.mark.parametrize(
+    ("abutment", "option", "least_kg"),
+    [
+        ("spring", "embankment_mass", 1e5),
+        ("spring", "wall_mass", 1e3),
+        ("contact_friction", "wall_mass", 1e3),
+    ],
+)
+def test_abutments_have_mass_only_on_request(abutment: str, option: str, least_kg: float) -> None:
+    for options in (ModelOptions(), ModelOptions(**{option: True})):
+        with domain():
+            ends = build(variant(0, abutment), options).abutments
+            nodes = [node for end in ends for node in end.key_nodes]
+            nodes += [spring.nodes[1] for end in ends for spring in end.wing_springs]
+            largest_kg = max(ops.nodeMass(node, 1) for node in nodes)
+        assert largest_kg > least_kg if getattr(options, option) else largest_kg == 0.0
+
+
+@pytest.mark.parametrize("bridge", ["osb2s", "bridge_b"])
+def test_the_mass_centre_is_that_of_the_masses(bridge: str) -> None:
+    with domain():
+        model = build(variant(0, "roller", bridge), ModelOptions())
+        masses = model.deck_masses_kg
+        moment = sum(mass * ops.nodeCoord(node)[0] for node, mass in masses.items())
+        found = mass_centre_m(model.bridge)
+        assert found == pytest.approx(moment / sum(masses.values()), abs=1e-4)
+        assert abs(found) > 0.1
+
+
+# --- the recorded script
+
+
+VARIANT = variant()
+
+ASK = """
+import json
+print(json.dumps([[n, *ops.nodeDisp(n)] for n in ops.getNodeTags()] + [ops.getEleTags()]))
+"""
+
+
+def test_script_repeats_the_model_to_the_bit_and_recording_leaves_the_commands(tmp_path) -> None:
+    script = tmp_path / "model.py"
+    text = model_script(VARIANT, ModelOptions())
+    script.write_text(text + ASK, encoding="utf-8")
+    assert "skewbridge." not in text.replace("skewbridge.contact.", "")  # named in the docstring
+    answer = subprocess.run(
+        [sys.executable, "-I", str(script)], capture_output=True, text=True, check=True
+    )
+    with domain():
+        build(VARIANT, ModelOptions())
+        expected = [[n, *ops.nodeDisp(n)] for n in ops.getNodeTags()]
+        expected.append(ops.getEleTags())
+    assert json.loads(answer.stdout.strip().split("\n")[-1]) == expected
+    assert text.count("dict(name=") == 2 * (3 + 2)  # wall points and keys
+    before = ops.node
+    with recording():
+        assert ops.node is not before
+    assert ops.node is before
+    with domain():
+        build(VARIANT, ModelOptions())
+        with pytest.raises(DomainError):  # a fresh domain is needed
+            build(VARIANT, ModelOptions())
+    assert not ops.getNodeTags()
+
+
+# --- pads: two elements represent all of them
+
+
+PADS = load_bridge("osb1").abutment.pads
+YIELD_M = PADS.yield_force_kn / PADS.shear_stiffness_kn_per_m
+
+
+def pad_reactions(
+    options: ModelOptions, motion: dict[int, float], pads: PadData = PADS
+) -> NDArray[np.float64]:
+    """Return forces and moments of the ground under the pads of a deck end that is moved.
+
+    Motion of the middle of the bearing line: displacement by degree of freedom, 1 to 6.
+    """
+    with domain():
+        tags = TagAllocator()
+        end = deck_end("right", 90.0, 30.0, 14.0, 0.9)
+        deck = tags.node()
+        ops.node(deck, *end.point("bearing", 0.0), 1.0)
+        stations = pad_supports(pads, end, options)
+        arms = build_arms(end, deck, {"bearing": stations}, options, tags)
+        bearings = build_pads(end, arms, pads, options, tags)
+        ops.timeSeries("Linear", 1)
+        ops.pattern("Plain", 1, 1)
+        for dof in range(1, 7):
+            # the deck node is 1 m above the middle of the bearing line, which moves
+            lean = {1: motion.get(5, 0.0), 2: -motion.get(4, 0.0)}.get(dof, 0.0)
+            ops.sp(deck, dof, motion.get(dof, 0.0) + lean)
+        ops.constraints("Transformation")
+        ops.numberer("RCM")
+        ops.system("UmfPack")
+        ops.test("NormDispIncr", 1e-9, 25)
+        ops.algorithm("Newton")
+        ops.integrator("LoadControl", 0.05)
+        ops.analysis("Static")
+        assert ops.analyze(20) == 0
+        ops.reactions()
+        total, middle = np.zeros(6), np.array((*ops.nodeCoord(deck)[:2], 0.0))
+        for bearing in bearings:
+            reaction = np.array(ops.nodeReaction(bearing.seat_node))
+            arm = np.array(ops.nodeCoord(bearing.seat_node)) - middle
+            reaction[3:] += np.cross(arm, reaction[:3])
+            total += reaction
+        return total
+
+
+@pytest.mark.parametrize(
+    "motion", [{1: 0.2 * YIELD_M}, {2: 0.2 * YIELD_M}, {3: -1e-3}, {4: 1e-5}, {5: 1e-5}, {6: 1e-5}]
+)
+def test_two_pads_are_as_stiff_as_all_of_them(motion: dict[int, float]) -> None:
+    # pressed down first: pads take no tension
+    moved = {3: -1e-3} | motion
+    two, each = (pad_reactions(ModelOptions(pads=pads), moved) for pads in ("two", "each"))
+    assert np.abs(each).max() > 100.0
+    # the two have no height, which a bearing element multiplies with its shear, and no bending
+    lever_nm = PADS.height_m * np.abs(each).max()
+    # under a vertical force the arms to the pads bend by 0.02 % of the settlement
+    assert two[:3] == pytest.approx(each[:3], rel=3e-4, abs=1e-5 * np.abs(each).max())
+    assert two[3:] == pytest.approx(each[3:], rel=1e-4, abs=lever_nm)
+
+
+@pytest.mark.parametrize("pads", ["two", "each"])
+@pytest.mark.parametrize("factor", [0.5, 1.0])
+def test_pads_yield_together_at_their_strength_in_every_direction(pads, factor: float) -> None:
+    scaled = PADS.model_copy(update={"yield_force_kn": factor * PADS.yield_force_kn})
+    ux, uy = 3 * YIELD_M, -4 * YIELD_M
+    forces_n = pad_reactions(ModelOptions(pads=pads), {1: ux, 2: uy}, scaled)
+    fx, fy = forces_n[:2] / PADS.count / 1e3
+    # the arms above the pads bend by a ten-millionth of the displacement
+    hardening_kn = PADS.hardening_ratio * PADS.shear_stiffness_kn_per_m * hypot(ux, uy)
+    assert hypot(fx, fy) - hardening_kn == pytest.approx(factor * PADS.yield_force_kn, rel=1e-7)
+    assert fx / fy == pytest.approx(ux / uy)

@@ -1,16 +1,25 @@
-"""Bridge files: contents of the catalogue, and messages for bad files."""
+"""Bridge files of the catalogue, messages for bad files, and abutment models as rows of traits."""
 
+import ast
 import json
 from pathlib import Path
 
 import jsonschema
+import pandas as pd
 import pytest
 from reference_pages import ROOT
 
+import skewbridge
+from skewbridge.bridge.abutment import BUILDERS
 from skewbridge.bridge.catalogue import bridge_names, load_bridge, load_bridge_file
 from skewbridge.bridge.catalogue.loading import FOLDER
 from skewbridge.errors import InputError
 from skewbridge.files.text import read_mapping
+from skewbridge.report.checks import contact_differences
+from skewbridge.report.methods import methods_of
+from skewbridge.study.config import parse_config
+from skewbridge.variant.abutments import ABUTMENTS, AbutmentTraits
+from skewbridge.variant.variant import Variant, parse_slug
 
 
 def write_variant(tmp_path: Path, text: str) -> Path:
@@ -26,14 +35,10 @@ def test_every_number_of_a_bridge_names_its_source_class(name: str) -> None:
     assert {source.split(":")[0] for source in bridge.sources.values()} <= set("abcd") | {"calc"}
 
 
-@pytest.mark.parametrize("name", ["osb1", "osb1_fixed", "osb1_era1", "osb2s"])
-def test_a_bridge_with_unpublished_details_says_so(name: str) -> None:
-    bridge = load_bridge(name)
-    assert bridge.details == "surrogate"
-    assert "surrogate" in bridge.title
-
-
-def test_the_fixed_bridge_differs_in_its_bases_and_period_only() -> None:
+def test_unpublished_details_are_stated_and_the_fixed_bridge_differs_in_base_and_period() -> None:
+    for name in ("osb1", "osb1_fixed", "osb1_era1", "osb2s"):
+        assert load_bridge(name).details == "surrogate"
+        assert "surrogate" in load_bridge(name).title
     fixed, pinned = load_bridge("osb1_fixed"), load_bridge("osb1")
     same = set(type(pinned).model_fields) - {"name", "title", "base", "t1_s", "sources"}
     assert all(getattr(fixed, name) == getattr(pinned, name) for name in same)
@@ -41,35 +46,41 @@ def test_the_fixed_bridge_differs_in_its_bases_and_period_only() -> None:
     assert fixed.t1_s < pinned.t1_s
 
 
-def test_a_user_adds_a_bridge_by_adding_a_file(tmp_path: Path) -> None:
+def test_a_user_adds_a_bridge_by_a_file_in_which_nothing_is_missing(tmp_path) -> None:
     path = write_variant(tmp_path, 'deck:\n  width_m: {v: 15.0, src: "d: wider"}\n')
     bridge = load_bridge_file(path)
     assert bridge.name == "mine"
     assert bridge.deck.width_m == 15.0
     assert bridge.deck.depth_m == load_bridge("osb1").deck.depth_m
     assert bridge.sources["deck.width_m"] == "d: wider"
+    lines = (FOLDER / "osb1.yaml").read_text(encoding="utf-8").split("\n")
+    path = tmp_path / "other.yaml"
+    path.write_text("\n".join(line for line in lines if "hoop_spacing_mm" not in line))
+    with pytest.raises(InputError, match=r"other.yaml: column.hoop_spacing_mm: is missing"):
+        load_bridge_file(path)
+
+
+def given(section: str, key: str, value: object) -> str:
+    """Return the text of a value with its source."""
+    return f'{section}:\n  {key}: {{v: {value}, src: "d: x"}}\n'
 
 
 @pytest.mark.parametrize(
     ("text", "key", "limit"),
     [
-        (
-            'deck:\n  depth_m: {v: -1.8, src: "d: x"}\n',
-            "deck.depth_m",
-            "greater than or equal to 0.001",
-        ),
-        ('deck:\n  depth_m: {v: .nan, src: "d: x"}\n', "deck.depth_m", "got nan"),
+        (given("deck", "depth_m", -1.8), "deck.depth_m", "greater than or equal to 0.001"),
+        (given("deck", "depth_m", ".nan"), "deck.depth_m", "got nan"),
         ("deck:\n  depth_m: null\n", "deck.depth_m", "valid number"),
         ("column:\n  steel: unobtainium\n", "column.steel", "a706"),
         (
-            'deck:\n  soffit_height_m: {v: 5.0, src: "d: x"}\n',
+            given("deck", "soffit_height_m", 5.0),
             "bents.0.clear_height_m",
             "taller than the deck: soffit_height_m is 5",
         ),
-        ('column:\n  bar_count: {v: 90, src: "d: x"}\n', "bar_count", "at most 76 bars"),
-        ('column:\n  cover_to_hoop_m: {v: 0.9, src: "d: x"}\n', "cover_to_hoop_m", "no room"),
+        (given("column", "bar_count", 90), "bar_count", "at most 76 bars"),
+        (given("column", "cover_to_hoop_m", 0.9), "cover_to_hoop_m", "no room"),
         ('spans_m: {v: [40.0], src: "d: x"}\n', "bents", "1 spans need 0 bents"),
-        ('damping:\n  ratio: {v: 0.7, src: "d: x"}\n', "damping.ratio", "less than 0.5"),
+        (given("damping", "ratio", 0.7), "damping.ratio", "less than 0.5"),
         (
             'abutment:\n  wall_height_m: {v: 1.4, src: "d: x"}\n  backfill:\n    rule: k50\n'
             '    stiffness_mn_per_m: {v: 28.0, src: "d: x"}\n'
@@ -82,42 +93,27 @@ def test_a_user_adds_a_bridge_by_adding_a_file(tmp_path: Path) -> None:
         ("colour: red\n", "colour", "unknown key"),
         ("deck:\n  depth_m: 1.8\n", "deck.depth_m", "no source"),
         ('deck:\n  depth_m: {v: 1.8, src: "x: y"}\n', "deck.depth_m", "src must be"),
-        ('deck:\n  depth_m: {v: 1.8e0x, src: "d: x"}\n', "deck.depth_m", "valid number"),
+        (given("deck", "depth_m", "1.8e0x"), "deck.depth_m", "valid number"),
     ],
 )
-def test_a_bad_value_names_file_key_and_limit(
-    tmp_path: Path, text: str, key: str, limit: str
-) -> None:
-    path = write_variant(tmp_path, text)
+def test_a_bad_value_names_file_key_and_limit(tmp_path, text, key, limit):
     with pytest.raises(InputError) as caught:
-        load_bridge_file(path)
-    message = str(caught.value)
-    assert "mine.yaml" in message
-    assert key in message
-    assert limit in message
+        load_bridge_file(write_variant(tmp_path, text))
+    assert all(part in str(caught.value) for part in ("mine.yaml", key, limit))
 
 
-def test_a_missing_number_names_its_key(tmp_path: Path) -> None:
-    text = (FOLDER / "osb1.yaml").read_text(encoding="utf-8")
-    lines = [line for line in text.split("\n") if "hoop_spacing_mm" not in line]
-    path = tmp_path / "mine.yaml"
-    path.write_text("\n".join(lines), encoding="utf-8")
-    with pytest.raises(InputError, match=r"mine.yaml: column.hoop_spacing_mm: is missing"):
-        load_bridge_file(path)
-
-
-def test_an_unknown_parent_or_bridge_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "mine.yaml"
+def test_unknown_or_circular_parents_are_refused(tmp_path: Path) -> None:
+    path = write_variant(tmp_path, "")
     path.write_text("extends: osb9\n", encoding="utf-8")
     with pytest.raises(InputError, match="osb9"):
         load_bridge_file(path)
-    with pytest.raises(InputError, match="bridge must be one of"):
-        load_bridge("osb9")
+    (tmp_path / "one.yaml").write_text("extends: two\n", encoding="utf-8")
+    (tmp_path / "two.yaml").write_text("extends: one\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"two\.yaml: extends: no other bridge 'one'"):
+        load_bridge_file(tmp_path / "one.yaml")
 
 
-def test_an_own_bridge_is_found_by_its_name_before_the_catalogue(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_own_bridge_is_found_by_its_name_before_the_catalogue(tmp_path, monkeypatch):
     own = tmp_path / "config/bridges"
     own.mkdir(parents=True)
     (own / "mine.yaml").write_text("extends: osb1\nbase: fixed\n", encoding="utf-8")
@@ -131,20 +127,10 @@ def test_an_own_bridge_is_found_by_its_name_before_the_catalogue(
         load_bridge("osb9")
 
 
-def test_bridges_that_extend_each_other_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "one.yaml").write_text("extends: two\n", encoding="utf-8")
-    (tmp_path / "two.yaml").write_text("extends: one\n", encoding="utf-8")
-    with pytest.raises(InputError, match=r"two\.yaml: extends: no other bridge 'one'"):
-        load_bridge_file(tmp_path / "one.yaml")
-
-
-def test_the_template_loads_and_has_every_key() -> None:
+def test_template_has_every_key_and_the_schema_of_editors_knows_the_form_of_a_bridge() -> None:
     template = load_bridge_file(ROOT / "config/bridges/template.yaml")
     assert all(value is not None for value in template.model_dump().values())
     assert set(template.sources) > set(load_bridge("osb1").sources)
-
-
-def test_the_schema_of_editors_knows_the_form_of_a_bridge() -> None:
     text = (ROOT / "config/bridge.schema.json").read_text()
     schema = jsonschema.Draft202012Validator(json.loads(text))
     for path in (*FOLDER.glob("*.yaml"), *(ROOT / "config/bridges").glob("*.yaml")):
@@ -152,3 +138,77 @@ def test_the_schema_of_editors_knows_the_form_of_a_bridge() -> None:
     for bad in ({"extends": "osb1", "deck": {"depth_m": 1.8}}, {"title": "one key only"}):
         with pytest.raises(jsonschema.ValidationError):
             schema.validate(bad)
+
+
+# --- an abutment model is a row of traits and a builder; no other code uses its name
+
+
+PACKAGE = Path(skewbridge.__file__).parent
+# The paper's studies may name the paper's models; drawings name groups of elements.
+MAY_NAME_MODELS = ("verification/", "report/bridge_figures.py")
+MODULES = sorted(
+    path
+    for path in PACKAGE.rglob("*.py")
+    if not path.relative_to(PACKAGE).as_posix().startswith(MAY_NAME_MODELS)
+)
+
+
+def test_every_model_has_a_builder_and_a_code_of_its_own():
+    assert BUILDERS.keys() == ABUTMENTS.keys()
+    assert len({traits.code for traits in ABUTMENTS.values()}) == len(ABUTMENTS)
+
+
+@pytest.mark.parametrize("name", ABUTMENTS)
+def test_a_variant_keeps_the_axes_of_its_model_only(name):
+    full = Variant(bridge="osb1", abutment=name, skew_deg=30, gap_mm=51, friction_pct=50)
+    axes = ABUTMENTS[name].axes
+    own = full.normalised()
+    assert own.gap_mm == (51 if "gap_mm" in axes else 0)
+    assert own.friction_pct == (50 if "friction" in axes else 0)
+    assert parse_slug(own.slug) == own
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_no_module_compares_with_the_name_of_a_model(path):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Compare):
+            texts = {part.value for part in ast.walk(node) if isinstance(part, ast.Constant)}
+            assert not texts & set(ABUTMENTS), ast.unparse(node)
+
+
+@pytest.mark.parametrize(
+    ("traits", "stated", "not_stated"),
+    [
+        ({"backfill": "none"}, [], ["backfill is", "Contact is"]),
+        ({"backfill": "option"}, ["The backfill is hyperbolic"], ["Contact is"]),
+        (
+            {"backfill": "none", "has_contacts": True},
+            ["Contact is", "points are placed"],
+            ["backfill is"],
+        ),
+    ],
+)
+def test_the_report_describes_a_further_model_by_its_traits(
+    monkeypatch, traits, stated, not_stated
+):
+    further = AbutmentTraits(code="fu", description="as springs of a further model", **traits)
+    monkeypatch.setitem(ABUTMENTS, "further", further)
+    text = methods_of(parse_config({"grid": {"abutment": ["further"]}})).parts["Abutments"]
+    for part in ["modelled as springs of a further model", *stated]:
+        assert part in text
+    for part in not_stated:
+        assert part not in text
+
+
+def test_a_further_friction_model_is_compared_with_its_model_without_friction(monkeypatch):
+    further = AbutmentTraits(code="fu", description="", without_friction="spring")
+    monkeypatch.setitem(ABUTMENTS, "further", further)
+    run = {"bridge": "osb1", "skew_deg": 30, "gap_mm": 51, "friction": 0.0}
+    run |= {"motion_id": "a", "scale": 1.0, "incidence_deg": 0.0}
+    rows = [
+        run | {"abutment": "further", "deck_disp_m": 0.2},
+        run | {"abutment": "spring", "deck_disp_m": 0.3},
+    ]
+    table = pd.DataFrame(rows)
+    assert contact_differences(table, table)["abutment"].tolist() == ["further"]
+    assert contact_differences(table, table.assign(deck_disp_m=0.2)).empty

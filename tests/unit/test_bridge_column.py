@@ -1,0 +1,216 @@
+"""Columns: moment-curvature and shear strength against hand values, and meshes of fibers.
+
+Figures from the project's reference page on bridge data, sections 5 and 6 (engineering rules
+evaluated by hand and an independent fiber analysis). The nominal yield of the hoops is 414 MPa.
+"""
+
+from math import pi
+from typing import get_args
+
+import numpy as np
+import openseespy.opensees as ops
+import pytest
+from scipy.optimize import brentq
+
+from hand_made_column import SECTION
+from skewbridge.bridge.catalogue import bridge_names, load_bridge
+from skewbridge.bridge.column import build_fiber_section, column_shear_section, gross_inertia_m4
+from skewbridge.bridge.handles import TagAllocator
+from skewbridge.bridge.materials import core_concrete, cover_concrete
+from skewbridge.bridge.model import domain
+from skewbridge.bridge.moment_curvature import STRAIN_TOLERANCE, bracketed_root, section_response
+from skewbridge.bridge.shear_capacity import (
+    hoop_strength_n,
+    kowalsky_priestley_strength,
+    sdc_shear_strength,
+    shear_strength,
+)
+from skewbridge.units import MM
+from skewbridge.variant.options import ModelOptions, ShearModel
+
+PSI_PA = 6894.757293168
+OSB1_AXIAL_N, OSB2S_AXIAL_N = 5.997e6, 7.513e6
+
+
+@pytest.mark.parametrize(
+    ("bridge", "strength_mpa", "strain", "ultimate"),
+    [("osb1", 49.9, 0.0059, 0.0163), ("osb2s", 48.7, 0.0056, 0.0154)],
+)
+def test_confined_concrete_agrees_with_mander_by_hand(bridge, strength_mpa, strain, ultimate):
+    core = core_concrete(load_bridge(bridge).column)
+    assert core.peak_pa / 1e6 == pytest.approx(strength_mpa, rel=0.005)
+    assert core.peak_strain == pytest.approx(strain, rel=0.01)
+    assert core.ultimate_strain == pytest.approx(ultimate, rel=0.01)
+    curve = cover_concrete(load_bridge(bridge).column)
+    assert curve.stress_pa(curve.peak_strain) == pytest.approx(curve.peak_pa)
+    assert curve.stress_pa(1e-7) / 1e-7 == pytest.approx(curve.modulus_pa, rel=0.001)
+    assert curve.stress_pa([-0.001, 0.006]).tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("bridge", "axial_n", "plastic_mnm", "yield_per_m", "ultimate_per_m", "cracked"),
+    [
+        ("osb1", OSB1_AXIAL_N, 17.01, 0.00342, 0.0443, 0.45),
+        ("osb2s", OSB2S_AXIAL_N, 17.82, 0.00299, 0.0411, 0.39),
+    ],
+)
+def test_moment_curvature_agrees_with_an_independent_fiber_analysis(
+    bridge, axial_n, plastic_mnm, yield_per_m, ultimate_per_m, cracked
+) -> None:
+    column = load_bridge(bridge).column
+    curve = section_response(column, axial_n)
+    assert curve.plastic_moment_nm / 1e6 == pytest.approx(plastic_mnm, rel=0.02)
+    assert curve.yield_curvature_per_m == pytest.approx(yield_per_m, rel=0.03)
+    assert curve.ultimate_curvature_per_m == pytest.approx(ultimate_per_m, rel=0.04)
+    gross = column.elastic_modulus_gpa * 1e9 * np.pi * column.diameter_m**4 / 64
+    stiffness = curve.first_yield_moment_nm / curve.first_yield_curvature_per_m
+    assert stiffness / gross == pytest.approx(cracked, abs=0.01)
+    # the idealised curve has the area of the curve
+    knee = curve.yield_curvature_per_m
+    ideal = curve.plastic_moment_nm * (curve.ultimate_curvature_per_m - knee / 2)
+    area = np.trapezoid(curve.moment_nm, curve.curvature_per_m)
+    assert ideal == pytest.approx(area, rel=1e-9)
+
+
+def concrete_n(factor_1: float, factor_2: float = 1.0) -> float:
+    """Return Vc of the criteria: factors times the root of the strength, in psi."""
+    effective_m2 = 0.8 * np.pi * 1.676**2 / 4
+    return factor_1 * factor_2 * np.sqrt(27.6e6 / PSI_PA) * PSI_PA * effective_m2
+
+
+@pytest.mark.parametrize(
+    ("ductility", "factor_1"),
+    [
+        # hoops: 4 x 510e-6 / (1.549 x 0.127) x 414 MPa = 4.293 MPa = 0.6227 ksi, at most 0.35
+        (1.0, 3.0),  # 0.35 / 0.15 + 3.67 - 1 = 5.0
+        (4.0, 0.35 / 0.15 + 3.67 - 4.0),
+        (5.5, 0.35 / 0.15 + 3.67 - 5.5),
+        (8.0, 0.3),  # -2: no less than 0.3
+        (20.0, 0.3),
+    ],
+)
+def test_concrete_shear_falls_with_ductility_down_to_a_tenth(ductility, factor_1):
+    strength = sdc_shear_strength(SECTION, 0.0, ductility)
+    assert float(strength) == pytest.approx(
+        concrete_n(factor_1) + hoop_strength_n(SECTION), rel=1e-6
+    )
+
+
+AXIAL_N = 0.25 * 2000.0 * PSI_PA * np.pi * 1.676**2 / 4
+
+
+@pytest.mark.parametrize(
+    ("axial_n", "ductility", "inside", "factors"),
+    [
+        (AXIAL_N, 8.0, True, (0.3, 1.25)),
+        (9.0 * AXIAL_N, 8.0, True, (0.3, 1.5)),
+        (-AXIAL_N / 2, 8.0, True, (0.3, np.exp(-0.5))),  # tension: 250 psi is half of 500 psi
+        (9.0 * AXIAL_N, 1.0, True, (4.0, 1.0)),
+        (0.0, 8.0, False, (3.0, 1.0)),
+    ],
+)
+def test_concrete_shear_grows_with_compression_and_falls_under_tension(
+    axial_n, ductility, inside, factors
+):
+    found = float(sdc_shear_strength(SECTION, axial_n, ductility, inside_hinge=inside))
+    assert found == pytest.approx(concrete_n(*factors) + hoop_strength_n(SECTION), rel=1e-6)
+
+
+@pytest.mark.parametrize("bridge", bridge_names())
+@pytest.mark.parametrize("model", get_args(ShearModel.__value__))
+def test_no_small_change_of_the_axial_force_moves_the_shear_capacity_much(bridge, model):
+    """0.1 MN moves it by at most 2 %, from full tension to half of the squash load."""
+    data = load_bridge(bridge)
+    squash_n = data.column.expected_concrete_strength_mpa * 1e6 * data.column.gross_area_m2
+    axial_n = np.arange(-0.2 * squash_n, 0.5 * squash_n, 1.0e4)
+    for bent in range(len(data.bents)):
+        section = column_shear_section(data, bent)
+        for ductility in (1.0, 2.5, 4.0, 15.0):
+            capacity = shear_strength(section, model, axial_n, ductility, ductility)
+            assert np.abs(capacity[10:] / capacity[:-10] - 1.0).max() <= 0.02
+
+
+def test_hoops_and_expected_materials_carry_what_their_strengths_give():
+    steel = hoop_strength_n(SECTION)
+    # pi/2 x 510 mm2 x 414 MPa x 1.549 m / 0.127 m
+    assert steel == pytest.approx(4.0452e6, rel=1e-4)
+    nominal, expected = (
+        float(shear_strength(SECTION, model, 0.0, 1.0, 1.0))
+        for model in ("sdc_nominal", "sdc_expected")
+    )
+    concrete = (nominal - steel) * np.sqrt(35.85 / 27.6)
+    assert expected == pytest.approx(concrete + steel * 469 / 414, rel=1e-9)
+
+
+def test_revised_ucsd_strength_is_the_sum_of_its_three_parts():
+    """Aspect 5.64/1.676 > 2: 1.0; steel 0.5 + 20 x 0.02 = 0.9; 0.29 up to 3, 0.05 from 15."""
+    area_mm2 = 0.8 * np.pi * 1676.0**2 / 4
+    truss_kn = np.pi / 2 * 0.510 * 469.0 * (1676 - 500 - 64) / np.tan(np.pi / 6) / 127.0
+    for ductility, degraded in ((1.0, 0.29), (9.0, 0.17), (20.0, 0.05)):
+        concrete_kn = 1.0 * 0.9 * degraded * np.sqrt(35.85) * area_mm2 / 1000.0
+        strut_kn = 6000.0 * (1.676 - 0.5) / (2 * 5.64)
+        expected = 1e3 * (concrete_kn + truss_kn + strut_kn)
+        found = float(kowalsky_priestley_strength(SECTION, 6.0e6, ductility))
+        assert found == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("function", "low", "high"),
+    [
+        (lambda x: x**3 - 2.0, 0.0, 3.0),
+        (lambda x: np.tanh(400.0 * (x - 0.3)) + 0.2 * x, -1.0, 1.0),
+        (lambda x: np.sin(9.0 * x), 0.1, 1.9),  # five roots: the same one
+        (lambda x: max(x, 0.0) - 1e-4, -0.5, 0.5),
+        (lambda x: x, -1.0, 1.0),
+    ],
+)
+def test_the_root_of_a_section_is_that_of_brents_method(function, low, high) -> None:
+    """Bit by bit: the yield curvature and the shear capacity follow from it."""
+    expected = brentq(function, low, high, xtol=STRAIN_TOLERANCE)
+    assert bracketed_root(function, low, high) == expected
+
+
+# --- fibers of a section
+
+
+def fibers_of(monkeypatch: pytest.MonkeyPatch, bridge: str, options: ModelOptions) -> list[tuple]:
+    """Return y, z, area and material of the fibers of a column that OpenSees receives."""
+    given: list[tuple] = []
+    monkeypatch.setattr(ops, "fiber", lambda *fiber: given.append(fiber))
+    with domain():
+        build_fiber_section(load_bridge(bridge).column, options, TagAllocator())
+    monkeypatch.undo()
+    return given
+
+
+@pytest.mark.parametrize("bridge", bridge_names())
+@pytest.mark.parametrize("mesh", [(1, 3, 1), (4, 12, 1), (5, 20, 1), (12, 32, 3), (3, 50, 2)])
+def test_every_mesh_keeps_area_and_second_moment_of_the_section(monkeypatch, bridge, mesh):
+    column = load_bridge(bridge).column
+    fibers = fibers_of(monkeypatch, bridge, ModelOptions(column_fibers=mesh))
+    *concrete, bars = [
+        np.array([(y, z, area) for y, z, area, tag in fibers if tag == material])
+        for material in dict.fromkeys(fiber[-1] for fiber in fibers)
+    ]
+    steel_m2 = column.bar_count * column.bar_area_mm2 * MM**2
+    core_m = column.hoop_circle_m
+    # the core twice: the part that ends and the part that is kept
+    core_m2, core_m4 = pi * core_m**2 / 4, pi * core_m**4 / 64
+    inertia_m4 = (core_m4, core_m4, gross_inertia_m4(column) - core_m4)
+    area_m2 = (core_m2, core_m2, column.gross_area_m2 - core_m2)
+    parts = (*zip(concrete, area_m2, inertia_m4, strict=True),)
+    steel_m4 = steel_m2 * (column.bar_circle_m / 2) ** 2 / 2
+    for part, total_m2, second_m4 in (*parts, (bars, steel_m2, steel_m4)):
+        y, z, area = part.T
+        assert area.sum() == pytest.approx(total_m2)
+        assert area @ y**2 == pytest.approx(second_m4)
+        assert area @ z**2 == pytest.approx(second_m4)
+        assert [area @ y, area @ z, area @ (y * z)] == pytest.approx([0.0] * 3, abs=1e-12)
+
+
+def test_bars_are_lumped_into_no_more_fibers_than_wedges(monkeypatch: pytest.MonkeyPatch) -> None:
+    count = load_bridge("osb1").column.bar_count
+    for wedges in (12, 20, 200):
+        options = ModelOptions(column_fibers=(1, wedges, 1))
+        tags = [fiber[-1] for fiber in fibers_of(monkeypatch, "osb1", options)]
+        assert tags.count(tags[-1]) == min(count, wedges)
