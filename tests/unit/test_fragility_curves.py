@@ -1,5 +1,6 @@
-"""Curves of a study: outcomes of runs, statuses, states of one demand, unknown outcomes, axes."""
+"""Curves of a study: limit states, outcomes of runs, statuses, unknown outcomes and axes."""
 
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -20,11 +21,11 @@ from fragility_tables import (
 from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
 from skewbridge.errors import InputError
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
-from skewbridge.fragility.demand_table import prepared, read_foreign
+from skewbridge.fragility.demand_table import prepared, read_foreign, spread
 from skewbridge.fragility.exports import export_curves
 from skewbridge.fragility.fit_data import FitOptions, fit_file
 from skewbridge.fragility.joint import joint_table
-from skewbridge.fragility.limit_states import LimitState, demand_unit
+from skewbridge.fragility.limit_states import LimitState, demand_unit, limit_states_of
 from skewbridge.fragility.measures import rank_measures
 from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.outcomes import demand_outcomes
@@ -35,7 +36,6 @@ from skewbridge.fragility.study_tables import (
     write_described,
 )
 from skewbridge.fragility.system import system_curves
-from skewbridge.study.ida import Search
 from skewbridge.variant import axes
 
 ONE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}
@@ -69,26 +69,17 @@ def strongest(table, count):
 # --- rows and statuses
 
 
-def test_every_variant_state_and_method_has_one_row():
-    curves = curves_of(synthetic_demands(skews=(0, 30)), STATES)
+def test_every_variant_state_and_method_has_one_row_in_any_order_of_the_runs():
+    table = synthetic_demands(skews=(0, 30))
+    curves = curves_of(table, STATES)
     assert list(curves.columns) == [name for name in CURVE_COLUMNS if name in curves]
     assert len(curves) == 8 * len(STATES) * 2
     assert not curves.duplicated(["variant", "component", "limit_state", "method"]).any()
     estimated = curves["status"] == "ok"
     for name in ("theta", "beta", "theta_low", "beta_total"):
         assert (curves[name].notna() == estimated).all(), name
-
-
-def test_a_state_that_no_run_reached_has_no_median_and_names_the_largest_demand():
-    table = synthetic_demands(**ONE)
-    table["column_shear_dcr"] = np.minimum(table["column_shear_dcr"], 0.9)
-    curves = curves_of(table, states_of("column_shear"))
-    for method in ("cloud", "exceedance"):
-        found = row(curves, "column_shear", "dcr_100", method)
-        assert (found["status"], found["n_exceed"]) == ("no_exceedance", 0)
-        assert np.isnan(found["theta"])
-        assert "state at 1" in found["reach"]
-    assert row(curves, "column_shear", "dcr_100", "exceedance")["theta_bound_low"] > 0
+    mixed = curves_of(table.sample(frac=1.0, random_state=4), STATES)
+    pd.testing.assert_frame_equal(curves, mixed, rtol=1e-7)
 
 
 def test_the_generator_lies_within_the_intervals():
@@ -100,18 +91,14 @@ def test_the_generator_lies_within_the_intervals():
     assert found["beta_total_low"] < found["beta_total"] < found["beta_total_high"]
 
 
-def test_a_saturating_demand_is_flagged():
-    table = synthetic_demands(**ONE)
+def test_a_saturating_demand_is_flagged_and_one_that_the_model_lacks_not_applicable():
+    table = synthetic_demands(**ONE).assign(bearing_disp_m=np.nan)
     im = table[IM].to_numpy()
     noise = np.exp(0.02 * np.random.default_rng(2).normal(size=im.size))
     table["column_shear_dcr"] = 0.9 * im / (im + 0.15) * noise
     found = row(curves_of(table, states_of("column_shear")), "column_shear", "dcr_065")
     assert "saturating" in found["warnings"].split(";")
     assert found["curvature_p"] < 0.05
-
-
-def test_a_demand_that_the_model_lacks_is_not_applicable():
-    table = synthetic_demands(**ONE).assign(bearing_disp_m=np.nan)
     assert set(curves_of(table, states_of("bearing"))["status"]) == {"not_applicable"}
 
 
@@ -121,13 +108,6 @@ def test_four_completed_runs_are_enough_to_test_the_line(motions, is_tested):
     middle = replace(states_of("column_drift")[0], threshold=table["column_drift_ratio"].median())
     found = row(curves_of(table, [middle]), "column_drift", middle.name)
     assert bool(np.isfinite(found["normal_p"])) is is_tested
-
-
-def test_fits_do_not_depend_on_the_order_of_rows():
-    table = synthetic_demands(skews=(0, 30), gaps=(51,), scales=(0.7, 1.4))
-    first = curves_of(table, states_of("column_drift"))
-    second = curves_of(table.sample(frac=1.0, random_state=4), states_of("column_drift"))
-    pd.testing.assert_frame_equal(first, second, rtol=1e-7)
 
 
 # --- states of one demand
@@ -167,22 +147,6 @@ def test_methods_that_disagree_are_flagged_and_one_of_them_is_preferred():
 
 
 # --- runs that ended early
-
-
-def test_a_column_failure_decides_only_the_states_of_its_own_mode():
-    table = synthetic_demands(**ONE, motions=40)
-    # flexure ended two runs at a shear ratio of 0.3, below every state of column_shear
-    cut = failed(table, strongest(table, 2), "flexure")
-    cut.loc[strongest(table, 2), "column_shear_dcr"] = 0.3
-    curves = curves_of(cut, states_of("column_shear"))
-    for method in ("cloud", "exceedance"):
-        found = row(curves, "column_shear", "dcr_100", method)
-        assert (found["status"], found["n_exceed"], found["n_unknown"]) == ("no_exceedance", 0, 2)
-    own = failed(table, strongest(table, 2), "shear", factor=0.1)
-    found = row(curves_of(own, states_of("column_shear")), "column_shear", "dcr_100")
-    assert (found["n_exceed"], found["n_beyond_model"]) == (2, 2)
-    drift = row(curves_of(own, states_of("column_drift")), "column_drift", "complete")
-    assert (drift["status"], drift["n_exceed"]) == ("no_exceedance", 0)
 
 
 def test_the_loss_of_the_column_has_states_for_each_mode_and_for_any():
@@ -229,17 +193,6 @@ def test_a_collapse_exceeds_every_state_unless_the_peak_decides():
     assert row(curves, "shear_key", "slight", "exceedance")["n_unknown"] == 1
 
 
-def test_a_peak_so_far_enters_the_cloud_as_a_lower_bound():
-    table = synthetic_demands(**ONE, motions=40)
-    state = states_of("column_drift")[:1]
-    whole = curves_of(table, state).iloc[0]
-    for factor in (0.8, 0.05):
-        found = curves_of(failed(table, strongest(table, 4), factor=factor), state).iloc[0]
-        assert (found["model"], found["ci_method"]) == ("cloud_tobit", "profile")
-        assert found["n_censored"] == 4
-    assert found["theta_exclude"] == pytest.approx(whole["theta"], rel=0.1)
-
-
 def test_a_demand_at_the_threshold_does_not_exceed_it_and_one_above_is_known():
     state = LimitState(
         component="c", name="s", demand="d_m", threshold=0.1, dispersion=0.0, citation="test"
@@ -260,23 +213,6 @@ def test_a_demand_of_zero_is_left_censored():
     assert (found["status"], found["model"]) == ("ok", "cloud_tobit")
     assert found["n_censored"] >= (table["unseating_m"] == 0.0).sum() > 5
     assert found["theta"] == pytest.approx(whole["theta"], rel=0.05)
-
-
-def test_unknown_outcomes_are_bounded_and_can_refuse_the_median():
-    table = synthetic_demands(**ONE, motions=40)
-    middle = table.index[18:24:2]
-    table.loc[middle, "status"] = ["timeout", "numerical_failure", "crash"]
-    table.loc[middle, "column_drift_ratio"] = 0.004
-    drift = states_of("column_drift")
-    found = row(curves_of(table, drift), "column_drift", "slight", "exceedance")
-    assert (found["n_unknown"], found["status"]) == (3, "bounds_too_wide")
-    assert "unknown_above_5_percent" in found["warnings"]
-    assert np.isnan(found["theta"])
-    assert found["theta_all_exceed"] < found["theta_none_exceed"]
-    accepted = fit_study(ready(table, drift), drift, replace(SETTINGS, accept_bounds=True))
-    again = row(accepted, "column_drift", "slight", "exceedance")
-    assert again["status"] == "ok"
-    assert again["theta"] == pytest.approx(again["theta_exclude"])
 
 
 @pytest.mark.parametrize(("runs", "is_many"), [(20, False), (19, True)])
@@ -305,33 +241,7 @@ def test_repeated_motions_have_the_intervals_of_motions():
 # --- input
 
 
-@pytest.mark.parametrize(
-    ("column", "value", "text"),
-    [
-        ("column_drift_ratio", -0.1, "column_drift_ratio must be >= 0 and finite"),
-        ("column_drift_ratio", np.inf, "column_drift_ratio must be >= 0 and finite"),
-        ("status", "fine", "status must be one of"),
-    ],
-)
-def test_impossible_values_name_row_and_column(column, value, text):
-    table = synthetic_demands(**ONE)
-    table.loc[5, column] = value
-    with pytest.raises(InputError) as caught:
-        prepared(table, ["column_drift_ratio"], SETTINGS)
-    assert text in str(caught.value)
-    assert caught.value.details["row"] == 5
-
-
-@pytest.mark.parametrize("value", [np.nan, 0.0])
-def test_a_row_without_intensity_is_rejected_alone_and_listed(value):
-    table = synthetic_demands(**ONE)
-    table.loc[5, IM] = value
-    found = prepared(table, ["column_drift_ratio"], SETTINGS)
-    assert len(found.table) == len(table) - 1
-    assert found.notes[["kind", "row", "column"]].values.tolist() == [["rejected_row", 5, IM]]
-
-
-def test_a_missing_demand_rejects_only_its_run_and_a_variant_full_of_them_is_listed():
+def test_a_missing_demand_rejects_only_its_run_and_equal_motions_are_reported():
     table = synthetic_demands(skews=(0, 30), gaps=(51,), frictions=(50,))
     table.loc[5, "column_drift_ratio"] = np.nan
     curves = curves_of(table, states_of("column_drift"))
@@ -340,62 +250,32 @@ def test_a_missing_demand_rejects_only_its_run_and_a_variant_full_of_them_is_lis
     table.loc[table["skew_deg"] == 30, "column_drift_ratio"] = np.nan
     found = prepared(table, ["column_drift_ratio"], SETTINGS)
     assert (found.notes["kind"] == "missing_demand").sum() == 17
-
-
-def test_motions_entered_twice_are_reported():
     table = synthetic_demands(skews=(0, 30), gaps=(51,))
     twice = pd.concat([table, table.assign(motion_id=table["motion_id"] + "_b")])
     notes = prepared(twice, ["column_drift_ratio"], SETTINGS).notes
     assert (notes["kind"] == "equal_motions").sum() == 16
     assert prepared(table, ["column_drift_ratio"], SETTINGS).notes.empty
-
-
-def test_a_missing_column_is_named():
-    table = synthetic_demands(**ONE).drop(columns="deck_disp_m")
-    with pytest.raises(InputError, match="no column 'deck_disp_m'"):
-        prepared(table, ["deck_disp_m"], SETTINGS)
-
-
-@pytest.mark.parametrize("beyond", ["", None])
-def test_tables_with_and_without_the_column_of_failures_are_fitted_alike(beyond):
-    table = synthetic_demands(**ONE)
-    states = states_of("unseating")
-    pd.testing.assert_frame_equal(
-        curves_of(table.assign(beyond_model=beyond), states), curves_of(table, states)
-    )
+    for value in (-0.1, np.inf):
+        table.loc[5, "column_drift_ratio"] = value
+        with pytest.raises(
+            InputError, match="column_drift_ratio must be >= 0 and finite"
+        ) as caught:
+            prepared(table, ["column_drift_ratio"], SETTINGS)
+        assert caught.value.details["row"] == 5
 
 
 def test_foreign_tables_can_name_the_runs_in_which_a_column_failed(tmp_path):
     path = tmp_path / "runs.csv"
-    table = synthetic_demands(**ONE)
+    table = synthetic_demands(**ONE, motions=40)
     kinds = ["" if number else "shear" for number in range(len(table))]
-    pd.DataFrame(
-        {
-            "record": table["motion_id"],
-            "sa": table[IM],
-            "drift": table["column_drift_ratio"] * 100,
-            "how": kinds,
-        }
-    ).to_csv(path, index=False)
     names = {"motion_id": "record", IM: "sa", "column_drift_ratio": "drift", "beyond_model": "how"}
+    table.assign(beyond_model=kinds)[[*names]].rename(columns=names).to_csv(path, index=False)
     read = read_foreign(path, names)
     assert read["beyond_model"].tolist() == kinds
     assert set(curves_of(read, states_of("column_drift")[:1])["n_beyond_model"]) == {1}
-
-
-def test_a_file_of_runs_is_fitted_with_the_failed_ones_censored(tmp_path):
-    path = tmp_path / "runs.csv"
-    table = synthetic_demands(**ONE, motions=40)
     failed(table, strongest(table, 4), factor=0.9).to_csv(path, index=False)
     options = FitOptions(method="cloud", im=IM, edp="column_drift_ratio", threshold=0.01)
     assert fit_file(path, options).details["n_censored"] == 4
-
-
-def test_a_capacity_search_continues_below_a_run_in_which_a_column_failed():
-    search = Search(demand="unseating_m", threshold=0.1, low_g=0.1, high_g=2.0)
-    inside = {"status": "ok", "beyond_model": "", "unseating_m": 0.05}
-    assert not search.exceeds(inside)
-    assert search.exceeds(inside | {"beyond_model": "shear"})
 
 
 # --- systems and measures with failed runs
@@ -466,10 +346,8 @@ def test_every_column_of_every_table_has_a_description(tmp_path):
 
 def test_the_unit_of_every_demand_is_that_of_its_column():
     names = {"-": "ratio", "m/s2": "mps2"}
-    limited = [c for c in DEMAND_COLUMNS if "effect" in c.roles]
-    assert [demand_unit(c.name) for c in limited] == [
-        names.get(c.unit, c.unit.lower()) for c in limited
-    ]
+    for column in (each for each in DEMAND_COLUMNS if "effect" in each.roles):
+        assert demand_unit(column.name) == names.get(column.unit, column.unit.lower())
     assert demand_unit("strain_percent") == "percent"
 
 
@@ -488,3 +366,102 @@ def test_a_shear_model_with_a_smaller_capacity_fails_at_a_smaller_intensity() ->
     assert shear_model_medians(
         table.drop(columns=[f"column_shear_dcr_{name}" for name in names])
     ).empty
+
+
+# --- limit states as data
+
+
+ENTRY = {
+    "component": "deck",
+    "demand": "deck_disp_m",
+    "unit": "mm",
+    "dispersion": 0.35,
+    "citation": "somebody",
+    "states": {"slight": 102.0},
+}
+
+
+def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
+    found = {(state.component, state.name): state for state in STATES}
+    assert found["unseating", "slight"].threshold == pytest.approx(0.038)
+    assert found["column_drift", "moderate"].threshold == pytest.approx(0.025)
+    assert found["column_shear", "dcr_100"].threshold == 1.0
+    assert found["column_drift", "slight"].dispersion == 0.35
+    shear = {state.threshold for state in STATES if state.component == "column_shear"}
+    assert shear == {0.5, 0.65, 0.8, 1.0}
+    assert all(state.citation for state in STATES)
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"unit": "kn"}, "unit: is a force, but deck_disp_m is a length, got 'kn'"),
+        ({"unit": "furlong"}, "unit: must be one of m, mm, in, ft, kn"),
+        ({"states": {"slight": -1.0}}, "states.slight.median: must be greater than 0, got -1"),
+        ({"states": {"slight": "2e7"}}, "a number with an exponent is written like 2.0e+7"),
+        ({"states": {"slight": {"median": 1.0, "sd": 0.2}}}, "states.slight.sd: unknown key"),
+        ({"states": {}}, "states: Dictionary should have at least 1 item"),
+        ({"dispersion": 3.0}, "dispersion: must be less than or equal to 2, got 3"),
+        ({"dispersion": None}, "states.slight.dispersion: is missing"),
+        ({"colapse": "peak"}, "colapse: unknown key"),
+        ({"collapse": "maybe"}, "collapse: must be 'exceeds' or 'peak', got 'maybe'"),
+        ({"citation": ""}, "citation: must have at least 1 character, got ''"),
+        ({"demand": "deck"}, "carries no unit"),
+        ({"demand": f"{'d' * 99}_m"}, "demand: must have at most 100 characters"),
+    ],
+)
+def test_wrong_limit_state_names_entry_and_key(change, text):
+    with pytest.raises(InputError, match=r"^limit state entry 0") as caught:
+        limit_states_of([ENTRY | change])
+    assert text in str(caught.value)
+
+
+def test_doubled_states_are_refused_and_tiny_dispersions_flagged_as_likely_unit_slips():
+    with pytest.raises(InputError, match="deck/slight is defined twice"):
+        limit_states_of([ENTRY, ENTRY])
+    (state,) = limit_states_of([ENTRY | {"dispersion": 0.0025}])
+    assert state.warnings == ("small_capacity_dispersion",)
+
+
+# --- fits spread over processes
+
+
+def test_few_items_stay_in_one_process_and_many_do_not() -> None:
+    def process_of(_: int) -> int:  # in here: workers need not find this module
+        return os.getpid()
+
+    assert set(spread(process_of, range(10), 2)) == {os.getpid()}
+    assert os.getpid() not in spread(process_of, range(50), 2)
+    assert spread(str, range(50), 2) == [str(n) for n in range(50)]
+
+
+@pytest.fixture(scope="module")
+def many_variants() -> pd.DataFrame:
+    """27 variants, one of them with collapses."""
+    table = synthetic_demands(motions=10, gaps=(10, 25, 51), frictions=(0, 25, 50))
+    first = table["variant"] == table["variant"].iloc[0]
+    status = table["status"].mask(first & (table["unseating_m"] > 0.15), "collapse")
+    return table.assign(status=status, collapse_criterion="")
+
+
+FITS = {
+    "curves": fit_study,
+    "systems": system_curves,
+    "medians": median_effects,
+    "joint": lambda rows, states, settings, jobs: joint_table(
+        rows, states, None, settings, jobs=jobs
+    ),
+    "effects": lambda rows, _, settings, jobs: paired_effects(
+        rows, ["unseating_m", "deck_disp_m"], settings, jobs=jobs
+    ),
+}
+
+
+@pytest.mark.parametrize("fit", FITS.values(), ids=FITS)
+def test_two_processes_give_the_table_of_one(fit, many_variants) -> None:
+    states = [*states_of("unseating"), *states_of("abutment_passive")]
+    rows = ready(many_variants, states)
+    alone = fit(rows, states, SETTINGS, jobs=1)
+    assert len(alone) > 3
+    two = fit(rows, states, SETTINGS, jobs=2)
+    pd.testing.assert_frame_equal(two, alone, check_exact=True)

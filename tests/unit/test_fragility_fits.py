@@ -11,7 +11,6 @@ from skewbridge.fragility import existence, lines
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.exports import annual_frequency
 from skewbridge.fragility.fits import (
-    FragilityFit,
     brackets_of_runs,
     fit_brackets,
     fit_capacities,
@@ -27,7 +26,6 @@ from skewbridge.fragility.likelihood import (
 )
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.measures import measure_table, rank_measures
-from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.motion_means import motion_weights
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves, system_members
@@ -58,9 +56,11 @@ def test_every_kind_of_stripes_has_its_status(k, status):
     fit = fit_stripes([0.2, 0.4, 0.6, 0.8], [20] * 4, k)
     assert fit.status == status
     assert np.isnan(fit.theta) == (status != "ok")
+    keys = "status theta beta se_ln_theta se_beta cov_ln_theta_beta ci_theta ci_beta loglik n_runs"
+    assert {*keys.split(), "warnings"} <= set(fit.as_json())
 
 
-def test_firth_estimates_of_separated_data_keep_their_name():
+def test_firth_estimates_of_separated_data():
     fit = fit_stripes([0.3, 0.5, 0.8], [20] * 3, [0, 7, 20])
     assert fit.details["firth"] == pytest.approx({"theta": 0.53463, "beta": 0.19540}, abs=1e-5)
     assert fit.details["theta_interval"] == pytest.approx([0.5, 0.5])
@@ -167,7 +167,13 @@ def test_ends_of_the_profile_of_a_state_are_those_of_a_direct_search():
             assert found.fun == pytest.approx(drop, abs=1e-4)
 
 
-def test_capacities_and_brackets_without_information_have_a_status():
+def test_brackets_take_the_first_crossing_and_need_information():
+    im = np.array([0.2, 0.4, 0.6, 0.2, 0.4, 0.6, 0.2, 0.4, 0.6])
+    hit = np.array([0, 1, 0, 0, 0, 0, 1, 1, 1.0])
+    lower, upper, odd = brackets_of_runs(im, hit, np.repeat([0, 1, 2], 3))
+    assert list(lower) == [0.2, 0.6, 0.0]
+    assert list(upper) == [0.4, np.inf, 0.2]
+    assert odd == 1
     assert fit_capacities([1.0, 1.0, 0.9], [0, 0, 1]).status == "unbounded_likelihood"
     assert fit_capacities([1.0, 1.0, 1.4], [0, 0, 1]).status == "ok"
     assert fit_brackets([0.4, 0.4], [0.7, 0.7]).status == "complete_separation"
@@ -175,15 +181,6 @@ def test_capacities_and_brackets_without_information_have_a_status():
     assert fit_brackets([0.0, 0.0], [0.7, 1.0]).status == "all_exceed"
     assert fit_brackets([0.7, 1.0], [None, None]).status == "all_censored"
     assert fit_brackets([0.0, 1.2], [0.7, None]).status == "non_increasing"
-
-
-def test_brackets_take_the_first_crossing_and_count_later_returns():
-    im = np.array([0.2, 0.4, 0.6, 0.2, 0.4, 0.6, 0.2, 0.4, 0.6])
-    hit = np.array([0, 1, 0, 0, 0, 0, 1, 1, 1.0])
-    lower, upper, odd = brackets_of_runs(im, hit, np.repeat([0, 1, 2], 3))
-    assert list(lower) == [0.2, 0.6, 0.0]
-    assert list(upper) == [0.4, np.inf, 0.2]
-    assert odd == 1
 
 
 @pytest.mark.parametrize("level", [0.8, 0.95])
@@ -226,11 +223,6 @@ def test_deviance_of_single_runs_has_no_p_value_and_a_curved_predictor_is_detect
     assert single(1.5 * x + 0.8 * x**2)["link_p"] < 1e-6
     grouped = fit_stripes([0.2, 0.4, 0.6, 0.8], [20] * 4, [0, 4, 12, 18]).details
     assert 0 < grouped["deviance_p"] < 1
-
-
-def test_json_of_a_fit_has_the_keys_of_the_contract():
-    keys = "status theta beta se_ln_theta se_beta cov_ln_theta_beta ci_theta ci_beta loglik n_runs"
-    assert {*keys.split(), "warnings"} <= set(FragilityFit(method="x", status="ok").as_json())
 
 
 # --- clouds
@@ -307,13 +299,10 @@ def test_a_bent_line_has_a_warning(bend, names):
     assert lines.tested_line(x, 1.1 * x + bend * x**2 + noise).warnings == names
 
 
-def test_weights_leave_out_one_motion_at_a_time():
+def test_weights_leave_out_one_motion_or_group_at_a_time():
+    """The error from 100 groups of 400 motions is near that from leaving out each motion."""
     weights = motion_weights(np.array([4, 4, 7, 9]))
     assert weights.tolist() == [[1, 1, 1, 1], [0, 0, 1, 1], [1, 1, 0, 1], [1, 1, 1, 0]]
-
-
-def test_many_motions_are_left_out_in_groups():
-    """The error from 100 groups of 400 motions is near that from leaving out each motion."""
     rng = np.random.default_rng(8)
     motions, scatter = np.repeat(np.arange(400), 2), rng.normal(size=400)
     weights = motion_weights(motions)
@@ -328,12 +317,9 @@ def test_many_motions_are_left_out_in_groups():
     error = np.sqrt(399 / 400 * np.sum((without - without.mean()) ** 2))
     assert fit.se_ln_theta == pytest.approx(error, rel=0.15)
     assert fit_cloud(im, edp, 0.01, motions=np.arange(800)).ci_method == "fieller"
-
-
-def test_a_replicate_without_a_slope_has_no_line():
+    # a replicate without a slope has no line
     x = np.array([-1.0, 0.0, 2.0, 3.0])
-    found = lines.fit_lines(x, np.zeros(4), np.zeros(4), np.ones((1, 4)))
-    assert np.isnan(found.b[0])
+    assert np.isnan(lines.fit_lines(x, np.zeros(4), np.zeros(4), np.ones((1, 4))).b[0])
 
 
 def test_intervals_by_motion_are_those_of_the_jackknife_written_out():
@@ -348,69 +334,6 @@ def test_intervals_by_motion_are_those_of_the_jackknife_written_out():
     error = np.sqrt(11 / 12 * np.sum((values - np.mean(values)) ** 2))
     assert fit.ci_method == "jackknife"
     assert fit.ci_theta[1] / fit.theta == pytest.approx(np.exp(stats.t.ppf(0.975, 10) * error))
-
-
-# --- ratios of median capacities
-
-
-def two_variants(ln_ratios):
-    """Return a study of two variants, friction 0 and 0.5, with these ratios of a demand."""
-    table = synthetic_demands(motions=len(ln_ratios), skews=(0,), gaps=(25,), run_scatter=0.0)
-    with_friction = table["friction"] > 0.0
-    without = table.loc[~with_friction, DEMAND].to_numpy()
-    table.loc[with_friction, DEMAND] = without * np.exp(ln_ratios)
-    return table
-
-
-def deck_state(threshold):
-    return LimitState(
-        component="deck", name="state", demand=DEMAND, threshold=threshold, dispersion=0.0
-    )
-
-
-def test_the_interval_of_a_median_ratio_is_as_wide_as_its_error():
-    """Ratios scattered by s at a slope of 1: the error of ln theta is s / sqrt(n) at the mean."""
-    n, s = 20, 0.1
-    values = np.random.default_rng(7).normal(size=n)
-    values = s * (values - values.mean()) / values.std(ddof=1)
-    table = two_variants(values)
-    threshold = float(np.exp(np.log(table.loc[table["friction"] == 0.0, DEMAND]).mean()))
-    states = [deck_state(threshold)]
-    found = median_effects(ready(table, states), states, SETTINGS).iloc[0]
-    expected = stats.t.ppf(0.95, n - 2) * s / np.sqrt(n)
-    for end in ("ci_low", "ci_high"):
-        assert abs(np.log(found[end] / found["ratio"])) == pytest.approx(expected, rel=0.25)
-
-
-def test_pooled_ratios_are_the_average_of_the_cells_and_name_their_range():
-    table = synthetic_demands(skews=(0, 30), gaps=(51,), run_scatter=0.01)
-    table.loc[table["friction"] == 0.5, "column_drift_ratio"] *= 1.2
-    drift = states_of("column_drift")
-    found = median_effects(ready(table, drift), drift, SETTINGS)
-    moderate = found[(found["demand"] == "column_drift/moderate") & (found["axis"] == "friction")]
-    cells = moderate[moderate["scope"] == "variant"]
-    pooled = moderate[moderate["scope"] == "pooled"].iloc[0]
-    assert np.log(pooled["ratio"]) == pytest.approx(np.log(cells["ratio"]).mean())
-    assert pooled["ratio"] == pytest.approx(1 / 1.2, rel=0.03)
-    assert (pooled["verdict"], pooled["n_cells"], pooled["n_motions"]) == ("lower", 2, 16)
-    assert pooled["im_low"] < pooled["from_mean"] < pooled["im_high"] * 1.000001
-    assert "column_drift/complete" not in set(found["demand"])  # no run exceeds it
-
-
-def test_a_strong_bridge_is_not_compared_with_the_survivors_of_a_weak_one():
-    """Without collapses as demands above the last value, friction seems to cost 13 % less."""
-    table = synthetic_demands(skews=(0,), gaps=(51,), motions=32)
-    weaker = table["friction"] == 0.5
-    table.loc[weaker, "column_drift_ratio"] *= 1.3
-    strong = weaker & (table["column_drift_ratio"] > 0.03)
-    table.loc[strong, "status"] = "collapse"
-    table.loc[strong, "column_drift_ratio"] = 0.03
-    drift = states_of("column_drift")[:1]
-    found = median_effects(ready(table, drift), drift, SETTINGS)
-    effect = found.query("axis == 'friction'").iloc[0]
-    assert effect["n_motions"] == 32
-    assert effect["n_collapse_to"] == strong.sum() > 2
-    assert effect["ratio"] == pytest.approx(1 / 1.3, rel=0.04)
 
 
 # --- systems
@@ -460,10 +383,14 @@ def test_a_system_names_the_components_without_a_line_and_the_reason():
     assert "abutment_passive: too few complete runs" in found["left_out"]
 
 
-def test_a_system_that_no_run_damages_has_no_median():
-    found = systems(synthetic_demands(**ONE), states_of("column_drift")[-1:]).iloc[0]
-    assert found["status"] in {"no_component", "no_exceedance"}
-    assert np.isnan(found["theta"])
+def test_a_system_of_one_component_has_its_curve_or_no_median():
+    table = synthetic_demands(**ONE, motions=40)
+    found = systems(table, states_of("column_drift")[:1]).iloc[0]
+    fit = fit_cloud(table[IM], table["column_drift_ratio"], 0.01, capacity_dispersion=0.35)
+    assert (found["theta"], found["beta"]) == pytest.approx((fit.theta, fit.beta), rel=5e-3)
+    undamaged = systems(table, states_of("column_drift")[-1:]).iloc[0]
+    assert undamaged["status"] in {"no_component", "no_exceedance"}
+    assert np.isnan(undamaged["theta"])
 
 
 def test_collapses_hardly_move_the_median_of_a_system():
@@ -478,13 +405,6 @@ def test_collapses_hardly_move_the_median_of_a_system():
     assert found["theta"] == pytest.approx(whole["theta"], rel=0.08)
 
 
-def test_a_single_component_is_its_own_system_and_agrees_with_its_curve():
-    table = synthetic_demands(**ONE, motions=40)
-    found = systems(table, states_of("column_drift")[:1]).iloc[0]
-    fit = fit_cloud(table[IM], table["column_drift_ratio"], 0.01, capacity_dispersion=0.35)
-    assert (found["theta"], found["beta"]) == pytest.approx((fit.theta, fit.beta), rel=5e-3)
-
-
 # --- intensity measures
 
 
@@ -492,13 +412,8 @@ def test_measures_are_ranked_and_tested_by_motion():
     table = synthetic_demands(skews=(0, 30), gaps=(51,), motions=40)
     rng = np.random.default_rng(4)
     names = sorted(table["motion_id"].unique())
-    motions = pd.DataFrame(
-        {
-            "motion_id": names,
-            "magnitude": rng.uniform(6, 8, len(names)),
-            "distance_km": rng.uniform(5, 40, len(names)),
-        }
-    )
+    motions = pd.DataFrame({"motion_id": names, "magnitude": rng.uniform(6, 8, len(names))})
+    motions["distance_km"] = rng.uniform(5, 40, len(names))
     noise = dict(zip(names, np.exp(rng.normal(size=len(names))), strict=True))
     table["im_pga_rotd50_g"] = table[IM] * table["motion_id"].map(noise)
     found = measure_table(table, motions)
@@ -506,6 +421,8 @@ def test_measures_are_ranked_and_tested_by_motion():
     assert found["recommended"].eq(found["im"] == IM).all()
     doubled = measure_table(pd.concat([table, table]), motions)
     assert doubled["p_magnitude"].to_numpy() == pytest.approx(found["p_magnitude"].to_numpy())
+    alone = table[table["motion_id"] == names[0]]
+    assert set(measure_table(alone, alone[["motion_id"]])["status"]) == {"single_level"}
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -526,12 +443,6 @@ def test_sufficiency_is_the_p_value_of_the_residual_and_nan_for_constant_propert
     assert np.isnan(found.loc[IM, "p_ln_distance"])
     assert found.loc["im_flat_g", "status"] == "single_level"
     assert found.loc["im_none_g", "status"] == "non_positive_im"
-
-
-def test_a_single_motion_ranks_no_measure():
-    table = synthetic_demands(skews=(0,), gaps=(51,), frictions=(0, 50), motions=1)
-    found = measure_table(table, table[["motion_id"]])
-    assert set(found["status"]) == {"single_level"}
 
 
 # --- annual frequency

@@ -1,31 +1,24 @@
-"""Joint models over the axes: terms, states, left-out variants, and prediction inside the range."""
+"""Joint models over the axes, statistics of any table of demands, the table of a paper."""
 
 import json
-from pathlib import Path
+import shutil
 
 import numpy as np
 import pandas as pd
 import pytest
 from scipy import stats
+from typer.testing import CliRunner
 
-from fragility_tables import IM, synthetic_demands
+from cli_json import run
+from fragility_tables import IM, SETTINGS, ready, states_of, synthetic_demands
+from skewbridge.cli import build_app
 from skewbridge.errors import InputError
-from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.fits import fit_cloud
-from skewbridge.fragility.joint import (
-    JOINT_COLUMNS,
-    AxisRange,
-    JointModel,
-    joint_table,
-    predict_states,
-)
-from skewbridge.fragility.limit_states import load_limit_states, with_column_failure
-from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.joint import JOINT_COLUMNS, JointModel, joint_table
+from skewbridge.fragility.paper_table import PAPER_COLUMNS
 from skewbridge.study.predict_check import CHECK_COLUMNS, check_predict, inner_variants
 
-STATES = load_limit_states(Path(__file__).parents[2] / "config" / "limit_states.yaml")
-DRIFT = [s for s in STATES if s.component == "column_drift"]
-SETTINGS = FitSettings(im=IM)
+DRIFT = states_of("column_drift")
 GRID = {"skews": (0, 20, 40, 60), "gaps": (0, 25, 51), "frictions": (0, 50), "motions": 24}
 SMALL = {"skews": (0, 30, 60), "gaps": (51,), "frictions": (0, 50), "motions": 16}
 
@@ -53,10 +46,6 @@ def clouds(table, states):
                 }
             )
     return pd.DataFrame(rows)
-
-
-def ready(table, states):
-    return prepared(table, list({state.demand for state in states}), SETTINGS).table
 
 
 def joint(table, states=DRIFT, curves=None):
@@ -91,27 +80,6 @@ def test_medians_between_the_variants_follow_the_generator():
     assert row["loo_error"] <= row["loo_error_max"]
 
 
-def test_balanced_medians_equal_two_stage_least_squares():
-    table = synthetic_demands(**SMALL)
-    row = row_of(table)
-    model = JointModel.of_row(row)
-    ln_d = np.log(table["column_drift_ratio"]).to_numpy().reshape(-1, 16)
-    ln_im = np.log(table[IM]).to_numpy().reshape(-1, 16)[0]
-    axes = table[["skew_deg", "friction"]].to_numpy().reshape(-1, 16, 2)[:, 0]
-    matrix = np.array([model.vector(dict(zip(SMALL_AXES, each, strict=True))) for each in axes])
-    mean = ln_d.mean(axis=1)
-    effects = np.linalg.lstsq(matrix, mean, rcond=None)[0]
-    line = stats.linregress(ln_im, ln_d.mean(axis=0))
-    for each, vector in zip(axes, matrix, strict=True):
-        level = vector @ effects - line.slope * ln_im.mean()
-        expected = np.exp((np.log(0.025) - level) / line.slope)
-        theta = model.median(dict(zip(SMALL_AXES, each, strict=True)))[0]
-        assert theta == pytest.approx(expected, rel=1e-8)
-
-
-SMALL_AXES = ("skew_deg", "friction")
-
-
 def test_states_of_a_component_share_dispersion_and_slope():
     rows = joint(synthetic_demands(**SMALL)).query("status == 'ok'")
     assert len(rows) >= 2
@@ -139,24 +107,7 @@ def test_negative_skews_count_by_size_unless_the_study_has_both_signs():
     assert apart[0] == pytest.approx(np.exp(-0.45 / row["slope"]), rel=0.03)
 
 
-def test_collapsed_runs_are_right_censored():
-    """Without the collapsed runs, which are the strongest, the median would be too large."""
-    whole = synthetic_demands(**SMALL | {"motions": 60, "skews": (0, 30)})
-    fallen = whole["column_drift_ratio"] > 0.03
-    assert 0.1 < fallen.mean() < 0.3
-    cut = whole.assign(
-        status=np.where(fallen, "collapse", "ok"),
-        column_drift_ratio=np.minimum(whole["column_drift_ratio"], 0.03),
-    )
-    peak = [s for s in DRIFT if s.name == "moderate"]
-    full, censored, dropped = (joint(table, peak).iloc[0] for table in (whole, cut, whole[~fallen]))
-    assert censored["n_right_censored"] == fallen.sum()
-    assert censored["theta"] == pytest.approx(full["theta"], rel=0.05)
-    assert censored["beta"] == pytest.approx(full["beta"], rel=0.1)
-    assert dropped["theta"] > 1.1 * full["theta"]
-
-
-def test_demands_of_zero_are_left_censored():
+def test_demands_of_zero_are_left_censored_and_runs_without_a_demand_ignored():
     table = synthetic_demands(**SMALL)
     weak = table["column_drift_ratio"] < 0.006
     zero = table.assign(column_drift_ratio=table["column_drift_ratio"].where(~weak, 0.0))
@@ -164,16 +115,12 @@ def test_demands_of_zero_are_left_censored():
     assert censored["status"] == "ok"
     assert censored["n_left_censored"] >= weak.sum() > 0
     assert censored["theta"] == pytest.approx(full["theta"], rel=0.05)
-
-
-def test_runs_without_a_demand_are_ignored():
-    whole = synthetic_demands(**SMALL)
-    lost = whole.index[[3, 40]]
-    crashed = whole.copy()
-    crashed.loc[lost, "status"] = "crash"
-    crashed.loc[lost, "column_drift_ratio"] = np.nan
+    lost = table.index[[3, 40]]
+    crashed = table.copy()
+    crashed.loc[lost, ["status", "column_drift_ratio"]] = ["crash", np.nan]
+    found, without = row_of(crashed), row_of(table.drop(lost))
     for name in ("theta", "beta", "n_right_censored", "n_runs"):
-        assert row_of(crashed)[name] == pytest.approx(row_of(whole.drop(lost))[name], rel=1e-9)
+        assert found[name] == pytest.approx(without[name], rel=1e-9)
 
 
 def test_models_are_per_bridge_and_abutment_with_the_axes_they_have():
@@ -217,47 +164,6 @@ def test_large_errors_of_left_out_variants_are_not_ok():
     assert row["loo_error"] == pytest.approx(1.0 / 3.0, abs=0.05)
 
 
-def test_points_outside_the_range_are_refused_by_name():
-    variants = pd.DataFrame({"skew_deg": [0, 60], "gap_mm": [51, 51]})
-    axes = AxisRange.of_variants(variants, ["skew_deg", "gap_mm"])
-    axes.check({"skew_deg": -60.0, "gap_mm": 51.0, "friction": 0.7})  # friction: not of this model
-    axes.check({"skew_deg": 30.0})
-    for values, words in (
-        ({"skew_deg": 61.0}, r"skew_deg must be within 0\.\.60"),
-        ({"skew_deg": 10.0, "gap_mm": 40.0}, r"gap_mm must be within 51\.\.51"),
-        ({"gap_mm": 51.0}, "skew_deg is missing"),
-        ({"skew_deg": 10.0, "soil": 1.0}, "soil is not an axis"),
-    ):
-        with pytest.raises(InputError, match=words):
-            axes.check(values)
-
-
-def test_prediction_has_both_probabilities_and_never_crosses(tmp_path):
-    table = synthetic_demands(**SMALL)
-    capacity = table["column_drift_ratio"] / 0.02
-    table = table.assign(drift_over_capacity=capacity)
-    two = pd.concat([table, table.assign(bridge="osb2", variant=table["variant"] + "x")])
-    states = with_column_failure(DRIFT, [*table.columns, "column_failure_ratio"])
-    joint(two, states).to_parquet(tmp_path / "joint.parquet")
-    point = {"skew_deg": 22.5, "friction": 0.25}
-    rows = {
-        (row["component"], row["state"]): row
-        for row in predict_states(tmp_path, point, bridge="osb1", at=0.5)
-    }
-    assert {("column_failure", "flexure"), ("column_failure", "any")} < set(rows)
-    slight, moderate = (rows["column_drift", name] for name in ("slight", "moderate"))
-    for row in (slight, moderate):
-        for p, beta in (("p", "beta_total"), ("p_records", "beta")):
-            expected = stats.norm.cdf(np.log(0.5 / row["theta"]) / row[beta])
-            assert row[p] == pytest.approx(expected)
-        assert row["ci_theta"][0] < row["theta"] < row["ci_theta"][1]
-    assert slight["p"] > moderate["p"]
-    with pytest.raises(InputError, match="bridge must be one of osb1, osb2; is missing"):
-        predict_states(tmp_path, point)
-    with pytest.raises(InputError, match="skew_deg must be within"):
-        predict_states(tmp_path, {"skew_deg": 70.0}, bridge="osb1")
-
-
 def test_inner_variants_are_inside_the_grid_and_not_among_its_variants():
     grid = {"skew_deg": [0, 30, 60], "gap_mm": [25, 51], "friction": [0.0, 0.5]}
     points = inner_variants(grid)
@@ -297,3 +203,196 @@ def test_prediction_inside_the_grid_agrees_with_analyses_under_the_same_motions(
             DRIFT,
             SETTINGS,
         )
+
+
+# --- statistics of any table, predictions and the table of a paper
+
+
+LIMIT_STATES = """\
+- component: column_drift
+  demand: column_drift_ratio
+  unit: percent
+  dispersion: 0.35
+  citation: a test
+  states: {slight: 1.0, moderate: 2.5}
+- component: shear_key
+  demand: shear_key_disp_m
+  unit: mm
+  dispersion: 0.0
+  citation: a test
+  states: {slight: 25.0}
+"""
+#: What a table of demands needs; everything else may lack.
+NEEDED = ["skew_deg", "gap_mm", "friction", "motion_id", "status", IM, "column_drift_ratio"]
+DEMANDS = synthetic_demands(motions=14, skews=(0, 30, 60), gaps=(0, 51))
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """A bare table of somebody else's runs, and what the command makes of it."""
+    folder = tmp_path_factory.mktemp("statistics")
+    (folder / "states.yaml").write_text(LIMIT_STATES)
+    code, report = statistics(DEMANDS[NEEDED], folder, folder)
+    assert code == 0, report
+    return folder, report
+
+
+def statistics(table, folder, of_states):
+    """Write a table and run the command on it; return exit code and answer."""
+    table.to_csv(folder / "runs.csv", index=False)
+    states = ("--limit-states", of_states / "states.yaml")
+    return run("statistics", folder / "runs.csv", "--out", folder / "out", *states)
+
+
+def predict(folder, *options):
+    return run("predict", "--study", folder, *options)
+
+
+PLACE = ("--skew-deg", "45", "--gap-mm", "40", "--friction", "0.3")
+
+
+def test_every_table_is_written_and_missing_demands_are_listed(written):
+    folder, report = written
+    names = {path.name for path in (folder / "out").iterdir()}
+    parquet = ("curves", "effects", "intensity_effects", "joint", "median_effects", "system")
+    assert {*(f"{name}.parquet" for name in parquet), "table.csv", "table.tex"} <= names
+    assert report["left_out"] == ["shear_key/slight (shear_key_disp_m)"]
+    curves = pd.read_parquet(folder / "out" / "curves.parquet")
+    assert report["status"] == curves["status"].value_counts().to_dict()
+    effects = pd.read_parquet(folder / "out" / "effects.parquet")
+    assert report["verdict"] == effects["verdict_family"].value_counts().to_dict()
+    assert (report["rejected_rows"], report["notes"]) == (0, [])
+    assert report["tables"]["curves"] == len(curves)
+    joint = pd.read_parquet(folder / "out" / "joint.parquet")
+    assert list(joint.columns) == list(JOINT_COLUMNS)
+
+
+def test_predictions_are_those_of_the_joint_model(written, tmp_path):
+    folder = written[0] / "out"
+    code, found = predict(folder, *PLACE, "--at", "0.6")
+    assert code == 0
+    assert [row["state"] for row in found["rows"]] == ["slight", "moderate"]
+    for row in found["rows"]:
+        assert row["ci_theta"][0] < row["theta"] < row["ci_theta"][1]
+        assert row["beta_total"] == pytest.approx(np.hypot(row["beta"], 0.35), rel=0.1)
+        for p, beta in (("p", "beta_total"), ("p_records", "beta")):
+            expected = stats.norm.cdf(np.log(0.6 / row["theta"]) / row[beta])
+            assert row[p] == pytest.approx(expected)
+        assert 0.0 <= row["loo_error"] < 0.05
+    # the generator: ln drift = ln 0.035 + ln im + 0.35 z, whatever the axes
+    assert found["rows"][0]["theta"] == pytest.approx(0.01 / 0.035, rel=0.3)
+    _, one = predict(folder, *PLACE, "--component", "column_drift", "--state", "slight")
+    assert [(row["state"], row["p"]) for row in one["rows"]] == [("slight", None)]
+    # the folder of a study serves as well
+    shutil.copytree(folder, tmp_path / "fragility")
+    assert predict(tmp_path, *PLACE) == predict(folder, *PLACE)
+
+
+def test_leave_one_out_error_is_not_an_error_message(written, tmp_path):
+    table = pd.read_parquet(written[0] / "out" / "joint.parquet")
+    table.assign(loo_error=np.nan).to_parquet(tmp_path / "joint.parquet")
+    found = CliRunner().invoke(build_app(), ["predict", "--study", str(tmp_path), *PLACE])
+    assert found.exit_code == 0
+    assert "nan" not in found.stdout
+    assert found.stderr.startswith("left out: error of theta")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--skew-deg", "61", *PLACE[2:]), "skew_deg must be within"),
+        ((*PLACE, "--gap-mm", "60"), "gap_mm must be within"),
+        (PLACE[:4], "friction is missing"),
+        ((*PLACE, "--bridge", "osb7"), "bridge must be one of"),
+        ((*PLACE, "--abutment", "roller"), "abutment must be one of"),
+        ((*PLACE, "--state", "total"), "limit_state must be one of"),
+        ((*PLACE, "--at", "0"), "at must be > 0"),
+        ((*PLACE, "--axis", "soil=1"), "soil is not an axis"),
+    ],
+)
+def test_values_outside_the_study_are_refused(written, options, words):
+    code, found = predict(written[0] / "out", *options)
+    assert code == 2
+    assert words in found["message"]
+
+
+def test_a_folder_without_models_is_named(tmp_path):
+    code, found = predict(tmp_path, *PLACE)
+    assert code == 2
+    assert "skewbridge statistics" in found["message"]
+    assert "--study" in found["message"]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda t: t.drop(columns="status"), "no column 'status'"),
+        (lambda t: t.assign(status="fine"), "status"),
+        (lambda t: t.drop(columns=["column_drift_ratio"]), "none of the demands"),
+        (lambda t: t.drop(columns=[IM]), "at least one im_ column"),
+        (lambda t: t.rename(columns={IM: "im_a_g"}).assign(im_b_g=1.0), "--im"),
+        (lambda t: pd.concat([t, t]), "repeats"),
+    ],
+)
+def test_a_table_that_cannot_be_used_is_refused(written, tmp_path, change, words):
+    code, found = statistics(change(DEMANDS[NEEDED]), tmp_path, written[0])
+    assert code == 2
+    assert words in found["message"]
+
+
+def test_rows_without_an_intensity_are_rejected_one_by_one(written, tmp_path):
+    table = DEMANDS[NEEDED].copy()
+    table.loc[5, IM] = np.nan
+    code, report = statistics(table, tmp_path, written[0])
+    assert (code, report["rejected_rows"]) == (0, 1)
+    assert "row 5" in report["notes"][0]
+    assert report["tables"]["curves"] == written[1]["tables"]["curves"]
+
+
+def test_the_table_of_a_paper_has_variants_and_joint_rows_with_ratios(written):
+    folder, _ = written
+    table = pd.read_csv(folder / "out" / "table.csv")
+    assert list(table.columns) == list(PAPER_COLUMNS)
+    slight = table[table["limit_state"] == "slight"]
+    assert len(slight) == 13  # 12 variants and the joint model
+    joint = slight[slight["row"] == "joint"].iloc[0]
+    for name in ("skew", "gap", "friction"):
+        low, middle, high = (joint[f"{name}_ratio{end}"] for end in ("_low", "", "_high"))
+        assert low < middle < high
+        assert low < 1.0 < high  # the generator: no axis acts on the drift
+    variants = slight[slight["row"] != "joint"]
+    # each axis: the smallest value has nothing to be compared with
+    assert variants["friction_ratio"].notna().sum() == 6
+    assert variants["skew_ratio"].notna().sum() == 8
+    tex = (folder / "out" / "table.tex").read_text(encoding="utf-8")
+    assert tex.count(r"\\") == len(table) + 1
+    assert "& skew 60 deg, gap 51 mm, friction 0.5 & column drift, slight &" in tex
+    assert r"\usepackage{booktabs,longtable}" in tex
+    assert variants.groupby(["skew_deg", "gap_mm", "friction"]).ngroups == len(variants)
+    assert joint[["skew_deg", "gap_mm", "friction"]].isna().all()
+
+
+def test_joint_rows_compare_the_ends_of_an_axis_at_the_middle_of_the_others(written, tmp_path):
+    """Friction 0 to 0.5 at skew 30 degrees, where it counts half as much as at 60 degrees."""
+    demands = DEMANDS[NEEDED].copy()
+    demands["column_drift_ratio"] *= np.exp(0.02 * demands["skew_deg"] * demands["friction"])
+    assert statistics(demands, tmp_path, written[0])[0] == 0
+    table = pd.read_csv(tmp_path / "out" / "table.csv")
+    row = table[(table["row"] == "joint") & (table["limit_state"] == "slight")].iloc[0]
+    middle = ("--skew-deg", "30", "--gap-mm", "25.5", "--state", "slight")
+    medians = [
+        predict(tmp_path / "out", *middle, "--friction", friction)[1]["rows"][0]["theta"]
+        for friction in ("0", "0.5")
+    ]
+    assert row["friction_ratio"] == pytest.approx(medians[1] / medians[0], rel=1e-5)
+    # the generator: demands grow by exp(0.02 x 30 x 0.5), medians fall as much
+    assert row["friction_ratio"] == pytest.approx(np.exp(-0.3), rel=0.1)
+
+
+def test_fit_prints_the_table_of_a_paper(written, tmp_path):
+    DEMANDS.to_parquet(tmp_path / "demands.parquet")
+    states = ("--limit-states", written[0] / "states.yaml")
+    code, found = run("fit", tmp_path / "demands.parquet", "--paper-table", *states)
+    assert code == 0, found
+    assert {row["row"] for row in found["rows"]} >= {"joint"}
+    assert set(found["rows"][0]) == set(PAPER_COLUMNS)

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from fragility_tables import synthetic_demands
 from motions_files import index_of, make_pairs
 from skewbridge.errors import InputError
 from skewbridge.fragility.limit_states import LimitState
@@ -84,32 +85,21 @@ def test_motions_keep_their_suite_and_number(tmp_path: Path) -> None:
 def demands(effects: dict[str, float], motions: int = 16) -> pd.DataFrame:
     """Demands without and with friction; drift changes by a factor of the suite, +- 3 %."""
     rng = np.random.default_rng(5)
-    rows = []
+    parts = []
     for suite, effect in effects.items():
-        levels = np.geomspace(0.1, 2.0, motions)
-        for number, level in enumerate(levels):
-            plain = 0.02 * level * np.exp(rng.normal(0.0, 0.3))
-            changed = plain * effect * np.exp(rng.normal(0.0, 0.03))
-            for friction, drift in ((0.0, plain), (0.5, changed)):
-                rows.append(
-                    {
-                        "variant": f"osb1_cf_skew30_gap025_mu{100 * friction:03.0f}",
-                        "bridge": "osb1",
-                        "abutment": "contact_friction",
-                        "skew_deg": 30.0,
-                        "gap_mm": 25.0,
-                        "friction": friction,
-                        "suite": suite,
-                        "motion_id": f"{suite}{number}",
-                        "scale": 1.0,
-                        "incidence_deg": 0.0,
-                        "im_saavg_rotd50_g": level,
-                        "column_drift_ratio": drift,
-                        "unseating_m": 2.0 * drift,
-                        "status": "ok",
-                    }
-                )
-    return pd.DataFrame(rows)
+        table = synthetic_demands(motions=motions, skews=(30,), gaps=(25,))
+        level_g = np.geomspace(0.1, 2.0, motions)
+        of_motion, of_run = rng.normal(size=(motions, 2)).T
+        plain = 0.02 * level_g * np.exp(0.3 * of_motion)
+        drift = np.append(plain, plain * effect * np.exp(0.03 * of_run))
+        table = table[KEYS].assign(suite=suite, motion_id=suite + table["motion_id"])
+        levels = {"im_saavg_rotd50_g": np.tile(level_g, 2)}
+        parts.append(table.assign(**levels, column_drift_ratio=drift, unseating_m=2.0 * drift))
+    return pd.concat(parts, ignore_index=True)
+
+
+KEYS = ["variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction", "motion_id", "scale",
+        "incidence_deg", "status"]  # fmt: skip
 
 
 STATES = [

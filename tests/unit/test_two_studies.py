@@ -1,19 +1,16 @@
 """Two studies compared run by run."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from typer.testing import CliRunner
 
+from cli_json import run
 from fragility_tables import IM, synthetic_demands
-from skewbridge.cli import build_app
 from skewbridge.files.tables import write_frame
 
 STATES = str(Path(__file__).parents[2] / "config" / "limit_states.yaml")
-RUNNER = CliRunner()
 
 
 def study(folder: Path, demands: pd.DataFrame, sha256: str = "a") -> str:
@@ -27,10 +24,9 @@ def study(folder: Path, demands: pd.DataFrame, sha256: str = "a") -> str:
 
 
 def compared(first: str, second: str, *options: str) -> dict:
-    arguments = ["compare", first, second, "--limit-states", STATES, *options, "--json"]
-    result = RUNNER.invoke(build_app(), arguments)
-    assert result.exit_code == 0, result.stderr
-    return json.loads(result.stdout)
+    code, found = run("compare", first, second, "--limit-states", STATES, *options)
+    assert code == 0, found
+    return found
 
 
 def pooled(found: dict, demand: str) -> dict:
@@ -67,24 +63,20 @@ def test_only_common_runs_are_paired_and_the_rest_is_counted(tmp_path: Path) -> 
     second = synthetic_demands(gaps=(51,), skews=(30, 45))
     second = second[second["motion_id"] < "m12"]
     found = compared(study(tmp_path / "a", first), study(tmp_path / "b", second))
-    assert found["counts"] == {
-        "pairs": 24,
-        "only_first": 64 - 24,
-        "only_second": 48 - 24,
-        "variants": 2,
-        "motions": 12,
-        "equal_pairs": 0,
-    }
+    apart = {"only_first": 64 - 24, "only_second": 48 - 24}
+    common = {"pairs": 24, "variants": 2, "motions": 12, "equal_pairs": 0}
+    assert found["counts"] == apart | common
     assert {row["skew_deg"] for row in found["demands"]} == {None, 30}
 
 
 def test_a_study_equals_itself_read_from_any_table(tmp_path: Path) -> None:
     table = synthetic_demands(gaps=(51,), skews=(0,))
-    path = tmp_path / "demands.csv"
+    path, out = tmp_path / "demands.csv", tmp_path / "rows.csv"
     table.drop(columns=["run_key"]).to_csv(path, index=False)
-    found = compared(study(tmp_path / "a", table), str(path))
+    found = compared(study(tmp_path / "a", table), str(path), "--out", str(out))
     assert found["counts"]["pairs"] == len(table)
     assert all(row["ratio"] == pytest.approx(1.0) for row in found["demands"])
+    assert len(pd.read_csv(out)) == len(found["demands"]) + len(found["medians"])
 
 
 def test_motions_of_one_name_but_other_files_are_left_out(tmp_path: Path) -> None:
@@ -96,41 +88,24 @@ def test_motions_of_one_name_but_other_files_are_left_out(tmp_path: Path) -> Non
     found = compared(first, second)
     assert found["other_motions"] == ["m03"]
     assert found["counts"]["motions"] == 15
-    result = RUNNER.invoke(build_app(), ["compare", first, second, "--limit-states", STATES])
-    assert "1 motions have the same name in both studies but different files" in result.stderr
-
-
-def test_studies_without_a_common_run_are_refused_with_the_reason(tmp_path: Path) -> None:
-    table = synthetic_demands(gaps=(51,), skews=(0,))
-    scaled = synthetic_demands(gaps=(51,), skews=(0,), scales=(2.0,))
-    arguments = [study(tmp_path / "a", table), study(tmp_path / "b", scaled)]
-    result = RUNNER.invoke(build_app(), ["compare", *arguments, "--limit-states", STATES])
-    assert result.exit_code == 2
-    message = result.stderr.replace("\n", " ")
-    assert "2 variants, 16 motions, 0 motions with the same scale" in message
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
+    ("other", "options", "message"),
     [
-        (["--margin", "2"], "margin must be within 0..1"),
-        (["--im", "im_none"], "no column 'im_none'"),
-        (["--out", "x.parquet"], "--out must end with .csv"),
-        (["--limit-states", "none.yaml"], "none.yaml"),
+        ("a", ["--margin", "2"], "margin must be within 0..1"),
+        ("a", ["--im", "im_none"], "no column 'im_none'"),
+        ("a", ["--out", "x.parquet"], "--out must end with .csv"),
+        ("a", ["--limit-states", "none.yaml"], "none.yaml"),
+        ("", ["--im", IM], "has no demands.parquet"),
+        ("scaled", [], "2 variants, 6 motions, 0 motions with the same scale"),
     ],
 )
-def test_bad_input_ends_with_2(tmp_path: Path, options: list[str], message: str) -> None:
-    folder = study(tmp_path / "a", synthetic_demands(gaps=(51,), skews=(0,), motions=6))
-    arguments = ["compare", folder, folder, "--limit-states", STATES, *options]
-    result = RUNNER.invoke(build_app(), arguments)
-    assert result.exit_code == 2
-    assert message in result.stderr.replace("\n", " ")
-    missing = RUNNER.invoke(build_app(), ["compare", folder, str(tmp_path), "--im", IM])
-    assert "has no demands.parquet" in missing.stderr.replace("\n", " ")
-
-
-def test_all_rows_go_to_a_csv_file(tmp_path: Path) -> None:
-    table = synthetic_demands(gaps=(51,), skews=(0,))
-    out = tmp_path / "rows.csv"
-    found = compared(study(tmp_path / "a", table), str(tmp_path / "a"), "--out", str(out))
-    assert len(pd.read_csv(out)) == len(found["demands"]) + len(found["medians"])
+def test_bad_input_and_studies_without_a_common_run_are_refused(tmp_path, other, options, message):
+    for name, scale in (("a", 1.0), ("scaled", 2.0)):
+        rows = synthetic_demands(gaps=(51,), skews=(0,), motions=6, scales=(scale,))
+        study(tmp_path / name, rows)
+    states = [] if "--limit-states" in options else ["--limit-states", STATES]
+    code, found = run("compare", tmp_path / "a", tmp_path / other, *states, *options)
+    assert code == 2
+    assert message in found["message"]
