@@ -53,21 +53,20 @@ def test_table_lists_the_values_without_long_lists():
     assert "spectrum" not in table
 
 
-def test_noise_of_zero_prints_as_zero_and_small_numbers_as_they_are():
+def test_a_table_prints_noise_as_zero_missing_values_with_their_reason_and_long_texts():
     rows = [{"mass_x": 0.7, "rate": 2e-9}, {"mass_x": 7e-32, "rate": 1e-9}]
     shown = run(lambda _: emit_table(rows)).stdout
     assert "e-32" not in shown
     assert "1e-09" in shown
     alone = run(lambda j: emit({"work_kj": 1e5, "residual": 3e-13}, as_json=j)).stdout
     assert "3e-13" in alone
-
-
-def test_a_missing_value_is_printed_with_its_reason():
     rows = [{"state": "slight", "theta": 0.5}, {"state": "complete", "theta": float("nan")}]
     shown = run(lambda j: emit({}, rows, as_json=j, missing="no run reached the state"))
     assert "nan" not in shown.stdout
     assert "-: no run reached the state" in shown.stderr
     assert not run(lambda j: emit({}, rows[:1], as_json=j, missing="why")).stderr
+    long = "column_residual_drift_ratio_of_a_long_name"
+    assert run(lambda _: emit_table([dict.fromkeys("abcdef", long)])).stdout.count(long) == 6
 
 
 def test_an_option_of_two_values_does_not_take_the_next_option():
@@ -85,12 +84,6 @@ def test_an_option_of_two_values_does_not_take_the_next_option():
     assert refused.exit_code == 2
     assert "--pair takes two values, got 1 before --out" in json.loads(refused.stdout)["message"]
     assert CliRunner().invoke(app, ["--pair", "a", "b", "--out", "c"]).exit_code == 0
-
-
-def test_table_in_a_pipe_is_complete():
-    long = "column_residual_drift_ratio_of_a_long_name"
-    rows = [dict.fromkeys("abcdef", long)]
-    assert run(lambda _: emit_table(rows)).stdout.count(long) == 6
 
 
 @pytest.mark.parametrize(
@@ -118,14 +111,11 @@ def test_a_table_in_us_units_has_their_names_and_numbers(row, expected):
     assert in_units([row], "si") == [row]
 
 
-def test_the_json_answer_stays_in_si():
+def test_the_json_answer_stays_in_si_and_ratios_of_checks_have_no_unit():
     payload = {"peak_kn": 100.0}
     said = run(lambda j: emit(payload, as_json=j, units="us"), "--json").stdout
     assert json.loads(said) == payload
     assert "peak_kip" in run(lambda j: emit(payload, as_json=j, units="us")).stdout
-
-
-def test_ratios_of_checks_have_no_unit():
     row = {"check": "left seat, SDC (m)", "demand": 0.254, "capacity": 0.508, "ratio": 0.5}
     (found,) = in_units([row], "us")
     assert found["check"] == "left seat, SDC (in)"

@@ -1,4 +1,4 @@
-"""The checks of a study's tables find what a sceptical reader would look for."""
+"""Checks of a study's tables find what a sceptical reader would look for; suspect rows."""
 
 import json
 from dataclasses import replace
@@ -8,12 +8,31 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from fragility_tables import paired_effects, states_of, synthetic_demands
+from skewbridge.analysis.recovery import rung_shares, steps_as_text, steps_from_text
+from skewbridge.demands.columns import COLUMNS
+from skewbridge.demands.suspect import LIMITS, SuspectLimits, count_reasons, reasons
+from skewbridge.demands.tables import write_variant
 from skewbridge.errors import SolutionError
-from skewbridge.report.checks import StudyTables, check_tables, require_passed, write_checks
+from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.demand_table import prepared
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.report.checks import (
+    StudyTables,
+    check_tables,
+    read_tables,
+    require_passed,
+    write_checks,
+)
+from skewbridge.study.config import parse_config
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.journal import open_journal, read_content
+from skewbridge.study.progress import study_state
 
+SLUG = "osb1_cf_skew00_gap025_mu000"
 CURVES = pd.DataFrame(
     {
-        "variant": "osb1_cf_skew00_gap025_mu000",
+        "variant": SLUG,
         "component": "column_drift",
         "demand": "column_drift_ratio",
         "limit_state": ["slight", "moderate"],
@@ -25,7 +44,7 @@ CURVES = pd.DataFrame(
 )
 EFFECTS = pd.DataFrame(
     {
-        "variant": "osb1_cf_skew00_gap025_mu000",
+        "variant": SLUG,
         "axis": "friction",
         "demand": "deck_disp_m",
         "ratio": [1.0, 1.1],
@@ -46,7 +65,7 @@ SUITE = pd.DataFrame(
 def demands(**changed):
     """Return two good runs; a changed column replaces the values of the first."""
     row = {
-        "variant": "osb1_cf_skew00_gap025_mu000",
+        "variant": SLUG,
         "bridge": "osb1",
         "abutment": "contact_friction",
         "skew_deg": 0,
@@ -101,35 +120,26 @@ def test_a_fault_of_the_demands_is_named_with_its_row(changed, name):
     assert "osb1_cf_skew00_gap025_mu000" in rows[0]
 
 
-def test_the_share_not_finished_is_held_against_the_limit_of_the_configuration():
+def test_limits_and_cohesion_of_the_configuration_count():
     half = demands(status="timeout")
     assert failed(half, max_unfinished_share=0.49)
     assert failed(half, max_unfinished_share=0.5) == {}
-
-
-def test_cohesion_may_do_work_without_friction():
+    # cohesion may do work without friction
     sliding = demands(slip_work_kj=1.0)
     assert failed(sliding, cohesion_n=1e5) == {}
     assert failed(sliding.assign(cohesion_n=1e5)) == {}
 
 
-def test_a_variant_with_an_analysis_too_few_is_found():
-    fewer = demands().head(1).assign(variant="osb1_cf_skew30_gap025_mu000", skew_deg=30)
-    found = failed(pd.concat([demands(), fewer]))
-    assert found == {
-        "rows of variants with fewer analyses than others": (
-            "osb1_cf_skew30_gap025_mu000, m00, 1, 0",
-        )
-    }
-
-
-def test_searches_of_a_capacity_take_as_many_analyses_as_they_need():
+def test_a_variant_with_an_analysis_too_few_is_found_but_searches_take_what_they_need():
+    name = "rows of variants with fewer analyses than others"
     other = demands().assign(variant="osb1_cf_skew30_gap025_mu000", skew_deg=30)
+    fewer = pd.concat([demands(), other.head(1)])
+    assert failed(fewer) == {name: ("osb1_cf_skew30_gap025_mu000, m00, 1, 0",)}
     further = demands().head(1).assign(scale=1.1)
     table = pd.concat([demands(), further, other])
     assert failed(table, searched=True) == {}
-    assert list(failed(table)) == ["rows of variants with fewer analyses than others"]
-    assert failed(pd.concat([demands(), further, other.head(1)]), searched=True)
+    assert list(failed(table)) == [name]
+    assert failed(pd.concat([further, fewer]), searched=True)
 
 
 def test_faults_of_fits_and_effects_are_named():
@@ -154,24 +164,16 @@ def test_a_median_below_that_of_a_smaller_capacity_is_found_whatever_the_order_o
     assert failed(demands(), fitted.assign(method=["cloud", "exceedance"])) == {}
 
 
-def contact_rows(**changed):
-    return demands(abutment="contact", variant="osb1_co_skew00_gap025_mu000", **changed).assign(
-        abutment="contact", variant="osb1_co_skew00_gap025_mu000"
-    )
-
-
-@pytest.mark.parametrize(("relative", "is_found"), [(1e-10, False), (1e-8, True)])
-def test_no_friction_is_held_against_contact_to_nine_digits(relative, is_found):
-    both = pd.concat([demands(unseating_m=0.1 * (1.0 + relative)), contact_rows()])
+@pytest.mark.parametrize(
+    ("friction", "relative", "is_found"),
+    [(0.0, 1e-10, False), (0.0, 1e-8, True), (0.5, 1.0, False)],
+)
+def test_no_friction_is_held_against_contact_to_nine_digits(friction, relative, is_found):
+    rows = demands(unseating_m=0.1 * (1.0 + relative)).assign(friction=friction)
+    contact = demands().assign(abutment="contact", variant="osb1_co_skew00_gap025_mu000")
     name = "rows without friction that differ from contact"
-    assert (name in failed(both)) is is_found
-    if is_found:
-        assert failed(both)[name] == ("osb1_cf_skew00_gap025_mu000, m00, 1, 0",)
-
-
-def test_a_row_with_friction_may_differ_from_contact():
-    rubbing = demands(unseating_m=0.2).assign(friction=0.5)
-    assert failed(pd.concat([rubbing, contact_rows()])) == {}
+    expected = {name: (f"{SLUG}, m00, 1, 0",)} if is_found else {}
+    assert failed(pd.concat([rows, contact])) == expected
 
 
 def skewed(skew_deg, motions, **changed):
@@ -192,9 +194,8 @@ def test_a_mirror_image_is_found_in_the_suite_and_compared():
 
 
 def test_a_failed_check_stops_the_study_only_when_asked(tmp_path: Path, caplog):
-    bad = tables(demands(unseating_m=float("nan")))
     output = tmp_path / "checks.json"
-    write_checks(bad, output)
+    write_checks(tables(demands(unseating_m=float("nan"))), output)
     assert not json.loads(output.read_text())["passed"]
     assert "osb1_cf_skew00_gap025_mu000, m00" in caplog.text
     with pytest.raises(SolutionError, match="not a number"):
@@ -202,3 +203,126 @@ def test_a_failed_check_stops_the_study_only_when_asked(tmp_path: Path, caplog):
     write_checks(tables(demands()), output)
     require_passed(output)
     assert json.loads(output.read_text())["passed"]
+
+
+# --- suspect rows: reasons, limits, counts
+
+
+HEALTHY = {
+    "loosened_ratio": 0.0,
+    "recovery_rung": 1,
+    "energy_residual_ratio": -0.004,
+    "contact_energy_ratio": 0.002,
+    "cone_excess_wall_ratio": 0.009,
+    "cone_excess_key_ratio": 0.002,
+    "contact_force_ratio": 0.1,
+    "houbolt_failures": 0,
+}
+NAN = float("nan")
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({}, ""),
+        ({"loosened_ratio": 0.042}, "loosened test, share of the steps 4.20%"),
+        ({"recovery_rung": 6}, "recovery rung 6"),
+        ({"energy_residual_ratio": -0.084}, "energy residual 8.4%"),
+        ({"energy_residual_ratio": 0.084}, "energy residual 8.4%"),
+        ({"contact_energy_ratio": -0.03}, "energy made at contacts 3.0%"),
+        ({"contact_energy_ratio": 0.2}, ""),  # contacts may take energy
+        ({"cone_excess_wall_ratio": 0.06}, "excess over the cone on backwalls 6.0%"),
+        ({"cone_excess_key_ratio": 0.06}, "excess over the cone on keys 6.0%"),
+        ({"contact_force_ratio": 1.25}, "contact force over weight 1.25"),
+        ({"houbolt_failures": 3}, "failed attempts under Houbolt 3"),
+        (
+            {"recovery_rung": 5, "energy_residual_ratio": NAN, "contact_force_ratio": 0.7},
+            "recovery rung 5; contact force over weight 0.70",
+        ),
+    ],
+)
+def test_each_reason_is_named_with_its_number_and_unknown_values_give_none(change, text) -> None:
+    assert reasons(HEALTHY | change, LIMITS) == text
+    assert reasons({"status": "crash"}, LIMITS) == ""
+
+
+def test_reasons_and_rungs_are_counted_with_their_worst_row() -> None:
+    changes = [
+        {},
+        {"recovery_rung": 5, "energy_residual_ratio": NAN},
+        {"recovery_rung": 6, "energy_residual_ratio": -0.09},
+        {"energy_residual_ratio": 0.12},
+    ]
+    table = pd.DataFrame([HEALTHY | change for change in changes])
+    assert count_reasons(table, LIMITS) == [
+        {"reason": "recovery rung", "rows": 2, "worst": "6", "at": 2},
+        {"reason": "energy residual", "rows": 2, "worst": "12.0%", "at": 3},
+    ]
+    assert count_reasons(table.drop(columns=["energy_residual_ratio"]), LIMITS)[1:] == []
+    shares = pd.DataFrame(rung_shares([[90, 0, 5], [100, 0, 0], [5], []])).set_index("rung")
+    assert shares["steps"].tolist()[:3] == [195, 0, 5]
+    assert shares["steps_share"][2] == pytest.approx(0.025)
+    assert shares["analyses"].tolist()[:3] == [3, 0, 1]
+    assert shares["analyses_share"].sum() == pytest.approx(1.0)
+    assert shares["attempt"].is_unique
+    assert steps_from_text(steps_as_text([90, 0, 5])) == [90, 0, 5]
+    assert steps_from_text("") == []
+
+
+def row(**changed: object) -> dict[str, object]:
+    """Return a row of an analysis: every column but the one that is decided later."""
+    empty = {"text": "x", "integer": 0, "number": 0.0, "boolean": True}
+    plain = {column.name: empty[column.kind] for column in COLUMNS}
+    del plain["suspect"]
+    return plain | {"status": "ok", "steps_by_rung": "10 0 1"} | changed
+
+
+def test_the_checks_list_the_suspect_rows_and_the_rungs(tmp_path: Path) -> None:
+    rows = [row(motion_id="a"), row(motion_id="b", recovery_rung=2)]
+    limits = SuspectLimits(max_rung=1)
+    write_variant(rows, tmp_path / "demands.parquet", limits)
+    named = {key: ["x"] for key in ("variant", "component", "method", "demand", "limit_state")}
+    content = {
+        "curves": named | {"status": ["ok"], "theta": [0.5], "threshold": [1.0]},
+        "effects": {"ratio": [1.0], "ci_low": [0.9], "ci_high": [1.1]},
+        "suite": {"motion_id": ["a", "b"]},
+    }
+    for name, columns in content.items():
+        pd.DataFrame(columns).to_parquet(tmp_path / f"{name}.parquet")
+    paths = {name: tmp_path / f"{name}.parquet" for name in ("demands", *content)}
+    tables = read_tables(**paths, max_unfinished_share=0.01)
+    write_checks(tables, tmp_path / "checks.json", suspect=limits)
+    checks = json.loads((tmp_path / "checks.json").read_text())
+    assert checks["suspect_rows"] == 1
+    (worst,) = checks["suspect"]
+    found = [worst[name] for name in ("reason", "rows", "worst", "motion_id")]
+    assert found == ["recovery rung", 1, "2", "b"]
+    assert [rung["steps"] for rung in checks["rungs"][:3]] == [20, 0, 2]
+
+
+def test_the_state_of_a_study_counts_them_by_the_limits_of_its_configuration(tmp_path) -> None:
+    folder = StudyFolder(tmp_path)
+    with open_journal(folder.journal("v")) as journal:
+        for number in range(3):
+            journal.append(row(run_key=str(number), recovery_rung=number))
+    keys, content = {"v": ["0", "1", "2"]}, read_content(folder.journals)
+    assert study_state(keys, content).suspect == 0
+    limits = parse_config({"suspect": {"max_rung": 0}}).suspect
+    assert study_state(keys, content, limits).suspect == 2
+
+
+def test_excluded_rows_are_unknown_in_the_fits_and_have_no_ratio() -> None:
+    demands = synthetic_demands().assign(suspect="", beyond_model="")
+    strong = demands["motion_id"] == "m15"
+    demands.loc[strong, "suspect"] = "recovery rung 6"
+    states = states_of("unseating")
+    columns = [*{state.demand for state in states}, "deck_disp_m"]
+    kept, left = (
+        prepared(demands, columns, FitSettings(exclude_suspect=exclude)).table
+        for exclude in (False, True)
+    )
+    assert fit_study(kept, states)["n_unknown"].max() == 0
+    assert fit_study(left, states)["n_unknown"].max() == 1
+    effects = [paired_effects(table, ["deck_disp_m"]) for table in (kept, left)]
+    most = [table["n_motions"].max() for table in effects]
+    assert most[1] < most[0]

@@ -1,11 +1,13 @@
-"""The page says of a study what its tables say: several studies, each with its own sentences."""
+"""The page and the headline of the README state what the tables of a study contain."""
 
 import base64
 import gzip
 import json
 import re
 from importlib.resources import files
+from pathlib import Path
 
+import headline
 import numpy as np
 import pandas as pd
 import pytest
@@ -14,8 +16,12 @@ import yaml
 from fragility_tables import IM, synthetic_demands
 from report_pages import STATES, write_page
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.report.answer import ANSWER_COLUMNS, title_of
-from skewbridge.report.html.sketch import bridge_words, sketch
+from skewbridge.errors import InputError
+from skewbridge.fragility.limit_states import load_limit_states
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.study_tables import fragility_tables
+from skewbridge.report.answer import ANSWER_COLUMNS, change_name, title_of
+from skewbridge.report.html.sketch import sketch
 from skewbridge.report.methods import methods_of
 from skewbridge.report.study_figures import CURVES
 from skewbridge.study.config import parse_config
@@ -39,7 +45,11 @@ def plain(page):
     return re.sub(r"\s+", " ", page)
 
 
-def test_bases_axes_and_counts_are_those_of_the_study(render):
+def answer_of(page):
+    return page[page.index('<section id="answer">') : page.index('<section id="effects">')]
+
+
+def test_bases_axes_counts_and_answers_are_those_of_the_study(render):
     demands = synthetic_demands(skews=(0, 60), gaps=(25,))
     page, frames = render(demands)
     assert "pinned column bases" in page
@@ -48,44 +58,53 @@ def test_bases_axes_and_counts_are_those_of_the_study(render):
     assert f"Columns failed in 0 of {len(demands)} runs" in page
     assert "a median of 3 %" in page  # friction above its limit, of the analyses that rub
     medians = frames["medians"]
-    rows = medians[(medians["scope"] == "pooled") & (medians["status"] == "ok")]
-    assert len(rows)
-    for row in rows.to_dict("records"):
+    pooled = medians[(medians["scope"] == "pooled") & (medians["status"] == "ok")]
+    assert len(pooled)
+    for row in pooled.to_dict("records"):
         low, high = (100.0 * (row[name] - 1.0) for name in ("ci_low", "ci_high"))
         assert f"{low:+.1f} to {high:+.1f} %" in page or f"{low:+.0f} to {high:+.0f} %" in page
+    head = answer_of(page)
+    bearing = pooled[pooled["demand"] == "bearing/slight"]
+    assert len(bearing) == 2
+    for before, ratio in bearing[["from_mean", "ratio"]].to_numpy():
+        assert f"{before:.2f} → {before * ratio:.2f}" in head
+    assert "<b>certain" in head or "certain</b>" in head
 
 
-def test_page_states_that_motions_are_scaled(render):
-    demands = synthetic_demands(skews=(0,), gaps=(25,))
+def test_tables_intensities_and_links_are_those_of_the_fits(render):
+    demands = synthetic_demands(skews=(0, 30), gaps=(25,))
     demands["scale"] = 1.5
     demands.loc[demands.index[0], "scale"] = 0.25
-    page, _ = render(demands)
+    page, frames = render(demands)
     assert "motions scaled by 0.25 to 1.5," in page
+    assert set(frames["curves"]["im"]) == {IM}
+    assert "Median θ of Sa,avg RotD50 (g)" in page
+    system = frames["system"][frames["system"]["status"] == "ok"]
+    assert len(system)
+    for row in system.to_dict("records"):
+        assert f"{row['theta']:.3g} [{row['theta_low']:.3g}, {row['theta_high']:.3g}]" in page
+    assert "weakest component" in page
+    assert "components independent" in page
+    assert "theta correlated" not in page
+    wanted = set(re.findall(r'href="#([^"]+)"', page))
+    assert wanted <= set(re.findall(r'id="([^"]+)"', page))
+    # addresses inside the vendored library are texts of its messages
+    own = re.sub(r"<script.*?</script>", "", re.sub(r"data:image[^\"]+", "", page), flags=re.DOTALL)
+    assert "http" not in own
 
 
-def test_both_bases_are_named_with_their_bridges(render):
-    demands = pd.concat(
-        [
-            synthetic_demands(bridge=name, skews=(0, 30), gaps=(25,), seed=seed)
-            for seed, name in enumerate(("osb1", "osb1_fixed"))
-        ],
-        ignore_index=True,
-    )
-    page, _ = render(demands, bridges=("osb1", "osb1_fixed"))
+def test_bridges_and_abutments_of_a_mixed_study_are_named(render):
+    both = [
+        synthetic_demands(bridge=name, skews=(0, 30), gaps=(25,), seed=seed)
+        for seed, name in enumerate(("osb1", "osb1_fixed"))
+    ]
+    page, _ = render(pd.concat(both, ignore_index=True), bridges=("osb1", "osb1_fixed"))
     assert "<strong>osb1</strong>: two spans, 91.4 m long, pinned two-column bent" in page
     assert "<strong>osb1_fixed</strong>: two spans, 91.4 m long, fixed two-column bent" in page
     assert "<small>osb1_fixed</small>" in page
-
-
-def test_mixed_abutments_have_columns_of_their_own(render):
-    demands = pd.concat(
-        [
-            synthetic_demands(abutment="roller", gaps=(0,), frictions=(0,), skews=(0, 30)),
-            synthetic_demands(gaps=(25,), skews=(0, 30)),
-        ],
-        ignore_index=True,
-    )
-    page, _ = render(demands, bridges=("osb1_fixed",))
+    roller = synthetic_demands(abutment="roller", gaps=(0,), frictions=(0,), skews=(0, 30))
+    mixed = pd.concat([roller, both[0]], ignore_index=True)
+    page, _ = render(mixed, bridges=("osb1_fixed",))
     assert '<th scope="colgroup" colspan="1">osb1, roller</th>' in page
     assert '<th scope="colgroup" colspan="2">osb1, contact-friction</th>' in page
     assert "Each pair of variants: Skew, osb1, contact-friction" in page
@@ -106,34 +125,16 @@ def test_a_single_variant_and_motion_compare_nothing(render):
     assert "No two variants of this study can be compared." in page
 
 
-def test_one_motion_gives_no_estimate_and_the_page_says_so(render):
-    page, _ = render(synthetic_demands(motions=1, skews=(30,), gaps=(25,)))
-    assert "no median capacity to compare" in page
-    assert "not estimable" in page
-
-
 def test_failures_and_lower_bounds_are_on_the_first_screen(render):
     demands = synthetic_demands(skews=(0, 60), gaps=(25,))
     demands["beyond_model"] = ""
     demands.loc[demands.index[:5], "beyond_model"] = "shear"
     demands.loc[demands.index[5:7], "beyond_model"] = "flexure"
     page, _ = render(demands)
-    head = page[page.index('<section id="answer">') : page.index('<section id="effects">')]
+    head = answer_of(page)
     assert f"Columns failed in 7 of {len(demands)} runs: 5 in shear, 2 in flexure" in head
     assert "0 runs collapsed; in 7 runs the demands are peaks up to a failure" in head
     assert ">4 to 3 of 32</td>" in head or ">7 to 0 of 32</td>" in head
-
-
-def test_the_answer_has_sizes_intervals_and_certainty(render):
-    page, frames = render(synthetic_demands(skews=(0, 60), gaps=(25,)))
-    medians = frames["medians"]
-    rows = medians[(medians["scope"] == "pooled") & (medians["demand"] == "bearing/slight")]
-    assert len(rows) == 2
-    head = page[page.index('<section id="answer">') : page.index('<section id="effects">')]
-    for row in rows.to_dict("records"):
-        ends = row["from_mean"], row["from_mean"] * row["ratio"]
-        assert f"{ends[0]:.2f} → {ends[1]:.2f}" in head
-    assert "<b>certain" in head or "certain</b>" in head
 
 
 def test_the_sketch_has_the_geometry_of_the_study():
@@ -152,17 +153,6 @@ def test_the_sketch_has_the_geometry_of_the_study():
     assert gap_m == pytest.approx(drawn["factor"] * 0.051, rel=0.05)
 
 
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [
-        ("osb1", "two spans, 91.4 m long, pinned two-column bent"),
-        ("bridge_a", "single-column bent"),
-    ],
-)
-def test_bridges_are_described_in_words_from_their_data(name, words):
-    assert words in bridge_words(load_bridge(name))
-
-
 def test_units_of_the_page_are_those_of_the_study(render):
     page, _ = render(synthetic_demands(skews=(0, 30)), config={"figures": {"units": "us"}})
     assert "gap 0.984 in, 2.01 in" in page
@@ -170,45 +160,25 @@ def test_units_of_the_page_are_those_of_the_study(render):
     assert " mm" not in re.sub(r"<details><summary>(Methods|Provenance).*?</details>", "", page)
 
 
-def test_tables_behind_the_main_one_have_words_and_their_medians(render):
-    page, frames = render(synthetic_demands(skews=(0, 30), gaps=(25,)))
-    system = frames["system"][frames["system"]["status"] == "ok"]
-    assert len(system)
-    for row in system.to_dict("records"):
-        assert f"{row['theta']:.3g} [{row['theta_low']:.3g}, {row['theta_high']:.3g}]" in page
-    for head in ("weakest component", "components independent"):
-        assert head in page
-    assert "theta correlated" not in page
-
-
 def paragraph(page, name):
     return re.search(rf"<p><strong>{name}\.</strong> (.*?)</p>", page)[1]
 
 
-def test_methods_of_the_page_are_those_of_the_study_and_its_motions(render):
-    demands = synthetic_demands(skews=(0, 60), gaps=(25,))
-    source = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
-    grid = {"skew_deg": [0, 60], "gap_mm": [25], "friction": [0.0, 0.5]}
-    page, _ = render(demands, source=source, config={"grid": grid})
-    assert "pinned column bases" in paragraph(page, "Bridges")
-    assert "skew 0°, 60°; the joint gap 25 mm; friction 0, 0.5: four variants" in paragraph(
-        page, "Abutments"
-    )
-    assert "simulated, Dabaghi and Der Kiureghian 2018" in paragraph(page, "Ground motions")
-    assert "Dabaghi, M., Der Kiureghian, A. (2018)" in page
-    assert "Houbolt" not in page
-    assert "<code>column_drift_ratio</code>" in page
-    assert "slight 1 %, moderate 2.5 %" in page
-
-
-def test_methods_name_every_setting_that_is_not_the_default(render):
-    demands = synthetic_demands(motions=3, skews=(30,), gaps=(25,), frictions=(50,))
+def test_methods_of_the_page_are_those_of_the_study_and_its_settings(render):
+    demands = synthetic_demands(motions=3, skews=(0, 60), gaps=(25,))
     config = {
+        "grid": {"skew_deg": [0, 60], "gap_mm": [25], "friction": [0.0, 0.5]},
         "analysis": {"duration_s": 10.0},
         "motions": {"count": 3, "level_range_g": [0.1, 1.0]},
         "sensitivity": {"rows": 0},
     }
-    page, _ = render(demands, config=config)
+    source = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
+    page, _ = render(demands, source=source, config=config)
+    abutments = "skew 0°, 60°; the joint gap 25 mm; friction 0, 0.5: four variants"
+    assert abutments in paragraph(page, "Abutments")
+    assert "simulated, Dabaghi and Der Kiureghian 2018" in paragraph(page, "Ground motions")
+    assert "<code>column_drift_ratio</code>" in page
+    assert "slight 1 %, moderate 2.5 %" in page
     settings = paragraph(page, "Settings")
     assert "<code>analysis.duration_s</code> 10 (default none)" in settings
     for key in ("motions.count", "motions.level_range_g", "sensitivity.rows"):
@@ -223,31 +193,6 @@ def test_methods_take_the_range_of_intensities_from_the_motions():
     text = methods_of(parse_config({"motions": {"count": 2}}), suite).parts["Ground motions"]
     assert "2 two-component ground motions" in text
     assert "spans 0.11 to 0.8 g" in text
-
-
-def test_methods_name_all_bridges_abutments_and_choices(render):
-    demands = synthetic_demands(motions=3, skews=(30,), gaps=(25,), frictions=(50,))
-    config = {
-        "grid": {"abutment": ["roller", "contact_friction"]},
-        "analysis": {"scheme": "paper"},
-        "motions": {"design": "ida"},
-    }
-    page, _ = render(demands, bridges=("osb1", "osb1_fixed"), config=config)
-    assert "Two bridges were modelled" in paragraph(page, "Bridges")
-    assert "fixed column bases" in paragraph(page, "Bridges")
-    assert "modelled on rollers; as elastomeric pads" in paragraph(page, "Abutments")
-    assert "Houbolt 1950" in paragraph(page, "Analyses")
-    assert "jackknife over motions" in paragraph(page, "Statistics")
-    assert "Houbolt, J. C." in page
-
-
-def test_every_link_inside_the_page_leads_somewhere(render):
-    page, _ = render(synthetic_demands(skews=(0, 30), gaps=(25,)))
-    wanted = set(re.findall(r'href="#([^"]+)"', page))
-    assert wanted <= set(re.findall(r'id="([^"]+)"', page))
-    # addresses inside the vendored library are texts of its messages
-    own = re.sub(r"<script.*?</script>", "", re.sub(r"data:image[^\"]+", "", page), flags=re.DOTALL)
-    assert "http" not in own
 
 
 def answer_row(axis, demand, ratio, claim, verdict=None):
@@ -272,13 +217,6 @@ def test_title_gives_the_most_severe_median_capacity_with_a_clear_direction():
         "and for unseating (slight) by 20 % (-24 to -16 %); friction changes no median capacity "
         "with certainty; the joint gap changes no median capacity by more than 5 %"
     )
-
-
-def test_intensities_of_the_page_are_those_of_the_fits(render):
-    demands = synthetic_demands(skews=(0, 30), gaps=(25,))
-    page, frames = render(demands)
-    assert set(frames["curves"]["im"]) == {IM}
-    assert "Median θ of Sa,avg RotD50 (g)" in page
 
 
 def test_texts_of_a_user_are_shown_and_never_run(render, tmp_path, monkeypatch):
@@ -319,3 +257,108 @@ def test_the_page_compares_the_medians_of_shear_failure_under_three_capacity_mod
     assert re.search(r"<td[^>]*>0 of \d+ runs fail", table)
     own, _ = render(demands)
     assert "three capacity models" not in own
+
+
+# --- headline of the README
+
+
+ROOT = Path(__file__).parents[2]
+QUICK = FitSettings(bootstrap=99)
+# numbers in names of states, bridges and texts, and the level of the intervals
+WORDS = r"DCR [\d.]+|osb\d\w*|p = "
+
+
+def printed_numbers(text):
+    """Return the numbers of a text without those in names."""
+    text = re.sub(WORDS, "", text).replace("\u00a0", " ")
+    return {abs(float(number)) for number in re.findall(r"[-+]?\d+(?:\.\d+)?(?:e-\d+)?", text)}
+
+
+def table_numbers(table, runs, motions):
+    """Return every number of the tables as it may be printed: digits, per cent and mm."""
+    values = [
+        frame.select_dtypes("number").to_numpy(dtype=float).ravel()
+        for frame in (table, runs, motions)
+    ]
+    values.append(runs.loc[runs["axis"] == ""].sum(numeric_only=True).to_numpy(dtype=float))
+    raw = np.concatenate(values)
+    raw = raw[np.isfinite(raw)]
+    ratios = table[[c for c in table if c.endswith("ratio") or c.startswith("ci_")]]
+    changes = 100.0 * (ratios.to_numpy(dtype=float).ravel() - 1.0)
+    forms = set()
+    for value in (*raw, *(100.0 * raw), *(1000.0 * raw), *changes[np.isfinite(changes)]):
+        size = abs(float(value))
+        texts = (f"{size:.0f}", f"{size:.1f}", f"{size:.2f}", f"{size:.2g}", f"{size:.3g}")
+        forms |= {float(text) for text in texts}
+    return forms | {float(len(motions))}
+
+
+@pytest.fixture(scope="module")
+def repository(tmp_path_factory):
+    """Return the folder of a repository with the headline of a small study, and its tables."""
+    root = tmp_path_factory.mktemp("repository")
+    demands = synthetic_demands(skews=(0, 30), gaps=(51,), motions=12)
+    demands["cpu_s"] = 3.0
+    demands["beyond_model"] = np.where(demands["column_shear_dcr"] >= 0.6, "shear", "")
+    states = load_limit_states(ROOT / "config" / "limit_states.yaml")
+    wanted = ("column_curvature", "unseating", "bearing")
+    states = [state for state in states if state.component in wanted]
+    tables = fragility_tables(demands, states, QUICK)
+    folder = root / "results" / "fragility"
+    folder.mkdir(parents=True)
+    for name in ("median_effects", "effects", "intensity_effects", "curves", "joint"):
+        tables[name].to_parquet(folder / f"{name}.parquet")
+    demands.to_parquet(root / "results" / "demands.parquet")
+    motions = pd.DataFrame({"motion_id": sorted(demands["motion_id"].unique())})
+    motions = motions.assign(source="synthetic: a test", magnitude=6.5, distance_km=8.0)
+    (root / "results" / "motions").mkdir()
+    motions.to_parquet(root / "results" / "motions" / "suite.parquet")
+    (root / "docs" / "images").mkdir(parents=True)
+    text = f"before\n{headline.BEGIN}\nprevious text\n{headline.END}\nafter\n"
+    (root / "README.md").write_text(text, encoding="utf-8")
+    headline.write_headline(root / "results", root)
+    return root, tables
+
+
+def test_readme_is_what_its_stored_tables_give():
+    """If not: `make headline` on a finished study writes both."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    stored = headline.stored_tables(ROOT)
+    text = headline.headline_text(*stored)
+    assert headline.with_headline(readme, text) == readme
+    assert printed_numbers(text) <= table_numbers(*stored)
+    with pytest.raises(InputError, match="markers"):
+        headline.with_headline("nothing", "text")
+
+
+def test_headline_of_a_study_prints_numbers_of_its_tables(repository):
+    root, tables = repository
+    stored = headline.stored_tables(root)
+    text = headline.headline_text(*stored)
+    assert printed_numbers(text) <= table_numbers(*stored)
+    medians = tables["median_effects"]
+    medians = medians[(medians["scope"] == "pooled") & (medians["demand"] == "unseating/slight")]
+    for row in medians.to_dict("records"):
+        assert f"{100.0 * (row['ratio'] - 1.0):+.1f}"[1:4] in text
+        assert change_name(row["axis"], row["from_value"], row["to_value"]) in text
+    readme = (root / "README.md").read_text(encoding="utf-8")
+    assert readme.startswith("before\n")
+    assert readme.endswith("\nafter\n")
+    assert "previous text" not in readme
+    assert "of one scenario, magnitude 6.5 at 8 km" in readme
+    assert (root / headline.PICTURE).stat().st_size > 10_000
+
+
+def test_verdict_of_a_headline_demand_is_constant_in_its_intensity_range(repository):
+    root, tables = repository
+    stored = headline.stored_tables(root)[0]
+    demands = stored[(stored["quantity"] == "demand") & stored["im"].notna()]
+    assert len(demands)
+    lines = tables["intensity_effects"]
+    names = ["bridge", "abutment", "demand", "axis", "from_value", "to_value"]
+    for row in demands.to_dict("records"):
+        same = (lines[names] == pd.Series({name: row[name] for name in names})).all(axis=1)
+        inside = lines[same & lines["im"].between(0.999 * row["im_low"], 1.001 * row["im_high"])]
+        assert len(inside)
+        if row["claim"] in ("lower", "higher", "negligible"):
+            assert set(inside["verdict"]) == {row["claim"]}
