@@ -97,7 +97,7 @@ test-cluster: setup
 # pelicun, OpenQuake and the RO-Crate validator go into .exports; what cannot be installed is skipped.
 test-exports: setup
 	bash tests/exports/setup.sh "$$(command -v uv || echo .uv/bin/uv)" $(abspath $(BIN))/python .exports
-	$(BIN)/pytest -rs -m exports tests/exports tests/unit/test_publish.py
+	$(BIN)/pytest -rs -m exports tests/exports tests/unit/test_cli_study.py
 
 verify: setup
 	$(BIN)/skewbridge verify

@@ -1,15 +1,17 @@
-"""Demands of hand-made histories agree with the data dictionary."""
+"""Demands of hand-made histories agree with the data dictionary; records of OpenSees to the bit."""
 
+import errno
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import openseespy.opensees as ops
 import pytest
 
 from hand_made_column import SECTION
 from skewbridge.analysis import peaks, transient
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.trace import Layout, ResponseTrace
+from skewbridge.analysis.trace import Layout, Recorder, ResponseTrace
 from skewbridge.analysis.transient import Watch
 from skewbridge.bridge.handles import (
     AbutmentHandle,
@@ -19,8 +21,10 @@ from skewbridge.bridge.handles import (
     Point,
     SpringHandle,
 )
+from skewbridge.bridge.model import domain
 from skewbridge.bridge.shear_capacity import sdc_shear_strength
 from skewbridge.errors import InputError
+from skewbridge.study import task
 
 CENTRE, TOP, BASE, CORNER_1, CORNER_2, WALL = 1, 2, 3, 4, 5, 6
 COLUMN = 10
@@ -98,15 +102,16 @@ def abutment(**changes):
     return replace(handle, **changes)
 
 
-def test_displacements_count_from_the_state_under_gravity(layout, rows, trace):
+def test_displacements_count_from_gravity_and_drift_is_the_resultant_over_the_clear_height(
+    layout, rows, trace, column
+):
     rows[:, layout.node(CENTRE)] = [0.01, 0.03, -0.04, 0.01]
     np.testing.assert_allclose(trace.disp(CENTRE)[:, 0], [0.0, 0.02, -0.05, 0.0])
     assert not trace.disp(BASE).any(), "a node that is not read is fixed"
-
-
-def test_drift_is_the_resultant_over_the_clear_height(layout, rows, trace, column):
     rows[1, layout.node(TOP) : layout.node(TOP) + 2] = 0.3, 0.4
     assert peaks.column_drift(column, trace).tolist() == pytest.approx([0.0, 0.1, 0.0, 0.0])
+    rows[2, layout.section(COLUMN, 6) + 1 : layout.section(COLUMN, 6) + 3] = 0.003, -0.004
+    assert peaks.curvature_ductility(column, trace).max() == pytest.approx(0.005 / 0.0034)
 
 
 def test_the_axial_force_adds_to_the_shear_of_a_leaning_column(layout, rows, trace, column):
@@ -160,27 +165,17 @@ def test_the_first_column_failure_ends_the_validity_of_the_model(
         assert peaks_so_far["column_residual_drift_ratio"] == pytest.approx(drift[row])
 
 
-def test_curvature_ductility_is_the_resultant_over_yield(layout, rows, trace, column):
-    start = layout.section(COLUMN, 6)
-    rows[2, start + 1 : start + 3] = 0.003, -0.004
-    ductility = peaks.curvature_ductility(column, trace)
-    assert ductility.max() == pytest.approx(0.005 / 0.0034)
-
-
-def test_unseating_is_positive_away_from_the_backwall(layout, rows, trace):
+def test_unseating_is_positive_away_from_the_backwall_and_normal_to_the_seat(layout, rows, trace):
     rows[1, layout.node(CORNER_1)] = -0.2
     rows[2, layout.node(CORNER_2)] = -0.3
     rows[3, layout.node(CORNER_1)] = 0.4  # towards the backwall: nobody falls
     assert peaks.unseating_m(abutment(), trace).tolist() == pytest.approx([0.0, 0.2, 0.3, 0.0])
     acute = peaks.unseating_m(abutment(), trace, "acute").tolist()
     assert acute == pytest.approx([0.0, 0.2, 0.0, -0.4])
-
-
-def test_unseating_is_normal_to_a_skewed_seat(layout, rows, trace):
-    normal = (np.cos(0.5), -np.sin(0.5))
-    rows[1, layout.node(CORNER_1) : layout.node(CORNER_1) + 2] = -0.2, 0.1
-    move = peaks.unseating_m(abutment(normal=normal), trace)
-    assert move.max() == pytest.approx(0.2 * np.cos(0.5) + 0.1 * np.sin(0.5))
+    rows[1, layout.node(CORNER_1) + 1] = 0.1
+    skewed = abutment(normal=(np.cos(0.5), -np.sin(0.5)))
+    moved_m = peaks.unseating_m(skewed, trace, "acute")[1]
+    assert moved_m == pytest.approx(0.2 * np.cos(0.5) + 0.1 * np.sin(0.5))
 
 
 def movements(trace, handle):
@@ -197,12 +192,9 @@ def test_passive_is_into_the_fill_and_active_is_out_of_it(layout, rows, trace):
         found = movements(trace, handle)
         assert found["abutment_passive_m"] == pytest.approx(passive_m)
         assert found["abutment_active_m"] == pytest.approx(0.05 - passive_m)
-
-
-def test_without_wall_nodes_the_fill_is_pushed_beyond_the_gap_and_never_pulled(layout, rows, trace):
-    handle = abutment(wall_units=(), wall_nodes=(), wall_springs=(WALL_SPRING,))
+    # without wall nodes the fill is pushed beyond the gap and never pulled
     rows[:, layout.node(CENTRE)] = [0.0, 0.04, 0.08, -0.3]
-    found = movements(trace, handle)
+    found = movements(trace, abutment(wall_units=(), wall_nodes=(), wall_springs=(WALL_SPRING,)))
     assert found["abutment_passive_m"] == pytest.approx(0.03)
     assert found["abutment_active_m"] == 0.0
 
@@ -216,62 +208,55 @@ def test_friction_of_a_wall_is_the_resultant_of_its_points(layout, rows, trace):
     assert found["friction_force_kn"] == pytest.approx(800.0)
 
 
-def test_the_force_on_a_wall_is_compression_for_either_spring_direction(layout, rows, trace):
-    at = layout.spring(SpringHandle(element=SPRING, component=0, direction=(1, 0), nodes=(3, 1)))
-    rows[1, at] = -5.0e5
+def spring_of(component, direction):
+    return SpringHandle(
+        element=SPRING, component=component, direction=direction, nodes=(BASE, WALL)
+    )
+
+
+def test_the_force_on_a_wall_is_the_compression_of_its_spring_or_contacts(layout, rows, trace):
+    rows[1, layout.spring(WALL_SPRING)] = -5.0e5
+    rows[2, layout.contacts("normals")] = 1.0e5, 2.0e5
     handle = abutment(wall_units=(), wall_nodes=(), wall_springs=(WALL_SPRING,))
     assert peaks.wall_force_n(handle, trace).max() == pytest.approx(5.0e5)
-
-
-def test_the_force_on_a_wall_adds_its_contacts(layout, rows, trace):
-    rows[2, layout.contacts("normals")] = 1.0e5, 2.0e5
     assert peaks.wall_force_n(abutment(), trace).max() == 3.0e5
 
 
-def test_the_backfill_force_is_zero_while_the_deck_does_not_touch(layout, rows, trace):
-    spring = SpringHandle(element=SPRING, component=0, direction=(-1.0, 0.0), nodes=(BASE, WALL))
-    rows[:, layout.spring(spring)] = -1.0e5  # the wall leans on the soil all the time
-    rows[2, layout.contacts("normals")] = 1.0, 0.0
-    force = peaks.backfill_force_n(abutment(wall_springs=(spring,)), trace)
-    assert force.tolist() == [0.0, 0.0, 1.0e5, 0.0]
-
-
-def test_key_forces_count_while_the_deck_touches(layout, rows, trace):
-    spring = SpringHandle(element=SPRING, component=1, direction=(0.0, 1.0), nodes=(BASE, WALL))
-    rows[:, layout.spring(spring)] = 3.0e5, -2.0e5, 1.0e5, 0.0
+def test_backfill_and_key_forces_count_while_the_deck_touches(layout, rows, trace):
+    wall, key = spring_of(0, (-1.0, 0.0)), spring_of(1, (0.0, 1.0))
+    rows[:, layout.spring(wall)] = -1.0e5  # the wall leans on the soil all the time
+    rows[:, layout.spring(key)] = 3.0e5, -2.0e5, 1.0e5, 0.0
     rows[1, layout.contacts("normals")] = 0.0, 5.0
-    handle = abutment(key_springs=(spring,), key_units=(1,))
-    (force,) = peaks.key_forces_n(handle, trace)
-    assert force.tolist() == [0.0, 2.0e5, 0.0, 0.0]
+    rows[2, layout.contacts("normals")] = 1.0, 0.0
+    backfill_n = peaks.backfill_force_n(abutment(wall_units=(0,), wall_springs=(wall,)), trace)
+    assert backfill_n.tolist() == [0.0, 0.0, 1.0e5, 0.0]
+    (key_n,) = peaks.key_forces_n(abutment(key_springs=(key,), key_units=(1,)), trace)
+    assert key_n.tolist() == [0.0, 2.0e5, 0.0, 0.0]
 
 
-@pytest.mark.parametrize(("move_m", "expected"), [(0.849, ""), (0.851, "unseating_m")])
-def test_a_corner_leaves_its_seat_after_the_seat_less_the_gap(monkeypatch, move_m, expected):
-    model = SimpleNamespace(
-        weight_n=1e7, deck_centre_node=CENTRE, columns=(), abutments=(abutment(),), contacts=None
-    )
-    moved = {CORNER_1: 0.01}  # under gravity
-    monkeypatch.setattr(
-        transient.ops, "nodeDisp", lambda node: [moved.get(node, 0.0), 0.0, 0.0, 0.0, 0.0, 0.0]
-    )
-    watch = Watch(model, AnalysisSettings())
-    assert watch.diverged() == watch.collapsed() == ""
-    moved[CORNER_1] -= move_m
-    assert watch.diverged() == ""
-    assert watch.collapsed() == expected
-
-
-def test_a_gap_as_wide_as_the_seat_is_refused(monkeypatch):
-    monkeypatch.setattr(transient.ops, "nodeDisp", lambda _: [0.0] * 6)
+def watched(monkeypatch, moved, **changes):
+    """Return the watch over a deck end whose nodes have moved along x."""
     model = SimpleNamespace(
         weight_n=1e7,
         deck_centre_node=CENTRE,
         columns=(),
-        abutments=(abutment(gap_m=0.95),),
+        abutments=(abutment(**changes),),
         contacts=None,
     )
+    monkeypatch.setattr(transient.ops, "nodeDisp", lambda n: [moved.get(n, 0.0), *[0.0] * 5])
+    return Watch(model, AnalysisSettings())
+
+
+@pytest.mark.parametrize(("move_m", "expected"), [(0.849, ""), (0.851, "unseating_m")])
+def test_a_corner_leaves_its_seat_after_the_seat_less_the_gap(monkeypatch, move_m, expected):
+    moved = {CORNER_1: 0.01}  # under gravity
+    watch = watched(monkeypatch, moved)
+    assert watch.diverged() == watch.collapsed() == ""
+    moved[CORNER_1] -= move_m
+    assert watch.diverged() == ""
+    assert watch.collapsed() == expected
     with pytest.raises(InputError, match=r"gap_mm must be below the seat width of 900 mm, got 950"):
-        Watch(model, AnalysisSettings())
+        watched(monkeypatch, {}, gap_m=0.95)
 
 
 def test_every_number_of_a_row_belongs_to_one_reading():
@@ -304,3 +289,71 @@ def test_every_number_of_a_row_belongs_to_one_reading():
         assert place.stop - place.start == count
         read += range(place.start, place.stop)
     assert sorted(read) == list(range(layout.width))
+
+
+# --- binary records of an analysis: one row per committed step
+
+
+def record_an_oscillator(steps: int) -> tuple[Recorder, np.ndarray]:
+    """Return the recorder of a driven oscillator, and its readings from Python, time first."""
+    ops.node(1, 0.0, 0.0, 0.0)
+    ops.node(2, 0.0, 0.0, 0.0)
+    ops.fix(1, 1, 1, 1, 1, 1, 1)
+    ops.fix(2, 0, 1, 1, 1, 1, 1)
+    ops.mass(2, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+    ops.uniaxialMaterial("Elastic", 1, 40.0)
+    ops.element("zeroLength", 1, 1, 2, "-mat", 1, "-dir", 1)
+    ops.timeSeries("Trig", 1, 0.0, 10.0, 0.5)
+    ops.pattern("Plain", 1, 1)
+    ops.load(2, 10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    ops.constraints("Plain")
+    ops.numberer("Plain")
+    ops.system("ProfileSPD")
+    ops.test("NormDispIncr", 1e-12, 10)
+    ops.algorithm("Newton")
+    ops.integrator("Newmark", 0.5, 0.25)
+    ops.analysis("Transient", "-noWarnings")
+    recorder = Recorder()
+    recorder.nodes("moves", (2,), 6, "disp")
+    recorder.elements("springs", (1,), "basicForce")
+    recorder.elements("none", (), "basicForce")
+    recorder.record()
+    rows = [[0.0] * 8]
+    for size_s in np.resize([0.01, 0.0025], steps).tolist():
+        assert ops.analyze(1, size_s) == 0
+        rows.append([ops.getTime(), *ops.nodeDisp(2), *ops.basicForce(1)])
+    return recorder, np.array(rows)
+
+
+def test_records_have_the_values_of_every_step_to_the_bit() -> None:
+    with domain():
+        recorder, rows = record_an_oscillator(20)
+        time_s, moves = recorder.read("moves")
+        np.testing.assert_array_equal(time_s, rows[:, 0])
+        np.testing.assert_array_equal(moves, rows[:, 1:7])
+        np.testing.assert_array_equal(recorder.read("springs")[1], rows[:, 7:])
+        assert recorder.read("none")[1].size == 0
+        assert np.abs(moves).max() > 1e-3
+
+
+def test_unknown_responses_are_refused_and_an_incomplete_record_names_the_disk() -> None:
+    with domain():
+        recorder, _ = record_an_oscillator(5)
+        with pytest.raises(ValueError, match=r"element 1 has no response \('rayleighForce',\)"):
+            recorder.elements("damping", (1,), "rayleighForce")
+        recorder.close()
+        path = recorder.path("moves")
+        path.write_bytes(path.read_bytes()[:-9])
+        with pytest.raises(OSError, match="record of moves is incomplete") as caught:
+            recorder.read("moves")
+        assert caught.value.errno == errno.ENOSPC
+
+
+def test_a_full_disk_stops_a_study_and_leaves_no_row(monkeypatch, tmp_path) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "no space left")
+
+    monkeypatch.setattr(task, "analyse", full)
+    given = SimpleNamespace(variant=None, excitation=None, settings=None, options=None)
+    with pytest.raises(OSError, match="no space left"):
+        task.analyse_task(given, tmp_path / "log", lambda _time_s, _duration_s: None)

@@ -1,26 +1,44 @@
-"""Commands about the study: what they answer and how they refuse."""
+"""Commands about the study: what they answer, how they refuse, what they publish; its jobs."""
 
+import hashlib
 import json
 import logging
+import subprocess
+import zipfile
+from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+import pandas as pd
 import pytest
+import yte
 from reference_pages import ROOT
+from rocrate.rocrate import ROCrate
 from typer.testing import CliRunner
 
+from cli_json import run
+from fragility_tables import synthetic_demands
 from skewbridge.cli import build_app
 from skewbridge.cli.options import config_of, folder_of
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.errors import InputError
+from skewbridge.files.checking import merged
+from skewbridge.files.digests import provenance
+from skewbridge.files.tables import write_frame
+from skewbridge.files.text import read_mapping, writable_folder, written_aside
+from skewbridge.report.methods import REFERENCES, methods_of
 from skewbridge.study.analyses import JobProgress, StudySetup
-from skewbridge.study.config import load_config
+from skewbridge.study.config import load_config, parse_config
+from skewbridge.study.folder import StudyFolder, write_starter
 from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.journal import open_journal
+from skewbridge.study.processes import cancel_left_behind
+from skewbridge.study.progress import JobSize, forecast_study
 from skewbridge.study.session import for_terminal
 from skewbridge.study.task import run_key
 from skewbridge.variant.grid import expand_grid
 
-runner = CliRunner()
 BASE = ROOT / "config/config.yaml"
 COLUMN_NAMES = [column.name for column in COLUMNS]
 
@@ -31,12 +49,12 @@ def in_the_repository(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def answer(*arguments: str) -> dict:
-    result = runner.invoke(build_app(), [*arguments, "--json"])
-    assert result.exit_code == 0, result.output
-    return json.loads(result.stdout)
+    code, found = run(*arguments)
+    assert code == 0, found
+    return found
 
 
-def test_the_plan_of_the_default_study_counts_its_analyses() -> None:
+def test_plan_counts_the_analyses_and_the_doctor_finds_a_working_environment() -> None:
     plan = answer("plan")
     count = load_config(ROOT / "config/config.yaml").motions.count
     assert count is not None
@@ -44,26 +62,32 @@ def test_the_plan_of_the_default_study_counts_its_analyses() -> None:
     assert plan["analyses"] == 24 * count
     assert plan["done"] + plan["left"] == plan["analyses"]
     assert {"failed", "suspect", "core_hours", "eta_s", "disk_mb"} <= set(plan)
-
-
-def test_the_doctor_finds_a_working_environment() -> None:
     report = answer("doctor")
     assert report["ok"]
     assert report["self_test"] == "passed"
 
 
-def test_a_bad_configuration_ends_with_2_and_one_message(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("grid: {skew_deg: [75]}", ("got 75",)),
+        (None, ("bad.yaml",)),
+        (
+            "model: {bakfill: sdc}\ngird: {}\n",
+            (
+                "model.bakfill: unknown key (did you mean model.backfill?)",
+                "gird: unknown key (did you mean grid?)",
+            ),
+        ),
+    ],
+)
+def test_a_bad_or_missing_configuration_ends_with_2_and_one_message(tmp_path, text, words) -> None:
     path = tmp_path / "bad.yaml"
-    path.write_text("grid: {skew_deg: [75]}")
-    result = runner.invoke(build_app(), ["plan", "--config", str(path), "--json"])
-    assert result.exit_code == 2
-    assert "got 75" in json.loads(result.stdout)["message"]
-
-
-def test_a_missing_configuration_is_named(tmp_path: Path) -> None:
-    result = runner.invoke(build_app(), ["status", "--config", str(tmp_path / "none.yaml")])
-    assert result.exit_code == 2
-    assert "none.yaml" in result.stderr
+    if text:
+        path.write_text(text)
+    code, found = run("plan", "--config", path)
+    assert code == 2
+    assert all(each in found["message"] for each in words)
 
 
 @pytest.fixture
@@ -84,9 +108,9 @@ def test_failed_analyses_are_tried_again_on_request(failed_study: Path) -> None:
     told = answer("study", "retry", "--study", str(failed_study))
     assert told["analyses"] == [{"variant": "v", "motion": "m", "status": "crash"}]
     assert answer("study", "retry", "--study", str(failed_study))["forgotten"] == 0
-    refused = runner.invoke(build_app(), ["study", "retry", "--status", "ok"])
-    assert refused.exit_code == 2
-    assert "must be failed or one of" in refused.stderr
+    code, refused = run("study", "retry", "--status", "ok")
+    assert code == 2
+    assert "must be failed or one of" in refused["message"]
 
 
 def test_journals_are_counted_and_compacted(failed_study: Path) -> None:
@@ -97,9 +121,7 @@ def test_journals_are_counted_and_compacted(failed_study: Path) -> None:
     assert answer("study", "journal", *config)["damaged"] == 0
 
 
-def test_a_study_is_named_by_its_folder_or_its_configuration(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_study_is_named_by_its_folder_or_its_configuration(tmp_path, monkeypatch):
     (tmp_path / "config").mkdir()
     (tmp_path / "config/config.yaml").write_text("motions: {count: 2}")
     (tmp_path / "config/mine.yaml").write_text("results: results/mine\ngrid: {skew_deg: [30]}")
@@ -115,14 +137,6 @@ def test_a_study_is_named_by_its_folder_or_its_configuration(
     (tmp_path / "config/copy.yaml").write_text("results: results/mine")
     with pytest.raises(InputError, match="2 files in config/"):
         config_of(Path("results/mine"))
-
-
-def test_a_mistyped_key_gets_a_suggestion(tmp_path: Path) -> None:
-    path = tmp_path / "bad.yaml"
-    path.write_text("model: {bakfill: sdc}\ngird: {}\n")
-    result = runner.invoke(build_app(), ["plan", "--config", str(path)])
-    assert "model.bakfill: unknown key (did you mean model.backfill?)" in result.stderr
-    assert "gird: unknown key (did you mean grid?)" in result.stderr
 
 
 def test_new_gap_repeats_no_finished_analysis(tmp_path: Path) -> None:
@@ -160,7 +174,7 @@ def test_a_run_tells_how_far_each_variant_is(capsys: pytest.CaptureFixture[str])
     logger.setLevel(logging.INFO)
     logger.addHandler(terminal)
     try:
-        with JobProgress("osb1_v", ["a", "b", "c", "d", "e", "f"], 4) as progress:
+        with JobProgress("osb1_v", list("abcdef"), 4) as progress:
             progress.advance({"run_key": "a", "status": "ok"})
             progress.advance({"run_key": "of a search", "status": "ok"})
         logging.getLogger("skewbridge.other").info("for the log file alone")
@@ -171,3 +185,243 @@ def test_a_run_tells_how_far_each_variant_is(capsys: pytest.CaptureFixture[str])
     assert "min left" in told
     assert "per minute" in told
     assert "for the log file" not in told
+
+
+# --- archive and methods
+
+
+SOURCE = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
+
+
+@pytest.fixture(name="study")
+def _study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Write a folder with the configuration and the tables of a finished study."""
+    write_starter(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "config/bridges/mine.yaml").write_text("extends: base\n")
+    (tmp_path / "config/bridges/base.yaml").write_text("extends: osb1\n")
+    (tmp_path / "own.yaml").write_text("results: results/own\ngrid:\n  bridge: [mine]\n")
+    folder = tmp_path / "results/own"
+    told = provenance(config_digest="c", suite_digest="s")
+    for name in ("demands", "fragility/curves", "fragility/effects"):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        write_frame(synthetic_demands(skews=(0,), gaps=(51,)), folder / f"{name}.parquet", told)
+    (folder / "motions").mkdir()
+    suite = pd.DataFrame(
+        {
+            "motion_id": ["m00", "m01"],
+            "sha256": ["a", "b"],
+            "source": [SOURCE, SOURCE],
+            "accel_1_mps2": [np.zeros(3)] * 2,
+            "accel_2_mps2": [np.zeros(3)] * 2,
+        }
+    )
+    write_frame(suite, folder / "motions/suite.parquet", told)
+    return tmp_path
+
+
+def archived(out: str) -> dict:
+    arguments = ["study", "archive", "--study", "own.yaml", "--out", out, "--json"]
+    result = CliRunner().invoke(build_app(), [*arguments, "--author", "A. Engineer"])
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout)
+
+
+def test_archive_is_a_crate_with_all_inputs_and_valid_digests(study: Path) -> None:
+    found = archived("a.zip")
+    crate = ROCrate(study / "a.zip")
+    with zipfile.ZipFile(study / "a.zip") as packed:
+        content = {name: packed.read(name) for name in packed.namelist()}
+    described = {entity.id: entity for entity in crate.data_entities if entity.type != "Dataset"}
+    assert sorted(described) == found["files"]
+    assert set(content) - set(described) == {"ro-crate-metadata.json"}
+    assert {
+        "METHODS.md",
+        "config/bridges/mine.yaml",
+        "config/bridges/base.yaml",
+        "config/config.yaml",
+        "config/limit_states.yaml",
+        "motions.csv",
+        "own.yaml",
+        "results/demands.parquet",
+        "results/fragility/curves.parquet",
+        "workflow/Snakefile",
+    } <= set(content)
+    for name, entity in described.items():
+        assert hashlib.sha256(content[name]).hexdigest() == entity["sha256"]
+    assert crate.mainEntity.id == "workflow/Snakefile"
+    assert crate.root_dataset["author"]["name"] == "A. Engineer"
+    assert b"openseespy==" in content["requirements.txt"]
+    assert b"accel" not in content["motions.csv"]
+    assert SOURCE.encode() in content["motions.csv"]
+
+
+@pytest.mark.exports
+def test_the_validator_of_crates_has_no_finding(study: Path) -> None:
+    python = ROOT / ".exports/rocrate/bin/python"
+    if not python.exists():
+        pytest.skip("the validator is not installed: make test-exports")
+    archived("a.zip")
+    context = files("rocrate") / "data/ro-crate.jsonld"
+    asked = {"files": [str(study / "a.zip")], "context": str(context)}
+    done = subprocess.run(
+        [python, ROOT / "tests/exports/read_rocrate.py"],
+        input=json.dumps(asked),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout.splitlines()[-1]) == {"issues": []}
+
+
+def test_an_archive_has_the_configuration_of_the_study_and_reports_other_origins(study) -> None:
+    path = study / "results/own/fragility/effects.parquet"
+    write_frame(pd.read_parquet(path), path, provenance(config_digest="x", suite_digest="s"))
+    assert any("different origin" in doubt for doubt in archived("a.zip")["doubts"])
+    with zipfile.ZipFile(study / "a.zip") as packed:
+        (study / "whole.yaml").write_bytes(packed.read("whole_config.yaml"))
+    base = Path("config/config.yaml")
+    assert load_config(Path("whole.yaml")) == load_config(Path("own.yaml"), base=base)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["results/own"], "no file in config/ with `results: results/own`"),
+        (["other.yaml"], "finish the study first"),
+        (["own.yaml", "--out", "a.tar"], "must end with .zip"),
+    ],
+)
+def test_unfinished_study_is_refused(study: Path, arguments: list[str], message: str) -> None:
+    (study / "other.yaml").write_text("results: results\n")
+    result = CliRunner().invoke(build_app(), ["study", "archive", "--study", *arguments])
+    assert result.exit_code == 2
+    assert message in result.stderr.replace("\n", " ")
+
+
+def test_methods_are_those_of_the_configuration(study: Path) -> None:
+    result = CliRunner().invoke(build_app(), ["study", "methods", "--study", "own.yaml"])
+    assert result.exit_code == 0, result.stderr
+    text = result.stdout
+    assert "skew 0°, 30°, 60°; the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants" in text
+    assert "One bridge was modelled" in text
+    assert "simulated, Dabaghi and Der Kiureghian 2018" in text
+    assert "Dabaghi, M., Der Kiureghian, A. (2018)" in text
+    assert "Houbolt" not in text
+
+
+@pytest.mark.parametrize(
+    ("section", "choice", "said"),
+    [
+        ("analysis", {"scheme": "paper"}, "Houbolt 1950|distributed plasticity|committed"),
+        ("motions", {"design": "stripes"}, "scaled to 0.1, 0.2|jackknife over motions"),
+        ("motions", {"design": "ida"}, "Vamvatsikos and Cornell 2002|column_drift_ratio"),
+        ("motions", {"design": "cloud"}, "unscaled"),
+        ("grid", {"abutment": ["roller"]}, "modelled on rollers"),
+        ("model", {"shear_failure": "degrade"}, "loses its shear strength"),
+        ("model", {"backfill": "sdc"}, "bilinear (Caltrans 2019)"),
+        ("model", {"damping_ratio": 0.03}, "3 % of critical"),
+    ],
+)
+def test_methods_follow_the_choices_and_list_the_works_that_they_cite(section, choice, said):
+    text, _, listed = methods_of(parse_config({section: choice})).markdown().partition("## Ref")
+    assert all(words in text for words in said.split("|")), text
+    for key, work in REFERENCES.items():
+        own = text.replace(f"{key} 2023", "") if key == "Rahman and Mackie" else text
+        assert (work in listed) == (key in own), key
+
+
+# --- jobs on a cluster: size, forecast, what a killed run left
+
+
+@pytest.fixture
+def programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of programs in place of Slurm's, the only ones that are found."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    monkeypatch.setenv("PATH", f"{folder}:/bin:/usr/bin")
+    return folder
+
+
+def program(folder: Path, name: str, text: str) -> None:
+    path = folder / name
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+
+
+def test_the_size_of_a_job_comes_from_the_profile_and_its_environment(programs, monkeypatch):
+    program(programs, "sacct", "exit 1")
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setenv("SKEWBRIDGE_JOB_CORES", "8")
+    monkeypatch.setenv("SKEWBRIDGE_JOBS", "7")
+    assert JobSize.of_profile("slurm") == JobSize(cores=8, jobs=7)
+    assert JobSize.of_profile("profiles/default") is None
+    with pytest.raises(InputError, match="no profile 'nowhere'"):
+        JobSize.of_profile("nowhere")
+    (programs / "config.yaml").write_text("executor: slurm\njobs: 3\n")
+    with pytest.raises(InputError, match="not a valid cluster profile"):
+        JobSize.of_profile(str(programs))
+
+
+def test_forecast_of_jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A job for each of 12 variants of 16 analyses of 4 s, 64 s on each of 4 processors."""
+    monkeypatch.chdir(ROOT)
+    over = {"results": str(tmp_path), "grid": {"bridge": ["osb1"]}, "motions": {"count": 16}}
+    config = parse_config(merged(read_mapping(Path("config/config.yaml")), over))
+    for at_once, hours in ((100, 0.0), (2, 0.03)):
+        found = forecast_study(config, JobSize(cores=4, jobs=at_once)).summary
+        expected = {"jobs": 12, "job_cores": 4, "job_hours": 0.0, "hours": hours}
+        assert found.items() >= expected.items()
+    assert "jobs" not in forecast_study(config).summary
+
+
+def profile() -> dict[str, Any]:
+    with (ROOT / "workflow/profiles/slurm/config.yaml").open() as text:
+        found = yte.process_yaml(text, require_use_yte=True)
+    assert isinstance(found, dict)
+    return found
+
+
+def test_the_status_of_jobs_comes_from_accounting_if_there_is_any(programs, monkeypatch):
+    """An account is named only where there is accounting, or the executor would look it up."""
+    monkeypatch.setenv("SBATCH_ACCOUNT", "mine")
+    program(programs, "sacct", "echo 'Slurm accounting storage is disabled' >&2; exit 1")
+    assert profile()["slurm-status-command"] == "squeue"
+    assert "slurm_account" not in profile()["default-resources"]
+    program(programs, "sacct", "exit 0")
+    assert profile()["slurm-status-command"] == "sacct"
+    assert profile()["default-resources"]["slurm_account"] == "mine"
+
+
+def test_only_jobs_of_this_tree_are_cancelled(programs: Path, tmp_path: Path) -> None:
+    cancelled = tmp_path / "cancelled"
+    listed = "11 skewbridge-aa_1\\n12 skewbridge-bb_2\\n13 a job of mine\\n14 skewbridge-aa_3"
+    program(programs, "squeue", f"printf '{listed}\\n'")
+    program(programs, "scancel", f'echo "$@" >> {cancelled}')
+    cancel_left_behind("skewbridge-aa")
+    assert cancelled.read_text() == "11 14\n"
+    program(programs, "squeue", "true")
+    cancel_left_behind("skewbridge-aa")
+    assert cancelled.read_text() == "11 14\n"
+
+
+def test_two_nodes_with_equal_process_ids_write_separate_files(tmp_path, monkeypatch):
+    path = tmp_path / "table"
+    with written_aside(path) as first:
+        first.write_text("first")
+        monkeypatch.setattr("socket.gethostname", lambda: "another")
+        with written_aside(path) as second:
+            second.write_text("second")
+        assert first != second
+        assert writable_folder(tmp_path) == tmp_path
+    assert path.read_text() == "first"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_every_rule_of_the_profile_exists() -> None:
+    """A misspelt rule would be passed over, and its job would ask for the default."""
+    found = profile()
+    rules = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
+    named = {*found["groups"], *found["set-threads"]}
+    assert [name for name in sorted(named) if f"rule {name}:" not in rules] == []

@@ -1,7 +1,7 @@
 """Modelling choices: table, pairs, ratios, journal, figure and findings."""
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from math import exp, log
 from pathlib import Path
 
@@ -27,7 +27,6 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.study.modelling_choices import (
     CHOICE_COLUMNS,
     CHOICES,
-    Choice,
     axis_pairs,
     choice_pairs,
     choices_table,
@@ -38,7 +37,6 @@ from skewbridge.study.products import rule_digest
 from skewbridge.study.session import Job
 from skewbridge.study.task import Task, run_key
 from skewbridge.variant.grid import GridConfig, expand_grid
-from skewbridge.variant.options import ModelOptions
 from study_parts import study_of, wave
 
 SLUG = "osb1_cf_skew30_gap025_mu050"
@@ -66,115 +64,95 @@ def tried(task: Task) -> set[str]:
 
 
 @pytest.mark.parametrize("choice", CHOICES, ids=lambda choice: choice.key)
-def test_every_choice_is_an_option_with_values_that_it_takes(choice: Choice, task: Task) -> None:
-    kind = AnalysisSettings if choice.section == "analysis" else ModelOptions
-    assert choice.key in {field.name for field in fields(kind)}
+def test_every_choice_sets_its_option_to_other_values_than_the_configured(choice, task):
     assert choice.label
     assert choice.source
     part = "settings" if choice.section == "analysis" else "options"
     for value in choice.values:
-        assert getattr(getattr(choice.set_in(task, value), part), choice.key) == value
-
-
-def test_the_configured_value_is_never_compared_with_itself(task: Task) -> None:
-    for choice in CHOICES:
-        for value in choice.values:
-            own = choice.set_in(task, value)
-            others = choice.alternatives(own)
-            assert value not in others
-            keys = {run_key(choice.set_in(own, other)) for other in others}
-            assert run_key(own) not in keys
-            assert len(keys) == len(others)
+        own = choice.set_in(task, value)
+        assert getattr(getattr(own, part), choice.key) == value
+        others = choice.alternatives(own)
+        assert value not in others
+        keys = {run_key(choice.set_in(own, other)) for other in others}
+        assert run_key(own) not in keys
+        assert len(keys) == len(others)
 
 
 def test_null_counts_as_the_default_value(task: Task) -> None:
     values = {choice.key: choice.alternatives(task) for choice in CHOICES}
     assert values["damping_ratio"] == [0.02]  # the file has 0.05
     assert task.settings.integrator_command not in values["integrator"]
-    assert values["integrator"]
 
 
 def test_choices_that_do_not_act_on_a_variant_are_left_out(task: Task) -> None:
     everywhere = {"column_integration", "damping_ratio", "integrator", "cap_load", "fiber_end"}
     everywhere |= {"shear_model", "shear_failure"}
+    of_skew = {"key_frame", "gap_measured", "backfill_variation"}
     assert tried(at(task, abutment="roller")) == everywhere
-    assert {"key_frame", "gap_measured", "backfill_variation"} <= tried(task)
-    assert not {"key_frame", "gap_measured", "backfill_variation"} & tried(at(task, skew_deg=0))
+    assert of_skew | {"friction_at"} <= tried(task)
+    # hinge_rule: the hinges of osb1 are longer than the limit
+    assert not {"embankment_mass", "foundation", "hinge_rule"} & tried(task)
+    assert not of_skew & tried(at(task, skew_deg=0))
     assert "embankment_mass" in tried(at(task, abutment="spring"))
-    assert not {"embankment_mass", "foundation"} & tried(task)
     assert "foundation" in tried(at(task, bridge="bridge_a"))
-    assert "friction_at" in tried(task)
     assert "friction_at" not in tried(at(task, friction_pct=0))
     assert "hinge_rule" in tried(at(task, bridge="osb1_fixed"))
-    assert "hinge_rule" not in tried(task)  # its hinges are longer than the limit
-
-
-def test_settings_fixed_by_the_scheme_are_not_tried(task: Task) -> None:
     paper = replace(task, settings=AnalysisSettings(scheme="paper"))
-    assert "column_integration" in tried(task)
     assert "column_integration" not in tried(paper)
     assert "shear_failure" not in tried(paper), "softening needs a hinge of a given length"
 
 
 def test_motions_are_spread_over_their_strength(tmp_path: Path) -> None:
     tasks = setup_in(tmp_path, motions=8).tasks(SLUG)
-    strength = {task.motion.motion.motion_id: place for place, task in enumerate(ranked(tasks))}
-    found = [strength[task.motion.motion.motion_id] for task in sampled(tasks, 4)]
-    assert found == [1, 3, 5, 7]
+    ranked = sorted(tasks, key=lambda task: task.motion.measures["im_pgv_rotd50_mps"])
+    assert [ranked.index(task) for task in sampled(tasks, 4)] == [1, 3, 5, 7]
     assert len(sampled(tasks, 20)) == 8
 
 
-def ranked(tasks: list[Task]) -> list[Task]:
-    return sorted(tasks, key=lambda task: task.motion.measures["im_pgv_rotd50_mps"])
-
-
 def test_axes_go_from_end_to_end_and_one_value_is_none(tmp_path: Path) -> None:
-    pairs = list(axis_pairs(setup_in(tmp_path), SLUG, AXES, 1))
+    setup = setup_in(tmp_path)
+    pairs = list(axis_pairs(setup, SLUG, AXES, 1))
     ends = [(pair.name, pair.before.variant.slug, pair.after.variant.slug) for pair in pairs]
     assert ends == [
         ("skew_deg", "osb1_cf_skew00_gap025_mu050", SLUG),
         ("friction", "osb1_cf_skew30_gap025_mu000", SLUG),
     ]
     assert (pairs[0].from_value, pairs[0].to_value) == ("0 deg", "30 deg")
-    assert not list(
-        axis_pairs(
-            setup_in(tmp_path), "osb1_ro_skew00_gap000_mu000", AXES | {"skew_deg": (0.0,)}, 1
-        )
-    )
+    one_skew = AXES | {"skew_deg": (0.0,)}
+    assert not list(axis_pairs(setup, "osb1_ro_skew00_gap000_mu000", one_skew, 1))
+    assert not list(friction_split(setup, SLUG, {"friction": (0.2, 0.5)}, 1))
 
 
-def test_two_variants_of_each_bridge_are_changed_by_default() -> None:
+def test_two_variants_of_each_bridge_are_changed_unless_others_are_named() -> None:
     grid = GridConfig(bridge=("osb1", "osb2s"), skew_deg=(0, 30, -60), gap_mm=(25, 51))
     assert chosen_variants(expand_grid(grid), ()) == [
-        "osb1_cf_skew30_gap025_mu050",
-        "osb1_cf_skewm60_gap025_mu050",
-        "osb2s_cf_skew30_gap025_mu050",
-        "osb2s_cf_skewm60_gap025_mu050",
+        f"{bridge}_cf_skew{skew}_gap025_mu050"
+        for bridge in ("osb1", "osb2s")
+        for skew in ("30", "m60")
     ]
-
-
-def test_named_variants_must_be_of_a_bridge_of_the_grid() -> None:
     variants = expand_grid(GridConfig())
     assert chosen_variants(variants, [SLUG, SLUG]) == [SLUG]
     with pytest.raises(InputError, match="osb2s is not a bridge of the grid"):
         chosen_variants(variants, ["osb2s_cf_skew30_gap025_mu050"])
-    with pytest.raises(InputError):
-        parse_config({"modelling_choices": {"motions": 0}})
 
 
 def outcome(value: float, status: str = "ok") -> dict[str, object]:
     return {column.name: value for column in DEMAND_COLUMNS} | {"status": status}
 
 
-def test_ratios_are_paired_by_motion_and_failed_runs_are_counted(tmp_path: Path) -> None:
-    tasks = setup_in(tmp_path, motions=4).tasks(SLUG)
+def frame_pairs(folder: Path, outcomes: Sequence[tuple]) -> tuple[list, dict[str, dict]]:
+    """Pairs of the frame of the keys, a motion each, and their rows: before, after, status."""
     frame = next(choice for choice in CHOICES if choice.key == "key_frame")
-    pairs = list(choice_pairs(tasks, [frame]))
-    outcomes = ((1.0, 2.0, "ok"), (10.0, 5.0, "ok"), (3.0, 12.0, "ok"), (1.0, 9.0, "collapse"))
-    rows: dict[str, dict[str, object]] = {}
-    for pair, (before, after, status) in zip(pairs, outcomes, strict=True):
-        rows[run_key(pair.before)] = outcome(before)
-        rows[run_key(pair.after)] = outcome(after, status)
+    pairs = list(choice_pairs(setup_in(folder, motions=len(outcomes)).tasks(SLUG), [frame]))
+    rows = {}
+    for pair, (before, *after) in zip(pairs, outcomes, strict=True):
+        rows |= {run_key(pair.before): outcome(before), run_key(pair.after): outcome(*after)}
+    return pairs, rows
+
+
+def test_ratios_are_paired_by_motion_and_failed_runs_are_counted(tmp_path: Path) -> None:
+    outcomes = ((1.0, 2.0), (10.0, 5.0), (3.0, 12.0), (1.0, 9.0, "collapse"))
+    pairs, rows = frame_pairs(tmp_path, outcomes)
     rows[run_key(pairs[2].after)]["unseating_m"] = 0.0
     table = choices_table([*pairs, pairs[0]], rows)
     assert list(table.columns) == list(CHOICE_COLUMNS)
@@ -249,12 +227,9 @@ def test_only_a_current_table_is_shown(tmp_path: Path) -> None:
     assert job.current(path, {"sources": "b"}) is None
 
 
-def test_the_page_says_which_choices_move_a_demand_more_than_friction(
-    tmp_path: Path, ran: list[str]
-) -> None:
+def test_findings_and_tornado_list_choices_that_move_a_demand_more_than_friction(tmp_path, ran):
     table = made(setup_in(tmp_path))
-    finding = choice_findings(table)[1]
-    assert finding == (
+    assert choice_findings(table)[1] == (
         "Column drift ratio: friction 0 → 0.5 moves it by +10.0 %; more than that do "
         "Key frame deck edge → skewed (+25.0 %)."
     )
@@ -263,24 +238,17 @@ def test_the_page_says_which_choices_move_a_demand_more_than_friction(
     assert not choice_findings(table[table["name"] != "friction"])
     assert "Key frame" in choices_left_out(without)
     assert "Key frame" not in choices_left_out(table)
-
-
-def test_the_tornado_has_a_bar_per_value_the_largest_on_top(tmp_path: Path, ran: list[str]) -> None:
-    table = made(setup_in(tmp_path))
-    figure = tornado(table)
     values = table[["name", "to_value"]].drop_duplicates()
-    panels = [panel for panel in figure.axes if panel.patches]
+    panels = [panel for panel in tornado(table).axes if panel.patches]
     assert len(panels) == len(demands_for("headline"))
     assert "over up to 1 pairs of runs" in tornado_text(table)
-    for panel in panels:
+    for panel in panels:  # the largest on top
         labels = [label.get_text() for label in panel.get_yticklabels()]
         assert len(labels) == len(panel.patches) == len(values)
         assert labels[-2:] == ["Friction 0 → 0.5", "Key frame deck edge → skewed"]
 
 
-def test_the_effect_of_friction_is_divided_between_walls_and_keys(
-    tmp_path: Path, ran: list[str]
-) -> None:
+def test_the_effect_of_friction_is_divided_between_walls_and_keys(tmp_path, ran):
     table = made(setup_in(tmp_path, motions=2))
     rows = table[(table["name"] == "friction") & (table["demand"] == "unseating_m")]
     assert dict(zip(rows["to_value"], rows["ratio"], strict=True)) == pytest.approx(
@@ -290,20 +258,11 @@ def test_the_effect_of_friction_is_divided_between_walls_and_keys(
     # all motions have the same ratio here
     assert list(rows["ci_low"]) == pytest.approx(list(rows["ratio"]))
     assert set(rows["n"]) == {2}
-    assert not list(friction_split(setup_in(tmp_path), SLUG, {"friction": (0.2, 0.5)}, 1))
 
 
 def test_the_interval_of_a_ratio_is_that_of_the_means_of_the_motions(tmp_path: Path) -> None:
     """ln 2, ln 3 and ln 6 of three motions: t(0.95, 2) = 2.919986."""
-    tasks = setup_in(tmp_path, motions=3).tasks(SLUG)
-    frame = next(choice for choice in CHOICES if choice.key == "key_frame")
-    pairs = list(choice_pairs(tasks, [frame]))
-    rows = {
-        run_key(task): outcome(value)
-        for pair, ratio in zip(pairs, (2.0, 3.0, 6.0), strict=True)
-        for task, value in ((pair.before, 1.0), (pair.after, ratio))
-    }
-    row = choices_table(pairs, rows).iloc[0]
+    row = choices_table(*frame_pairs(tmp_path, ((1.0, 2.0), (1.0, 3.0), (1.0, 6.0)))).iloc[0]
     logs = [log(2.0), log(3.0), log(6.0)]
     mean = sum(logs) / 3
     reach = 2.919986 * (sum((each - mean) ** 2 for each in logs) / 2 / 3) ** 0.5

@@ -1,9 +1,11 @@
-"""Files for other tools: the catalogue of workflows, pre-commit, the picture of the rules."""
+"""Files for other tools, and functions that nothing uses."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import yaml
+from vulture import Vulture
 
 from skewbridge.study.products import RECIPES
 
@@ -32,3 +34,29 @@ def test_the_picture_of_the_rules_shows_those_of_the_report() -> None:
     on_request = {"verification", "modelling_choices", "check_predict"}
     in_rounds = {"plan_round", "analyse_round", "collect_rounds"}
     assert set(texts) == RECIPES.keys() - on_request - in_rounds
+
+
+KINDS = {"function", "class", "method", "property"}
+# Called by pydantic and by the command line, which find them by their decorators.
+REGISTERED = ["@model_validator", "@field_validator", "@*.command"]
+
+
+def test_every_function_is_reached() -> None:
+    """Tests do not count as users; what is listed in pyproject.toml waits for its command."""
+    allowed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["vulture"]
+    search = Vulture(ignore_names=allowed["ignore_names"], ignore_decorators=REGISTERED)
+    search.scavenge([str(ROOT / name) for name in allowed["paths"]])
+    # Rules are no Python files; registry and conf.py name functions in texts.
+    named = [
+        ROOT / "docs/conf.py",
+        ROOT / "workflow/Snakefile",
+        *(ROOT / "workflow").rglob("*.smk"),
+        ROOT / "src/skewbridge/verification/registry.py",
+    ]
+    words = set(re.findall(r"\w+", "".join(path.read_text() for path in named)))
+    unused = [
+        f"{Path(item.filename).relative_to(ROOT)}: {item.name}"
+        for item in search.get_unused_code(min_confidence=60)
+        if item.typ in KINDS and item.name not in words
+    ]
+    assert not unused

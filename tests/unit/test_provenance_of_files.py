@@ -1,24 +1,32 @@
-"""Every artefact has its provenance, and whether it is still what would be made."""
+"""Every artefact has its provenance and is known to be current or not; `skewbridge.load`."""
 
 import json
 import logging
 import os
 import platform
 import signal
+import warnings
 from pathlib import Path
 from types import SimpleNamespace
 
-import numpy as np
 import pandas as pd
+import pyarrow as pa
 import pytest
 from matplotlib.figure import Figure
-from matplotlib.image import imread
 from typer.testing import CliRunner
 
+import skewbridge
 from skewbridge.cli import build_app
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.files.digests import engine_digest, layer_digest, provenance
-from skewbridge.files.tables import figure_metadata, read_frame, read_stamp, stamp, write_frame
+from skewbridge.files.tables import (
+    figure_metadata,
+    read_frame,
+    read_stamp,
+    stamp,
+    write_frame,
+    write_table,
+)
 from skewbridge.study import products
 from skewbridge.study.config import load_config
 from skewbridge.study.products import RECIPES, made_from, rule_digest
@@ -53,16 +61,22 @@ def artefact(folder: Path, ending: str, metadata: dict[str, str] | None = None) 
 
 
 @pytest.mark.parametrize("ending", [".parquet", ".json", ".html"])
-def test_a_later_stamp_replaces_an_earlier_one(tmp_path, ending):
+def test_a_later_stamp_replaces_an_earlier_one_and_keeps_the_content(tmp_path, ending):
     path = artefact(tmp_path, ending)
-    stamp(path, {"rule": "an older one, longer than the newer"})
+    older = {"rule": "an older one, longer than the newer"}
+    stamp(path, older)
     once = path.stat().st_size
     stamp(path, SAID)
     assert SAID.items() <= read_stamp(path).items()
-    stamp(path, {"rule": "an older one, longer than the newer"})
-    if ending != ".parquet":  # there, names that are not given again stay
+    stamp(path, older)
+    assert read_stamp(path)["rule"] == older["rule"]
+    if ending == ".parquet":  # there, names that are not given again stay
+        assert read_stamp(path)["made_for"] == "another digest"
+        pd.testing.assert_frame_equal(read_frame(path), FRAME)
+    else:
         assert path.stat().st_size == once
-    assert read_stamp(path)["rule"] == "an older one, longer than the newer"
+    if ending == ".json":
+        assert json.loads(path.read_text())["passed"]
 
 
 @pytest.mark.parametrize("ending", [".svg", ".png"])
@@ -74,33 +88,26 @@ def test_a_figure_has_its_provenance_in_the_metadata_of_its_format(tmp_path, end
     assert read_stamp(path) == SAID
 
 
-def test_the_content_of_a_file_is_kept(tmp_path):
-    image, table, content = (artefact(tmp_path, end) for end in (".png", ".parquet", ".json"))
-    before = imread(image)
-    for path in (image, table, content):
-        stamp(path, SAID)
-    np.testing.assert_array_equal(imread(image), before)
-    pd.testing.assert_frame_equal(read_frame(table), FRAME)
-    assert read_stamp(table)["made_for"] == "another digest"
-    assert json.loads(content.read_text())["passed"]
-
-
-@pytest.mark.parametrize("name", ["rows.csv", "list.json"])
-def test_a_format_without_metadata_is_left_as_it_is(tmp_path, name):
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("rows.csv", "[1, 2]", "has no provenance"),
+        ("list.json", "[1, 2]", "has no provenance"),
+        ("missing.parquet", None, "missing.parquet"),
+        ("broken.parquet", "{{", "broken.parquet"),
+        ("broken.json", "{{", "broken.json"),
+        ("none.csv", None, "none.csv"),
+    ],
+)
+def test_files_without_metadata_are_left_as_they_are_and_named(tmp_path, name, text, message):
     path = tmp_path / name
-    path.write_text("[1, 2]")
-    stamp(path, SAID)
-    assert path.read_text() == "[1, 2]"
-    with pytest.raises(InputError, match="has no provenance"):
+    if text:
+        path.write_text(text)
+    if "no provenance" in message:
+        stamp(path, SAID)
+        assert path.read_text() == text
+    with pytest.raises(InputError, match=message):
         read_stamp(path)
-
-
-@pytest.mark.parametrize("name", ["missing.parquet", "broken.parquet", "broken.json", "none.csv"])
-def test_a_file_that_cannot_be_read_is_bad_input(tmp_path, name):
-    if name.startswith("broken"):
-        (tmp_path / name).write_text("{{")
-    with pytest.raises(InputError, match=name):
-        read_stamp(tmp_path / name)
 
 
 def test_the_machine_is_described_without_its_name():
@@ -111,6 +118,13 @@ def test_the_machine_is_described_without_its_name():
     assert str(Path.cwd()) not in text
 
 
+class Named(dict):
+    """Outputs as Snakemake has them: a list of paths whose items have names."""
+
+    def __iter__(self):
+        return iter(self.values())
+
+
 def job(folder: Path, table: Path, **made: str) -> SimpleNamespace:
     """What Snakemake gives the script of a rule."""
     sources = layer_digest(RECIPES[RULE].sources)
@@ -119,24 +133,13 @@ def job(folder: Path, table: Path, **made: str) -> SimpleNamespace:
         threads=1,
         log=[folder / "rule.log"],
         input={},
-        output=Named(table),
+        output=Named(table=str(table)),
         # as merged over the shipped configuration
         config={"motions": {"count": 3}, "uncertainty": {"enabled": True}},
         params=SimpleNamespace(
             results=str(folder), made_from={"sources": sources, "motions": "suite", **made}
         ),
     )
-
-
-class Named(list):
-    """Outputs as Snakemake has them: a list whose items may have names."""
-
-    def __init__(self, table: Path) -> None:
-        super().__init__([str(table)])
-        self.named = {"table": str(table)}
-
-    def items(self):
-        return self.named.items()
 
 
 def test_a_script_stamps_its_outputs_when_it_is_through(tmp_path):
@@ -152,8 +155,27 @@ def test_a_script_stamps_its_outputs_when_it_is_through(tmp_path):
     assert {"config_digest", "openseespy_version", "git_commit"} <= set(told)
 
 
-def test_a_script_whose_sources_were_edited_meanwhile_stops(tmp_path, capsys):
-    given = job(tmp_path, tmp_path / "table.parquet", sources="as they were")
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [(InputError("bad input"), 2), (SolutionError("checks failed"), 1), (None, 130)],
+)
+def test_a_failed_script_ends_with_its_message_and_code(tmp_path, capsys, error, code):
+    # A shell starts background processes with SIGINT ignored.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    def fail():
+        if error:
+            raise error
+        os.kill(os.getpid(), signal.SIGINT)
+
+    given = job(tmp_path, tmp_path / "none.parquet")
+    with pytest.raises(SystemExit) as stopped, script_session(given):
+        fail()
+    signal.signal(signal.SIGINT, before)
+    assert stopped.value.code == code
+    assert capsys.readouterr().err == f"{error or 'interrupted; finished analyses are kept'}\n"
+    # one whose sources were edited meanwhile does not begin
+    given = job(tmp_path, tmp_path / "none.parquet", sources="as they were")
     with pytest.raises(SystemExit) as stopped, script_session(given):
         pytest.fail("it began")
     assert stopped.value.code == 2
@@ -168,29 +190,6 @@ def test_a_script_without_messages_leaves_no_log_not_even_that_of_the_last_run(t
             if message:
                 logging.getLogger("skewbridge.fit").info(message)
         assert log.exists() == bool(message)
-
-
-@pytest.mark.parametrize(
-    ("error", "code"),
-    [(InputError("bad input"), 2), (SolutionError("checks failed"), 1), (None, 130)],
-)
-def test_a_failed_script_ends_with_its_message_and_code(tmp_path, capsys, error, code):
-    # A shell starts background processes with SIGINT ignored.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-
-    def fail():
-        if error:
-            raise error
-        os.kill(os.getpid(), signal.SIGINT)
-
-    with (
-        pytest.raises(SystemExit) as stopped,
-        script_session(job(tmp_path, tmp_path / "none.parquet")),
-    ):
-        fail()
-    signal.signal(signal.SIGINT, before)
-    assert stopped.value.code == code
-    assert capsys.readouterr().err == f"{error or 'interrupted; finished analyses are kept'}\n"
 
 
 @pytest.fixture
@@ -213,34 +212,28 @@ def answered(path: Path, config: str = "") -> tuple[int, dict]:
 
 
 def test_a_table_is_current_until_its_rule_would_make_another(of_study, monkeypatch):
-    code, answer = answered(of_study)
-    assert (code, answer["current"], answer["differences"]) == (0, True, [])
-    code, answer = answered(of_study, "motions: {count: 3}\nfigures: {width_mm: 85}")
-    assert (code, answer["current"], answer["differences"]) == (0, True, ["config_digest"])
+    def current(config="") -> list:
+        code, answer = answered(of_study, config)
+        return [code, answer["current"], answer["differences"]]
+
+    assert current() == [0, True, []]
+    wider = "motions: {count: 3}\nfigures: {width_mm: 85}"
+    assert current(wider) == [0, True, ["config_digest"]]
     made = {"motions": "suite", "sources": "edited"}
     monkeypatch.setattr(products, "made_from", lambda _: {RULE: made})
-    code, answer = answered(of_study)
-    assert (code, answer["current"], answer["differences"]) == (1, False, ["rule_digest"])
-
-
-def test_a_file_of_another_configuration_asks_for_it(of_study, monkeypatch):
-    monkeypatch.setattr(products, "made_from", lambda _: {RULE: {"motions": "others"}})
+    assert current() == [1, False, ["rule_digest"]]
+    # a file of another configuration asks for it
     result = runner.invoke(build_app(), ["provenance", str(of_study)])
     assert result.exit_code == 1
     assert "compared with config/config.yaml" in result.stderr
     assert "--study" in result.stderr
 
 
-@pytest.mark.parametrize(("engine", "code"), [(None, 0), ("of older sources", 1)])
-def test_a_result_of_one_run_is_current_while_the_engine_is(tmp_path, engine, code):
+def test_a_result_of_one_run_is_current_while_the_engine_is(tmp_path):
     path = tmp_path / "histories.parquet"
-    digest = engine or engine_digest()
-    write_frame(FRAME, path, provenance(run_key="k", engine_digest=digest))
-    assert answered(path)[0] == code
-
-
-def test_a_file_without_provenance_is_bad_input(tmp_path):
-    path = tmp_path / "old.parquet"
+    for digest, code in ((engine_digest(), 0), ("of older sources", 1)):
+        write_frame(FRAME, path, provenance(run_key="k", engine_digest=digest))
+        assert answered(path)[0] == code
     write_frame(FRAME, path, provenance())
     assert answered(path)[0] == 2
     assert answered(tmp_path / "none.png")[0] == 2
@@ -252,6 +245,9 @@ def studied(folder: Path, text: str = "") -> dict[str, dict[str, str]]:
     return made_from(load_config(config, base=ROOT / "config/config.yaml"))
 
 
+ROUNDS = {"plan_round", "collect_rounds"}
+
+
 @pytest.mark.parametrize(
     ("text", "changed"),
     [
@@ -261,19 +257,46 @@ def studied(folder: Path, text: str = "") -> dict[str, dict[str, str]]:
         ("sensitivity: {rows: 1}", {"sensitivity", "report"}),
         (
             "fragility: {margin: 0.07}",
-            {
-                *("fit_fragility", "check_predict", "figures", "report"),
-                *("plan_round", "collect_rounds"),
-            },
+            {"fit_fragility", "check_predict", "figures", "report"} | ROUNDS,
         ),
         (  # the plans of rounds read the new demands
             "model: {cohesion_n: 5.0}",
-            set(RECIPES)
-            - {"prepare_motions", "verify_contact", "verification"}
-            - {"plan_round", "collect_rounds"},
+            set(RECIPES) - {"prepare_motions", "verify_contact", "verification"} - ROUNDS,
         ),
     ],
 )
 def test_a_key_of_the_configuration_changes_the_rules_that_use_it(tmp_path, text, changed):
     before, after = studied(tmp_path), studied(tmp_path, text)
     assert {rule for rule in before if before[rule] != after[rule]} == changed
+
+
+# --- frames of `skewbridge.load`
+
+
+def finished_study(folder: Path, config_of_fits: str) -> Path:
+    (folder / "fragility").mkdir()
+    unit = pa.field("column_shear_kn", pa.float64(), metadata={"unit": "kN"})
+    table = pa.table([pa.array([1.0])], schema=pa.schema([unit]))
+    write_table(table.replace_schema_metadata({"config_digest": "abc"}), folder / "demands.parquet")
+    origin = {"config_digest": config_of_fits}
+    curve = {"skew_deg": 30.0, "im": "im_pga_rotd50_g", "theta": 0.5, "theta_low": 0.4}
+    curve |= {"theta_bound_beta": 0.4, "beta": 0.3}
+    write_frame(pd.DataFrame([curve]), folder / "fragility" / "curves.parquet", origin)
+    return folder
+
+
+def test_frames_have_units_and_origin(tmp_path: Path) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = skewbridge.load(finished_study(tmp_path, "abc"))
+    assert found.demands.attrs["units"] == {"column_shear_kn": "kN"}
+    units = {"skew_deg": "deg", "theta": "g", "theta_low": "g"}
+    assert found.fragility["curves"].attrs["units"] == units
+    assert found.fragility["curves"].attrs["provenance"]["config_digest"] == "abc"
+
+
+def test_tables_of_different_origin_are_reported(tmp_path: Path) -> None:
+    with pytest.warns(UserWarning, match=r"config_digest abc \(demands\), xyz \(curves\)"):
+        skewbridge.load(finished_study(tmp_path, "xyz"))
+    with pytest.raises(InputError, match=r"no demands\.parquet"):
+        skewbridge.load(tmp_path / "fragility")

@@ -29,7 +29,7 @@ from skewbridge.study.sensitivity import (
     sensitivity_table,
     write_sensitivity,
 )
-from skewbridge.study.task import Task, no_result, run_key
+from skewbridge.study.task import no_result, run_key
 from study_parts import row_of, study_of, wave
 
 SLUG = "osb1_cf_skew30_gap025_mu050"
@@ -54,18 +54,6 @@ def no_analyses(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("skewbridge.study.batch._Pool.stream", refuse)
 
 
-def from_journal(folder: Path, tasks: list[Task], known: dict[str, object]) -> list[dict]:
-    with open_journal(folder / "v.jsonl") as journal:
-        return run_tasks(
-            tasks,
-            journal,
-            {run_key(tasks[0]): known},
-            workers=Workers(count=1),
-            log_folder=folder,
-            on_finished=print,
-        )
-
-
 @pytest.mark.usefixtures("no_analyses")
 def test_names_and_measures_of_a_row_come_from_the_task(setup: StudySetup, tmp_path: Path) -> None:
     """The journal has the result of an analysis; the task states which analysis it is."""
@@ -74,7 +62,15 @@ def test_names_and_measures_of_a_row_come_from_the_task(setup: StudySetup, tmp_p
         task, motion=replace(task.motion, motion=replace(task.motion.motion, motion_id="twin"))
     )
     old = row_of(task) | {"im_pga_rotd50_g": 99.0, "motion_id": "an older name"}
-    rows = from_journal(tmp_path, [task, twin], old)
+    with open_journal(tmp_path / "v.jsonl") as journal:
+        rows = run_tasks(
+            [task, twin],
+            journal,
+            {run_key(task): old},
+            workers=Workers(count=1),
+            log_folder=tmp_path,
+            on_finished=print,
+        )
     assert text(rows[0]) == text(row_of(task))
     assert [row["motion_id"] for row in rows] == ["pulse", "twin"]
 
@@ -105,6 +101,11 @@ def test_sensitivity_takes_another_variant_and_motion_for_every_row(setup: Study
     assert reference.settings.dt_s == NUMERICS["reference"]["analysis"]["dt_s"]
     assert reference.settings.event_halvings == 0
     assert reference.options.backwall_points > rows[0].options.backwall_points
+    # a row no longer than its window is that of the study, whose journal has it
+    for window_s, duration_s in ((None, None), (30.0, None), (6.0, 0.5)):
+        short = replace(setup, settings=AnalysisSettings(duration_s=duration_s))
+        row = sampled_rows(short, [SLUG], 1, window_s)[0]
+        assert run_key(row) == run_key(short.tasks(SLUG)[0])
 
 
 def test_both_sides_of_a_sensitivity_row_are_analysed_for_the_window(setup: StudySetup) -> None:
@@ -125,19 +126,7 @@ def test_both_sides_of_a_sensitivity_row_are_analysed_for_the_window(setup: Stud
     assert run_key(row) != run_key(task)
 
 
-@pytest.mark.parametrize(("window_s", "duration_s"), [(None, None), (30.0, None), (6.0, 0.5)])
-def test_a_sensitivity_row_no_longer_than_its_window_is_that_of_the_study(
-    setup: StudySetup, window_s: float | None, duration_s: float | None
-) -> None:
-    """What is analysed is the same, so the journal of the study has it."""
-    short = replace(setup, settings=AnalysisSettings(duration_s=duration_s))
-    rows = sampled_rows(short, [SLUG], 1, window_s)
-    assert run_key(rows[0]) == run_key(short.tasks(SLUG)[0])
-
-
-def test_journal_lines_of_another_version_are_reported_and_not_used(
-    setup: StudySetup, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_journal_lines_of_another_version_are_reported_and_not_used(setup, caplog, monkeypatch):
     task = setup.tasks(SLUG)[0]
     path = setup.folder.journal(SLUG)
     path.parent.mkdir(parents=True)
@@ -147,22 +136,19 @@ def test_journal_lines_of_another_version_are_reported_and_not_used(
         "skewbridge.study.batch._Pool.stream",
         lambda _, pending: ((number, [row_of(task)]) for number, task, _ in pending),
     )
+    output = setup.folder.variant_demands(SLUG)
     with caplog.at_level(logging.WARNING, logger="skewbridge"):
         analyse_variant(
-            setup,
-            SLUG,
-            workers=Workers(count=1),
-            limits=SuspectLimits(),
-            output=setup.folder.variant_demands(SLUG),
+            setup, SLUG, workers=Workers(count=1), limits=SuspectLimits(), output=output
         )
     assert "The journals hold 1 line(s) of another version" in caplog.text
     assert text(read_content([path]).rows) == text({run_key(task): row_of(task)})
 
 
-def test_a_table_of_another_version_or_of_none_is_refused_by_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_table_of_another_version_or_of_none_is_refused_by_name(tmp_path, monkeypatch):
     path, frame = tmp_path / "part.parquet", pd.DataFrame({"a": [1.0]})
+    frame.to_parquet(tmp_path / "mine.parquet")  # of another program
+    assert tables.read_frame(tmp_path / "mine.parquet").equals(frame)
     tables.write_frame(frame, path, provenance())
     assert tables.read_frame(path).equals(frame)
     table = pq.read_table(path)
@@ -173,11 +159,6 @@ def test_a_table_of_another_version_or_of_none_is_refused_by_name(
     pq.write_table(table.replace_schema_metadata(metadata), path)
     with pytest.raises(InputError, match=r"part\.parquet .*table format 1"):
         tables.read_frame(path)
-
-
-def test_a_table_of_another_program_is_taken_as_it_is(tmp_path: Path) -> None:
-    pd.DataFrame({"a": [1.0]}).to_parquet(tmp_path / "mine.parquet")
-    assert list(tables.read_frame(tmp_path / "mine.parquet")["a"]) == [1.0]
 
 
 def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
@@ -196,16 +177,13 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("said", ["", "WARNING: a step failed"])
-def test_a_solver_without_messages_leaves_no_log(
-    setup: StudySetup, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, said: str
-) -> None:
-    def analysed(_task: Task, log: Path, _go_on: object) -> dict[str, object]:
+def test_a_solver_without_messages_leaves_no_log(setup, tmp_path, monkeypatch, said):
+    def analysed(_task, log, _go_on):
         log.write_text(said)
         return no_result("ok", "")
 
-    monkeypatch.setattr(batch, "analyse_task", analysed)
-    (task,) = setup.tasks(SLUG)
-    batch.analysed_row(task, "key", tmp_path / "logs")
+    monkeypatch.setattr(worker, "analyse_task", analysed)
+    worker.analysed_row(setup.tasks(SLUG)[0], "key", tmp_path / "logs")
     assert [path.read_text() for path in (tmp_path / "logs").iterdir()] == [said] * bool(said)
 
 

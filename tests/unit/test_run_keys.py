@@ -1,21 +1,36 @@
-"""The key of an analysis: whatever can change its result changes the key, and nothing else does."""
+"""Keys of analyses, jobs of a variant with their journal as a cache, and the joined table."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
+import pyarrow.parquet as pq
 import pytest
 
 from motions_files import index_of, make_pairs
 from skewbridge.analysis.keys import bridge_digest
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue.loading import FOLDER
+from skewbridge.demands.suspect import SUSPECT, SuspectLimits, reasons
+from skewbridge.demands.tables import join_variants, to_table
+from skewbridge.errors import InputError
+from skewbridge.files import tables as provenance_tables
+from skewbridge.files.checking import merged
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import content_digest, prepare_suite, read_suite, write_suite
 from skewbridge.study import task as task_module
-from skewbridge.study.task import run_key
+from skewbridge.study.analyses import StudySetup, analyse_variant
+from skewbridge.study.batch import Workers
+from skewbridge.study.config import parse_config
+from skewbridge.study.ida import Search, at_factor
+from skewbridge.study.journal import open_journal, read_content
+from skewbridge.study.progress import forecast_study, study_state
+from skewbridge.study.task import Task, run_key
+from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.options import ModelOptions
-from study_parts import task_of
+from study_parts import row_of, study_of, task_of, wave
 
 
 def first_motion(folder: Path, **index: list[object]) -> SuiteMotion:
@@ -26,33 +41,21 @@ def first_motion(folder: Path, **index: list[object]) -> SuiteMotion:
     return read_suite(folder / "suite.parquet")[0]
 
 
-def test_a_corrected_time_step_or_unit_is_another_analysis(tmp_path: Path) -> None:
-    motions = [
+def test_what_is_read_of_a_motion_is_in_the_key_and_its_names_and_measures_are_not(tmp_path):
+    one, *others = (
         first_motion(tmp_path, dt_s=[dt_s], unit=[unit])
         for dt_s, unit in ((0.01, "g"), (0.02, "g"), (0.01, "m/s2"))
-    ]
-    assert len({motion.motion.sha256 for motion in motions}) == 1
-    assert len({run_key(task_of(motion)) for motion in motions}) == 3
-
-
-def test_a_reader_that_turns_a_sign_makes_another_analysis(tmp_path: Path) -> None:
-    suite_motion = first_motion(tmp_path)
-    motion = suite_motion.motion
-    turned = motion.with_components(motion.accel_1_mps2, -motion.accel_2_mps2)
-    assert turned.sha256 == motion.sha256
-    other = replace(suite_motion, motion=turned)
-    assert run_key(task_of(suite_motion)) != run_key(task_of(other))
-
-
-def test_names_and_measures_of_a_motion_are_not_in_the_key(tmp_path: Path) -> None:
-    one = first_motion(tmp_path)
-    other = replace(one, motion=replace(one.motion, motion_id="b", event="E"), measures={})
-    assert run_key(task_of(one)) == run_key(task_of(other))
+    )
+    first, second = one.motion.components
+    turned = replace(one, motion=one.motion.with_components(first, -second))
+    assert {each.motion.sha256 for each in (*others, turned)} == {one.motion.sha256}
+    assert len({run_key(task_of(each)) for each in (one, *others, turned)}) == 4
+    named = replace(one, motion=replace(one.motion, motion_id="b", event="E"), measures={})
     as_numpy = replace(one, scale=np.float64(one.scale))
-    assert run_key(task_of(one)) == run_key(task_of(as_numpy))
+    assert {run_key(task_of(each)) for each in (one, named, as_numpy)} == {run_key(task_of(one))}
 
 
-def test_every_setting_that_matters_is_in_the_key() -> None:
+def test_every_setting_that_matters_and_the_solver_are_in_the_key(monkeypatch) -> None:
     task = task_of()
     others = [
         replace(task, incidence_deg=90.0),
@@ -62,91 +65,203 @@ def test_every_setting_that_matters_is_in_the_key() -> None:
         replace(task, variant=replace(task.variant, gap_mm=26)),
         replace(task, variant=replace(task.variant, bridge="osb1_fixed")),
     ]
-    assert len({run_key(each) for each in (task, *others)}) == 7
-
-
-def test_another_solver_is_another_analysis(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    task = task_of(first_motion(tmp_path))
-    before = run_key(task)
+    keys = {run_key(each) for each in (task, *others)}
     monkeypatch.setattr(task_module, "opensees_version", lambda: "9.9")
-    assert run_key(task) != before
+    assert len(keys | {run_key(task)}) == 8
 
 
-def test_only_numbers_of_a_bridge_change_its_digest(tmp_path: Path) -> None:
-    texts = {
-        "as it is": "extends: osb1\nbase: {v: fixed, src: 'd: test'}\n",
-        "comment": "# why\nextends: osb1\nbase: {v: fixed, src: 'd: test'}\n",
-        "source": "extends: osb1\nbase: {v: fixed, src: 'd: another reason'}\n",
-        "title": "extends: osb1\ntitle: Mine\nbase: {v: fixed, src: 'd: test'}\n",
-        "base": "extends: osb1\nbase: {v: pinned, src: 'd: test'}\n",
-    }
-    found: dict[str, str] = {}
-    for name, text in texts.items():
-        folder = tmp_path / name
-        folder.mkdir()
-        (folder / "mine.yaml").write_text(text)
-        found[name] = bridge_digest(str(folder / "mine.yaml"))
-    assert found["as it is"] == found["comment"] == found["source"] == found["title"]
-    assert found["base"] != found["as it is"]
+def test_only_numbers_of_a_bridge_and_its_parent_change_its_digest(tmp_path: Path) -> None:
+    def digest(name: str, text: str, **others: str) -> str:
+        (tmp_path / name).mkdir()
+        for stem, content in {"mine": text, **others}.items():
+            (tmp_path / name / f"{stem}.yaml").write_text(content)
+        return bridge_digest(str(tmp_path / name / "mine.yaml"))
+
+    plain = "extends: osb1\nbase: {v: fixed, src: 'd: test'}\n"
+    before = digest("as it is", plain)
+    assert digest("comment", f"# why\n{plain}") == before
+    assert digest("source", plain.replace("test", "another reason")) == before
+    assert digest("title", f"{plain}title: Mine\n") == before
+    assert digest("base", plain.replace("fixed", "pinned")) != before
+    parent = (FOLDER / "osb1.yaml").read_text()
+    one, other = (
+        digest(period, "extends: parent\n", parent=parent.replace("0.7192", period, 1))
+        for period in ("0.741", "0.742")
+    )
+    assert one != other
 
 
-def test_the_parent_of_a_bridge_counts(tmp_path: Path) -> None:
-    digests: list[str] = []
-    for number in (1, 2):
-        folder = tmp_path / str(number)
-        folder.mkdir()
-        parent = (FOLDER / "osb1.yaml").read_text()
-        (folder / "parent.yaml").write_text(parent.replace("0.7192", f"0.74{number}", 1))
-        (folder / "child.yaml").write_text("extends: parent\n")
-        digests.append(bridge_digest(str(folder / "child.yaml")))
-    assert digests[0] != digests[1]
+def test_values_and_index_of_the_motions_in_use_change_the_digest_of_their_folder(tmp_path):
+    """Times, notes, places of files and motions that the study does not use do not count."""
+    folder = tmp_path / "motions"
+    folder.mkdir()
+    index = index_of(folder, make_pairs(folder, 3), scale=[1.0, 1.0, 1.0])
 
+    def digest(cache: str = "digest.json", count: int | None = 2, folder: Path = folder) -> str:
+        levels_g = (0.1, 1.5)
+        return content_digest(
+            folder, count, t1_s=0.7, level_range_g=levels_g, cache=tmp_path / cache
+        )
 
-class TestContentOfAFolderOfMotions:
-    """The digest of what is read: times, notes and places of files do not count."""
-
-    @staticmethod
-    def digest(folder: Path, cache: Path, count: int | None = 2) -> str:
-        return content_digest(folder, count, t1_s=0.7, level_range_g=(0.1, 1.5), cache=cache)
-
-    @pytest.fixture
-    def folder(self, tmp_path: Path) -> Path:
-        folder = tmp_path / "motions"
-        folder.mkdir()
-        index_of(folder, make_pairs(folder, 3), scale=[1.0, 1.0, 1.0])
-        return folder
-
-    def test_notes_and_times_do_not_count(self, folder: Path, tmp_path: Path) -> None:
-        cache = tmp_path / "digest.json"
-        before = self.digest(folder, cache)
-        (folder / "README.md").write_text("a note")
-        for path in folder.iterdir():
-            path.touch()
-        assert self.digest(folder, cache) == before
-        moved = folder.rename(tmp_path / "elsewhere")
-        assert self.digest(moved, tmp_path / "other.json") == before
-
-    def test_values_and_index_count(self, folder: Path, tmp_path: Path) -> None:
-        cache = tmp_path / "digest.json"
-        before = self.digest(folder, cache)
-        path = next(folder.glob("q0*.AT2"))
-        text = path.read_text()
-        path.write_text(text + " 1.0E-3\n")
-        assert self.digest(folder, cache) != before
+    def changed(path: Path, text: str, **options: int | None) -> bool:
+        """Whether another text of a file changes the digest; the file stays as it was."""
+        before, kept = digest(**options), path.read_text()
         path.write_text(text)
-        assert self.digest(folder, cache) == before
-        index = folder / "index.csv"
-        index.write_text(index.read_text().replace("q1,", "r1,", 1))
-        assert self.digest(folder, cache) != before
+        is_other = digest(**options) != before
+        path.write_text(kept)
+        assert digest(**options) == before
+        return is_other
 
-    def test_a_motion_that_the_study_does_not_use_does_not_count(
-        self, folder: Path, tmp_path: Path
-    ) -> None:
-        cache = tmp_path / "digest.json"
-        before = self.digest(folder, cache)
-        third = next(folder.glob("q2*.AT2"))
-        third.write_text(third.read_text() + " 1.0E-3\n")
-        assert self.digest(folder, cache) == before
-        assert self.digest(folder, cache, count=None) != before
+    before = digest()
+    (folder / "README.md").write_text("a note")
+    for path in folder.iterdir():
+        path.touch()
+    assert digest() == before
+    used, unused = (next(folder.glob(f"{name}*.AT2")) for name in ("q0", "q2"))
+    assert changed(used, used.read_text() + " 1.0E-3\n")
+    assert changed(index, index.read_text().replace("q1,", "r1,", 1))
+    longer = unused.read_text() + " 1.0E-3\n"
+    assert not changed(unused, longer)
+    assert changed(unused, longer, count=None)
+    assert digest("other.json", folder=folder.rename(tmp_path / "elsewhere")) == before
+
+
+# --- jobs of a variant
+
+
+SLUGS = (
+    "osb1_cf_skew30_gap025_mu000",
+    "osb1_cf_skew30_gap025_mu050",
+    "osb1_ro_skew30_gap000_mu000",
+)
+
+
+def setup_in(folder: Path, lengths_s: Sequence[float] = (1.0, 3.0, 2.0)) -> StudySetup:
+    return study_of(folder, *(wave(f"m{s:g}", duration_s=s, number=s) for s in lengths_s))
+
+
+def test_the_analysis_of_a_row_is_found_also_in_a_search(tmp_path: Path) -> None:
+    plain = setup_in(tmp_path)
+    search = Search(demand="deck_disp_m", threshold=0.1, low_g=0.1, high_g=2.0)
+    searching = replace(plain, search=search)
+    first = searching.tasks(SLUGS[1])[1]
+    for setup, task in (
+        (plain, plain.tasks(SLUGS[1])[2]),
+        (searching, first),
+        (searching, at_factor(first, 1.37)),
+    ):
+        found = setup.task_of(row_of(task))
+        assert found is not None
+        assert run_key(found) == run_key(task)
+        assert found.motion.measures == task.motion.measures
+    assert plain.task_of(row_of(at_factor(first, 1.37))) is None
+    with pytest.raises(InputError, match=r"osb2s_.*: the study has the bridges osb1"):
+        plain.tasks("osb2s_cf_skew30_gap025_mu050")
+
+
+@pytest.fixture
+def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Names of the motions that workers were asked for, in their order."""
+    asked: list[str] = []
+
+    def stream(_pool: object, pending: Sequence[tuple[int, Task, str]]) -> Iterator[tuple]:
+        asked.extend(task.motion.motion.motion_id for _, task, _ in pending)
+        yield from ((number, [row_of(task)]) for number, task, _ in reversed(pending))
+
+    monkeypatch.setattr("skewbridge.study.batch._Pool.stream", stream)
+    return asked
+
+
+def analyse(setup: StudySetup, slug: str) -> Path:
+    output = setup.folder.variant_demands(slug)
+    analyse_variant(setup, slug, workers=Workers(count=1), limits=SuspectLimits(), output=output)
+    return output
+
+
+def test_the_longest_analyses_begin_first_and_none_is_repeated(tmp_path, ran) -> None:
+    setup = setup_in(tmp_path)
+    known = setup_in(tmp_path, (1.0, 3.0)).tasks(SLUGS[0])[1]
+    with open_journal(setup.folder.journal(SLUGS[0])) as journal:
+        journal.append(row_of(known))
+    first = pd.read_parquet(analyse(setup, SLUGS[0]))
+    assert ran == ["m2", "m1"]
+    assert first["motion_id"].tolist() == ["m1", "m2", "m3"]
+    again = pd.read_parquet(analyse(setup, SLUGS[0]))
+    assert ran == ["m2", "m1"]
+    pd.testing.assert_frame_equal(first, again)
+
+
+def test_a_variant_that_another_process_analyses_is_refused(tmp_path, ran, monkeypatch) -> None:
+    monkeypatch.setattr("skewbridge.study.analyses.PREDECESSOR_S", 0.0)
+    setup = setup_in(tmp_path)
+    with (
+        open_journal(setup.folder.journal(SLUGS[0])),
+        pytest.raises(InputError, match="being written by another process"),
+    ):
+        analyse(setup, SLUGS[0])
+    assert not ran
+
+
+def test_the_joined_table_is_that_of_all_rows_at_once(tmp_path, ran, monkeypatch):
+    """However few rows are held at a time, the file has all of them in the order of the key."""
+    monkeypatch.setattr(provenance_tables, "_GROUP_ROWS", 4)
+    setup, limits = setup_in(tmp_path), SuspectLimits()
+    join_variants([analyse(setup, slug) for slug in SLUGS], setup.folder.demands)
+    rows = [row_of(task) for slug in reversed(SLUGS) for task in setup.tasks(slug)]
+    whole = to_table([{**row, SUSPECT: reasons(row, limits)} for row in rows], {})
+    file = pq.ParquetFile(setup.folder.demands)
+    assert file.num_row_groups == 2
+    pd.testing.assert_frame_equal(file.read().to_pandas(), whole.to_pandas(), check_exact=True)
+    assert [field.metadata for field in file.schema_arrow] == [
+        field.metadata for field in whole.schema
+    ]
+
+
+def test_every_journal_of_the_folder_counts(tmp_path: Path) -> None:
+    """What is done is done, by whatever job."""
+    setup = setup_in(tmp_path)
+    tasks = setup.tasks(SLUGS[0])
+    for name, task in zip((SLUGS[0], "pilot", "sensitivity"), tasks, strict=True):
+        with open_journal(setup.folder.journal(name)) as journal:
+            journal.append(row_of(task))
+    keys = {slug: [run_key(task) for task in setup.tasks(slug)] for slug in SLUGS[:2]}
+    state = study_state(keys, read_content(setup.folder.journals))
+    assert (state.analyses, state.done, state.left) == (6, 3, 3)
+    assert state.variants_left == (SLUGS[1],)
+
+
+def test_the_cost_of_a_study_of_searches_is_that_of_all_their_analyses(tmp_path, monkeypatch):
+    monkeypatch.chdir(Path(__file__).parents[2])
+    raw = {"results": str(tmp_path), "motions": {"level_range_g": [0.05, 5.0]}}
+    given, searching = (
+        forecast_study(parse_config(merged(raw, {"motions": {"design": design}})))
+        for design in ("scaled_cloud", "ida")
+    )
+    assert searching.summary["analyses"] == given.summary["analyses"]
+    hours = [each.summary["core_hours"] for each in (given, searching)]
+    assert hours[1] == pytest.approx(10 * hours[0], rel=1e-3)
+    assert searching.notes == ("Counted are searches of up to 10 analyses; the cost is of all.",)
+
+
+def test_values_on_axes_and_bridges_from_any_path_reach_the_analyses(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("extends: osb1\nbase: fixed\n", encoding="utf-8")
+    grid = {"transverse_gap_mm": [12.5, 25.4], "backwall_points": [7], "abutment": ["roller"]}
+    study = parse_config(
+        {
+            "grid": grid | {"bridge": [str(path), "osb1"], "skew_deg": [30]},
+            "model": {"keys": "monolithic", "transverse_gap_mm": 3.0},
+        }
+    )
+    setup = study_of(
+        "results", bridges=study.grid.bridge, settings=study.analysis, options=study.model
+    )
+    variants = expand_grid(study.grid)
+    tasks = [setup.tasks(variant.slug)[0] for variant in variants]
+    assert [task.variant for task in tasks] == variants
+    assert {task.variant.bridge_name for task in tasks} == {"mine", "osb1"}
+    assert str(path) in {task.variant.bridge for task in tasks}
+    assert {task.options.transverse_gap_m for task in tasks} == {0.0125, 0.0254}
+    assert {(task.options.keys, task.options.backwall_points) for task in tasks} == {
+        ("monolithic", 7)
+    }

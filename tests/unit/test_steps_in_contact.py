@@ -65,11 +65,6 @@ def sizes_s(contacts: Contacts, steps: int, settings: AnalysisSettings = SETTING
     return contacts.sizes_s
 
 
-def test_steps_are_shorter_in_contact() -> None:
-    assert sizes_s(Contacts(is_any_closed=False), 3) == [DT_S, 2 * DT_S]
-    assert sizes_s(Contacts(), 3) == [CONTACT_DT_S] * 6
-
-
 def test_steps_are_shorter_while_the_deck_swings_and_for_some_time_after() -> None:
     class Swinging(Contacts):
         @property
@@ -93,32 +88,37 @@ def test_steps_far_from_closing_are_made_together() -> None:
     assert sum(found) == pytest.approx(20 * DT_S)
 
 
-def test_steps_in_contact_are_halved_at_a_large_friction_error() -> None:
-    found = sizes_s(Contacts(errors=[FAIR, MUCH, MUCH, FAIR, MUCH]), 3)
-    assert found == [5e-3] * 2 + [2.5e-3, *[1.25e-3] * 2, *[0.625e-3] * 8] + [0.625e-3] * 16
+#: Contacts, number of steps and the sizes of the steps made, s.
+CASES = {
+    "halved at a large error": (
+        Contacts(errors=[FAIR, MUCH, MUCH, FAIR, MUCH]),
+        3,
+        [5e-3] * 2 + [2.5e-3, *[1.25e-3] * 2, *[0.625e-3] * 8] + [0.625e-3] * 16,
+    ),
+    "from the finest after a closing": (
+        Contacts(closes_after=2, errors=[LITTLE] * 99),
+        3,
+        [5e-3] * 2 + [FINEST_S * parts for parts in (1, 1, 2, 4, 8, 16)] + [5e-3] * 2,
+    ),
+    "constant at a moderate error": (Contacts(closes_after=2), 2, [5e-3] * 2 + [FINEST_S] * 32),
+    "shorter before a change": (
+        Contacts(is_any_closed=False, time_to_change=LOOK_AHEAD * 1.3e-3),
+        1,
+        [1.25e-3] * 8,
+    ),
+    "longer in the open": (Contacts(is_any_closed=False), 3, [DT_S, 2 * DT_S]),
+    "shorter in contact": (Contacts(), 3, [CONTACT_DT_S] * 6),
+}
 
 
-def test_steps_in_contact_are_not_shorter_than_event_steps() -> None:
+@pytest.mark.parametrize(("contacts", "steps", "expected"), CASES.values(), ids=CASES)
+def test_steps_follow_closings_and_the_friction_error(contacts, steps, expected) -> None:
+    assert sizes_s(contacts, steps) == expected
+
+
+def test_steps_are_not_shorter_than_event_steps_and_regular_without_them() -> None:
     found = sizes_s(Contacts(errors=[MUCH] * 99), 2)
     assert min(found) == found[-1] == FINEST_S
-
-
-def test_steps_after_a_closing_start_at_the_finest_and_grow() -> None:
-    found = sizes_s(Contacts(closes_after=2, errors=[LITTLE] * 99), 3)
-    growing = [FINEST_S * parts for parts in (1, 1, 2, 4, 8, 16)]
-    assert found == [5e-3] * 2 + growing + [5e-3] * 2
-
-
-def test_steps_keep_their_size_at_a_moderate_friction_error() -> None:
-    assert sizes_s(Contacts(closes_after=2), 2) == [5e-3] * 2 + [FINEST_S] * 32
-
-
-def test_steps_are_shorter_before_a_change() -> None:
-    near = Contacts(is_any_closed=False, time_to_change=LOOK_AHEAD * 1.3e-3)
-    assert sizes_s(near, 1) == [1.25e-3] * 8
-
-
-def test_without_event_steps_all_steps_are_regular() -> None:
     plain = AnalysisSettings(dt_s=0.002, contact_dt_s=None, event_dt_s=None)
     contacts = Contacts(errors=[MUCH] * 99, closes_after=1, time_to_change=1e-9)
     assert sizes_s(contacts, 3, plain) == [0.002] * 3

@@ -1,12 +1,16 @@
-"""The configuration: defaults, limits, merging, and the pages made from it."""
+"""The configuration and the variants of its grid: defaults, limits, names, pages made from it."""
 
 import json
 import re
-from pathlib import Path
+from dataclasses import asdict
+from typing import Any
 
 import jsonschema
+import numpy as np
 import pytest
 import yaml
+from hypothesis import given
+from hypothesis import strategies as st
 from reference_pages import PAGES, ROOT
 
 from skewbridge.analysis.settings import AnalysisSettings
@@ -16,49 +20,37 @@ from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.folder import list_motions
 from skewbridge.study.config import StudyConfig, load_config, parse_config
 from skewbridge.study.folder import DEFAULT_ROOT
-from skewbridge.variant.grid import expand_grid
+from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.variant.axes import axes_of, axis
+from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import SLUG_PATTERN, Variant, parse_slug
 
 NAN = float("nan")
 SCHEMA = jsonschema.Draft202012Validator(json.loads((ROOT / "config/schema.json").read_text()))
-SHIPPED = ("config", "smoke", "real", "full", "stripes", "ida", "suites")
+#: Shipped configurations and the number of their variants.
+GRIDS = {"config": 24, "smoke": 2, "real": 24, "full": 160, "stripes": 4, "ida": 4, "suites": 16}
 
 
 def shipped(name: str) -> StudyConfig:
     return load_config(ROOT / f"config/{name}.yaml", base=ROOT / "config/config.yaml")
 
 
-@pytest.mark.parametrize(
-    ("name", "variants"),
-    [
-        ("config", 24),
-        ("smoke", 2),
-        ("real", 24),
-        ("full", 160),
-        ("stripes", 4),
-        ("ida", 4),
-        ("suites", 16),
-    ],
-)
-def test_the_grid_of_a_shipped_configuration_has_its_variants(name: str, variants: int) -> None:
-    assert len(expand_grid(shipped(name).grid)) == variants
+def drawn(name: str, distribution: str, low: float, high: float, source: str | None = "x") -> dict:
+    """Return a configuration with a random property."""
+    values = {"distribution": distribution, "low": low, "high": high, "source": source}
+    return {"uncertainty": {name: {k: value for k, value in values.items() if value is not None}}}
 
 
-def test_no_study_overwrites_the_results_of_another() -> None:
-    folders = [shipped(name).results for name in SHIPPED]
-    assert folders[0] == DEFAULT_ROOT
-    assert len(set(folders)) == len(SHIPPED)
-
-
-def test_the_full_study_takes_96_motions_of_the_suite() -> None:
-    full = shipped("full").motions
+def test_shipped_configurations_have_their_variants_defaults_and_results_of_their_own() -> None:
+    studies = {name: shipped(name) for name in GRIDS}
+    assert {name: len(expand_grid(each.grid)) for name, each in studies.items()} == GRIDS
+    assert studies["config"].results == DEFAULT_ROOT
+    assert len({each.results for each in studies.values()}) == len(GRIDS)
+    full = studies["full"].motions
     assert full.count == 96 <= len(list_motions(ROOT / full.folder))
-    assert full.level_range_g == shipped("config").motions.level_range_g
-
-
-def test_the_shipped_configuration_has_the_defaults() -> None:
-    drawn = parse_config({"uncertainty": {"enabled": True}})
-    assert load_config(ROOT / "config/config.yaml") == drawn
+    assert full.level_range_g == studies["config"].motions.level_range_g
+    assert studies["config"] == parse_config({"uncertainty": {"enabled": True}})  # the defaults
 
 
 @pytest.mark.parametrize(
@@ -71,45 +63,42 @@ def test_the_shipped_configuration_has_the_defaults() -> None:
         ({"grid": {"friction": [-0.1]}}, r"grid\.friction\.0: .* 0\.\.1\.5, got -0\.1"),
         ({"grid": {"friction": [0.1234567]}}, r"friction\.0: .*most 5 decimals, got 0\.1234567"),
         ({"grid": {"skew_deg": []}}, r"grid\.skew_deg: .*at least 1"),
-        ({"grid": {"skew_deg": [7.5001]}}, r"skew_deg\.0: .*most 3 decimals, got 7\.5001"),
         (
             {"model": {"cohesion_n": "2e7"}},
             r"model\.cohesion_n: .*got '2e7' \(it is text.*2\.0e\+7",
         ),
-        (
-            {"analysis": {"dt_s": 0.0}},
-            r"analysis\.dt_s: .*equal to 0\.00001, got 0$",
-        ),
+        ({"analysis": {"dt_s": 0.0}}, r"analysis\.dt_s: .*equal to 0\.00001, got 0$"),
         ({"motions": {"level_range_g": [1.0, 0.1]}}, "level_range_g must rise"),
-        (
-            {"model": {"backfill": "clay"}},
-            r"model\.backfill: must be .* or 'sdc', got 'clay'",
-        ),
-        ({"model": {"transverse_gap_mm": -0.1}}, r"model\.transverse_gap_mm: "),
+        ({"model": {"backfill": "clay"}}, r"model\.backfill: must be .* or 'sdc', got 'clay'"),
         ({"model": {"backwall_points": 1}}, r"model\.backwall_points: "),
-        ({"model": {"wall_dashpot_ratio": 2.0}}, r"model\.wall_dashpot_ratio: "),
         ({"model": {"normal_stiffness_n_per_m": 0.0}}, r"model\.normal_stiffness_n_per_m: "),
         ({"model": {"normal_stiffness_n_per_m": NAN}}, r"model\.normal_stiffness_n_per_m: "),
-        ({"model": {"column_fibers": [8, 2, 2]}}, r"column_fibers\.1: "),
         ({"model": {"column_fibers": [8, 0, 2]}}, r"column_fibers\.1: .*to 3, got 0$"),
-        ({"figures": {"width_mm": 5}}, r"figures\.width_mm: .*equal to 40, got 5$"),
         ({"accuracy": "exact"}, r"accuracy: must be 'reference', 'default' or 'fast', got 'exact'"),
         ({"accuracy": ["fast"]}, r"accuracy: must be 'reference', 'default' or 'fast'"),
         ({"model": 3}, "model: keys and values are needed, got 3$"),
         ({"analysis": {"integrator": ["Euler"]}}, "integrator must be Houbolt, Newmark or HHT"),
-        (
-            {"analysis": {"scheme": "paper", "dt_s": 0.01}},
-            r"fixed at 0\.005 .* got 0\.01",
-        ),
+        ({"analysis": {"scheme": "paper", "dt_s": 0.01}}, r"fixed at 0\.005 .* got 0\.01"),
         ({"grid": {"transverse_gap_mm": [-1]}}, r"grid\.transverse_gap_mm\.0: .*100000, got -1$"),
         ({"grid": {"backwall_points": [5.5]}}, r"backwall_points\.0: must be whole, got 5\.5"),
         ({"grid": {"arrays": ["rigid"]}}, r"grid\.arrays: unknown key"),
-        (
-            {"grid": {"cohesion_n": ["2e7"]}},
-            r"grid\.cohesion_n\.0: .* number, got '2e7'",
-        ),
+        ({"grid": {"cohesion_n": ["2e7"]}}, r"grid\.cohesion_n\.0: .* number, got '2e7'"),
         ({"grid": {"bridge": ["My-Bridge"]}}, "small letters, digits and _.*got 'My-Bridge'"),
         ({"grid": {"bridge": ["osb1", "x/osb1.yaml"]}}, "two bridges have the same name"),
+        ({"modelling_choices": {"motions": 0}}, r"modelling_choices\.motions: .*got 0"),
+        ({"fragility": {"margins": {"deck_dips_m": 0.1}}}, "deck_dips_m"),
+        ({"fragility": {"margins": {"unseating_m": 1.5}}}, "must be < 1"),
+        ({"uncertainty": {"fc": None}}, r"uncertainty\.fc: unknown key"),
+        ({"uncertainty": {"enabled": "on"}}, r"uncertainty\.enabled: .*got 'on'"),
+        (drawn("deck_mass_factor", "uniform", 0.9, 1.1, source=None), "source"),
+        (drawn("deck_mass_factor", "uniform", 2, 1), "low must be below high, got 2 and 1"),
+        (drawn("key_strength_factor", "lognormal", 0, 1.1), "must be positive"),
+        (
+            drawn("damping_factor", "normal", -1, 2),
+            r"damping_factor\.low must be at least 0\.01, got -1",
+        ),
+        ({"design": {"first": 64}}, "first must be below most"),
+        ({"design": {"until": "decided"}, "motions": {"design": "ida"}}, "an IDA has no rounds"),
     ],
 )
 def test_a_bad_value_is_named_with_its_limit(raw: dict[str, object], words: str) -> None:
@@ -117,10 +106,18 @@ def test_a_bad_value_is_named_with_its_limit(raw: dict[str, object], words: str)
         parse_config(raw)
 
 
-def test_a_section_is_the_class_that_the_analyses_take() -> None:
-    config = parse_config({})
-    assert config.model == ModelOptions()
-    assert config.analysis == AnalysisSettings()
+def test_plain_values_are_read_back_as_they_were() -> None:
+    default = parse_config({})
+    assert (default.model, default.analysis) == (ModelOptions(), AnalysisSettings())
+    raw = {
+        "grid": {"transverse_gap_mm": [6.4, 25.4], "backwall_points": [5]},
+        "model": {"column_fibers": [6, 12, 1], "keys": "monolithic"},
+        "analysis": {"integrator": ["Newmark", 0.5, 0.25]},
+    }
+    config = parse_config(raw)
+    plain = json.loads(json.dumps(config.model_dump(mode="json")))
+    assert parse_config(plain) == config
+    assert config.analysis.integrator_command == ("Newmark", 0.5, 0.25)
 
 
 def test_every_choice_of_the_assumptions_is_a_key() -> None:
@@ -136,26 +133,11 @@ def test_every_choice_of_the_assumptions_is_a_key() -> None:
     assert parse_config({"model": {"backwall_points": 41}}).model.backwall_points == 41
 
 
-def test_plain_values_are_read_back_as_they_were() -> None:
-    raw = {
-        "grid": {"transverse_gap_mm": [6.4, 25.4], "backwall_points": [5]},
-        "model": {"column_fibers": [6, 12, 1], "keys": "monolithic"},
-        "analysis": {"integrator": ["Newmark", 0.5, 0.25]},
-    }
-    config = parse_config(raw)
-    plain = json.loads(json.dumps(config.model_dump(mode="json")))
-    assert parse_config(plain) == config
-    assert config.analysis.integrator_command == ("Newmark", 0.5, 0.25)
-
-
-def config_files() -> list[Path]:
-    return sorted(path for path in (ROOT / "config").glob("*.yaml") if "limit" not in path.name)
-
-
-@pytest.mark.parametrize("path", config_files(), ids=lambda path: path.name)
-def test_the_schema_of_editors_accepts_every_shipped_configuration(path: Path) -> None:
-    assert path.read_text().startswith("# yaml-language-server: $schema=schema.json\n")
-    SCHEMA.validate(read_mapping(path))
+def test_the_schema_of_editors_accepts_every_shipped_configuration() -> None:
+    for path in (ROOT / "config").glob("*.yaml"):
+        if "limit" not in path.name:
+            assert path.read_text().startswith("# yaml-language-server: $schema=schema.json\n")
+            SCHEMA.validate(read_mapping(path))
 
 
 @pytest.mark.parametrize(
@@ -181,17 +163,9 @@ def test_pages_written_from_the_code_are_current(name: str) -> None:
 
 
 def test_equal_bridges_are_analysed_once() -> None:
-    config = parse_config(
-        {
-            "grid": {
-                "bridge": ["osb1"],
-                "abutment": ["roller"],
-                "gap_mm": [25, 51],
-                "friction": [0, 0.5],
-            }
-        }
-    )
-    assert [variant.skew_deg for variant in expand_grid(config.grid)] == [0, 30, 60]
+    grid = {"bridge": ["osb1"], "abutment": ["roller"], "gap_mm": [25, 51], "friction": [0, 0.5]}
+    variants = expand_grid(parse_config({"grid": grid}).grid)
+    assert [variant.skew_deg for variant in variants] == [0, 30, 60]
 
 
 @pytest.mark.parametrize("name", ["limit_states.yaml", "limit_states_template.yaml"])
@@ -204,3 +178,165 @@ def test_limit_states_fit_their_schema_and_load(name: str) -> None:
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate([entries[0] | {"unit": "furlong"}], schema)
     assert load_limit_states(path)
+
+
+# --- variants and their names
+
+
+def with_decimals(low: int, high: int, decimals: int = 3) -> st.SearchStrategy[float]:
+    """Whole numbers, and numbers with up to so many decimals, between two limits."""
+    factor = 10**decimals
+    fine = st.integers(low * factor, high * factor).map(lambda count: count / factor)
+    return st.integers(low, high) | fine
+
+
+variants = st.builds(
+    Variant,
+    bridge=st.sampled_from(["osb1", "osb1_fixed", "bridge_a"]),
+    abutment=st.sampled_from(sorted(ABUTMENTS)),
+    skew_deg=with_decimals(-60, 60),
+    gap_mm=with_decimals(0, 999),
+    friction_pct=with_decimals(0, 150),
+    options=st.dictionaries(
+        st.sampled_from(["transverse_gap_mm", "wall_dashpot_ratio", "cohesion_n"]),
+        st.floats(0.0, 1.0),
+    ).map(lambda values: tuple(sorted(values.items()))),
+)
+
+
+@given(variants)
+def test_a_name_contains_the_whole_variant(variant: Variant) -> None:
+    assert parse_slug(variant.slug) == variant
+    assert re.fullmatch(SLUG_PATTERN, variant.slug)
+    assert "." not in variant.slug
+    assert parse_slug(variant.slug).slug == variant.slug
+
+
+NUMBERS = st.builds(
+    "{}{}{}".format,
+    st.sampled_from(["", "m"]),
+    st.sampled_from(["0", "00", "7", "30", "51", "051", "999"]),
+    st.sampled_from(["", "p", "p0", "p5", "p50", "p005"]),
+)
+
+
+@given(st.builds("osb1_cf_skew{}_gap{}_mu{}".format, NUMBERS, NUMBERS, NUMBERS))
+def test_a_name_is_that_of_its_variant_or_refused(slug: str) -> None:
+    try:
+        variant = parse_slug(slug)
+    except InputError:
+        return
+    assert variant.slug == slug
+
+
+@given(with_decimals(0, 1, decimals=5))
+def test_the_friction_of_a_variant_is_the_number_given(friction: float) -> None:
+    values = {"skew_deg": 0, "gap_mm": 51, "friction": friction}
+    variant = Variant.at("osb1", "contact_friction", values)
+    assert variant.friction == friction
+    assert parse_slug(variant.slug).friction == friction
+
+
+@pytest.mark.parametrize(
+    ("skew_deg", "gap_mm", "friction", "slug"),
+    [
+        (30, 51, 0.5, "osb1_cf_skew30_gap051_mu050"),
+        (-30, 51, 0.5, "osb1_cf_skewm30_gap051_mu050"),
+        (22.5, 25.4, 0.375, "osb1_cf_skew22p5_gap025p4_mu037p5"),
+        (-30.0, 0, 0.29, "osb1_cf_skewm30_gap000_mu029"),
+        (-22.5, 0.001, 1.00001, "osb1_cf_skewm22p5_gap000p001_mu100p001"),
+        (-0.0, 999, 0.07, "osb1_cf_skew00_gap999_mu007"),
+        (-0.5, 5.25, 0.005, "osb1_cf_skewm00p5_gap005p25_mu000p5"),
+    ],
+)
+def test_decimals_are_coded_with_p(skew_deg, gap_mm, friction, slug):
+    grid = {"skew_deg": [skew_deg], "gap_mm": [gap_mm], "friction": [friction]}
+    (variant,) = expand_grid(GridConfig.model_validate({"bridge": ["osb1"], **grid}))
+    assert variant.slug == slug
+    assert variant.values() == {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": friction}
+
+
+@pytest.mark.parametrize("kind", [int, float, np.int64, np.float64])
+def test_whole_values_are_integers_whatever_their_type(kind: Any) -> None:
+    """The digest of an analysis holds the numbers of its variant as text."""
+    values = {"skew_deg": kind(30), "gap_mm": kind(51), "friction_pct": kind(29)}
+    variant = Variant(bridge="osb1", abutment="contact_friction", **values)
+    assert repr(asdict(variant)) == (
+        "{'bridge': 'osb1', 'abutment': 'contact_friction', 'skew_deg': 30, 'gap_mm': 51, "
+        "'friction_pct': 29, 'options': ()}"
+    )
+    assert repr(variant.friction) == "0.29"
+
+
+def test_any_numeric_modelling_option_may_be_an_axis() -> None:
+    one = {"bridge": ["osb1"], "gap_mm": [51], "friction": [0.3, 0.1 + 0.2], "skew_deg": [30]}
+    raw = {"transverse_gap_mm": [6.4, 25.4], "backwall_points": [5, 9]}
+    variants = expand_grid(GridConfig.model_validate(raw | one))
+    names = [variant.slug for variant in variants]
+    assert len(set(names)) == len(names) == 4  # friction 0.3 once
+    assert "osb1_cf_skew30_gap051_mu030_backwall-points5_transverse-gap-mm25p4" in names
+    assert [parse_slug(name) for name in names] == variants
+    first = variants[0].values()
+    assert first == {
+        **{"skew_deg": 30, "gap_mm": 51, "friction": 0.3},
+        **{"backwall_points": 5, "transverse_gap_mm": 6.4},
+    }
+    assert type(first["backwall_points"]) is int
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("osb1_cf_skewm00_gap051_mu050", r"not a variant name: .* is named osb1_cf_skew"),
+        ("osb1_cf_skew22p50_gap051_mu050", r"not a variant name: .* is named osb1_cf_skew"),
+        ("osb1_cf_skew30p0_gap051_mu050", r"not a variant name: .* is named osb1_cf_skew"),
+        ("", "not a variant name"),
+        ("osb1", "not a variant name"),
+        ("osb1_cf_skew7_gap051_mu050", "not a variant name"),
+        ("../x_cf_skew00", "not a variant name"),
+        ("osb1_cf_skew30_gap051_mu050_arrays1", "got 'arrays'"),
+        (
+            "osb1_cf_skew30_gap051_mu050_wall-dashpot-ratio2",
+            r"wall_dashpot_ratio must be within 0\.\.1, got 2",
+        ),
+        (
+            "osb1_cf_skew30_gap051_mu050_backwall-points5p5",
+            r"backwall_points must be whole, got 5\.5",
+        ),
+    ],
+)
+def test_an_invalid_or_second_name_of_a_variant_is_refused(text: str, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        parse_slug(text)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "words"),
+    [
+        ("friction_pct", -10, "friction must be within 0..1.5, got -0.1"),
+        ("skew_deg", float("nan"), "skew_deg must be within -60..60, got nan"),
+        ("gap_mm", 25.40001, "gap_mm must have at most 3 decimals, got 25.40001"),
+        ("friction_pct", 37.5001, "friction must have at most 5 decimals, got 0.375001"),
+        ("abutment", "seat", "abutment must be one of .* got 'seat'"),
+    ],
+)
+def test_a_value_outside_its_limits_is_named(field: str, value: object, words: str) -> None:
+    good = {"bridge": "osb1", "abutment": "contact", "skew_deg": 0, "gap_mm": 51}
+    with pytest.raises(InputError, match=words):
+        Variant(**{**good, "friction_pct": 0, field: value})
+
+
+def test_the_axes_of_a_table_begin_with_the_core_ones() -> None:
+    columns = ["transverse_gap_mm", "deck_disp_m", "friction", "skew_deg"]
+    assert [axis.name for axis in axes_of(columns)] == ["skew_deg", "friction", "transverse_gap_mm"]
+    assert axis("transverse_gap_mm").label_with_unit == "Transverse gap (mm)"
+    with pytest.raises(InputError, match=r"axis must be one of .* got 'arrays'"):
+        axis("arrays")
+
+
+def test_normalising_keeps_modelling_options_and_a_bridge_of_the_user_its_file_name() -> None:
+    variant = parse_slug("osb1_ro_skew30_gap051_mu050_cohesion-n1000")
+    assert variant.normalised().slug == "osb1_ro_skew30_gap000_mu000_cohesion-n1000"
+    variant = expand_grid(GridConfig.model_validate({"bridge": ["some/folder/mine.yaml"]}))[0]
+    assert variant.bridge == "some/folder/mine.yaml"
+    assert variant.slug == "mine_cf_skew00_gap025_mu000"

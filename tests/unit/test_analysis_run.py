@@ -1,0 +1,229 @@
+"""`skewbridge run` and the analyses of a process: files, exit codes, memory, the friction pair."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+
+from cli_json import run as run_json
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import analyse
+from skewbridge.demands.columns import COLUMNS
+from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.demands.tables import write_demands
+from skewbridge.motions.intensity import motion_measures
+from skewbridge.motions.record import SuiteMotion
+from skewbridge.study.analyses import StudySetup
+from skewbridge.study.config import load_config
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.friction_pair import write_friction_pair
+from skewbridge.study.inputs import prepare_motions
+from skewbridge.study.task import outcome_of, run_key
+from skewbridge.study.worker import row_of_task
+from skewbridge.units import G_MPS2
+from strong_motion import DT_S, strong_motion
+from study_parts import study_of
+
+
+def write_at2(path, accel_mps2, dt_s=DT_S):
+    values = "\n".join(f"{value / G_MPS2:.8E}" for value in accel_mps2)
+    head = f"PEER style file\nmade in the test\nACCELERATION IN UNITS OF G\nNPTS= {len(accel_mps2)}"
+    path.write_text(f"{head}, DT= {dt_s:.4f} SEC\n{values}\n", encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def pair(tmp_path):
+    motion = strong_motion(duration_s=3.0)
+    return [
+        str(write_at2(tmp_path / "strong090.AT2", motion.accel_1_mps2)),
+        str(write_at2(tmp_path / "strong180.AT2", motion.accel_2_mps2)),
+    ]
+
+
+def run(pair, out, *options):
+    """Return the exit code and the answer of an analysis under a pair of components."""
+    return run_json("run", "--motion", *pair, "--out", out, *options)
+
+
+SHORT = ("--duration-s", "3", "--no-figures")
+
+
+def test_a_run_leaves_its_row_histories_figures_and_replay(pair, tmp_path):
+    out = tmp_path / "out"
+    code, row = run(pair, out, "--skew-deg", "30", "--abutment", "contact-friction")
+    assert code == 0, row
+    assert row["status"] == "ok"
+    assert row["variant"] == "osb1_cf_skew30_gap051_mu050"
+    assert row["deck_disp_m"] > 0.1
+    table = pq.read_table(out / "demands.parquet")
+    assert table.column_names == [column.name for column in COLUMNS]
+    assert table.num_rows == 1
+    histories = pd.read_parquet(out / "histories.parquet")
+    names = {"t_s", "deck_ux_m", "deck_uy_m", "deck_rot_rad", "column_shear_kn"}
+    names |= {f"abutment_right_{axis}_{unit}" for axis in "xy" for unit in ("m", "kn")}
+    assert names <= set(histories)
+    # the pads act alone as long as no contact of the abutment is closed
+    apart = histories.filter(regex="contact_left_.*_normal_kn").sum(axis=1) == 0.0
+    assert 0 < apart.sum() < len(histories)
+    for axis in "xy":
+        whole, pads = (histories[f"abutment_left_{part}{axis}_kn"] for part in ("", "pads_"))
+        assert (whole - pads)[apart].abs().max() < 1e-9
+        assert (whole - pads)[~apart].abs().max() > 10.0
+    # histories are read at the regular steps, demands at all
+    assert histories["column_shear_kn"].max() == pytest.approx(row["column_shear_kn"], rel=1e-3)
+    assert histories["t_s"].iloc[-1] == pytest.approx(row["time_reached_s"])
+    for name in ("displacements", "hysteresis", "columns", "contacts"):
+        assert (out / f"{name}.png").stat().st_size > 10_000
+    page = (out / "contact_replay.html").read_text(encoding="utf-8")
+    assert "Contacts closed" in page
+    assert 'src="http' not in page
+
+
+def test_a_row_says_what_speaks_against_it(pair, tmp_path):
+    """Two iterations are too few for most steps; the sound run has hardly any such step."""
+    _, sound = run(pair, tmp_path / "sound", *SHORT)
+    assert sound["loosened_ratio"] < 0.01  # the limit of a suspect row
+    assert int(sound["steps_by_rung"].split()[0]) >= 3.0 / AnalysisSettings().dt_s
+    assert sound["contact_energy_ratio"] > -1e-3
+    assert 0.0 < sound["contact_force_ratio"] < 0.5
+    changes = ["--set", "max_iterations=2", "--set", "tolerance_j=1.0e-14"]
+    _, poor = run(pair, tmp_path / "poor", *changes, "--set", "reuse_tangent=false", *SHORT)
+    assert poor["loosened_ratio"] > 0.5
+    assert "loosened test, share of the steps" in poor["suspect"]
+
+
+def test_a_roller_has_no_contacts_to_draw_and_a_collapse_is_a_result(pair, tmp_path):
+    code, row = run(pair, tmp_path / "out", "--abutment", "roller", "--duration-s", "0.5")
+    assert (code, row["variant"]) == (0, "osb1_ro_skew00_gap000_mu000")
+    assert not (tmp_path / "out" / "contact_replay.html").exists()
+    code, row = run(pair, tmp_path / "out", "--scale", "4", "--no-figures")
+    assert code == 0
+    assert (row["status"], row["collapse_criterion"]) == ("collapse", "column_drift_ratio")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ("--skew-deg 75", "skew_deg must be within -60..60, got 75"),
+        ("--bridge nowhere", "nowhere"),
+        ("--scheme best", "'best' is not one of 'default', 'paper'"),
+        ("--dt-s 0.5", "dt_s: must be less than or equal to 0.02, got 0.5"),
+        ("--scale 0", "scale must be a positive number"),
+        ("--set arrays=soft", "arrays: must be 'rigid' or 'corotational', got 'soft'"),
+        ("--set transverse_gap_mm=-1", "transverse_gap_mm: must be greater than"),
+        ("--set max_iterations=1", "max_iterations: must be greater than"),
+        ("--set array=rigid", "array: unknown key"),
+        ("--set rigid", "--set takes KEY=VALUE, got 'rigid'"),
+    ],
+)
+def test_bad_options_exit_with_2_and_name_the_limit(pair, tmp_path, options, words):
+    code, answer = run(pair, tmp_path / "out", *options.split())
+    assert (code, answer["status"]) == (2, "error")
+    assert words in answer["message"]
+
+
+def test_unwritable_folder_is_reported_before_the_analysis(pair, tmp_path):
+    taken = tmp_path / "taken"
+    taken.write_text("a file", encoding="utf-8")
+    code, answer = run(pair, taken)
+    assert code == 2
+    assert "taken" in answer["message"]
+
+
+def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
+    study = tmp_path / "study"
+    (study / "config").mkdir(parents=True)
+    config = {"motions": {"folder": str(tmp_path), "count": 1}, "analysis": {"duration_s": 0.5}}
+    config["results"] = "elsewhere"
+    (study / "config" / "config.yaml").write_text(json.dumps(config), encoding="utf-8")
+    monkeypatch.chdir(study)
+    parsed = load_config(study / "config" / "config.yaml")
+    folder = StudyFolder(study / "elsewhere")
+    prepare_motions(parsed.motions, conditioning_t1_s=0.748, t1_s={"osb1": 0.748}, folder=folder)
+    task = StudySetup.of(parsed).tasks("osb1_cf_skew30_gap051_mu050")[0]
+    result = analyse(task.variant, task.excitation, task.settings, task.options)
+    rest = {"wall_s": 0.0, "cpu_s": 0.0, "suspect": ""}
+    row = row_of_task(outcome_of(result) | rest, task, run_key(task))
+    write_demands([row], folder.demands, {})
+    options = ("--out", tmp_path / "out", "--no-figures")
+    code, again = run_json("run", "--row", row["run_key"], *options)
+    assert (code, again["run_key"]) == (0, row["run_key"])
+    for column in DEMAND_COLUMNS:
+        assert again[column.name] == row[column.name], column.name
+    code, unknown = run_json("run", "--row", "f00", *options)
+    assert code == 2
+    assert "no such run_key" in unknown["message"]
+
+
+TESTS = Path(__file__).parents[1]
+MAX_MB = 400.0
+MAX_GROWTH_MB = 4.0  # a thread's arena that the allocator takes late; a leak would be far more
+
+SCRIPT = """
+import psutil
+from strong_motion import strong_motion
+from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import analyse
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import Variant
+
+motion, settings = strong_motion(), AnalysisSettings(duration_s=0.05)
+for number in range(200):
+    case = Variant(bridge="osb1", abutment="contact_friction", skew_deg=15 * (number % 4),
+                   gap_mm=51, friction_pct=50)
+    analyse(case, Excitation(motion=motion), settings, ModelOptions(), histories=True)
+    if number in (19, 199):
+        print(psutil.Process().memory_info().rss / 2**20)
+"""
+
+
+def test_two_hundred_analyses_in_one_process_keep_its_memory_flat():
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT], cwd=TESTS, capture_output=True, text=True, check=True
+    )
+    early_mb, late_mb = (float(line) for line in done.stdout.split())
+    assert late_mb < MAX_MB
+    assert late_mb - early_mb < MAX_GROWTH_MB
+
+
+# --- the histories without and with friction, made once by their own rule
+
+
+SLUGS = [
+    f"osb1_cf_skew{skew:02d}_gap{gap:03d}_mu{mu:03d}"
+    for skew, gap in ((0, 13), (30, 13), (30, 51))
+    for mu in (0, 20, 50)
+]
+
+
+@pytest.fixture(scope="module")
+def setup(tmp_path_factory):
+    motion = strong_motion(duration_s=1.0)
+    suite = SuiteMotion(motion=motion, scale=1.0, measures=motion_measures(motion, 0.7))
+    return study_of(tmp_path_factory.mktemp("study"), suite)
+
+
+def written(setup, slugs, folder):
+    given = {"variant": slugs, "motion_id": "strong", "status": "ok", "deck_disp_m": 0.1}
+    pd.DataFrame(given).to_parquet(folder / "demands.parquet")
+    write_friction_pair(setup, folder / "demands.parquet", folder / "pair.parquet")
+    return pd.read_parquet(folder / "pair.parquet")
+
+
+def test_the_pair_written_is_that_of_the_analyses(setup, tmp_path):
+    pair = written(setup, SLUGS, tmp_path)
+    assert list(pair["variant"].unique()) == [SLUGS[3], SLUGS[5]]
+    assert set(pair["motion_id"]) == {"strong"}
+    task = setup.tasks(SLUGS[5])[0]
+    again = analyse(task.variant, task.excitation, task.settings, task.options, histories=True)
+    own = pair[pair["variant"] == SLUGS[5]].drop(columns=["variant", "motion_id"])
+    expected = pd.DataFrame(again.histories)
+    pd.testing.assert_frame_equal(own.reset_index(drop=True), expected, check_exact=True)
+    # a study of one friction has no pair
+    assert written(setup, SLUGS[::3], tmp_path).empty

@@ -1,0 +1,279 @@
+"""Sources: what each process loads, what an edit reruns, and none of a rule is missing."""
+
+import ast
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+from typer.core import TyperGroup
+from typer.main import get_command
+from typer.testing import CliRunner
+
+import skewbridge
+from skewbridge.cli import COMMANDS, build_app
+from skewbridge.files.digests import ENGINE, digest_of, layer_digest
+from skewbridge.study.products import RECIPES
+
+PACKAGE = Path(skewbridge.__file__).parent
+ANALYSES = "the analyses themselves"
+PARTS = {ANALYSES: ENGINE, **{rule: recipe.sources for rule, recipe in RECIPES.items()}}
+#: Rules that list or run analyses; all but the last look at the journals, which say what is new.
+ANALYSING = {"analyse", "sensitivity", "friction_pair", "modelling_choices", "check_predict"}
+FITS = {"fit_fragility", "check_predict"}
+PAGES = {"figures", "report"}
+VERIFYING = {"verify_contact", "verification"}
+ALL = {ANALYSES, *RECIPES}
+
+#: A module or data file of every package: what its edit changes, and what it leaves alone. The
+#: rules that follow in the workflow run again too; here it is the digest of each alone.
+EDITS: dict[str, tuple[set[str], set[str]]] = {
+    "units.py": (ALL, set()),
+    "errors.py": (ALL, set()),
+    "files/tables.py": ({*ANALYSING, *FITS, *PAGES}, {ANALYSES}),
+    "variant/variant.py": ({ANALYSES, *ANALYSING}, set()),
+    "variant/options.py": ({ANALYSES, *ANALYSING, *FITS}, set()),
+    "fragility/settings.py": ({*FITS, *PAGES}, {ANALYSES, "analyse", "prepare_motions"}),
+    "study/config.py": ({"report"}, ALL - PAGES),
+    "motions/record.py": ({ANALYSES, *ANALYSING, "prepare_motions"}, {"fit_fragility"}),
+    "motions/formats.py": ({"prepare_motions"}, {ANALYSES, "analyse", *FITS}),
+    "motions/synthesis/ddk18.py": ({"prepare_motions", "verification"}, {ANALYSES, *FITS}),
+    "contact/law.py": ({ANALYSES, *ANALYSING, *VERIFYING}, {"prepare_motions", "fit_fragility"}),
+    "bridge/deck.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
+    "analysis/peaks.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
+    "demands/columns.py": ({"analyse", "collect_demands", *FITS, *PAGES}, {ANALYSES}),
+    "fragility/effects.py": ({*FITS, *PAGES}, {ANALYSES, "analyse", "collect_demands"}),
+    "study/journal.py": (ANALYSING, {ANALYSES, "fit_fragility"}),
+    "study/session.py": (set(), ALL),
+    "study/sensitivity.py": ({"sensitivity"}, ALL - {"sensitivity"}),
+    "study/analyses.py": (ANALYSING, {ANALYSES}),
+    "study/modelling_choices.py": ({"modelling_choices", *PAGES}, {"analyse", "check_predict"}),
+    "report/checks.py": ({"fit_fragility", *PAGES}, {ANALYSES, *ANALYSING}),
+    "report/html/page.py": (PAGES, ALL - PAGES),
+    "report/html/templates/report.html.j2": (PAGES, ALL - PAGES),
+    "verification/registry.py": (VERIFYING, ALL - VERIFYING),
+    "files/text.py": (ALL, set()),
+    "cli/output.py": (set(), ALL),
+}
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the package."""
+    folder = tmp_path_factory.mktemp("sources") / "skewbridge"
+    shutil.copytree(PACKAGE, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def before(tree: Path) -> dict[str, str]:
+    return digests(tree)
+
+
+def digests(package: Path) -> dict[str, str]:
+    return {name: layer_digest(parts, package) for name, parts in PARTS.items()}
+
+
+def test_every_package_is_edited_below() -> None:
+    folders = {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
+    assert {name.split("/")[0] for name in EDITS if "/" in name} == folders
+
+
+@pytest.mark.parametrize("name", EDITS)
+def test_an_edit_changes_the_digests_of_dependent_rules(tree, before, name):
+    path = tree / name
+    text = path.read_text()
+    path.write_text(text + "\n\nADDED = 1.0\n")
+    after = digests(tree)
+    path.write_text(text)
+    changed = {rule for rule in before if before[rule] != after[rule]}
+    must, must_not = EDITS[name]
+    assert must <= changed
+    assert not must_not & changed
+
+
+def test_bridges_are_digested_by_their_numbers_caches_not_at_all_and_parts_must_exist(tree, before):
+    bridge = tree / "bridge/catalogue/osb1.yaml"
+    bridge.write_text(bridge.read_text() + "# a note\n")
+    cache = tree / "contact/__pycache__"
+    cache.mkdir()
+    (cache / "law.cpython-312.pyc").write_bytes(b"x")
+    assert digests(tree) == before
+    with pytest.raises(FileNotFoundError, match="cellar"):
+        layer_digest(("contact", "cellar"), tree)
+
+
+def test_numbers_that_differ_in_the_last_bit_have_other_keys() -> None:
+    assert digest_of(0.1 + 0.2) != digest_of(0.3)
+    assert digest_of(("a", 1)) == digest_of(("a", 1))
+
+
+SCRIPTS = Path(__file__).parents[2] / "workflow" / "scripts"
+#: Reads bridges, which are digested by their numbers, and writes to the log only.
+PERIODS_IN_LOG = "analysis/modal.py"
+#: Configuration, which is digested by its values, and scheduling, which changes no result.
+NOT_IN_RESULTS = {
+    "__init__.py",
+    "fragility/settings.py",
+    "analysis/settings.py",
+    "analysis/accuracy.py",
+    "motions/levels.py",
+    "study/config.py",
+    "study/folder.py",
+    "study/inputs.py",
+    "study/processes.py",
+    "study/products.py",
+    "study/session.py",
+}
+
+
+def module_path(name: str) -> Path | None:
+    path = PACKAGE.parent / name.replace(".", "/")
+    paths = [path.with_suffix(".py"), path / "__init__.py"]
+    return next((path for path in paths if path.is_file()), None)
+
+
+def imported(path: Path) -> set[Path]:
+    """Return the modules of the package that a file imports, also inside functions."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("skewbridge"):
+            names |= {str(node.module), *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return {found for name in names if (found := module_path(name))}
+
+
+def closure(script: Path) -> set[str]:
+    """Return all modules that a script imports directly or through others."""
+    boundaries = set(NOT_IN_RESULTS)
+    if script.stem == "prepare_motions":
+        boundaries |= {PERIODS_IN_LOG, "bridge/catalogue/__init__.py"}
+    found: set[Path] = set()
+    left = imported(script)
+    while left:
+        path = left.pop()
+        found.add(path)
+        if path.relative_to(PACKAGE).as_posix() not in boundaries:
+            left |= imported(path) - found
+    return {path.relative_to(PACKAGE).as_posix() for path in found}
+
+
+def sources(rule: str) -> set[str]:
+    """Return the sources in the digest of a rule, which has those of the rules before it."""
+    recipe = RECIPES[rule]
+    return set(recipe.sources).union(*(sources(before) for before in recipe.after))
+
+
+@pytest.mark.parametrize("rule", RECIPES)
+def test_no_source_of_a_rule_is_missing(rule: str) -> None:
+    parts = sources(rule)
+    missing = {
+        name
+        for name in closure(SCRIPTS / f"{rule}.py") - NOT_IN_RESULTS
+        if not any(name == part or name.startswith(f"{part}/") for part in parts)
+        and not name.endswith("__init__.py")
+        and not (rule == "prepare_motions" and name == PERIODS_IN_LOG)
+    }
+    assert not missing
+
+
+# --- workers and the command line load no package that they do not use
+
+
+#: Needed by the main process (tables, statistics, figures), by no worker and by no help text.
+HEAVY = ("pandas", "scipy", "pyarrow", "plotly", "matplotlib", "seaborn", "jinja2", "snakemake")
+#: The help is text alone.
+NOT_FOR_HELP = (*HEAVY, "numpy", "openseespy", "joblib", "yaml", "rich.console")
+
+
+def loaded_by(code: str) -> set[str]:
+    """Names of all modules that a fresh interpreter has loaded after running some code."""
+    listed = f"{code}\nimport sys\nprint('LOADED', *sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", listed], capture_output=True, text=True, check=True
+    )
+    return set(done.stdout.split("LOADED", 1)[1].split())
+
+
+@pytest.mark.parametrize(
+    "module", ["skewbridge.study.worker", "skewbridge.study.task", "skewbridge.analysis.transient"]
+)
+def test_a_worker_loads_the_engine_only(module: str) -> None:
+    """The pool unpickles `study.worker`; `study.task` is the analysis, `transient` its steps."""
+    loaded = loaded_by(f"import {module}")
+    assert module in loaded
+    assert loaded.isdisjoint(HEAVY)
+
+
+ANALYSIS = """
+import numpy as np
+from pathlib import Path
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.study.task import Task, analyse_task
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import parse_slug
+still = np.full(4, 0.01)
+motion = GroundMotion(motion_id="m", dt_s=0.01, accel_1_mps2=still, accel_2_mps2=still)
+task = Task(variant=parse_slug("osb1_cf_skew30_gap051_mu050"), incidence_deg=0.0,
+    motion=SuiteMotion(motion=motion, scale=1.0, measures={}),
+    settings=AnalysisSettings(), options=ModelOptions())
+row = analyse_task(task, Path("/dev/null"), lambda *_: None)
+assert row["status"] == "ok", row
+"""
+
+
+def test_an_analysis_loads_only_modules_that_are_in_its_key() -> None:
+    """Imports inside functions count; the digests themselves are made by the caller."""
+    loaded = loaded_by(ANALYSIS)
+    assert loaded.isdisjoint(HEAVY)
+    names = (name.removeprefix("skewbridge.") for name in loaded if name.startswith("skewbridge."))
+    files = [file for name in names if (file := PACKAGE / f"{name.replace('.', '/')}.py").exists()]
+    inside = [PACKAGE / part for part in ENGINE]
+    outside = [file for file in files if not {file, *file.parents} & set(inside)]
+    assert len(files) > 40
+    assert outside == [PACKAGE / "files/digests.py"]
+
+
+def test_the_processes_that_draw_figures_load_no_solver() -> None:
+    assert "openseespy.opensees" not in loaded_by("import skewbridge.report.study_figures")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "forbidden"),
+    [
+        (["--help"], (*NOT_FOR_HELP, "pydantic")),
+        (["motions", "--help"], (*HEAVY, "numpy", "openseespy", "joblib")),
+    ],
+)
+def test_help_loads_no_numbers(arguments: list[str], forbidden: tuple[str, ...]) -> None:
+    """The list of commands is shown without loading any of them."""
+    loaded = loaded_by(
+        "import sys\nfrom skewbridge.cli import main\n"
+        f"sys.argv = ['skewbridge', *{arguments}]\n"
+        "try:\n    main()\nexcept SystemExit as end:\n    assert not end.code\n"
+    )
+    assert loaded.isdisjoint(forbidden)
+
+
+@pytest.mark.parametrize("name", list(COMMANDS))
+def test_the_summary_in_the_help_is_that_of_the_command(name: str) -> None:
+    """The list of commands is written by hand, because it is shown without importing them."""
+    app = get_command(build_app())
+    _, command, _ = app.resolve_command(typer.Context(app), [name])
+    assert (command.help or "").splitlines()[0] == COMMANDS[name][1]
+    shown = CliRunner().invoke(build_app(), [name, "--help"], terminal_width=300).stdout
+    commands = command.commands.values() if isinstance(command, TyperGroup) else [command]
+    for each in commands:
+        example = (each.help or "").split("Example: skewbridge ")[1]
+        words = shlex.split(example)[2 if isinstance(command, TyperGroup) else 1 :]
+        each.make_context("", words)
+    assert COMMANDS[name][1] in shown
+
+
+def test_a_mistyped_command_gets_a_suggestion() -> None:
+    result = CliRunner().invoke(build_app(), ["rnu"])
+    assert result.exit_code == 2
+    assert "'run'" in result.stderr

@@ -1,0 +1,406 @@
+"""Designs of a study: trial runs, analyses of the next round, searches of an IDA."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from motions_files import make_pairs
+from skewbridge.cli import build_app
+from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.errors import InputError
+from skewbridge.fragility.effects import effect_table
+from skewbridge.fragility.sequential import rounds_table
+from skewbridge.motions.intensity import IM_COLUMNS
+from skewbridge.motions.levels import LEVEL_MEASURE
+from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.report.effect_figures import widths_by_analyses
+from skewbridge.study import analyses, ida
+from skewbridge.study.config import DesignConfig, parse_config
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.ida import Search, search_capacity
+from skewbridge.study.rounds import reopen, round_line, setup_of_round, tables_of_round
+from skewbridge.study.selection import first_motions, next_motions, targets
+from skewbridge.study.task import Task, no_result, run_key
+from skewbridge.study.trial_runs import Strengths, corner_variants, propose, run_trials
+from skewbridge.study.worker import row_of_task
+from skewbridge.variant.variant import parse_slug
+from study_parts import study_of, task_of, wave
+
+IM = "im_saavg_rotd50_g"
+STRENGTHS = Strengths(level_g=np.full(16, 0.4), measures={"osb1": [{IM: 0.4}] * 16})
+
+
+def curves(thetas_g: Sequence[float], **columns: object) -> pd.DataFrame:
+    """Lines of demands in whose cloud these are the medians, with a dispersion of 0.3."""
+    return pd.DataFrame(
+        {
+            "variant": "v", "bridge": "osb1", "component": "c", "method": "cloud", "im": IM,
+            "limit_state": [f"s{n}" for n in range(len(thetas_g))], "threshold": 1.0,
+            "ln_a": -np.log(thetas_g), "b": 1.0, "sigma": 0.3, "warnings": "", "n_exceed": 0,
+            "n_unknown": 0,
+        }
+        | columns
+    )  # fmt: skip
+
+
+def test_no_two_axes_change_together_from_corner_to_corner() -> None:
+    grid = {"skew_deg": [0, 30, 60], "gap_mm": [25, 38, 51], "friction": [0.0, 0.2, 0.5]}
+    corners = [parse_slug(slug) for slug in corner_variants(parse_config({"grid": grid}).grid)]
+    assert len(corners) == 8
+    own = [each for each in corners if each.bridge == "osb1"]
+    axes = [[each.skew_deg == 60, each.gap_mm == 51, each.friction_pct == 50] for each in own]
+    signs = 2 * np.array(axes, dtype=int) - 1
+    np.testing.assert_array_equal(signs.T @ signs, 4 * np.eye(3))
+    roller = {"bridge": ["osb1"], "abutment": ["roller"]}  # a corner is there once
+    assert len(corner_variants(parse_config({"grid": roller}).grid)) == 2
+
+
+def test_levels_go_up_where_the_medians_are_within_the_limits_of_factors() -> None:
+    found = propose(curves([0.9, 1.2, 1.4, 1.6]), STRENGTHS, (0.1, 1.0))
+    assert found.in_reach == 3  # beyond 1.5 times the strongest level a line is not followed
+    assert found.level_range_g[1] == 1.5
+    assert found.share > found.configured_share + 0.3
+    found = propose(curves([0.3, 0.4, 0.5]), STRENGTHS, (0.1, 1.5))  # levels as good stay
+    assert found.level_range_g == found.configured_g == (0.1, 1.5)
+    assert found.share == found.configured_share > 0.99
+    # at 0.3 g of their own the motions reach 1.2 g
+    weak = Strengths(level_g=np.full(16, 0.3), measures={"osb1": [{IM: 0.3}] * 16})
+    assert propose(curves([1.1, 1.2, 1.3]), weak, (0.1, 1.0)).level_range_g[1] <= 1.25
+
+
+@pytest.mark.parametrize(
+    "columns", [{"warnings": ["", "saturating"]}, {"n_unknown": [0, 1]}, {"b": [1.0, -1.0]}]
+)
+def test_unreachable_states_move_no_level(columns: dict[str, object]) -> None:
+    found = propose(curves([0.4, 1.4], **columns), STRENGTHS, (0.1, 1.0))
+    assert (found.in_reach, found.n_states) == (1, 2)
+    assert found.level_range_g == (0.1, 1.0)
+
+
+def test_the_forecast_is_the_probability_of_two_on_both_sides() -> None:
+    """Two coins that are thrown 16 times: 1 - 2 (1 + 16)/2^16."""
+    found = propose(curves([0.4], sigma=1.0e6), STRENGTHS, (0.1, 1.0))
+    assert found.share == pytest.approx(1.0 - 2.0 * 17.0 / 2.0**16, abs=1e-5)
+
+
+@pytest.fixture
+def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Keys of what was analysed; demands grow with the intensity, by motion more or less."""
+    keys: list[str] = []
+
+    def fake(tasks: Sequence[Task], journal: Any, done: Any, **_: object) -> list[dict[str, Any]]:
+        rows: list[dict[str, Any]] = []
+        for number, task in enumerate(tasks):
+            key = run_key(task)
+            level = task.motion.measures[IM] * (1.0 + 0.2 * (number % 3))
+            demands = {column.name: 0.05 * level for column in DEMAND_COLUMNS}
+            outcome = no_result("ok", "") | demands | {"wall_s": 1.0, "cpu_s": 1.0}
+            rows.append(done[key] if key in done else row_of_task(outcome, task, key))
+            if key not in done:
+                keys.append(key)
+                journal.append(rows[-1])
+        return rows
+
+    monkeypatch.setattr(analyses, "run_tasks", fake)
+    return keys
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    folder = tmp_path / "motions"
+    folder.mkdir()
+    make_pairs(folder, 8)
+    path = tmp_path / "study.yaml"
+    path.write_text(
+        f"results: {tmp_path / 'results'}\n"
+        "grid: {bridge: [osb1], gap_mm: [51]}\n"
+        f"motions: {{folder: {folder}, count: 8}}\n"
+    )
+    return path
+
+
+def test_the_command_prints_lines_to_paste_and_repeats_no_analysis(config, ran):
+    arguments = ["plan", "--config", str(config), "--pilot", "4"]
+    first = CliRunner().invoke(build_app(), arguments)
+    assert first.exit_code == 0, first.output
+    assert "motions:\n  level_range_g: [" in first.stderr
+    assert len(ran) == len(set(ran)) == 16
+    again = CliRunner().invoke(build_app(), [*arguments, "--json"])
+    assert again.exit_code == 0, again.output
+    assert len(ran) == 16
+    study = config.parent / "results"
+    assert (study / "journal/trial_runs.jsonl").exists()
+    assert not (study / "motions").exists(), "the suite of the study is not that of its pilot"
+
+
+def test_a_pilot_asks_for_levels_and_motions(config: Path, ran: list[str]) -> None:
+    raw = {"results": str(config.parent / "results"), "motions": {"design": "stripes"}}
+    with pytest.raises(InputError, match="not of stripes"):
+        run_trials(parse_config(raw), 8)
+    result = CliRunner().invoke(build_app(), ["plan", "--config", str(config), "--pilot", "9"])
+    assert result.exit_code == 2
+    assert "got 9" in result.stderr
+    assert ran == []
+
+
+# --- rounds: selection, plan and demands
+
+
+LOOKS = DesignConfig().looks
+PLACES = pd.DataFrame(
+    {"bridge": "b", "abutment": "a", "gap_mm": [25.0, 51.0] * 2, "friction": [0.0, 0.0, 0.5, 0.5]},
+    index=["g25", "g51", "g25f", "g51f"],
+)
+EVEN = dict.fromkeys(PLACES.index, 12)
+
+
+def cell(demand: str, ratio: float, scatter: tuple[float, float], motions: int = 12) -> list[dict]:
+    """Return the rows of an effect of friction: pooled, and of its two pairs of variants."""
+    shared = {"bridge": "b", "abutment": "a", "quantity": "demand", "demand": demand}
+    shared |= {"axis": "friction", "from_value": 0.0, "to_value": 0.5, "margin": 0.05}
+    shared |= {"level": 0.98, "n_discordant": 0, "n_pairs": motions, "dof": motions - 1}
+    rows = []
+    for sd, place in (
+        (float(np.hypot(*scatter)) / 2.0, {"scope": "pooled"}),
+        (scatter[0], {"scope": "variant", "gap_mm": 25.0}),
+        (scatter[1], {"scope": "variant", "gap_mm": 51.0}),
+    ):
+        half = 2.7 * sd / np.sqrt(motions)
+        ends = {"ci_low": ratio * np.exp(-half), "ci_high": ratio * np.exp(half)}
+        rows.append(shared | {"ratio": ratio, "scatter": sd} | ends | place)
+    return rows
+
+
+def asked(*rows: dict, cost: dict[str, float] | None = None) -> tuple[pd.DataFrame, list[dict]]:
+    table = effect_table(PLACES, [row for part in rows for row in part])
+    return targets(table, EVEN, cost or dict.fromkeys(EVEN, 1.0), PLACES, LOOKS, 0.90)
+
+
+def test_only_open_cells_within_reach_ask_for_motions() -> None:
+    decided, near, far = (
+        cell(demand, 1.0, (scatter, scatter))
+        for demand, scatter in (
+            ("deck_disp_m", 0.02),
+            ("column_drift_ratio", 0.12),
+            ("unseating_m", 1.5),
+        )
+    )
+    table, wanted = asked(decided, near, far)
+    assert table["asked"].tolist() == [False, True, False]
+    assert not wanted[0]
+    assert not wanted[2]
+    assert 12 < min(wanted[1].values()) <= max(wanted[1].values()) <= 64
+    assert table["needed"].iloc[2] > 64
+
+
+def test_pairs_that_scatter_more_get_more_motions_and_those_with_long_analyses_fewer() -> None:
+    _, (wanted,) = asked(cell("column_drift_ratio", 1.0, (0.06, 0.12)))
+    assert wanted["g51"] == wanted["g51f"]
+    assert wanted["g51"] / wanted["g25"] == pytest.approx(2.0, rel=0.1)
+    cost = dict(zip(EVEN, (1.0, 4.0, 1.0, 4.0), strict=True))
+    _, (wanted,) = asked(cell("column_drift_ratio", 1.0, (0.1, 0.1)), cost=cost)
+    assert wanted["g25"] / wanted["g51"] == pytest.approx(2.0, rel=0.1)
+
+
+def test_a_round_has_the_cheapest_decisions_that_fit_into_the_time() -> None:
+    none, cost = dict.fromkeys(EVEN, 0), dict.fromkeys(EVEN, 10.0)
+    wanted = [{"g25": 40, "g25f": 40}, {"g51": 20, "g51f": 20}, {}]
+    assert next_motions(wanted, EVEN, cost, LOOKS, 200.0) == dict.fromkeys(EVEN, 16)
+    assert next_motions(wanted, EVEN, cost, LOOKS, 100.0) == EVEN | {"g51": 16, "g51f": 16}
+    assert next_motions(wanted, EVEN, cost, LOOKS, 50.0) == EVEN
+    # the first round is shorter where the time is short
+    assert first_motions(none, cost, 12, 1e6) == EVEN
+    assert first_motions(none, cost, 12, 130.0) == dict.fromkeys(EVEN, 3)
+    assert first_motions(none, cost, 12, -1.0) == none
+    assert first_motions(dict.fromkeys(EVEN, 3), cost, 12, 90.0) == dict.fromkeys(EVEN, 5)
+
+
+def plan(ended: str | None, **changes: object) -> dict[str, object]:
+    content = {"round": 3, "ended": ended, "hours": 2.0, "analyses": 48, "forecast_s": 170.0}
+    content |= {"motions": {"a": [12, 16], "b": [12, 12]}, "decided": 19, "cells": [{}] * 24}
+    return content | changes
+
+
+def test_each_round_has_one_line() -> None:
+    start = "round 3: 19 of 24 decided; "
+    assert round_line(plan(None)) == f"{start}next 48 analyses, about 3 min"
+    assert round_line(plan("decided")) == f"{start}the question is answered"
+    assert "5 are out of reach" in round_line(plan("most"))
+    assert "a larger value resumes" in round_line(plan("hours"))
+    assert round_line(plan(None, cells=[])) == "round 3: next 48 analyses, about 3 min"
+
+
+def test_a_plan_names_the_demands_of_its_round_and_the_motions_of_a_variant(tmp_path: Path) -> None:
+    folder = StudyFolder(tmp_path)
+    path = tmp_path / "plan.json"
+    path.write_text(json.dumps(plan(None)))
+    assert tables_of_round(folder, path) == [folder.round_demands(3, "a")]
+    setup = study_of(tmp_path, *(wave(f"m{n}", duration_s=1.0, number=n) for n in range(1, 6)))
+    path.write_text(json.dumps(plan(None, motions={"a": [1, 3]})))
+    chosen = setup_of_round(setup, path, "a").suite
+    assert [each.motion.motion_id for each in chosen] == ["m2", "m3"]
+
+
+@pytest.mark.parametrize(
+    ("ended", "hours", "is_kept"),
+    [("hours", 3.0, False), ("hours", 2.0, True), ("most", 9.0, True)],
+)
+def test_more_time_reopens_a_study_that_time_ended(tmp_path, ended, hours, is_kept):
+    folder = StudyFolder(tmp_path)
+    folder.round(1).parent.mkdir()
+    folder.round(1).write_text(json.dumps(plan(None)))
+    folder.round(2).write_text(json.dumps(plan(ended)))
+    joined = (folder.demands, folder.rounds)
+    for path in joined:
+        path.touch()
+    reopen(folder, hours)
+    assert folder.round(1).exists()
+    # without the joined tables Snakemake does not ask for the plan
+    assert [path.exists() for path in (folder.round(2), *joined)] == [is_kept] * 3
+
+
+def test_a_study_in_rounds_prepares_the_largest_number_of_motions() -> None:
+    assert parse_config({"design": {"until": "decided"}}).motions.count == 64
+    chosen = {"design": {"until": "decided", "most": 40}, "motions": {"count": 32}}
+    assert parse_config(chosen).motions.count == 40
+    assert parse_config({"design": {"most": 40}}).motions.count == 32
+
+
+def test_cells_of_all_rounds_are_one_table_and_one_figure() -> None:
+    rows = [row for row in cell("deck_disp_m", 1.0, (0.02, 0.02)) if row["scope"] == "pooled"]
+    first = {"verdict": "undecided", "n_motions": 12, "needed": 30.0, "asked": True}
+    first |= dict.fromkeys(("difference", "difference_low", "difference_high"))
+    plans = [
+        plan(None, round=1, analyses_before=0, cells=[]),
+        plan(None, round=2, analyses_before=48, cells=[rows[0] | first]),
+        plan("decided", analyses_before=64, cells=[rows[0] | first | {"verdict": "negligible"}]),
+    ]
+    table = rounds_table(plans)
+    assert table[["round", "analyses", "verdict"]].to_numpy().tolist() == [
+        [1, 48, "undecided"],
+        [2, 64, "negligible"],
+    ]
+    dots = [
+        line.get_xdata().tolist()
+        for line in widths_by_analyses(table).axes[0].lines
+        if line.get_marker() == "o"
+    ]
+    assert dots == [[64]]
+    assert rounds_table(plans[:1]).empty
+
+
+# --- searches of capacities
+
+
+SEARCH = Search(demand="column_drift_ratio", threshold=0.025, low_g=0.1, high_g=2.0)
+LOGS = Path("unused")
+JOURNAL = Path("searches.jsonl")
+AT_1_G = 0.4  # Sa_avg of the motion at factor 1
+CAPACITY_G = 0.77
+
+
+def first_task(scale: float = 2.0) -> Task:
+    wave = np.array([0.0, 1.0, -1.0, 0.0])
+    motion = GroundMotion(motion_id="m", dt_s=0.01, accel_1_mps2=wave, accel_2_mps2=0.5 * wave)
+    measures = dict.fromkeys(IM_COLUMNS, 1.0) | {LEVEL_MEASURE: AT_1_G * scale}
+    return task_of(SuiteMotion(motion=motion, scale=scale, measures=measures))
+
+
+class Engine:
+    """Stands for the analysis: drift in proportion to the factor, up to a collapse."""
+
+    def __init__(self, capacity_g: float = CAPACITY_G, collapse_g: float = np.inf) -> None:
+        self.capacity = capacity_g / AT_1_G
+        self.collapse = collapse_g / AT_1_G
+        self.factors: list[float] = []
+
+    def analysed_row(self, task: Task, key: str, _log_folder: Path) -> dict:
+        factor = task.motion.scale
+        self.factors.append(factor)
+        drift = SEARCH.threshold * factor / self.capacity
+        status = "collapse" if factor > self.collapse else "ok"
+        row = {
+            "column_drift_ratio": drift,
+            "drift_over_capacity": drift,
+            "status": status,
+            "beyond_model": "",
+        }
+        return row_of_task(row, task, key)
+
+
+@pytest.fixture
+def engine(monkeypatch, tmp_path) -> Engine:
+    made = Engine()
+    monkeypatch.setattr(ida, "analysed_row", made.analysed_row)
+    monkeypatch.chdir(tmp_path)
+    return made
+
+
+def searched(known=None, scale: float = 2.0) -> list[dict]:
+    task = first_task(scale)
+    first_key = run_key(first_task(SEARCH.first_factor(task.motion)))
+    return search_capacity(SEARCH, known or {}, JOURNAL, task, first_key, LOGS)
+
+
+@pytest.mark.parametrize("scale", [0.5, 2.0])
+def test_the_capacity_is_bracketed_within_a_percent_whatever_factor_it_starts_from(engine, scale):
+    rows = searched(scale=scale)
+    levels_g = np.array([row[LEVEL_MEASURE] for row in rows])
+    below = levels_g[[row["column_drift_ratio"] < SEARCH.threshold for row in rows]].max()
+    above = levels_g[[row["column_drift_ratio"] >= SEARCH.threshold for row in rows]].min()
+    assert below < CAPACITY_G <= above <= 1.01 * below
+    np.testing.assert_allclose(levels_g, AT_1_G * np.array(engine.factors))
+    assert levels_g.min() >= SEARCH.low_g
+    assert levels_g.max() <= SEARCH.high_g
+    assert levels_g[0] == pytest.approx(np.sqrt(SEARCH.low_g * SEARCH.high_g))
+    assert SEARCH.first_factor(first_task(scale).motion) == pytest.approx(engine.factors[0])
+    assert len(rows) <= 11
+
+
+def test_rows_are_those_of_analyses_at_their_own_factor_and_none_is_repeated(engine):
+    rows = searched()
+    tried = len(engine.factors)
+    assert [row["scale"] for row in rows] == engine.factors
+    assert {row["motion_id"] for row in rows} == {"m"}
+    assert [row["run_key"] for row in rows] == [run_key(first_task(row["scale"])) for row in rows]
+    assert len({row["run_key"] for row in rows}) == tried
+    assert searched({row["run_key"]: row for row in rows}) == rows
+    assert len(engine.factors) == tried
+    assert searched({row["run_key"]: row for row in rows[:-2]}) == rows
+    assert len(engine.factors) == tried + 2
+
+
+def test_a_collapse_counts_as_exceedance_below_the_threshold(engine):
+    engine.collapse = 0.3 / AT_1_G  # long before the drift reaches its limit
+    rows = searched()
+    ended = [row[LEVEL_MEASURE] for row in rows if row["status"] == "collapse"]
+    stood = [row[LEVEL_MEASURE] for row in rows if row["status"] == "ok"]
+    assert max(stood) <= 0.3 <= min(ended) <= 1.01 * max(stood)
+
+
+@pytest.mark.parametrize(("capacity_g", "side"), [(0.01, "low_g"), (50.0, "high_g")])
+def test_a_capacity_outside_the_range_ends_the_search_at_the_limit(engine, capacity_g, side):
+    engine.capacity = capacity_g / AT_1_G
+    levels_g = [row[LEVEL_MEASURE] for row in searched()]
+    assert levels_g[-1] == pytest.approx(getattr(SEARCH, side))
+
+
+@pytest.mark.parametrize(
+    ("row", "exceeds"),
+    [
+        ({"status": "ok", "column_drift_ratio": 0.0249}, False),
+        ({"status": "ok", "column_drift_ratio": 0.025}, True),
+        ({"status": "ok", "beyond_model": "shear", "column_drift_ratio": 0.001}, True),
+        ({"status": "collapse", "column_drift_ratio": 0.001}, True),
+        ({"status": "numerical_failure", "column_drift_ratio": 0.001}, True),
+        ({"status": "crash", "column_drift_ratio": float("nan")}, True),
+    ],
+)
+def test_the_search_goes_down_where_an_analysis_cannot_be_believed(row, exceeds):
+    assert SEARCH.exceeds(row) is exceeds
