@@ -18,12 +18,12 @@ from skewbridge.demands.tables import write_demands
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.study.analyses import StudySetup
+from skewbridge.study.batch import row_of_task
 from skewbridge.study.config import load_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.friction_pair import write_friction_pair
 from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.task import outcome_of, run_key
-from skewbridge.study.worker import row_of_task
 from skewbridge.units import G_MPS2
 from strong_motion import DT_S, strong_motion
 from study_parts import study_of
@@ -144,7 +144,7 @@ def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
     monkeypatch.chdir(study)
     parsed = load_config(study / "config" / "config.yaml")
     folder = StudyFolder(study / "elsewhere")
-    prepare_motions(parsed.motions, conditioning_t1_s=0.748, t1_s={"osb1": 0.748}, folder=folder)
+    prepare_motions(parsed)
     task = StudySetup.of(parsed).tasks("osb1_cf_skew30_gap051_mu050")[0]
     result = analyse(task.variant, task.excitation, task.settings, task.options)
     rest = {"wall_s": 0.0, "cpu_s": 0.0, "suspect": ""}

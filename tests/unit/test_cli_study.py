@@ -30,7 +30,7 @@ from skewbridge.files.text import read_mapping, writable_folder, written_aside
 from skewbridge.report.methods import REFERENCES, methods_of
 from skewbridge.study.analyses import JobProgress, StudySetup
 from skewbridge.study.config import load_config, parse_config
-from skewbridge.study.folder import StudyFolder, write_starter
+from skewbridge.study.folder import write_starter
 from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.journal import open_journal
 from skewbridge.study.processes import cancel_left_behind

@@ -149,8 +149,8 @@ def result_of(status: str, mode: str) -> AnalysisResult:
     [("ok", "", True), ("ok", "flexure", False), ("collapse", "", False), ("timeout", "", False)],
 )
 def test_a_row_of_an_analysis_says_whether_it_is_complete(status, mode, complete) -> None:
-    row = derived_columns(outcome_of(result_of(status, mode)))
+    row = row_of_task(outcome_of(result_of(status, mode)), task_of(), "key")
     assert row["complete"] is complete
     assert row["column_failure_ratio"] == 1.25
     assert type(row["column_failure_ratio"]) is float
-    assert derived_columns(no_result("crash", "it ended"))["complete"] is False
+    assert row_of_task(no_result("crash", "it ended"), task_of(), "key")["complete"] is False

@@ -198,10 +198,10 @@ def loaded_by(code: str) -> set[str]:
 
 
 @pytest.mark.parametrize(
-    "module", ["skewbridge.study.worker", "skewbridge.study.task", "skewbridge.analysis.transient"]
+    "module", ["skewbridge.study.batch", "skewbridge.study.task", "skewbridge.analysis.transient"]
 )
 def test_a_worker_loads_the_engine_only(module: str) -> None:
-    """The pool unpickles `study.worker`; `study.task` is the analysis, `transient` its steps."""
+    """The pool unpickles `study.batch`; `study.task` is the analysis, `transient` its steps."""
     loaded = loaded_by(f"import {module}")
     assert module in loaded
     assert loaded.isdisjoint(HEAVY)

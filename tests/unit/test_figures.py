@@ -510,7 +510,7 @@ def test_a_figure_is_drawn_alone_as_configured_or_with_the_options_given(written
     ("arguments", "message"),
     [
         (["osb1_cf_cloud_column"], "similar names: osb1_cf_cloud_column_drift_ratio"),
-        (["osb1_cf_cloud_*", "--font", "STIXGenerl"], "(installed: STIXGeneral"),
+        (["osb1_cf_cloud_*", "--font", "STIXGenerl"], "(did you mean STIXGeneral?)"),
         (["osb1_cf_cloud_*", "--width-mm", "4"], "width_mm: must be greater than or equal to 40"),
         (["suite_spectra"], "curves.parquet is missing: finish the study first"),
     ],

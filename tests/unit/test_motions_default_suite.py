@@ -192,7 +192,7 @@ def keys_of(folder: Path, count: int, results: Path) -> list[list[str]]:
         }
     )
     place = StudyFolder(results)
-    prepare_motions(study.motions, conditioning_t1_s=T1_S, t1_s={"osb1": T1_S}, folder=place)
+    prepare_motions(study)
     setup = StudySetup.of(study, place)
     return [
         [run_key(task) for task in setup.tasks(variant.slug)] for variant in expand_grid(study.grid)

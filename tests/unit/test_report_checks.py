@@ -306,9 +306,9 @@ def test_the_state_of_a_study_counts_them_by_the_limits_of_its_configuration(tmp
         for number in range(3):
             journal.append(row(run_key=str(number), recovery_rung=number))
     keys, content = {"v": ["0", "1", "2"]}, read_content(folder.journals)
-    assert study_state(keys, content).suspect == 0
+    assert study_state(keys, content).counts["suspect"] == 0
     limits = parse_config({"suspect": {"max_rung": 0}}).suspect
-    assert study_state(keys, content, limits).suspect == 2
+    assert study_state(keys, content, limits).counts["suspect"] == 2
 
 
 def test_excluded_rows_are_unknown_in_the_fits_and_have_no_ratio() -> None:

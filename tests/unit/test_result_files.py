@@ -182,8 +182,8 @@ def test_a_solver_without_messages_leaves_no_log(setup, tmp_path, monkeypatch, s
         log.write_text(said)
         return no_result("ok", "")
 
-    monkeypatch.setattr(worker, "analyse_task", analysed)
-    worker.analysed_row(setup.tasks(SLUG)[0], "key", tmp_path / "logs")
+    monkeypatch.setattr(batch, "analyse_task", analysed)
+    batch.analysed_row(setup.tasks(SLUG)[0], "key", tmp_path / "logs")
     assert [path.read_text() for path in (tmp_path / "logs").iterdir()] == [said] * bool(said)
 
 

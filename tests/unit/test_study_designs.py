@@ -21,14 +21,14 @@ from skewbridge.motions.levels import LEVEL_MEASURE
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.report.effect_figures import widths_by_analyses
 from skewbridge.study import analyses, ida
+from skewbridge.study.batch import row_of_task
 from skewbridge.study.config import DesignConfig, parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.ida import Search, search_capacity
-from skewbridge.study.rounds import reopen, round_line, setup_of_round, tables_of_round
+from skewbridge.study.rounds import limit_of_round, round_line, setup_of_round, tables_of_round
 from skewbridge.study.selection import first_motions, next_motions, targets
 from skewbridge.study.task import Task, no_result, run_key
 from skewbridge.study.trial_runs import Strengths, corner_variants, propose, run_trials
-from skewbridge.study.worker import row_of_task
 from skewbridge.variant.variant import parse_slug
 from study_parts import study_of, task_of, wave
 
@@ -248,21 +248,14 @@ def test_a_plan_names_the_demands_of_its_round_and_the_motions_of_a_variant(tmp_
 
 
 @pytest.mark.parametrize(
-    ("ended", "hours", "is_kept"),
-    [("hours", 3.0, False), ("hours", 2.0, True), ("most", 9.0, True)],
+    ("ended", "hours", "limit"),
+    [("hours", 3.0, 3.0), ("hours", 1.0, 2.0), ("most", 9.0, 2.0), (None, 9.0, 2.0)],
 )
-def test_more_time_reopens_a_study_that_time_ended(tmp_path, ended, hours, is_kept):
-    folder = StudyFolder(tmp_path)
-    folder.round(1).parent.mkdir()
-    folder.round(1).write_text(json.dumps(plan(None)))
-    folder.round(2).write_text(json.dumps(plan(ended)))
-    joined = (folder.demands, folder.rounds)
-    for path in joined:
-        path.touch()
-    reopen(folder, hours)
-    assert folder.round(1).exists()
-    # without the joined tables Snakemake does not ask for the plan
-    assert [path.exists() for path in (folder.round(2), *joined)] == [is_kept] * 3
+def test_only_a_plan_that_time_ended_is_made_again_with_more(tmp_path, ended, hours, limit) -> None:
+    path = tmp_path / "plan.json"
+    assert limit_of_round(path, hours) == hours
+    path.write_text(json.dumps(plan(ended)))
+    assert limit_of_round(path, hours) == limit
 
 
 def test_a_study_in_rounds_prepares_the_largest_number_of_motions() -> None:
