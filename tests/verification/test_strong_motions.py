@@ -2,7 +2,9 @@
 
 from dataclasses import replace
 from itertools import product
+from math import inf, nan
 
+import pandas as pd
 import pytest
 
 from skewbridge.analysis.settings import AnalysisSettings
@@ -16,11 +18,17 @@ from skewbridge.verification.studies.paper_runs import strongest_motions
 from skewbridge.verification.studies.strong_motions import (
     ACCURACY,
     ALL_PLACES,
+    CHANGES,
+    CONVERGENCE,
     DEMANDS,
     HARD_SET,
     PGA_G,
+    REFINEMENTS,
+    compare_with_finer,
+    judge_changes,
     pairs,
     pooled_ratios,
+    relative_changes,
     run_accuracy,
     run_hard_set,
 )
@@ -111,6 +119,60 @@ def test_resume_of_the_accuracy_repeats_only_the_line_cut_short(monkeypatch, tmp
     assert lines[0].startswith(f"8 of 8 analyses, 0 min left; last: {slugs[0]}")
     assert second.tables["ratios"].equals(table)
     assert second.comparisons == first.comparisons
+
+
+def judged(demand, changes, refinement=REFINEMENTS[0]):
+    """Return whether the largest change of a demand and the share above its limit pass."""
+    study = Study("convergence")
+    table = pd.DataFrame(dict.fromkeys(CHANGES, 0.0), index=range(len(changes)))
+    judge_changes(study, table.assign(**{demand: changes}), refinement)
+    rows = [row for row in study.comparisons if row.quantity.startswith(demand)]
+    assert all(row.is_passed for row in study.comparisons if row not in rows)
+    return [row.is_passed for row in rows if row.tolerance is not None]
+
+
+@pytest.mark.parametrize(
+    ("demand", "changes", "passed"),
+    [
+        ("column_shear_kn", [0.01] * 20, [True, True]),
+        ("column_shear_kn", [-0.014] + [0.0] * 19, [True, True]),  # one case of twenty
+        ("column_shear_kn", [0.016] + [0.0] * 19, [False, True]),  # by more than half
+        ("column_shear_kn", [0.014, -0.014] + [0.0] * 18, [True, False]),
+        ("column_shear_kn", [inf] + [0.0] * 19, [False, True]),
+        ("deck_rotation_rad", [0.03] * 20, [True, True]),
+        ("deck_rotation_rad", [0.031] + [0.0] * 19, [False, True]),  # without exception
+        ("slip_work_kj", [0.5] * 20, []),
+    ],
+)
+def test_changes_are_judged_by_their_size_and_their_share(demand, changes, passed):
+    assert judged(demand, changes) == passed
+
+
+def test_changes_of_the_reference_itself_are_reported_only():
+    assert judged("column_shear_kn", [0.5] * 20, REFINEMENTS[1]) == []
+
+
+def test_changes_up_to_the_floor_count_as_none():
+    exact = pd.Series([1.0e-3, 1.0e-3, 0.0, nan, 1.0e-3])
+    values = pd.Series([1.09e-3, 1.2e-3, 0.9e-4, nan, nan])
+    found = relative_changes("deck_rotation_rad", values, exact)
+    assert found.tolist() == pytest.approx([0.0, 0.2, 0.0, 0.0, inf])
+    assert relative_changes("unseating_m", values, exact).iloc[0] == pytest.approx(0.09)
+
+
+def test_each_case_is_compared_with_finer_steps_and_meshes():
+    one = replace(
+        CONVERGENCE, bridges=("osb1",), skews_deg=(30,), gaps_mm=(25,), motion_count=1, window_s=2.1
+    )
+    meshes = [each for each in REFINEMENTS if each.kind == "mesh"]
+    study = Study("convergence-mesh")
+    compare_with_finer(study, replace(one, processes=1), meshes)
+    changes = study.tables["changes"].set_index("against")
+    assert list(changes.index) == ["9 wall points", "17 wall points", "fine fibers"]
+    assert (changes["numerics"] == "default").all()
+    # every mesh changes the forces a little
+    assert (changes["column_shear_kn"].abs() > 0.0).all()
+    assert (changes["column_shear_kn"].abs() < 0.01).all()
 
 
 def test_accuracy_pairs_neighbours_on_every_axis():

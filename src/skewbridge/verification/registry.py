@@ -40,6 +40,9 @@ STUDIES: Final[dict[str, str]] = {
 LONG_STUDIES: Final[dict[str, str]] = {
     "published": "published:run",
     "published-skew": "published_skew:run",
+    # parts of the study of convergence
+    "convergence-steps": "strong_motions:run_convergence",
+    "convergence-mesh": "strong_motions:run_convergence",
     "accuracy": "strong_motions:run_pairs",
     "accuracy-whole": "strong_motions:run_pairs",
 }

@@ -5,7 +5,7 @@ package's suite, scaled to a PGA (RotD50) of 1.2 g. Each analysis must end `ok` 
 `collapse`, with its criterion named and its energy accounted for.
 
 `run_convergence`: the demands at the default steps against half a millisecond throughout, and those
-against a quarter.
+against a quarter; the demands at the default mesh against more points of a wall and finer fibers.
 
 `run_accuracy`: the effects of friction, gap and skew at the default accuracy against the reference.
 A study answers by ratios of peaks under the same motion, pooled by their geometric mean over the
@@ -23,8 +23,8 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
-from math import log
-from typing import Any, Final
+from math import inf, log
+from typing import Any, Final, Literal
 
 import numpy as np
 import pandas as pd
@@ -45,7 +45,6 @@ from skewbridge.study.task import Task, run_key
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
-from skewbridge.verification.statements import relative_change
 from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.paper_runs import (
     FRICTION_PCT,
@@ -203,9 +202,8 @@ def _ending(task: Task) -> Row:
 
 
 CONVERGENCE: Final = CaseSet(bridges=("osb1", "osb1_fixed"), motion_count=4, window_s=8.0)
-SELF_CHECK: Final = 6  # interval of cases at which the reference also runs at half its step
 CONVERGENCE_PGA_G: Final = 0.8  # closes all gaps, breaks keys, yields columns
-# Error budget of the default steps by demand: limit of a change, None for no limit. One case in
+# Error budget of the default numerics by demand: limit of a change, None for no limit. One case in
 # twenty may exceed it, by up to half.
 CHANGES: Final[dict[str, float | None]] = {
     "column_shear_kn": 0.01,
@@ -229,71 +227,133 @@ FLOORS: Final = {
     "deck_rotation_rad": (1.0e-4, "0.1 mrad"),
     "abutment_passive_m": (5.0e-4, "0.5 mm"),
 }
+WITHOUT_EXCEPTION: Final = {"deck_rotation_rad"}  # no case may exceed its limit
 BEYOND_SHARE: Final = 0.05
 BEYOND_FACTOR: Final = 1.5
 EXCESS: Final = ("cone_excess_wall_ratio", "cone_excess_key_ratio")
 MAX_EXCESS: Final = 0.03  # of the work of friction
-_AGAINST: Final = {"default": "0.5 ms", "0.5 ms": "0.25 ms"}
 # Whole histories of all cases, whether or not columns fail.
 _WHOLE: Final = AnalysisSettings(energy=False, mean_iterations=1e4, collapse_drift_ratio=0.5)
+_FINE_FIBERS: Final = NUMERICS["reference"]["model"]["column_fibers"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Refinement:
+    """Finer numerics that those named `coarse` are compared with in every `interval`-th case.
+
+    `text` says which changes these are, `source` against what. Only changes of the default are
+    judged.
+    """
+
+    kind: Literal["steps", "mesh"]
+    text: str
+    source: str
+    settings: AnalysisSettings
+    options: ModelOptions
+    coarse: str = "default"
+    interval: int = 1
+
+
+_HALF_MS: Final = Refinement(
+    kind="steps",
+    text="at the default steps",
+    source="half a millisecond",
+    settings=replace(_WHOLE, **NUMERICS["reference"]["analysis"]),
+    options=ModelOptions(),
+)
+REFINEMENTS: Final = (
+    _HALF_MS,
+    replace(
+        _HALF_MS,
+        text="of the reference itself",
+        source="a quarter of a millisecond",
+        settings=replace(_HALF_MS.settings, dt_s=_HALF_MS.settings.dt_s / 2),
+        coarse=_HALF_MS.source,
+        interval=6,
+    ),
+    *(
+        Refinement(
+            kind="mesh",
+            text=f"at the default mesh against {name}",
+            source=name,
+            settings=_WHOLE,
+            options=options,
+        )
+        for name, options in {
+            "9 wall points": ModelOptions(backwall_points=9),
+            "17 wall points": ModelOptions(backwall_points=17),
+            "fine fibers": ModelOptions(column_fibers=_FINE_FIBERS),
+        }.items()
+    ),
+)
 
 
 def run_convergence(study: Study) -> None:
-    """Compare the worst and the median case of a set with finer steps; a table of all changes."""
-    reference = replace(_WHOLE, **NUMERICS["reference"]["analysis"])
-    steps = {
-        "default": _WHOLE,
-        "0.5 ms": reference,
-        "0.25 ms": replace(reference, dt_s=reference.dt_s / 2),
-    }
-    motions = CONVERGENCE.cut(strongest_motions(CONVERGENCE.motion_count, CONVERGENCE_PGA_G))
-    tasks = {
-        (variant.slug, motion.motion_id, name): _task(variant, motion, settings, ModelOptions())
-        for number, (variant, motion) in enumerate(product(CONVERGENCE.variants(), motions))
-        for name, settings in steps.items()
-        if name != "0.25 ms" or number % SELF_CHECK == 0
-    }
-    rows = rows_of_tasks(study, list(tasks.values()), _whole_peaks, CONVERGENCE.processes)
-    found = dict(zip(tasks, rows, strict=True))
-    changes = pd.DataFrame(
-        [
-            {"variant": slug, "motion_id": motion_id, "steps": name, "against": _AGAINST[name]}
-            | {demand: _change(demand, peaks[demand], finer[demand]) for demand in CHANGES}
-            | {excess: peaks[excess] for excess in EXCESS}
-            for (slug, motion_id, name), peaks in found.items()
-            if (finer := found.get((slug, motion_id, _AGAINST.get(name, ""))))
-        ]
-    )
-    study.tables["changes"] = changes
-    of_default = changes[changes["steps"] == "default"]
-    of_reference = changes[changes["steps"] == "0.5 ms"]
-    cases = f"{len(of_default)} cases"
-    for demand, limit in CHANGES.items():
-        # a demand that is absent from both runs of a case has not changed
-        sizes = of_default[demand].abs().fillna(0.0)
-        own = of_reference[demand].abs().fillna(0.0)
-        changed = f"{demand}, {{}}"
-        if demand in FLOORS:
-            changed += f" (changes up to {FLOORS[demand][1]} count as none)"
-        text = changed.format(f"largest change at the default steps, {cases}")
-        largest = None if limit is None else BEYOND_FACTOR * limit
-        study.absolute(text, sizes.max(), 0.0, largest, "half a millisecond")
-        text = f"{demand}, median change at the default steps, {cases}"
-        study.absolute(text, sizes.median(), 0.0, None, "half a millisecond")
-        if limit is not None:
-            text = changed.format(f"share of {cases} that change by more than {limit:.1%}")
-            study.at_most(text, float((sizes > limit).mean()), BEYOND_SHARE, "error budget")
-        text = f"{demand}, largest change of the reference itself, {len(of_reference)} cases"
-        study.absolute(text, own.max(), 0.0, None, "a quarter of a millisecond")
+    """Run the study of convergence; the end of its name may choose steps or mesh."""
+    _, _, kind = study.name.partition("-")
+    compare_with_finer(study, CONVERGENCE, [r for r in REFINEMENTS if kind in ("", r.kind)])
+
+
+def compare_with_finer(study: Study, chosen: CaseSet, finer: Sequence[Refinement]) -> None:
+    """Compare the demands of a set with those of finer numerics; a table of all changes."""
+    motions = chosen.cut(strongest_motions(chosen.motion_count, CONVERGENCE_PGA_G))
+    cases = list(product(chosen.variants(), motions))
+    tasks: dict[tuple[str, int], Task] = {}
+    for number, (variant, motion) in enumerate(cases):
+        tasks["default", number] = _task(variant, motion, _WHOLE, ModelOptions())
+        for each in finer:
+            if number % each.interval == 0:
+                tasks[each.source, number] = _task(variant, motion, each.settings, each.options)
+    rows = rows_of_tasks(study, list(tasks.values()), _whole_peaks, chosen.processes)
+    names = pd.DataFrame(list(tasks), columns=["numerics", "case"])
+    peaks = dict(iter(pd.concat([names, pd.DataFrame(rows)], axis=1).groupby("numerics")))
+    tables: list[pd.DataFrame] = []
+    for each in finer:
+        exact = peaks[each.source].set_index("case")
+        coarse = peaks[each.coarse].set_index("case").loc[exact.index]
+        changes = coarse[["variant", "motion_id", "numerics", *EXCESS]].assign(
+            against=each.source,
+            **{name: relative_changes(name, coarse[name], exact[name]) for name in CHANGES},
+        )
+        judge_changes(study, changes, each)
+        tables.append(changes)
+    study.tables["changes"] = pd.concat(tables, ignore_index=True)
     for excess in EXCESS:
-        text = f"{excess}, largest of {cases}"
-        study.at_most(text, of_default[excess].max(), MAX_EXCESS, "friction law")
+        text = f"{excess}, largest of {len(cases)} cases"
+        study.at_most(text, peaks["default"][excess].max(), MAX_EXCESS, "friction law")
 
 
-def _change(demand: str, value: float, exact: float) -> float:
-    """Return a change relative to the exact value, none below the floor of the demand."""
+def judge_changes(study: Study, changes: pd.DataFrame, finer: Refinement) -> None:
+    """Report the worst and the median change of each demand; judge those of the default.
+
+    Args:
+        study: Takes the comparisons.
+        changes: One row per case, one column per demand of `CHANGES` (relative change).
+        finer: The finer numerics that the cases are compared with.
+    """
+    cases = f"{len(changes)} cases"
+    for demand, limit in CHANGES.items():
+        sizes = changes[demand].abs()
+        is_judged = finer.coarse == "default" and limit is not None
+        factor = 1.0 if demand in WITHOUT_EXCEPTION else BEYOND_FACTOR
+        floor = f" (changes up to {FLOORS[demand][1]} count as none)" if demand in FLOORS else ""
+        text = f"{demand}, largest change {finer.text}, {cases}{floor}"
+        study.absolute(text, sizes.max(), 0.0, factor * limit if is_judged else None, finer.source)
+        text = f"{demand}, median change {finer.text}, {cases}"
+        study.absolute(text, sizes.median(), 0.0, None, finer.source)
+        if is_judged:
+            text = f"{demand}, share of {cases} that change by more than {limit:.1%} {finer.text}"
+            study.at_most(text, float((sizes > limit).mean()), BEYOND_SHARE, "error budget")
+
+
+def relative_changes(demand: str, values: pd.Series, exact: pd.Series) -> pd.Series:
+    """Return changes relative to exact values; 0 up to the floor of the demand.
+
+    A demand that is absent from both runs has not changed; absent from one, it has by infinity.
+    """
     floor, _ = FLOORS.get(demand, (0.0, ""))
-    return 0.0 if abs(value - exact) <= floor else relative_change(value, exact)
+    is_same = ((values - exact).abs() <= floor) | (values.isna() & exact.isna())
+    return (values / exact - 1.0).fillna(inf).mask(is_same, 0.0)
 
 
 def _whole_peaks(task: Task) -> Row:
