@@ -21,7 +21,7 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from contextlib import suppress
 from importlib import import_module
@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import pytest
-from mutants_page import page
+import yaml
 from mutation_sites import Mutation, mutations
 
 ROOT: Final = Path(__file__).parents[1]
@@ -43,6 +43,15 @@ SEED: Final = 20261122
 COUNT: Final = 200
 FIRST_S: Final = 15.0
 AGAIN_S: Final = 60.0
+#: Changes that change no result (`equivalent`), and survivors with the reason they are left.
+JUDGED: Final = Path(__file__).with_name("mutants_judged.yaml")
+_HEAD: Final = """# Mutation tests
+
+`make mutants` makes {total} small changes to the sources, one at a time (`<` to `<=`, `+` to `-`, a
+number, a sign, `min` to `max`, ...), drawn with a fixed seed, and runs the tests that reach the
+changed line until one fails: for {first_s:g} s, what survives for {again_s:g} s. Slow tests
+and those of the workflow are left out. Finished changes are not repeated.
+"""
 _LIBRARIES: Final = (
     "hypothesis",
     "joblib",
@@ -256,13 +265,54 @@ def entries() -> list[dict[str, Any]]:
     return [json.loads(line) for line in lines if line.endswith("\n")]
 
 
+def page(sample: list[Mutation], entries: list[dict[str, Any]]) -> str:
+    """Return the results as Markdown: changes detected by package, every change not detected."""
+    fates = {entry["mutant"]: entry for entry in entries}  # the last of two lines for one change
+    first = {entry["mutant"]: entry["fate"] for entry in reversed(entries)}
+    judged = yaml.safe_load(JUDGED.read_text()) if JUDGED.exists() else {}
+    # `equivalent` or `left`, and the reason
+    verdicts = {each: judged.get(each.name, "left: ").partition(": ") for each in sample}
+    ran = [
+        each for each in sample if fates.get(each.name, {}).get("fate") in {"killed", "survived"}
+    ]
+    survived = [each for each in ran if fates[each.name]["fate"] == "survived"]
+    left = [each for each in survived if verdicts[each][0] != "equivalent"]
+    counted = [each for each in ran if each in left or each not in survived]
+    noticed = sum(first[each.name] == "killed" for each in counted)
+    detected = 100.0 * (1.0 - len(left) / max(len(counted), 1))
+    share = 100.0 * noticed / max(len(counted), 1)
+    of_package = Counter(each.file.split("/")[0] for each in counted)
+    left_of_package = Counter(each.file.split("/")[0] for each in left)
+    lines = [
+        _HEAD.format(total=len(sample), first_s=FIRST_S, again_s=AGAIN_S),
+        f"Tried: {len(ran)} of {len(sample)}. {len(ran) - len(counted)} of them change no result "
+        f"(reasons in `benchmarks/mutants_judged.yaml`). Of the other {len(counted)}, tests "
+        f"detected **{len(counted) - len(left)} ({detected:.0f} %)**, and {noticed} "
+        f"({share:.0f} %) when the changes were first tried.\n",
+        "| package | tried | detected |",
+        "| --- | ---: | ---: |",
+        *(f"| `{p}` | {n} | {n - left_of_package[p]} |" for p, n in sorted(of_package.items())),
+        "\n## Not detected\n",
+        *(
+            ["| where | is | changed to | reason |", "| --- | --- | --- | --- |"]
+            if left
+            else ["None."]
+        ),
+    ]
+    for each in left:
+        was, becomes = (code.replace("|", "\\|") for code in (each.was, each.becomes))
+        reason = verdicts[each][2] or "no test yet"
+        lines.append(f"| `{each.file}` {each.where} | `{was}` | `{becomes}` | {reason} |")
+    return "\n".join([*lines, ""])
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description="Small changes of the sources against the tests.")
     parser.add_argument("--again", action="store_true", help="only what survived before")
     parser.add_argument("--table", type=Path, help="write the page of what was found, run nothing")
     chosen = parser.parse_args()
     if chosen.table:
-        chosen.table.write_text(page(sample(), entries(), (FIRST_S, AGAIN_S)))
+        chosen.table.write_text(page(sample(), entries()))
         return
     os.nice(10)
     copy_tree()

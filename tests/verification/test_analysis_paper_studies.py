@@ -9,13 +9,10 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.registry import run_study
-from skewbridge.verification.statements import statements_of
+from skewbridge.verification.statements import STATEMENTS
 from skewbridge.verification.studies import paper_runs
-from skewbridge.verification.studies.paper_runs import (
-    half_cycles,
-    paper_variant,
-    stick_slip_changes,
-)
+from skewbridge.verification.studies.bridge_friction import half_cycles, stick_slip_changes
+from skewbridge.verification.studies.paper_runs import paper_variant
 from strong_motion import strong_motion
 
 T_S = np.linspace(0.0, 4.0, 401)
@@ -25,13 +22,13 @@ def test_half_cycles_lie_between_zero_crossings_and_notice_contact():
     plain, no_contact = np.sin(2 * np.pi * T_S), np.zeros(T_S.size, dtype=bool)
     both = np.column_stack([plain, plain])
     cycles = half_cycles(T_S, both, 0.9 * both, 0, [no_contact])
-    assert [cycle.change for cycle in cycles] == pytest.approx([-0.1] * 8)
-    assert all(cycle.together == pytest.approx(1.0) for cycle in cycles)
-    assert not any(cycle.has_contact for cycle in cycles)
+    assert cycles["change"].tolist() == pytest.approx([-0.1] * 8)
+    assert cycles["together"].tolist() == pytest.approx([1.0] * 8)
+    assert not cycles["has_contact"].any()
     both *= np.where(T_S < 2.0, 1.0, 0.1)[:, None]  # small half cycles are left out
     contact = (T_S > 0.2) & (T_S < 0.3)
     cycles = half_cycles(T_S, both, both, 1, [contact, no_contact])
-    assert [cycle.has_contact for cycle in cycles] == [True, False, False, False]
+    assert cycles["has_contact"].tolist() == [True, False, False, False]
 
 
 def test_changes_between_sticking_and_slipping_count_while_closed():
@@ -91,4 +88,4 @@ def test_dynamic_study_passes_and_judges_its_statements(study):
     assert not failed
     assert found.figures
     judged = {finding.statement for finding in found.verdicts if finding.case}
-    assert judged >= set(statements_of(study))
+    assert judged >= {key for key, row in STATEMENTS.items() if row.study == study}

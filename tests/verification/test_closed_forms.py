@@ -56,7 +56,6 @@ def test_studies_of_closed_forms_agree(name, count):
     assert len(study.comparisons) == count
     assert [row.quantity for row in study.comparisons if not row.is_passed] == []
     assert {found.verdict.outcome for found in study.verdicts} <= {"agrees"}
-    assert study.figures
 
 
 def test_b1_mass_stops_after_the_last_turning_point():
@@ -84,8 +83,7 @@ def test_b1_mass_stops_after_the_last_turning_point():
     ],
 )
 def test_b3_sine_pulse(friction, start, end, slip, final):
-    exact = sine_pulse_first_slip(0.5 * TABLE_G_MPS2, 0.5, friction * TABLE_G_MPS2)
-    found = exact.start_s, exact.end_s, exact.slip_m
+    found = sine_pulse_first_slip(0.5 * TABLE_G_MPS2, 0.5, friction * TABLE_G_MPS2)
     assert found == pytest.approx((start, end, slip), rel=1e-9)
 
     def base_mps2(t):

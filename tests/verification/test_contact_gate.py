@@ -5,7 +5,7 @@ import pytest
 
 from skewbridge.contact import ContactSet
 from skewbridge.contact import law as contact_law
-from skewbridge.verification.references.cases import C5, deck_case
+from skewbridge.verification.references.cases import deck_case
 from skewbridge.verification.references.deck_solvers import run_deck
 from skewbridge.verification.references.driven_unit import drive_unit, path_work_j
 from skewbridge.verification.studies import gate
@@ -62,11 +62,11 @@ def test_native_element_gives_the_same_forces_on_a_path(integration):
 
 def test_native_element_converges_to_our_frictional_deck():
     """Its friction is of first order in the step: the difference halves with it."""
-    case = deck_case(C5, duration_s=0.5)
+    case = deck_case("C5", duration_s=0.5)
     ours = run_deck(case)
     errors = []
     for dt_s in (4e-4, 1e-4):
-        native = run_native_deck(C5, IMPLICIT, dt_s)
+        native = run_native_deck("C5", IMPLICIT, dt_s)
         found = np.interp(ours.t_s, native.t_s, native.q[:, 1])
         errors.append(np.abs(found - ours.q[:, 1]).max())
     assert errors[1] < 0.45 * errors[0]

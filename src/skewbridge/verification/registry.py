@@ -78,7 +78,14 @@ def run_studies(
             study = Study(name)
             study.holds(f"the study finishes ({error})", truth=False, source="")
             study.leave_open(f"the study stopped: {error}")
-        _write(study, out)
+        table = study.table()
+        table.to_parquet(out / f"{name}.parquet", index=False)
+        text = json.dumps(json.loads(table.to_json(orient="records") or "[]"), indent=1)
+        (out / f"{name}.json").write_text(f"{text}\n", encoding="utf-8")
+        for label, figure in study.figures.items():
+            figure.savefig(out / f"{name}_{label}.svg", metadata={"Date": None})
+        for label, extra in study.tables.items():
+            extra.to_parquet(out / f"{name}_{label}.parquet", index=False)
         rows += study.rows()
         statements += study.statement_rows()
         # After each study, so that an interrupted run keeps its results.
@@ -101,15 +108,3 @@ def run_study(
     getattr(import_module(f"skewbridge.verification.studies.{module}"), function)(study)
     study.leave_open()
     return study
-
-
-def _write(study: Study, out: Path) -> None:
-    """Write the comparisons, figures and tables of a study."""
-    table = study.table()
-    table.to_parquet(out / f"{study.name}.parquet", index=False)
-    rows: list[dict[str, Any]] = json.loads(table.to_json(orient="records") or "[]")
-    (out / f"{study.name}.json").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
-    for label, figure in study.figures.items():
-        figure.savefig(out / f"{study.name}_{label}.svg", metadata={"Date": None})
-    for label, extra in study.tables.items():
-        extra.to_parquet(out / f"{study.name}_{label}.parquet", index=False)

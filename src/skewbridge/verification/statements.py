@@ -47,21 +47,17 @@ FEWEST_VALUES: Final = 5  # with fewer, no test of signs or ranks reaches the si
 class Verdict:
     """Verdict on a statement in one case.
 
-    Attributes:
-        outcome: Agrees, disagrees or is undecidable.
-        reason: Why, with the numbers.
-        value: The number that decides, if there is one; of several runs, that at scale 1.
-        reference: What the number is compared with.
-        scales: Runs of the record at a scale, and how many of them agree; empty for one run.
-        motions: The same of runs under other motions.
+    The value is the number that decides, if there is one; of several runs, that at scale 1.
+    `scales` has the number of runs of the record at a scale and how many of them agree, `motions`
+    those of runs under other motions.
     """
 
     outcome: Outcome
     reason: str
     value: float | None = None
     reference: float | None = None
-    scales: tuple[int, int] | None = None
-    motions: tuple[int, int] | None = None
+    scales: tuple[int, int] = (0, 0)
+    motions: tuple[int, int] = (0, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,33 +78,29 @@ def over_runs(verdicts: Mapping[Run, Verdict | None]) -> Verdict:
     if at least `FEWEST_RUNS` runs meet it.
     """
     judged = {run: found for run, found in verdicts.items() if found is not None}
-    counts: dict[bool, tuple[int, int]] = {}
-    for is_scale in (True, False):
-        part = [found for run, found in judged.items() if (run.scale is not None) is is_scale]
-        counts[is_scale] = len(part), sum(found.outcome == "agrees" for found in part)
+    kinds = [
+        [found.outcome for run, found in judged.items() if (run.scale is None) is is_other]
+        for is_other in (False, True)
+    ]
+    scales, motions = ((len(kind), kind.count("agrees")) for kind in kinds)
     text = ", ".join(
         f"{agree} of {total} {name}"
-        for (total, agree), name in ((counts[True], "scales"), (counts[False], "other motions"))
+        for (total, agree), name in ((scales, "scales"), (motions, "other motions"))
         if total
     )
-    nominal = next((found for run, found in judged.items() if run == NOMINAL), None)
-    last = f"; at scale 1: {nominal.reason}" if nominal else ""
+    nominal = judged.get(NOMINAL, Verdict("undecidable", ""))
+    last = f"; at scale 1: {nominal.reason}" if nominal.reason else ""
     outcome: Outcome = "undecidable"
     if len(judged) < FEWEST_RUNS:
         reason = f"premise met in {len(judged)} of {len(verdicts)} runs only"
         reason += f"; agrees in {text}{last}" if text else ""
     else:
-        outcomes = [found.outcome for found in judged.values()]
+        outcomes = kinds[0] + kinds[1]
         for each in ("agrees", "disagrees"):
             if outcomes.count(each) >= AGREEMENT * len(outcomes):
                 outcome = each
         reason = f"agrees in {text}, disagrees in {outcomes.count('disagrees')}{last}"
-    numbers = (nominal.value, nominal.reference) if nominal else (None, None)
-    return Verdict(outcome, reason, *numbers, scales=counts[True], motions=counts[False])
-
-
-type Rule = Callable[..., Verdict]
-"""Returns the verdict from the numbers of a case."""
+    return Verdict(outcome, reason, nominal.value, nominal.reference, scales, motions)
 
 
 def relative_change(value: float, reference: float) -> float:
@@ -124,71 +116,54 @@ def _decided(truth: bool, reason: str, value: float, reference: float) -> Verdic
     return Verdict("agrees" if truth else "disagrees", reason, value, reference)
 
 
-def at_most(limit: float) -> Rule:
-    """Return the rule that a value does not exceed a limit."""
-
-    def rule(value: float) -> Verdict:
-        return _decided(value <= limit, f"{value:.4g}, limit {limit:.4g}", value, limit)
-
-    return rule
+# The rules take the numbers of a case, then the limits of the table.
 
 
-def at_least(limit: float) -> Rule:
-    """Return the rule that a value reaches a limit."""
-
-    def rule(value: float) -> Verdict:
-        return _decided(value >= limit, f"{value:.4g}, at least {limit:.4g}", value, limit)
-
-    return rule
+def at_most(value: float, limit: float) -> Verdict:
+    """A value does not exceed a limit."""
+    return _decided(value <= limit, f"{value:.4g}, limit {limit:.4g}", value, limit)
 
 
-def greater(factor: float = 1.0) -> Rule:
-    """Return the rule that a value exceeds its reference, or a multiple of it."""
+def at_least(value: float, limit: float) -> Verdict:
+    """A value reaches a limit."""
+    return _decided(value >= limit, f"{value:.4g}, at least {limit:.4g}", value, limit)
+
+
+def greater(value: float, reference: float, factor: float = 1.0) -> Verdict:
+    """A value exceeds its reference, or a multiple of it."""
     required = "" if factor == 1.0 else f", required factor {factor:g}"
-
-    def rule(value: float, reference: float) -> Verdict:
-        reason = f"{value:.4g} against {reference:.4g}{required}"
-        return _decided(value > factor * reference, reason, value, reference)
-
-    return rule
+    reason = f"{value:.4g} against {reference:.4g}{required}"
+    return _decided(value > factor * reference, reason, value, reference)
 
 
 def smaller(value: float, reference: float) -> Verdict:
-    """Apply the rule that a value is below its reference."""
+    """A value is below its reference."""
     return _decided(value < reference, f"{value:.4g} against {reference:.4g}", value, reference)
 
 
 def equal(value: float, reference: float) -> Verdict:
-    """Apply the rule that a value is that of its reference."""
+    """A value is that of its reference."""
     reason = f"{value:.4g} against {reference:.4g}"
     return _decided(isclose(value, reference), reason, value, reference)
 
 
-def some_within(low: float, high: float) -> Rule:
-    """Return the rule that one of several values, given by name, lies within limits."""
-
-    def rule(values: Mapping[float, float]) -> Verdict:
-        listed = ", ".join(f"{value:.2f} at {name:g}" for name, value in values.items())
-        within = [value for value in values.values() if low <= value <= high]
-        first = next(iter(within or values.values()))
-        return _decided(bool(within), f"{listed}; {low:g} to {high:g} in the paper", first, high)
-
-    return rule
+def some_within(values: Mapping[float, float], low: float, high: float) -> Verdict:
+    """One of several values, given by name, lies within limits."""
+    listed = ", ".join(f"{value:.2f} at {name:g}" for name, value in values.items())
+    within = [value for value in values.values() if low <= value <= high]
+    first = next(iter(within or values.values()))
+    return _decided(bool(within), f"{listed}; {low:g} to {high:g} in the paper", first, high)
 
 
-def falls_to(limit: float) -> Rule:
-    """Return the rule that a sequence falls at every step and ends at or below a limit."""
-
-    def rule(values: Sequence[float]) -> Verdict:
-        falls = all(after < before for before, after in pairwise(values))
-        reason = f"from {values[0]:.3g} to {values[-1]:.3g}, limit {limit:g}"
-        return _decided(falls and values[-1] <= limit, reason, values[-1], limit)
-
-    return rule
+def falls_to(values: Sequence[float], limit: float) -> Verdict:
+    """A sequence falls at every step and ends at or below a limit."""
+    falls = all(after < before for before, after in pairwise(values))
+    reason = f"from {values[0]:.3g} to {values[-1]:.3g}, limit {limit:g}"
+    return _decided(falls and values[-1] <= limit, reason, values[-1], limit)
 
 
 def lower(value: float, reference: float) -> Verdict:
-    """Apply the rule that a peak with friction is below the peak without (the reference)."""
+    """A peak with friction is below the peak without (the reference)."""
     change = relative_change(value, reference)
     if not isfinite(change):
         return Verdict("undecidable", "zero without friction", value, reference)
@@ -198,28 +173,24 @@ def lower(value: float, reference: float) -> Verdict:
     return _decided(change < 0.0, f"changes by {change:+.1%}", value, reference)
 
 
-def reduced_by(low: float, high: float) -> Rule:
-    """Return the rule that friction reduces a peak by a share within limits.
+def reduced_by(
+    value: float, reference: float, low: float, high: float, *, same_record: bool
+) -> Verdict:
+    """Friction reduces a peak by a share within limits.
 
     Under another record than the paper's (`same_record` false) the size is undecidable.
     """
-
-    def rule(value: float, reference: float, *, same_record: bool) -> Verdict:
-        change = relative_change(value, reference)
-        reason = f"changes by {change:+.1%}, reduction of {low:.1%} to {high:.1%} in the paper"
-        if not isfinite(change):
-            return Verdict("undecidable", "zero without friction", value, reference)
-        if change >= RESOLUTION:
-            return _decided(False, reason, value, reference)
-        if not same_record:
-            return Verdict("undecidable", f"{reason}, other record", value, reference)
-        return _decided(low <= -change <= high, reason, value, reference)
-
-    return rule
+    change = relative_change(value, reference)
+    reason = f"changes by {change:+.1%}, reduction of {low:.1%} to {high:.1%} in the paper"
+    if not isfinite(change):
+        return Verdict("undecidable", "zero without friction", value, reference)
+    if change < RESOLUTION and not same_record:
+        return Verdict("undecidable", f"{reason}, other record", value, reference)
+    return _decided(low <= -change <= high, reason, value, reference)
 
 
 def hardly_changed(value: float, reference: float) -> Verdict:
-    """Apply the rule that friction changes a peak by at most what the paper calls small."""
+    """Friction changes a peak by at most what the paper calls small."""
     change = relative_change(value, reference)
     if not isfinite(change):
         return Verdict("undecidable", "zero without friction", value, reference)
@@ -228,7 +199,7 @@ def hardly_changed(value: float, reference: float) -> Verdict:
 
 
 def more_often(count: int, total: int) -> Verdict:
-    """Apply the rule that something happens in most of several cases, by a one-sided sign test."""
+    """Something happens in most of several cases, by a one-sided sign test."""
     if total < FEWEST_VALUES:
         return Verdict("undecidable", f"{count} of {total}, too few to test", count, total)
     p_for, p_against = (
@@ -238,7 +209,7 @@ def more_often(count: int, total: int) -> Verdict:
 
 
 def grows_with(x: Sequence[float], y: Sequence[float]) -> Verdict:
-    """Apply the rule that y grows with x, by Spearman's rank correlation tested against zero."""
+    """The second sequence grows with the first: Spearman's rank correlation against zero."""
     if len(x) < FEWEST_VALUES:
         return Verdict("undecidable", f"{len(x)} values, too few to test")
     up, down = (spearmanr(x, y, alternative=side) for side in ("greater", "less"))
@@ -257,37 +228,29 @@ def _tested(text: str, p_for: float, p_against: float, numbers: tuple[float, flo
     return _decided(p_for < p_against, reason, *numbers)
 
 
-# Rules by their names in the table; those with limits are made from the numbers in `limits`.
-_RULES: Final[Mapping[str, Rule]] = {
-    "smaller": smaller,
-    "equal": equal,
-    "lower": lower,
-    "hardly changed": hardly_changed,
-    "more often": more_often,
-    "grows": grows_with,
-}
-_RULES_WITH_LIMITS: Final[Mapping[str, Callable[..., Rule]]] = {
+#: Rules by their names in the table.
+_RULES: Final[Mapping[str, Callable[..., Verdict]]] = {
     "at most": at_most,
     "at least": at_least,
     "greater": greater,
+    "smaller": smaller,
+    "equal": equal,
     "some within": some_within,
     "falls to": falls_to,
+    "lower": lower,
     "reduced by": reduced_by,
+    "hardly changed": hardly_changed,
+    "more often": more_often,
+    "grows": grows_with,
 }
 
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """One statement of the paper: a row of `statements.csv`.
+    """One statement of the paper, in our words: a row of `statements.csv`.
 
-    Attributes:
-        place: Section and figure.
-        claim: What is stated, in our words.
-        study: Study that judges it (`skewbridge verify STUDY`); others may add cases.
-        number: What the study computes for the verdict.
-        rule: Name of the rule of the verdict; empty if no number decides.
-        limits: Numbers of the rule.
-        open_because: Why no number decides.
+    The study judges it by a number, a rule and the limits of the rule; other studies may add cases.
+    Without a rule, `open_because` says why no number decides.
     """
 
     place: str
@@ -303,25 +266,17 @@ class Statement:
         if self.open_because:
             listed = [f"{self.number} {number:.2g}" for number in numbers[:1]]
             return Verdict("undecidable", "; ".join([*listed, self.open_because]), *numbers)
-        rule = _RULES.get(self.rule) or _RULES_WITH_LIMITS[self.rule](*self.limits)
-        found = rule(*numbers, **conditions)
+        found = _RULES[self.rule](*numbers, *self.limits, **conditions)
         return replace(found, reason=f"{self.number}: {found.reason}")
 
 
 def _read() -> dict[str, Statement]:
     """Return the table of statements by name."""
     with Path(__file__).with_name("statements.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    table: dict[str, Statement] = {}
-    for row in rows:
-        key, limits = row.pop("statement"), row.pop("limits")
-        table[key] = Statement(limits=tuple(map(float, limits.split())), **row)
-    return table
+        return {
+            row.pop("statement"): Statement(limits=(*map(float, row.pop("limits").split()),), **row)
+            for row in csv.DictReader(file)
+        }
 
 
 STATEMENTS: Final[Mapping[str, Statement]] = _read()
-
-
-def statements_of(study: str) -> dict[str, Statement]:
-    """Return the statements that a study has to judge."""
-    return {key: found for key, found in STATEMENTS.items() if found.study == study}

@@ -6,25 +6,16 @@ caller chooses time steps and penalties.
 
 from dataclasses import dataclass
 from math import cos, hypot, sin
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import openseespy.opensees as ops
 
 from skewbridge.contact import ContactSet, Drive, UnitLedger
 from skewbridge.errors import SolutionError
+from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.closed_forms import RockingBlock
-from skewbridge.verification.references.live_model import (
-    Array,
-    Solver,
-    TimeFunction,
-    clean_domain,
-    even_times,
-    hold_load,
-    load_node,
-    march,
-    path_series,
-)
+from skewbridge.verification.references.live_model import Array
 
 _GROUND: Final = 1
 _MASS: Final = 2
@@ -42,7 +33,7 @@ _UPRIGHT_PENALTY_N_PER_M: Final = 1.0e9
 # Stiffness of the members of the rocking block: rigid against the penalty.
 _MEMBERS: Final = 1.0e12
 # Numerical damping quiets the penalty after touch-down; the rocking itself is far slower.
-_ROCKING_SOLVER: Final = Solver(
+_ROCKING_SOLVER: Final = live.Solver(
     constraints="Plain",
     numberer="RCM",
     tolerance_m=1e-11,
@@ -53,15 +44,10 @@ _ROCKING_SOLVER: Final = Solver(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Block:
-    """A mass with one contact.
+    """A mass with one contact, a constant load onto the surface and a spring along x to an anchor.
 
-    Attributes:
-        mass_kg: Mass along x, and along y if `bounces`.
-        normal_load_n: Constant load onto the surface.
-        spring_n_per_m: Spring along x to an anchor.
-        x0_m: Initial position along x; the spring is free at zero.
-        v0_mps: Initial velocity (x, y).
-        bounces: The mass has inertia along y; otherwise it rests on the surface from the start.
+    The spring is free at x = 0. The mass has inertia along y if it bounces; otherwise it rests on
+    the surface from the start.
     """
 
     mass_kg: float
@@ -77,8 +63,7 @@ class Block:
     drive: Drive | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class BlockHistory:
+class BlockHistory(NamedTuple):
     """Response of a block along x and y, shape (n, 2); friction has the sign of slip."""
 
     t_s: Array
@@ -94,34 +79,46 @@ def run_block(
     dt_s: float,
     duration_s: float,
     *,
-    force_n: TimeFunction | None = None,
-    base_mps2: TimeFunction | None = None,
-    anchor_m: TimeFunction | None = None,
+    force_n: live.TimeFunction | None = None,
+    base_mps2: live.TimeFunction | None = None,
+    anchor_m: live.TimeFunction | None = None,
     integrator: tuple[str | float, ...] = ("Newmark", 0.5, 0.25),
 ) -> BlockHistory:
-    """Run a block, with the trapezoidal rule unless another OpenSees integrator is given.
+    """Run a block under a force along x or a motion of the spring's anchor.
 
-    Args:
-        block: The block.
-        dt_s: Time step.
-        duration_s: Duration.
-        force_n: Force along x.
-        base_mps2: Acceleration of the surface; the response is then relative to the surface.
-        anchor_m: Displacement of the spring's anchor.
-        integrator: Arguments of the OpenSees integrator.
+    Under an acceleration of the surface (`base_mps2`) the response is relative to the surface.
     """
-    times = even_times(duration_s, dt_s)
-    with clean_domain():
-        contacts = _sliding_model(block)
+    times, contacts = live.even_times(duration_s, dt_s), ContactSet()
+
+    def state() -> list[float]:
+        # Slip is counted along the normal turned counter-clockwise, which is minus x.
+        forces = [-contacts.tangentials_n[0][0], contacts.normals_n[0]]
+        return [*ops.nodeDisp(_MASS), *ops.nodeVel(_MASS), *forces]
+
+    with live.clean_domain():
+        ops.model("basic", "-ndm", 2, "-ndf", 2)
+        for node in (_GROUND, _MASS, _ANCHOR):
+            ops.node(node, 0.0, 0.0)
+        ops.fix(_GROUND, 1, 1)
+        ops.fix(_ANCHOR, 0, 1)
+        ops.mass(_MASS, block.mass_kg, block.mass_kg if block.bounces else 0.0)
+        ops.uniaxialMaterial("Elastic", 1, block.spring_n_per_m)
+        ops.element("zeroLength", 1, _ANCHOR, _MASS, "-mat", 1, "-dir", 1)
+        place = _GROUND, _MASS, (0.0, 1.0), block.gap_m, block.friction
+        kn, kt = block.kn_n_per_m, block.kt_n_per_m
+        contacts.add(*place, kn=kn, kt=kt, drive=block.drive, name="block")
+        ops.setNodeDisp(_MASS, 1, block.x0_m, "-commit")
+        for dof, speed in enumerate(block.v0_mps, start=1):
+            ops.setNodeVel(_MASS, dof, speed, "-commit")
         force = np.zeros_like(times) if force_n is None else force_n(times)
         if base_mps2 is not None:
             force = force - block.mass_kg * base_mps2(times)
-        hold_load(_MASS, 1, (0.0, -block.normal_load_n))
-        load_node(_MASS, 2, dt_s, force, (1.0, 0.0))
-        path_series(3, dt_s, np.zeros_like(times) if anchor_m is None else anchor_m(times))
+        live.hold_load(_MASS, 1, (0.0, -block.normal_load_n))
+        live.load_node(_MASS, 2, dt_s, force, (1.0, 0.0))
+        live.path_series(3, dt_s, np.zeros_like(times) if anchor_m is None else anchor_m(times))
         ops.pattern("Plain", 3, 3)
         ops.sp(_ANCHOR, 1, 1.0)
-        Solver(tolerance_m=1e-13, integrator=integrator).prepare()
+        live.Solver(tolerance_m=1e-13, integrator=integrator).prepare()
         if not block.bounces:
             # Press the block onto the surface in a step too short for it to move along.
             if ops.analyze(1, _SETTLING_S) != 0:
@@ -129,44 +126,10 @@ def run_block(
             contacts.after_step(_SETTLING_S)
             contacts.start_from_rest()
             ops.setTime(0.0)
-        rows = [_state(contacts), *(_state(contacts) for _ in march(contacts, times, dt_s))]
+        rows = [state(), *(state() for _ in live.march(contacts, times, dt_s))]
         ledger = contacts.ledger()[0]
     position, velocity, forces = np.split(np.array(rows), (2, 4), axis=1)
     return BlockHistory(times, position, velocity, forces[:, 0], forces[:, 1], ledger)
-
-
-def _sliding_model(block: Block) -> ContactSet:
-    ops.model("basic", "-ndm", 2, "-ndf", 2)
-    for node in (_GROUND, _MASS, _ANCHOR):
-        ops.node(node, 0.0, 0.0)
-    ops.fix(_GROUND, 1, 1)
-    ops.fix(_ANCHOR, 0, 1)
-    ops.mass(_MASS, block.mass_kg, block.mass_kg if block.bounces else 0.0)
-    ops.uniaxialMaterial("Elastic", 1, block.spring_n_per_m)
-    ops.element("zeroLength", 1, _ANCHOR, _MASS, "-mat", 1, "-dir", 1)
-    contacts = ContactSet()
-    contacts.add(
-        _GROUND,
-        _MASS,
-        (0.0, 1.0),
-        block.gap_m,
-        block.friction,
-        kn=block.kn_n_per_m,
-        kt=block.kt_n_per_m,
-        drive=block.drive,
-        name="block",
-    )
-    ops.setNodeDisp(_MASS, 1, block.x0_m, "-commit")
-    for dof, speed in enumerate(block.v0_mps, start=1):
-        ops.setNodeVel(_MASS, dof, speed, "-commit")
-    return contacts
-
-
-def _state(contacts: ContactSet) -> list[float]:
-    """Return position, velocity, friction and compression of the block."""
-    # Slip is counted along the normal turned counter-clockwise, which is minus x.
-    forces = [-contacts.tangentials_n[0][0], contacts.normals_n[0]]
-    return [*ops.nodeDisp(_MASS), *ops.nodeVel(_MASS), *forces]
 
 
 def sliding_block(friction: float, *, kt_n_per_m: float = 1e10) -> Block:
@@ -192,8 +155,7 @@ def falling_block() -> Block:
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class UprightHistory:
+class UprightHistory(NamedTuple):
     """Response of an upright block; feet are the left and right corner, shape (n, 2).
 
     The angle includes the initial one, positive to the left (counter-clockwise).
@@ -212,49 +174,41 @@ def run_upright(
     *,
     friction: float,
     angle_rad: float = 0.0,
-    base_mps2: TimeFunction | None = None,
+    base_mps2: live.TimeFunction | None = None,
 ) -> UprightHistory:
     """Run a block of 1000 kg on two corners that slides, tips or rocks, with large rotations.
 
     It starts at rest, leaning to the left if the angle is positive; the floor accelerates by
     `base_mps2`. The penalty at the corners is 1e9 N/m.
     """
-    times = even_times(duration_s, dt_s)
-    with clean_domain():
-        contacts = _rocking_model(block, friction, angle_rad)
-        hold_load(_CENTRE, 1, (0.0, -_UPRIGHT_MASS_KG * block.gravity_mps2, 0.0))
+    times, contacts = live.even_times(duration_s, dt_s), ContactSet()
+    b, h = block.half_width_m, block.half_height_m
+    pivot = -b if angle_rad >= 0.0 else b
+    left, right = _CORNERS
+    with live.clean_domain():
+        ops.model("basic", "-ndm", 2, "-ndf", 3)
+        for node, x, y in ((_CENTRE, 0.0, h), (_FOOT, 0.0, 0.0), (left, -b, 0.0), (right, b, 0.0)):
+            turned_x = pivot + cos(angle_rad) * (x - pivot) - sin(angle_rad) * y
+            ops.node(node, turned_x, sin(angle_rad) * (x - pivot) + cos(angle_rad) * y)
+        inertia = _UPRIGHT_MASS_KG * hypot(b, h) ** 2 / 3.0
+        ops.mass(_CENTRE, _UPRIGHT_MASS_KG, _UPRIGHT_MASS_KG, inertia)
+        ops.geomTransf("Corotational", 1)
+        members = ((_CENTRE, _FOOT), (_FOOT, left), (_FOOT, right))
+        for element, (i, j) in enumerate(members, start=1):
+            ops.element("elasticBeamColumn", element, i, j, 1.0, _MEMBERS, 1.0, 1)
+        for floor, corner in zip(_FLOOR, _CORNERS, strict=True):
+            x, y = ops.nodeCoord(corner)
+            ops.node(floor, x, y)
+            ops.fix(floor, 1, 1, 1)
+            place = floor, corner, (0.0, 1.0), max(0.0, y), friction
+            contacts.add(*place, kn=_UPRIGHT_PENALTY_N_PER_M, kt=_UPRIGHT_PENALTY_N_PER_M)
+        live.hold_load(_CENTRE, 1, (0.0, -_UPRIGHT_MASS_KG * block.gravity_mps2, 0.0))
         push = np.zeros_like(times) if base_mps2 is None else -_UPRIGHT_MASS_KG * base_mps2(times)
-        load_node(_CENTRE, 2, dt_s, push, (1.0, 0.0, 0.0))
+        live.load_node(_CENTRE, 2, dt_s, push, (1.0, 0.0, 0.0))
         _ROCKING_SOLVER.prepare()
         rows = np.zeros((len(times), 5))
         rows[0, 0], rows[0, 3:] = angle_rad, contacts.openings_m
-        for k in march(contacts, times, dt_s):
+        for k in live.march(contacts, times, dt_s):
             feet = [ops.nodeDisp(corner, 1) for corner in _CORNERS]
             rows[k] = [angle_rad + ops.nodeDisp(_CENTRE, 3), *feet, *contacts.openings_m]
-    return UprightHistory(
-        t_s=times, angle_rad=rows[:, 0], feet_m=rows[:, 1:3], openings_m=rows[:, 3:]
-    )
-
-
-def _rocking_model(block: RockingBlock, friction: float, angle: float) -> ContactSet:
-    b, h, kn = block.half_width_m, block.half_height_m, _UPRIGHT_PENALTY_N_PER_M
-    pivot = -b if angle >= 0.0 else b
-    ops.model("basic", "-ndm", 2, "-ndf", 3)
-    left, right = _CORNERS
-    plan = ((_CENTRE, 0.0, h), (_FOOT, 0.0, 0.0), (left, -b, 0.0), (right, b, 0.0))
-    for node, x, y in plan:
-        turned_x = pivot + cos(angle) * (x - pivot) - sin(angle) * y
-        ops.node(node, turned_x, sin(angle) * (x - pivot) + cos(angle) * y)
-    inertia = _UPRIGHT_MASS_KG * hypot(b, h) ** 2 / 3.0
-    ops.mass(_CENTRE, _UPRIGHT_MASS_KG, _UPRIGHT_MASS_KG, inertia)
-    ops.geomTransf("Corotational", 1)
-    members = ((_CENTRE, _FOOT), (_FOOT, left), (_FOOT, right))
-    for element, (i, j) in enumerate(members, start=1):
-        ops.element("elasticBeamColumn", element, i, j, 1.0, _MEMBERS, 1.0, 1)
-    contacts = ContactSet()
-    for floor, corner in zip(_FLOOR, _CORNERS, strict=True):
-        x, y = ops.nodeCoord(corner)
-        ops.node(floor, x, y)
-        ops.fix(floor, 1, 1, 1)
-        contacts.add(floor, corner, (0.0, 1.0), max(0.0, y), friction, kn=kn, kt=kn)
-    return contacts
+    return UprightHistory(times, rows[:, 0], rows[:, 1:3], rows[:, 3:])

@@ -4,7 +4,6 @@ The fields of a case file are checked when it is read. The letters C1 to C5 are 
 docs/theory/verification.md.
 """
 
-from dataclasses import dataclass
 from math import cos, pi, radians, sqrt
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
@@ -170,22 +169,14 @@ SCALE_M: Final = PULSE_MPS2 / (2.0 * pi / PULSE_PERIOD_S) ** 2
 GAP_ALONG_M: Final = 0.1 * SCALE_M
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NamedCase:
-    """Geometry and friction of a tabulated case."""
-
-    name: str
-    width_m: float
-    skew_deg: float
-    friction: float
-
-
-C1: Final = NamedCase(name="C1", width_m=15.0, skew_deg=30.0, friction=0.0)
-C2: Final = NamedCase(name="C2", width_m=15.0, skew_deg=30.0, friction=0.2)
-C3: Final = NamedCase(name="C3", width_m=10.0, skew_deg=30.0, friction=0.0)
-C4: Final = NamedCase(name="C4", width_m=10.0, skew_deg=30.0, friction=0.2)
-C5: Final = NamedCase(name="C5", width_m=10.0, skew_deg=45.0, friction=0.2)
-NAMED_CASES: Final = (C1, C2, C3, C4, C5)
+# Width (m), skew (deg) and friction of the tabulated cases.
+CASES: Final = {
+    "C1": (15.0, 30.0, 0.0),
+    "C2": (15.0, 30.0, 0.2),
+    "C3": (10.0, 30.0, 0.0),
+    "C4": (10.0, 30.0, 0.2),
+    "C5": (10.0, 45.0, 0.2),
+}
 
 
 def bearing_fields(
@@ -208,21 +199,22 @@ def bearing_fields(
     }
 
 
-def deck_case(named: NamedCase, **changes: Any) -> DeckCase:
+def deck_case(name: str, **changes: Any) -> DeckCase:
     """Return a tabulated case: 1000 kg, Kn = 1e7 N/m, bearings of 0.5 s, 5 % damping.
 
     Keywords override fields of `DeckCase`.
     """
+    width_m, skew_deg, friction = CASES[name]
     # ASSUME mass, periods and damping: the paper does not give them.
     fields: dict[str, Any] = {
         "mass_kg": 1000.0,
         "damping_ratio": 0.05,
-        "gap_normal_m": GAP_ALONG_M * cos(radians(named.skew_deg)),
-        "friction": named.friction,
+        "gap_normal_m": GAP_ALONG_M * cos(radians(skew_deg)),
+        "friction": friction,
         "normal_stiffness_n_per_m": 1.0e7,
         "dt_s": 1.0e-4,
         "duration_s": 2.0,
         "pulse": PulseCase(kind="cosine", amplitude_g=PULSE_MPS2 / G_MPS2, period_s=PULSE_PERIOD_S),
     }
-    plan = bearing_fields(LENGTH_M, named.width_m, named.skew_deg, period_s=0.5)
+    plan = bearing_fields(LENGTH_M, width_m, skew_deg, period_s=0.5)
     return DeckCase.model_validate(plan | fields | changes)

@@ -7,7 +7,6 @@ force) / Kt, for which the tolerances of the tests allow.
 
 from dataclasses import dataclass
 from math import asin, atan, cos, hypot, pi, sin, sqrt
-from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
@@ -43,18 +42,12 @@ def forced_amplitude(frequency_ratio: float, friction_ratio: float) -> float:
     return sqrt(v * v - (friction_ratio * u) ** 2)
 
 
-class FirstSlip(NamedTuple):
-    """First one-way slip of a block: start, end, and the slip relative to the base."""
-
-    start_s: float
-    end_s: float
-    slip_m: float
-
-
 def sine_pulse_first_slip(
     amplitude_mps2: float, period_s: float, friction_mps2: float
-) -> FirstSlip:
-    """Return the first slip of a block on a base under one sine wave (B3); friction is mu g.
+) -> tuple[float, float, float]:
+    """Return start, end (s) and slip (m) of a block's first slip under one sine wave (B3).
+
+    The block is on a moving base; friction is mu g.
 
     References:
         Newmark (1965), Geotechnique 15 (rigid sliding block).
@@ -68,7 +61,7 @@ def sine_pulse_first_slip(
     t2 = float(brentq(speed, t1 + 0.25 * period_s, t1 + period_s, xtol=1e-14))
     s = t2 - t1
     wave = (sin(w * t2) - sin(w * t1)) / w - cos(w * t1) * s
-    return FirstSlip(t1, t2, f * s * s / 2.0 + a / w * wave)
+    return t1, t2, f * s * s / 2.0 + a / w * wave
 
 
 def rectangular_pulse_slip(amplitude_mps2: float, duration_s: float, friction_mps2: float) -> float:
@@ -81,17 +74,10 @@ def rectangular_pulse_slip(amplitude_mps2: float, duration_s: float, friction_mp
     return v * v / (2.0 * friction_mps2) * (1.0 - friction_mps2 / amplitude_mps2)
 
 
-class Impact(NamedTuple):
-    """A mass on a penalty: deepest penetration and time of contact."""
-
-    penetration_m: float
-    contact_s: float
-
-
 def falling_mass_impact(
     mass_kg: float, stiffness_n_per_m: float, speed_mps: float, gravity_mps2: float
-) -> Impact:
-    """Return the impact of a falling mass on a linear spring (B5).
+) -> tuple[float, float]:
+    """Return penetration (m) and time of contact (s) of a mass that falls on a linear spring (B5).
 
     References:
         Goldsmith (1960), Impact, chapter 4.
@@ -99,7 +85,7 @@ def falling_mass_impact(
     w = sqrt(stiffness_n_per_m / mass_kg)
     static = mass_kg * gravity_mps2 / stiffness_n_per_m
     duration_s = 2.0 / w * (pi - atan(speed_mps * w / gravity_mps2))
-    return Impact(static + hypot(static, speed_mps / w), duration_s)
+    return static + hypot(static, speed_mps / w), duration_s
 
 
 def power_law_penetration(
@@ -129,28 +115,22 @@ def straight_loop_work_j(half_stroke_m: float, elastic_slip_m: float, friction_n
     return 4.0 * friction_n * (half_stroke_m - elastic_slip_m)
 
 
-class StickSlip(NamedTuple):
-    """Limit cycle of a mass on a belt; its period is the sum of both times."""
-
-    slip_s: float
-    stick_s: float
-
-
-def belt_stick_slip(
+def belt_period_s(
     mass_kg: float,
     stiffness_n_per_m: float,
     static_n: float,
     kinetic_n: float,
     belt_speed_mps: float,
-) -> StickSlip:
-    """Return the stick-slip cycle of a mass on a belt, friction falling at once (B8).
+) -> float:
+    """Return the period of a mass that sticks and slips on a belt, friction falling at once (B8).
 
     References:
         Popp and Stelter (1990), Philosophical Transactions A 332.
     """
     w = sqrt(stiffness_n_per_m / mass_kg)
     drop = (static_n - kinetic_n) / stiffness_n_per_m
-    return StickSlip(2.0 / w * (pi - atan(drop * w / belt_speed_mps)), 2.0 * drop / belt_speed_mps)
+    slip_s = 2.0 / w * (pi - atan(drop * w / belt_speed_mps))
+    return slip_s + 2.0 * drop / belt_speed_mps
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -171,18 +151,14 @@ class RockingBlock:
         return atan(self.half_width_m / self.half_height_m)
 
     @property
-    def frequency_rad_per_s(self) -> float:
-        """P of the equation of motion, p^2 = 3 g / (4 R)."""
-        return sqrt(0.75 * self.gravity_mps2 / hypot(self.half_width_m, self.half_height_m))
-
-    @property
     def uplift_mps2(self) -> float:
         """Base acceleration that lifts the block: g b / h."""
         return self.gravity_mps2 * self.half_width_m / self.half_height_m
 
     def quarter_period_s(self, angle_rad: float) -> float:
         """Return the time from rest at an angle to upright, by quadrature of the energy."""
-        alpha, p, count = self.slenderness_rad, self.frequency_rad_per_s, 4000
+        alpha, count = self.slenderness_rad, 4000
+        p = sqrt(0.75 * self.gravity_mps2 / hypot(self.half_width_m, self.half_height_m))
         # theta = angle sin(s) removes the singularity of 1 / speed at the start.
         s = (np.arange(count) + 0.5) / count * pi / 2.0
         fall = np.cos(alpha - angle_rad) - np.cos(alpha - angle_rad * np.sin(s))

@@ -27,6 +27,7 @@ import numpy as np
 import openseespy.opensees as ops
 import pyarrow as pa
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
 from skewbridge.contact import ContactSet
 from skewbridge.contact.drives import kelvin_voigt_drive
@@ -36,17 +37,10 @@ from skewbridge.files.text import writable_file
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
 from skewbridge.units import G_MPS2
+from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.cases import DeckCase, file_of_case, read_case
 from skewbridge.verification.references.lcp import RigidContacts, moreau_jean
-from skewbridge.verification.references.live_model import (
-    Array,
-    Solver,
-    clean_domain,
-    even_times,
-    first_crossing_s,
-    march,
-    shake_base,
-)
+from skewbridge.verification.references.live_model import Array
 
 # Right and left end, acute and obtuse corner.
 CORNERS: Final = ("ra", "ro", "lo", "la")
@@ -69,17 +63,11 @@ type State = tuple[float, float, float, float, float, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SkewDeck:
-    """Matrices and corners of a deck case; corners in the order of `CORNERS`.
+    """Diagonals of the matrices of a deck case, shape (3,), and its corners as in `CORNERS`.
 
-    Attributes:
-        mass: Diagonal of the mass matrix (kg, kg, kg m2), shape (3,).
-        stiffness: Diagonal of the bearing stiffness, shape (3,).
-        damping: Diagonal of the damping, 2 xi w M, shape (3,).
-        corners_m: Positions from the mass centre, shape (4, 2).
-        normal_rows: Opening = gap + row . q, shape (4, 3); the first two columns are the outward
-            normals of the abutments.
-        tangent_rows: Slip = row . q, shape (4, 3).
-        dashpot_n_s_per_m: Dashpot of each corner for the given restitution.
+    Opening = gap + normal row . q, slip = tangent row . q, shape (4, 3); the first two columns of
+    the normal rows are the outward normals of the abutments. Corners are measured from the mass
+    centre, shape (4, 2); each has the dashpot of the given restitution.
     """
 
     mass: Array
@@ -91,17 +79,13 @@ class SkewDeck:
     dashpot_n_s_per_m: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class DeckHistory:
-    """Response of a deck; n times.
+    """Response of a deck: displacements q = (ux, uy, theta), shape (n, 3), and contacts.
 
-    Attributes:
-        q: Displacements (ux, uy, theta), shape (n, 3).
-        openings_m: Shape (n, 4), order `CORNERS`, negative in contact.
-        normals_n: Compressions, shape (n, 4).
-        tangentials_n: Friction forces with the sign of slip, shape (n, 4).
-        energy_residual_ratio: Input less all works and stored energies at the end, over the
-            largest input.
+    Contacts have the shape (n, 4), order `CORNERS`: openings are negative in contact, friction has
+    the sign of slip. The energy residual is input less all works and stored energies at the end,
+    over the largest input.
     """
 
     t_s: Array
@@ -119,7 +103,7 @@ class DeckHistory:
 
     def first_contact_s(self) -> float | None:
         """Return the time at which the first gap closes, linear between samples."""
-        return first_crossing_s(self.t_s, self.openings_m.min(axis=1))
+        return live.first_crossing_s(self.t_s, self.openings_m.min(axis=1))
 
 
 def make_deck(case: DeckCase) -> SkewDeck:
@@ -212,18 +196,27 @@ def _energy_residual(deck: SkewDeck, loads_n: Array, q: Array, v: Array, contact
     return (float(given[-1]) - lost - stored) / largest if largest > 0.0 else 0.0
 
 
-def _penalty_residual(deck: SkewDeck, rows: Array, openings_m: Array, accel_mps2: Array) -> float:
-    """Return the energy residual by the trapezoidal rule.
+def _penalty_history(
+    deck: SkewDeck,
+    t_s: Array,
+    rows: Array,
+    openings_m: Array,
+    accel_mps2: Array,
+    wanted: NDArray[np.intp] | slice = slice(None),
+) -> DeckHistory:
+    """Return a history at the wanted rows, with its energy residual by the trapezoidal rule.
 
-    The columns of `rows`, shape (n, 14), are displacements, velocities, compressions and friction;
-    the ground acceleration has the shape (2, n).
+    The columns of `rows`, shape (n, 14), are displacements, velocities, compressions and friction.
     """
     q, v, normals, friction = np.split(rows, (3, 6, 10), axis=1)
     force = np.zeros_like(q)
     force[:, :2] = -deck.mass[:2] * accel_mps2.T
     contact = float(np.sum(_mid(normals) * -np.diff(openings_m, axis=0)))
     contact += float(np.sum(_mid(friction) * np.diff(q @ deck.tangent_rows.T, axis=0)))
-    return _energy_residual(deck, _mid(force), q, v, contact)
+    residual = _energy_residual(deck, _mid(force), q, v, contact)
+    return DeckHistory(
+        t_s, q[wanted], openings_m[wanted], normals[wanted], friction[wanted], residual
+    )
 
 
 def run_deck(case: DeckCase, excitation: BaseAcceleration | None = None) -> DeckHistory:
@@ -262,23 +255,25 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
 
 def _table(history: DeckHistory) -> pa.Table:
     """Return the histories as a table with units and descriptions of the columns."""
-    groups = (
-        ("{}", "m", "displacement of the mass centre along the deck", ("ux_m",)),
-        ("{}", "m", "displacement of the mass centre across the deck", ("uy_m",)),
-        ("{}", "rad", "rotation, counter-clockwise", ("theta_rad",)),
-        ("gap_{}_m", "m", "opening, negative in contact", CORNERS),
-        ("fn_{}_n", "N", "compression", CORNERS),
-        ("ft_{}_n", "N", "friction force with the sign of slip", CORNERS),
-    )
-    fields: list[pa.Field[Any]] = [
-        pa.field("t_s", pa.float64(), metadata={"unit": "s", "description": "time"})
+    centre = "displacement of the mass centre"
+    columns = [
+        ("t_s", "s", "time"),
+        ("ux_m", "m", f"{centre} along the deck"),
+        ("uy_m", "m", f"{centre} across the deck"),
+        ("theta_rad", "rad", "rotation, counter-clockwise"),
+        *((f"gap_{corner}_m", "m", "opening, negative in contact") for corner in CORNERS),
+        *((f"fn_{corner}_n", "N", "compression") for corner in CORNERS),
+        *((f"ft_{corner}_n", "N", "friction force with the sign of slip") for corner in CORNERS),
     ]
-    for name, unit, text, items in groups:
-        metadata = {"unit": unit, "description": text}
-        fields += [pa.field(name.format(item), pa.float64(), metadata=metadata) for item in items]
+    schema = pa.schema(
+        [
+            pa.field(name, pa.float64(), metadata={"unit": unit, "description": text})
+            for name, unit, text in columns
+        ]
+    )
     values = (history.q, history.openings_m, history.normals_n, history.tangentials_n)
-    columns = np.column_stack([history.t_s, *values]).T
-    return pa.table([pa.array(column) for column in columns], schema=pa.schema(fields))
+    table = np.column_stack([history.t_s, *values])
+    return pa.table([pa.array(column) for column in table.T], schema=schema)
 
 
 def run_opensees(
@@ -296,40 +291,23 @@ def run_opensees(
     deck, contacts = make_deck(case), ContactSet(coupling=case.coupling)
     kn, dashpot = case.normal_stiffness_n_per_m, deck.dashpot_n_s_per_m
     drive = kelvin_voigt_drive(kn_n_per_m=kn, dashpot_n_s_per_m=dashpot) if dashpot else None
-    with clean_domain():
+    with live.clean_domain():
         build_deck(deck)
         (connect or rigid_links)(case)
         for k, (wall, node) in enumerate(zip(WALL_NODES, CORNER_NODES, strict=True)):
-            contacts.add(
-                wall,
-                node,
-                deck.normal_rows[k, :2].tolist(),
-                case.gap_normal_m,
-                case.friction,
-                case.cohesion_n,
-                kn=kn,
-                kt=case.kt_n_per_m,
-                drive=drive,
-                name=CORNERS[k],
-            )
+            law = case.gap_normal_m, case.friction, case.cohesion_n
+            normal, kt = deck.normal_rows[k, :2].tolist(), case.kt_n_per_m
+            contacts.add(wall, node, normal, *law, kn=kn, kt=kt, drive=drive, name=CORNERS[k])
         times, accel = excite_deck(case, excitation)
-        prepare_analysis(case.integrator)
         rows, openings = np.zeros((len(times), 14)), np.zeros((len(times), 4))
         openings[0] = case.gap_normal_m
-        for k in march(contacts, times, case.dt_s, parts_on_change):
+        for k in live.march(contacts, times, case.dt_s, parts_on_change):
             (r1, _), (r2, _), (l1, _), (l2, _) = contacts.tangentials_n
             # The units count slip along the normal turned counter-clockwise, the tangent at left.
             forces = [*contacts.normals_n, -r1, -r2, l1, l2]
             rows[k] = [*ops.nodeDisp(CENTRE), *ops.nodeVel(CENTRE), *forces]
             openings[k] = contacts.openings_m
-    return DeckHistory(
-        t_s=times,
-        q=rows[:, :3],
-        openings_m=openings,
-        normals_n=rows[:, 6:10],
-        tangentials_n=rows[:, 10:],
-        energy_residual_ratio=_penalty_residual(deck, rows, openings, accel),
-    )
+    return _penalty_history(deck, times, rows, openings, accel)
 
 
 def build_deck(deck: SkewDeck, wall_offset_m: float = 0.0) -> None:
@@ -356,22 +334,20 @@ def rigid_links(_case: DeckCase) -> None:
         ops.rigidLink("beam", CENTRE, node)
 
 
-def excite_deck(case: DeckCase, excitation: BaseAcceleration) -> tuple[Array, Array]:
-    """Apply the excitation; return the times of the steps and the accelerations at them."""
-    times = even_times(case.duration_s, case.dt_s)
+def excite_deck(
+    case: DeckCase, excitation: BaseAcceleration, system: str = "ProfileSPD"
+) -> tuple[Array, Array]:
+    """Define load and analysis; return the times of the steps and the accelerations at them."""
+    times = live.even_times(case.duration_s, case.dt_s)
     half = 0.5 * case.dt_s
     # Means over the step around each time: a jump between two steps keeps its impulse.
     accel = excitation.mean(times - half, times + half)
     accel[:, 0] = excitation.at(times[:1])[:, 0]
-    shake_base(CENTRE, case.dt_s, accel)
-    return times, accel
-
-
-def prepare_analysis(integrator: str, system: str = "ProfileSPD") -> None:
-    """Define the transient analysis."""
+    live.shake_base(CENTRE, case.dt_s, accel)
     # The tolerance is far below every displacement of interest and far above rounding: the problem
     # is linear by pieces.
-    Solver(numberer="RCM", system=system, integrator=INTEGRATORS[integrator]).prepare()
+    live.Solver(numberer="RCM", system=system, integrator=INTEGRATORS[case.integrator]).prepare()
+    return times, accel
 
 
 class PenaltyDeck:
@@ -420,17 +396,20 @@ class PenaltyDeck:
 
     def step(self, s: State, h: float, accel: list[float]) -> State:
         """Return the state after a Runge-Kutta step; accelerations at start, middle and end."""
+
+        def moved(rate: State, h: float) -> State:
+            (x, y, r, vx, vy, vr), (a, b, c, d, e, f) = s, rate
+            return x + h * a, y + h * b, r + h * c, vx + h * d, vy + h * e, vr + h * f
+
         ax0, ay0, ax1, ay1, ax2, ay2 = accel
         k1 = self.rate(s, ax0, ay0)
-        k2 = self.rate(_moved(s, k1, 0.5 * h), ax1, ay1)
-        k3 = self.rate(_moved(s, k2, 0.5 * h), ax1, ay1)
-        k4 = self.rate(_moved(s, k3, h), ax2, ay2)
-        w = h / 6.0
+        k2 = self.rate(moved(k1, 0.5 * h), ax1, ay1)
+        k3 = self.rate(moved(k2, 0.5 * h), ax1, ay1)
+        k4 = self.rate(moved(k3, h), ax2, ay2)
         x, y, r, vx, vy, vr = (
-            value + w * (a + 2.0 * (b + c) + d)
-            for value, a, b, c, d in zip(s, k1, k2, k3, k4, strict=True)
+            a + 2.0 * (b + c) + d for a, b, c, d in zip(k1, k2, k3, k4, strict=True)
         )
-        return x, y, r, vx, vy, vr
+        return moved((x, y, r, vx, vy, vr), h / 6.0)
 
     def move_stick_points(self, forces: list[tuple[float, float, float]]) -> None:
         """Bring the stick points to the end of a step."""
@@ -438,17 +417,11 @@ class PenaltyDeck:
             self.stick[k] = slip - friction / self._kt if normal else slip
 
 
-def _moved(s: State, rate: State, h: float) -> State:
-    x, y, r, vx, vy, vr = s
-    a, b, c, d, e, f = rate
-    return x + h * a, y + h * b, r + h * c, vx + h * d, vy + h * e, vr + h * f
-
-
 def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     """Integrate a deck case with penalty contact; output at multiples of the case's dt_s."""
     deck = make_deck(case)
     model = PenaltyDeck(case, deck)
-    times = even_times(case.duration_s, case.dt_s)
+    times = live.even_times(case.duration_s, case.dt_s)
     inner = max(1, ceil(case.dt_s * case.contact_frequency_rad_per_s / _PENALTY_RESOLUTION))
     # A jump of the pulse inside a step gets a step end of its own.
     jump = [excitation.period_s] if excitation.period_s < times[-1] else []
@@ -472,14 +445,7 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     half = 0.5 * float(np.median(ends - starts))
     accel = excitation.mean(fine - half, fine + half)
     wanted = np.searchsorted(fine, times - 1e-12)
-    return DeckHistory(
-        t_s=times,
-        q=rows[wanted, :3],
-        openings_m=openings[wanted],
-        normals_n=rows[wanted, 6:10],
-        tangentials_n=rows[wanted, 10:],
-        energy_residual_ratio=_penalty_residual(deck, rows, openings, accel),
-    )
+    return _penalty_history(deck, times, rows, openings, accel, wanted)
 
 
 def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
@@ -489,9 +455,9 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     """
     deck = make_deck(case)
     parts = max(1, ceil(case.dt_s / _LARGEST_LCP_STEP_S - 1e-9))
-    times = even_times(case.duration_s, case.dt_s)
+    times = live.even_times(case.duration_s, case.dt_s)
     dt_s = case.dt_s / parts
-    fine = even_times(case.dt_s * (len(times) - 1), dt_s)
+    fine = live.even_times(case.dt_s * (len(times) - 1), dt_s)
     loads = np.zeros((len(fine) - 1, 3))
     loads[:, :2] = -deck.mass[:2] * excitation.mean(fine[:-1], fine[1:]).T
     contacts = RigidContacts(
@@ -520,12 +486,6 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
         share = normals[:, members] / np.where(total > 0.0, total, 1.0)[:, None]
         friction[:, members] = share * tangents[:, end, None]
     q = history.q[::parts]
-    work = history.contact_work_j
-    return DeckHistory(
-        t_s=times,
-        q=q,
-        openings_m=case.gap_normal_m + q @ deck.normal_rows.T,
-        normals_n=normals,
-        tangentials_n=friction,
-        energy_residual_ratio=_energy_residual(deck, loads, history.q, history.v, work),
-    )
+    openings = case.gap_normal_m + q @ deck.normal_rows.T
+    residual = _energy_residual(deck, loads, history.q, history.v, history.contact_work_j)
+    return DeckHistory(times, q, openings, normals, friction, residual)

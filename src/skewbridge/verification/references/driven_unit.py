@@ -48,9 +48,31 @@ def drive_unit(
 
     The first row of the path, shape (rows, 4), is the state at rest: nothing has slipped.
     """
-    forces = np.zeros((len(path), 3))
+    forces, contacts = np.zeros((len(path), 3)), ContactSet(scheme=scheme, coupling=coupling)
+    surface, body, anchor, idle = 1, 2, 3, 4
     with clean_domain():
-        contacts = _unit_model(law, path, scheme, coupling)
+        ops.model("basic", "-ndm", 3, "-ndf", 3)
+        for node in (surface, body, anchor, idle):
+            ops.node(node, 0.0, 0.0, 0.0)
+            if node != body:
+                ops.fix(node, 0 if node == idle else 1, 1, 1)
+        # The solver needs one equation; the idle spring has no load.
+        ops.uniaxialMaterial("Elastic", 1, 1.0)
+        ops.element("zeroLength", 1, anchor, idle, "-mat", 1, "-dir", 1)
+        contacts.add(
+            surface,
+            body,
+            (0.0, 0.0, 1.0),
+            law.gap_m,
+            law.friction,
+            law.cohesion_n,
+            kn=law.kn_n_per_m,
+            kt=law.kt_n_per_m,
+            tangent=(1.0, 0.0, 0.0),
+            gap_closing_m=law.gap_closing_m,
+            name="driven unit",
+        )
+        drive_node(body, path, system="ProfileSPD")
         # Go to the first row without friction, which becomes the state of rest.
         _analyze_to_next_row(1)
         contacts.start_from_rest()
@@ -73,7 +95,7 @@ def drive_unit(
                 _analyze_to_next_row(row)
                 contacts.after_step(dt_s)
             forces[row] = (*contacts.tangentials_n[0], contacts.normals_n[0])
-        return PathResult(forces_n=forces, ledger=contacts.ledger()[0])
+        return PathResult(forces, contacts.ledger()[0])
 
 
 def follow_law(law: ContactLaw, path: Array, *, substeps: int = 1) -> Array:
@@ -100,35 +122,6 @@ def path_work_j(path: Array, forces_n: Array) -> float:
 def rms_n(differences_n: Array) -> float:
     """Return the RMS of the resultants of force differences, shape (rows, components)."""
     return float(np.sqrt(np.mean(np.sum(differences_n**2, axis=1))))
-
-
-def _unit_model(law: ContactLaw, path: Array, scheme: Scheme, coupling: Coupling) -> ContactSet:
-    """Build a pair of nodes, the second one driven; pseudo-time counts the rows from one."""
-    ops.model("basic", "-ndm", 3, "-ndf", 3)
-    surface, body, anchor, idle = 1, 2, 3, 4
-    for node in (surface, body, anchor, idle):
-        ops.node(node, 0.0, 0.0, 0.0)
-        if node != body:
-            ops.fix(node, 0 if node == idle else 1, 1, 1)
-    # The solver needs one equation; the idle spring has no load.
-    ops.uniaxialMaterial("Elastic", 1, 1.0)
-    ops.element("zeroLength", 1, anchor, idle, "-mat", 1, "-dir", 1)
-    contacts = ContactSet(scheme=scheme, coupling=coupling)
-    contacts.add(
-        surface,
-        body,
-        (0.0, 0.0, 1.0),
-        law.gap_m,
-        law.friction,
-        law.cohesion_n,
-        kn=law.kn_n_per_m,
-        kt=law.kt_n_per_m,
-        tangent=(1.0, 0.0, 0.0),
-        gap_closing_m=law.gap_closing_m,
-        name="driven unit",
-    )
-    drive_node(body, path, system="ProfileSPD")
-    return contacts
 
 
 def drive_node(node: int, path: Array, *, system: str) -> None:
@@ -166,19 +159,19 @@ def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]
         kt_n_per_m=case.tangent_stiffness_n_per_m,
         **case.model_dump(include={"friction", "cohesion_n", "gap_m"}),
     )
-    result = drive_unit(law, path, **options)
-    table = pd.DataFrame(result.forces_n, columns=["fx_n", "fy_n", "fz_n"])
+    forces_n, ledger = drive_unit(law, path, **options)
+    table = pd.DataFrame(forces_n, columns=["fx_n", "fy_n", "fz_n"])
     table.insert(0, "t_s", path[:, 0])
     table.to_csv(out, index=False)
     return {
         "rows": len(path),
-        "peak_friction_n": float(np.hypot(*result.forces_n[:, :2].T).max()),
-        "peak_normal_n": float(result.forces_n[:, 2].max()),
-        "friction_work_j": path_work_j(path, result.forces_n),
-        "closures": result.ledger.closures,
-        "slip_work_j": result.ledger.slip_work_j,
-        "cone_violation_n": result.ledger.cone_violation_n,
-        "cone_violation_ratio": result.ledger.cone_violation_ratio,
+        "peak_friction_n": float(np.hypot(*forces_n[:, :2].T).max()),
+        "peak_normal_n": float(forces_n[:, 2].max()),
+        "friction_work_j": path_work_j(path, forces_n),
+        "closures": ledger.closures,
+        "slip_work_j": ledger.slip_work_j,
+        "cone_violation_n": ledger.cone_violation_n,
+        "cone_violation_ratio": ledger.cone_violation_ratio,
         "out": str(out),
     }
 
@@ -206,17 +199,14 @@ def triangle(t_s: Array, period_s: float) -> Array:
     return 1.0 - 4.0 * np.abs(phase - 0.5)
 
 
-def square(t_s: Array, period_s: float) -> Array:
-    """Return a square wave of amplitude one, positive in the first half of the period."""
-    return np.where(np.mod(t_s, period_s) < 0.5 * period_s - 1e-9, 1.0, -1.0)
-
-
-def figure_3(rows_per_s: int, *, duration_s: float = 12.0) -> Array:
-    """Return the path of Figure 3 of the paper.
+def figure_3(rows_per_s: int) -> Array:
+    """Return the path of Figure 3 of the paper, 12 s.
 
     Triangles of 4 s and 1 m along x and of 6 s and 2 m along y; a square wave of 2.5 s and 0.1 m
     along the normal, open in its first half.
     """
     # ASSUME the waves start together at zero, rising, and open: the paper does not state it.
-    t = np.arange(round(duration_s * rows_per_s) + 1) / rows_per_s
-    return np.column_stack([t, triangle(t, 4.0), 2.0 * triangle(t, 6.0), 0.1 * square(t, 2.5)])
+    t = np.arange(12 * rows_per_s + 1) / rows_per_s
+    is_open = np.mod(t, 2.5) < 1.25 - 1e-9
+    z = np.where(is_open, 0.1, -0.1)
+    return np.column_stack([t, triangle(t, 4.0), 2.0 * triangle(t, 6.0), z])

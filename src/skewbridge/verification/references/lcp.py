@@ -38,12 +38,8 @@ _ROUNDING: Final = 1e-10
 class RigidContacts:
     """Contacts of a structure, those of a group with one tangent; cohesion is that per contact.
 
-    Attributes:
-        normal_rows: Opening = gap + row . q, shape (contacts, dofs).
-        gaps_m: Initial openings, shape (contacts,).
-        tangent_rows: Slip = row . q, one row per group, shape (groups, dofs).
-        groups: Group of each contact.
-        restitution: Newton's coefficient.
+    Opening = gap + normal row . q, shape (contacts, dofs); slip = tangent row . q, shape (groups,
+    dofs). `groups` has the group of each contact, the restitution is Newton's.
     """
 
     normal_rows: Array
@@ -149,8 +145,7 @@ class _ImpactSolver:
         return True
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LcpHistory:
+class LcpHistory(NamedTuple):
     """Response: q and v, shape (n, dofs), impulses of the step that ends at the time.
 
     Friction impulses, shape (n, groups), have the sign of slip; contact takes `contact_work_j`.
@@ -198,11 +193,5 @@ def moreau_jean(
             work += float(p_t @ mean[count:] - p_n @ mean[:count])
         v[k + 1] = free
         q[k + 1] = q[k] + h_s * (_THETA * free + (1.0 - _THETA) * v[k])
-    return LcpHistory(
-        t_s=h_s * np.arange(steps + 1),
-        q=q,
-        v=v,
-        normal_impulses_ns=impulses[:, :count],
-        tangent_impulses_ns=impulses[:, count:],
-        contact_work_j=work,
-    )
+    t_s = h_s * np.arange(steps + 1)
+    return LcpHistory(t_s, q, v, impulses[:, :count], impulses[:, count:], work)

@@ -95,6 +95,17 @@ def first_crossing_s(t_s: Array, values: Array) -> float | None:
     return float(t_s[k - 1] + share * (t_s[k] - t_s[k - 1]))
 
 
+def cone_excess(friction_n: Array, normal_n: Array, coefficient: float) -> float:
+    """Return the largest friction beyond Coulomb's limit, over the largest limit."""
+    excess = np.abs(friction_n) - coefficient * np.maximum(0.0, normal_n)
+    return max(0.0, float(excess.max())) / (coefficient * float(normal_n.max()))
+
+
+def rms(values: Array) -> float:
+    """Return the root of the mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
 def even_times(duration_s: float, dt_s: float) -> Array:
     """Return the times of even steps from zero to the end, or to the first time after it."""
     return np.arange(ceil(duration_s / dt_s - 1e-9) + 1, dtype=np.float64) * dt_s

@@ -16,43 +16,20 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from skewbridge.contact import ContactLaw, Drive
-from skewbridge.contact.drives import (
-    approach_stiffness_drive,
-    hunt_crossley_drive,
-    kelvin_voigt_drive,
-    power_law_drive,
-    stribeck_drive,
-)
+from skewbridge.contact import ContactLaw, Drive, drives
 from skewbridge.contact.restitution import hunt_crossley_damping, kelvin_voigt_damping_ratio
+from skewbridge.verification.references import closed_forms
+from skewbridge.verification.references import driven_unit as unit
 from skewbridge.verification.references.blocks import (
     TABLE_G_MPS2,
     Block,
     BlockHistory,
-    UprightHistory,
     falling_block,
     run_block,
     run_upright,
     sliding_block,
 )
-from skewbridge.verification.references.closed_forms import (
-    RockingBlock,
-    belt_stick_slip,
-    falling_mass_impact,
-    forced_amplitude,
-    free_decay_turning_points,
-    power_law_penetration,
-    rectangular_pulse_slip,
-    sine_pulse_first_slip,
-    straight_loop_work_j,
-)
 from skewbridge.verification.references.deck_solvers import INTEGRATORS
-from skewbridge.verification.references.driven_unit import (
-    drive_unit,
-    follow_law,
-    path_work_j,
-    rms_n,
-)
 from skewbridge.verification.references.live_model import Array, first_crossing_s
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
@@ -73,12 +50,8 @@ def run(study: Study) -> None:
     completed = sum(bool(np.isfinite(f).all()) for loop in loops.values() for _, f in loop.values())
     study.states("existing parts", "loops of one unit", completed)
     study.figures["unit"] = _unit_figure(loops)
-    slender, stocky = (
-        RockingBlock(half_width_m=b, half_height_m=h, gravity_mps2=TABLE_G_MPS2)
-        for b, h in ((0.25, 1.0), (0.5, 1.5))
-    )
-    study.figures["rocking"] = _rocking_figure(slender, _check_upright(study, slender))
-    _check_upright(study, stocky)
+    for b, h in ((0.25, 1.0), (0.5, 1.5)):
+        _check_upright(study, b, h)
 
 
 def _loops(gap_m: float, study: Study) -> Loops:
@@ -96,17 +69,16 @@ def _loops(gap_m: float, study: Study) -> Loops:
     result: Loops = {}
     for name, (x, z) in moves.items():
         path = np.column_stack([t, x, np.zeros_like(t), z])
-        forces = drive_unit(law, path).forces_n
-        exact = follow_law(law, path, substeps=50)
-        error = rms_n(forces - exact) / _LIMIT_N
+        forces = unit.drive_unit(law, path).forces_n
+        error = unit.rms_n(forces - unit.follow_law(law, path, substeps=50)) / _LIMIT_N
         quantity = f"{name} loop, gap {1000 * gap_m:g} mm: RMS error over the limit"
         study.at_most(quantity, error, 0.01, "radial return on a fine grid")
         study.states("unit behind a gap" if gap_m else "unit without gap", f"{name} loop", error)
         result[name] = (path, forces)
     path, forces = result["constant"]
     half = slice(len(path) // 2, None)
-    work_j = path_work_j(path[half], forces[half])
-    exact_j = straight_loop_work_j(_STROKE_M, _LIMIT_N / law.kt_n_per_m, _LIMIT_N)
+    work_j = unit.path_work_j(path[half], forces[half])
+    exact_j = closed_forms.straight_loop_work_j(_STROKE_M, _LIMIT_N / law.kt_n_per_m, _LIMIT_N)
     study.relative(f"work per cycle, gap {1000 * gap_m:g} mm (J)", work_j, exact_j, 5e-3, "B7")
     return result
 
@@ -122,21 +94,21 @@ def _check_sliding(study: Study) -> None:
 
     for mu in (0.1, 0.2, 0.3, 0.4):
         slid = run_block(sliding_block(mu), 2e-4, 0.6, base_mps2=sine_mps2)
-        slip_m = sine_pulse_first_slip(a, 0.5, mu * g).slip_m
+        *_, slip_m = closed_forms.sine_pulse_first_slip(a, 0.5, mu * g)
         name = f"sliding block, sine pulse, friction {mu}: slip (m)"
         study.relative(name, slid.position_m[:, 0].min(), slip_m, 5e-3, "B3")
     for mu in (0.1, 0.2, 0.3):
         slid = run_block(sliding_block(mu), 2e-4, 1.3, base_mps2=rectangle_mps2)
-        slip_m = rectangular_pulse_slip(a, 0.2, mu * g)
+        slip_m = closed_forms.rectangular_pulse_slip(a, 0.2, mu * g)
         name = f"sliding block, rectangular pulse, friction {mu}: slip (m)"
         study.relative(name, -slid.position_m[-1, 0], slip_m, 5e-3, "B3")
 
 
-def _check_upright(study: Study, block: RockingBlock) -> UprightHistory:
+def _check_upright(study: Study, b: float, h: float) -> None:
     """Release a block, then push it by an acceleration that grows after 1 s."""
-    angle = 0.5 * block.slenderness_rad
+    block = closed_forms.RockingBlock(half_width_m=b, half_height_m=h, gravity_mps2=TABLE_G_MPS2)
+    angle, name = 0.5 * block.slenderness_rad, f"block {b} x {h} m"
     released = run_upright(block, 5e-4, 0.8, friction=1.0, angle_rad=angle)
-    name = f"block {block.half_width_m} x {block.half_height_m} m"
     found_s = first_crossing_s(released.t_s, released.angle_rad) or np.nan
     text = f"{name}: quarter period of rocking (s)"
     study.relative(text, found_s, block.quarter_period_s(angle), 5e-3, "B9, Housner")
@@ -158,7 +130,6 @@ def _check_upright(study: Study, block: RockingBlock) -> UprightHistory:
             slid = float(np.abs(np.diff(pushed.feet_m[:, 0])).max()) > 1e-3
             text = f"{name}, friction 0.2 < b / h: slides and does not lift"
             study.holds(text, truth=slid and not bool(lifted.any()), source="B9")
-    return released
 
 
 def _unit_figure(loops: dict[float, Loops]) -> Figure:
@@ -176,23 +147,9 @@ def _unit_figure(loops: dict[float, Loops]) -> Figure:
     return figure
 
 
-def _rocking_figure(block: RockingBlock, history: UprightHistory) -> Figure:
-    figure, axis = style.panel(height_in=2.6)
-    style.line(axis, history.t_s, history.angle_rad / block.slenderness_rad, style.BLUE, "OpenSees")
-    quarter = block.quarter_period_s(0.5 * block.slenderness_rad)
-    name = "upright after Housner's quarter"
-    axis.axvline(quarter, color=style.ORANGE, ls="--", lw=1, label=name)
-    axis.axhline(0.0, color=style.GREY, lw=0.6)
-    style.dots(axis, [0.0], [0.5], style.BLACK)
-    style.label(axis, "time (s)", "angle / slenderness (-)", "block 0.25 x 1 m released from rest")
-    style.legend(axis)
-    return figure
-
-
 _MASS_KG: Final = 1000.0
 _SPRING_N_PER_M: Final = 4.0e4
 _FRICTION_N: Final = 1962.0
-_OMEGA: Final = (_SPRING_N_PER_M / _MASS_KG) ** 0.5
 _STEPS_PER_CYCLE: Final = 2000
 # Frequency ratio and friction over force amplitude; away from r = 1/2, 1/4 ... where it fails.
 FORCED: Final = ((0.7, 0.3), (1.2, 0.4), (1.5, 0.3), (2.0, 0.2))
@@ -203,7 +160,7 @@ def run_closed_forms(study: Study) -> None:
     decay = free_decay()
     v = decay.velocity_mps[:, 0]
     turns = decay.position_m[np.flatnonzero(v[1:] * v[:-1] < 0.0), 0]
-    points = free_decay_turning_points(0.5, _FRICTION_N / _SPRING_N_PER_M)
+    points = closed_forms.free_decay_turning_points(0.5, _FRICTION_N / _SPRING_N_PER_M)
     for k, (found, exact) in enumerate(zip(turns, points[1:], strict=False), start=1):
         study.absolute(f"free decay: turning point {k} (m)", found, exact, 0.5e-3, "B1")
     for ratio, friction_ratio in FORCED:
@@ -212,13 +169,16 @@ def run_closed_forms(study: Study) -> None:
         study.relative(text, found, exact, 5e-3, "B2")
     _check_impacts(study)
     # A mass pulled over a surface by a spring whose end moves at 0.1 m/s.
-    drive = stribeck_drive(static=0.4, kinetic=0.3, stribeck_speed_mps=2e-4)
+    drive = drives.stribeck_drive(static=0.4, kinetic=0.3, stribeck_speed_mps=2e-4)
     belt = run_block(spring_block(friction=0.4, drive=drive), 2e-4, 6.0, anchor_m=lambda t: 0.1 * t)
     static_n, kinetic_n = (friction * _MASS_KG * TABLE_G_MPS2 for friction in (0.4, 0.3))
-    exact_s = sum(belt_stick_slip(_MASS_KG, _SPRING_N_PER_M, static_n, kinetic_n, 0.1))
-    text, source = "belt: period of stick-slip (s)", "B8, friction falling at once"
-    study.relative(text, belt_period(belt), exact_s, 0.02, source)
-    study.figures["histories"] = _history_figure(decay, belt, points)
+    exact_s = closed_forms.belt_period_s(_MASS_KG, _SPRING_N_PER_M, static_n, kinetic_n, 0.1)
+    # the mean time between the starts of long slips
+    slip = belt.position_m[:, 0] - belt.friction_n / 1e10
+    fast = np.diff(slip) / np.diff(belt.t_s) > 0.05
+    starts_s = belt.t_s[np.flatnonzero(fast[1:] & ~fast[:-1]) + 1]
+    found_s, source = float(np.mean(np.diff(starts_s))), "B8, friction falling at once"
+    study.relative("belt: period of stick-slip (s)", found_s, exact_s, 0.02, source)
 
 
 def spring_block(**changes: Any) -> Block:
@@ -237,14 +197,15 @@ def free_decay() -> BlockHistory:
 def forced_response(ratio: float, friction_ratio: float) -> tuple[float, float]:
     """Return the amplitude after 30 cycles under P cos(W t) and the closed form."""
     force = _FRICTION_N / friction_ratio
-    w = ratio * _OMEGA
+    w = ratio * (_SPRING_N_PER_M / _MASS_KG) ** 0.5
     period = 2.0 * pi / w
     # Friction reverses between steps: the error is of first order, and near resonance it grows.
     dt = period / _STEPS_PER_CYCLE
     history = run_block(spring_block(), dt, 30 * period, force_n=lambda t: force * np.cos(w * t))
     last = history.position_m[-3 * _STEPS_PER_CYCLE :, 0]
     amplitude = 0.5 * float(last.max() - last.min())
-    return amplitude, force / _SPRING_N_PER_M * forced_amplitude(ratio, friction_ratio)
+    exact = closed_forms.forced_amplitude(ratio, friction_ratio)
+    return amplitude, force / _SPRING_N_PER_M * exact
 
 
 def bounce(drive: Drive, *, speed_mps: float = 1.0, dt_s: float = 5e-4) -> BlockHistory:
@@ -255,57 +216,37 @@ def bounce(drive: Drive, *, speed_mps: float = 1.0, dt_s: float = 5e-4) -> Block
 
 def _check_impacts(study: Study) -> None:
     fall = run_block(falling_block(), 1e-4, 0.05)
-    exact = falling_mass_impact(_MASS_KG, 1e7, 1.0, TABLE_G_MPS2)
-    depth = float(-fall.position_m[:, 1].min())
-    study.relative("ball on penalty: depth (m)", depth, exact.penetration_m, 5e-3, "B5")
-    contact = fall.ledger.contact_time_s
-    study.relative("ball on penalty: time of contact (s)", contact, exact.contact_s, 0.01, "B5")
+    depth_m, contact_s = closed_forms.falling_mass_impact(_MASS_KG, 1e7, 1.0, TABLE_G_MPS2)
+    found_m = float(-fall.position_m[:, 1].min())
+    study.relative("ball on penalty: depth (m)", found_m, depth_m, 5e-3, "B5")
+    found_s = fall.ledger.contact_time_s
+    study.relative("ball on penalty: time of contact (s)", found_s, contact_s, 0.01, "B5")
     for e in (0.45, 0.6, 0.71, 0.9):
         dashpot = 2.0 * kelvin_voigt_damping_ratio(e) * (1e7 * _MASS_KG) ** 0.5
-        drives = {"Kelvin-Voigt": kelvin_voigt_drive(kn_n_per_m=1e7, dashpot_n_s_per_m=dashpot)}
-        for name, stiffness, p in (
-            ("Hunt-Crossley", 1e7, 1.0),
-            ("Hunt-Crossley, p = 3/2", 3e8, 1.5),
-        ):
-            drives[name] = hunt_crossley_drive(
-                stiffness_n_per_m_p=stiffness, exponent=p, damping=hunt_crossley_damping(e)
-            )
-        for name, drive in drives.items():
+        damping = hunt_crossley_damping(e)
+        for name, drive in {
+            "Kelvin-Voigt": drives.kelvin_voigt_drive(kn_n_per_m=1e7, dashpot_n_s_per_m=dashpot),
+            "Hunt-Crossley": drives.hunt_crossley_drive(
+                stiffness_n_per_m_p=1e7, exponent=1.0, damping=damping
+            ),
+            "Hunt-Crossley, p = 3/2": drives.hunt_crossley_drive(
+                stiffness_n_per_m_p=3e8, exponent=1.5, damping=damping
+            ),
+        }.items():
             rebound = float(bounce(drive).velocity_mps[-1, 1])
             study.absolute(f"{name}: restitution {e}", rebound, e, 0.01, "B4")
-    hertz = bounce(power_law_drive(stiffness_n_per_m_p=1e9, exponent=1.5), dt_s=1e-4)
-    depth = hertz.ledger.max_penetration_m
-    exact_depth = power_law_penetration(_MASS_KG, 1e9, 1.5, 1.0)
-    study.relative("Hertz: depth (m)", depth, exact_depth, 5e-3, "energy")
+    hertz = bounce(drives.power_law_drive(stiffness_n_per_m_p=1e9, exponent=1.5), dt_s=1e-4)
+    depth_m = closed_forms.power_law_penetration(_MASS_KG, 1e9, 1.5, 1.0)
+    found_m = hertz.ledger.max_penetration_m
+    study.relative("Hertz: depth (m)", found_m, depth_m, 5e-3, "energy")
     for speed in (0.5, 2.0):
-        drive = approach_stiffness_drive(kn_n_per_m=1e7, reference_speed_mps=1.0, exponent=0.4)
-        depth = bounce(drive, speed_mps=speed, dt_s=2e-4).ledger.max_penetration_m
-        exact_depth = speed * (_MASS_KG / (1e7 * speed**0.4)) ** 0.5
+        drive = drives.approach_stiffness_drive(
+            kn_n_per_m=1e7, reference_speed_mps=1.0, exponent=0.4
+        )
+        found_m = bounce(drive, speed_mps=speed, dt_s=2e-4).ledger.max_penetration_m
+        depth_m = speed * (_MASS_KG / (1e7 * speed**0.4)) ** 0.5
         text = f"stiffness by approach at {speed} m/s: depth (m)"
-        study.relative(text, depth, exact_depth, 5e-3, "energy")
-
-
-def belt_period(history: BlockHistory) -> float:
-    """Return the mean time between the starts of long slips."""
-    slip = history.position_m[:, 0] - history.friction_n / 1e10
-    fast = np.diff(slip) / np.diff(history.t_s) > 0.05
-    starts = np.flatnonzero(fast[1:] & ~fast[:-1]) + 1
-    return float(np.mean(np.diff(history.t_s[starts])))
-
-
-def _history_figure(decay: BlockHistory, belt: BlockHistory, points: list[float]) -> Figure:
-    figure, axes = style.panels(1, 2, height_in=2.8)
-    left, right = axes[0]
-    style.line(left, decay.t_s, decay.position_m[:, 0], style.BLUE, "OpenSees", lw=1.1)
-    half = pi / _OMEGA
-    style.dots(left, [k * half for k in range(len(points))], points, style.BLACK, "closed form")
-    style.label(left, "time (s)", "x (m)", "free decay with friction")
-    style.line(right, belt.t_s, 0.1 * belt.t_s, style.GREY, "end of the spring")
-    style.line(right, belt.t_s, belt.position_m[:, 0], style.ORANGE, "mass", lw=1.1)
-    style.label(right, "time (s)", "x (m)", "stick-slip")
-    for axis in (left, right):
-        style.legend(axis)
-    return figure
+        study.relative(text, found_m, depth_m, 5e-3, "energy")
 
 
 _FREE_STEPS: Final = 6
@@ -338,7 +279,6 @@ def run_integrators(study: Study) -> None:
             tolerance = 0.01 + 0.05 * max(0.0, step - 1.0)
             study.absolute(text, values["mean"], reference[3 * k], tolerance, source)
     study.tables["integrators"] = pd.DataFrame(rows)
-    study.figures["integrators"] = _integrator_figure(study.tables["integrators"])
 
 
 def integrator_restitution(integrator: str, step: float) -> Array:
@@ -355,19 +295,3 @@ def integrator_restitution(integrator: str, step: float) -> Array:
         y = history.position_m[:, 1]
         result[k] = (y[-1] - y[-2]) / step
     return result
-
-
-def _integrator_figure(table: pd.DataFrame) -> Figure:
-    figure, axis = style.panel(height_in=3.0)
-    axis.axhspan(0.45, 0.71, color=style.GREY, alpha=0.25, lw=0, label="reported in the paper")
-    axis.axhline(1.0, color=style.GREY, lw=0.8)
-    groups = table.groupby("integrator")
-    for (integrator, group), colour in zip(groups, (style.BLUE, style.ORANGE), strict=True):
-        x = group["step_times_frequency"]
-        axis.fill_between(x, group["least"], group["largest"], color=colour, alpha=0.2, lw=0)
-        style.line(axis, x, group["mean"], colour, str(integrator), marker="o", ms=3.5)
-    axis.set_xscale("log")
-    title = "elastic penalty, 40 phases"
-    style.label(axis, "time step x contact frequency (-)", "rebound / approach (-)", title)
-    style.legend(axis, loc="upper left")
-    return figure

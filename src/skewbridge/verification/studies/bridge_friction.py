@@ -10,74 +10,150 @@ all abutment models with skew and without, and OSB2S with friction and without; 
 the cases of the statements.
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from itertools import product
-from typing import Any, Final, Literal
+from itertools import chain, pairwise, product
+from math import radians
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from skewbridge.analysis.abutment_history import AbutmentHistory, abutment_history
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.pushover import push_abutment
 from skewbridge.analysis.settings import AnalysisScheme, AnalysisSettings
-from skewbridge.analysis.transient import AnalysisResult
+from skewbridge.analysis.transient import AnalysisResult, analyse
+from skewbridge.bridge.abutment.backfill import wall_backfill
+from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.geometry import contact_column
 from skewbridge.statuses import RAN
 from skewbridge.units import KJ, KN, MM
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import FrictionAt, ModelOptions
+from skewbridge.variant.variant import Variant
 from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.statements import relative_change
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.paper_runs import (
-    DURATION_S,
     FRICTION_PCT,
-    LEAST_WALL_FORCE,
-    HalfCycle,
     PaperMotion,
-    analysis,
-    half_cycles,
-    histories_of,
     paper_variant,
-    rms_change,
-    stick_slip_changes,
     tarzana,
     waho,
-    wall_strength_kn,
 )
 
-type Curve = tuple[Array, Array]
+type Pair[Value] = tuple[Value, Value]
+"""With friction, without."""
+type States = Callable[..., None]
+"""`Study.states` for one run of a case."""
 
+DURATION_S: Final = 25.0
+# Half cycles smaller than this share of the largest one are left out.
+SMALLEST_CYCLE: Final = 0.15
+# ASSUME friction at a wall can decide nothing while the deck pushes it with less than this share of
+# the strength of its fill
+LEAST_WALL_FORCE: Final = 0.05
 _WITHOUT: Final = "without friction, this model"
 
 
-def _draw_pair(axis: Axes, curves: Sequence[Curve]) -> None:
-    """Draw the curves with and without friction, the one with friction on top."""
-    with_friction, without = curves
-    style.line(axis, *without, style.ORANGE, "no friction", lw=0.8)
-    style.line(axis, *with_friction, style.BLUE, "friction 0.5")
+def _is_pushed(least_kn: float, skew_deg: float) -> bool:
+    """Return whether a wall force reaches a share of the strength of the fill of OSB1."""
+    fill = wall_backfill(load_bridge("osb1").abutment, ModelOptions().backfill, radians(skew_deg))
+    return least_kn > LEAST_WALL_FORCE * fill.ultimate_n / KN
 
 
-def _judge_cycles(
-    states: Callable[..., None], statement: str, case: str, cycles: list[HalfCycle]
-) -> None:
+def rms_change(with_friction: Array, without: Array) -> Array:
+    """Return the RMS change by friction over the RMS without, over the first axis."""
+    count = min(len(with_friction), len(without))
+    change = with_friction[:count] - without[:count]
+    return np.sqrt((change**2).mean(axis=0) / (without[:count] ** 2).mean(axis=0))
+
+
+def stick_slip_changes(normal_n: Array, friction_n: Array, coefficient: float) -> int:
+    """Return how often closed contacts change from sticking to slipping or back.
+
+    Forces have the shape (n, units). From 98 % of its limit on a contact counts as slipping.
+    """
+    closed = normal_n > 0.0
+    slipping = friction_n >= 0.98 * coefficient * normal_n
+    stays = closed[1:] & closed[:-1]
+    return int((stays & (slipping[1:] != slipping[:-1])).sum())
+
+
+def half_cycles(
+    t_s: Array, without_m: Array, with_m: Array, axis: int, in_contact: Sequence[NDArray[np.bool_]]
+) -> pd.DataFrame:
+    """Return the half cycles between zero crossings of a displacement without friction.
+
+    Displacements along x and y have the shape (n, 2) without and (m, 2) with friction; only times
+    of both runs count. The axis is 0 along x, 1 along y; `in_contact` has arrays that are true
+    where a backwall carries force, in either run.
+
+    Returns:
+        start_s, end_s, the largest magnitudes peak_without_m and peak_with_m in this time, the
+        relative change by friction, has_contact, and together: the largest product of both
+        displacements at one time over the product of their largest of the run, 1 when both peaks
+        coincide. Half cycles below `SMALLEST_CYCLE` are left out.
+    """
+    count = min(len(without_m), len(with_m))
+    own, other = np.abs(without_m[:count, axis]), np.abs(without_m[:count, 1 - axis])
+    closed = np.logical_or.reduce([flags[:count] for flags in in_contact])
+    crossings = np.flatnonzero(np.diff(np.signbit(without_m[:count, axis]))) + 1
+    rows: list[dict[str, float | bool]] = []
+    for start, end in pairwise([0, *crossings.tolist(), count]):
+        part = slice(start, end)
+        without = float(own[part].max())
+        if end - start < 2 or without < SMALLEST_CYCLE * own.max():
+            continue
+        rows.append(
+            {
+                "start_s": float(t_s[start]),
+                "end_s": float(t_s[end - 1]),
+                "peak_without_m": without,
+                "peak_with_m": float(np.abs(with_m[part, axis]).max()),
+                "together": float((own[part] * other[part]).max() / (own.max() * other.max())),
+                "has_contact": bool(closed[part].any()),
+            }
+        )
+    table = pd.DataFrame(rows)
+    return table.assign(change=table["peak_with_m"] / table["peak_without_m"] - 1.0)
+
+
+def _judge_cycles(states: States, statement: str, case: str, cycles: pd.DataFrame) -> None:
     """Judge whether friction lowers the peaks of the half cycles in contact."""
-    lower = [cycle.change < 0.0 for cycle in cycles if cycle.has_contact]
-    states(statement, case, sum(lower), len(lower))
+    changes = cycles.loc[cycles["has_contact"], "change"]
+    states(statement, case, int((changes < 0.0).sum()), len(changes))
 
 
-type Keys = Literal["sacrificial", "monolithic"]
-type AbutmentPair = tuple[AbutmentHistory, AbutmentHistory]
-"""With friction, without."""
+def _pair_figure(
+    pair: Sequence[Mapping[str, Array]],
+    grid: Sequence[Sequence[tuple[str, str, str, str, str]]],
+    title: str,
+    height_in: float,
+) -> Figure:
+    """Draw histories with and without friction, the one with friction on top.
+
+    A panel names the columns of x and y (in m, kN or s), their labels and its title.
+    """
+    figure, axes = style.panels(len(grid), len(grid[0]), height_in=height_in)
+    units = {"m": MM, "kn": 1000.0, "s": 1.0}
+    looks = (style.BLUE, "friction 0.5", 1.0), (style.ORANGE, "no friction", 0.8)
+    for axis, (x, y, x_label, y_label, name) in zip(axes.flat, chain(*grid), strict=True):
+        for table, (colour, text, width) in reversed(list(zip(pair, looks, strict=True))):
+            x_values, y_values = (table[key] / units[key.rsplit("_")[-1]] for key in (x, y))
+            style.line(axis, x_values, y_values, colour, text, lw=width)
+        style.label(axis, x_label, y_label, name)
+    style.legend(axes[0, 0], loc="best")
+    figure.suptitle(title, fontsize=9)
+    return figure
+
 
 _ABUTMENT_SKEWS_DEG: Final = (0, 25)  # source: the paper, section 4 (both)
-_KEYS: Final[tuple[Keys, ...]] = ("sacrificial", "monolithic")  # the default model's first
+_KEYS: Final = ("sacrificial", "monolithic")  # the default model's first
 PLACES: Final[tuple[FrictionAt, ...]] = ("all", "walls", "keys")
 _FAST_HZ: Final = 5.0
 _PUSH_M: Final = 0.09
@@ -88,67 +164,77 @@ def run_abutment(study: Study) -> None:
     record = tarzana()
     places: list[dict[str, Any]] = []
     for motion, keys, skew in product(record.runs(), _KEYS, _ABUTMENT_SKEWS_DEG):
-        options = ModelOptions(keys=keys)
-        pair = _history(motion, options, skew), _history(motion, options, skew, friction_pct=0)
+        rough, smooth = (paper_variant(skew_deg=skew, friction_pct=f) for f in (FRICTION_PCT, 0))
+        history = partial(_abutment, motion)
+        pair = history(rough, keys=keys), history(smooth, keys=keys)
         case = f"skew {skew}, {keys} keys{record.stand_in}"
-        wall_kn = min(float(h.force_n[:, 0].max()) / KN for h in pair)
-        met = wall_kn > LEAST_WALL_FORCE * wall_strength_kn(skew)
+        met = _is_pushed(min(float(h.force_n[:, 0].max()) for h in pair) / KN, skew)
         states = partial(study.states, run=motion.run, premise=met)
         _judge_abutment(states, case, pair)
         if keys == _KEYS[0]:
-            runs = {"all": pair[0]} | {
-                place: _history(motion, ModelOptions(friction_at=place), skew)
-                for place in PLACES[1:]
-            }
+            runs = {place: history(rough, friction_at=place) for place in PLACES[1:]}
             without = pair[1].disp_m
-            changes = (rms_change(runs[place].disp_m, without) for place in PLACES[1:])
-            states("backwall makes it", case, *(float(change[1]) for change in changes))
-            names = {"run": motion.run.name, "skew_deg": skew}
-            places += [
-                {**names, "friction_at": place, **_place_row(history, pair[1])}
-                for place, history in runs.items()
-            ]
+            changes = (float(rms_change(run.disp_m, without)[1]) for run in runs.values())
+            states("backwall makes it", case, *changes)
+            for place, run in ({"all": pair[0]} | runs).items():
+                row = {"run": motion.run.name, "skew_deg": skew, "friction_at": place}
+                peaks, plain = _peaks(run), _peaks(pair[1])
+                row |= {name: relative_change(peaks[name], plain[name]) for name in peaks}
+                for kind in ("backwall", "key"):
+                    row[f"work at {kind}s (kJ)"] = _slip_kj(run, kind)
+                places.append(row)
         if motion.is_nominal:
-            _report_abutment(study, case, pair)
+            plain = _peaks(pair[1])
+            for quantity, value in _peaks(pair[0]).items():
+                text = f"{case}: peak {quantity}, friction 0.5 against 0"
+                study.report(text, value, plain[quantity], _WITHOUT)
+            study.report(f"{case}: work of friction (kJ)", _slip_kj(pair[0]), 0.0, _WITHOUT)
+            is_whole = all(history.is_complete for history in pair)
+            text = f"{case}: both histories reach their end"
+            study.holds(text, truth=is_whole, source="this model")
             label = f"skew{skew:02d}_{keys}"
-            study.figures[label] = _abutment_figure(pair, motion)
-            study.tables[f"{label}_ledger"] = _ledger(pair[0])
+            columns = [
+                {"u_m": h.disp_m[:, 0], "w_m": h.disp_m[:, 1]}
+                | {"u_kn": h.force_n[:, 0] / KN, "w_kn": h.force_n[:, 1] / KN}
+                for h in pair
+            ]
+            names = "displacement (mm)", "force on the deck (MN)"
+            panels = [("u_m", "u_kn", *names, "longitudinal (u)")]
+            panels.append(("w_m", "w_kn", *names, "transverse (w)"))
+            study.figures[label] = _pair_figure(columns, [panels], motion.label, height_in=3.0)
+            study.tables[f"{label}_ledger"] = pd.DataFrame(
+                [
+                    {
+                        "contact": unit.name,
+                        "closures": unit.closures,
+                        "contact_time_s": unit.contact_time_s,
+                        "max_normal_kn": unit.max_normal_n / KN,
+                        "max_friction_kn": unit.max_friction_n / KN,
+                        "slip_work_kj": unit.slip_work_j / KJ,
+                    }
+                    for unit in pair[0].ledger
+                ]
+            )
     study.tables["places"] = pd.DataFrame(places)
-    _judge_static_push(study)
-
-
-def _place_row(history: AbutmentHistory, without: AbutmentHistory) -> dict[str, float]:
-    """Return the relative changes of the peaks by friction, and its work at walls and keys."""
-    peaks, plain = _peaks(history), _peaks(without)
-    work_kj = {
-        f"work at {kind}s (kJ)": sum(
-            unit.slip_work_j for unit in history.ledger if kind in unit.name
+    # a push along one axis without skew is independent of friction
+    rough, smooth = paper_variant(), paper_variant(friction_pct=0)
+    for axis, angle_deg in (("longitudinal", 0.0), ("transverse", 90.0)):
+        push = partial(
+            push_abutment, options=ModelOptions(), angle_deg=angle_deg, max_disp_m=_PUSH_M
         )
-        / KJ
-        for kind in ("backwall", "key")
-    }
-    return {name: relative_change(peaks[name], plain[name]) for name in peaks} | work_kj
+        exact_n = push(smooth).force_n
+        change = float(np.abs(push(rough).force_n - exact_n).max() / np.abs(exact_n).max())
+        study.states("static push", f"skew 0, {axis}", change)
 
 
-def _history(
-    motion: PaperMotion, options: ModelOptions, skew_deg: int, friction_pct: int = FRICTION_PCT
-) -> AbutmentHistory:
-    variant = paper_variant(skew_deg=skew_deg, friction_pct=friction_pct)
+def _abutment(motion: PaperMotion, variant: Variant, **options: Any) -> AbutmentHistory:
     settings = AnalysisSettings(duration_s=DURATION_S)
-    return abutment_history(variant, Excitation(motion=motion.motion), settings, options)
+    excitation = Excitation(motion=motion.motion)
+    return abutment_history(variant, excitation, settings, ModelOptions(**options))
 
 
-def _report_abutment(study: Study, case: str, pair: AbutmentPair) -> None:
-    """Report the peaks with friction against those without; check that both histories finish."""
-    with_friction, without = (_peaks(history) for history in pair)
-    for quantity, value in with_friction.items():
-        text = f"{case}: peak {quantity}, friction 0.5 against 0"
-        study.report(text, value, without[quantity], _WITHOUT)
-    slip_kj = sum(unit.slip_work_j for unit in pair[0].ledger) / KJ
-    study.report(f"{case}: work of friction (kJ)", slip_kj, 0.0, _WITHOUT)
-    is_whole = all(history.is_complete for history in pair)
-    text = f"{case}: both histories reach their end"
-    study.holds(text, truth=is_whole, source="this model")
+def _slip_kj(history: AbutmentHistory, kind: str = "") -> float:
+    return sum(unit.slip_work_j for unit in history.ledger if kind in unit.name) / KJ
 
 
 def _peaks(history: AbutmentHistory) -> dict[str, float]:
@@ -163,11 +249,14 @@ def _peaks(history: AbutmentHistory) -> dict[str, float]:
     }
 
 
-def _judge_abutment(states: Callable[..., None], case: str, pair: AbutmentPair) -> None:
+def _judge_abutment(states: States, case: str, pair: Pair[AbutmentHistory]) -> None:
     """Judge the statements on the loops of one case with friction against those without."""
 
     def both(value: Callable[[AbutmentHistory], float]) -> list[float]:
         return [float(value(history)) for history in pair]
+
+    def units(history: AbutmentHistory, kind: str) -> list[int]:
+        return [index for index, name in enumerate(history.unit_names) if kind in name]
 
     for name, peaks in (
         ("into the fill", both(lambda h: h.disp_m[:, 0].max())),
@@ -176,30 +265,21 @@ def _judge_abutment(states: Callable[..., None], case: str, pair: AbutmentPair) 
     ):
         states("longitudinal hardly changes", f"{case}, {name}", *peaks)
     with_friction, without = pair
-    keys = _units(with_friction, "key")
+    keys = units(with_friction, "key")
     forces = with_friction.normals_n[:, keys], with_friction.friction_n[:, keys]
     states("keys stick and slip", case, stick_slip_changes(*forces, FRICTION_PCT / 100))
-    fast = both(lambda h: _fast_rms(h.t_s, h.force_n[:, 0]) / KN)
-    states("fast vibration", case, *fast)
+    states("fast vibration", case, *both(lambda h: _fast_rms(h.t_s, h.force_n[:, 0]) / KN))
     along, across = rms_change(with_friction.disp_m, without.disp_m).tolist()
     states("transverse differs more", f"{case}, RMS of the displacement", across, along)
-    rough, smooth = (
-        [np.trapezoid(h.force_n[:, axis], h.disp_m[:, axis]) for axis in (0, 1)] for h in pair
-    )
-    along, across = (
-        float(abs(one / other - 1.0)) for one, other in zip(rough, smooth, strict=True)
-    )
+    works = [[float(np.trapezoid(h.force_n[:, k], h.disp_m[:, k])) for h in pair] for k in (0, 1)]
+    along, across = (abs(rough / smooth - 1.0) for rough, smooth in works)
     states("transverse differs more", f"{case}, work of the loops", across, along)
     closures = sum(unit.closures for unit in with_friction.ledger if "backwall" in unit.name)
     states("several contacts", case, closures)
     states("transverse peak", case, *both(lambda h: np.abs(h.disp_m[:, 1]).max()))
-    walls = [(h.normals_n[:, _units(h, "backwall")] > 0.0).any(axis=1) for h in pair]
+    walls = [(h.normals_n[:, units(h, "backwall")] > 0.0).any(axis=1) for h in pair]
     cycles = half_cycles(without.t_s, without.disp_m, with_friction.disp_m, 1, walls)
     _judge_cycles(states, "transverse cycles", case, cycles)
-
-
-def _units(history: AbutmentHistory, kind: str) -> list[int]:
-    return [index for index, name in enumerate(history.unit_names) if kind in name]
 
 
 def _fast_rms(t_s: Array, force_n: Array) -> float:
@@ -209,52 +289,6 @@ def _fast_rms(t_s: Array, force_n: Array) -> float:
     spectrum[np.fft.rfftfreq(len(grid_s), grid_s[1] - grid_s[0]) < _FAST_HZ] = 0.0
     return float(np.sqrt(np.mean(np.fft.irfft(spectrum, len(grid_s)) ** 2)))
 
-
-def _judge_static_push(study: Study) -> None:
-    """Judge whether a push along one axis without skew is independent of friction."""
-    for axis, angle_deg in (("longitudinal", 0.0), ("transverse", 90.0)):
-        rough, smooth = (
-            push_abutment(
-                paper_variant(friction_pct=friction_pct),
-                ModelOptions(),
-                angle_deg=angle_deg,
-                max_disp_m=_PUSH_M,
-            ).force_n
-            for friction_pct in (FRICTION_PCT, 0)
-        )
-        change = float(np.abs(rough - smooth).max() / np.abs(smooth).max())
-        study.states("static push", f"skew 0, {axis}", change)
-
-
-def _abutment_figure(pair: AbutmentPair, motion: PaperMotion) -> Figure:
-    figure, axes = style.panels(1, 2, height_in=3.0)
-    for column, title in enumerate(("longitudinal (u)", "transverse (w)")):
-        curves = [(h.disp_m[:, column] / MM, h.force_n[:, column] / (1000 * KN)) for h in pair]
-        _draw_pair(axes[0, column], curves)
-        style.label(axes[0, column], "displacement (mm)", "force on the deck (MN)", title)
-    style.legend(axes[0, 0], loc="best")
-    figure.suptitle(motion.label, fontsize=9)
-    return figure
-
-
-def _ledger(history: AbutmentHistory) -> pd.DataFrame:
-    return pd.DataFrame(
-        [
-            {
-                "contact": unit.name,
-                "closures": unit.closures,
-                "contact_time_s": unit.contact_time_s,
-                "max_normal_kn": unit.max_normal_n / KN,
-                "max_friction_kn": unit.max_friction_n / KN,
-                "slip_work_kj": unit.slip_work_j / KJ,
-            }
-            for unit in history.ledger
-        ]
-    )
-
-
-type Pair = tuple[AnalysisResult, AnalysisResult]
-"""With friction, without."""
 
 SCHEMES: Final[tuple[AnalysisScheme, ...]] = ("default", "paper")
 SKEWS_DEG: Final = (0, 30)
@@ -311,30 +345,71 @@ _MODEL_DEMANDS: Final = (
 )
 
 
+def _analysis(
+    motion: PaperMotion, variant: Variant, scheme: AnalysisScheme = "default", **options: Any
+) -> AnalysisResult:
+    """Return the analysis of a bridge under a motion, with its histories."""
+    settings = AnalysisSettings(scheme=scheme, duration_s=DURATION_S)
+    excitation = Excitation(motion=motion.motion)
+    return analyse(variant, excitation, settings, ModelOptions(**options), histories=True)
+
+
+def _histories(result: AnalysisResult) -> Mapping[str, Array]:
+    return result.histories or {}
+
+
+def _has_wall_force(runs: Iterable[AnalysisResult], skew_deg: int) -> bool:
+    """Return whether the deck pushes a wall in every run with a share of its strength."""
+    return _is_pushed(min(run.whole_history["backwall_force_kn"] for run in runs), skew_deg)
+
+
 def run(study: Study) -> None:
     """Run the study of figures 11 and 12."""
     record = waho()
-    rough, smooth = paper_variant(), paper_variant(friction_pct=0)
     for scheme, motion in product(SCHEMES, record.runs()):
         if scheme == "paper" and motion.run.scale is None:
             continue  # nine seconds an analysis: this scheme runs the record at its scales only
-        pair = analysis(rough, motion, scheme), analysis(smooth, motion, scheme)
+        rough, smooth = (
+            _analysis(motion, paper_variant(friction_pct=f), scheme) for f in (FRICTION_PCT, 0)
+        )
+        pair = rough, smooth
         states = partial(study.states, run=motion.run, premise=_has_wall_force(pair, 0))
         case = f"{scheme} scheme{record.stand_in}"
-        _judge(states, case, pair, same_record=motion.is_paper_record)
+        cycles = {axis: _cycles(pair, column) for axis, column in _AXES.items()}
+        _judge(states, case, pair, cycles, same_record=motion.is_paper_record)
         if motion.is_nominal:
             _compare(study, f"{scheme} scheme", pair)
         if motion.is_nominal and scheme == SCHEMES[0]:
-            cycles = _cycles(pair, "y")
-            study.figures["displacements"] = _displacement_figure(pair, motion)
-            study.figures["hysteresis"] = _hysteresis_figure(pair, motion)
-            study.figures["cycles"] = _cycle_figure(cycles, motion)
-            study.tables["cycles"] = pd.DataFrame(
-                [asdict(cycle) | {"change": cycle.change} for cycle in cycles]
+            study.tables["cycles"] = cycles["transverse"]
+            study.figures["cycles"] = _cycle_figure(cycles["transverse"], motion)
+            tables = [_histories(result) for result in pair]
+            study.figures["displacements"] = _pair_figure(
+                tables,
+                [
+                    [("t_s", "deck_ux_m", "", "longitudinal (mm)", "")],
+                    [("t_s", "deck_uy_m", "time (s)", "transverse (mm)", "")],
+                ],
+                f"OSB1, mass centre, skew 0; {motion.label}",
+                height_in=3.8,
             )
+            loops = [
+                [
+                    (
+                        f"abutment_{side}_{column}_m",
+                        f"abutment_{side}_{column}_kn",
+                        "displacement (mm)",
+                        "force (MN)",
+                        f"{side} abutment, {axis}",
+                    )
+                    for side in _SIDES
+                ]
+                for axis, column in _AXES.items()
+            ]
+            title = f"OSB1, skew 0; {motion.label}"
+            study.figures["hysteresis"] = _pair_figure(tables, loops, title, height_in=5.0)
 
 
-def _compare(study: Study, case: str, pair: Pair) -> None:
+def _compare(study: Study, case: str, pair: Pair[AnalysisResult]) -> None:
     """Report the demands with friction against those without; check that the runs are valid."""
     with_friction, without = (result.whole_history for result in pair)
     for demand in _DEMANDS:
@@ -348,15 +423,15 @@ def _compare(study: Study, case: str, pair: Pair) -> None:
     study.holds(f"{case}: the backwalls close", truth=least_kn > 0.0, source="this motion")
 
 
-def _has_wall_force(runs: Iterable[AnalysisResult], skew_deg: int) -> bool:
-    """Return whether the deck pushes a wall in every run with a share of its strength."""
-    least_kn = min(result.whole_history["backwall_force_kn"] for result in runs)
-    return least_kn > LEAST_WALL_FORCE * wall_strength_kn(skew_deg)
-
-
-def _judge(states: Callable[..., None], case: str, pair: Pair, *, same_record: bool) -> None:
+def _judge(
+    states: States,
+    case: str,
+    pair: Pair[AnalysisResult],
+    cycles: Mapping[str, pd.DataFrame],
+    *,
+    same_record: bool,
+) -> None:
     """Judge the statements on the straight bridge with friction against the one without."""
-    cycles = {axis: _cycles(pair, column) for axis, column in _AXES.items()}
     for axis, found in cycles.items():
         _judge_cycles(states, "bridge cycles", f"{case}, {axis}", found)
     for axis, column in _AXES.items():
@@ -378,16 +453,21 @@ def _judge(states: Callable[..., None], case: str, pair: Pair, *, same_record: b
     for side in _SIDES:
         along, across = (_history_change(pair, f"abutment_{side}_{axis}_kn") for axis in ("x", "y"))
         states("bridge transverse loops", f"{case}, {side} abutment", across, along)
-    states("keys stick and slip", case, _key_changes(pair[0]))
+    table = _histories(pair[0])
+    normal, friction_1, friction_2 = (
+        np.column_stack([table[name] for name in table if "key" in name and name.endswith(ending)])
+        for ending in ("_normal_kn", "_friction_1_kn", "_friction_2_kn")
+    )
+    changes = stick_slip_changes(normal, np.hypot(friction_1, friction_2), FRICTION_PCT / 100)
+    states("keys stick and slip", case, changes)
     for axis, found in cycles.items():
-        changes = [abs(cycle.peak_with_m - cycle.peak_without_m) for cycle in found]
-        together = [cycle.together for cycle in found]
-        states("in phase differs most", f"{case}, {axis}", together, changes)
+        sizes = (found["peak_with_m"] - found["peak_without_m"]).abs().tolist()
+        states("in phase differs most", f"{case}, {axis}", found["together"].tolist(), sizes)
 
 
-def _cycles(pair: Pair, axis: str) -> list[HalfCycle]:
+def _cycles(pair: Pair[AnalysisResult], axis: str) -> pd.DataFrame:
     """Return the half cycles of the deck along an axis."""
-    friction, plain = (histories_of(result) for result in pair)
+    friction, plain = (_histories(result) for result in pair)
     moved, moved_plain = (
         np.column_stack([table["deck_ux_m"], table["deck_uy_m"]]) for table in (friction, plain)
     )
@@ -397,59 +477,22 @@ def _cycles(pair: Pair, axis: str) -> list[HalfCycle]:
     return half_cycles(plain["t_s"], moved_plain, moved, "xy".index(axis), walls)
 
 
-def _history_change(pair: Pair, column: str) -> float:
+def _history_change(pair: Pair[AnalysisResult], column: str) -> float:
     """Return the RMS change of a history by friction over its RMS without."""
-    friction, plain = (histories_of(result)[column] for result in pair)
+    friction, plain = (_histories(result)[column] for result in pair)
     return float(rms_change(friction, plain))
 
 
-def _key_changes(result: AnalysisResult) -> int:
-    """Return how often the keys change from sticking to slipping or back."""
-    table = histories_of(result)
-    normal, friction_1, friction_2 = (
-        np.column_stack([table[name] for name in table if "key" in name and name.endswith(ending)])
-        for ending in ("_normal_kn", "_friction_1_kn", "_friction_2_kn")
-    )
-    return stick_slip_changes(normal, np.hypot(friction_1, friction_2), FRICTION_PCT / 100)
-
-
-def _displacement_figure(pair: Pair, motion: PaperMotion) -> Figure:
-    """Draw the displacement of the mass centre along both axes."""
-    figure, axes = style.time_panels("longitudinal (mm)", "transverse (mm)", height_in=3.8)
-    tables = [histories_of(result) for result in pair]
-    for axis, column in zip(axes, ("deck_ux_m", "deck_uy_m"), strict=True):
-        _draw_pair(axis, [(table["t_s"], table[column] / MM) for table in tables])
-    style.legend(axes[0], loc="upper right")
-    figure.suptitle(f"OSB1, mass centre, skew 0; {motion.label}", fontsize=9)
-    return figure
-
-
-def _hysteresis_figure(pair: Pair, motion: PaperMotion) -> Figure:
-    """Draw force against displacement of both abutments along both axes."""
-    figure, axes = style.panels(2, 2, height_in=5.0)
-    tables = [histories_of(result) for result in pair]
-    for row, (axis_name, direction) in enumerate(_AXES.items()):
-        for axis, side in zip(axes[row], _SIDES, strict=True):
-            start = f"abutment_{side}_{direction}"
-            curves = [(t[f"{start}_m"] / MM, t[f"{start}_kn"] * KN / 1e6) for t in tables]
-            _draw_pair(axis, curves)
-            style.label(axis, "displacement (mm)", "force (MN)", f"{side} abutment, {axis_name}")
-    style.legend(axes[0, 0], loc="best")
-    figure.suptitle(f"OSB1, skew 0; {motion.label}", fontsize=9)
-    return figure
-
-
-def _cycle_figure(cycles: list[HalfCycle], motion: PaperMotion) -> Figure:
+def _cycle_figure(cycles: pd.DataFrame, motion: PaperMotion) -> Figure:
     """Draw the change by friction per half cycle against how much the axes coincide."""
     figure, axis = style.panel(height_in=3.0)
     for has_contact, colour, text in (
         (True, style.BLUE, "backwall in contact"),
         (False, style.ORANGE, "no backwall contact"),
     ):
-        chosen = [cycle for cycle in cycles if cycle.has_contact is has_contact]
-        change_mm = [(cycle.peak_with_m - cycle.peak_without_m) / MM for cycle in chosen]
-        together = [cycle.together for cycle in chosen]
-        style.dots(axis, together, change_mm, colour, text, ms=5, alpha=0.8)
+        chosen = cycles[cycles["has_contact"] == has_contact]
+        change_mm = (chosen["peak_with_m"] - chosen["peak_without_m"]) / MM
+        style.dots(axis, chosen["together"], change_mm, colour, text, ms=5, alpha=0.8)
     axis.axhline(0.0, color="0.4", lw=0.6)
     x = "both axes together: max |ux uy| of the half cycle / (max |ux| max |uy|)"
     style.label(axis, x, "change of transverse\npeak by friction (mm)")
@@ -464,21 +507,28 @@ def run_places(study: Study) -> None:
     rows: list[dict[str, Any]] = []
     for skew, motion in product(SKEWS_DEG, record.runs()):
         variant = paper_variant(skew_deg=skew)
-        runs = {
-            place: analysis(variant, motion, options=ModelOptions(friction_at=place))
-            for place in PLACES
+        runs: dict[str, AnalysisResult] = {
+            place: _analysis(motion, variant, friction_at=place) for place in PLACES
         }
-        runs["none"] = analysis(paper_variant(skew_deg=skew, friction_pct=0), motion)
-        changes = (
-            _history_change((runs[place], runs["none"]), "deck_uy_m") for place in ("walls", "keys")
-        )
+        without = _analysis(motion, paper_variant(skew_deg=skew, friction_pct=0))
+        changes = (_history_change((runs[place], without), "deck_uy_m") for place in _FREE)
         case = f"OSB1, skew {skew}{record.stand_in}"
-        met = _has_wall_force(runs.values(), skew)
+        met = _has_wall_force([*runs.values(), without], skew)
         study.states("backwall makes it", case, *changes, run=motion.run, premise=met)
         if not motion.is_nominal:
             continue
-        _check_places(study, skew, runs)
-        plain = runs["none"].whole_history
+        has_run = all(found.status in RAN for found in (*runs.values(), without))
+        text = f"skew {skew}: every analysis ends with status ok or collapse"
+        study.holds(text, truth=has_run, source="this model")
+        for place, free in _FREE.items():
+            forces = [
+                float(np.abs(column).max())
+                for name, column in _histories(runs[place]).items()
+                if free in name and name.endswith(("friction_1_kn", "friction_2_kn"))
+            ]
+            text = f"skew {skew}, friction at {place}: friction at a {free} (kN)"
+            study.at_most(text, max(forces, default=0.0), 0.0, "no friction there")
+        plain = without.whole_history
         for place, demand in product(PLACES, _PLACE_DEMANDS):
             if plain[demand] > _LEAST.get(demand, 0.0):
                 value = runs[place].whole_history[demand]
@@ -489,21 +539,6 @@ def run_places(study: Study) -> None:
     table = pd.DataFrame(rows)
     study.tables["changes"] = table.assign(change=table["value"] / table["without"] - 1.0)
     study.figures["changes"] = _place_figure(study.tables["changes"], record)
-
-
-def _check_places(study: Study, skew: int, runs: dict[FrictionAt | str, AnalysisResult]) -> None:
-    """Check that the analyses ran, and that contacts without friction carry none."""
-    has_run = all(found.status in RAN for found in runs.values())
-    text = f"skew {skew}: every analysis ends with status ok or collapse"
-    study.holds(text, truth=has_run, source="this model")
-    for place, free in _FREE.items():
-        forces = [
-            float(np.abs(column).max())
-            for name, column in histories_of(runs[place]).items()
-            if free in name and name.endswith(("friction_1_kn", "friction_2_kn"))
-        ]
-        text = f"skew {skew}, friction at {place}: friction at a {free} (kN)"
-        study.at_most(text, max(forces, default=0.0), 0.0, "no friction there")
 
 
 def _place_figure(table: pd.DataFrame, motion: PaperMotion) -> Figure:
@@ -529,7 +564,7 @@ def run_models(study: Study) -> None:
     """Run OSB1 with all abutment models, straight and skewed, and OSB2S with friction."""
     motion = waho()
     runs = {
-        (abutment, skew): analysis(paper_variant(abutment=abutment, skew_deg=skew), motion)
+        (abutment, skew): _analysis(motion, paper_variant(abutment=abutment, skew_deg=skew))
         for abutment in _MODEL_COLOURS
         for skew in SKEWS_DEG
     }
@@ -538,23 +573,25 @@ def run_models(study: Study) -> None:
     study.holds(text, truth=has_run, source="this model")
     for run in motion.runs():
         for abutment in (name for name, traits in ABUTMENTS.items() if traits.has_contacts):
-            pair = [
+            straight, skewed = (
                 runs[abutment, skew]
                 if run.is_nominal
-                else analysis(paper_variant(abutment=abutment, skew_deg=skew), run)
+                else _analysis(run, paper_variant(abutment=abutment, skew_deg=skew))
                 for skew in SKEWS_DEG
-            ]
-            _judge_skew(partial(study.states, run=run.run), abutment, motion, pair)
+            )
+            case = f"OSB1, {abutment}, skew {SKEWS_DEG[1]}{motion.stand_in}"
+            _judge_skew(partial(study.states, run=run.run), case, straight, skewed)
     rough, smooth = (
-        analysis(paper_variant(bridge="osb2s", skew_deg=20, friction_pct=friction_pct), motion)
+        _analysis(motion, paper_variant(bridge="osb2s", skew_deg=20, friction_pct=friction_pct))
         for friction_pct in (FRICTION_PCT, 0)
     )
     for demand in _MODEL_DEMANDS:
         text = f"OSB2S (surrogate), skew 20: {demand}, friction 0.5 against 0"
         study.report(text, rough.whole_history[demand], smooth.whole_history[demand], _WITHOUT)
     for skew in SKEWS_DEG:
-        found = {abutment: runs[abutment, skew] for abutment in _MODEL_COLOURS}
-        study.figures[f"skew{skew:02d}"] = _model_figure(found, skew, motion)
+        found = {abutment: _histories(runs[abutment, skew]) for abutment in _MODEL_COLOURS}
+        title = f"OSB1, skew {skew}; {motion.label}"
+        study.figures[f"skew{skew:02d}"] = _model_figure(found, title)
     study.tables["demands"] = pd.DataFrame(
         [
             {"abutment": abutment, "skew_deg": skew, "status": result.status}
@@ -565,36 +602,29 @@ def run_models(study: Study) -> None:
 
 
 def _judge_skew(
-    states: Callable[..., None], abutment: str, motion: PaperMotion, pair: Sequence[AnalysisResult]
+    states: States, case: str, straight: AnalysisResult, skewed: AnalysisResult
 ) -> None:
-    """Judge the statements on skew from a straight and a skewed bridge.
-
-    Their premise is that an obtuse corner of the skewed deck hits its wall.
-    """
-    straight, skewed = (result.whole_history for result in pair)
-    histories = histories_of(pair[1])
+    """Judge the statements on skew; their premise is that an obtuse corner hits its wall."""
     # the last point of a wall is at the obtuse corner of a positive skew
-    names = [f"{side} backwall {ModelOptions().backwall_points}" for side in _SIDES]
-    hits = max(float(histories[f"{contact_column(name)}_normal_kn"].max()) for name in names) > 0.0
-    case = f"OSB1, {abutment}, skew {SKEWS_DEG[1]}{motion.stand_in}"
-    turns = (1e3 * found["deck_rotation_rad"] for found in (skewed, straight))
-    states("skew bridge rotates", case, *turns, premise=hits)
-    unseating = skewed["unseating_m"], straight["unseating_m"]
-    acute_m = skewed["acute_corner_unseating_m"]
-    states("acute corner leads", case, acute_m, unseating[0], premise=hits)
-    states("skew needs longer seats", case, *unseating, premise=hits)
+    corners = [f"{side} backwall {ModelOptions().backwall_points}" for side in _SIDES]
+    normals = [_histories(skewed)[f"{contact_column(corner)}_normal_kn"] for corner in corners]
+    judge = partial(states, premise=max(float(normal.max()) for normal in normals) > 0.0)
+    peaks, plain = skewed.whole_history, straight.whole_history
+    turns = (1e3 * found["deck_rotation_rad"] for found in (peaks, plain))
+    judge("skew bridge rotates", case, *turns)
+    judge("acute corner leads", case, peaks["acute_corner_unseating_m"], peaks["unseating_m"])
+    judge("skew needs longer seats", case, peaks["unseating_m"], plain["unseating_m"])
 
 
-def _model_figure(runs: dict[str, AnalysisResult], skew: int, motion: PaperMotion) -> Figure:
+def _model_figure(tables: Mapping[str, Mapping[str, Array]], title: str) -> Figure:
     names = ("longitudinal (mm)", "transverse (mm)", "rotation (mrad)")
     figure, axes = style.time_panels(*names, height_in=5.4)
     columns = {"deck_ux_m": MM, "deck_uy_m": MM, "deck_rot_rad": 1e-3}
     for axis, (column, unit) in zip(axes, columns.items(), strict=True):
-        for abutment, colour in _MODEL_COLOURS.items():
-            table = histories_of(runs[abutment])
-            text = abutment.replace("_", " ")
+        for abutment, table in tables.items():
+            text, colour = abutment.replace("_", " "), _MODEL_COLOURS[abutment]
             style.line(axis, table["t_s"], table[column] / unit, colour, text, lw=0.9)
         axis.axhline(0.0, color=style.BLACK, lw=0.4)
     style.legend(axes[0], loc="upper right", ncols=5)
-    figure.suptitle(f"OSB1, skew {skew}; {motion.label}", fontsize=9)
+    figure.suptitle(title, fontsize=9)
     return figure

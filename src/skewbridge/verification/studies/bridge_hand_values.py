@@ -30,32 +30,22 @@ STATES: Final = {
     "hinge": ModelOptions(cap_load="middle"),
     "fiber": ModelOptions(column_integration="lobatto5", cap_load="middle"),
 }
+_PADS_ONLY: Final = f"{EARLIER_MODEL}, pads only"
+_COUPLED: Final = f"{EARLIER_MODEL}, coupled with 0.638"
 # bridge, abutment, section state, periods in s by direction, source
 PERIODS: Final = (
     ("osb1", "roller", "cracked elastic", {"x": 0.937, "y": 0.778}, EARLIER_MODEL),
     ("osb1", "roller", "hinge", {"x": 0.893, "y": 0.745}, EARLIER_MODEL),
     ("osb1", "roller", "fiber", {"x": 0.839, "y": 0.679}, EARLIER_MODEL),
-    ("osb1", "contact", "fiber", {"x": 0.788, "y": 0.622}, f"{EARLIER_MODEL}, pads only"),
-    ("osb1", "contact", "fiber", {"rz": 1.024}, f"{EARLIER_MODEL}, pads only; 1.029 by hand"),
+    ("osb1", "contact", "fiber", {"x": 0.788, "y": 0.622}, _PADS_ONLY),
+    ("osb1", "contact", "fiber", {"rz": 1.024}, f"{_PADS_ONLY}; 1.029 by hand"),
     ("osb1", "roller", "hinge", {"z": 0.388}, EARLIER_MODEL),
-    (
-        "osb1_fixed",
-        "roller",
-        "cracked elastic",
-        {"x": 0.368},
-        f"{EARLIER_MODEL}, coupled with 0.638",
-    ),
+    ("osb1_fixed", "roller", "cracked elastic", {"x": 0.368}, _COUPLED),
     ("osb1_fixed", "roller", "cracked elastic", {"y": 0.467}, EARLIER_MODEL),
     ("osb2s", "roller", "cracked elastic", {"x": 2.50, "y": 2.45}, EARLIER_MODEL),
     ("osb2s", "roller", "hinge", {"x": 2.25, "y": 2.25}, EARLIER_MODEL),
     ("osb2s", "roller", "fiber", {"x": 1.76, "y": 1.94}, EARLIER_MODEL),
-    (
-        "osb2s",
-        "contact",
-        "fiber",
-        {"x": 1.50, "y": 1.61, "rz": 1.38},
-        f"{EARLIER_MODEL}, pads only",
-    ),
+    ("osb2s", "contact", "fiber", {"x": 1.50, "y": 1.61, "rz": 1.38}, _PADS_ONLY),
     ("bridge_a", "contact", "fiber", {"x": 0.610}, "PyPBEE as it is (keys act across only)"),
     ("bridge_b", "roller", "fiber", {"x": 1.04, "y": 1.04}, "PyPBEE, pinned base"),
     ("bridge_b", "contact", "fiber", {"x": 0.856, "y": 0.841}, "PyPBEE, pads only"),
@@ -103,21 +93,18 @@ def run(study: Study) -> None:
 
 
 def _dead_load(study: Study) -> None:
-    weights_kn = {
-        bridge: total_weight_n(load_bridge(bridge)) / KN
-        for bridge in ("bridge_a", "bridge_b", "bridge_c")
-    }
+    others = ("bridge_a", "bridge_b", "bridge_c")
+    weights_kn = {bridge: total_weight_n(load_bridge(bridge)) / KN for bridge in others}
     for bridge, weight_kn in (WEIGHTS_KN | weights_kn).items():
         found = _modes(bridge, "contact", "hinge").weight_kn
         study.relative(f"{bridge} weight (kN)", found, weight_kn, 0.01, "hand")
     for bridge, (axial_kn, source) in AXIAL_KN.items():
         found = _modes(bridge, "roller", "hinge").column_axial_kn[0]
         study.relative(f"{bridge} base axial force (kN)", found, axial_kn, 0.01, source)
-    data = load_bridge("bridge_c")
     axial = _modes("bridge_c", "roller", "hinge").column_axial_kn
     for number in (0, 1):
         mean = sum(axial[3 * number : 3 * number + 3]) / 3
-        by_hand = column_axial_n(data, number) / KN
+        by_hand = column_axial_n(load_bridge("bridge_c"), number) / KN
         name = f"bridge_c mean base axial force, bent {number + 1} (kN)"
         study.relative(name, mean, by_hand, 0.01, "hand, three moments")
 

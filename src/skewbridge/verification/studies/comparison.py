@@ -4,12 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import pandas as pd
 from matplotlib.figure import Figure
 
-from skewbridge.verification.statements import STATEMENTS, Run, Verdict, over_runs, statements_of
+from skewbridge.verification.statements import STATEMENTS, Run, Verdict, over_runs
 
 COLUMNS: Final = ("study", "quantity", "value", "reference", "tolerance", "pass", "source")
 # Runs that judge a case: the record at several scales and other motions, and how many agree.
@@ -40,8 +40,7 @@ class ReferenceCheck:
         return isfinite(self.value) and abs(self.value - self.reference) <= self.tolerance
 
 
-@dataclass(frozen=True, slots=True)
-class StatementCase:
+class StatementCase(NamedTuple):
     """Verdict on a statement of the paper in one case, from all its runs."""
 
     statement: str
@@ -115,35 +114,17 @@ class Study:
 
     def leave_open(self, reason: str = "") -> None:
         """Join the runs of each case; a statement of this study without a verdict stays open."""
-        for (statement, case), verdicts in self.runs.items():
-            self.verdicts.append(StatementCase(statement, case, over_runs(verdicts)))
+        self.verdicts.extend(
+            StatementCase(*key, over_runs(runs)) for key, runs in self.runs.items()
+        )
         self.runs.clear()
         judged = {found.statement for found in self.verdicts}
-        for key, statement in statements_of(self.name).items():
-            if key not in judged:
-                why = statement.open_because or reason
-                self.verdicts.append(StatementCase(key, "", Verdict("undecidable", why)))
+        for key, statement in STATEMENTS.items():
+            if statement.study == self.name and key not in judged:
+                verdict = Verdict("undecidable", statement.open_because or reason)
+                self.verdicts.append(StatementCase(key, "", verdict))
 
-    def statement_rows(self) -> list[dict[str, Any]]:
-        """Return one row per verdict; no verdict fails the study."""
-        return [
-            {
-                "study": self.name,
-                "quantity": STATEMENTS[found.statement].claim,
-                "value": found.verdict.value,
-                "reference": found.verdict.reference,
-                "tolerance": None,
-                "pass": True,
-                "source": f"paper, {STATEMENTS[found.statement].place}",
-                "case": found.case,
-                "outcome": found.verdict.outcome,
-                "reason": found.verdict.reason,
-                **dict(zip(RUN_COLUMNS, _run_counts(found.verdict), strict=True)),
-            }
-            for found in self.verdicts
-        ]
-
-    def rows(self) -> list[dict[str, str | float | bool | None]]:
+    def rows(self) -> list[dict[str, Any]]:
         """Return one row per comparison, with the columns of the `verify` command."""
         return [
             {
@@ -158,12 +139,25 @@ class Study:
             for found in self.comparisons
         ]
 
+    def statement_rows(self) -> list[dict[str, Any]]:
+        """Return one row per verdict; no verdict fails the study."""
+        return [
+            {
+                "study": self.name,
+                "quantity": STATEMENTS[statement].claim,
+                "value": verdict.value,
+                "reference": verdict.reference,
+                "tolerance": None,
+                "pass": True,
+                "source": f"paper, {STATEMENTS[statement].place}",
+                "case": case,
+                "outcome": verdict.outcome,
+                "reason": verdict.reason,
+                **dict(zip(RUN_COLUMNS, verdict.scales + verdict.motions, strict=True)),
+            }
+            for statement, case, verdict in self.verdicts
+        ]
+
     def table(self) -> pd.DataFrame:
         """Return the rows as a table."""
         return pd.DataFrame(self.rows(), columns=list(COLUMNS))
-
-
-def _run_counts(verdict: Verdict) -> tuple[int, int, int, int]:
-    """Return the values of `RUN_COLUMNS`; zeros for a verdict without runs under records."""
-    scales, motions = verdict.scales or (0, 0), verdict.motions or (0, 0)
-    return scales[0], scales[1], motions[0], motions[1]

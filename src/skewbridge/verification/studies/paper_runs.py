@@ -1,4 +1,4 @@
-"""Records, variants and runs of the paper's bridge studies; changes of histories by friction.
+"""Records and variants of the paper's bridge studies.
 
 Recorded motions cannot be distributed with the package. They are looked for in the folders named by
 the environment variable `SKEWBRIDGE_RECORDS` and in `motions/` of the working folder. A stand-in
@@ -6,21 +6,11 @@ for a missing record is named on every figure.
 """
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
-from math import radians
 from pathlib import Path
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
-from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.settings import AnalysisScheme, AnalysisSettings
-from skewbridge.analysis.transient import AnalysisResult, analyse
-from skewbridge.bridge.abutment.backfill import wall_backfill
-from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
 from skewbridge.files.digests import PACKAGE
 from skewbridge.motions.folder import IndexEntry, read_index
@@ -36,10 +26,8 @@ from skewbridge.motions.read import (
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.motions.suite import read_entry
-from skewbridge.units import G_MPS2, KN
-from skewbridge.variant.options import ModelOptions
+from skewbridge.units import G_MPS2
 from skewbridge.variant.variant import Variant
-from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.statements import NOMINAL, Run
 
 FOLDERS_VARIABLE: Final = "SKEWBRIDGE_RECORDS"
@@ -55,19 +43,13 @@ EL_CENTRO_PGA_G: Final = 0.2432
 
 FRICTION_PCT: Final = 50  # source: the paper, section 4
 GAP_MM: Final = 51  # source: the paper, section 4
-DURATION_S: Final = 25.0
-# Half cycles smaller than this share of the largest one are left out.
-SMALLEST_CYCLE: Final = 0.15
 #: Factors on the record of a study: within 5 %, the sign of many effects changes.
 SCALES: Final = (0.95, 0.967, 0.983, 1.0, 1.017, 1.033, 1.05)
 #: Number of other motions that a statement is judged under without the paper's record.
 OTHER_MOTIONS: Final = 5
-# ASSUME friction at a wall can decide nothing while the deck pushes it with less than this share of
-# the strength of its fill
-LEAST_WALL_FORCE: Final = 0.05
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class PaperMotion:
     """A motion at the factor of the study, longitudinal component first; a label for figures.
 
@@ -77,8 +59,8 @@ class PaperMotion:
 
     motion: GroundMotion
     label: str
-    is_paper_record: bool
     other_pga_g: float
+    is_paper_record: bool = False
     run: Run = NOMINAL
 
     @property
@@ -129,8 +111,7 @@ def waho() -> PaperMotion:
     if north and east:
         motion = read_motion(east, north, Given(unit="g"), motion_id=SURROGATE_ID)
         label = f"surrogate for WAHO: Capitola x {SURROGATE_FACTOR:g}"
-        scaled = motion.scaled(SURROGATE_FACTOR)
-        return PaperMotion(motion=scaled, label=label, is_paper_record=False, other_pga_g=closing_g)
+        return PaperMotion(motion.scaled(SURROGATE_FACTOR), label, closing_g)
     return _synthetic(WAHO_PGA_ROTD50_G, "WAHO", CLOSING_FACTOR)
 
 
@@ -159,7 +140,19 @@ def _record(
         motion = read_motion(first, second, motion_id=motion_id)
     except FalseClaimError:
         return None
-    return PaperMotion(motion=motion, label=label, is_paper_record=True, other_pga_g=other_pga_g)
+    return PaperMotion(motion, label, other_pga_g, is_paper_record=True)
+
+
+def _synthetic(pga_rotd50_g: float, wanted: str, factor: float = 1.0) -> PaperMotion:
+    """Return the first motion of the package's suite, scaled to a multiple of a published peak."""
+    motion = read_entry(embedded_entries()[0])
+    label = f"synthetic {motion.motion_id} at {factor:g} x the peak of {wanted}"
+    scaled = motion.scaled(factor * pga_rotd50_g / _pga_g(motion))
+    return PaperMotion(scaled, label, factor * pga_rotd50_g)
+
+
+def _pga_g(motion: GroundMotion) -> float:
+    return orbit_rotd50(motion.accel_1_mps2, motion.accel_2_mps2) / G_MPS2
 
 
 def embedded_entries() -> list[IndexEntry]:
@@ -173,31 +166,11 @@ def embedded_entries() -> list[IndexEntry]:
     return [entry for entry in read_index(index) if entry.components]
 
 
-def embedded_motions() -> list[GroundMotion]:
-    """Return the stored motions of the package's suite, unscaled."""
-    return [read_entry(entry) for entry in embedded_entries()]
-
-
 def strongest_motions(count: int, pga_g: float) -> list[GroundMotion]:
     """Return the motions of the suite with the largest PGA (RotD50), each scaled to one PGA."""
-    motions = embedded_motions()
-    peaks_g = [orbit_rotd50(m.accel_1_mps2, m.accel_2_mps2) / G_MPS2 for m in motions]
-    ranked: Sequence[tuple[float, int]] = sorted(
-        ((peak, number) for number, peak in enumerate(peaks_g)), reverse=True
-    )
-    return [motions[number].scaled(pga_g / peak) for peak, number in ranked[:count]]
-
-
-def _synthetic(pga_rotd50_g: float, wanted: str, factor: float = 1.0) -> PaperMotion:
-    """Return the first motion of the package's suite, scaled to a multiple of a published peak."""
-    motion = embedded_motions()[0]
-    pga_g = orbit_rotd50(motion.accel_1_mps2, motion.accel_2_mps2) / G_MPS2
-    return PaperMotion(
-        motion=motion.scaled(factor * pga_rotd50_g / pga_g),
-        label=f"synthetic {motion.motion_id} at {factor:g} x the peak of {wanted}",
-        is_paper_record=False,
-        other_pga_g=factor * pga_rotd50_g,
-    )
+    motions = [read_entry(entry) for entry in embedded_entries()]
+    ranked = sorted(((_pga_g(motion), k) for k, motion in enumerate(motions)), reverse=True)
+    return [motions[k].scaled(pga_g / peak_g) for peak_g, k in ranked[:count]]
 
 
 def paper_variant(
@@ -215,106 +188,3 @@ def paper_variant(
         gap_mm=GAP_MM,
         friction_pct=friction_pct,
     )
-
-
-def wall_strength_kn(skew_deg: float, bridge: str = "osb1") -> float:
-    """Return the strength of the fill behind one backwall."""
-    data, options = load_bridge(bridge).abutment, ModelOptions()
-    return wall_backfill(data, options.backfill, radians(skew_deg)).ultimate_n / KN
-
-
-def analysis(
-    variant: Variant,
-    motion: PaperMotion,
-    scheme: AnalysisScheme = "default",
-    options: ModelOptions | None = None,
-) -> AnalysisResult:
-    """Return the analysis of a bridge under a motion, with its histories."""
-    settings = AnalysisSettings(scheme=scheme, duration_s=DURATION_S)
-    excitation = Excitation(motion=motion.motion)
-    return analyse(variant, excitation, settings, options or ModelOptions(), histories=True)
-
-
-def histories_of(result: AnalysisResult) -> Mapping[str, Array]:
-    """Return the histories of a result that was computed with histories."""
-    return result.histories or {}
-
-
-def rms_change(with_friction: Array, without: Array) -> Array:
-    """Return the RMS change by friction over the RMS without, over the first axis."""
-    count = min(len(with_friction), len(without))
-    change = with_friction[:count] - without[:count]
-    return np.sqrt((change**2).mean(axis=0) / (without[:count] ** 2).mean(axis=0))
-
-
-def stick_slip_changes(
-    normal_n: Array, friction_n: Array, coefficient: float, *, near_limit: float = 0.98
-) -> int:
-    """Return how often closed contacts change from sticking to slipping or back.
-
-    Forces have the shape (n, units). From `near_limit` of its limit on a contact counts as
-    slipping.
-    """
-    closed = normal_n > 0.0
-    slipping = friction_n >= near_limit * coefficient * normal_n
-    stays = closed[1:] & closed[:-1]
-    return int((stays & (slipping[1:] != slipping[:-1])).sum())
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class HalfCycle:
-    """One half cycle of the run without friction, between two zero crossings.
-
-    Attributes:
-        peak_with_m: Largest magnitude with friction, in the same time.
-        together: Largest product of longitudinal and transverse displacement at one time, over
-            the product of their largest values of the run: 1 when both peaks coincide.
-        has_contact: Whether a backwall carried normal force, in either run.
-    """
-
-    start_s: float
-    end_s: float
-    peak_without_m: float
-    peak_with_m: float
-    together: float
-    has_contact: bool
-
-    @property
-    def change(self) -> float:
-        """Relative change of the peak by friction; negative is a reduction."""
-        return self.peak_with_m / self.peak_without_m - 1.0
-
-
-def half_cycles(
-    t_s: Array, without_m: Array, with_m: Array, axis: int, in_contact: Sequence[NDArray[np.bool_]]
-) -> list[HalfCycle]:
-    """Return the half cycles between zero crossings of a displacement without friction.
-
-    Displacements along x and y have the shape (n, 2) without and (m, 2) with friction; only times
-    of both runs count. The axis is 0 along x, 1 along y; `in_contact` has arrays that are true
-    where a backwall carries force.
-    """
-    count = min(len(without_m), len(with_m))
-    own, other = without_m[:count, axis], without_m[:count, 1 - axis]
-    closed = np.logical_or.reduce([flags[:count] for flags in in_contact])
-    crossings = np.flatnonzero(np.diff(np.signbit(own))) + 1
-    bounds = np.concatenate([[0], crossings, [count]])
-    largest = float(np.abs(own).max())
-    scale = largest * float(np.abs(other).max())
-    cycles: list[HalfCycle] = []
-    for start, end in pairwise(bounds.tolist()):
-        part = slice(start, end)
-        peak_m = float(np.abs(own[part]).max())
-        if end - start < 2 or peak_m < SMALLEST_CYCLE * largest:
-            continue
-        cycles.append(
-            HalfCycle(
-                start_s=float(t_s[start]),
-                end_s=float(t_s[end - 1]),
-                peak_without_m=peak_m,
-                peak_with_m=float(np.abs(with_m[part, axis]).max()),
-                together=float(np.abs(own[part] * other[part]).max()) / scale,
-                has_contact=bool(closed[part].any()),
-            )
-        )
-    return cycles

@@ -5,9 +5,8 @@ Moreau-Jean time stepping.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import cos, pi, radians, sin
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import openseespy.opensees as ops
@@ -16,16 +15,10 @@ from matplotlib.figure import Figure
 from skewbridge.contact import ContactSet, UnitLedger
 from skewbridge.contact.drives import kelvin_voigt_drive
 from skewbridge.contact.restitution import kelvin_voigt_damping_ratio
+from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.deck_solvers import BaseAcceleration
 from skewbridge.verification.references.lcp import LcpHistory, RigidContacts, moreau_jean
-from skewbridge.verification.references.live_model import (
-    Array,
-    Solver,
-    clean_domain,
-    even_times,
-    march,
-    shake_base,
-)
+from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
 
@@ -42,6 +35,7 @@ LCP_PEAKS: Final = {
     1.0: (0.166286, 0.086752, 0.186432, 4835.24),
 }
 FIRST_CONTACT_S: Final = 0.0764011
+_PEAKS: Final = ("ux", "uy", "ut")
 _CLOSE: Final = 0.03  # of the gap: the penetration that Kn = 1e9 N/m permits
 
 # ASSUME mass, support and restitution: the paper gives gap, slope, pulse, friction, damping.
@@ -57,8 +51,7 @@ TANGENT: Final = np.array([cos(radians(30.0)), sin(radians(30.0))])
 NORMAL: Final = np.array([-TANGENT[1], TANGENT[0]])
 
 
-@dataclass(frozen=True, slots=True)
-class ParticleHistory:
+class ParticleHistory(NamedTuple):
     """Response of the particle along x and y, shape (n, 2); columns of forces: lower, upper line.
 
     Friction acts along the lines, with the sign of slip.
@@ -73,15 +66,27 @@ class ParticleHistory:
 
 def run_particle(dt_s: float, duration_s: float, keep: Callable[[int], bool]) -> ParticleHistory:
     """Run the particle in OpenSees by the trapezoidal rule; keep the steps that `keep` accepts."""
-    times = even_times(duration_s, dt_s)
-    with clean_domain():
-        contacts = _model()
+    times = live.even_times(duration_s, dt_s)
+    dashpot = 2.0 * kelvin_voigt_damping_ratio(0.6) * (_KN_N_PER_M * _MASS_KG) ** 0.5
+    drive = kelvin_voigt_drive(kn_n_per_m=_KN_N_PER_M, dashpot_n_s_per_m=dashpot)
+    contacts = ContactSet()
+    with live.clean_domain():
+        ops.model("basic", "-ndm", 2, "-ndf", 2)
+        ops.node(_GROUND, 0.0, 0.0)
+        ops.node(_PARTICLE, 0.0, 0.0)
+        ops.fix(_GROUND, 1, 1)
+        ops.mass(_PARTICLE, _MASS_KG, _MASS_KG)
+        ops.uniaxialMaterial("Elastic", 1, _STIFFNESS_N_PER_M, _DASHPOT_N_S_PER_M)
+        ops.element("zeroLength", 1, _GROUND, _PARTICLE, "-mat", 1, 1, "-dir", 1, 2)
+        for normal, name in ((NORMAL, "lower line"), (-NORMAL, "upper line")):
+            place = _GROUND, _PARTICLE, normal.tolist(), _HALF_GAP_M, _FRICTION
+            contacts.add(*place, kn=_KN_N_PER_M, kt=_KN_N_PER_M, drive=drive, name=name)
         accel = _PULSE.mean(times - 0.5 * dt_s, times + 0.5 * dt_s)
         accel[:, 0] = _PULSE.amplitude_mps2
-        shake_base(_PARTICLE, dt_s, accel)
-        Solver(constraints="Plain").prepare()
+        live.shake_base(_PARTICLE, dt_s, accel)
+        live.Solver(constraints="Plain").prepare()
         rows: list[list[float]] = [[0.0] * 7]
-        for k in march(contacts, times, dt_s):
+        for k in live.march(contacts, times, dt_s):
             if keep(k):
                 (lower, _), (upper, _) = contacts.tangentials_n
                 # The unit of the lower line counts slip along minus the tangent.
@@ -103,7 +108,7 @@ def run_particle_lcp(restitution: float, h_s: float, duration_s: float) -> LcpHi
         cohesion_n=0.0,
         restitution=restitution,
     )
-    times = even_times(duration_s, h_s)
+    times = live.even_times(duration_s, h_s)
     loads = -_MASS_KG * _PULSE.mean(times[:-1], times[1:]).T
     mass, damping, stiffness = (
         value * np.eye(2) for value in (_MASS_KG, _DASHPOT_N_S_PER_M, _STIFFNESS_N_PER_M)
@@ -111,40 +116,27 @@ def run_particle_lcp(restitution: float, h_s: float, duration_s: float) -> LcpHi
     return moreau_jean((mass, damping, stiffness), contacts, loads, h_s)
 
 
-def _model() -> ContactSet:
-    ops.model("basic", "-ndm", 2, "-ndf", 2)
-    ops.node(_GROUND, 0.0, 0.0)
-    ops.node(_PARTICLE, 0.0, 0.0)
-    ops.fix(_GROUND, 1, 1)
-    ops.mass(_PARTICLE, _MASS_KG, _MASS_KG)
-    ops.uniaxialMaterial("Elastic", 1, _STIFFNESS_N_PER_M, _DASHPOT_N_S_PER_M)
-    ops.element("zeroLength", 1, _GROUND, _PARTICLE, "-mat", 1, 1, "-dir", 1, 2)
-    dashpot = 2.0 * kelvin_voigt_damping_ratio(0.6) * (_KN_N_PER_M * _MASS_KG) ** 0.5
-    drive = kelvin_voigt_drive(kn_n_per_m=_KN_N_PER_M, dashpot_n_s_per_m=dashpot)
-    contacts = ContactSet()
-    for normal, name in ((NORMAL, "lower line"), (-NORMAL, "upper line")):
-        contacts.add(
-            _GROUND,
-            _PARTICLE,
-            normal.tolist(),
-            _HALF_GAP_M,
-            _FRICTION,
-            kn=_KN_N_PER_M,
-            kt=_KN_N_PER_M,
-            drive=drive,
-            name=name,
-        )
-    return contacts
-
-
 def run(study: Study) -> None:
     """Run the study."""
-    rigid = {e: _rigid_particle(study, e) for e in LCP_PEAKS}[0.6]
+    rigid = {e: run_particle_lcp(e, _LCP_STEP_S, _DURATION_S) for e in LCP_PEAKS}
+    for restitution, history in rigid.items():
+        *peaks, impulse = LCP_PEAKS[restitution]
+        name = f"LCP, restitution {restitution:g}:"
+        for quantity, value, exact in zip(_PEAKS, peaks_m(history.q), peaks, strict=True):
+            # Time stepping converges slowly without loss at impact: shown, not judged.
+            tolerance = None if restitution == 1.0 else 1e-3
+            study.relative(f"{name} peak {quantity} (m)", value, exact, tolerance, _LCP)
+        total = float(history.normal_impulses_ns.sum())
+        if restitution < 1.0:
+            study.relative(f"{name} normal impulse (N s)", total, impulse, 5e-3, _LCP)
+        if restitution == 0.6:
+            ratio = float(np.abs(history.tangent_impulses_ns).sum()) / total
+            study.absolute(f"{name} friction over normal impulse", ratio, 0.1, 1e-3, "Coulomb")
     # Step times the frequency of the mass on the penalty: 0.05.
     dt = 0.05 * (_MASS_KG / _KN_N_PER_M) ** 0.5
     history = run_particle(dt, _DURATION_S, keep=lambda k: k % 10 == 0)
-    compare_with_lcp(study, history, rigid)
-    study.figures["particle"] = _figure(history, rigid)
+    compare_with_lcp(study, history, rigid[0.6])
+    study.figures["particle"] = _figure(history, rigid[0.6])
 
 
 def peaks_m(positions_m: Array) -> tuple[float, float, float]:
@@ -153,52 +145,28 @@ def peaks_m(positions_m: Array) -> tuple[float, float, float]:
     return float(ux), float(uy), float(np.abs(positions_m @ TANGENT).max())
 
 
-def _rigid_particle(study: Study, restitution: float) -> LcpHistory:
-    """Run the rigid particle with a tabulated restitution and compare its peaks."""
-    *peaks, impulse = LCP_PEAKS[restitution]
-    history = run_particle_lcp(restitution, _LCP_STEP_S, _DURATION_S)
-    name = f"LCP, restitution {restitution:g}:"
-    for quantity, value, exact in zip(("ux", "uy", "ut"), peaks_m(history.q), peaks, strict=True):
-        text = f"{name} peak {quantity} (m)"
-        # Time stepping converges slowly without loss at impact: shown, not judged.
-        study.relative(text, value, exact, None if restitution == 1.0 else 1e-3, _LCP)
-    if restitution < 1.0:
-        total = float(history.normal_impulses_ns.sum())
-        study.relative(f"{name} normal impulse (N s)", total, impulse, 5e-3, _LCP)
-        if restitution == 0.6:
-            ratio = float(np.abs(history.tangent_impulses_ns).sum()) / total
-            study.absolute(f"{name} friction over normal impulse", ratio, 0.1, 1e-3, "Coulomb")
-    return history
-
-
 def compare_with_lcp(study: Study, history: ParticleHistory, rigid: LcpHistory) -> None:
     """Compare the penalty particle of OpenSees with the rigid one of restitution 0.6."""
-    d, exact = _HALF_GAP_M, LCP_PEAKS[0.6][:3]
-    for quantity, value, peak in zip(
-        ("ux", "uy", "ut"), peaks_m(history.position_m), exact, strict=True
-    ):
-        study.relative(f"OpenSees, Kn 1e9: peak {quantity} (m)", value, peak, 0.015, _LCP)
+    d, case = _HALF_GAP_M, "OpenSees, Kn 1e9"
+    peaks = zip(_PEAKS, peaks_m(history.position_m), LCP_PEAKS[0.6], strict=False)
+    for quantity, value, peak in peaks:
+        study.relative(f"{case}: peak {quantity} (m)", value, peak, 0.015, _LCP)
     normal = history.position_m @ NORMAL
-    reference = np.interp(history.t_s, rigid.t_s, rigid.q @ NORMAL)
-    rms = float(np.sqrt(np.mean((normal - reference) ** 2)))
-    study.at_most("OpenSees, Kn 1e9: RMS of un against LCP over gap", rms / d, _CLOSE, _LCP)
-    depth = max(ledger.max_penetration_m for ledger in history.ledgers)
-    study.at_most("OpenSees, Kn 1e9: penetration over gap", depth / d, _CLOSE, "penalty")
-    case = "OpenSees, Kn 1e9 N/m"
-    study.states("node to line", case, rms / d)
-    study.states("penalties enforce", case, depth / d)
-    for name, motion in ((case, normal), ("rigid, restitution 0.6", rigid.q @ NORMAL)):
+    error = live.rms(normal - np.interp(history.t_s, rigid.t_s, rigid.q @ NORMAL)) / d
+    study.at_most(f"{case}: RMS of un against LCP over gap", error, _CLOSE, _LCP)
+    depth = max(ledger.max_penetration_m for ledger in history.ledgers) / d
+    study.at_most(f"{case}: penetration over gap", depth, _CLOSE, "penalty")
+    study.states("node to line", f"{case} N/m", error)
+    study.states("penalties enforce", f"{case} N/m", depth)
+    motions = {f"{case} N/m": normal, "rigid, restitution 0.6": rigid.q @ NORMAL}
+    for name, motion in motions.items():
         study.states("bounded by the lines", name, float(np.abs(motion).max()) / d - 1.0)
     first_s = float(history.t_s[np.flatnonzero(np.abs(normal) > d)[0]])
     text, source = "OpenSees: first contact (s)", "closed form of free flight"
     study.absolute(text, first_s, FIRST_CONTACT_S, 6e-4, source)
-    excess = np.abs(history.friction_n) - _FRICTION * np.maximum(0.0, history.normal_n)
-    study.at_most(
-        "OpenSees: friction beyond the cone over its largest",
-        max(0.0, float(excess.max())) / (_FRICTION * float(history.normal_n.max())),
-        0.1,
-        "one step of the predicted compression at impact",
-    )
+    excess = live.cone_excess(history.friction_n, history.normal_n, _FRICTION)
+    text = "OpenSees: friction beyond the cone over its largest"
+    study.at_most(text, excess, 0.1, "one step of the predicted compression at impact")
 
 
 def _figure(history: ParticleHistory, rigid: LcpHistory) -> Figure:

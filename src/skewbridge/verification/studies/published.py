@@ -82,29 +82,18 @@ JUDGED: Final = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Change:
-    """One change of the comparison; whatever it does not name stays.
-
-    Attributes:
-        name: What is changed.
-        demands: Other demands, by component.
-        capacity: Column of the published table with the capacities.
-        factors: Factors on capacities, by era, component and state.
-        first_yield: Whether curvature ductility refers to the first yield of a bar.
-        whole: Whether peaks are those of the whole motion, or up to the failure of a column.
-        bridges: Other bridges, by era; other eras are left out.
-        gap_mm: Gap.
-        keys: Kind of the shear keys.
-    """
+    """One change of the comparison; whatever it does not name stays."""
 
     name: str
-    demands: Mapping[str, str] = field(default_factory=dict[str, str])
-    capacity: str = "capacity"
+    demands: Mapping[str, str] = field(default_factory=dict[str, str])  # others, by component
+    capacity: str = "capacity"  # column of the published table
+    # on capacities, by era, component and state
     factors: Mapping[tuple[int, str, str], float] = field(
         default_factory=dict[tuple[int, str, str], float]
     )
-    first_yield: bool = False
-    whole: bool = True
-    bridges: Mapping[int, str] = field(default_factory=lambda: dict(BRIDGES))
+    first_yield: bool = False  # curvature ductility refers to the first yield of a bar
+    whole: bool = True  # peaks of the whole motion, or up to the failure of a column
+    bridges: Mapping[int, str] = field(default_factory=lambda: dict(BRIDGES))  # other eras are out
     gap_mm: int = 25
     keys: str = "sacrificial"
 
@@ -144,7 +133,9 @@ def run(study: Study) -> None:
     cases = [
         (era, change) for era in BRIDGES for change in (NONE, *CHANGES) if era in change.bridges
     ]
-    keys = [(_variant(era, change), change.keys) for era, change in cases]
+    keys = [
+        (study_variant(change.bridges[era], 0, change.gap_mm), change.keys) for era, change in cases
+    ]
     demands = analysed_demands(study, {key: (key[0], {"keys": key[1]}) for key in keys}, MOTIONS)
     found = [
         medians(published[published["era"] == era], demands[key], era, change)
@@ -154,7 +145,15 @@ def run(study: Study) -> None:
     study.tables["ratios"] = table
     ours = table[table["change"] == NONE.name]
     for row in records_of(ours):
-        _report(study, row)
+        name = f"era {row['era']}, {row['component']} {row['state']}"
+        if row["status"] == FITTED:
+            interval = f"{row['ratio']:.2f} ({row['ratio_low']:.2f} to {row['ratio_high']:.2f})"
+            text = f"{name}: median in g, ratio {interval}"
+            study.report(text, row["theta"], row["median_g"], SOURCE)
+            study.report(f"{name}: dispersion", row["beta"], row["dispersion"], SOURCE)
+        else:
+            text = f"{name}: lower bound of the median in g, no run reaches the state"
+            study.report(text, row["theta_bound"], row["median_g"], SOURCE)
     study.tables["explained"] = explanations(table)
     for row in records_of(study.tables["explained"]):
         name = f"era {row['era']}, {row['component']} {row['state']}: ratio {row['ratio']:.2f}"
@@ -166,10 +165,6 @@ def run(study: Study) -> None:
             text = f"{name}, not judged ({best})"
             study.report(text, row["changed_ratio"], 1.0, SOURCE)
     study.figures["medians"] = _figure(ours)
-
-
-def _variant(era: int, change: Change) -> Variant:
-    return study_variant(change.bridges[era], 0, change.gap_mm)
 
 
 def study_variant(bridge: str, skew_deg: int, gap_mm: int = 25) -> Variant:
@@ -186,15 +181,10 @@ def study_variant(bridge: str, skew_deg: int, gap_mm: int = 25) -> Variant:
 def analysed_demands[Key](
     study: Study, cases: Mapping[Key, tuple[Variant, Mapping[str, Any]]], motions: int
 ) -> dict[Key, pd.DataFrame]:
-    """Return demands of variants under the first motions of the shipped suite.
+    """Return demands of variants with changed options under the first motions of the shipped suite.
 
-    Args:
-        study: The study, which keeps finished analyses.
-        cases: Variants and their changed modelling options.
-        motions: Number of motions, at the levels of the default study.
-
-    Returns:
-        Rows of the demands table, with the peaks of whole motions as well (prefix ``whole_``).
+    The motions are at the levels of the default study. The rows are those of the demands table,
+    with the peaks of whole motions as well (prefix ``whole_``).
     """
     bridges = tuple(dict.fromkeys(variant.bridge for variant, _ in cases.values()))
     config = StudyConfig(
@@ -224,47 +214,29 @@ def _peaks(task: Task) -> dict[str, Any]:
     return outcome_of(result) | whole
 
 
-def with_demands_of(table: pd.DataFrame, bridge: str, change: Change) -> pd.DataFrame:
-    """Return a table with the demands that a change defines."""
-    table = table.copy()
-    if change.whole:
-        for name in DEMANDS.values():
-            table[name] = table[f"{WHOLE}{name}"]
-        table[BEYOND_MODEL] = ""
-        table[COMPLETE] = table["status"] == OK
-    if change.first_yield:
-        table[DEMANDS["column_curvature"]] *= first_yield_factor(bridge)
-    return table
-
-
-def first_yield_factor(bridge: str) -> float:
-    """Return the idealised yield curvature of a column over that of the first yield of a bar."""
-    data = load_bridge(bridge)
-    curve = section_response(data.column, column_axial_n(data, 0))
-    return curve.yield_curvature_per_m / curve.first_yield_curvature_per_m
-
-
 def medians(
     published: pd.DataFrame, demands: pd.DataFrame, era: int, change: Change
 ) -> pd.DataFrame:
     """Return our medians and dispersions of the published components and of the system.
 
-    Args:
-        published: Published curves of the era.
-        demands: Our demands, with the peaks of whole motions.
-        era: The era.
-        change: Change of demands and capacities.
-
-    Returns:
-        era, change, component, state, status, theta, theta_low, theta_high, beta and theta_bound,
-        a lower bound of the median of a state that no run reaches.
+    The published curves are those of the era, our demands have the peaks of whole motions. Columns:
+    era, change, component, state, status, theta, theta_low, theta_high, beta and theta_bound, a
+    lower bound of the median of a state that no run reaches.
     """
+    if change.whole:
+        whole = {name: demands[f"{WHOLE}{name}"] for name in DEMANDS.values()}
+        demands = demands.assign(**whole | {BEYOND_MODEL: "", COMPLETE: demands["status"] == OK})
+    if change.first_yield:
+        data = load_bridge(change.bridges[era])
+        curve = section_response(data.column, column_axial_n(data, 0))
+        name = DEMANDS["column_curvature"]
+        factor = curve.yield_curvature_per_m / curve.first_yield_curvature_per_m
+        demands = demands.assign(**{name: demands[name] * factor})
     columns = DEMANDS | dict(change.demands)
     states = [
         replace(state, threshold=state.threshold * change.factors.get((era, *key), 1.0))
         for key, state in capacities(published, columns, change.capacity).items()
     ]
-    demands = with_demands_of(demands, change.bridges[era], change)
     rows = prepared(demands, list(dict.fromkeys(each.demand for each in states)), SETTINGS).table
     curves = chosen_curves(fit_study(rows, states, SETTINGS), "cloud")  # as theirs
     bounds = {"beta_total": "beta", "theta_bound_low": "theta_bound"}
@@ -281,10 +253,7 @@ def capacities(
 ) -> dict[tuple[str, str], LimitState]:
     """Return the limit states of an era by component and state, on our demands.
 
-    Args:
-        published: Published curves of the era.
-        columns: Demand by component; other components are left out.
-        name: Column with the capacities.
+    `columns` has the demand by component, the column `name` of the published curves the capacities.
     """
     return {
         (row["component"], row["state"]): LimitState(
@@ -316,18 +285,13 @@ def outside(ratio: float) -> float:
 
 
 def explanations(table: pd.DataFrame) -> pd.DataFrame:
-    """Return for each ratio the change that moves it most towards `RANGE`.
+    """Return for each ratio of `compared` the change that moves it most towards `RANGE`.
 
-    Args:
-        table: Ratios with and without the changes, see `compared`.
-
-    Returns:
-        era, component, state, ratio, change, changed_ratio, closed (share of the distance from the
-        range that the change closes) and is_explained; ratios inside have no change.
+    Columns: era, component, state, ratio, change, changed_ratio, closed (share of the distance from
+    the range that the change closes) and is_explained; ratios inside have no change.
     """
     rows: list[dict[str, Any]] = []
     for key, part in table.groupby(["era", *_KEYS], sort=False):
-        row: dict[str, Any] = dict(zip(("era", *_KEYS), key, strict=True))
         ratios = part.set_index("change")["ratio"].dropna()
         if NONE.name not in ratios:
             continue
@@ -335,29 +299,10 @@ def explanations(table: pd.DataFrame) -> pd.DataFrame:
         best = str(distances.idxmin())  # the first of equals, which is none where it is inside
         before, after = distances[NONE.name], distances[best]
         closed = 1.0 - after / before if before > 0.0 else nan
-        rows.append(
-            row
-            | {
-                "ratio": ratios[NONE.name],
-                "change": best,
-                "changed_ratio": ratios[best],
-                "closed": closed,
-                "is_explained": before == 0.0 or closed >= 0.5,
-            }
-        )
+        row: dict[str, Any] = dict(zip(("era", *_KEYS), key, strict=True))
+        row |= {"ratio": ratios[NONE.name], "change": best, "changed_ratio": ratios[best]}
+        rows.append(row | {"closed": closed, "is_explained": before == 0.0 or closed >= 0.5})
     return pd.DataFrame(rows)
-
-
-def _report(study: Study, row: Mapping[str, Any]) -> None:
-    """Report our median and dispersion against the published ones."""
-    name = f"era {row['era']}, {row['component']} {row['state']}"
-    if row["status"] != FITTED:
-        text = f"{name}: lower bound of the median in g, no run reaches the state"
-        study.report(text, row["theta_bound"], row["median_g"], SOURCE)
-        return
-    interval = f"ratio {row['ratio']:.2f} ({row['ratio_low']:.2f} to {row['ratio_high']:.2f})"
-    study.report(f"{name}: median in g, {interval}", row["theta"], row["median_g"], SOURCE)
-    study.report(f"{name}: dispersion", row["beta"], row["dispersion"], SOURCE)
 
 
 def _figure(table: pd.DataFrame) -> Figure:

@@ -11,6 +11,7 @@ References:
 """
 
 from collections.abc import Mapping
+from itertools import product
 from math import exp, radians, sin, sqrt
 from typing import Any, Final
 
@@ -110,51 +111,34 @@ def hazus_factor(skew_deg: float) -> float:
 def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
     """Return the mean ratio of each demand to that at skew 0 under the same motion.
 
-    Args:
-        table: Rows of analyses: bridge, skew_deg, choice, motion_id and peaks of whole motions.
-
-    Returns:
-        bridge, choice, skew_deg, demand, mean (geometric, in the unit of the demand), ratio with
-        ratio_low and ratio_high (t interval of the logarithm at `LEVEL`) and n_motions. Motions
-        whose demand is zero at either skew are left out.
+    The table has rows of analyses: bridge, skew_deg, choice, motion_id and peaks of whole motions.
+    Returned are bridge, choice, skew_deg, demand, mean (geometric, in the unit of the demand),
+    ratio with ratio_low and ratio_high (t interval of the logarithm at `LEVEL`) and n_motions.
+    Motions whose demand is zero at either skew are left out.
     """
     rows: list[dict[str, Any]] = []
     for (bridge, choice), part in table.groupby(["bridge", "choice"], sort=False):
-        for demand in COMPARED:
-            by_skew = part.pivot_table(f"{WHOLE}{demand}", "motion_id", "skew_deg")
-            for skew in by_skew.columns:
-                both = by_skew[(by_skew[0] > 0.0) & (by_skew[skew] > 0.0)]
-                change = np.log((both[skew] / both[0]).to_numpy(dtype=np.float64))
-                half = 0.0
-                if change.size > 1:
-                    error = change.std(ddof=1) / sqrt(change.size)
-                    half = float(student.ppf(0.5 + LEVEL / 2, change.size - 1) * error)
-                mean = float(change.mean()) if change.size else float("nan")
-                rows.append(
-                    {
-                        "bridge": bridge,
-                        "choice": choice,
-                        "skew_deg": skew,
-                        "demand": demand,
-                        "mean": float(np.exp(np.log(both[skew]).mean())),
-                        "ratio": exp(mean),
-                        "ratio_low": exp(mean - half),
-                        "ratio_high": exp(mean + half),
-                        "n_motions": change.size,
-                    }
-                )
-    found = pd.DataFrame(rows)
-    return found[found["skew_deg"] != 0].reset_index(drop=True)
+        for demand, skew in product(COMPARED, sorted({*part["skew_deg"]} - {0})):
+            peaks = part.pivot_table(f"{WHOLE}{demand}", "motion_id", "skew_deg")
+            both = peaks[(peaks[0] > 0.0) & (peaks[skew] > 0.0)]
+            change = np.log((both[skew] / both[0]).to_numpy(dtype=np.float64))
+            half = 0.0
+            if change.size > 1:
+                error = change.std(ddof=1) / sqrt(change.size)
+                half = float(student.ppf(0.5 + LEVEL / 2, change.size - 1) * error)
+            mean = float(change.mean()) if change.size else float("nan")
+            row = {"bridge": bridge, "choice": choice, "skew_deg": skew, "demand": demand}
+            interval = {"ratio_low": exp(mean - half), "ratio_high": exp(mean + half)}
+            average = float(np.exp(np.log(both[skew]).mean()))
+            row |= {"mean": average, "ratio": exp(mean), **interval, "n_motions": change.size}
+            rows.append(row)
+    return pd.DataFrame(rows)
 
 
 def median_factors(table: pd.DataFrame) -> pd.DataFrame:
     """Return the factors of skew on median capacities, paired by motion, with their intervals.
 
-    Args:
-        table: As of `demand_ratios`.
-
-    Returns:
-        bridge, choice, skew_deg, demand (component/state), ratio, ratio_low, ratio_high.
+    The table is that of `demand_ratios`; the column `demand` names component/state.
     """
     published = published_curves()
     states = list(capacities(published[published["era"] == 3], DEMANDS).values())

@@ -14,17 +14,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from skewbridge.contact import Coupling, Scheme
-from skewbridge.verification.references.cases import C5, deck_case
+from skewbridge.verification.references import driven_unit as unit
+from skewbridge.verification.references.cases import deck_case
 from skewbridge.verification.references.deck_solvers import pulse_of, run_deck, run_opensees
-from skewbridge.verification.references.driven_unit import (
-    PAPER_LAW,
-    drive_unit,
-    figure_3,
-    follow_law,
-    path_work_j,
-    rms_n,
-)
-from skewbridge.verification.references.live_model import Array
+from skewbridge.verification.references.driven_unit import PAPER_LAW
+from skewbridge.verification.references.live_model import Array, rms
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
 
@@ -61,65 +55,64 @@ _COUPLINGS: Final[tuple[Coupling, ...]] = ("extrapolated", "lagged")
 def run(study: Study) -> None:
     """Run the study."""
     # The square wave takes one row to jump: short rows keep its timing.
-    path = figure_3(_ROWS_PER_S)
-    forces = drive_unit(PAPER_LAW, path, substeps=2).forces_n
+    path = unit.figure_3(_ROWS_PER_S)
+    forces = unit.drive_unit(PAPER_LAW, path, substeps=2).forces_n
     for time, exact in EXACT_N.items():
         found = forces[round(time * _ROWS_PER_S)]
         for axis, name in enumerate("xy"):
             text = f"F{name} at {time:g} s (N)"
             study.absolute(text, found[axis], exact[axis], 0.01 * LIMIT_N, _SOURCE)
-    study.relative("total work (J)", path_work_j(path, forces), EXACT_WORK_J, 2e-3, _SOURCE)
+    study.relative("total work (J)", unit.path_work_j(path, forces), EXACT_WORK_J, 2e-3, _SOURCE)
     for (start, end), exact_work in INTERVAL_WORK_J.items():
         rows = slice(round(start * _ROWS_PER_S) - 1, round(end * _ROWS_PER_S) + 1)
-        work = path_work_j(path[rows], forces[rows])
+        work = unit.path_work_j(path[rows], forces[rows])
         study.relative(f"work from {start} to {end} s (J)", work, exact_work, 2e-3, _SOURCE)
-    _check_cone(study, forces)
-    study.tables["schemes"] = _compare_schemes(study)
-    study.figures["histories"] = _histories(path[::5], forces[::5])
-    study.figures["planes"] = _planes(path[::5], forces[::5])
-
-
-def _check_cone(study: Study, forces: Array) -> None:
-    closed = forces[:, 2] > 0.0
-    limits = np.where(closed, 1500.0 + 0.3 * forces[:, 2], 0.0)
-    excess = np.hypot(forces[:, 0], forces[:, 1]) - limits
+    closed, friction_n = forces[:, 2] > 0.0, np.hypot(*forces[:, :2].T)
     # The square wave jumps within one row: that row is left out on both sides.
     steady = np.ones(len(closed), dtype=bool)
     jumps = np.flatnonzero(np.diff(closed))
     for shift in (0, 1, 2):
         steady[np.minimum(jumps + shift, len(closed) - 1)] = False
+    excess = friction_n - np.where(closed, 1500.0 + 0.3 * forces[:, 2], 0.0)
     beyond = max(0.0, float(excess[steady].max())) / LIMIT_N
     study.at_most("force beyond the cone over the limit", beyond, 1e-6, "cone")
     loose = float(np.abs(forces[~closed & steady, :2]).max())
     study.at_most("friction while open (N)", loose, 0.0, "no friction")
     study.states("closing decides", "vector", loose)
+    study.tables["schemes"] = _compare_schemes(study)
+    study.figures["histories"] = _histories(path[::5], forces[::5])
+    study.figures["planes"] = _planes(path[::5], forces[::5])
 
 
 def _compare_schemes(study: Study) -> pd.DataFrame:
     """Compare schemes and couplings at 1 ms steps without sub-steps."""
-    path = figure_3(1000)
-    exact = follow_law(PAPER_LAW, path, substeps=20)
+    path = unit.figure_3(1000)
+    exact = unit.follow_law(PAPER_LAW, path, substeps=20)
     directions = np.sign(np.diff(path[:, 1:], axis=0).round(9))
     events = int(np.count_nonzero(np.any(np.diff(directions, axis=0) != 0.0, axis=1)))
     rows: list[tuple[str, str, float, float, float]] = []
     for scheme, coupling in product(_SCHEMES, _COUPLINGS):
-        forces = drive_unit(PAPER_LAW, path, substeps=1, scheme=scheme, coupling=coupling).forces_n
+        forces = unit.drive_unit(
+            PAPER_LAW, path, substeps=1, scheme=scheme, coupling=coupling
+        ).forces_n
         error = np.hypot(*(forces - exact)[:, :2].T) / LIMIT_N
         # One step at each opening, closing and reversal is a matter of timing.
         kept = error[np.argsort(error)[: -3 * events]]
-        rms, work = float(np.sqrt(np.mean(kept**2))), path_work_j(path, forces)
+        error_ratio, work = rms(kept), unit.path_work_j(path, forces)
         largest = max(hypot(x, y) for x, y, _ in forces) / LIMIT_N
         case = f"{scheme}, {coupling}"
         case += " (the paper's way)" if (scheme, coupling) == _PAPER_WAY else ""
         study.states("limit in every direction", case, largest)
         claim = "elastic springs too" if scheme == "elastic" else "components are coupled"
-        study.states(claim, case, rms)
-        rows.append((scheme, coupling, rms, work / EXACT_WORK_J - 1.0, largest))
+        study.states(claim, case, error_ratio)
+        rows.append((scheme, coupling, error_ratio, work / EXACT_WORK_J - 1.0, largest))
         if (scheme, coupling) == ("vector", "extrapolated"):
-            study.at_most("RMS error at 1 ms steps over the limit", rms, 0.01, _SOURCE)
+            study.at_most("RMS error at 1 ms steps over the limit", error_ratio, 0.01, _SOURCE)
             study.relative("work at 1 ms steps (J)", work, EXACT_WORK_J, 2e-3, _SOURCE)
         else:
-            study.report(f"{scheme}, {coupling}: RMS error at 1 ms steps", rms, 0.0, _SOURCE)
+            study.report(
+                f"{scheme}, {coupling}: RMS error at 1 ms steps", error_ratio, 0.0, _SOURCE
+            )
     errors = ["rms_error_ratio", "work_error_ratio", "largest_force_ratio"]
     return pd.DataFrame(rows, columns=["scheme", "coupling", *errors])
 
@@ -161,7 +154,13 @@ def _planes(path: Array, forces: Array) -> Figure:
 
 type PathKind = Literal["closed", "opening and closing", "reversals"]
 
-_KINDS: Final[tuple[PathKind, ...]] = ("closed", "opening and closing", "reversals")
+# Paths and deck of the study of the couplings, with the titles of their panels.
+_KINDS: Final[dict[PathKind, str]] = {
+    "closed": "path that stays closed",
+    "opening and closing": "path that opens and closes",
+    "reversals": "path with reversals",
+}
+_DECK: Final = "deck C5"
 _ROWS: Final = (125, 250, 500, 1000, 2000, 4000)
 _DECK_STEPS: Final = (0.2, 0.1, 0.05, 0.02, 0.01)
 _DECK_S: Final = 0.6
@@ -215,26 +214,25 @@ def path_error(rows: int, coupling: Coupling, kind: PathKind) -> float:
     path = smooth_path(rows, kind)
     # The reference follows the smooth curve, not the chords between the rows.
     parts = max(1, 64000 // rows)
-    fine = follow_law(PAPER_LAW, smooth_path(rows * parts, kind))[::parts]
-    forces = drive_unit(PAPER_LAW, path, substeps=1, coupling=coupling).forces_n
+    fine = unit.follow_law(PAPER_LAW, smooth_path(rows * parts, kind))[::parts]
+    forces = unit.drive_unit(PAPER_LAW, path, substeps=1, coupling=coupling).forces_n
     limit = PAPER_LAW.cohesion_n + PAPER_LAW.friction * float(fine[:, 2].max())
-    return rms_n((forces - fine)[:, :2]) / limit
+    return unit.rms_n((forces - fine)[:, :2]) / limit
 
 
 def _deck_errors() -> list[dict[str, Any]]:
-    exact = run_deck(deck_case(C5, solver="penalty", dt_s=2.5e-4, duration_s=_DECK_S))
+    exact = run_deck(deck_case("C5", solver="penalty", dt_s=2.5e-4, duration_s=_DECK_S))
     scale = np.abs(exact.q).max(axis=0)
     rows: list[dict[str, Any]] = []
     for step in _DECK_STEPS:
-        dt = step / deck_case(C5).contact_frequency_rad_per_s
+        dt = step / deck_case("C5").contact_frequency_rad_per_s
         for coupling, parts in (("extrapolated", 1), ("lagged", 1), ("extrapolated", 8)):
-            case = deck_case(C5, dt_s=dt, duration_s=_DECK_S, coupling=coupling)
+            case = deck_case("C5", dt_s=dt, duration_s=_DECK_S, coupling=coupling)
             found = run_opensees(case, pulse_of(case), parts_on_change=parts)
             q = np.array([np.interp(exact.t_s, found.t_s, column) for column in found.q.T]).T
-            error = float(np.sqrt(np.mean(((q - exact.q) / scale) ** 2)))
             name = coupling if parts == 1 else f"{coupling}, sub-steps"
-            row = {"study": "deck C5", "coupling": name, "rows": 0, "step": step}
-            rows.append(row | {"error_ratio": error})
+            row = {"study": _DECK, "coupling": name, "rows": 0, "step": step}
+            rows.append(row | {"error_ratio": rms((q - exact.q) / scale)})
     return rows
 
 
@@ -246,12 +244,7 @@ def _order(group: pd.DataFrame) -> float:
 
 def _order_figure(table: pd.DataFrame) -> Figure:
     figure, axes = style.panels(2, 2, height_in=5.2)
-    titles = {
-        "closed": "path that stays closed",
-        "opening and closing": "path that opens and closes",
-        "reversals": "path with reversals",
-        "deck C5": "frictional deck C5",
-    }
+    titles = {**_KINDS, _DECK: "frictional deck C5"}
     for axis, (kind, title) in zip(np.ravel(axes), titles.items(), strict=True):
         part = table[table["study"] == kind]
         for coupling, group in part.groupby("coupling"):
@@ -264,7 +257,7 @@ def _order_figure(table: pd.DataFrame) -> Figure:
         axis.set(xscale="log", yscale="log")
         axis.set_ylim(least / 4, part["error_ratio"].max() * 30)
         axis.xaxis.set_minor_formatter(NullFormatter())
-        of_x = "step x contact frequency (-)" if kind == "deck C5" else "step / period (-)"
+        of_x = "step x contact frequency (-)" if kind == _DECK else "step / period (-)"
         style.label(axis, of_x, "RMS error (-)", title)
         style.legend(axis, title="order of convergence", title_fontsize=7, loc="upper left")
     return figure

@@ -1,4 +1,4 @@
-"""Analyses under strong motions: stress cases, convergence with the steps, accuracy of effects.
+"""Analyses under strong motions: stress cases, convergence of the numerics, accuracy of effects.
 
 `run_hard_set`: every abutment model, skew and kind of bridge under the strongest motions of the
 package's suite, scaled to a PGA (RotD50) of 1.2 g. Each analysis must end `ok` or in a physical
@@ -7,10 +7,9 @@ package's suite, scaled to a PGA (RotD50) of 1.2 g. Each analysis must end `ok` 
 `run_convergence`: the demands at the default steps against half a millisecond throughout, and those
 against a quarter; the demands at the default mesh against more points of a wall and finer fibers.
 
-`run_accuracy`: the effects of friction, gap and skew at the default accuracy against the reference.
-A study answers by ratios of peaks under the same motion, pooled by their geometric mean over the
-motions. Errors that both members of a pair share cancel; the remaining error must be small compared
-with the effects.
+`run_accuracy`: the effects of friction, gap and skew at the default accuracy against the reference:
+ratios of peaks under the same motion, pooled by their geometric mean over the motions. Errors that
+both members of a pair share cancel; the rest must be small compared with the effects.
 
 Motions are cut to their strongest seconds. Finished analyses are kept in a journal: run the same
 command to resume. Except for the stress cases, peaks are those of whole histories, whether or not
@@ -21,7 +20,7 @@ import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise, product
 from math import inf, log
 from typing import Any, Final, Literal
@@ -148,14 +147,13 @@ def run(study: Study) -> None:
 
 def run_hard_set(study: Study, chosen: CaseSet, settings: AnalysisSettings) -> None:
     """Run stress cases: one comparison per bridge, abutment and skew, a table of all rows."""
+    motions = chosen.cut(strongest_motions(chosen.motion_count, PGA_G))
     tasks = [
         _task(variant, motion, settings, ModelOptions())
-        for variant in chosen.variants()
-        for motion in chosen.cut(strongest_motions(chosen.motion_count, PGA_G))
+        for variant, motion in product(chosen.variants(), motions)
     ]
-    table = pd.DataFrame(rows_of_tasks(study, tasks, _ending, chosen.processes)).drop(
-        columns="run_key"
-    )
+    table = pd.DataFrame(rows_of_tasks(study, tasks, _ending, chosen.processes))
+    table = table.drop(columns="run_key")
     for (bridge, abutment, skew_deg), group in table.groupby(_GROUP, sort=False):
         failed = group[~group["as_required"]]
         text = f"{bridge}, {abutment}, skew {skew_deg}: analyses that end ok or in collapse"
@@ -234,57 +232,45 @@ EXCESS: Final = ("cone_excess_wall_ratio", "cone_excess_key_ratio")
 MAX_EXCESS: Final = 0.03  # of the work of friction
 # Whole histories of all cases, whether or not columns fail.
 _WHOLE: Final = AnalysisSettings(energy=False, mean_iterations=1e4, collapse_drift_ratio=0.5)
-_FINE_FIBERS: Final = NUMERICS["reference"]["model"]["column_fibers"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Refinement:
     """Finer numerics that those named `coarse` are compared with in every `interval`-th case.
 
-    `text` says which changes these are, `source` against what. Only changes of the default are
+    `name` says against what, `text` which changes these are. Only changes of the default are
     judged.
     """
 
     kind: Literal["steps", "mesh"]
+    name: str
     text: str
-    source: str
-    settings: AnalysisSettings
-    options: ModelOptions
+    settings: AnalysisSettings = _WHOLE
+    options: Mapping[str, Any] = field(default_factory=dict[str, Any])
     coarse: str = "default"
     interval: int = 1
 
 
-_HALF_MS: Final = Refinement(
+def _mesh(name: str, **options: Any) -> Refinement:
+    return Refinement("mesh", name, f"at the default mesh against {name}", options=options)
+
+
+_FINE: Final = replace(_WHOLE, **NUMERICS["reference"]["analysis"])
+_HALF_MS: Final = Refinement("steps", "half a millisecond", "at the default steps", _FINE)
+_QUARTER_MS: Final = Refinement(
     kind="steps",
-    text="at the default steps",
-    source="half a millisecond",
-    settings=replace(_WHOLE, **NUMERICS["reference"]["analysis"]),
-    options=ModelOptions(),
+    name="a quarter of a millisecond",
+    text="of the reference itself",
+    settings=replace(_FINE, dt_s=_FINE.dt_s / 2),
+    coarse=_HALF_MS.name,
+    interval=6,
 )
 REFINEMENTS: Final = (
     _HALF_MS,
-    replace(
-        _HALF_MS,
-        text="of the reference itself",
-        source="a quarter of a millisecond",
-        settings=replace(_HALF_MS.settings, dt_s=_HALF_MS.settings.dt_s / 2),
-        coarse=_HALF_MS.source,
-        interval=6,
-    ),
-    *(
-        Refinement(
-            kind="mesh",
-            text=f"at the default mesh against {name}",
-            source=name,
-            settings=_WHOLE,
-            options=options,
-        )
-        for name, options in {
-            "9 wall points": ModelOptions(backwall_points=9),
-            "17 wall points": ModelOptions(backwall_points=17),
-            "fine fibers": ModelOptions(column_fibers=_FINE_FIBERS),
-        }.items()
-    ),
+    _QUARTER_MS,
+    _mesh("9 wall points", backwall_points=9),
+    _mesh("17 wall points", backwall_points=17),
+    _mesh("fine fibers", column_fibers=NUMERICS["reference"]["model"]["column_fibers"]),
 )
 
 
@@ -303,16 +289,18 @@ def compare_with_finer(study: Study, chosen: CaseSet, finer: Sequence[Refinement
         tasks["default", number] = _task(variant, motion, _WHOLE, ModelOptions())
         for each in finer:
             if number % each.interval == 0:
-                tasks[each.source, number] = _task(variant, motion, each.settings, each.options)
+                tasks[each.name, number] = _task(
+                    variant, motion, each.settings, ModelOptions(**each.options)
+                )
     rows = rows_of_tasks(study, list(tasks.values()), _whole_peaks, chosen.processes)
     names = pd.DataFrame(list(tasks), columns=["numerics", "case"])
     peaks = dict(iter(pd.concat([names, pd.DataFrame(rows)], axis=1).groupby("numerics")))
     tables: list[pd.DataFrame] = []
     for each in finer:
-        exact = peaks[each.source].set_index("case")
+        exact = peaks[each.name].set_index("case")
         coarse = peaks[each.coarse].set_index("case").loc[exact.index]
         changes = coarse[["variant", "motion_id", "numerics", *EXCESS]].assign(
-            against=each.source,
+            against=each.name,
             **{name: relative_changes(name, coarse[name], exact[name]) for name in CHANGES},
         )
         judge_changes(study, changes, each)
@@ -332,16 +320,17 @@ def judge_changes(study: Study, changes: pd.DataFrame, finer: Refinement) -> Non
         finer: The finer numerics that the cases are compared with.
     """
     cases = f"{len(changes)} cases"
-    for demand, limit in CHANGES.items():
+    for demand, budget in CHANGES.items():
+        limit = budget if finer.coarse == "default" else None
         sizes = changes[demand].abs()
-        is_judged = finer.coarse == "default" and limit is not None
         factor = 1.0 if demand in WITHOUT_EXCEPTION else BEYOND_FACTOR
         floor = f" (changes up to {FLOORS[demand][1]} count as none)" if demand in FLOORS else ""
         text = f"{demand}, largest change {finer.text}, {cases}{floor}"
-        study.absolute(text, sizes.max(), 0.0, factor * limit if is_judged else None, finer.source)
+        largest = None if limit is None else factor * limit
+        study.absolute(text, sizes.max(), 0.0, largest, finer.name)
         text = f"{demand}, median change {finer.text}, {cases}"
-        study.absolute(text, sizes.median(), 0.0, None, finer.source)
-        if is_judged:
+        study.absolute(text, sizes.median(), 0.0, None, finer.name)
+        if limit is not None:
             text = f"{demand}, share of {cases} that change by more than {limit:.1%} {finer.text}"
             study.at_most(text, float((sizes > limit).mean()), BEYOND_SHARE, "error budget")
 
@@ -376,6 +365,7 @@ ACCURACY: Final[Mapping[str, CaseSet]] = {
 DEMANDS: Final = ("column_shear_kn", "column_drift_ratio", "deck_disp_m", "unseating_m")
 MAX_DIFFERENCE: Final = 0.005  # of a pooled ratio
 ALL_PLACES: Final = "all"
+_AXES: Final = ("friction_pct", "gap_mm", "skew_deg")
 
 
 def run_pairs(study: Study) -> None:
@@ -384,10 +374,7 @@ def run_pairs(study: Study) -> None:
 
 
 def run_accuracy(study: Study, chosen: CaseSet, accuracies: tuple[Accuracy, Accuracy]) -> None:
-    """Run a set: one comparison per pooled ratio, the largest difference, a table of all.
-
-    The first accuracy is compared with the second.
-    """
+    """Compare the pooled ratios of a set at the first accuracy with those at the second."""
     entries = embedded_entries()[: chosen.motion_count]
     motions = chosen.cut([read_entry(entry).scaled(entry.scale) for entry in entries])
     tasks: dict[tuple[Accuracy, Variant, str], Task] = {
@@ -417,15 +404,11 @@ def run_accuracy(study: Study, chosen: CaseSet, accuracies: tuple[Accuracy, Accu
 
 def pairs(chosen: CaseSet) -> list[tuple[str, Variant, Variant]]:
     """Return axis, variant before and variant after of all pairs: neighbours on one axis."""
-    axes = {
-        "friction_pct": chosen.frictions_pct,
-        "gap_mm": chosen.gaps_mm,
-        "skew_deg": chosen.skews_deg,
-    }
+    values = chosen.frictions_pct, chosen.gaps_mm, chosen.skews_deg
     return [
         (axis, variant, replace(variant, **{axis: value}))
-        for axis, values in axes.items()
-        for before, value in pairwise(values)
+        for axis, steps in zip(_AXES, values, strict=True)
+        for before, value in pairwise(steps)
         for variant in chosen.variants()
         if getattr(variant, axis) == before
     ]
@@ -440,15 +423,12 @@ def pooled_ratios(
     """Return the pooled ratios of all pairs and demands at both accuracies.
 
     A pair is pooled over the motions at each place (the values on the other axes), and over motions
-    and places together. Motions without the demand in a member are left out.
-
-    Returns:
-        axis, from_value, to_value, place, demand, count, ratio at both accuracies and their
-        difference in percent.
+    and places together. Motions without the demand in a member are left out. Columns: axis,
+    from_value, to_value, place, demand, count, ratio, exact_ratio and difference_percent.
     """
     rows: list[Row] = []
     for axis, before, after in pairs(chosen):
-        others = [name for name in ("skew_deg", "gap_mm", "friction_pct") if name != axis]
+        others = [name for name in reversed(_AXES) if name != axis]
         place = ", ".join(f"{name} {getattr(before, name)}" for name in others)
         values = {"from_value": getattr(before, axis), "to_value": getattr(after, axis)}
         for demand, motion_id in product(DEMANDS, motions):
