@@ -11,7 +11,7 @@ import pytest
 from hand_made_column import SECTION
 from skewbridge.analysis import peaks, transient
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.trace import Layout, Recorder, ResponseTrace
+from skewbridge.analysis.trace import Recorder, ResponseTrace
 from skewbridge.analysis.transient import Watch
 from skewbridge.bridge.handles import (
     AbutmentHandle,
@@ -35,29 +35,19 @@ WALL_SPRING = SpringHandle(element=SPRING, component=0, direction=(-1.0, 0.0), n
 
 
 @pytest.fixture
-def layout():
-    return Layout(
-        nodes=(CENTRE, TOP, CORNER_1, CORNER_2, WALL),
-        columns=(COLUMN,),
-        sections=((COLUMN, 6),),
-        springs=((SPRING, 2),),
-        bearings=(),
-        units=2,
-        centre_node=CENTRE,
+def trace():
+    """A trace without any movement or force, which a test may change."""
+    return ResponseTrace(
+        time_s=np.arange(STEPS) * 0.1,
+        centre_accel_mps2=np.zeros((STEPS, 2)),
+        nodes={tag: np.zeros((STEPS, 6)) for tag in (CENTRE, TOP, CORNER_1, CORNER_2, WALL)},
+        columns={COLUMN: np.zeros((STEPS, 12))},
+        sections={(COLUMN, 6): np.zeros((STEPS, 4))},
+        springs={SPRING: np.zeros((STEPS, 2))},
+        bearings={},
+        normals_n=np.zeros((STEPS, 2)),
+        tangentials_n=np.zeros((STEPS, 2, 2)),
     )
-
-
-@pytest.fixture
-def rows(layout):
-    rows = np.zeros((STEPS, layout.width))
-    rows[:, 0] = np.arange(STEPS) * 0.1
-    return rows
-
-
-@pytest.fixture
-def trace(layout, rows):
-    """The trace of `rows`, which a test may still change."""
-    return ResponseTrace(layout=layout, rows=rows)
 
 
 @pytest.fixture
@@ -103,32 +93,30 @@ def abutment(**changes):
 
 
 def test_displacements_count_from_gravity_and_drift_is_the_resultant_over_the_clear_height(
-    layout, rows, trace, column
+    trace, column
 ):
-    rows[:, layout.node(CENTRE)] = [0.01, 0.03, -0.04, 0.01]
+    trace.nodes[CENTRE][:, 0] = [0.01, 0.03, -0.04, 0.01]
     np.testing.assert_allclose(trace.disp(CENTRE)[:, 0], [0.0, 0.02, -0.05, 0.0])
     assert not trace.disp(BASE).any(), "a node that is not read is fixed"
-    rows[1, layout.node(TOP) : layout.node(TOP) + 2] = 0.3, 0.4
+    trace.nodes[TOP][1, :2] = 0.3, 0.4
     assert peaks.column_drift(column, trace).tolist() == pytest.approx([0.0, 0.1, 0.0, 0.0])
-    rows[2, layout.section(COLUMN, 6) + 1 : layout.section(COLUMN, 6) + 3] = 0.003, -0.004
+    trace.sections[COLUMN, 6][2, 1:3] = 0.003, -0.004
     assert peaks.curvature_ductility(column, trace).max() == pytest.approx(0.005 / 0.0034)
 
 
-def test_the_axial_force_adds_to_the_shear_of_a_leaning_column(layout, rows, trace, column):
-    rows[:, layout.column(COLUMN)] = -2.0e6  # the base pushes back a top that has moved to +x
-    rows[:, layout.column(COLUMN) + 2] = 6.0e6
-    rows[1:, layout.node(TOP)] = 0.25
+def test_the_axial_force_adds_to_the_shear_of_a_leaning_column(trace, column):
+    trace.columns[COLUMN][:, 0] = -2.0e6  # the base pushes back a top that has moved to +x
+    trace.columns[COLUMN][:, 2] = 6.0e6
+    trace.nodes[TOP][1:, 0] = 0.25
     shear = peaks.column_shear_n(column, trace)
     assert shear[:, 0].tolist() == pytest.approx([-2.0e6, -2.3e6, -2.3e6, -2.3e6])
     assert peaks.column_base_shear_n(column, trace)[:, 0].tolist() == [-2.0e6] * STEPS
 
 
-def test_shear_capacity_follows_the_largest_ductility_and_the_axial_force(
-    layout, rows, trace, column
-):
-    rows[:, layout.column(COLUMN)] = 2.0e6, 2.3e6, 2.0e6, 2.0e6  # the section's is 2 MN throughout
-    rows[:, layout.column(COLUMN) + 2] = 6.0e6, 6.0e6, 6.0e6, -1.0e5
-    rows[1, layout.node(TOP)] = 0.25  # drift 0.05, five times yield
+def test_shear_capacity_follows_the_largest_ductility_and_the_axial_force(trace, column):
+    trace.columns[COLUMN][:, 0] = 2.0e6, 2.3e6, 2.0e6, 2.0e6  # the section's is 2 MN throughout
+    trace.columns[COLUMN][:, 2] = 6.0e6, 6.0e6, 6.0e6, -1.0e5
+    trace.nodes[TOP][1, 0] = 0.25  # drift 0.05, five times yield
     states = ((6.0e6, 1.0), (6.0e6, 5.0), (6.0e6, 5.0), (-1.0e5, 5.0))
     section = SECTION.as_expected
     expected = [2.0e6 / sdc_shear_strength(section, *state) for state in states]
@@ -149,10 +137,10 @@ def test_shear_capacity_follows_the_largest_ductility_and_the_axial_force(
     ],
 )
 def test_the_first_column_failure_ends_the_validity_of_the_model(
-    layout, rows, trace, column, drift, shear_n, changes, mode, row
+    trace, column, drift, shear_n, changes, mode, row
 ):
-    rows[:, layout.node(TOP)] = np.multiply(drift, 5.0)
-    rows[:, layout.column(COLUMN)] = shear_n
+    trace.nodes[TOP][:, 0] = np.multiply(drift, 5.0)
+    trace.columns[COLUMN][:, 0] = shear_n
     end = peaks.model_end([replace(column, **changes)], trace)
     assert end.mode == mode
     if row is None:
@@ -161,18 +149,18 @@ def test_the_first_column_failure_ends_the_validity_of_the_model(
     else:
         assert end.time_s == pytest.approx(0.1 * row)
         assert end.rows == row + 1
-        peaks_so_far = peaks.column_demands([column], trace.first(end.rows))
+        peaks_so_far = peaks.column_demands([column], trace.at(slice(end.rows)))
         assert peaks_so_far["column_residual_drift_ratio"] == pytest.approx(drift[row])
 
 
-def test_unseating_is_positive_away_from_the_backwall_and_normal_to_the_seat(layout, rows, trace):
-    rows[1, layout.node(CORNER_1)] = -0.2
-    rows[2, layout.node(CORNER_2)] = -0.3
-    rows[3, layout.node(CORNER_1)] = 0.4  # towards the backwall: nobody falls
+def test_unseating_is_positive_away_from_the_backwall_and_normal_to_the_seat(trace):
+    trace.nodes[CORNER_1][1, 0] = -0.2
+    trace.nodes[CORNER_2][2, 0] = -0.3
+    trace.nodes[CORNER_1][3, 0] = 0.4  # towards the backwall: nobody falls
     assert peaks.unseating_m(abutment(), trace).tolist() == pytest.approx([0.0, 0.2, 0.3, 0.0])
     acute = peaks.unseating_m(abutment(), trace, "acute").tolist()
     assert acute == pytest.approx([0.0, 0.2, 0.0, -0.4])
-    rows[1, layout.node(CORNER_1) + 1] = 0.1
+    trace.nodes[CORNER_1][1, 1] = 0.1
     skewed = abutment(normal=(np.cos(0.5), -np.sin(0.5)))
     moved_m = peaks.unseating_m(skewed, trace, "acute")[1]
     assert moved_m == pytest.approx(0.2 * np.cos(0.5) + 0.1 * np.sin(0.5))
@@ -182,10 +170,10 @@ def movements(trace, handle):
     return peaks._abutment_demands(SimpleNamespace(abutments=(handle,)), trace)
 
 
-def test_passive_is_into_the_fill_and_active_is_out_of_it(layout, rows, trace):
+def test_passive_is_into_the_fill_and_active_is_out_of_it(trace):
     """The right wall has its fill at +x: 30 mm into it, 20 mm out of it."""
-    rows[:, layout.node(WALL)] = [0.0, 0.03, -0.01, 0.0]
-    rows[:, layout.node(CORNER_2)] = [0.0, 0.01, -0.02, 0.0]
+    trace.nodes[WALL][:, 0] = [0.0, 0.03, -0.01, 0.0]
+    trace.nodes[CORNER_2][:, 0] = [0.0, 0.01, -0.02, 0.0]
     both = {"wall_nodes": (WALL, CORNER_2)}
     left = {"side": "left", "normal": (-1.0, 0.0)}
     for handle, passive_m in ((abutment(**both), 0.03), (abutment(**both, **left), 0.02)):
@@ -193,16 +181,16 @@ def test_passive_is_into_the_fill_and_active_is_out_of_it(layout, rows, trace):
         assert found["abutment_passive_m"] == pytest.approx(passive_m)
         assert found["abutment_active_m"] == pytest.approx(0.05 - passive_m)
     # without wall nodes the fill is pushed beyond the gap and never pulled
-    rows[:, layout.node(CENTRE)] = [0.0, 0.04, 0.08, -0.3]
+    trace.nodes[CENTRE][:, 0] = [0.0, 0.04, 0.08, -0.3]
     found = movements(trace, abutment(wall_units=(), wall_nodes=(), wall_springs=(WALL_SPRING,)))
     assert found["abutment_passive_m"] == pytest.approx(0.03)
     assert found["abutment_active_m"] == 0.0
 
 
-def test_friction_of_a_wall_is_the_resultant_of_its_points(layout, rows, trace):
+def test_friction_of_a_wall_is_the_resultant_of_its_points(trace):
     """Two points: 300 kN apart cancel, 400 kN along the wall add up to 800 kN."""
-    rows[1, layout.contacts("tangentials")] = [3e5, 4e5, -3e5, 4e5]
-    rows[2, layout.contacts("tangentials")] = [0.0, -5e5, 0.0, 0.0]
+    trace.tangentials_n[1] = [[3e5, 4e5], [-3e5, 4e5]]
+    trace.tangentials_n[2] = [[0.0, -5e5], [0.0, 0.0]]
     model = SimpleNamespace(abutments=(abutment(bearings=()),), weight_n=1e7)
     found = peaks._force_demands(model, trace)
     assert found["friction_force_kn"] == pytest.approx(800.0)
@@ -214,20 +202,20 @@ def spring_of(component, direction):
     )
 
 
-def test_the_force_on_a_wall_is_the_compression_of_its_spring_or_contacts(layout, rows, trace):
-    rows[1, layout.spring(WALL_SPRING)] = -5.0e5
-    rows[2, layout.contacts("normals")] = 1.0e5, 2.0e5
+def test_the_force_on_a_wall_is_the_compression_of_its_spring_or_contacts(trace):
+    trace.springs[SPRING][1, WALL_SPRING.component] = -5.0e5
+    trace.normals_n[2] = 1.0e5, 2.0e5
     handle = abutment(wall_units=(), wall_nodes=(), wall_springs=(WALL_SPRING,))
     assert peaks.wall_force_n(handle, trace).max() == pytest.approx(5.0e5)
     assert peaks.wall_force_n(abutment(), trace).max() == 3.0e5
 
 
-def test_backfill_and_key_forces_count_while_the_deck_touches(layout, rows, trace):
+def test_backfill_and_key_forces_count_while_the_deck_touches(trace):
     wall, key = spring_of(0, (-1.0, 0.0)), spring_of(1, (0.0, 1.0))
-    rows[:, layout.spring(wall)] = -1.0e5  # the wall leans on the soil all the time
-    rows[:, layout.spring(key)] = 3.0e5, -2.0e5, 1.0e5, 0.0
-    rows[1, layout.contacts("normals")] = 0.0, 5.0
-    rows[2, layout.contacts("normals")] = 1.0, 0.0
+    trace.springs[SPRING][:, wall.component] = -1.0e5  # the wall leans on the soil all the time
+    trace.springs[SPRING][:, key.component] = 3.0e5, -2.0e5, 1.0e5, 0.0
+    trace.normals_n[1] = 0.0, 5.0
+    trace.normals_n[2] = 1.0, 0.0
     backfill_n = peaks.backfill_force_n(abutment(wall_units=(0,), wall_springs=(wall,)), trace)
     assert backfill_n.tolist() == [0.0, 0.0, 1.0e5, 0.0]
     (key_n,) = peaks.key_forces_n(abutment(key_springs=(key,), key_units=(1,)), trace)
@@ -259,38 +247,6 @@ def test_a_corner_leaves_its_seat_after_the_seat_less_the_gap(monkeypatch, move_
         watched(monkeypatch, {}, gap_m=0.95)
 
 
-def test_every_number_of_a_row_belongs_to_one_reading():
-    layout = Layout(
-        nodes=(1, 2),
-        columns=(3, 4),
-        sections=((3, 1), (3, 2), (4, 1)),
-        springs=((5, 2), (6, 3)),
-        bearings=(7, 8, 9),
-        units=2,
-        centre_node=1,
-    )
-    handles = [
-        SpringHandle(element=element, component=component, direction=(1.0, 0.0), nodes=(1, 2))
-        for element, count in layout.springs
-        for component in range(count)
-    ]
-    starts = {
-        **{f"node {tag}": (layout.node(tag), 6) for tag in layout.nodes},
-        **{f"column {tag}": (layout.column(tag), 12) for tag in layout.columns},
-        **{f"section {place}": (layout.section(*place), 4) for place in layout.sections},
-        **{f"spring {number}": (layout.spring(each), 1) for number, each in enumerate(handles)},
-        **{f"pad {tag}": (layout.bearing(tag), 2) for tag in layout.bearings},
-    }
-    read = [0, 1, 2]  # time and two accelerations
-    for start, count in starts.values():
-        read += range(start, start + count)
-    for part, count in (("openings", 2), ("normals", 2), ("tangentials", 4)):
-        place = layout.contacts(part)
-        assert place.stop - place.start == count
-        read += range(place.start, place.stop)
-    assert sorted(read) == list(range(layout.width))
-
-
 # --- binary records of an analysis: one row per committed step
 
 
@@ -314,10 +270,10 @@ def record_an_oscillator(steps: int) -> tuple[Recorder, np.ndarray]:
     ops.integrator("Newmark", 0.5, 0.25)
     ops.analysis("Transient", "-noWarnings")
     recorder = Recorder()
-    recorder.nodes("moves", (2,), 6, "disp")
-    recorder.elements("springs", (1,), "basicForce")
-    recorder.elements("none", (), "basicForce")
-    recorder.record()
+    recorder.nodes((2,), "disp")
+    recorder.elements((1,), "basicForce")
+    recorder.elements((), "force")
+    recorder.start()
     rows = [[0.0] * 8]
     for size_s in np.resize([0.01, 0.0025], steps).tolist():
         assert ops.analyze(1, size_s) == 0
@@ -328,24 +284,24 @@ def record_an_oscillator(steps: int) -> tuple[Recorder, np.ndarray]:
 def test_records_have_the_values_of_every_step_to_the_bit() -> None:
     with domain():
         recorder, rows = record_an_oscillator(20)
-        time_s, moves = recorder.read("moves")
+        time_s, moves = recorder.read("Node", "disp")
         np.testing.assert_array_equal(time_s, rows[:, 0])
-        np.testing.assert_array_equal(moves, rows[:, 1:7])
-        np.testing.assert_array_equal(recorder.read("springs")[1], rows[:, 7:])
-        assert recorder.read("none")[1].size == 0
-        assert np.abs(moves).max() > 1e-3
+        np.testing.assert_array_equal(moves[2], rows[:, 1:7])
+        np.testing.assert_array_equal(recorder.read("Element", "basicForce")[1][1], rows[:, 7:])
+        assert not recorder.read("Element", "force")[1]
+        assert np.abs(moves[2]).max() > 1e-3
 
 
 def test_unknown_responses_are_refused_and_an_incomplete_record_names_the_disk() -> None:
     with domain():
         recorder, _ = record_an_oscillator(5)
         with pytest.raises(ValueError, match=r"element 1 has no response \('rayleighForce',\)"):
-            recorder.elements("damping", (1,), "rayleighForce")
+            recorder.elements((1,), "rayleighForce")
         recorder.close()
-        path = recorder.path("moves")
+        path = recorder.path("Node", "disp")
         path.write_bytes(path.read_bytes()[:-9])
-        with pytest.raises(OSError, match="record of moves is incomplete") as caught:
-            recorder.read("moves")
+        with pytest.raises(OSError, match="record Node disp is incomplete") as caught:
+            recorder.read("Node", "disp")
         assert caught.value.errno == errno.ENOSPC
 
 

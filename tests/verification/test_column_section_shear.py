@@ -6,7 +6,7 @@ import pytest
 
 from bridge_variants import variant
 from skewbridge.analysis.peaks import column_base_shear_n, column_shear_n
-from skewbridge.analysis.trace import Monitor, ResponseTrace
+from skewbridge.analysis.trace import Monitor
 from skewbridge.bridge.gravity import open_linear_pattern
 from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
@@ -28,8 +28,7 @@ def pushed(bridge, options, push_n=(3.0e6, 1.5e6)):
         ops.integrator("LoadControl", 0.1)
         ops.analysis("Static", "-noWarnings")
         assert ops.analyze(10) == 0
-        trace = monitor.trace()
-        return model.columns, ResponseTrace(layout=trace.layout, rows=trace.rows[[0, -1]])
+        return model.columns, monitor.trace().at([0, -1])
 
 
 @pytest.mark.parametrize(
@@ -44,7 +43,7 @@ def pushed(bridge, options, push_n=(3.0e6, 1.5e6)):
 def test_the_shear_of_a_section_is_the_sum_of_end_moments_over_the_height(bridge, options):
     columns, trace = pushed(bridge, options)
     for column in columns:
-        forces = trace.column_forces(column.element)
+        forces = trace.columns[column.element]
         # the end of the element is the joint above the top of the column
         at_top = forces[:, 9:] - np.cross(column.top.arm_m, forces[:, 6:9])
         about_x, about_y = forces[:, 3] + at_top[:, 0], forces[:, 4] + at_top[:, 1]

@@ -25,20 +25,20 @@ def run(abutment="contact_friction", options=None, **settings):
 
 
 @pytest.mark.parametrize("abutment", ["contact_friction", "simplified", "roller"])
-@pytest.mark.parametrize(("dt_s", "limit"), [(0.0025, 4e-4), (0.01, 1e-3)])
-def test_the_trapezoidal_rule_leaves_no_energy_unaccounted_for(abutment, dt_s, limit):
+@pytest.mark.parametrize("dt_s", [0.0025, 0.01])
+def test_the_trapezoidal_rule_leaves_no_energy_unaccounted_for(abutment, dt_s):
     """The residual is in the damping of yielding columns: their stiffness jumps within steps."""
     result = run(abutment, integrator=TRAPEZOIDAL, dt_s=dt_s)
     terms = result.energy_kj
-    assert abs(result.demands["energy_residual_ratio"]) < limit
+    assert abs(result.demands["energy_residual_ratio"]) < 4e-4
     assert result.demands["numerical_dissipation_ratio"] == 0.0
     assert all(terms[name] > 0.0 for name in ("input", "damping", "columns"))
 
 
 def test_elastic_columns_have_a_balance_too():
     terms = run(options=ModelOptions(elastic_columns=True)).energy_kj
-    # 4.7e-4 at any step, of which 2.1e-4 come with the dashpots of the walls; limit as at 10 ms
-    assert abs(terms["residual"]) < 1e-3 * terms["largest_input"]
+    # 8e-6; without the work of the dead load's fixed-end moments it would be 4.7e-4
+    assert abs(terms["residual"]) < 5e-5 * terms["largest_input"]
     assert terms["damping"] > 0.0
 
 

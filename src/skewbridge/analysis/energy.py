@@ -23,7 +23,7 @@ import openseespy.opensees as ops
 from numpy.typing import NDArray
 
 from skewbridge.analysis.settings import OpenSeesCommand
-from skewbridge.analysis.trace import DISP, END_FORCES, Monitor, ResponseTrace
+from skewbridge.analysis.trace import DISP, Monitor, ResponseTrace
 from skewbridge.bridge.handles import BridgeModel
 from skewbridge.units import KJ
 
@@ -67,7 +67,7 @@ class EnergyBalance:
         self._model, self._monitor, self._ground = model, monitor, ground_accel_mps2
         self._mass_factor, self._stiffness_factor = rayleigh
         self._integrator = integrator
-        self._masses = masses_by_node(monitor.layout.nodes)
+        self._masses = masses_by_node(monitor.nodes)
         damped = {node for element in model.damping_elements for node in ops.eleNodes(element)}
         self._damped = tuple(node for node in self._masses if node in damped)
         self._columns = groups["columns"]
@@ -87,32 +87,34 @@ class EnergyBalance:
         }
         self._elastic = {name: groups[name] for name in ("deck", "links")}
         recorder = monitor.recorder
-        recorder.elements("damping", self._columns, "rayleighForces")
-        recorder.elements("joints", self._read_joints, "force")
-        recorder.nodes("mass accelerations", self._accelerated, DISP, "accel")
+        recorder.elements(self._columns, "rayleighForces")
+        recorder.elements(self._read_joints, "force")
+        recorder.nodes(self._accelerated, "accel")
         self._start = self._end_state()
 
     def terms_kj(self) -> dict[str, float]:
         """Return the balance so far, in kJ, with ``residual`` and ``largest_input``."""
         end, extra = self._end_state(), self._monitor.extra
-        trace, accelerations = self._monitor.trace(), extra("mass accelerations")
+        trace = self._monitor.trace()
         input_j = np.cumsum(self._inputs(trace))
         works = {
             "input": input_j[-1] if len(input_j) else 0.0,
             "gravity": end.gravity_j - self._start.gravity_j,
             "kinetic": end.kinetic_j - self._start.kinetic_j,
-            "damping": self._damping(trace, extra("damping")),
+            "damping": self._damping(trace, extra("Element", "rayleighForces")),
             "columns": sum(
-                _work(trace.column_forces(element), self._moved(element, trace))
+                _work(trace.columns[element], self._moved(element, trace))
                 for element in self._columns
             ),
             **{name: self._elastic_work(name, end) for name in self._elastic},
-            **self._joint_works(trace, extra("joints")),
+            **self._joint_works(trace, extra("Element", "force")),
         }
         works["backfill"] += self._wall_work(trace)
         works["numerical"] = 0.0
         if self._accelerated:
-            works["numerical"] = self._unbalanced_work(trace, accelerations) - works["kinetic"]
+            works["numerical"] = (
+                self._unbalanced_work(trace, extra("Node", "accel")) - works["kinetic"]
+            )
         works["contact"], works["slip"], works["contact_quadrature"] = self._contact_works()
         works["residual"] = works["input"] + works["gravity"] - sum(works[name] for name in _SINKS)
         works["largest_input"] = np.abs(input_j).max(initial=0.0)
@@ -124,7 +126,7 @@ class EnergyBalance:
         force = sum(mass[:2] * trace.position(node)[:, :2] for node, mass in self._masses.items())
         return -_steps(ground, np.asarray(force))
 
-    def _damping(self, trace: ResponseTrace, forces: Matrix) -> float:
+    def _damping(self, trace: ResponseTrace, forces: Mapping[int, Matrix]) -> float:
         """Return the work of Rayleigh damping: on masses, in the columns and in the deck.
 
         The mean velocity of a step is its displacement over its time, which is exact under the
@@ -139,23 +141,20 @@ class EnergyBalance:
             moved = np.diff(self._moved(element, trace), axis=0)
             squared = np.einsum("ij,ij->i", moved @ stiffness, moved)
             work += self._stiffness_factor * float(squared @ per_s)
-        for at, element in enumerate(self._columns):
-            force = forces[:, END_FORCES * at : END_FORCES * (at + 1)]
+        for element, force in forces.items():
             work += _work(force, self._moved(element, trace))
         return work
 
-    def _joint_works(self, trace: ResponseTrace, forces: Matrix) -> dict[str, float]:
+    def _joint_works(self, trace: ResponseTrace, forces: Mapping[int, Matrix]) -> dict[str, float]:
         """Return the works on pads and on the springs that are recorded.
 
         The force on the first node is opposite to that on the second, or the node is fixed.
         """
-        works, at = dict.fromkeys(self._joints, 0.0), 0
+        works = dict.fromkeys(self._joints, 0.0)
         for name, elements in self._joints.items():
             for element in elements:
                 moved = self._moved(element, trace)
-                force = forces[:, at + DISP : at + 2 * DISP]
-                works[name] += _work(force, moved[:, DISP:] - moved[:, :DISP])
-                at += 2 * DISP
+                works[name] += _work(forces[element][:, DISP:], moved[:, DISP:] - moved[:, :DISP])
         return works
 
     def _wall_work(self, trace: ResponseTrace) -> float:
@@ -172,7 +171,7 @@ class EnergyBalance:
             work += _work(force, trace.position(unit.node_i)[:, :3])
         return work
 
-    def _unbalanced_work(self, trace: ResponseTrace, accelerations: Matrix) -> float:
+    def _unbalanced_work(self, trace: ResponseTrace, accelerations: Mapping[int, Matrix]) -> float:
         """Return the work of the unbalanced forces: input less damping and restoring forces.
 
         HHT satisfies equilibrium between the ends of a step, M a_n+1 = alpha G_n+1 + (1 - alpha)
@@ -183,7 +182,7 @@ class EnergyBalance:
             Hilber, Hughes and Taylor (1977), Earthquake Engineering and Structural Dynamics 5.
         """
         mass = np.concatenate(list(self._masses.values()))
-        force = accelerations * mass
+        force = np.hstack([accelerations[node] for node in self._masses]) * mass
         if self._integrator[0] == "HHT":
             alpha = float(self._integrator[1])
             for before, here in pairwise(force):
@@ -200,9 +199,11 @@ class EnergyBalance:
             0.5 * float(np.dot(mass, np.square(ops.nodeVel(node))))
             for node, mass in self._masses.items()
         )
-        gravity = -sum(
-            load * ops.nodeDisp(node, 3) for node, load in self._model.dead_loads_n.items()
-        )
+        gravity, moments_nm = 0.0, self._model.dead_moments_nm
+        for node, load_n in self._model.dead_loads_n.items():
+            moved = ops.nodeDisp(node)
+            about_x_nm, about_y_nm = moments_nm.get(node, (0.0, 0.0))
+            gravity += about_x_nm * moved[3] + about_y_nm * moved[4] - load_n * moved[2]
         elastic = {
             element: (
                 np.array(ops.eleForce(element)),

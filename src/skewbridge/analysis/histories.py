@@ -50,14 +50,15 @@ def histories_of(
         shear = column_shear_n(column, trace) / KN
         table[f"column_{number}_shear_x_kn"] = shear[:, 0]
         table[f"column_{number}_shear_y_kn"] = shear[:, 1]
-        table[f"column_{number}_axial_kn"] = trace.column_forces(column.element)[:, 2] / KN
+        table[f"column_{number}_axial_kn"] = trace.columns[column.element][:, 2] / KN
         table[f"column_{number}_drift_ratio"] = column_drift(column, trace)
     for abutment in model.abutments:
         table |= _abutment_columns(model, abutment, trace)
     if model.contacts is not None:
         for index, unit in enumerate(model.contacts.units):
             name = contact_column(unit.name)
-            table[f"{name}_opening_m"] = trace.openings_m[:, index]
+            moved = trace.disp(unit.node_j) - trace.disp(unit.node_i)
+            table[f"{name}_opening_m"] = unit.gap_m + moved[:, :3] @ np.array(unit.normal)
             table[f"{name}_normal_kn"] = trace.normals_n[:, index] / KN
             table[f"{name}_friction_1_kn"] = trace.tangentials_n[:, index, 0] / KN
             table[f"{name}_friction_2_kn"] = trace.tangentials_n[:, index, 1] / KN
@@ -85,9 +86,9 @@ def abutment_force_n(model: BridgeModel, abutment: AbutmentHandle, trace: Respon
 
 def pads_force_n(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
     """Return the part of `abutment_force_n` that comes from the pads (or supports)."""
-    total = np.zeros((len(trace.rows), 2))
+    total = np.zeros((len(trace.time_s), 2))
     for bearing in abutment.bearings:
-        total += trace.bearing_force(bearing.element)
+        total += trace.bearings[bearing.element]
     return total
 
 

@@ -83,7 +83,7 @@ def model_end(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> ModelEnd
             if failed.any():
                 reached.append((int(failed.argmax()), mode))
     if not reached:
-        return ModelEnd(mode="", time_s=float("nan"), rows=len(trace.rows))
+        return ModelEnd(mode="", time_s=float("nan"), rows=len(trace.time_s))
     # of two failures in the same step, the brittle one
     row, mode = min(reached, key=lambda end: (end[0], end[1] != "shear"))
     return ModelEnd(mode=mode, time_s=float(trace.time_s[row]), rows=row + 1)
@@ -115,7 +115,7 @@ def column_demands(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> dic
 
 def column_base_shear_n(column: ColumnHandle, trace: ResponseTrace) -> NDArray[np.float64]:
     """Return the horizontal force at the base of a column, x and y, shape (n, 2)."""
-    return trace.column_forces(column.element)[:, :2]
+    return trace.columns[column.element][:, :2]
 
 
 def column_shear_n(column: ColumnHandle, trace: ResponseTrace) -> NDArray[np.float64]:
@@ -126,7 +126,7 @@ def column_shear_n(column: ColumnHandle, trace: ResponseTrace) -> NDArray[np.flo
     """
     top, base = trace.position(column.top), trace.position(column.base_node)
     chord = (top - base)[:, :2] / column.clear_height_m
-    axial = trace.column_forces(column.element)[:, 2:3]
+    axial = trace.columns[column.element][:, 2:3]
     # the base resists the inclination: where P-Delta adds, force and chord differ in sign
     return column_base_shear_n(column, trace) - axial * chord
 
@@ -150,7 +150,7 @@ def column_shear_dcr(
     The capacity, by the model of the column unless another is given, follows the current axial
     force and the largest ductility so far, because dilated concrete does not recover.
     """
-    axial = trace.column_forces(column.element)[:, 2]
+    axial = trace.columns[column.element][:, 2]
     # ASSUME the hinge region governs over the whole height: these columns are short.
     capacity = shear_strength(
         column.shear,
@@ -164,9 +164,9 @@ def column_shear_dcr(
 
 def curvature_ductility(column: ColumnHandle, trace: ResponseTrace) -> Series:
     """Return the largest resultant curvature of the hinges over the yield curvature, (n,)."""
-    largest = np.zeros(len(trace.rows))
+    largest = np.zeros(len(trace.time_s))
     for point in column.hinge_sections:
-        deformation = trace.section(column.element, point)
+        deformation = trace.sections[column.element, point]
         largest = np.maximum(largest, np.hypot(deformation[:, 1], deformation[:, 2]))
     return largest / column.yield_curvature_per_m
 
@@ -214,7 +214,7 @@ def _transverse_m(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
         np.abs(along(abutment.tangent, _deformation(spring, trace))) - abutment.transverse_gap_m
         for spring in (*abutment.key_springs, *abutment.wing_springs)
     ]
-    return np.maximum.reduce([np.zeros(len(trace.rows)), *moves])
+    return np.maximum.reduce([np.zeros(len(trace.time_s)), *moves])
 
 
 def _deformation(spring: SpringHandle, trace: ResponseTrace) -> Series:
@@ -253,7 +253,7 @@ def wall_push_m(abutment: AbutmentHandle, trace: ResponseTrace) -> NDArray[np.fl
         along(abutment.normal, _deformation(spring, trace)) - abutment.gap_m
         for spring in abutment.wall_springs
     ]
-    return np.maximum(np.column_stack(pushes), 0.0) if pushes else np.zeros((len(trace.rows), 1))
+    return np.maximum(np.column_stack(pushes), 0.0) if pushes else np.zeros((len(trace.time_s), 1))
 
 
 def _force_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, float]:
@@ -290,7 +290,7 @@ def backfill_force_n(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
     Unlike the contact force, it excludes the dashpot of the wall and, if the wall has a mass, the
     spikes of impacts on it. It is zero while the deck does not touch the wall.
     """
-    total = np.zeros(len(trace.rows))
+    total = np.zeros(len(trace.time_s))
     for spring in abutment.wall_springs:
         sign = np.sign(np.dot(spring.direction, abutment.normal))
         total += sign * trace.spring_force(spring)

@@ -102,8 +102,8 @@ class Stepper:
             and before each retry.
         after: Called with the size of each converged (sub-)step; returns whether to continue.
         coarse: Most halvings of a step that may use the tangent of an earlier step.
-        together: Called with the size of such a step; returns how many may follow each other
-            before `after` is called.
+        together: Called with the size of a step like the last one; returns how many may follow
+            each other before `after` is called.
         ladder: The attempts, in order.
         effort: Cost of the steps so far.
     """
@@ -145,7 +145,8 @@ class Stepper:
             part, size_s = _FINEST >> halvings, self.dt_s / 2**halvings
             is_far = halvings <= self.coarse and self._held == 0 and self.is_far()
             made, continues = 0, True
-            if is_far and self._is_fresh and size_s == self._size_s:
+            is_ready = self._is_fresh if is_far else self._held == 0 and not self._reuses
+            if is_ready and size_s == self._size_s:
                 left = (most * _FINEST - done) // part
                 made, continues = self._take_together(min(left, self.together(size_s)))
             if made == 0:
@@ -156,22 +157,25 @@ class Stepper:
         return done // _FINEST
 
     def _take_together(self, count: int) -> tuple[int, bool]:
-        """Make equal steps with the tangent in use until one fails; return as `_take` does."""
+        """Make equal steps as the last one until one fails; return as `_take` does."""
         if count < 2:
             return 0, True
         size_s, before_s = self._size_s, ops.getTime()
         is_done = ops.analyze(count, size_s) == 0
         made = count if is_done else round((ops.getTime() - before_s) / size_s)
-        self._is_fresh = is_done and ops.testIter() < 2
-        self.effort.iterations += made
+        self._is_fresh = self._reuses and is_done and ops.testIter() < 2
+        # all but the last step count as one iteration with an old tangent, else like the last one
+        self.effort.iterations += made if self._reuses or not is_done else made * ops.testIter()
         self.effort.substeps += made * (size_s < self.dt_s)
         self.effort.steps_by_rung[0] += made
-        if not is_done:
+        if not is_done and self._reuses:
             self._count_failure(REUSE)
             self._reset()
         continues = made == 0 or self.after(made * size_s)
         self.before(size_s)
-        return made, continues
+        if is_done or self._reuses or not continues:
+            return made, continues
+        return made + 1, self._recover(size_s)
 
     def _advance(self, size_s: float, *, is_far: bool) -> bool:
         """Make one (sub-)step, by the ladder if it does not converge."""
@@ -192,6 +196,10 @@ class Stepper:
                 if self._held == 0:
                     self._use(0)
             return self.after(size_s)
+        return self._recover(size_s)
+
+    def _recover(self, size_s: float) -> bool:
+        """Make a step by the ladder after its first attempt has failed."""
         self._count_failure(self.ladder[self._rung])
         rung, continues = self._climb(size_s)
         if rung is not None and self.ladder[rung].substeps == 1:

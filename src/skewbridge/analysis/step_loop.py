@@ -57,6 +57,7 @@ class StepLoop:
         contacts: Contacts of the model, updated after each converged (sub-)step; None without.
         settings: Step, integrator and iteration budget.
         set_far: Called with whether the coming steps are far from contact, where this changes.
+        longest_s: Longest time between two readings of the model; 0 reads it after every step.
     """
 
     def __init__(
@@ -64,9 +65,11 @@ class StepLoop:
         contacts: ContactSet | None,
         settings: AnalysisSettings,
         set_far: Callable[[bool], None] = lambda _: None,
+        longest_s: float = LONGEST_S,
     ) -> None:
         self.effort = Effort()
         self._contacts, self._settings, self._set_far = contacts, settings, set_far
+        self._longest_s = longest_s
         self._ending: Ending | None = None
         self._size_s, self._attempt = settings.dt_s, LADDER[0]
         self._calm_s = inf  # since the deck swung
@@ -81,8 +84,8 @@ class StepLoop:
 
         Args:
             steps: Number of regular steps.
-            read: Called after each converged (sub-)step and its contact update; reads the model and
-                returns an ending if the history ends there.
+            read: Called after the steps made at once, usually a single (sub-)step, and their
+                contact update; reads the model and returns an ending if the history ends there.
             progress: Called from time to time with the time reached and the duration.
         """
         settings = self._settings
@@ -144,10 +147,15 @@ class StepLoop:
         return self._settings.reuse_tangent and contacts is not None and not contacts.is_any_closed
 
     def _together(self, size_s: float) -> int:
-        """Return how many steps of a size no contact can close in."""
-        if self._contacts is None:
+        """Return how many steps of a size no contact can close in; steps at events stay single."""
+        contacts, settings = self._contacts, self._settings
+        if contacts is None or contacts.is_any_closed:
             return 1
-        return int(min(LONGEST_S, self._contacts.time_to_closing_s(MAX_ACCEL_MPS2)) / size_s)
+        if size_s < settings.dt_s / 2**settings.contact_halvings:
+            return 1
+        count = int(min(self._longest_s, contacts.time_to_closing_s(MAX_ACCEL_MPS2)) / size_s)
+        # without event steps, a single step before a closing predicts its friction
+        return count if self._finest > 0 else count - 1
 
     def _adapt(self, contacts: ContactSet) -> None:
         """Halve the steps in contact, or double them again, by the friction error.

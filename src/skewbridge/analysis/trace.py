@@ -1,16 +1,16 @@
-"""Records of a model during an analysis: rows of numbers, and the layout of their columns.
+"""Records of a model during an analysis.
 
-During the analysis, recorders of OpenSees write binary files. Demands are computed from the rows
-afterwards, one column at a time.
+During the analysis, recorders of OpenSees write binary files. Demands are computed from them
+afterwards, one quantity at a time.
 """
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from errno import ENOSPC
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 import openseespy.opensees as ops
@@ -21,87 +21,7 @@ from skewbridge.bridge.handles import BridgeModel, Point, SpringHandle
 type Series = NDArray[np.float64]
 
 DISP: Final = 6  # components of a node
-END_FORCES: Final = 12  # end forces of a column, base first
-SECTION: Final = 4  # deformations of a section: axial, about z, about y, torsion
 STEP_ROUNDING: Final = 1.0e-6  # rounding of a time that is a sum of steps, over the step
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Layout:
-    """Columns of a row of records: time first, then nodes, columns, springs, contacts.
-
-    Attributes:
-        nodes: Nodes with 6 displacements each; fixed nodes are left out.
-        columns: Element tags of the columns, each with 12 end forces.
-        sections: (element, integration point) of the hinges, each with 4 deformations.
-        springs: Elements whose basic forces are recorded, with the number of components.
-        bearings: Elements of the pads, each with 2 global shear forces at the deck's end.
-        units: Number of contact units, each with opening, normal and two friction forces.
-        centre_node: Node whose relative acceleration (x, y) is recorded.
-    """
-
-    nodes: tuple[int, ...]
-    columns: tuple[int, ...]
-    sections: tuple[tuple[int, int], ...]
-    springs: tuple[tuple[int, int], ...]
-    bearings: tuple[int, ...]
-    units: int
-    centre_node: int
-
-    @property
-    def width(self) -> int:
-        """Number of values in a row."""
-        return self._start("end")
-
-    def _start(self, part: str) -> int:
-        sizes = {
-            "nodes": 3,  # after time and two accelerations
-            "columns": DISP * len(self.nodes),
-            "sections": END_FORCES * len(self.columns),
-            "springs": SECTION * len(self.sections),
-            "bearings": sum(count for _, count in self.springs),
-            "openings": 2 * len(self.bearings),
-            "normals": self.units,
-            "tangentials": self.units,
-            "end": 2 * self.units,
-        }
-        return dict(zip(sizes, accumulate(sizes.values()), strict=True))[part]
-
-    def node(self, tag: int) -> int:
-        """Return the first column of the displacements of a node."""
-        return self._start("nodes") + DISP * self.nodes.index(tag)
-
-    def column(self, element: int) -> int:
-        """Return the first column of the end forces of a bridge column."""
-        return self._start("columns") + END_FORCES * self.columns.index(element)
-
-    def section(self, element: int, point: int) -> int:
-        """Return the first column of the deformations of a hinge section."""
-        return self._start("sections") + SECTION * self.sections.index((element, point))
-
-    def spring(self, handle: SpringHandle) -> int:
-        """Return the column of the force of a spring."""
-        elements = [element for element, _ in self.springs]
-        before = self.springs[: elements.index(handle.element)]
-        return self._start("springs") + sum(count for _, count in before) + handle.component
-
-    def bearing(self, element: int) -> int:
-        """Return the first column of the shear forces of a pad."""
-        return self._start("bearings") + 2 * self.bearings.index(element)
-
-    def contacts(self, part: Literal["openings", "normals", "tangentials"]) -> slice:
-        """Return the columns of a part of the records of the contact units."""
-        ends = {"openings": "normals", "normals": "tangentials", "tangentials": "end"}
-        return slice(self._start(part), self._start(ends[part]))
-
-    def disp(self, rows: Series, place: int | Point) -> Series:
-        """Return the displacements of a node or point in rows, (n, 6); a fixed node has none."""
-        if isinstance(place, Point):
-            return moved_with(self.disp(rows, place.node), place.arm_m)
-        if place not in self.nodes:
-            return np.zeros((len(rows), DISP))
-        start = self.node(place)
-        return rows[:, start : start + DISP]
 
 
 def moved_with(node: Series, arm_m: tuple[float, float, float]) -> Series:
@@ -116,24 +36,58 @@ def moved_with(node: Series, arm_m: tuple[float, float, float]) -> Series:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResponseTrace:
-    """All records of an analysis by the layout; row 0 is the state under gravity."""
+    """All records of an analysis, n rows each; row 0 is the state under gravity.
 
-    layout: Layout
-    rows: Series
+    Attributes:
+        time_s: Times of the rows.
+        centre_accel_mps2: Acceleration of the deck's mass centre relative to the ground, (n, 2).
+        nodes: Displacements and rotations since before gravity by node, (n, 6); without fixed
+            nodes.
+        columns: Global end forces by element, base first, (n, 12).
+        sections: Deformations (axial, about z, about y, ...) by element and integration point.
+        springs: Basic forces by element, (n, components).
+        bearings: Shear forces of a pad along x and y, resisting the deck, by element, (n, 2).
+        normals_n: Normal forces of the contact units, compression positive, (n, units).
+        tangentials_n: Their friction forces, (n, units, 2).
+    """
 
-    def first(self, rows: int) -> "ResponseTrace":
-        """Return the trace up to a number of rows."""
-        return ResponseTrace(layout=self.layout, rows=self.rows[:rows])
+    time_s: Series
+    centre_accel_mps2: Series
+    nodes: Mapping[int, Series]
+    columns: Mapping[int, Series]
+    sections: Mapping[tuple[int, int], Series]
+    springs: Mapping[int, Series]
+    bearings: Mapping[int, Series]
+    normals_n: Series
+    tangentials_n: Series
+    _points: dict[Point, Series] = field(default_factory=dict[Point, Series], init=False)
 
-    @property
-    def time_s(self) -> Series:
-        """Times of the rows."""
-        return self.rows[:, 0]
+    def at(self, rows: slice | list[int] | NDArray[np.bool_]) -> "ResponseTrace":
+        """Return the trace at some rows."""
 
-    @property
-    def centre_accel_mps2(self) -> Series:
-        """Acceleration of the deck's mass centre relative to the ground, shape (n, 2)."""
-        return self.rows[:, 1:3]
+        def parts[Key](records: Mapping[Key, Series]) -> dict[Key, Series]:
+            return {key: series[rows] for key, series in records.items()}
+
+        return ResponseTrace(
+            time_s=self.time_s[rows],
+            centre_accel_mps2=self.centre_accel_mps2[rows],
+            nodes=parts(self.nodes),
+            columns=parts(self.columns),
+            sections=parts(self.sections),
+            springs=parts(self.springs),
+            bearings=parts(self.bearings),
+            normals_n=self.normals_n[rows],
+            tangentials_n=self.tangentials_n[rows],
+        )
+
+    def position(self, place: int | Point) -> Series:
+        """Displacements and rotations of a node or point since before gravity, shape (n, 6)."""
+        if isinstance(place, Point):
+            if place not in self._points:
+                self._points[place] = moved_with(self.position(place.node), place.arm_m)
+            return self._points[place]
+        fixed = self.nodes.get(place)
+        return np.zeros((len(self.time_s), DISP)) if fixed is None else fixed
 
     def disp(self, place: int | Point) -> Series:
         """Displacements and rotations of a node or point since gravity, shape (n, 6)."""
@@ -142,47 +96,12 @@ class ResponseTrace:
 
     def under_gravity_m(self, place: int | Point) -> tuple[float, float]:
         """Plan displacement of a node or point under gravity, from which all others count."""
-        x, y = self.layout.disp(self.rows[:1], place)[0, :2].tolist()
+        x, y = self.at(slice(1)).position(place)[0, :2].tolist()
         return x, y
 
-    def position(self, place: int | Point) -> Series:
-        """Displacements and rotations of a node or point since before gravity, shape (n, 6)."""
-        return self.layout.disp(self.rows, place)
-
-    def column_forces(self, element: int) -> Series:
-        """Global end forces of a column, shape (n, 12)."""
-        start = self.layout.column(element)
-        return self.rows[:, start : start + END_FORCES]
-
-    def section(self, element: int, point: int) -> Series:
-        """Deformations of a hinge section, shape (n, 4)."""
-        start = self.layout.section(element, point)
-        return self.rows[:, start : start + SECTION]
-
     def spring_force(self, handle: SpringHandle) -> Series:
-        """Force of a spring."""
-        return self.rows[:, self.layout.spring(handle)]
-
-    def bearing_force(self, element: int) -> Series:
-        """Shear forces of a pad along x and y, resisting the deck, shape (n, 2)."""
-        start = self.layout.bearing(element)
-        return self.rows[:, start : start + 2]
-
-    @property
-    def openings_m(self) -> Series:
-        """Openings of the contact units, shape (n, units)."""
-        return self.rows[:, self.layout.contacts("openings")]
-
-    @property
-    def normals_n(self) -> Series:
-        """Normal forces of the contact units, compression positive, shape (n, units)."""
-        return self.rows[:, self.layout.contacts("normals")]
-
-    @property
-    def tangentials_n(self) -> Series:
-        """Friction forces of the contact units, shape (n, units, 2)."""
-        values = self.rows[:, self.layout.contacts("tangentials")]
-        return values.reshape(len(values), self.layout.units, 2)
+        """Force of a spring, shape (n,)."""
+        return self.springs[handle.element][:, handle.component]
 
 
 def at_regular_steps(time_s: Series, dt_s: float) -> NDArray[np.bool_]:
@@ -200,37 +119,37 @@ def at_regular_steps(time_s: Series, dt_s: float) -> NDArray[np.bool_]:
 class Recorder:
     """Records the domain in binary files, one row per committed step.
 
-    The files are in a temporary folder that goes with this object. Reading the same values from
-    Python in every step would cost four times as much.
+    OpenSees writes each row of a file to the disk at once, so there is one file per response. The
+    files are in a temporary folder that goes with this object. Reading the same values from Python
+    in every step would cost four times as much.
     """
 
     def __init__(self) -> None:
         self._folder = TemporaryDirectory(prefix="skewbridge-", ignore_cleanup_errors=True)
-        self._widths: dict[str, int] = {}
+        # components by tag of each response, which starts with Node or Element
+        self._widths: dict[tuple[str, ...], dict[int, int]] = {}
         self._is_open, self._rows = True, 0
 
-    def nodes(self, name: str, nodes: Iterable[int], dofs: int, response: str) -> None:
-        """Record a response of the first degrees of freedom of some nodes."""
-        tags = tuple(nodes)
-        self._widths[name] = dofs * len(tags)
-        if tags:
-            components = range(1, dofs + 1)
-            file = ("-binary", str(self.path(name)), "-time")
-            ops.recorder("Node", *file, "-node", *tags, "-dof", *components, response)
+    def nodes(self, nodes: Iterable[int], response: str) -> None:
+        """Record a response of nodes, 6 components each."""
+        self._widths.setdefault(("Node", response), {}).update(dict.fromkeys(nodes, DISP))
 
-    def elements(self, name: str, elements: Iterable[int], *response: str) -> None:
-        """Record a response of some elements; `ValueError` if one lacks it (else it is silent)."""
-        tags = tuple(elements)
-        widths = [len(ops.eleResponse(tag, *response)) for tag in tags]
-        if not all(widths):
-            raise ValueError(f"element {tags[widths.index(0)]} has no response {response}")
-        self._widths[name] = sum(widths)
-        if tags:
-            file = ("-binary", str(self.path(name)), "-time")
-            ops.recorder("Element", *file, "-ele", *tags, *response)
+    def elements(self, elements: Iterable[int], *response: str) -> None:
+        """Record a response of elements; `ValueError` if one lacks it (else it is silent)."""
+        widths = self._widths.setdefault(("Element", *response), {})
+        for tag in elements:
+            widths[tag] = len(ops.eleResponse(tag, *response))
+            if not widths[tag]:
+                raise ValueError(f"element {tag} has no response {response}")
 
-    def record(self) -> None:
-        """Record the committed state, which no step of this analysis has made."""
+    def start(self) -> None:
+        """Start all records with a row of the committed state."""
+        dofs = ("-dof", *range(1, DISP + 1))
+        for (kind, *response), widths in self._widths.items():
+            of_tags = ("-node", *widths, *dofs) if kind == "Node" else ("-ele", *widths)
+            file = ("-binary", str(self.path(kind, *response)), "-time")
+            if widths:
+                ops.recorder(kind, *file, *of_tags, *response)
         ops.record()
 
     def close(self) -> None:
@@ -239,110 +158,110 @@ class Recorder:
             ops.remove("recorders")
             self._is_open = False
 
-    def read(self, name: str) -> tuple[Series, Series]:
-        """Return times, shape (n,), and values, shape (n, components); `OSError` if incomplete."""
+    def read(self, kind: str, *response: str) -> tuple[Series, dict[int, Series]]:
+        """Return times, shape (n,), and values by tag, (n, components); `OSError` if incomplete.
+
+        The response of nodes (kind ``Node``) or elements (``Element``) may be without tags.
+        """
         self.close()
-        width = self._widths[name]
-        if not width:
-            return np.zeros(0), np.zeros((0, 0))
+        widths = self._widths[kind, *response]
+        if not widths:
+            return np.zeros(0), {}
         # a row is the time, the values and a line feed
-        row = np.dtype([("values", np.float64, (width + 1,)), ("end", np.uint8)])
-        path = self.path(name)
+        row = np.dtype([("values", np.float64, (sum(widths.values()) + 1,)), ("end", np.uint8)])
+        path = self.path(kind, *response)
         rows = path.stat().st_size // row.itemsize
         self._rows = self._rows or rows
         if rows != self._rows or rows * row.itemsize != path.stat().st_size:
-            raise OSError(ENOSPC, f"the record of {name} is incomplete, disk full?", str(path))
-        table = np.fromfile(path, dtype=row)["values"]
-        return table[:, 0], table[:, 1:]
+            raise OSError(ENOSPC, f"the record {path.name} is incomplete, disk full?", str(path))
+        table = np.ascontiguousarray(np.fromfile(path, dtype=row)["values"])
+        ends = list(accumulate(widths.values(), initial=1))
+        return table[:, 0], {
+            tag: table[:, start:end]
+            for tag, (start, end) in zip(widths, pairwise(ends), strict=True)
+        }
 
-    def path(self, name: str) -> Path:
-        """Return the file of a record."""
-        return Path(self._folder.name) / name
+    def path(self, *response: str) -> Path:
+        """Return the file of a response."""
+        return Path(self._folder.name) / " ".join(response)
 
 
 class Monitor:
     """Records a model; the forces of the pads, which only histories need, on request.
 
     Whoever needs more adds it to `recorder` before `start`.
+
+    Attributes:
+        nodes: Nodes whose displacements are recorded: all that are not fixed.
+        recorder: The records.
     """
 
     def __init__(self, model: BridgeModel, *, bearings: bool = False) -> None:
-        self.layout = layout = _layout(model, bearings=bearings)
+        nodes = dict.fromkeys(_nodes(model))
+        self.nodes = tuple(node for node in nodes if len(ops.getFixedDOFs(node)) < DISP)
         self.recorder = recorder = Recorder()
-        self._units = () if model.contacts is None else model.contacts.units
-        self._trace: ResponseTrace | None = None
+        self._model, self._trace = model, None
         self._is_last_kept = True
-        recorder.nodes("accelerations", (layout.centre_node,), 2, "accel")
-        recorder.nodes("displacements", layout.nodes, DISP, "disp")
-        recorder.elements("columns", layout.columns, "force")
-        for element, point in layout.sections:
-            response = ("section", str(point), "deformation")
-            recorder.elements(f"section {element} {point}", (element,), *response)
-        recorder.elements("springs", (element for element, _ in layout.springs), "basicForce")
-        recorder.elements("bearings", layout.bearings, "force")
-        units = tuple(unit.element for unit in self._units)
-        recorder.elements("contact deformations", units, "deformation")
-        recorder.elements("contact forces", units, "basicForce")
+        ends = model.abutments
+        self._pads = tuple(pad.element for end in ends for pad in end.bearings if bearings)
+        self._springs = {spring.element for end in ends for spring in end.springs}
+        self._units = () if model.contacts is None else model.contacts.units
+        recorder.nodes((model.deck_centre_node,), "accel")
+        recorder.nodes(self.nodes, "disp")
+        for column in model.columns:
+            recorder.elements((column.element,), "force")
+            for point in column.hinge_sections:
+                recorder.elements((column.element,), "section", str(point), "deformation")
+        recorder.elements(self._pads, "force")
+        recorder.elements(sorted(self._springs), "basicForce")
+        recorder.elements((unit.element for unit in self._units), "basicForce")
 
     def start(self) -> None:
         """Record the state under gravity as the first row."""
-        self.recorder.record()
+        self.recorder.start()
 
     def drop_last(self) -> None:
         """Leave the last row out of the trace."""
         self._is_last_kept = False
 
-    def extra(self, name: str) -> Series:
-        """Return a record that was added, with the rows of the trace."""
-        return self.recorder.read(name)[1][: len(self.trace().rows)]
+    def extra(self, kind: str, *response: str) -> dict[int, Series]:
+        """Return a response by node or element, with the rows of the trace."""
+        rows = len(self.trace().time_s)
+        return {
+            tag: values[:rows] for tag, values in self.recorder.read(kind, *response)[1].items()
+        }
 
     def trace(self) -> ResponseTrace:
         """Stop recording and return all rows."""
         if self._trace is None:
-            self._trace = ResponseTrace(layout=self.layout, rows=self._rows())
+            trace = self._read()
+            self._trace = trace if self._is_last_kept else trace.at(slice(-1))
         return self._trace
 
-    def _rows(self) -> Series:
-        layout, read = self.layout, self.recorder.read
-        time_s, accelerations = read("accelerations")
-        rows = np.zeros((len(time_s), layout.width))
-        rows[:, 0], rows[:, 1:3] = time_s, accelerations
-        parts = [read(name)[1] for name in ("displacements", "columns")]
-        parts += [read(f"section {e} {point}")[1][:, :SECTION] for e, point in layout.sections]
-        parts.append(read("springs")[1])
-        if layout.bearings:
-            forces = read("bearings")[1].reshape(len(time_s), len(layout.bearings), -1)
-            parts.append(forces[:, :, DISP : DISP + 2].reshape(len(time_s), -1))
-        if units := len(self._units):
-            moved = read("contact deformations")[1].reshape(len(time_s), units, -1)
-            forces = read("contact forces")[1].reshape(len(time_s), units, -1)
-            parts.append(moved[:, :, 0] + [unit.gap_m for unit in self._units])
-            parts.append(-forces[:, :, 0])
-            tangential = np.zeros((len(time_s), units, 2))
-            tangential[:, :, : forces.shape[2] - 1] = forces[:, :, 1:3]
-            parts.append(tangential.reshape(len(time_s), -1))
-        at = 3
-        for part in parts:
-            if part.size:
-                rows[:, at : at + part.shape[1]] = part
-                at += part.shape[1]
-        return rows if self._is_last_kept else rows[:-1]
-
-
-def _layout(model: BridgeModel, *, bearings: bool) -> Layout:
-    nodes = dict.fromkeys(_nodes(model))
-    springs = dict.fromkeys(spring.element for end in model.abutments for spring in end.springs)
-    return Layout(
-        nodes=tuple(node for node in nodes if len(ops.getFixedDOFs(node)) < DISP),
-        columns=tuple(column.element for column in model.columns),
-        sections=tuple(
-            (column.element, point) for column in model.columns for point in column.hinge_sections
-        ),
-        springs=tuple((element, len(ops.basicForce(element))) for element in springs),
-        bearings=tuple(pad.element for end in model.abutments for pad in end.bearings if bearings),
-        units=0 if model.contacts is None else len(model.contacts.units),
-        centre_node=model.deck_centre_node,
-    )
+    def _read(self) -> ResponseTrace:
+        model, read = self._model, self.recorder.read
+        time_s, positions = read("Node", "disp")
+        forces, basic = read("Element", "force")[1], read("Element", "basicForce")[1]
+        contacts = np.zeros((len(time_s), len(self._units), 3))
+        for at, unit in enumerate(self._units):
+            contacts[:, at] = basic[unit.element][:, :3]
+        return ResponseTrace(
+            time_s=time_s,
+            centre_accel_mps2=read("Node", "accel")[1][model.deck_centre_node][:, :2],
+            nodes=positions,
+            columns={column.element: forces[column.element] for column in model.columns},
+            sections={
+                (column.element, point): read("Element", "section", str(point), "deformation")[1][
+                    column.element
+                ]
+                for column in model.columns
+                for point in column.hinge_sections
+            },
+            springs={element: basic[element] for element in self._springs},
+            bearings={pad: forces[pad][:, DISP : DISP + 2] for pad in self._pads},
+            normals_n=-contacts[:, :, 0],
+            tangentials_n=contacts[:, :, 1:],
+        )
 
 
 def _nodes(model: BridgeModel) -> Iterable[int]:

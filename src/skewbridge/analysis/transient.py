@@ -1,7 +1,7 @@
 """Nonlinear response history of one variant under one motion, its limits and its residual drift."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from math import hypot, nan, pi
 from pathlib import Path
@@ -162,7 +162,7 @@ class _History:
         end, found = model_end(self._model.columns, trace), dict(whole)
         if end.mode:  # the model no longer holds after the failure of a column
             rows = end.rows
-            found |= demands(self._model, trace.first(rows), ground[:rows], ratios)
+            found |= demands(self._model, trace.at(slice(rows)), ground[:rows], ratios)
             found |= {name: whole[name] for name in (_RESIDUAL, *SHEAR_MODEL_DEMANDS.values())}
         messages = [ending.message] if ending.message else []
         if ending.status == OK:
@@ -194,7 +194,7 @@ class _History:
 
     def _uniform_histories(self, trace: ResponseTrace, ground: Series) -> dict[str, Series]:
         rows = at_regular_steps(trace.time_s, self._settings.dt_s)
-        return histories_of(self._model, replace(trace, rows=trace.rows[rows]), ground[rows])
+        return histories_of(self._model, trace.at(rows), ground[rows])
 
     def _read(self) -> Ending | None:
         """Compare the state after a step with the limits."""
@@ -291,19 +291,21 @@ class Watch:
 class _Moved:
     """Plan displacement of a node or point in the open domain, from now or from ``zero_m``."""
 
-    __slots__ = ("_node", "_x", "_y", "_z", "_zero_x", "_zero_y")
+    __slots__ = ("_has_arm", "_node", "_x", "_y", "_z", "_zero_x", "_zero_y")
 
     def __init__(self, place: int | Point, zero_m: PlanVector | None = None) -> None:
         point = place if isinstance(place, Point) else Point(place)
         self._node, (self._x, self._y, self._z) = point.node, point.arm_m
+        self._has_arm = any(point.arm_m)
         self._zero_x = self._zero_y = 0.0
         self._zero_x, self._zero_y = self.disp_m() if zero_m is None else zero_m
 
     def disp_m(self) -> PlanVector:
         """Return the displacement along x and y."""
         x, y, _, turn_x, turn_y, turn_z = ops.nodeDisp(self._node)
-        x += turn_y * self._z - turn_z * self._y
-        y += turn_z * self._x - turn_x * self._z
+        if self._has_arm:
+            x += turn_y * self._z - turn_z * self._y
+            y += turn_z * self._x - turn_x * self._z
         return x - self._zero_x, y - self._zero_y
 
 

@@ -48,6 +48,13 @@ class ContactSet:
         coupling: `extrapolated` predicts normal force and slip direction linearly to the end of
             the coming step; `lagged` takes them from its beginning (the paper).
 
+    Attributes:
+        is_any_closed: Whether a pair is closed.
+        least_opening_ratio: Smallest opening of a pair over its gap; zero for one without a gap.
+        largest_normal_n: Largest normal force of all pairs.
+        friction_error: Largest share of a sliding friction force above its limit at the end of the
+            last step.
+
     Raises:
         InputError: Unknown scheme or coupling.
     """
@@ -72,6 +79,7 @@ class ContactSet:
         self._changes: list[int] = []
         self._dt_s = 0.0
         self._time_s = 0.0
+        self._survey()
 
     def add(
         self,
@@ -146,6 +154,7 @@ class ContactSet:
         if drive:
             self._driven.append(unit)
         self._units.append(unit)
+        self._survey()
         return index
 
     def after_step(self, dt_s: float, next_dt_s: float | None = None) -> bool:
@@ -175,6 +184,7 @@ class ContactSet:
             for unit in self._units:
                 unit.set_bounds(ratio)
         self._changes = changes
+        self._survey()
         return bool(changes)
 
     def prepare(self, next_dt_s: float) -> None:
@@ -198,14 +208,37 @@ class ContactSet:
             unit.rest()
             if self._is_updated:
                 unit.set_bounds(None)
+        self._survey()
+
+    def _survey(self) -> None:
+        """Find the extremes of all units in one pass: a step loop asks for them in every step."""
+        is_any_closed, largest_normal_n, friction_error = False, 0.0, 0.0
+        least_ratio = least_steps = inf
+        for unit in self._units:
+            opening, before, gap = unit.opening, unit.opening_before, unit.gap_m
+            ratio = opening / gap if gap else 0.0
+            if ratio < least_ratio:
+                least_ratio = ratio
+            if opening * (before - opening) > 0.0:
+                steps = opening / (before - opening)
+                if steps < least_steps:
+                    least_steps = steps
+            if unit.closed:
+                is_any_closed = True
+            if not unit.normal_n <= largest_normal_n:  # NaN counts
+                largest_normal_n = unit.normal_n
+            if unit.over > friction_error:
+                friction_error = unit.over
+        self.is_any_closed, self.least_opening_ratio = is_any_closed, least_ratio
+        self.largest_normal_n, self.friction_error = largest_normal_n, friction_error
+        self._steps_to_change = least_steps
 
     def time_to_change_s(self) -> float:
         """Return the time until the first pair opens or closes at the speeds of the last step.
 
         Infinite if no pair does, and before the first step.
         """
-        steps = min((unit.steps_to_change() for unit in self._units), default=inf)
-        return steps * self._dt_s if self._dt_s > 0.0 else inf
+        return self._steps_to_change * self._dt_s if self._dt_s > 0.0 else inf
 
     def time_to_closing_s(self, accel_mps2: float) -> float:
         """Return the time until the first open pair closes if all are accelerated towards closing.
@@ -213,22 +246,6 @@ class ContactSet:
         Zero where a pair is closed, and before the first step.
         """
         return min((unit.time_to_closing_s(accel_mps2) for unit in self._units), default=inf)
-
-    @property
-    def least_opening_ratio(self) -> float:
-        """Smallest opening of a pair over its gap; zero for a pair without a gap."""
-        ratios = (unit.opening / unit.gap_m if unit.gap_m else 0.0 for unit in self._units)
-        return min(ratios, default=inf)
-
-    @property
-    def is_any_closed(self) -> bool:
-        """Whether a pair is closed."""
-        return any(unit.closed for unit in self._units)
-
-    @property
-    def friction_error(self) -> float:
-        """Largest share of a sliding friction force above its limit at the end of the last step."""
-        return max((unit.over for unit in self._units), default=0.0)
 
     @property
     def changes(self) -> tuple[int, ...]:
@@ -254,11 +271,6 @@ class ContactSet:
     def normals_n(self) -> list[float]:
         """Compression of each pair."""
         return [unit.normal_n for unit in self._units]
-
-    @property
-    def largest_normal_n(self) -> float:
-        """Largest normal force of all pairs."""
-        return max((unit.normal_n for unit in self._units), default=0.0)
 
     @property
     def tangentials_n(self) -> list[tuple[float, float]]:
@@ -301,6 +313,7 @@ class ContactSet:
         self._time_s, self._dt_s = snapshot.time_s, snapshot.dt_s
         for unit, saved in zip(self._units, snapshot.units, strict=True):
             unit.restore(saved)
+        self._survey()
 
     @contextmanager
     def soft_tangents(self, ratio: float = 1e-9) -> Generator[None]:

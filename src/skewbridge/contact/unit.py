@@ -5,7 +5,7 @@ plain floats, slots and as few calls as possible.
 """
 
 from copy import copy
-from math import hypot, inf, sqrt
+from math import hypot, sqrt
 from typing import Any, Final
 
 import openseespy.opensees as ops
@@ -42,15 +42,16 @@ class ContactUnit:
         normal: Outward normal of the surface.
         tangents: One direction of the contact plane in plane models, two in space.
         gap_m: Initial gap less the part closed by a drive.
+        opening_before: Opening before the last step.
     """
 
     __slots__ = (
         "_b1", "_b2", "_bend_1", "_bend_2", "_dt", "_e1", "_e2", "_gap_closing", "_is_space",
-        "_is_watched", "_opening_before", "_slip_1_before", "_slip_2_before", "_step_1", "_step_2",
-        "_stick_1", "_stick_2", "account", "approach_speed", "closed", "cohesion", "dashpot",
-        "drive", "element", "force_1", "force_2", "friction", "gap_m", "kn", "kt", "moved", "name",
-        "node_i", "node_j", "normal", "normal_n", "opening", "over", "slip_1", "slip_2", "springs",
-        "tangents",
+        "_is_watched", "_slip_1_before", "_slip_2_before", "_step_1", "_step_2", "_stick_1",
+        "_stick_2", "account", "approach_speed", "closed", "cohesion", "dashpot", "drive",
+        "element", "force_1", "force_2", "friction", "gap_m", "kn", "kt", "moved", "name",
+        "node_i", "node_j", "normal", "normal_n", "opening", "opening_before", "over", "slip_1",
+        "slip_2", "springs", "tangents",
     )  # fmt: skip
 
     def __init__(
@@ -72,7 +73,7 @@ class ContactUnit:
         self.account = Account()
         self._is_space = len(frame) == 3
         self.closed = self._is_watched = False
-        self.opening = self._opening_before = law.open_gap_m
+        self.opening = self.opening_before = law.open_gap_m
         self.normal_n = self.force_1 = self.force_2 = 0.0
         self._e1 = self._e2 = self._step_1 = self._step_2 = self._bend_1 = self._bend_2 = 0.0
         self._stick_1 = self._stick_2 = self.slip_1 = self.slip_2 = 0.0
@@ -84,16 +85,11 @@ class ContactUnit:
     def start(self) -> None:
         """Set the springs to the state of an open pair; they are created without strength."""
 
-    def steps_to_change(self) -> float:
-        """Return the steps until the pair opens or closes at the rate of the last one, or inf."""
-        towards = self._opening_before - self.opening
-        return self.opening / towards if self.opening * towards > 0.0 else inf
-
     def time_to_closing_s(self, accel_mps2: float) -> float:
         """Return the time to close at the rate of the last step plus an acceleration."""
         if self.opening <= 0.0 or not self._dt:
             return 0.0
-        rate = (self.opening - self._opening_before) / self._dt
+        rate = (self.opening - self.opening_before) / self._dt
         return (rate + sqrt(rate**2 + 2.0 * accel_mps2 * self.opening)) / accel_mps2
 
     def normal_potential_j(self) -> float:
@@ -102,7 +98,7 @@ class ContactUnit:
 
     def state(self, dt_s: float) -> UnitState:
         """Return the state at the end of the last committed step, before one of `dt_s`."""
-        change = self.opening - self._opening_before
+        change = self.opening - self.opening_before
         return UnitState(
             is_closed=self.closed,
             opening_m=self.opening,
@@ -121,7 +117,7 @@ class ContactUnit:
     def rest(self) -> None:
         """Read the springs as they are and forget the motion that led there."""
         deformation, forces = ops.basicDeformation(self.element), ops.basicForce(self.element)
-        self.opening = self._opening_before = self.gap_m + deformation[0]
+        self.opening = self.opening_before = self.gap_m + deformation[0]
         self._e1 = deformation[1]
         self.normal_n, self.force_1 = -forces[0], forces[1]
         if self._is_space:
@@ -153,7 +149,7 @@ class ContactUnit:
             self._gap_closing += change
             self.gap_m -= change
             self.opening -= change
-            self._opening_before -= change
+            self.opening_before -= change
             ops.updateParameter(self.springs.gap_offset, -self._gap_closing)
 
     def scale_tangents(self, ratio: float) -> None:
@@ -178,7 +174,7 @@ class ContactUnit:
     def read(self, dt_s: float) -> bool:
         """Take over the committed step; return whether the pair opened or closed in it."""
         deformation = _basic_deformation(self.element)
-        self._opening_before = self.opening
+        self.opening_before = self.opening
         self.opening = opening = self.gap_m + deformation[0]
         e1_before, self._e1 = self._e1, deformation[1]
         if self._is_space:
@@ -217,7 +213,7 @@ class ContactUnit:
         account.slip_work_j += 0.5 * (
             (force_1 + self.force_1) * moved_1 + (force_2 + self.force_2) * moved_2
         )
-        account.normal_work_j += 0.5 * (normal + self.normal_n) * (self._opening_before - opening)
+        account.normal_work_j += 0.5 * (normal + self.normal_n) * (self.opening_before - opening)
         size = hypot(force_1, force_2)
         moved = hypot(moved_1, moved_2)
         self.moved = moved
@@ -239,7 +235,7 @@ class ContactUnit:
                 account.max_limit_n = limit
             if not was_closed:
                 account.closures += 1
-                before = self._opening_before
+                before = self.opening_before
                 self.approach_speed = (before - opening) / dt_s
                 # Contact starts where the pair closed, not where the step began.
                 share = opening / (opening - before) if before > 0.0 else 1.0
@@ -312,6 +308,8 @@ class ContactUnit:
         """Set the bounds of the coming step, `ratio` times as long as the last; None: lagged."""
         if ratio is None:
             limit, offset_1, offset_2 = self._committed()
+        elif self.opening + ratio * (self.opening - self.opening_before) >= 0.0:
+            limit = offset_1 = offset_2 = 0.0  # open at the end of the step
         else:
             limit, offset_1, offset_2 = self._predict(ratio)
         if limit <= 0.0:
@@ -334,12 +332,12 @@ class ContactUnit:
     def _predict(self, ratio: float) -> tuple[float, float, float]:
         """Return friction limit and offset from the stick point at the end of the coming step."""
         opening = self.opening
-        predicted = opening + ratio * (opening - self._opening_before)
+        predicted = opening + ratio * (opening - self.opening_before)
         if predicted >= 0.0:
             return 0.0, 0.0, 0.0
         normal = -self.kn * predicted
         if self.dashpot:
-            normal -= self.dashpot * (opening - self._opening_before) / self._dt
+            normal -= self.dashpot * (opening - self.opening_before) / self._dt
         limit = self.cohesion + self.friction * normal if normal > 0.0 else 0.0
         # While the pair is open the stick point follows the node: only the part after closing
         # counts.
