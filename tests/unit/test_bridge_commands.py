@@ -77,13 +77,18 @@ def test_a_push_writes_its_curve(tmp_path: Path, command: str) -> None:
     assert found["initial_stiffness_kn_per_m"] == pytest.approx(first)
 
 
-def test_a_model_is_drawn_and_written(tmp_path: Path) -> None:
+def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:
     found = answer("model", "--skew-deg", "-30", "--bridge", "osb2s", "--out", str(tmp_path))
     assert found["variant"] == "osb2s_cf_skewm30_gap051_mu050"
     assert (tmp_path / "model.png").stat().st_size > 10_000
     page = (tmp_path / "model.html").read_text(encoding="utf-8")
     assert "right backwall 3" in page
     assert "ops.element" in (tmp_path / "model.py").read_text(encoding="utf-8")
+    found = answer("column", "--bridge", "osb2s", "--bent", "2", "--out", tmp_path)
+    assert found["axial_kn"] == pytest.approx(7_412, rel=0.01)
+    curve = pd.read_parquet(tmp_path / "moment_curvature.parquet")
+    assert curve["moment_knm"].max() > found["plastic_moment_knm"]
+    assert (tmp_path / "column.png").stat().st_size > 10_000
 
 
 @pytest.mark.parametrize(
@@ -103,14 +108,6 @@ def test_bad_input_is_named_and_exits_with_2(arguments: str, message: str) -> No
     result = bridge(*arguments.split())
     assert result.exit_code == 2
     assert message in one_line(result)
-
-
-def test_a_column_is_summed_up_and_drawn(tmp_path: Path) -> None:
-    found = answer("column", "--bridge", "osb2s", "--bent", "2", "--out", tmp_path)
-    assert found["axial_kn"] == pytest.approx(7_412, rel=0.01)
-    curve = pd.read_parquet(tmp_path / "moment_curvature.parquet")
-    assert curve["moment_knm"].max() > found["plastic_moment_knm"]
-    assert (tmp_path / "column.png").stat().st_size > 10_000
 
 
 def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:

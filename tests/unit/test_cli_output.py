@@ -43,7 +43,7 @@ def test_a_failure_is_one_message_and_an_exit_code(error, status, code):
     assert answer == {"status": status, "message": str(error)} | getattr(error, "details", {})
 
 
-def test_table_lists_the_values_without_long_lists():
+def test_a_table_lists_values_noise_missing_ones_and_long_texts():
     payload = {"peaks": {"ux_m": 0.1}, "theta": None, "ci": [1.0, 2.5], "spectrum": [1.0] * 60}
     assert json.loads(run(lambda j: emit(payload, as_json=j), "--json").stdout) == payload
     table = run(lambda j: emit(payload, as_json=j)).stdout
@@ -51,9 +51,6 @@ def test_table_lists_the_values_without_long_lists():
     assert "1, 2.5" in table
     assert "None" not in table
     assert "spectrum" not in table
-
-
-def test_a_table_prints_noise_as_zero_missing_values_with_their_reason_and_long_texts():
     rows = [{"mass_x": 0.7, "rate": 2e-9}, {"mass_x": 7e-32, "rate": 1e-9}]
     shown = run(lambda _: emit_table(rows)).stdout
     assert "e-32" not in shown

@@ -350,7 +350,7 @@ def program(folder: Path, name: str, text: str) -> None:
     path.chmod(0o755)
 
 
-def test_the_size_of_a_job_comes_from_the_profile_and_its_environment(programs, monkeypatch):
+def test_size_of_a_job_and_status_of_jobs_come_from_profile_and_accounting(programs, monkeypatch):
     program(programs, "sacct", "exit 1")
     monkeypatch.chdir(ROOT)
     monkeypatch.setenv("SKEWBRIDGE_JOB_CORES", "8")
@@ -362,6 +362,14 @@ def test_the_size_of_a_job_comes_from_the_profile_and_its_environment(programs, 
     (programs / "config.yaml").write_text("executor: slurm\njobs: 3\n")
     with pytest.raises(InputError, match="not a valid cluster profile"):
         JobSize.of_profile(str(programs))
+    # An account is named only where there is accounting, or the executor would look it up.
+    monkeypatch.setenv("SBATCH_ACCOUNT", "mine")
+    program(programs, "sacct", "echo 'Slurm accounting storage is disabled' >&2; exit 1")
+    assert profile()["slurm-status-command"] == "squeue"
+    assert "slurm_account" not in profile()["default-resources"]
+    program(programs, "sacct", "exit 0")
+    assert profile()["slurm-status-command"] == "sacct"
+    assert profile()["default-resources"]["slurm_account"] == "mine"
 
 
 def test_forecast_of_jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -381,17 +389,6 @@ def profile() -> dict[str, Any]:
         found = yte.process_yaml(text, require_use_yte=True)
     assert isinstance(found, dict)
     return found
-
-
-def test_the_status_of_jobs_comes_from_accounting_if_there_is_any(programs, monkeypatch):
-    """An account is named only where there is accounting, or the executor would look it up."""
-    monkeypatch.setenv("SBATCH_ACCOUNT", "mine")
-    program(programs, "sacct", "echo 'Slurm accounting storage is disabled' >&2; exit 1")
-    assert profile()["slurm-status-command"] == "squeue"
-    assert "slurm_account" not in profile()["default-resources"]
-    program(programs, "sacct", "exit 0")
-    assert profile()["slurm-status-command"] == "sacct"
-    assert profile()["default-resources"]["slurm_account"] == "mine"
 
 
 def test_only_jobs_of_this_tree_are_cancelled(programs: Path, tmp_path: Path) -> None:

@@ -330,7 +330,7 @@ def test_a_stop_that_is_never_reached_changes_nothing(script):
 LAW = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
 
 
-def test_the_stick_point_moves_with_slip_and_follows_an_open_node():
+def test_stick_points_follow_slip_and_yields_stay_on_the_cone():
     slipped = advance_pair(LAW, (0.0, 0.0), (0.3, 0.4), -0.1)
     assert slipped.is_slipping
     assert hypot(0.3 - slipped.stick_1_m, 0.4 - slipped.stick_2_m) == pytest.approx(0.045)
@@ -341,9 +341,6 @@ def test_the_stick_point_moves_with_slip_and_follows_an_open_node():
     assert not opened.is_closed
     assert (opened.force_1_n, opened.force_2_n) == (0.0, 0.0)
     assert (opened.stick_1_m, opened.stick_2_m) == (0.3, 0.4)
-
-
-def test_yields_are_equally_slack_in_stick_and_the_radial_return_in_slip():
     first, second = yields_on_cone(-1000.0, 0.0, 4500.0)
     assert hypot(first, second) == pytest.approx(4500.0)
     assert first - 1000.0 == pytest.approx(second)

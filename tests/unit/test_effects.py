@@ -100,7 +100,7 @@ def test_interval_of_a_ratio_is_that_of_student():
     assert row["scatter"] == pytest.approx(values.std(ddof=1))
 
 
-def test_a_motion_counts_once_however_often_it_ran():
+def test_means_count_a_motion_once_and_cells_with_the_error_of_the_averaged_motions():
     values = np.array([0.1, 0.3, 0.2, 0.6, 0.5, 0.7])
     motions = np.array([0, 0, 1, 2, 2, 4])
     mean = by_motion(values, np.zeros(6, dtype=int), motions, 5)
@@ -109,9 +109,6 @@ def test_a_motion_counts_once_however_often_it_ran():
     assert mean.influence[3] == 0.0
     assert mean.error == pytest.approx(stats.sem(own))
     assert mean.dof == 3
-
-
-def test_average_of_cells_has_the_error_of_the_averaged_motions():
     rng = np.random.default_rng(1)
     table = 0.1 * rng.normal(size=(12, 3)) + rng.normal(size=(12, 1))
     none, motions = np.zeros(12, dtype=int), np.arange(12)
@@ -269,9 +266,10 @@ def test_intervals_wider_than_a_factor_of_ten_are_not_estimable_and_weaken_no_fa
 # --- tables of effects
 
 
-def test_effect_of_the_generator_is_found_and_nothing_else():
+def test_effect_of_the_generator_is_found_and_pooled_rows_are_the_average_of_their_cells():
     effects = paired_effects(synthetic_demands())
     assert list(effects.columns) == list(EFFECT_COLUMNS)
+    assert effects["scope"].tolist() == sorted(effects["scope"])  # pooled rows first
     rotation = friction(effects, "deck_rotation_rad")
     assert len(rotation) == 6
     assert set(rotation["direction"]) == {-1}
@@ -279,13 +277,8 @@ def test_effect_of_the_generator_is_found_and_nothing_else():
     pooled = friction(effects, "deck_rotation_rad", "pooled").iloc[0]
     # 96 ratios of 3 % x root 2 scatter: standard error 0.4 %
     assert pooled["ratio"] == pytest.approx(np.exp(-0.1), abs=0.012)
-    assert set(friction(effects)["verdict"]) == {"negligible"}
-
-
-def test_pooled_rows_come_first_and_are_the_average_of_their_cells():
-    effects = paired_effects(synthetic_demands(), [DEMAND, "unseating_m"])
-    assert effects["scope"].tolist() == sorted(effects["scope"])
     pooled, cells = friction(effects, scope="pooled").iloc[0], friction(effects)
+    assert set(cells["verdict"]) == {"negligible"}
     assert pooled["n_cells"] == len(cells) == 6
     assert np.log(pooled["ratio"]) == pytest.approx(np.log(cells["ratio"]).mean())
     assert pooled["slope"] == pytest.approx(cells["slope"].mean())

@@ -179,7 +179,7 @@ def test_large_cloud_is_a_stated_sample(demands, tables, monkeypatch):
     assert figure.get_suptitle().startswith(f"20 of {len(demands)} runs")
 
 
-def test_ratios_of_medians_are_next_to_the_curves_with_their_intervals(demands, tables):
+def test_ratios_of_medians_are_next_to_the_curves_and_no_texts_overlap(demands, tables):
     curves, _, medians = tables
     figure = fragility_curves(curves, demands, medians, "column_drift")
     rows = medians[(medians["scope"] == "pooled") & (medians["status"] == "ok")]
@@ -192,9 +192,6 @@ def test_ratios_of_medians_are_next_to_the_curves_with_their_intervals(demands, 
     assert points == rows["ratio"].tolist()
     labels = [label.get_text() for label in panel.get_yticklabels()]
     assert labels[0] == "Skew 0° to 30°"
-
-
-def test_texts_of_a_figure_do_not_overlap(demands, tables):
     figure = fragility_curves(tables[0], demands, tables[2], "column_drift")
     figure.draw_without_rendering()
     boxes = [

@@ -168,19 +168,7 @@ def test_the_loss_of_the_column_has_states_for_each_mode_and_for_any():
     assert set(tables["joint"].query("component == 'column_failure'")["limit_state"]) <= {*counts}
 
 
-def test_other_components_know_a_failed_run_only_by_its_peak():
-    table = synthetic_demands(**ONE, motions=40)
-    cut = failed(table, strongest(table, 3))
-    cut.loc[strongest(table, 1), "unseating_m"] = 0.001
-    cut.loc[strongest(table, 3)[1:], "unseating_m"] = 0.2
-    curves = curves_of(cut, states_of("unseating"))
-    slight = row(curves, "unseating", "slight", "exceedance")
-    assert (slight["n_unknown"], slight["n_beyond_model"]) == (1, 3)
-    assert row(curves, "unseating", "extensive", "exceedance")["n_unknown"] == 3
-    assert row(curves, "unseating", "slight")["model"] == "cloud_tobit"
-
-
-def test_a_collapse_exceeds_every_state_unless_the_peak_decides():
+def test_a_collapse_exceeds_every_state_and_a_column_failure_gives_the_peak_so_far():
     table = synthetic_demands(**ONE)
     last = strongest(table, 1)
     table.loc[last, "status"] = "collapse"
@@ -191,6 +179,15 @@ def test_a_collapse_exceeds_every_state_unless_the_peak_decides():
     assert (drift["n_exceed"], drift["n_collapse"], drift["n_unknown"]) == (1, 1, 0)
     assert row(curves, "column_shear", "dcr_100")["status"] == "no_exceedance"
     assert row(curves, "shear_key", "slight", "exceedance")["n_unknown"] == 1
+    table = synthetic_demands(**ONE, motions=40)
+    cut = failed(table, strongest(table, 3))
+    cut.loc[strongest(table, 1), "unseating_m"] = 0.001
+    cut.loc[strongest(table, 3)[1:], "unseating_m"] = 0.2
+    curves = curves_of(cut, states_of("unseating"))
+    slight = row(curves, "unseating", "slight", "exceedance")
+    assert (slight["n_unknown"], slight["n_beyond_model"]) == (1, 3)
+    assert row(curves, "unseating", "extensive", "exceedance")["n_unknown"] == 3
+    assert row(curves, "unseating", "slight")["model"] == "cloud_tobit"
 
 
 def test_a_demand_at_the_threshold_does_not_exceed_it_and_one_above_is_known():
@@ -333,7 +330,7 @@ def test_a_column_of_a_new_axis_is_an_axis_of_every_table(with_new_axis, tmp_pat
 # --- descriptions and units
 
 
-def test_every_column_of_every_table_has_a_description(tmp_path):
+def test_every_column_of_every_table_has_a_description_and_every_demand_its_unit(tmp_path):
     table = synthetic_demands(skews=(0, 30), gaps=(51,), motions=12)
     suite = table[["motion_id"]].drop_duplicates().assign(magnitude=7.0, distance_km=8.0)
     tables = fragility_tables(table, STATES, SETTINGS, suite)
@@ -342,9 +339,6 @@ def test_every_column_of_every_table_has_a_description(tmp_path):
         write_described(frame, path, DESCRIPTIONS[name])
         for field in read_schema(path):
             assert (field.metadata or {}).get(b"description"), f"{name}.{field.name}"
-
-
-def test_the_unit_of_every_demand_is_that_of_its_column():
     names = {"-": "ratio", "m/s2": "mps2"}
     for column in (each for each in DEMAND_COLUMNS if "effect" in each.roles):
         assert demand_unit(column.name) == names.get(column.unit, column.unit.lower())

@@ -60,7 +60,7 @@ def test_every_kind_of_stripes_has_its_status(k, status):
     assert {*keys.split(), "warnings"} <= set(fit.as_json())
 
 
-def test_firth_estimates_of_separated_data():
+def test_separated_data_have_firth_estimates_and_bounds_of_the_likelihood():
     fit = fit_stripes([0.3, 0.5, 0.8], [20] * 3, [0, 7, 20])
     assert fit.details["firth"] == pytest.approx({"theta": 0.53463, "beta": 0.19540}, abs=1e-5)
     assert fit.details["theta_interval"] == pytest.approx([0.5, 0.5])
@@ -71,9 +71,6 @@ def test_firth_estimates_of_separated_data():
     a0, a1 = existence.firth(x, n, np.where(x > 0.0, n, 0.0))
     assert -0.16 < -a0 / a1 < 0.08
     assert 0.0 < a1 < 100.0
-
-
-def test_bounds_of_separated_data_contain_the_bracket_and_match_the_likelihood():
     im = np.array([0.2, 0.3, 0.5, 0.7, 0.9])
     details = fit_stripes(im, np.ones(5), [0, 0, 0, 1, 1]).details
     low, high = details["theta_bounds_given_beta"]["0.4"]
@@ -343,7 +340,7 @@ def systems(table, states=STATES):
     return system_curves(ready(table, states), states, SETTINGS).set_index("limit_state")
 
 
-def test_a_system_is_weaker_than_its_weakest_component():
+def test_a_system_is_weaker_than_its_weakest_component_and_equals_a_single_one():
     system = systems(synthetic_demands(**ONE, motions=30))
     assert set(system.index) == {"slight", "moderate", "extensive", "complete"}
     usable = system[system["status"] == "ok"]
@@ -354,6 +351,13 @@ def test_a_system_is_weaker_than_its_weakest_component():
     assert (usable["max_dp"] < 0.05).all()
     assert (usable["theta_low"] < usable["theta"]).all()
     assert (usable["beta"] < usable["beta_high"]).all()
+    table = synthetic_demands(**ONE, motions=40)
+    found = systems(table, states_of("column_drift")[:1]).iloc[0]
+    fit = fit_cloud(table[IM], table["column_drift_ratio"], 0.01, capacity_dispersion=0.35)
+    assert (found["theta"], found["beta"]) == pytest.approx((fit.theta, fit.beta), rel=5e-3)
+    undamaged = systems(table, states_of("column_drift")[-1:]).iloc[0]
+    assert undamaged["status"] in {"no_component", "no_exceedance"}
+    assert np.isnan(undamaged["theta"])
 
 
 def test_a_system_has_no_secondary_component_beyond_moderate_damage():
@@ -381,16 +385,6 @@ def test_a_system_names_the_components_without_a_line_and_the_reason():
     assert found["status"] == "ok"
     assert "bearing: demand does not grow" in found["left_out"]
     assert "abutment_passive: too few complete runs" in found["left_out"]
-
-
-def test_a_system_of_one_component_has_its_curve_or_no_median():
-    table = synthetic_demands(**ONE, motions=40)
-    found = systems(table, states_of("column_drift")[:1]).iloc[0]
-    fit = fit_cloud(table[IM], table["column_drift_ratio"], 0.01, capacity_dispersion=0.35)
-    assert (found["theta"], found["beta"]) == pytest.approx((fit.theta, fit.beta), rel=5e-3)
-    undamaged = systems(table, states_of("column_drift")[-1:]).iloc[0]
-    assert undamaged["status"] in {"no_component", "no_exceedance"}
-    assert np.isnan(undamaged["theta"])
 
 
 def test_collapses_hardly_move_the_median_of_a_system():

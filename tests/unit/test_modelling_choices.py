@@ -150,7 +150,7 @@ def frame_pairs(folder: Path, outcomes: Sequence[tuple]) -> tuple[list, dict[str
     return pairs, rows
 
 
-def test_ratios_are_paired_by_motion_and_failed_runs_are_counted(tmp_path: Path) -> None:
+def test_ratios_are_paired_by_motion_with_the_interval_of_the_means_of_motions(tmp_path) -> None:
     outcomes = ((1.0, 2.0), (10.0, 5.0), (3.0, 12.0), (1.0, 9.0, "collapse"))
     pairs, rows = frame_pairs(tmp_path, outcomes)
     rows[run_key(pairs[2].after)]["unseating_m"] = 0.0
@@ -166,6 +166,12 @@ def test_ratios_are_paired_by_motion_and_failed_runs_are_counted(tmp_path: Path)
     assert unseating["ratio"] == pytest.approx(exp((log(2.0) + log(0.5)) / 2))
     assert (unseating["n"], unseating["n_failed"]) == (2, 1)
     assert (drift["from_value"], drift["to_value"]) == ("deck edge", "skewed")
+    # ln 2, ln 3 and ln 6 of three motions: t(0.95, 2) = 2.919986.
+    row = choices_table(*frame_pairs(tmp_path, ((1.0, 2.0), (1.0, 3.0), (1.0, 6.0)))).iloc[0]
+    logs = [log(2.0), log(3.0), log(6.0)]
+    mean = sum(logs) / 3
+    reach = 2.919986 * (sum((each - mean) ** 2 for each in logs) / 2 / 3) ** 0.5
+    assert (row["ci_low"], row["ci_high"]) == pytest.approx((exp(mean - reach), exp(mean + reach)))
 
 
 @pytest.fixture
@@ -258,12 +264,3 @@ def test_the_effect_of_friction_is_divided_between_walls_and_keys(tmp_path, ran)
     # all motions have the same ratio here
     assert list(rows["ci_low"]) == pytest.approx(list(rows["ratio"]))
     assert set(rows["n"]) == {2}
-
-
-def test_the_interval_of_a_ratio_is_that_of_the_means_of_the_motions(tmp_path: Path) -> None:
-    """ln 2, ln 3 and ln 6 of three motions: t(0.95, 2) = 2.919986."""
-    row = choices_table(*frame_pairs(tmp_path, ((1.0, 2.0), (1.0, 3.0), (1.0, 6.0)))).iloc[0]
-    logs = [log(2.0), log(3.0), log(6.0)]
-    mean = sum(logs) / 3
-    reach = 2.919986 * (sum((each - mean) ** 2 for each in logs) / 2 / 3) ** 0.5
-    assert (row["ci_low"], row["ci_high"]) == pytest.approx((exp(mean - reach), exp(mean + reach)))

@@ -115,7 +115,7 @@ def test_components_of_different_events_get_a_warning(tmp_path):
     assert all("two different records?" in " ".join(check.messages) for check in found)
 
 
-def test_one_value_per_pair_is_the_mean_of_its_components():
+def test_measures_are_means_of_components_or_medians_over_directions():
     """1 m/s2 to and fro for 2 s: CAV 2 m/s, Arias pi/(2 g) x 2; the other component is still."""
     accel = np.array([1.0, -1.0] * 100 + [1.0])
     motion = _motion(accel_1_mps2=accel, accel_2_mps2=np.zeros_like(accel))
@@ -124,10 +124,7 @@ def test_one_value_per_pair_is_the_mean_of_its_components():
     assert found["im_arias_mps"] == pytest.approx(0.5 * np.pi / (2.0 * 9.80665) * 2.0)
     twice = motion_measures(motion.with_components(accel, 3.0 * accel), None)
     assert twice["im_cav_mps"] == pytest.approx((2.0 + 6.0) / 2.0)
-
-
-def test_the_median_over_directions_of_a_straight_motion_is_that_of_the_cosine():
-    """Peaks 3 m/s2 and 3 x 0.21 s = 0.63 m/s along one axis: cos 45 degrees of them."""
+    # Peaks 3 m/s2 and 3 x 0.21 s = 0.63 m/s along one axis: cos 45 degrees of them.
     accel = np.array([0.0, *[3.0] * 21, 0.0])
     found = motion_measures(_motion(accel_1_mps2=accel, accel_2_mps2=0.0 * accel), None)
     assert found["im_pga_rotd50_g"] == pytest.approx(3.0 * np.sqrt(0.5) / 9.80665, rel=0.01)

@@ -142,7 +142,7 @@ def job(folder: Path, table: Path, **made: str) -> SimpleNamespace:
     )
 
 
-def test_a_script_stamps_its_outputs_when_it_is_through(tmp_path):
+def test_a_script_stamps_its_outputs_and_leaves_a_log_only_of_messages(tmp_path):
     table = tmp_path / "table.parquet"
     given = job(tmp_path, table, suspect="x")
     with script_session(given) as own:
@@ -153,6 +153,13 @@ def test_a_script_stamps_its_outputs_when_it_is_through(tmp_path):
     assert told["rule_digest"] == rule_digest(given.params.made_from)
     assert told["suite_digest"] == "suite"
     assert {"config_digest", "openseespy_version", "git_commit"} <= set(told)
+    table, log = tmp_path / "table.parquet", tmp_path / "rule.log"
+    for message in ("17 rows left out", ""):
+        with script_session(job(tmp_path, table)):
+            write_frame(FRAME, table, {})
+            if message:
+                logging.getLogger("skewbridge.fit").info(message)
+        assert log.exists() == bool(message)
 
 
 @pytest.mark.parametrize(
@@ -180,16 +187,6 @@ def test_a_failed_script_ends_with_its_message_and_code(tmp_path, capsys, error,
         pytest.fail("it began")
     assert stopped.value.code == 2
     assert "the sources were edited while the study ran" in capsys.readouterr().err
-
-
-def test_a_script_without_messages_leaves_no_log_not_even_that_of_the_last_run(tmp_path):
-    table, log = tmp_path / "table.parquet", tmp_path / "rule.log"
-    for message in ("17 rows left out", ""):
-        with script_session(job(tmp_path, table)):
-            write_frame(FRAME, table, {})
-            if message:
-                logging.getLogger("skewbridge.fit").info(message)
-        assert log.exists() == bool(message)
 
 
 @pytest.fixture

@@ -111,13 +111,10 @@ def test_bridges_and_abutments_of_a_mixed_study_are_named(render):
     assert "pinned column bases" not in page
 
 
-def test_a_study_in_which_nothing_exceeds_has_no_median(render):
+def test_studies_without_exceedance_or_comparison_say_so(render):
     page, _ = render(synthetic_demands(skews=(0, 30), gaps=(25,)), states=BEYOND)
     assert "No limit state has an estimate" in page
     assert "no exceedance" in page
-
-
-def test_a_single_variant_and_motion_compare_nothing(render):
     demands = synthetic_demands(motions=1, skews=(30,), gaps=(25,), frictions=(50,))
     page, _ = render(demands)
     assert "No comparison is possible" in page

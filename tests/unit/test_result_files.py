@@ -94,7 +94,7 @@ def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup) -> No
     assert table["not_run"] == 0
 
 
-def test_sensitivity_takes_another_variant_and_motion_for_every_row(setup: StudySetup) -> None:
+def test_sensitivity_rows_differ_and_both_sides_are_analysed_for_the_window(setup) -> None:
     rows = sampled_rows(setup, [SLUG, SLUG, SLUG], 3, None)
     assert len(rows) == 3
     reference = REPEATS["reference"](rows[0])
@@ -106,9 +106,6 @@ def test_sensitivity_takes_another_variant_and_motion_for_every_row(setup: Study
         short = replace(setup, settings=AnalysisSettings(duration_s=duration_s))
         row = sampled_rows(short, [SLUG], 1, window_s)[0]
         assert run_key(row) == run_key(short.tasks(SLUG)[0])
-
-
-def test_both_sides_of_a_sensitivity_row_are_analysed_for_the_window(setup: StudySetup) -> None:
     task = setup.tasks(SLUG)[0]
     whole = task.motion.motion
     t_s = np.arange(0.0, 20.0, whole.dt_s)

@@ -227,16 +227,13 @@ def plan(ended: str | None, **changes: object) -> dict[str, object]:
     return content | changes
 
 
-def test_each_round_has_one_line() -> None:
+def test_a_plan_has_a_line_its_demands_and_the_motions_of_a_variant(tmp_path) -> None:
     start = "round 3: 19 of 24 decided; "
     assert round_line(plan(None)) == f"{start}next 48 analyses, about 3 min"
     assert round_line(plan("decided")) == f"{start}the question is answered"
     assert "5 are out of reach" in round_line(plan("most"))
     assert "a larger value resumes" in round_line(plan("hours"))
     assert round_line(plan(None, cells=[])) == "round 3: next 48 analyses, about 3 min"
-
-
-def test_a_plan_names_the_demands_of_its_round_and_the_motions_of_a_variant(tmp_path: Path) -> None:
     folder = StudyFolder(tmp_path)
     path = tmp_path / "plan.json"
     path.write_text(json.dumps(plan(None)))
