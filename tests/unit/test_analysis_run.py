@@ -14,7 +14,8 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
-from skewbridge.demands.tables import write_demands
+from skewbridge.demands.tables import to_table
+from skewbridge.files.tables import write_table
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.study.analyses import StudySetup
@@ -149,7 +150,7 @@ def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
     result = analyse(task.variant, task.excitation, task.settings, task.options)
     rest = {"wall_s": 0.0, "cpu_s": 0.0, "suspect": ""}
     row = row_of_task(outcome_of(result) | rest, task, run_key(task))
-    write_demands([row], folder.demands, {})
+    write_table(to_table([row], {}), folder.demands)
     options = ("--out", tmp_path / "out", "--no-figures")
     code, again = run_json("run", "--row", row["run_key"], *options)
     assert (code, again["run_key"]) == (0, row["run_key"])

@@ -205,16 +205,16 @@ def _write(
     """Write the row, the histories and the figures of an analysis; return the names of files."""
     import pandas as pd
 
-    from skewbridge.demands.tables import write_demands
+    from skewbridge.demands.tables import to_table
     from skewbridge.files.digests import engine_digest, provenance
-    from skewbridge.files.tables import figure_metadata, stamp, write_frame
+    from skewbridge.files.tables import figure_metadata, stamp, write_frame, write_table
 
     digests = provenance(
         motion_sha256=task.motion.motion.sha256,
         run_key=row["run_key"],
         engine_digest=engine_digest(),
     )
-    write_demands([row], out / "demands.parquet", digests)
+    write_table(to_table([row], digests), out / "demands.parquet")
     histories = pd.DataFrame(result.histories)
     write_frame(histories, out / "histories.parquet", digests)
     written = ["demands.parquet", "histories.parquet"]

@@ -1,6 +1,6 @@
 """The demands table as an Arrow table and as parquet files."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import Any, Final
@@ -40,11 +40,7 @@ def demands_schema(
 
 
 def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -> pa.Table:
-    """Return the rows as a sorted Arrow table.
-
-    Args:
-        rows: Rows with every column of the schema; a demand that was never reached is None.
-        provenance: Texts for the file metadata.
+    """Return rows of the demands as a sorted Arrow table with provenance in its metadata.
 
     Raises:
         ValueError: A row lacks a column, has an unknown column or status, or repeats a key.
@@ -64,30 +60,14 @@ def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -
     return pa.table({name: [row[name] for row in ordered] for name in names}, schema=schema)
 
 
-def write_demands(
-    rows: Iterable[Mapping[str, Any]], path: Path, metadata: Mapping[str, str]
-) -> None:
-    """Write rows of the demands table to a parquet file.
-
-    Raises:
-        ValueError: The rows do not fit the schema.
-    """
-    write_table(to_table(rows, metadata), path)
-
-
 def write_variant(rows: Sequence[Mapping[str, Any]], path: Path, limits: SuspectLimits) -> None:
-    """Write the demands of one variant, and mark the rows that are suspect.
-
-    Args:
-        rows: Rows of its analyses.
-        path: Parquet file.
-        limits: Limits above which a row is suspect.
+    """Write the demands of one variant, and mark the rows above the limits as suspect.
 
     Raises:
-        ValueError: A row occurs twice or does not fit the schema.
+        ValueError: As `to_table`.
     """
     judged = [{**row, SUSPECT: reasons(row, limits)} for row in rows]
-    digest = _analyses_digest(row["run_key"] for row in rows)
+    digest = digest_of(*sorted(row["run_key"] for row in rows))
     write_table(to_table(judged, provenance(analyses_digest=digest)), path)
 
 
@@ -105,23 +85,13 @@ def join_variants(paths: Sequence[Path], output: Path) -> None:
     keys: list[Any] = []
     for path in paths:
         keys += pq.read_table(path, columns=["run_key"])["run_key"].to_pylist()
-    metadata = provenance(analyses_digest=_analyses_digest(keys))
-    write_joined(map(_variant_table, _by_variant(paths)), output, metadata)
+    rounds = groupby(paths, key=lambda path: path.name)
+    tables = (_sorted_table(list(of_variant)) for _, of_variant in rounds)
+    write_joined(tables, output, provenance(analyses_digest=digest_of(*sorted(keys))))
 
 
-def _by_variant(paths: Sequence[Path]) -> Iterator[list[Path]]:
-    """Yield the tables of each variant: one, or one of every round that it took part in."""
-    for _, of_variant in groupby(paths, key=lambda path: path.name):
-        yield list(of_variant)
-
-
-def _variant_table(paths: Sequence[Path]) -> pa.Table:
+def _sorted_table(paths: Sequence[Path]) -> pa.Table:
     tables = list(map(read_table, paths))
     if len(tables) == 1:
         return tables[0]
     return pa.concat_tables(tables).sort_by([(name, "ascending") for name in KEY])
-
-
-def _analyses_digest(run_keys: Iterable[str]) -> str:
-    """Return the digest of the analyses, independent of their order."""
-    return digest_of(*sorted(run_keys))

@@ -29,10 +29,10 @@ _ELEMENT: Final = re.compile(rf'\n?<template id="{MARK}">(.*?)</template>', re.S
 _SVG_DESCRIPTION: Final = re.compile(r"<dc:description>(.*?)</dc:description>", re.S)
 
 
-def write_table(table: pa.Table, path: Path) -> None:
-    """Write a table atomically, with the version of its format."""
-    metadata = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
-    write_joined([table], path, metadata)
+def write_table(table: pa.Table, path: Path, metadata: Mapping[str, str] | None = None) -> None:
+    """Write a table atomically, with the version of its format and further metadata."""
+    texts = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
+    write_joined([table], path, texts | dict(metadata or {}))
 
 
 def write_joined(tables: Iterable[pa.Table], path: Path, metadata: Mapping[str, str]) -> None:
@@ -70,14 +70,8 @@ def write_frame(
         field.with_metadata({"description": texts[field.name]}) if field.name in texts else field
         for field in table.schema
     ]
-    table = table.cast(pa.schema(fields).with_metadata(table.schema.metadata))
-    write_table(_with_texts(table, metadata), path)
-
-
-def _with_texts(table: pa.Table, texts: Mapping[str, str]) -> pa.Table:
-    """Return a table with further metadata."""
-    added = {key.encode(): value.encode() for key, value in texts.items()}
-    return table.replace_schema_metadata({**(table.schema.metadata or {}), **added})
+    schema = pa.schema(fields).with_metadata(table.schema.metadata)
+    write_table(table.cast(schema), path, metadata)
 
 
 def texts_of(schema: pa.Schema) -> dict[str, str]:
@@ -148,7 +142,7 @@ def stamp(path: Path, metadata: Mapping[str, str]) -> None:
     Texts replace those of the same name. Figures have theirs from `figure_metadata` when saved.
     """
     if path.suffix == ".parquet":
-        write_table(_with_texts(pq.read_table(path), metadata), path)
+        write_table(pq.read_table(path), path, metadata)
     elif path.suffix == ".json":
         content = json.loads(path.read_text(encoding="utf-8"))
         if isinstance(content, dict):
@@ -165,7 +159,7 @@ def stamp(path: Path, metadata: Mapping[str, str]) -> None:
 def read_stamp(path: Path) -> dict[str, str]:
     """Return the provenance in a file, by name; `InputError` if it has none."""
     try:
-        texts = _read_stamp(path)
+        texts = _texts_in(path)
     except (OSError, ValueError, pa.ArrowException) as error:
         raise InputError(f"cannot read {path}: {error}", file=str(path)) from None
     if not texts:
@@ -177,7 +171,7 @@ def read_stamp(path: Path) -> dict[str, str]:
     return texts
 
 
-def _read_stamp(path: Path) -> dict[str, str]:
+def _texts_in(path: Path) -> dict[str, str]:
     if path.suffix == ".parquet":
         return texts_of(pq.read_schema(path))
     if path.suffix == ".png":
@@ -185,12 +179,10 @@ def _read_stamp(path: Path) -> dict[str, str]:
 
         with Image.open(path) as image:
             return json.loads(image.info.get("Description", "{}"))
-    if path.suffix not in {".json", ".svg", ".html"}:
-        path.stat()  # a missing file is reported as such
-        return {}
-    text = path.read_text(encoding="utf-8")
+    content = path.read_bytes()  # a missing file is reported as such
     if path.suffix == ".json":
-        content = json.loads(text)
-        return content.get(MARK, {}) if isinstance(content, dict) else {}
-    element = (_ELEMENT if path.suffix == ".html" else _SVG_DESCRIPTION).search(text)
+        values = json.loads(content)
+        return values.get(MARK, {}) if isinstance(values, dict) else {}
+    places = {".html": _ELEMENT, ".svg": _SVG_DESCRIPTION}
+    element = path.suffix in places and places[path.suffix].search(content.decode())
     return json.loads(unescape(element[1])) if element else {}

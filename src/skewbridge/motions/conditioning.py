@@ -80,6 +80,10 @@ def _window(motion: GroundMotion, first: int, size: int) -> GroundMotion:
 
 def _at_rest(accel: Vector, dt_s: float) -> Vector:
     """Return a window with tapered ends whose velocity and displacement end at zero."""
+
+    def end_state(history: Vector) -> Vector:
+        return np.array([velocity(history, dt_s)[-1], displacement(history, dt_s)[-1]])
+
     size = accel.size
     ramp = 0.5 - 0.5 * np.cos(np.pi * np.arange(round(TAPER_S / dt_s)) * dt_s / TAPER_S)
     tapered = accel.copy()
@@ -88,10 +92,6 @@ def _at_rest(accel: Vector, dt_s: float) -> Vector:
     share = np.linspace(0.0, 1.0, size)
     hump = share * (1.0 - share)
     shapes = (hump, hump * (1.0 - 2.0 * share))
-    ends = np.array([_end_state(shape, dt_s) for shape in shapes]).T
-    amounts = np.linalg.solve(ends, _end_state(tapered, dt_s))
+    ends = np.array([end_state(shape) for shape in shapes]).T
+    amounts = np.linalg.solve(ends, end_state(tapered))
     return tapered - amounts[0] * shapes[0] - amounts[1] * shapes[1]
-
-
-def _end_state(accel: Vector, dt_s: float) -> Vector:
-    return np.array([velocity(accel, dt_s)[-1], displacement(accel, dt_s)[-1]])

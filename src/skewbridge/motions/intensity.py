@@ -125,10 +125,10 @@ def cav(accel_mps2: Vector, dt_s: float) -> float:
 def significant_duration(build_up: Vector, dt_s: float, start: float, end: float) -> float:
     """Return the time in s between two shares of a build-up, interpolated between samples."""
     share = build_up / build_up[-1]
-    return dt_s * (share_index(share, end) - share_index(share, start))
+    return dt_s * (_index_of(share, end) - _index_of(share, start))
 
 
-def share_index(share: Vector, level: float) -> float:
+def _index_of(share: Vector, level: float) -> float:
     """Return the fractional index at which a non-decreasing history first reaches a level."""
     after = int(np.searchsorted(share, level))
     if after == 0:

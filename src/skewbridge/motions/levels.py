@@ -4,6 +4,7 @@ A factor belongs to the motion only: if it changed with the bridge variant, vari
 compared motion by motion.
 """
 
+import logging
 from collections.abc import Callable, Sequence
 from math import ceil, log, log1p, log2
 from pathlib import Path
@@ -19,6 +20,8 @@ from skewbridge.motions.record import Vector
 
 if TYPE_CHECKING:
     import pandas as pd
+
+logger = logging.getLogger(__name__)
 
 #: Intensity measure of ``level_range_g`` and ``stripes_g``.
 LEVEL_MEASURE: Final = "im_saavg_rotd50_g"
@@ -144,26 +147,24 @@ def striped(
     """Return a suite with a row for each motion and level of Sa_avg within the factor limits.
 
     The rows of `prepare_suite` are repeated, by stripe, with their `scale` and a column `stripe_g`.
-    `attrs["left_out"]` counts the rows outside the limits; `InputError` if no row is left.
+    `InputError` if no row is left.
     """
     import pandas as pd  # here: workers that read the configuration do without pandas
 
     low, high = factor_limits
-    levels_g = np.asarray(stripes_g, dtype=np.float64)
-    factors = levels_g / suite[LEVEL_MEASURE].to_numpy(dtype=np.float64)[:, None]
-    allowed = (factors >= low) & (factors <= high)
-    parts = [
-        suite[allowed[:, column]].assign(
-            scale=factors[allowed[:, column], column], stripe_g=float(level_g)
-        )
-        for column, level_g in enumerate(stripes_g)
-    ]
-    table = pd.concat(parts, ignore_index=True)
+    at_1_g = suite[LEVEL_MEASURE]
+    stripes = [suite.assign(scale=g / at_1_g, stripe_g=float(g)) for g in stripes_g]
+    every = pd.concat(stripes, ignore_index=True)
+    table = every[every["scale"].between(low, high)].reset_index(drop=True)
     if table.empty:
         raise InputError(
             f"no motion reaches a stripe of {list(stripes_g)} g with factors {low} to {high}"
         )
-    table.attrs["left_out"] = int((~allowed).sum())
+    if left_out := len(every) - len(table):
+        logger.warning(
+            "%d of %d scaled motions are left out: their factor is outside %g to %g",
+            left_out, len(every), low, high,
+        )  # fmt: skip
     return table
 
 

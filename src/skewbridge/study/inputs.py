@@ -13,7 +13,7 @@ from skewbridge.files.digests import digest_of, provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.files.text import shortened
 from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.motions.levels import MotionsConfig, striped
+from skewbridge.motions.levels import striped
 from skewbridge.motions.suite import content_digest, suite_sources
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font, chosen_variants
 from skewbridge.study.folder import StudyFolder
@@ -98,8 +98,12 @@ def prepare_motions(study: StudyConfig, folder: StudyFolder | None = None) -> No
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
 
     folder = folder or StudyFolder(Path(study.results))
-    suite = prepare_suites(study.motions, t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s)
-    designed = _designed(suite, study.motions)
+    suite = designed = prepare_suites(study.motions, t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s)
+    if study.motions.design == "cloud":
+        designed = suite.assign(scale=1.0)
+    elif study.motions.design == "stripes":
+        low, high = study.motions.factor_limits
+        designed = striped(suite, study.motions.stripes_g, factor_limits=(low, high))
     logger.info(
         "%d motions, %d rows, factors %.2f to %.2f",
         len(suite),
@@ -115,21 +119,3 @@ def prepare_motions(study: StudyConfig, folder: StudyFolder | None = None) -> No
         for motion_id, motion in distinct.items()
     ]
     write_frame(pd.DataFrame(intensities), folder.intensities, provenance())
-
-
-def _designed(suite: pd.DataFrame, motions: MotionsConfig) -> pd.DataFrame:
-    if motions.design == "cloud":
-        return suite.assign(scale=1.0)
-    if motions.design != "stripes":
-        return suite
-    low, high = motions.factor_limits
-    table = striped(suite, motions.stripes_g, factor_limits=(low, high))
-    if table.attrs["left_out"]:
-        logger.warning(
-            "%d of %d scaled motions are left out: their factor is outside %g to %g",
-            table.attrs["left_out"],
-            len(suite) * len(motions.stripes_g),
-            low,
-            high,
-        )
-    return table

@@ -255,26 +255,27 @@ class Modulation:
 def fit_modulation(arias_cm_s: float, d5_95_s: float, d0_5_s: float, d0_30_s: float) -> Modulation:
     """Return the envelope with 5, 30 and 95 % times nearest to the given ones."""
     wanted_s = np.array([d0_5_s, d0_30_s, d0_5_s + d5_95_s])
-    shares = (0.05, 0.30, 0.95)
+
+    def shape_of(logs: Vector, amplitude_g: float = 1.0) -> Modulation:
+        power, decay, peak_s = (float(value) for value in np.exp(logs))
+        return Modulation(power=power, decay_per_s=decay, peak_s=peak_s, amplitude_g=amplitude_g)
 
     def misfit(logs: Vector) -> Vector:
-        power, decay, peak_s = (float(value) for value in np.exp(logs))
-        shape = Modulation(power=power, decay_per_s=decay, peak_s=peak_s, amplitude_g=1.0)
-        return np.array([shape.time_of_share(share) for share in shares]) - wanted_s
+        shape = shape_of(logs)
+        return np.array([shape.time_of_share(share) for share in (0.05, 0.30, 0.95)]) - wanted_s
 
-    best = None
+    logs, cost = np.zeros(3), math.inf
     bounds = (np.log([1e-3, 1e-3, 1e-2]), np.log([100.0, 100.0, 200.0]))
     for power, decay in _STARTS:
         start = np.log([power, decay, d0_30_s])
         fit = least_squares(misfit, start, bounds=bounds, xtol=1e-12, ftol=1e-12, gtol=1e-12)
-        if best is None or fit.cost < best.cost:
-            best = fit
-        if best.cost < 1.0e-12:
+        if fit.cost < cost:
+            logs, cost = fit.x, fit.cost
+        if cost < 1.0e-12:
             break
-    power, decay, peak_s = (float(value) for value in np.exp(best.x)) if best else (1.0, 1.0, 1.0)
-    total_s = peak_s / (2.0 * power + 1.0) + 0.5 / decay
-    amplitude_g = np.sqrt(arias_cm_s / _MODEL_G_CM_S2 / (0.5 * np.pi * total_s))
-    return Modulation(power=power, decay_per_s=decay, peak_s=peak_s, amplitude_g=float(amplitude_g))
+    shape = shape_of(logs)
+    total_s = shape.peak_s / (2.0 * shape.power + 1.0) + 0.5 / shape.decay_per_s
+    return shape_of(logs, float(np.sqrt(arias_cm_s / _MODEL_G_CM_S2 / (0.5 * np.pi * total_s))))
 
 
 def envelope_of(background: Background) -> Modulation:
