@@ -27,15 +27,13 @@ from skewbridge.report.answer import (
     change_name,
     effect_name,
     failure_sentences,
-    headline_rows,
     motions_sentence,
-    ratio_interval,
     run_counts,
     short_names,
     with_seats,
 )
 from skewbridge.report.axis_layout import STYLE, VARIANT_COLOURS
-from skewbridge.report.verdict_style import signed
+from skewbridge.report.verdict_style import change_text, interval_text
 from skewbridge.study.folder import StudyFolder
 
 ROOT: Final = Path(__file__).parents[1]
@@ -88,13 +86,12 @@ def headline_text(table: pd.DataFrame, runs: pd.DataFrame, motions: pd.DataFrame
 def _change(row: dict[str, Any]) -> str:
     if row["status"] != OK:
         return "an unknown amount (no run reaches it)"
-    change = signed(100.0 * (row["ratio"] - 1.0), " %")
-    return f"{change} ({ratio_interval(row)}, {CERTAINTY[row['claim']]})"
+    return f"{change_text(row)} ({interval_text(row)}, {CERTAINTY[row['claim']]})"
 
 
 def headline_figure(table: pd.DataFrame) -> Figure:
     """Draw the effects on median capacities, a panel per bridge and abutment model."""
-    medians = headline_rows(table[table["quantity"] == MEDIAN_CAPACITY])
+    medians = table[(table["quantity"] == MEDIAN_CAPACITY) & (table["status"] == OK)]
     names, level = short_names(medians), 100.0 * float(medians["level"].iloc[0])
     states = [state for state in HEADLINE_STATES if (medians["demand"] == state).any()]
     groups = list(medians.groupby(["bridge", "abutment"], sort=False))

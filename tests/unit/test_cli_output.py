@@ -1,31 +1,25 @@
 """How commands answer and fail: one JSON object or one table, one message and its exit code."""
 
 import json
-from typing import Annotated
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
-from skewbridge.cli.output import Command, JsonOption, emit, emit_table, in_units
+from skewbridge.cli.output import Answer, Opt, Printed, command, in_units, new_group
 from skewbridge.errors import InputError, SolutionError
 
 
-def run(body, *arguments):
-    app = typer.Typer()
+def run(answer, *arguments):
+    """Run a command that gives an answer, or raises an error."""
+    app = new_group()
 
-    @app.command(cls=Command)
-    def command(*, as_json: JsonOption = False) -> None:
-        body(as_json)
+    @command(app)
+    def given() -> Answer:
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
 
     return CliRunner().invoke(app, arguments)
-
-
-def refuse(error):
-    def body(as_json):
-        raise error
-
-    return body
 
 
 @pytest.mark.parametrize(
@@ -36,46 +30,42 @@ def refuse(error):
     ],
 )
 def test_a_failure_is_one_message_and_an_exit_code(error, status, code):
-    plain = run(refuse(error))
+    plain = run(error)
     assert plain.exit_code == code
     assert plain.stderr.splitlines() == [f"{status}: {error}"]
-    answer = json.loads(run(refuse(error), "--json").stdout)
+    answer = json.loads(run(error, "--json").stdout)
     assert answer == {"status": status, "message": str(error)} | getattr(error, "details", {})
 
 
 def test_a_table_lists_values_noise_missing_ones_and_long_texts():
     payload = {"peaks": {"ux_m": 0.1}, "theta": None, "ci": [1.0, 2.5], "spectrum": [1.0] * 60}
-    assert json.loads(run(lambda j: emit(payload, as_json=j), "--json").stdout) == payload
-    table = run(lambda j: emit(payload, as_json=j)).stdout
+    assert json.loads(run(Answer(payload), "--json").stdout) == payload
+    table = run(Answer(payload)).stdout
     assert "ux_m" in table
     assert "1, 2.5" in table
     assert "None" not in table
     assert "spectrum" not in table
     rows = [{"mass_x": 0.7, "rate": 2e-9}, {"mass_x": 7e-32, "rate": 1e-9}]
-    shown = run(lambda _: emit_table(rows)).stdout
+    shown = run(Answer({}, [Printed(rows)])).stdout
     assert "e-32" not in shown
     assert "1e-09" in shown
-    alone = run(lambda j: emit({"work_kj": 1e5, "residual": 3e-13}, as_json=j)).stdout
+    alone = run(Answer({"work_kj": 1e5, "residual": 3e-13})).stdout
     assert "3e-13" in alone
     rows = [{"state": "slight", "theta": 0.5}, {"state": "complete", "theta": float("nan")}]
-    shown = run(lambda j: emit({}, rows, as_json=j, missing="no run reached the state"))
+    shown = run(Answer({}, [Printed(rows, missing="no run reached the state")]))
     assert "nan" not in shown.stdout
     assert "-: no run reached the state" in shown.stderr
-    assert not run(lambda j: emit({}, rows[:1], as_json=j, missing="why")).stderr
+    assert not run(Answer({}, [Printed(rows[:1], missing="why")])).stderr
     long = "column_residual_drift_ratio_of_a_long_name"
-    assert run(lambda _: emit_table([dict.fromkeys("abcdef", long)])).stdout.count(long) == 6
+    assert run(Answer({}, [Printed([dict.fromkeys("abcdef", long)])])).stdout.count(long) == 6
 
 
 def test_an_option_of_two_values_does_not_take_the_next_option():
-    app = typer.Typer()
+    app = new_group()
 
-    @app.command(cls=Command)
-    def command(
-        pair: Annotated[tuple[str, str], typer.Option("--pair")],
-        out: str = "",
-        as_json: JsonOption = False,
-    ) -> None:
-        typer.echo(f"{pair} {out}")
+    @command(app, Opt("pair", tuple[str, str], "Two.", ...), Opt("out", str, "One.", ""))
+    def given(pair: tuple[str, str], out: str) -> Answer:
+        return Answer({"pair": pair, "out": out})
 
     refused = CliRunner().invoke(app, ["--pair", "a", "--out", "b", "--json"])
     assert refused.exit_code == 2
@@ -110,9 +100,9 @@ def test_a_table_in_us_units_has_their_names_and_numbers(row, expected):
 
 def test_the_json_answer_stays_in_si_and_ratios_of_checks_have_no_unit():
     payload = {"peak_kn": 100.0}
-    said = run(lambda j: emit(payload, as_json=j, units="us"), "--json").stdout
+    said = run(Answer(payload, units="us"), "--json").stdout
     assert json.loads(said) == payload
-    assert "peak_kip" in run(lambda j: emit(payload, as_json=j, units="us")).stdout
+    assert "peak_kip" in run(Answer(payload, units="us")).stdout
     row = {"check": "left seat, SDC (m)", "demand": 0.254, "capacity": 0.508, "ratio": 0.5}
     (found,) = in_units([row], "us")
     assert found["check"] == "left seat, SDC (in)"

@@ -346,7 +346,7 @@ def test_headline_of_a_study_prints_numbers_of_its_tables(repository):
     assert (root / headline.PICTURE).stat().st_size > 10_000
 
 
-def test_verdict_of_a_headline_demand_is_constant_in_its_intensity_range(repository):
+def test_claim_on_a_headline_demand_is_the_verdict_at_its_intensity(repository):
     root, tables = repository
     stored = headline.stored_tables(root)[0]
     demands = stored[(stored["quantity"] == "demand") & stored["im"].notna()]
@@ -355,7 +355,7 @@ def test_verdict_of_a_headline_demand_is_constant_in_its_intensity_range(reposit
     names = ["bridge", "abutment", "demand", "axis", "from_value", "to_value"]
     for row in demands.to_dict("records"):
         same = (lines[names] == pd.Series({name: row[name] for name in names})).all(axis=1)
-        inside = lines[same & lines["im"].between(0.999 * row["im_low"], 1.001 * row["im_high"])]
-        assert len(inside)
+        there = lines[same & np.isclose(lines["im"], row["im"], rtol=1e-4)]
+        assert len(there)
         if row["claim"] in ("lower", "higher", "negligible"):
-            assert set(inside["verdict"]) == {row["claim"]}
+            assert row["claim"] in set(there["verdict"])

@@ -1,104 +1,104 @@
 """Commands for single bridges: catalogue, checks, modes, static pushes, columns, drawings."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
+from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
-import typer
-
-from skewbridge.cli.options import (
-    BridgeOption,
-    OutOption,
-    SetOption,
-    VariantChoice,
-    known_bridges,
-    model_options,
-    takes_variant,
-)
+from skewbridge.cli.options import ABUTMENT, BRIDGE, OUT, VARIANT, VariantChoice, known_bridges
 from skewbridge.cli.output import (
-    Command,
-    JsonOption,
-    Units,
-    UnitsOption,
-    emit,
-    emit_json,
-    emit_table,
+    UNITS,
+    Answer,
+    Arg,
+    Opt,
+    Printed,
+    command,
     in_units,
     messages,
     new_group,
+    quantities,
+    warn,
 )
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder
-from skewbridge.units import KN
+from skewbridge.units import KN, Units
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant, parse_slug
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    import pandas as pd
-
     from skewbridge.analysis.pushover import PushCurve
 
 LADDER_ANGLES_DEG: Final = (0.0, 30.0, 60.0, 90.0, 150.0, 180.0)
-
-DirectionOption = Annotated[
-    Literal["x", "y"], typer.Option("--direction", help="x is longitudinal, y transverse.")
-]
-AngleOption = Annotated[
-    float | None,
-    typer.Option("--angle-deg", help="Direction counter-clockwise from x; replaces --direction."),
-]
-MaxDispOption = Annotated[float, typer.Option("--max-disp-m", help="Displacement at the end.")]
-OptionalOutOption = Annotated[Path | None, typer.Option("--out", help="Folder for the table.")]
+_OPTIONAL_OUT: Final = Opt("out", Path | None, "Folder for the table.")
+_MAX_DISP: Final = Opt("max_disp_m", float, "Displacement at the end.", 0.20)
+_PUSH: Final = (
+    *VARIANT,
+    OUT,
+    Opt("direction", Literal["x", "y"], "x is longitudinal, y transverse.", "x"),
+    Opt("angle_deg", float | None, "Direction counter-clockwise from x; replaces --direction."),
+    _MAX_DISP,
+    UNITS,
+)
 
 commands = new_group()
 bridge = new_group("bridge", "List, check, draw and push single bridges.")
 commands.add_typer(bridge)
 
+type Rows = list[dict[str, Any]]
 
-@bridge.command(name="list", cls=Command)
-def list_bridges(*, as_json: JsonOption = False) -> None:
+
+def _without_messages[T](function: Callable[..., T], *given: Any, **named: Any) -> T:
+    """Return the result of a function whose solver writes its messages nowhere."""
+    from skewbridge.analysis.step_loop import solver_log
+
+    with solver_log(None):
+        return function(*given, **named)
+
+
+def _write(columns: Any, folder: Path, name: str) -> None:
+    """Write a table as Parquet."""
+    import pandas as pd
+
+    pd.DataFrame(columns).to_parquet(writable_folder(folder) / f"{name}.parquet", index=False)
+
+
+@command(bridge, name="list")
+def list_bridges() -> Answer:
     """List the bridges of the catalogue and those in config/bridges.
 
     Example: skewbridge bridge list
     """
     from skewbridge.bridge.catalogue import load_bridge
 
+    found = {name: load_bridge(name) for name in known_bridges()}
     rows = [
-        {
-            "bridge": name,
-            "title": data.title,
-            "length_m": data.length_m,
-            "bents": len(data.bents),
-            "t1_s": data.t1_s,
-        }
-        for name, data in ((name, load_bridge(name)) for name in known_bridges())
-    ]
-    emit({"bridges": rows}, rows, as_json=as_json)
+        {"bridge": name, "title": data.title, "length_m": data.length_m, "bents": len(data.bents),
+         "t1_s": data.t1_s}
+        for name, data in found.items()
+    ]  # fmt: skip
+    return Answer({"bridges": rows}, [Printed(rows)])
 
 
-@bridge.command(cls=Command)
+@command(
+    bridge,
+    Arg("name", str | None, "Bridge to check, instead of --bridge.", None, "[NAME|FILE]",
+        known_bridges),
+    BRIDGE,
+    Opt("out", Path | None, "Folder of model.png; by default results/bridges/NAME."),
+    Opt("skew_deg", float, "Skew in the picture.", 30),
+    UNITS,
+)  # fmt: skip
 def check(
-    name: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="[NAME|FILE]",
-            help="Bridge to check, instead of --bridge.",
-            autocompletion=known_bridges,
-        ),
-    ] = None,
-    bridge: BridgeOption = "osb1",
-    out: Annotated[
-        Path | None, typer.Option(help="Folder of model.png; by default results/bridges/NAME.")
-    ] = None,
-    skew_deg: Annotated[float, typer.Option(help="Skew in the picture.")] = 30,
-    units: UnitsOption = "si",
-    as_json: JsonOption = False,
-) -> None:
+    name: str | None,
+    bridge: str,
+    out: Path | None,
+    skew_deg: float,
+    units: Units,
+) -> Answer:
     """Check a bridge: keys, weight, axial loads, periods, capacities, picture.
 
     Everything that would stop or distort a study is reported; exits with 2 if the file is invalid.
@@ -106,124 +106,80 @@ def check(
     Example: skewbridge bridge check config/bridges/mine.yaml
     """
     from skewbridge.analysis.bridge_check import check_bridge
-    from skewbridge.analysis.step_loop import solver_log
     from skewbridge.bridge.geometry import model_geometry
     from skewbridge.report.bridge_figures import model_figure
 
-    chosen = name or bridge
-    report = check_bridge(chosen)
+    report = check_bridge(name or bridge)
     picture = writable_folder(out or Path("results/bridges") / report.bridge.name) / "model.png"
     values = {axis.name: axis.usual for axis in AXES} | {"skew_deg": skew_deg}
-    with solver_log(None):
-        geometry = model_geometry(Variant.at(chosen, "contact_friction", values), ModelOptions())
+    variant = Variant.at(name or bridge, "contact_friction", values)
+    geometry = _without_messages(model_geometry, variant, ModelOptions())
     model_figure(geometry).savefig(picture, dpi=150)
-    answer = {
-        **report.summary(),
-        "modes": [asdict(mode) for mode in report.standing.modes],
-        "bents": list(report.bents),
-        "findings": list(report.findings),
-        "picture": str(picture),
-    }
-    summary = [{"quantity": key, "value": value} for key, value in report.summary().items()]
-    emit(answer, summary, as_json=as_json, units=units)
-    if not as_json:
-        by_quantity = [
-            {"of a column": key, **{f"bent {row['bent']}": row[key] for row in report.bents}}
-            for key in (report.bents[0] if report.bents else ())
-            if key != "bent"
-        ]
-        emit_table(in_units(by_quantity, units))
+    modes = [asdict(mode) for mode in report.standing.modes]
+    lists = {"modes": modes, "bents": report.bents, "findings": report.findings}
+    columns = [
+        {"of a column": key, **{f"bent {row['bent']}": row[key] for row in report.bents}}
+        for key in (report.bents[0] if report.bents else ())
+        if key != "bent"
+    ]
     for finding in report.findings:
-        messages.print(f"warning: {finding}", style="yellow")
-    messages.print(f"{'no findings; ' if not report.findings else ''}picture: {picture}")
+        warn(finding)
+    return Answer(
+        {**report.summary(), **lists, "picture": str(picture)},
+        [Printed(quantities(report.summary())), Printed(columns)],
+        units,
+        [f"{'' if report.findings else 'no findings; '}picture: {picture}"],
+    )
 
 
-@bridge.command(cls=Command)
-@takes_variant()
-def modal(
-    choice: VariantChoice,
-    changes: SetOption = None,
-    out: OptionalOutOption = None,
-    units: UnitsOption = "si",
-    as_json: JsonOption = False,
-) -> None:
+@command(bridge, *VARIANT, _OPTIONAL_OUT, UNITS)
+def modal(out: Path | None, units: Units, **given: Any) -> Answer:
     """Compute weight, dead-load forces, periods and participating masses with open gaps.
 
     T1 is the conditioning period of the bridge: that of its model with pads at zero skew.
 
     Example: skewbridge bridge modal --bridge osb2s --skew-deg 30
     """
-    import pandas as pd
-
     from skewbridge.analysis.modal import (
         conditioning_period_s,
         modal_properties,
         periods_of_file,
         standing_bridge,
     )
-    from skewbridge.analysis.step_loop import solver_log
 
+    choice = VariantChoice.of(given)
     variant = choice.variant()
     slug = variant.normalised().slug
-    with solver_log(None):
-        result = asdict(modal_properties(variant, model_options(changes)))
+    result = asdict(_without_messages(modal_properties, variant, choice.model()))
     standing = standing_bridge(variant.bridge)
     t1_s = conditioning_period_s(standing)
     if out is not None:
-        path = writable_folder(out) / "modal.parquet"
-        pd.DataFrame(result["modes"]).to_parquet(path, index=False)
-    if not as_json:
-        forces = {"weight_kn": result["weight_kn"], "axial_kn": list(result["column_axial_kn"])}
-        weight, axial = in_units([forces], units)[0].values()
-        unit = "kip" if units == "us" else "kN"
-        messages.print(
-            f"weight {weight:.0f} {unit}; column base axial force "
-            f"{', '.join(f'{force:.0f}' for force in axial)} {unit}; T1 {t1_s:.4g} s"
-        )
+        _write(result["modes"], out, "modal")
+    forces = {"weight_kn": result["weight_kn"], "axial_kn": list(result["column_axial_kn"])}
+    weight, axial = in_units([forces], units)[0].values()
+    unit = "kip" if units == "us" else "kN"
+    messages.print(
+        f"weight {weight:.0f} {unit}; column base axial force "
+        f"{', '.join(f'{force:.0f}' for force in axial)} {unit}; T1 {t1_s:.4g} s"
+    )
     for warning in periods_of_file(variant.bridge, standing):
-        messages.print(f"warning: {warning}", style="yellow")
-    answer = {"variant": slug, "t1_s": t1_s, **result}
-    emit(answer, result["modes"], as_json=as_json, title=slug)
+        warn(warning)
+    return Answer({"variant": slug, "t1_s": t1_s, **result}, [Printed(result["modes"], slug)])
 
 
-@bridge.command(cls=Command)
-@takes_variant(abutment="roller")
-def pushover(
-    choice: VariantChoice,
-    out: OutOption,
-    direction: DirectionOption = "x",
-    angle_deg: AngleOption = None,
-    max_disp_m: MaxDispOption = 0.30,
-    changes: SetOption = None,
-    units: UnitsOption = "si",
-    as_json: JsonOption = False,
-) -> None:
+@command(bridge, *_PUSH, ABUTMENT._replace(default="roller"), _MAX_DISP._replace(default=0.30))
+def pushover(**given: Any) -> Answer:
     """Push the whole bridge in proportion to its masses; base shear against displacement.
 
     Example: skewbridge bridge pushover --bridge osb1 --direction y --out push
     """
     from skewbridge.analysis.pushover import push_bridge
-    from skewbridge.analysis.step_loop import solver_log
 
-    variant, options = choice.variant(), model_options(changes)
-    angle = _angle(direction, angle_deg)
-    with solver_log(None):
-        curve = push_bridge(variant, options, angle_deg=angle, max_disp_m=max_disp_m)
-    _finish(curve, out, units, as_json=as_json)
+    return _pushed(push_bridge, given)
 
 
-@bridge.command(cls=Command)
-@takes_variant()
-def static(
-    choice: VariantChoice,
-    out: OutOption,
-    direction: DirectionOption = "x",
-    angle_deg: AngleOption = None,
-    max_disp_m: MaxDispOption = 0.20,
-    changes: SetOption = None,
-    units: UnitsOption = "si",
-    as_json: JsonOption = False,
-) -> None:
+@command(bridge, *_PUSH)
+def static(**given: Any) -> Answer:
     """Push one abutment at its deck end (x: into the backfill, angle 180: away from it).
 
     `--abutment all` pushes every abutment model in six directions and draws the curves.
@@ -231,131 +187,93 @@ def static(
     Example: skewbridge bridge static --abutment all --skew-deg 30 --out push
     """
     from skewbridge.analysis.pushover import push_abutment
-    from skewbridge.analysis.step_loop import solver_log
 
-    options = model_options(changes)
-
-    def push(variant: Variant, angle: float) -> "PushCurve":
-        with solver_log(None):
-            return push_abutment(
-                variant, options, angle_deg=angle, max_disp_m=max_disp_m, steps=400
-            )
-
-    if choice.abutment == "all":
-        _push_all_models(choice, push, out, units, as_json=as_json)
-    else:
-        curve = push(choice.variant(), _angle(direction, angle_deg))
-        _finish(curve, out, units, as_json=as_json)
+    push = partial(push_abutment, steps=400)
+    return (_pushed_ladder if given["abutment"] == "all" else _pushed)(push, given)
 
 
-def _push_all_models(
-    choice: VariantChoice,
-    push: "Callable[[Variant, float], PushCurve]",
-    out: Path,
-    units: Units,
-    *,
-    as_json: bool,
-) -> None:
-    """Push every abutment model in all directions; write the curves and their figure."""
-    import pandas as pd
-
-    from skewbridge.report.bridge_figures import ladder_figure
-
-    variants = {name: choice.variant(name) for name in ABUTMENTS}
-    tables: list[pd.DataFrame] = []
-    peaks: list[dict[str, Any]] = []
-    for (name, variant), angle in product(variants.items(), LADDER_ANGLES_DEG):
-        curve, case = push(variant, angle), {"abutment": name, "angle_deg": angle}
-        tables.append(pd.DataFrame(case | _columns(curve)))
-        peaks.append(case | {"peak_kn": curve.peak_n / KN})
-    curves = pd.concat(tables, ignore_index=True)
-    folder = writable_folder(out)
-    curves.to_parquet(folder / "curve.parquet", index=False)
-    first = next(iter(variants.values()))
-    title = (
-        f"{first.bridge_name}, right abutment, skew {first.skew_deg} degrees, gap {first.gap_mm} mm"
+def _pushed(push: "Callable[..., PushCurve]", given: Mapping[str, Any]) -> Answer:
+    """Push once and write the curve; the command fails if the push stopped early."""
+    choice, limit_m = VariantChoice.of(given), given["max_disp_m"]
+    angle_deg = given["angle_deg"]
+    if angle_deg is None:
+        angle_deg = {"x": 0.0, "y": 90.0}[given["direction"]]
+    curve = _without_messages(
+        push, choice.variant(), choice.model(), angle_deg=angle_deg, max_disp_m=limit_m
     )
-    ladder_figure(curves, title=title).savefig(folder / "ladder.png", dpi=150)
-    emit({"pushes": peaks}, peaks, as_json=as_json, title=title, units=units)
-
-
-def _angle(direction: Literal["x", "y"], angle_deg: float | None) -> float:
-    if angle_deg is not None:
-        return angle_deg
-    return 0.0 if direction == "x" else 90.0
-
-
-def _columns(curve: "PushCurve") -> dict[str, Any]:
-    return {"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}
-
-
-def _finish(curve: "PushCurve", out: Path, units: Units, *, as_json: bool) -> None:
-    """Write the curve and its summary; exit with an error if the push stopped early."""
-    import pandas as pd
-
-    table = pd.DataFrame(_columns(curve))
-    table.to_parquet(writable_folder(out) / "curve.parquet", index=False)
+    _write({"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}, given["out"], "curve")
     summary = {
         "peak_kn": curve.peak_n / KN,
         "initial_stiffness_kn_per_m": curve.initial_stiffness_n_per_m / KN,
         "disp_at_peak_m": curve.disp_at_peak_m,
         "is_complete": curve.is_complete,
     }
-    emit(summary, [summary], as_json=as_json, units=units)
-    if not curve.is_complete:
-        messages.print(f"the push stopped at {curve.disp_m[-1]:.4f} m: no equilibrium after that")
-        raise typer.Exit(EXIT_FAILED)
+    answer = Answer(summary, [Printed([summary])], given["units"])
+    if curve.is_complete:
+        return answer
+    note = f"the push stopped at {curve.disp_m[-1]:.4f} m: no equilibrium after that"
+    return replace(answer, notes=[note], exit_code=EXIT_FAILED)
 
 
-@bridge.command(cls=Command)
-@takes_variant()
-def model(
-    choice: VariantChoice,
-    out: OutOption,
-    changes: SetOption = None,
-    gap_scale: Annotated[float, typer.Option(help="Factor on the gaps in the drawing.")] = 20.0,
-    as_json: JsonOption = False,
-) -> None:
+def _pushed_ladder(push: "Callable[..., PushCurve]", given: Mapping[str, Any]) -> Answer:
+    """Push every abutment model in all directions; write the curves and their figure."""
+    import pandas as pd
+
+    from skewbridge.report.bridge_figures import ladder_figure
+
+    choice, folder = VariantChoice.of(given), writable_folder(given["out"])
+    tables: list[pd.DataFrame] = []
+    peaks: list[dict[str, Any]] = []
+    for name, angle_deg in product(ABUTMENTS, LADDER_ANGLES_DEG):
+        variant, case = choice.variant(name), {"abutment": name, "angle_deg": angle_deg}
+        curve = _without_messages(
+            push, variant, choice.model(), angle_deg=angle_deg, max_disp_m=given["max_disp_m"]
+        )
+        columns = {"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}
+        tables.append(pd.DataFrame(case | columns))
+        peaks.append(case | {"peak_kn": curve.peak_n / KN})
+    curves = pd.concat(tables, ignore_index=True)
+    _write(curves, folder, "curve")
+    name, skew_deg, gap_mm = (
+        choice.variant("roller").bridge_name,
+        given["skew_deg"],
+        given["gap_mm"],
+    )
+    title = f"{name}, right abutment, skew {skew_deg:g} degrees, gap {gap_mm:g} mm"
+    ladder_figure(curves, title=title).savefig(folder / "ladder.png", dpi=150)
+    return Answer({"pushes": peaks}, [Printed(peaks, title)], given["units"])
+
+
+@command(bridge, *VARIANT, OUT, Opt("gap_scale", float, "Factor on the gaps in the drawing.", 20.0))
+def model(out: Path, gap_scale: float, **given: Any) -> Answer:
     """Draw a model (model.png, model.html) and write it as an OpenSeesPy script (model.py).
 
     Example: skewbridge bridge model --skew-deg 45 --out model45
     """
     from skewbridge.analysis.model_script import model_script
-    from skewbridge.analysis.step_loop import solver_log
     from skewbridge.bridge.geometry import model_geometry
     from skewbridge.report.bridge_figures import model_figure, model_page
 
-    variant, options = choice.variant(), model_options(changes)
-    with solver_log(None):
-        geometry = model_geometry(variant, options)
-    folder = writable_folder(out)
-    model_figure(geometry, gap_scale=gap_scale).savefig(folder / "model.png", dpi=150)
-    page = model_page(geometry, gap_scale=gap_scale)
-    (folder / "model.html").write_text(page, encoding="utf-8")
-    with solver_log(None):
-        script = model_script(variant, options)
-    (folder / "model.py").write_text(script, encoding="utf-8")
-    files = [str(folder / name) for name in ("model.png", "model.html", "model.py")]
-    if as_json:
-        emit_json({"variant": geometry.title, "files": files})
-    else:
-        messages.print(f"{geometry.title}: {', '.join(files)}")
+    choice = VariantChoice.of(given)
+    geometry = _without_messages(model_geometry, choice.variant(), choice.model())
+    script = _without_messages(model_script, choice.variant(), choice.model())
+    picture, page, code = (
+        writable_folder(out) / f"model.{ending}" for ending in ("png", "html", "py")
+    )
+    model_figure(geometry, gap_scale=gap_scale).savefig(picture, dpi=150)
+    page.write_text(model_page(geometry, gap_scale=gap_scale), encoding="utf-8")
+    code.write_text(script, encoding="utf-8")
+    files = [str(picture), str(page), str(code)]
+    note = f"{geometry.title}: {', '.join(files)}"
+    return Answer({"variant": geometry.title, "files": files}, [], notes=[note])
 
 
-@bridge.command(cls=Command)
-def column(
-    out: OutOption,
-    bridge: BridgeOption = "osb1",
-    bent: Annotated[int, typer.Option(help="Number from the left, 1 and up.")] = 1,
-    units: UnitsOption = "si",
-    as_json: JsonOption = False,
-) -> None:
+@command(bridge, BRIDGE, OUT, Opt("bent", int, "Number from the left, 1 and up.", 1), UNITS)
+def column(bridge: str, out: Path, bent: int, units: Units) -> Answer:
     """Compute moment-curvature and shear strength of a column under dead load.
 
     Example: skewbridge bridge column --bridge osb2s --bent 2 --out column
     """
-    import pandas as pd
-
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.bridge.column import shear_section
     from skewbridge.bridge.gravity import column_axial_n
@@ -366,15 +284,13 @@ def column(
     data = load_bridge(bridge)
     if not 1 <= bent <= len(data.bents):
         raise InputError(f"bent must be within 1..{len(data.bents)}, got {bent}")
-    axial_n = column_axial_n(data, bent - 1)
+    axial_n, span = column_axial_n(data, bent - 1), shear_span_m(data, bent - 1)
     curve = section_response(data.column, axial_n)
-    span = shear_span_m(data, bent - 1)
     shear = shear_section(data.column, span, curve)
     table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / KN}
-    folder = writable_folder(out)
-    pd.DataFrame(table).to_parquet(folder / "moment_curvature.parquet", index=False)
+    _write(table, out, "moment_curvature")
     title = f"{data.title}, bent {bent}, {axial_n / KN:.0f} kN"
-    column_figure(curve, shear, axial_n, title=title).savefig(folder / "column.png", dpi=150)
+    column_figure(curve, shear, axial_n, title=title).savefig(out / "column.png", dpi=150)
     summary = {
         "axial_kn": axial_n / KN,
         "plastic_moment_knm": curve.plastic_moment_nm / KN,
@@ -383,30 +299,22 @@ def column(
         "curvature_ductility": curve.curvature_ductility,
         "plastic_shear_kn": curve.plastic_moment_nm / span / KN,
     }
-    emit(summary, [summary], as_json=as_json, title=title, units=units)
+    return Answer(summary, [Printed([summary], title)], units)
 
 
-@bridge.command(cls=Command)
-def sdc(
-    source: Annotated[
-        Path | None,
-        typer.Argument(
-            metavar="[RUN|DEMANDS]",
-            help="Folder of `skewbridge run`, or a demands.parquet; without it: --bridge alone.",
-        ),
-    ] = None,
-    bridge: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME|FILE",
-            help="Bridge; for RUN or DEMANDS only if its name in the table does not find it.",
-            autocompletion=known_bridges,
-        ),
-    ] = None,
-    out: OptionalOutOption = None,
-    units: UnitsOption = "si",
-    as_json: JsonOption = False,
-) -> None:
+@command(
+    bridge,
+    Arg("source", Path | None,
+        "Folder of `skewbridge run`, or a demands.parquet; without it: --bridge alone.", None,
+        "[RUN|DEMANDS]"),
+    BRIDGE._replace(
+        kind=str | None, default=None,
+        help="Bridge; for RUN or DEMANDS only if its name in the table does not find it.",
+    ),
+    _OPTIONAL_OUT,
+    UNITS,
+)  # fmt: skip
+def sdc(source: Path | None, bridge: str | None, out: Path | None, units: Units) -> Answer:
     """Check displacement, P-Delta and seat as in the Caltrans criteria.
 
     A folder of `run` gives all checks of one analysis, per corner; the demands of a study give
@@ -415,25 +323,19 @@ def sdc(
 
     Example: skewbridge bridge sdc --bridge osb1
     """
-    from skewbridge.files.tables import read_frame
-
     if source is None or str(source) in known_bridges() or source.suffix in (".yaml", ".yml"):
-        answer, rows, title = _sdc_capacities(bridge or str(source or "osb1"))
-    elif source.is_file():
-        answer, title = _sdc_of_demands(read_frame(source), bridge)
-        rows = answer["checks"]
+        title, bents, rows = _sdc_capacities(bridge or str(source or "osb1"))
+        answer = {"title": title, "bents": bents}
     else:
-        answer, title = _sdc_of_run(source, bridge)
-        rows = answer["checks"]
+        title, rows = (_sdc_of_demands if source.is_file() else _sdc_of_run)(source, bridge)
+        answer = {"title": title, "checks": rows}
     if out is not None:
-        import pandas as pd
-
-        pd.DataFrame(rows).to_parquet(writable_folder(out) / "sdc.parquet", index=False)
-    emit(answer, rows, as_json=as_json, title=title, units=units)
+        _write(rows, out, "sdc")
+    return Answer(answer, [Printed(rows, title)], units)
 
 
-def _sdc_capacities(bridge: str) -> tuple[dict[str, Any], list[dict[str, Any]], str]:
-    """Return the capacities of the bents of a bridge: answer, printed rows, title."""
+def _sdc_capacities(bridge: str) -> tuple[str, Rows, Rows]:
+    """Return the capacities of the bents of a bridge: title, all values, printed rows."""
     from skewbridge.analysis.sdc import capacity_rows
     from skewbridge.bridge.catalogue import load_bridge
 
@@ -449,36 +351,31 @@ def _sdc_capacities(bridge: str) -> tuple[dict[str, Any], list[dict[str, Any]], 
         "disp_at_p_delta_limit_m": "met at (m)",
         "ok": "ok",
     }
-    printed = [{head: row[name] for name, head in heads.items()} for row in rows]
-    return {"title": data.title, "bents": rows}, printed, data.title
+    return data.title, rows, [{head: row[name] for name, head in heads.items()} for row in rows]
 
 
-def _sdc_of_demands(table: "pd.DataFrame", bridge: str | None) -> tuple[dict[str, Any], str]:
-    """Return the ratios of the variants of a study: answer and title."""
+def _sdc_of_demands(path: Path, bridge: str | None) -> tuple[str, Rows]:
+    """Return the ratios of the variants of a study, with a title."""
     from skewbridge.analysis.sdc import summary_row
+    from skewbridge.files.tables import read_frame
 
-    medians = table.groupby("variant")[["deck_disp_m", "acute_corner_unseating_m", "unseating_m"]]
-    rows = [
-        summary_row(_variant(str(slug), bridge), *map(float, values))
-        for slug, *values in medians.median().itertuples()
-    ]
-    title = f"median of {len(table)} analyses"
-    return {"title": title, "checks": rows}, title
+    table = read_frame(path)
+    names = ["deck_disp_m", "acute_corner_unseating_m", "unseating_m"]
+    medians = table.groupby("variant")[names].median().itertuples()
+    rows = [summary_row(_variant(str(name), bridge), *map(float, own)) for name, *own in medians]
+    return f"median of {len(table)} analyses", rows
 
 
-def _sdc_of_run(folder: Path, bridge: str | None) -> tuple[dict[str, Any], str]:
-    """Return the checks of the analysis in a folder of `skewbridge run`: answer and title."""
+def _sdc_of_run(folder: Path, bridge: str | None) -> tuple[str, Rows]:
+    """Return the checks of the analysis in a folder of `skewbridge run`, with a title."""
     from skewbridge.analysis.sdc import corner_moves_m, sdc_rows
     from skewbridge.files.tables import read_frame
 
-    table = read_frame(folder / "demands.parquet")
-    histories = read_frame(folder / "histories.parquet")
-    variant = _variant(str(table["variant"].iloc[0]), bridge)
-    moves = corner_moves_m(
-        variant, {str(name): values.to_numpy() for name, values in histories.items()}
-    )
-    rows = sdc_rows(variant, float(table["deck_disp_m"].iloc[0]), moves)
-    return {"title": variant.slug, "checks": rows}, variant.slug
+    row = read_frame(folder / "demands.parquet").iloc[0]
+    table = read_frame(folder / "histories.parquet")
+    variant = _variant(str(row["variant"]), bridge)
+    moves = corner_moves_m(variant, {str(name): table[name].to_numpy() for name in table})
+    return variant.slug, sdc_rows(variant, float(row["deck_disp_m"]), moves)
 
 
 def _variant(slug: str, bridge: str | None) -> Variant:

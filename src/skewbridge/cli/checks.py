@@ -2,28 +2,18 @@
 
 import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any, Final
 
-import typer
-
-from skewbridge.cli.output import (
-    Command,
-    JsonOption,
-    emit,
-    emit_json,
-    emit_table,
-    messages,
-    new_group,
-)
+from skewbridge.cli.output import Answer, Arg, Opt, Printed, command, messages, new_group
 from skewbridge.errors import EXIT_FAILED
 
 commands = new_group()
 
-CaseArgument = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="The case file.")]
+_CASE: Final = Arg("case", Path, "The case file.", ..., "CASE.yaml")
 
 
-@commands.command(cls=Command)
-def doctor(*, as_json: JsonOption = False) -> None:
+@command(commands)
+def doctor() -> Answer:
     """Check the environment: versions, OpenSees, a one-second self-test.
 
     Example: skewbridge doctor
@@ -48,32 +38,22 @@ def doctor(*, as_json: JsonOption = False) -> None:
         failed = ["import"]
         report["self_test"] = f"OpenSees does not import ({error}): run make setup again"
     report["self_test_s"] = round(time.perf_counter() - began_s, 2)
-    emit(report | {"ok": not failed}, as_json=as_json)
-    if failed:
-        raise typer.Exit(EXIT_FAILED)
+    return Answer(report | {"ok": not failed}, exit_code=EXIT_FAILED if failed else 0)
 
 
-@commands.command(cls=Command)
-def contact(
-    case: CaseArgument,
-    out: Annotated[Path, typer.Option(metavar="F.csv", help="File for the forces along the path.")],
-    as_json: JsonOption = False,
-) -> None:
+@command(commands, _CASE, Opt("out", Path, "File for the forces along the path.", ..., "F.csv"))
+def contact(case: Path, out: Path) -> Answer:
     """Drive one contact unit along a displacement path.
 
     Example: skewbridge contact slide.yaml --out forces.csv
     """
     from skewbridge.verification.references.driven_unit import run_contact_case
 
-    emit(run_contact_case(case, out), as_json=as_json)
+    return Answer(run_contact_case(case, out))
 
 
-@commands.command(cls=Command)
-def deck(
-    case: CaseArgument,
-    out: Annotated[Path, typer.Option(metavar="F.parquet", help="File for the histories.")],
-    as_json: JsonOption = False,
-) -> None:
+@command(commands, _CASE, Opt("out", Path, "File for the histories.", ..., "F.parquet"))
+def deck(case: Path, out: Path) -> Answer:
     """Run the rigid skew deck under a pulse or a record.
 
     The case file chooses the solver: OpenSees, a penalty ODE or an LCP.
@@ -82,17 +62,15 @@ def deck(
     """
     from skewbridge.verification.references.deck_solvers import run_deck_case
 
-    emit(run_deck_case(case, out), as_json=as_json)
+    return Answer(run_deck_case(case, out))
 
 
-@commands.command(cls=Command)
-def verify(
-    names: Annotated[
-        list[str] | None, typer.Argument(metavar="[NAME...]", help="Studies; by default all.")
-    ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of tables and figures.")] = None,
-    as_json: JsonOption = False,
-) -> None:
+@command(
+    commands,
+    Arg("names", list[str] | None, "Studies; by default all.", None, "[NAME...]"),
+    Opt("out", Path | None, "Folder of tables and figures."),
+)
+def verify(names: list[str] | None, out: Path | None) -> Answer:
     """Repeat the studies of the paper and compare with their references.
 
     Exits with 1 if a comparison fails; a statement of the paper that does not hold is a result.
@@ -104,27 +82,25 @@ def verify(
 
     folder = out or StudyFolder().verification
     rows = run_studies(names or [], folder, report_progress=messages.print)
-    if as_json:
-        emit_json(rows)
-    else:
-        checks = [
-            {name: value for name, value in row.items() if name != "source"}
-            for row in rows
-            if "outcome" not in row
-        ]
-        statements = [
-            {
-                "statement": f"{row['quantity']} ({row['source']})",
-                "command": f"skewbridge verify {row['study']}",
-                "case": row["case"],
-                "number": row["reason"],
-                "verdict": row["outcome"],
-            }
-            for row in rows
-            if "outcome" in row
-        ]
-        emit_table(checks, "Verification")
-        if statements:
-            emit_table(statements, "Statements of the paper (a disagreement is not a failure)")
-    if not all(row["pass"] for row in rows):
-        raise typer.Exit(EXIT_FAILED)
+    checks = [
+        {name: value for name, value in row.items() if name != "source"}
+        for row in rows
+        if "outcome" not in row
+    ]
+    statements = [
+        {
+            "statement": f"{row['quantity']} ({row['source']})",
+            "command": f"skewbridge verify {row['study']}",
+            "case": row["case"],
+            "number": row["reason"],
+            "verdict": row["outcome"],
+        }
+        for row in rows
+        if "outcome" in row
+    ]
+    tables = [Printed(checks, "Verification")]
+    if statements:
+        title = "Statements of the paper (a disagreement is not a failure)"
+        tables.append(Printed(statements, title))
+    passed = all(row["pass"] for row in rows)
+    return Answer(rows, tables, exit_code=0 if passed else EXIT_FAILED)

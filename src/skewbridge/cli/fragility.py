@@ -1,30 +1,31 @@
 """Commands for fragility curves: fit, export, statistics of a demands table, prediction."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-import typer
-
-from skewbridge.cli.options import (
-    ABUTMENT_CHOICES,
-    ABUTMENT_NAMES,
-    LIMIT_STATES,
-    LimitStatesOption,
+from skewbridge.cli.options import ABUTMENT, BRIDGE, LIMIT_STATES, OUT, STUDY, folder_of
+from skewbridge.cli.output import (
+    Answer,
+    Arg,
     Opt,
-    OutOption,
-    StudyOption,
-    folder_of,
-    known_bridges,
-    takes,
+    Printed,
+    command,
+    messages,
+    new_group,
+    number,
+    quantities,
+    warn,
 )
-from skewbridge.cli.output import Command, JsonOption, emit, messages, new_group, number
 from skewbridge.errors import InputError
 
 commands = new_group()
 
 
-@commands.command(cls=Command)
-@takes(
+@command(
+    commands,
+    Arg("data", Path, "Data file: .json, .csv or .parquet.", ...),
+    Opt("paper_table", bool, "Print a publication table from a table of demands.", False),
+    LIMIT_STATES,
     Opt("method", Literal["stripes", "ida", "cloud"] | None, "Kind of data."),
     Opt("model", str | None, "Model of the demands in a cloud.", None, "[ols|tobit]"),
     Opt("link", str, "Link of the stripes.", "probit", "[probit]"),
@@ -38,17 +39,7 @@ commands = new_group()
     Opt("accept_bounds", bool, "Fit even if failed runs decide the result.", False),
     Opt("columns", Path | None, "YAML with columns (ours: theirs), factors, constants."),
 )
-def fit(
-    data: Annotated[Path, typer.Argument(help="Data file: .json, .csv or .parquet.")],
-    *,
-    paper_table: Annotated[
-        bool,
-        typer.Option("--paper-table", help="Print a publication table from a table of demands."),
-    ] = False,
-    limit_states: LimitStatesOption = LIMIT_STATES,
-    as_json: JsonOption = False,
-    **given: Any,
-) -> None:
+def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answer:
     """Fit a fragility curve: theta, beta, their intervals and a status.
 
     Example: skewbridge fit demands.csv --method cloud --im im_pga --edp drift --threshold 0.02
@@ -58,54 +49,35 @@ def fit(
 
     if paper_table:
         table = paper_rows(data, limit_states, given["im"])
-        emit({"rows": table["rows"]}, table["shown"], as_json=as_json, title=table["title"])
-        return
+        return Answer({"rows": table["rows"]}, [Printed(table["shown"], table["title"])])
     try:
         given["method"] = given["method"] or ""
         result = fit_file(data, FitOptions(**given)).as_json()
     except InputError as error:
         error.details.setdefault("row", None)
         raise
-    if not as_json:
-        for warning in result["warnings"]:
-            messages.print(f"warning: {warning}", style="yellow")
+    for warning in result["warnings"]:
+        warn(warning)
     reason = f"the data do not determine it (status {result['status']})"
-    emit(result, as_json=as_json, missing=reason)
+    return Answer(result, [Printed(quantities(result), missing=reason)])
 
 
-@commands.command(cls=Command)
-@takes(
+@command(
+    commands,
+    Arg("curves", Path, "Table of curves of a study (.parquet, .csv).", ...),
+    Opt("form", str, "File format.", ..., "[nrml|pelicun|dlml|csv|latex]", flags="--format"),
+    Opt("out", Path, "File to write.", ...),
+    Opt("method", Literal["cloud", "exceedance", "ida_interval"] | None,
+        "Method of the curves; without it the preferred ones."),
     Opt("hazard", Path | None, "Hazard curve, CSV with im and rate: adds annual frequencies."),
-    Opt(
-        "im_range",
-        tuple[float, float] | None,
-        "Range of a table of probabilities (csv).",
-        None,
-        "LOW HIGH",
-    ),
+    Opt("im_range", tuple[float, float] | None, "Range of a table of probabilities (csv).",
+        None, "LOW HIGH"),
     Opt("points", int, "Number of intensities in that range.", 50),
-    Opt(
-        "skew_factors",
-        bool,
+    Opt("skew_factors", bool,
         "theta(skew)/theta(0) with intervals, and those of Hazus (csv); as scaling specification "
-        "(pelicun).",
-        False,
-    ),
-)
-def export(
-    curves: Annotated[Path, typer.Argument(help="Table of curves of a study (.parquet, .csv).")],
-    form: Annotated[
-        str, typer.Option("--format", metavar="[nrml|pelicun|dlml|csv|latex]", help="File format.")
-    ],
-    out: Annotated[Path, typer.Option(help="File to write.")],
-    *,
-    method: Annotated[
-        Literal["cloud", "exceedance", "ida_interval"] | None,
-        typer.Option(help="Method of the curves; without it the preferred ones."),
-    ] = None,
-    as_json: JsonOption = False,
-    **given: Any,
-) -> None:
+        "(pelicun).", False),
+)  # fmt: skip
+def export(curves: Path, form: str, out: Path, method: str | None, **given: Any) -> Answer:
     """Write fragility curves for other tools, spreadsheets and papers.
 
     Example: skewbridge export results/fragility/curves.parquet --format nrml --out curves.xml
@@ -113,26 +85,19 @@ def export(
     from skewbridge.fragility.exports import CsvContent, export_curves
 
     report = export_curves(curves, form, out, method=method, content=CsvContent(**given))
-    for note in report["notes"]:
-        messages.print(note, markup=False)
-    emit(report, [{"written": name} for name in report["files"]], as_json=as_json)
+    written = [{"written": name} for name in report["files"]]
+    return Answer(report, [Printed(written)], notes=report["notes"])
 
 
-@commands.command(cls=Command)
-def statistics(
-    demands: Annotated[
-        Path, typer.Argument(help="Table with columns of demands.parquet: .parquet or .csv.")
-    ],
-    out: OutOption,
-    limit_states: LimitStatesOption = LIMIT_STATES,
-    im: Annotated[
-        str | None, typer.Option(metavar="COLUMN", help="Intensity measure, if there are several.")
-    ] = None,
-    margin: Annotated[
-        float | None, typer.Option(help="Relative change that is negligible: 0.05.")
-    ] = None,
-    as_json: JsonOption = False,
-) -> None:
+@command(
+    commands,
+    Arg("demands", Path, "Table with columns of demands.parquet: .parquet or .csv.", ...),
+    OUT,
+    LIMIT_STATES,
+    Opt("im", str | None, "Intensity measure, if there are several.", None, "COLUMN"),
+    Opt("margin", float | None, "Relative change that is negligible: 0.05."),
+)
+def statistics(demands: Path, out: Path, **given: Any) -> Answer:
     """Fit curves and effects to any table of demands.
 
     Writes every table of results/fragility. Needs the columns of the axes, motion_id, status, an
@@ -143,48 +108,38 @@ def statistics(
     """
     from skewbridge.fragility.study_tables import statistics_of
 
-    report = statistics_of(demands, out, limit_states=limit_states, im=im, margin=margin)
+    report = statistics_of(demands, out, **given)
     for name in report["left_out"]:
         messages.print(f"left out, because its demand is missing: {name}", style="yellow")
     for note in report["notes"]:
         messages.print(note, style="yellow")
-    emit(report, _counts(report), as_json=as_json, title=str(out))
-
-
-def _counts(report: dict[str, Any]) -> list[dict[str, Any]]:
-    rows = [{"what": f"rows of {name}", "count": n} for name, n in report["tables"].items()]
+    counts = {f"rows of {name}": count for name, count in report["tables"].items()}
     for kind in ("status", "verdict"):
-        rows += [{"what": f"{kind} {name}", "count": n} for name, n in report[kind].items()]
-    return rows
+        counts |= {f"{kind} {name}": count for name, count in report[kind].items()}
+    rows = [{"what": what, "count": count} for what, count in counts.items()]
+    return Answer(report, [Printed(rows, str(out))])
 
 
-@commands.command(cls=Command)
-@takes(
-    Opt("bridge", str | None, "Needed if there are several.", None, "NAME", known_bridges),
-    Opt(
-        "abutment",
-        str | None,
-        "By default the only model of the study, or contact-friction.",
-        None,
-        ABUTMENT_CHOICES,
-        lambda: list(ABUTMENT_NAMES),
+@command(
+    commands,
+    Opt("skew_deg", float | None, "Skew in degrees."),
+    Opt("gap_mm", float | None, "Joint gap in mm."),
+    Opt("friction", float | None, "Coefficient of friction."),
+    Opt("axis", list[str] | None, "A further axis; repeatable.", None, "NAME=VALUE"),
+    STUDY,
+    BRIDGE._replace(
+        kind=str | None, help="Needed if there are several.", default=None, metavar="NAME"
+    ),
+    ABUTMENT._replace(
+        kind=str | None,
+        help="By default the only model of the study, or contact-friction.",
+        default=None,
     ),
     Opt("component", str | None, "Only this component.", None, "NAME"),
     Opt("state", str | None, "Only this limit state.", None, "NAME"),
     Opt("at", float | None, "Intensity at which to give probabilities."),
 )
-def predict(
-    skew_deg: Annotated[float | None, typer.Option(help="Skew in degrees.")] = None,
-    gap_mm: Annotated[float | None, typer.Option(help="Joint gap in mm.")] = None,
-    friction: Annotated[float | None, typer.Option(help="Coefficient of friction.")] = None,
-    axis: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=VALUE", help="A further axis; repeatable.")
-    ] = None,
-    study: StudyOption = None,
-    *,
-    as_json: JsonOption = False,
-    **given: Any,
-) -> None:
+def predict(axis: list[str] | None, study: Path | None, **given: Any) -> Answer:
     """Predict fragility between the variants of a study.
 
     Gives medians, dispersions and probabilities from the joint model over skew, gap and friction,
@@ -194,7 +149,7 @@ def predict(
     """
     from skewbridge.fragility.joint import predict_states
 
-    named = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": friction}
+    named = {name: given.pop(name) for name in ("skew_deg", "gap_mm", "friction")}
     values = {name: value for name, value in named.items() if value is not None}
     for pair in axis or []:
         name, _, text = pair.partition("=")
@@ -216,8 +171,7 @@ def predict(
         for row in rows
     ]
     messages.print("left out: error of theta when a variant is left out of the model")
-    reason = "not enough variants with this state to estimate it"
     if (drawn := rows[0]["random_properties"]) != "none":
         messages.print(f"each motion of the study has its own draw of: {drawn}")
-    title = f"theta in {rows[0]['im']}"
-    emit({"rows": rows}, printed, as_json=as_json, title=title, missing=reason)
+    reason = "not enough variants with this state to estimate it"
+    return Answer({"rows": rows}, [Printed(printed, f"theta in {rows[0]['im']}", reason)])

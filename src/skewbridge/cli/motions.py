@@ -2,12 +2,9 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
-import typer
-
-from skewbridge.cli.options import Opt, takes
-from skewbridge.cli.output import Command, JsonOption, emit, messages, new_group
+from skewbridge.cli.output import Answer, Arg, Opt, Printed, command, messages, new_group
 from skewbridge.errors import EXIT_BAD_INPUT, InputError
 from skewbridge.files.text import writable_file
 
@@ -18,39 +15,39 @@ commands = new_group()
 motions = new_group("motions", "Read, check, measure, draw and synthesize ground motions.")
 commands.add_typer(motions)
 
-Files = Annotated[list[Path], typer.Argument(help="Component files.")]
-DtOption = Annotated[float | None, typer.Option("--dt-s", help="Time step for files without one.")]
-UnitOption = Annotated[
-    str | None,
-    typer.Option("--unit", help="Unit for files without one.", metavar="[g|cm/s2|m/s2]"),
-]
-OutOption = Annotated[Path, typer.Option("--out", help="Folder to write to.")]
+_OUT: Final = Opt("out", Path, "Folder to write to.", ...)
+#: What a file may not say of itself.
+_GIVEN: Final = (
+    Opt("dt_s", float | None, "Time step for files without one."),
+    Opt("unit", str | None, "Unit for files without one.", None, "[g|cm/s2|m/s2]"),
+)
 
 
-@motions.command(cls=Command)
-def check(
-    paths: Annotated[list[Path], typer.Argument(help="Files, or folders with motions.")],
-    dt_s: DtOption = None,
-    unit: UnitOption = None,
-    *,
-    strict: Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")] = False,
-    write: Annotated[
-        bool, typer.Option("--write", help="Write or update the index of each folder.")
-    ] = False,
-    as_json: JsonOption = False,
-) -> None:
+def _given(dt_s: float | None, unit: str | None) -> "Given":
+    from skewbridge.motions.formats import Given
+
+    return Given(dt_s_if_missing=dt_s, unit_if_missing=unit)
+
+
+@command(
+    motions,
+    Arg("paths", list[Path], "Files, or folders with motions.", ...),
+    *_GIVEN,
+    Opt("strict", bool, "Treat warnings as errors.", False),
+    Opt("write", bool, "Write or update the index of each folder.", False),
+)
+def check(paths: list[Path], strict: bool, write: bool, **given: Any) -> Answer:
     """Read motion files and report errors and warnings; exits with 2 if a file is unusable.
 
     Example: skewbridge motions check motions/
     """
     from skewbridge.motions.check import check_paths, write_folder_index
 
-    given = _given(dt_s, unit)
     if write:
         for folder in paths:
             if folder.is_dir():
-                messages.print(f"wrote {write_folder_index(folder, given)}")
-    checks = check_paths(paths, given, strict=strict)
+                messages.print(f"wrote {write_folder_index(folder, _given(**given))}")
+    checks = check_paths(paths, _given(**given), strict=strict)
     rows = [
         {
             "file": Path(item.file).name,
@@ -63,23 +60,18 @@ def check(
         }
         for item in checks
     ]
-    emit({"files": [asdict(item) for item in checks]}, rows, as_json=as_json)
-    if not all(item.passes for item in checks):
-        raise typer.Exit(EXIT_BAD_INPUT)
+    code = 0 if all(item.passes for item in checks) else EXIT_BAD_INPUT
+    return Answer({"files": [asdict(item) for item in checks]}, [Printed(rows)], exit_code=code)
 
 
-@motions.command(cls=Command)
-def im(
-    files: Files,
-    t1_s: Annotated[
-        float | None, typer.Option(help="Conditioning period, for Sa(T1) and Sa_avg.")
-    ] = None,
-    period_s: Annotated[list[float] | None, typer.Option(help="Periods of the spectra.")] = None,
-    dt_s: DtOption = None,
-    unit: UnitOption = None,
-    *,
-    as_json: JsonOption = False,
-) -> None:
+@command(
+    motions,
+    Arg("files", list[Path], "Component files.", ...),
+    Opt("t1_s", float | None, "Conditioning period, for Sa(T1) and Sa_avg."),
+    Opt("period_s", list[float] | None, "Periods of the spectra."),
+    *_GIVEN,
+)
+def im(files: list[Path], t1_s: float | None, period_s: list[float] | None, **given: Any) -> Answer:
     """Compute intensity measures of a pair of components, or of one.
 
     Example: skewbridge motions im A.AT2 B.AT2 --t1-s 0.75
@@ -87,25 +79,20 @@ def im(
     from skewbridge.motions.summary import component_summary, pair_summary
 
     if len(files) == 2:
-        answer = pair_summary(files[0], files[1], _given(dt_s, unit), t1_s, period_s)
+        answer = pair_summary(files[0], files[1], _given(**given), t1_s, period_s)
     elif len(files) == 1:
-        answer = component_summary(files[0], _given(dt_s, unit), t1_s, period_s)
+        answer = component_summary(files[0], _given(**given), t1_s, period_s)
     else:
         raise InputError(f"motions im takes one or two files, got {len(files)}")
     for message in answer.pop("messages"):
         messages.print(message)
-    emit(answer, as_json=as_json)
+    return Answer(answer)
 
 
-@motions.command(cls=Command)
-def plot(
-    paths: Annotated[list[Path], typer.Argument(help="One or two components, or a folder.")],
-    out: OutOption,
-    dt_s: DtOption = None,
-    unit: UnitOption = None,
-    *,
-    as_json: JsonOption = False,
-) -> None:
+@command(
+    motions, Arg("paths", list[Path], "One or two components, or a folder.", ...), _OUT, *_GIVEN
+)
+def plot(paths: list[Path], out: Path, **given: Any) -> Answer:
     """Draw a record with its spectra, or the spectra of a folder of motions.
 
     Example: skewbridge motions plot A.AT2 B.AT2 --out record.png
@@ -118,17 +105,18 @@ def plot(
         table = suite_table(paths[0])
         figure = suite_spectra(table.rotd50_g, table.periods_s, title=name, model=table.model)
     elif len(paths) <= 2:
-        name, step_s, components = read_components(paths, _given(dt_s, unit))
+        name, step_s, components = read_components(paths, _given(**given))
         figure = record_page(name, step_s, components)
     else:
         raise InputError(f"motions plot takes one or two files or a folder, got {len(paths)}")
     path = out if out.suffix.lower() in {".png", ".svg", ".pdf"} else out / f"{name}.png"
     figure.savefig(writable_file(path), dpi=150)
-    emit({"file": str(path)}, as_json=as_json)
+    return Answer({"file": str(path)})
 
 
-@motions.command(cls=Command)
-@takes(
+@command(
+    motions,
+    _OUT,
     Opt("magnitude", float, "Moment magnitude, 6.5 to 7.9.", ...),
     Opt("distance_km", float, "Distance to the rupture, up to 31 km.", ...),
     Opt("vs30_mps", float, "Mean shear-wave velocity of the upper 30 m.", ...),
@@ -136,25 +124,15 @@ def plot(
     Opt("ztor_km", float, "Depth to the top of the rupture.", 0.0),
     Opt("pulse", Literal["none", "all", "probability"], "Motions with a pulse.", "none"),
     Opt("rupture_to_site_km", float, "Rupture length towards the site, for pulses.", 20.0),
-)
-def synthesize(
-    out: OutOption,
-    *,
-    count: Annotated[int, typer.Option(help="Number of pairs.")] = 40,
-    seed: Annotated[int, typer.Option(help="Seed of the suite.")] = 1,
-    calibrate: Annotated[
-        Literal["bssa14", "none"], typer.Option(help="Ground-motion model that the spectra follow.")
-    ] = "bssa14",
-    orientation: Annotated[
-        Literal["random", "principal"], typer.Option(help="Orientation of the components.")
-    ] = "random",
-    shaking_s: Annotated[
-        float | None, typer.Option(help="Keep the strongest part of this length.")
-    ] = None,
-    free_vibration_s: Annotated[float, typer.Option(help="Zeros added at the end.")] = 0.0,
-    as_json: JsonOption = False,
-    **given: Any,
-) -> None:
+    Opt("count", int, "Number of pairs.", 40),
+    Opt("seed", int, "Seed of the suite.", 1),
+    Opt("calibrate", Literal["bssa14", "none"], "Ground-motion model that the spectra follow.",
+        "bssa14"),
+    Opt("orientation", Literal["random", "principal"], "Orientation of the components.", "random"),
+    Opt("shaking_s", float | None, "Keep the strongest part of this length."),
+    Opt("free_vibration_s", float, "Zeros added at the end.", 0.0),
+)  # fmt: skip
+def synthesize(out: Path, calibrate: Any, orientation: Any, **given: Any) -> Answer:
     """Synthesize pairs of motions by the model of Dabaghi and Der Kiureghian (2018).
 
     Example: skewbridge motions synthesize --magnitude 7 --distance-km 10 --vs30-mps 400 --out mine
@@ -162,56 +140,36 @@ def synthesize(
     from skewbridge.motions.synthesis.ddk18 import Scenario
     from skewbridge.motions.synthesis.generate import SynthesisOptions, write_synthetic_suite
 
-    index = write_synthetic_suite(
-        out,
-        Scenario(**given),
-        count=count,
-        seed=seed,
-        options=SynthesisOptions(calibrate=calibrate, orientation=orientation),
-        shaking_s=shaking_s,
-        free_vibration_s=free_vibration_s,
-    )
-    emit({"count": count, "index": str(index)}, as_json=as_json)
+    suite = {name: given.pop(name) for name in ("count", "seed", "shaking_s", "free_vibration_s")}
+    options = SynthesisOptions(calibrate=calibrate, orientation=orientation)
+    index = write_synthetic_suite(out, Scenario(**given), options=options, **suite)
+    return Answer({"count": suite["count"], "index": str(index)})
 
 
-@motions.command(cls=Command)
-def default_suite(
-    out: OutOption,
-    suite: Annotated[
-        Literal["near", "far", "pulse"], typer.Option(help="Shipped suite to write.")
-    ] = "near",
-    t1_s: Annotated[
-        float | None, typer.Option(help="Conditioning period; that of osb1 if not given.")
-    ] = None,
-    *,
-    as_json: JsonOption = False,
-) -> None:
+@command(
+    motions,
+    _OUT,
+    Opt("suite", Literal["near", "far", "pulse"], "Shipped suite to write.", "near"),
+    Opt("t1_s", float | None, "Conditioning period; that of osb1 if not given."),
+)
+def default_suite(out: Path, suite: str, t1_s: float | None) -> Answer:
     """Write a shipped suite again, with its scale factors.
 
     Example: skewbridge motions default-suite --out suite
     """
-    import numpy as np
+    import pandas as pd
+    from scipy.stats import gmean
 
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.motions.synthesis.generate import write_default_suite
     from skewbridge.study.config import CONDITIONING_BRIDGE
 
     period_s = load_bridge(CONDITIONING_BRIDGE).t1_s if t1_s is None else t1_s
-    effects = write_default_suite(out, period_s, suite)
+    effects = pd.DataFrame(write_default_suite(out, period_s, suite))
     rows = [
-        {
-            "ratio after cutting": name,
-            "lowest": min(effect[name] for effect in effects),
-            "geometric mean": float(np.exp(np.mean(np.log([e[name] for e in effects])))),
-            "highest": max(effect[name] for effect in effects),
-        }
-        for name in effects[0]
-    ]
+        {"ratio after cutting": name, "lowest": own.min(), "geometric mean": float(gmean(own)),
+         "highest": own.max()}
+        for name, own in effects.items()
+    ]  # fmt: skip
     title = f"{len(effects)} motions, T1 = {period_s:g} s"
-    emit({"count": len(effects), "t1_s": period_s, "cut": rows}, rows, as_json=as_json, title=title)
-
-
-def _given(dt_s: float | None, unit: str | None) -> "Given":
-    from skewbridge.motions.formats import Given
-
-    return Given(dt_s_if_missing=dt_s, unit_if_missing=unit)
+    return Answer({"count": len(effects), "t1_s": period_s, "cut": rows}, [Printed(rows, title)])

@@ -1,10 +1,13 @@
-"""Answers of the commands: a table or one JSON object on stdout, messages and exit codes."""
+"""Commands and their answers: tables or one JSON value on stdout, messages, exit codes."""
 
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import wraps
+from inspect import Parameter, Signature
 from math import isfinite, isnan
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, NamedTuple
 
 import typer
 from rich.console import Console
@@ -21,59 +24,91 @@ FILE_WIDTH: Final = 400  # characters of a line in a file or a pipe, so that not
 ROUNDING: Final = 1e-12  # a number smaller than this share of its column is the noise of zero
 NO_VALUE: Final = "-"  # printed for NaN; the reason follows below the table
 
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
-UnitsOption = Annotated[
-    Units,
-    typer.Option("--units", help="Units of printed tables: SI, or kip, in, ft. Files stay SI."),
-]
+type Row = Mapping[str, Any]
 
 messages = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
 
 
-class Command(TyperCommand):
-    """A command that reports errors in one message, as JSON if asked, and sets the exit code.
+def warn(text: str) -> None:
+    """Print a warning on stderr."""
+    messages.print(f"warning: {text}", style="yellow")
 
-    Bad input and unreadable files exit with 2, a solution that failed with 1.
+
+class Printed(NamedTuple):
+    """A printed table: its rows, all with the keys of the first, and why a value may be NaN."""
+
+    rows: Sequence[Row]
+    title: str | None = None
+    missing: str = "not defined for these data"
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """The answer of a command: a JSON value, and tables or texts that are printed otherwise.
+
+    Without ``printed``, a table has a row per number or text of the JSON value. With ``--json``
+    texts go to stderr, and tables are left out.
     """
 
-    def make_context(self, info_name: Any, args: list[str], *others: Any, **named: Any) -> Any:
-        """Return the context of the arguments; report an argument that is wrong."""
-        as_json = "--json" in args
-        try:
-            self._check_pairs(args)
-            return super().make_context(info_name, args, *others, **named)
-        except typer.TyperException as error:
-            error.message = error.message.replace("Value error, ", "")
-            if as_json:
-                emit_json({"status": "error", "message": error.format_message()})
-            raise
+    payload: Any  # in SI
+    printed: Sequence[Printed | str] | None = None
+    units: Units = "si"  # of the tables
+    notes: Sequence[str] = ()  # messages after the answer
+    exit_code: int = 0
 
-    def invoke(self, ctx: Any) -> Any:
-        """Run the command."""
-        details: Mapping[str, Any] = {}
-        try:
-            return super().invoke(ctx)
-        except InputError as error:
-            status, code, details, message = "error", EXIT_BAD_INPUT, error.details, str(error)
-        except SolutionError as error:
-            status, code, message = "failed", EXIT_FAILED, str(error)
-        except OSError as error:
-            status, code = "error", EXIT_BAD_INPUT
-            message = f"{shortened(str(error.filename or ''))}: {error.strerror or error}"
-        if ctx.params.get("as_json"):
-            emit_json({"status": status, "message": message} | dict(details))
-        messages.print(_printable(f"{status}: {message}"), style="red")
-        raise typer.Exit(code)
+    def emit(self, *, as_json: bool) -> None:
+        """Print the answer and its notes; leave with its exit code."""
+        if as_json:
+            emit_json(self.payload)
+        parts = [Printed(quantities(self.payload))] if self.printed is None else self.printed
+        for part in parts:
+            if isinstance(part, str):
+                (messages.print if as_json else typer.echo)(part)
+            elif not as_json:
+                emit_table(part._replace(rows=in_units(part.rows, self.units)))
+        for note in self.notes:
+            messages.print(note)
+        if self.exit_code:
+            raise typer.Exit(self.exit_code)
 
-    def _check_pairs(self, args: list[str]) -> None:
-        """Refuse an option of two values whose second value is the next option."""
-        pairs = {name for option in self.params if option.nargs == 2 for name in option.opts}
-        for at in (at for at, argument in enumerate(args) if argument in pairs):
-            values = args[at + 1 : at + 3]
-            given = next((n for n, value in enumerate(values) if value.startswith("--")), None)
-            if given is not None:
-                message = f"{args[at]} takes two values, got {given} before {values[given]}"
-                raise typer.BadParameter(message)
+
+class Opt(NamedTuple):
+    """One option of a command."""
+
+    name: str  # of the argument; the option is that with hyphens, after `--`
+    kind: Any  # type of the value
+    help: str
+    default: Any = None  # `...` for an option that must be given
+    metavar: str | None = None  # what the help shows for the value
+    complete: Callable[[], list[str]] | None = None  # returns the values for shell completion
+    flags: str = ""  # the option and other names of it, where it is not that of the name
+
+    def parameter(self) -> Parameter:
+        """Return the option as a parameter of a command."""
+        flags = self.flags or f"--{self.name.replace('_', '-')}"
+        return self._taken(typer.Option(*flags.split(), **self._shown()))
+
+    def _shown(self) -> dict[str, Any]:
+        return {"help": self.help, "metavar": self.metavar, "autocompletion": self.complete}
+
+    def _taken(self, given: Any) -> Parameter:
+        default = Parameter.empty if self.default is ... else self.default
+        kind = Annotated[self.kind, given]
+        return Parameter(self.name, Parameter.KEYWORD_ONLY, annotation=kind, default=default)
+
+
+class Arg(Opt):
+    """One argument of a command, without flags."""
+
+    def parameter(self) -> Parameter:
+        """Return the argument as a parameter of a command."""
+        return self._taken(typer.Argument(**self._shown()))
+
+
+UNITS: Final = Opt(
+    "units", Units, "Units of printed tables: SI, or kip, in, ft. Files stay SI.", "si"
+)
+_JSON: Final = Opt("as_json", bool, "Print one JSON object on stdout.", False, flags="--json")
 
 
 def new_group(name: str | None = None, summary: str = "") -> typer.Typer:
@@ -88,56 +123,88 @@ def new_group(name: str | None = None, summary: str = "") -> typer.Typer:
     )
 
 
+def command(
+    group: typer.Typer, *options: Opt, name: str | None = None
+) -> Callable[[Callable[..., Answer]], Callable[..., None]]:
+    """Add a function to a group as a command, which prints the answer that it returns.
+
+    The function gets its options and arguments by their names.
+    """
+
+    def decorate(function: Callable[..., Answer]) -> Callable[..., None]:
+        @wraps(function)
+        def called(*, as_json: bool, **values: Any) -> None:
+            function(**values).emit(as_json=as_json)
+
+        given = {option.name: option.parameter() for option in (*options, _JSON)}
+        vars(called)["__signature__"] = Signature(list(given.values()))
+        return group.command(name, cls=Command)(called)
+
+    return decorate
+
+
+class Command(TyperCommand):
+    """A command that reports errors in one message, as JSON if asked, and sets the exit code.
+
+    Bad input and unreadable files exit with 2, a solution that failed with 1.
+    """
+
+    def make_context(self, info_name: Any, args: list[str], *others: Any, **named: Any) -> Any:
+        """Return the context of the arguments; report an argument that is wrong."""
+        try:
+            self._check_pairs(args)
+            return super().make_context(info_name, args, *others, **named)
+        except typer.TyperException as error:
+            error.message = error.message.replace("Value error, ", "")
+            if "--json" in args:
+                emit_json({"status": "error", "message": error.format_message()})
+            raise
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command."""
+        details: Row = {}
+        try:
+            return super().invoke(ctx)
+        except InputError as error:
+            status, code, details, message = "error", EXIT_BAD_INPUT, error.details, str(error)
+        except SolutionError as error:
+            status, code, message = "failed", EXIT_FAILED, str(error)
+        except OSError as error:
+            status, code = "error", EXIT_BAD_INPUT
+            message = f"{shortened(str(error.filename or ''))}: {error.strerror or error}"
+        if ctx.params["as_json"]:
+            emit_json({"status": status, "message": message, **details})
+        messages.print(_printable(f"{status}: {message}"), style="red")
+        raise typer.Exit(code)
+
+    def _check_pairs(self, args: list[str]) -> None:
+        """Refuse an option of two values whose second value is the next option."""
+        pairs = {name for option in self.params if option.nargs == 2 for name in option.opts}
+        for at in (at for at, argument in enumerate(args) if argument in pairs):
+            values = args[at + 1 : at + 3]
+            given = next((n for n, value in enumerate(values) if value.startswith("--")), None)
+            if given is not None:
+                message = f"{args[at]} takes two values, got {given} before {values[given]}"
+                raise typer.BadParameter(message)
+
+
 def emit_json(payload: object) -> None:
     """Write one JSON value and a newline to stdout; NaN and infinities become null."""
     sys.stdout.write(json.dumps(_finite(payload), allow_nan=False) + "\n")
 
 
-def emit(
-    payload: Any,
-    rows: Sequence[Mapping[str, Any]] | None = None,
-    *,
-    as_json: bool,
-    title: str | None = None,
-    units: Units = "si",
-    missing: str = "not defined for these data",
-) -> None:
-    """Print the answer of a command.
-
-    Args:
-        payload: The JSON value of the answer.
-        rows: The table to print instead; by default a row per number or text of the payload.
-        as_json: Whether to print the JSON value.
-        title: Title of the table.
-        units: Units of the table; the JSON value is in SI.
-        missing: Why a value of the table may be NaN.
-    """
-    if as_json:
-        emit_json(payload)
-        return
-    table = in_units(_quantities(payload) if rows is None else rows, units)
-    emit_table(table, title, missing=missing)
-
-
-def emit_table(
-    rows: Sequence[Mapping[str, Any]],
-    title: str | None = None,
-    *,
-    missing: str = "not defined for these data",
-) -> None:
-    """Print rows (all with the keys of the first) as a table on stdout; explain missing values."""
-    table = Table(title=None if title is None else Text(_printable(title)))
+def emit_table(table: Printed) -> None:
+    """Print a table on stdout; explain missing values on stderr."""
+    rows, title, missing = table
+    drawn = Table(title=None if title is None else Text(_printable(title)))
     noise = {column: _noise(rows, column) for column in (rows[0] if rows else ())}
     for column in noise:
-        table.add_column(
-            Text(_printable(column)),
-            justify="left" if isinstance(rows[0][column], str) else "right",
-            overflow="fold",
-        )
+        side = "left" if isinstance(rows[0][column], str) else "right"
+        drawn.add_column(Text(_printable(column)), justify=side, overflow="fold")
     cells = [[number(value, noise.get(key, 0.0)) for key, value in row.items()] for row in rows]
     for row in cells:
-        table.add_row(*(Text(_printable(cell)) for cell in row))
-    Console(highlight=False, width=None if sys.stdout.isatty() else FILE_WIDTH).print(table)
+        drawn.add_row(*(Text(_printable(cell)) for cell in row))
+    Console(highlight=False, width=None if sys.stdout.isatty() else FILE_WIDTH).print(drawn)
     if any(NO_VALUE in cell.split("..") for row in cells for cell in row):
         messages.print(f"{NO_VALUE}: {missing}")
 
@@ -146,14 +213,12 @@ def number(value: object, noise: float = 0.0, form: str = ".5g") -> str:
     """Return a value as text: NaN as `NO_VALUE`, noise of zero as 0, None as nothing."""
     if isinstance(value, list):
         return ", ".join(number(item, noise, form) for item in value)
-    if value is None:
-        return ""
     if isinstance(value, float):
         return NO_VALUE if isnan(value) else "0" if abs(value) < noise else f"{value:{form}}"
-    return str(value)
+    return "" if value is None else str(value)
 
 
-def _quantities(payload: Mapping[str, Any]) -> list[dict[str, Any]]:
+def quantities(payload: Row) -> list[dict[str, Any]]:
     """Return a row per value, including those of inner mappings, without long lists."""
     flat: dict[str, Any] = {}
     for name, value in payload.items():
@@ -165,7 +230,7 @@ def _quantities(payload: Mapping[str, Any]) -> list[dict[str, Any]]:
     ]
 
 
-def _noise(rows: Sequence[Mapping[str, Any]], column: str) -> float:
+def _noise(rows: Sequence[Row], column: str) -> float:
     """Return the size below which numbers of a column are zero with rounding errors."""
     if column == "value":  # each row is a quantity of its own
         return 0.0
@@ -182,18 +247,13 @@ def _printable(text: str) -> str:
 def _finite(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(key): _finite(item) for key, item in value.items()}
-    if isinstance(value, str):
-        return value
-    if isinstance(value, Sequence):
-        return [_finite(item) for item in value]
     if hasattr(value, "tolist"):
         return _finite(value.tolist())
-    if isinstance(value, float) and not isfinite(value):
-        return None
-    return value
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not isfinite(value) else value
 
 
-_KNM: Final = KN / (KIP * FOOT)
 #: Ending of a name -> ending in US units, factor; the longer endings first.
 _US_UNITS: Final = {
     "_kn_per_m": ("_kip_per_in", KN / KIP * INCH),
@@ -201,35 +261,37 @@ _US_UNITS: Final = {
     "length_m": ("length_ft", 1.0 / FOOT),
     "_mps2": ("_in_per_s2", 1.0 / INCH),
     "_mps": ("_in_per_s", 1.0 / INCH),
-    "_knm": ("_kip_ft", _KNM),
+    "_knm": ("_kip_ft", KN / (KIP * FOOT)),
     "_kj": ("_kip_ft", KJ / (KIP * FOOT)),
     "_kn": ("_kip", KN / KIP),
     "_mm": ("_in", MM / INCH),
     "_m": ("_in", 1.0 / INCH),
     " (m)": (" (in)", 1.0 / INCH),
 }
+#: Columns that name the quantity of a row: its ending is the unit of all others but a few.
+_NAMES: Final = ("quantity", "check", "of a column")
+_WITHOUT_UNIT: Final = ("ratio", "ok")
 
 
-def in_units(rows: Sequence[Mapping[str, Any]], units: Units) -> list[dict[str, Any]]:
+def in_units(rows: Sequence[Row], units: Units) -> Sequence[Row]:
     """Return the rows of a table with heads and numbers in these units.
 
     The unit of a number is the ending of its column's name, or of the name of its row where the
     rows are quantities or checks.
     """
-    return [dict(row) if units == "si" else _in_us_units(row) for row in rows]
+    return rows if units == "si" else [_in_us_units(row) for row in rows]
 
 
-def _in_us_units(row: Mapping[str, Any]) -> dict[str, Any]:
-    label = next((key for key in ("quantity", "check", "of a column") if key in row), None)
-    if label is not None:
-        name, factor = _us_unit(str(row[label]))
-        without_unit = ("ratio", "ok")  # columns of a check
-        return {
-            key: name if key == label else value if key in without_unit else _times(value, factor)
-            for key, value in row.items()
-        }
-    converted = ((_us_unit(key), value) for key, value in row.items())
-    return {name: _times(value, factor) for (name, factor), value in converted}
+def _in_us_units(row: Row) -> Row:
+    label = next((key for key in _NAMES if key in row), None)
+    if label is None:
+        converted = ((_us_unit(key), value) for key, value in row.items())
+        return {name: _times(value, factor) for (name, factor), value in converted}
+    name, factor = _us_unit(str(row[label]))
+    values = {
+        key: value if key in _WITHOUT_UNIT else _times(value, factor) for key, value in row.items()
+    }
+    return values | {label: name}
 
 
 def _us_unit(name: str) -> tuple[str, float]:

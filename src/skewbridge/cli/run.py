@@ -3,113 +3,70 @@
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-import typer
-
-from skewbridge.cli.options import (
-    DEFAULT_CONFIG,
-    Opt,
-    OutOption,
-    SetOption,
-    StudyOption,
-    VariantChoice,
-    config_of,
-    settings_and_options,
-    takes,
-    takes_variant,
-)
-from skewbridge.cli.output import (
-    Command,
-    JsonOption,
-    Units,
-    UnitsOption,
-    emit_json,
-    in_units,
-    messages,
-    new_group,
-)
+from skewbridge.cli.options import OUT, STUDY, VARIANT, VariantChoice, study_of
+from skewbridge.cli.output import UNITS, Answer, Opt, command, in_units, messages, new_group
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder
+from skewbridge.units import Units
 
 if TYPE_CHECKING:
     from skewbridge.analysis.transient import AnalysisResult
     from skewbridge.study.task import Task
-    from skewbridge.variant.variant import Variant
 
 commands = new_group()
 
 
-@commands.command(cls=Command)
-@takes_variant()
-@takes(
+@command(
+    commands,
+    *VARIANT,
+    OUT,
+    Opt("motion", tuple[Path, Path] | None,
+        "Two component files: along x and along y at incidence 0."),
+    Opt("figures", bool, "Draw the figures.", True, flags="--figures/--no-figures"),
+    Opt("save_model", bool, "Write the model as an OpenSeesPy script.", False),
+    Opt("row_key", str | None, "Repeat this row of the demands of --study.", None, "RUN_KEY",
+        flags="--row"),
+    STUDY,
     Opt("scale", float, "Factor on both components.", 1.0),
     Opt("incidence_deg", float, "Angle from bridge x to component 1.", 0.0),
     Opt("scheme", Literal["default", "paper"], "Integration scheme.", "default"),
     Opt("accuracy", Literal["reference", "default", "fast"], "Set of numerics.", "default"),
     Opt("dt_s", float | None, "Time step; overrides that of --accuracy."),
     Opt("duration_s", float | None, "Cut the motion to this length."),
-)
-def run(
-    choice: VariantChoice,
-    out: OutOption,
-    motion: Annotated[
-        tuple[Path, Path] | None,
-        typer.Option(help="Two component files: along x and along y at incidence 0."),
-    ] = None,
-    changes: SetOption = None,
-    figures: Annotated[
-        bool, typer.Option("--figures/--no-figures", help="Draw the figures.")
-    ] = True,
-    save_model: Annotated[
-        bool, typer.Option("--save-model", help="Write the model as an OpenSeesPy script.")
-    ] = False,
-    row_key: Annotated[
-        str | None,
-        typer.Option("--row", metavar="RUN_KEY", help="Repeat this row of the demands of --study."),
-    ] = None,
-    study: StudyOption = None,
-    units: UnitsOption = "si",
-    as_json: JsonOption = False,
-    **given: Any,
-) -> None:
+    UNITS,
+)  # fmt: skip
+def run(out: Path, **given: Any) -> Answer:
     """Analyse one variant under one motion and draw its histories.
 
     Collapse is a result; an analysis that failed numerically exits with 1.
 
     Example: skewbridge run --skew-deg 30 --motion A.AT2 B.AT2 --out run30
     """
-    if row_key is not None:
-        task = _task_of_row(row_key, config_of(study))
-    elif motion is None:
-        raise InputError("motion: name two component files, or a row of a study with --row")
+    if given["row_key"] is not None:
+        task = _task_of_row(given["row_key"], given["study"])
     else:
-        task = _task(choice.variant().normalised(), motion, changes, given)
+        task = _task(VariantChoice.of(given), given)
     result, row = _analysed(task, writable_folder(out))
-    written = _write(task, result, row, out, figures=figures)
-    if save_model:
+    title = f"{task.variant.slug}, {task.motion.motion.motion_id} x {task.motion.scale:g}"
+    written = _write(task, result, row, out, figures_title=title if given["figures"] else "")
+    if given["save_model"]:
         from skewbridge.analysis.model_script import model_script
 
         script = model_script(task.variant, task.settings.model_options(task.options))
         (out / "model.py").write_text(script, encoding="utf-8")
         written.append("model.py")
-    if as_json:
-        emit_json(row)
-    title = f"{task.variant.slug} under {task.motion.motion.motion_id} x {task.motion.scale:g}"
-    (messages.print if as_json else typer.echo)(
-        f"{title}: {_result(row, units)}.\n{_limits(row, result.messages)}\n"
+    text = (
+        f"{task.variant.slug} under {task.motion.motion.motion_id} x {task.motion.scale:g}: "
+        f"{_result(row, given['units'])}.\n{_limits(row, result.messages)}\n"
         f"Files in {out}: {', '.join(written)}."
     )
-    if result.status not in ("ok", "collapse"):
-        raise typer.Exit(EXIT_FAILED)
+    has_result = result.status in ("ok", "collapse")
+    return Answer(row, [text], exit_code=0 if has_result else EXIT_FAILED)
 
 
-def _task(
-    variant: "Variant",
-    files: tuple[Path, Path],
-    changes: list[str] | None,
-    given: Mapping[str, Any],
-) -> "Task":
+def _task(choice: VariantChoice, given: Mapping[str, Any]) -> "Task":
     """Return the analysis that the options ask for."""
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.motions.intensity import motion_measures, scaled_measures
@@ -117,23 +74,23 @@ def _task(
     from skewbridge.motions.record import SuiteMotion
     from skewbridge.study.task import Task
 
+    if given["motion"] is None:
+        raise InputError("motion: name two component files, or a row of a study with --row")
+    variant, scale = choice.variant().normalised(), given["scale"]
     named = {name: given[name] for name in ("scheme", "dt_s", "duration_s")}
-    settings, options = settings_and_options(changes, named, given["accuracy"])
-    motion = read_motion(*files)
-    measures = motion_measures(motion, load_bridge(variant.bridge).t1_s)
-    scaled = SuiteMotion(
-        motion=motion, scale=given["scale"], measures=scaled_measures(measures, given["scale"])
-    )
+    settings, options = choice.settings_and_model(named, given["accuracy"])
+    motion = read_motion(*given["motion"])
+    measures = scaled_measures(motion_measures(motion, load_bridge(variant.bridge).t1_s), scale)
     return Task(
         variant=variant,
-        motion=scaled,
+        motion=SuiteMotion(motion=motion, scale=scale, measures=measures),
         incidence_deg=given["incidence_deg"],
         settings=settings,
         options=options,
     )
 
 
-def _task_of_row(key: str, config: Path) -> "Task":
+def _task_of_row(key: str, study: Path | None) -> "Task":
     """Return the analysis of a row of the demands of a study, finished or not.
 
     Raises:
@@ -141,32 +98,29 @@ def _task_of_row(key: str, config: Path) -> "Task":
     """
     from skewbridge.files.tables import read_table
     from skewbridge.study.analyses import StudySetup
-    from skewbridge.study.config import load_config
-    from skewbridge.study.folder import StudyFolder
     from skewbridge.study.journal import read_journals
     from skewbridge.study.task import run_key
 
-    study = load_config(config, base=DEFAULT_CONFIG)
-    folder = StudyFolder(Path(study.results))
+    config, folder = study_of(study)
     row = read_journals(folder).get(key)
     if row is None:
-        table = folder.demands
-        if not table.is_file():
+        if not folder.demands.is_file():
             raise InputError(
-                f"row {key}: there is no {table}; run the study first or name another with --study"
+                f"row {key}: there is no {folder.demands}; run the study first or name another "
+                "with --study"
             )
-        rows: list[dict[str, Any]] = read_table(table).to_pylist()
+        rows: list[dict[str, Any]] = read_table(folder.demands).to_pylist()
         row = next((row for row in rows if row["run_key"] == key), None)
         if row is None:
             raise InputError(
-                f"row {key}: no such run_key in {table} ({len(rows)} rows); name another study "
-                "with --study"
+                f"row {key}: no such run_key in {folder.demands} ({len(rows)} rows); name another "
+                "study with --study"
             )
-    task = StudySetup.of(study).task_of(row)
+    task = StudySetup.of(config).task_of(row)
     if task is None:
         raise InputError(
-            f"row {key}: {config} has no {row['motion_id']} x {row['scale']:g} at "
-            f"{row['incidence_deg']:g} degrees"
+            f"row {key}: the study in {folder.root} no longer has {row['motion_id']} x "
+            f"{row['scale']:g} at {row['incidence_deg']:g} degrees"
         )
     if run_key(task) != key:
         messages.print("settings or sources have changed since: the result may differ")
@@ -200,9 +154,9 @@ def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]
 
 
 def _write(
-    task: "Task", result: "AnalysisResult", row: dict[str, Any], out: Path, *, figures: bool
+    task: "Task", result: "AnalysisResult", row: dict[str, Any], out: Path, *, figures_title: str
 ) -> list[str]:
-    """Write the row, the histories and the figures of an analysis; return the names of files."""
+    """Write the row, the histories and with a title the figures; return the names of files."""
     import pandas as pd
 
     from skewbridge.demands.tables import to_table
@@ -218,22 +172,22 @@ def _write(
     histories = pd.DataFrame(result.histories)
     write_frame(histories, out / "histories.parquet", digests)
     written = ["demands.parquet", "histories.parquet"]
-    if not figures:
+    if not figures_title:
         return written
     from skewbridge.report.run_figures import run_figures
 
-    title = f"{task.variant.slug}, {task.motion.motion.motion_id} x {task.motion.scale:g}"
-    for name, figure in run_figures(histories, title=title).items():
+    for name, figure in run_figures(histories, title=figures_title).items():
         for path in (out / f"{name}.png", out / f"{name}.svg"):
             figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
         written.append(f"{name}.png and .svg")
     if result.contact_layout is not None:
         from skewbridge.report.contact_replay import replay_page
 
-        page = replay_page(result.contact_layout, histories, title=title)
-        (out / "contact_replay.html").write_text(page, encoding="utf-8")
-        stamp(out / "contact_replay.html", digests)
-        written.append("contact_replay.html")
+        page = out / "contact_replay.html"
+        text = replay_page(result.contact_layout, histories, title=figures_title)
+        page.write_text(text, encoding="utf-8")
+        stamp(page, digests)
+        written.append(page.name)
     return written
 
 

@@ -3,35 +3,36 @@
 from contextlib import chdir
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any, Final
-
-import typer
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from skewbridge.cli.options import (
     DEFAULT_CONFIG,
     LIMIT_STATES,
-    LimitStatesOption,
-    Opt,
-    OutOption,
-    PlannedStudyOption,
-    StudyOption,
+    OUT,
+    PLANNED_STUDY,
+    STUDY,
     config_of,
     folder_of,
-    takes,
+    study_of,
 )
 from skewbridge.cli.output import (
     NO_VALUE,
-    Command,
-    JsonOption,
-    emit,
-    emit_json,
-    emit_table,
+    Answer,
+    Arg,
+    Opt,
+    Printed,
+    command,
     messages,
     new_group,
     number,
+    warn,
 )
 from skewbridge.errors import EXIT_FAILED, InputError
+from skewbridge.files.text import writable_file, writable_folder, write_text
 from skewbridge.statuses import FAILED
+
+if TYPE_CHECKING:
+    from skewbridge.study.config import StudyConfig
 
 #: Tables and pictures of a finished study, which `make demo-data` writes.
 DEMO_STUDY: Final = Path(__file__).parent / "demo_study"
@@ -41,12 +42,8 @@ study = new_group("study", "Maintain and publish a study: retry, journal, plot, 
 commands.add_typer(study)
 
 
-@commands.command(cls=Command)
-def init(
-    folder: Annotated[Path, typer.Argument(help="Folder of the study; created if missing.")],
-    *,
-    as_json: JsonOption = False,
-) -> None:
+@command(commands, Arg("folder", Path, "Folder of the study; created if missing.", ...))
+def init(folder: Path) -> Answer:
     """Write Snakefile, rules, configuration and motions of a study to a folder.
 
     Example: skewbridge init my_study
@@ -54,22 +51,22 @@ def init(
     from skewbridge.study.folder import write_starter
 
     written = [str(path) for path in write_starter(folder)]
-    emit({"written": written}, [{"written": path} for path in written], as_json=as_json)
-    messages.print(
+    note = (
         f"cd {folder}, then: snakemake -j2 --configfile config/smoke.yaml (a small study) or "
         "snakemake -j2 (the default study; skewbridge plan shows its cost)"
     )
+    rows = [{"written": path} for path in written]
+    return Answer({"written": written}, [Printed(rows)], notes=[note])
 
 
-@commands.command(cls=Command)
-def demo(*, out: OutOption = Path("demo"), as_json: JsonOption = False) -> None:
+@command(commands, OUT._replace(default=Path("demo")))
+def demo(out: Path) -> Answer:
     """Write the report of a small stored study to a folder, in seconds.
 
     It is the study of config/demo.yaml: eight variants of one bridge under 16 motions.
 
     Example: skewbridge demo --out demo
     """
-    from skewbridge.files.text import writable_folder
     from skewbridge.report.html.page import write_report
     from skewbridge.study.config import load_config
     from skewbridge.study.folder import StudyFolder, starter_files
@@ -90,28 +87,19 @@ def demo(*, out: OutOption = Path("demo"), as_json: JsonOption = False) -> None:
             f"the stored study does not fit this version of the report ({error!r}); "
             "`make demo-data` in a clone makes it again"
         ) from error
-    emit({"report": str(page)}, [{"report": str(page)}], as_json=as_json)
+    report = {"report": str(page)}
+    return Answer(report, [Printed([report])])
 
 
-@commands.command(cls=Command)
-def plan(
-    *,
-    study: PlannedStudyOption = None,
-    pilot: Annotated[
-        int | None,
-        typer.Option(
-            metavar="MOTIONS",
-            help="Run this many motions on corner variants and propose a range of levels.",
-        ),
-    ] = None,
-    profile: Annotated[
-        str | None,
-        typer.Option(
-            metavar="slurm|FOLDER", help="Profile of a cluster: adds the jobs and hours there."
-        ),
-    ] = None,
-    as_json: JsonOption = False,
-) -> None:
+@command(
+    commands,
+    PLANNED_STUDY,
+    Opt("pilot", int | None,
+        "Run this many motions on corner variants and propose a range of levels.", None, "MOTIONS"),
+    Opt("profile", str | None, "Profile of a cluster: adds the jobs and hours there.", None,
+        "slurm|FOLDER"),
+)  # fmt: skip
+def plan(study: Path | None, pilot: int | None, profile: str | None) -> Answer:
     """Show the variants and analyses of a study, their cost and what is done.
 
     For a finished study, also show how many motions decide each headline answer.
@@ -120,29 +108,24 @@ def plan(
     """
     from skewbridge.analysis.modal import periods_of_file, standing_bridge
     from skewbridge.files.tables import read_frame, records_of
-    from skewbridge.study.config import load_config
-    from skewbridge.study.folder import StudyFolder
     from skewbridge.study.inputs import check_inputs
 
-    config = load_config(config_of(study), base=DEFAULT_CONFIG)
+    config, folder = study_of(study)
     check_inputs(config)
     for name in config.bridges_with_periods():
         for warning in periods_of_file(name, standing_bridge(name)):
-            messages.print(f"warning: {warning}", style="yellow")
+            warn(warning)
     if pilot is not None:
-        _propose_levels(config, pilot, as_json=as_json)
-        return
+        return _proposed_levels(config, pilot)
     summary, variants = _forecast(config, profile)
-    table = StudyFolder(Path(config.results)).fragility("needed_motions")
+    table = folder.fragility("needed_motions")
     needed = records_of(read_frame(table)) if table.is_file() else []
-    if not as_json:
-        emit_table([{"variant": slug, "analyses": count} for slug, count in variants.items()])
-    emit(summary | {"needed_motions": needed}, _study_rows(summary), as_json=as_json)
-    if needed and not as_json:
+    counts = [{"variant": slug, "analyses": count} for slug, count in variants.items()]
+    printed = [Printed(counts), _study_table(summary)]
+    if needed:
         rows = [
             {
-                "bridge": f"{row['bridge']} {row['abutment']}".replace("_", "-"),
-                "demand": row["demand"],
+                **_pair_names(row),
                 "change": f"{row['axis']} {row['from_value']:g} to {row['to_value']:g}",
                 "verdict": row["verdict"],
                 "motions": row["n_motions"],
@@ -154,63 +137,53 @@ def plan(
             for row in needed
         ]
         reason = "no number of motions is needed or found; see the column forecast"
-        emit_table(rows, "Motions that decide the pooled effects", missing=reason)
+        printed.append(Printed(rows, "Motions that decide the pooled effects", reason))
+    return Answer(summary | {"needed_motions": needed}, printed)
 
 
-@commands.command(cls=Command)
-def status(
-    *,
-    failed: Annotated[
-        bool, typer.Option("--failed", help="List the analyses without a usable result.")
-    ] = False,
-    study: PlannedStudyOption = None,
-    as_json: JsonOption = False,
-) -> None:
+@command(
+    commands,
+    Opt("failed", bool, "List the analyses without a usable result.", False),
+    PLANNED_STUDY,
+)
+def status(failed: bool, study: Path | None) -> Answer:
     """Show how many analyses are done, failed and left, and the last failure.
 
     With --failed, list each analysis without a usable result and the command that repeats it.
 
     Example: skewbridge status --study results/smoke
     """
-    from skewbridge.study.config import load_config
     from skewbridge.study.progress import failed_analyses
 
-    config = load_config(config_of(study), base=DEFAULT_CONFIG)
+    config, folder = study_of(study)
     failures = failed_analyses(config)
     if failed:
         rows = [{name: row[name] for name in ("variant", "motion", "status")} for row in failures]
-        emit({"failed": len(failures), "analyses": failures}, rows, as_json=as_json)
-        for row in failures:
-            messages.print(f"{row['command']}   # {row['reason']}")
-        return
+        notes = [f"{row['command']}   # {row['reason']}" for row in failures]
+        answer = {"failed": len(failures), "analyses": failures}
+        return Answer(answer, [Printed(rows)], notes=notes)
     summary, _ = _forecast(config)
-    last = failures[-1] if failures else None
-    title = f"Study in {config.results}"
-    answer = summary | {"results": config.results, "last_failure": last}
-    emit(answer, _study_rows(summary), as_json=as_json, title=title)
-    if last is not None:
-        messages.print(
-            f"last failure: {last['variant']} under {last['motion']}: {last['status']} "
-            f"({last['reason']}); repeat it with: {last['command']}"
-        )
+    notes = [
+        f"last failure: {last['variant']} under {last['motion']}: {last['status']} "
+        f"({last['reason']}); repeat it with: {last['command']}"
+        for last in failures[-1:]
+    ]
+    answer = {"results": config.results, "last_failure": failures[-1] if failures else None}
+    return Answer(summary | answer, [_study_table(summary, f"Study in {folder.root}")], notes=notes)
 
 
-@commands.command(cls=Command)
+@command(
+    commands,
+    Arg("first", Path, "Folder of a study, or its table of demands.", ...),
+    Arg("second", Path, "The same for the second study.", ...),
+    LIMIT_STATES,
+    Opt("im", str, "Intensity measure of the medians.", "im_saavg_rotd50_g", "COLUMN"),
+    Opt("margin", float, "Relative change that counts as negligible.", 0.05),
+    Opt("out", Path | None, "CSV file for all rows, including each variant."),
+)
 def compare(
-    first: Annotated[Path, typer.Argument(help="Folder of a study, or its table of demands.")],
-    second: Annotated[Path, typer.Argument(help="The same for the second study.")],
-    limit_states: LimitStatesOption = LIMIT_STATES,
-    im: Annotated[
-        str, typer.Option(metavar="COLUMN", help="Intensity measure of the medians.")
-    ] = "im_saavg_rotd50_g",
-    margin: Annotated[
-        float, typer.Option(help="Relative change that counts as negligible.")
-    ] = 0.05,
-    out: Annotated[
-        Path | None, typer.Option(help="CSV file for all rows, including each variant.")
-    ] = None,
-    as_json: JsonOption = False,
-) -> None:
+    first: Path, second: Path, limit_states: Path, im: str, margin: float, out: Path | None
+) -> Answer:
     """Compare two studies run by run: ratios of demands and of medians.
 
     Ratios are those of the second study over the first. Runs are paired where bridge, abutment
@@ -220,6 +193,7 @@ def compare(
     """
     import pandas as pd
 
+    from skewbridge.files.tables import records_of
     from skewbridge.fragility.exports import write_csv
     from skewbridge.study.two_studies import compare_studies
 
@@ -229,44 +203,36 @@ def compare(
     if out is not None:
         write_csv(pd.concat([pair.demands, pair.medians], ignore_index=True), out)
     pooled, medians = (
-        table[table["scope"] == "pooled"].to_dict("records")
-        for table in (pair.demands, pair.medians)
+        records_of(table[table["scope"] == "pooled"]) for table in (pair.demands, pair.medians)
     )
-    if as_json:
-        emit_json(
-            {
-                "counts": pair.counts,
-                "other_motions": list(pair.other_motions),
-                "demands": pair.demands.to_dict("records"),
-                "medians": pair.medians.to_dict("records"),
-                "medians_by_state": medians,
-            }
-        )
-        return
-    for title, rows in (("Demands", pooled), (f"Median capacities ({im})", medians)):
-        reason = "fewer than two motions have a value in both studies"
-        table = [_comparison_row(row) for row in rows]
-        emit_table(table, f"{title}, {second} over {first}", missing=reason)
-    messages.print(
+    reason = "fewer than two motions have a value in both studies"
+    printed = [
+        Printed([_comparison_row(row) for row in rows], f"{title}, {second} over {first}", reason)
+        for title, rows in (("Demands", pooled), (f"Median capacities ({im})", medians))
+    ]
+    notes = [
         "{pairs} pairs of {variants} variants and {motions} motions; {only_first} runs of the "
         "first and {only_second} of the second study have no partner".format(**pair.counts)
-    )
+    ]
     if pair.counts["equal_pairs"]:
-        messages.print(f"{pair.counts['equal_pairs']} pairs have exactly the same demands")
+        notes.append(f"{pair.counts['equal_pairs']} pairs have exactly the same demands")
     if pair.other_motions:
-        messages.print(
+        notes.append(
             f"warning: {len(pair.other_motions)} motions have the same name in both studies but "
             f"different files, and are left out: {', '.join(pair.other_motions[:5])}"
         )
+    answer = {
+        "counts": pair.counts,
+        "other_motions": list(pair.other_motions),
+        "demands": records_of(pair.demands),
+        "medians": records_of(pair.medians),
+        "medians_by_state": medians,
+    }
+    return Answer(answer, printed, notes=notes)
 
 
-@commands.command(cls=Command)
-def provenance(
-    file: Annotated[Path, typer.Argument(help="Table, figure, page or JSON of a study or run.")],
-    *,
-    study: StudyOption = None,
-    as_json: JsonOption = False,
-) -> None:
+@command(commands, Arg("file", Path, "Table, figure, page or JSON of a study or run.", ...), STUDY)
+def provenance(file: Path, study: Path | None) -> Answer:
     """Show where a result comes from and whether it is up to date.
 
     Exits with 1 if the present sources and configuration give another result.
@@ -277,43 +243,37 @@ def provenance(
 
     config = config_of(study)
     origin = origin_of(file, config, DEFAULT_CONFIG)
-
-    def now(name: str, value: str) -> str:
-        present = origin.now.get(name, "")
-        return "same" if present == value else present
-
+    now = origin.now
     rows = [
-        {"provenance": name, "of the file": value, "now": now(name, value)}
+        {"provenance": name, "of the file": value,
+         "now": "same" if now.get(name) == value else now.get(name, "")}
         for name, value in sorted(origin.recorded.items())
-    ]
-    answer = {"current": origin.is_current, "provenance": origin.recorded, "now": origin.now}
-    emit(answer | {"differences": origin.differences}, rows, as_json=as_json)
+    ]  # fmt: skip
     if not origin.is_current:
-        messages.print("not current: the present sources or configuration give another result")
+        notes = ["not current: the present sources or configuration give another result"]
         if "config_digest" in origin.differences:
-            messages.print(f"compared with {config}; name another study with --study")
-        raise typer.Exit(EXIT_FAILED)
-    if origin.differences:
+            notes.append(f"compared with {config}; name another study with --study")
+    elif origin.differences:
         unused = ", ".join(origin.differences)
-        messages.print(f"current: the file does not depend on what differs ({unused})")
+        notes = [f"current: the file does not depend on what differs ({unused})"]
     else:
-        messages.print("current: the present sources and configuration give this result")
+        notes = ["current: the present sources and configuration give this result"]
+    answer = {"current": origin.is_current, "provenance": origin.recorded, "now": now}
+    return Answer(
+        answer | {"differences": origin.differences},
+        [Printed(rows)],
+        notes=notes,
+        exit_code=0 if origin.is_current else EXIT_FAILED,
+    )
 
 
-@study.command(cls=Command)
-def retry(
-    *,
-    status: Annotated[
-        str,
-        typer.Option(
-            metavar=f"[failed|{'|'.join(FAILED)}]",
-            help="Status of the analyses to repeat; failed: all without a usable result.",
-            autocompletion=lambda: ["failed", *FAILED],
-        ),
-    ] = "failed",
-    study: StudyOption = None,
-    as_json: JsonOption = False,
-) -> None:
+@command(
+    study,
+    Opt("status", Literal["failed", *FAILED],
+        "Status of the analyses to repeat; failed: all without a usable result.", "failed"),
+    STUDY,
+)  # fmt: skip
+def retry(status: str, study: Path | None) -> Answer:
     """Forget failed analyses, so that the next run of the study repeats them.
 
     Example: skewbridge study retry --status crash --study results
@@ -321,26 +281,17 @@ def retry(
     from skewbridge.study.folder import StudyFolder
     from skewbridge.study.journal import forget
 
-    if status != "failed" and status not in FAILED:
-        raise InputError(f"status: must be failed or one of {', '.join(FAILED)}, got {status}")
     statuses = FAILED if status == "failed" else (status,)
     rows = [
         {"variant": row["variant"], "motion": row["motion_id"], "status": row["status"]}
         for row in forget(StudyFolder(folder_of(study)), statuses)
     ]
-    emit({"forgotten": len(rows), "analyses": rows}, rows, as_json=as_json)
-    messages.print(f"{len(rows)} analyses will be repeated when the study runs")
+    note = f"{len(rows)} analyses will be repeated when the study runs"
+    return Answer({"forgotten": len(rows), "analyses": rows}, [Printed(rows)], notes=[note])
 
 
-@study.command(cls=Command)
-def journal(
-    *,
-    compact: Annotated[
-        bool, typer.Option("--compact", help="Remove repeated, outdated and damaged lines.")
-    ] = False,
-    study: StudyOption = None,
-    as_json: JsonOption = False,
-) -> None:
+@command(study, Opt("compact", bool, "Remove repeated, outdated and damaged lines.", False), STUDY)
+def journal(compact: bool, study: Path | None) -> Answer:
     """Count the lines of the journals of finished analyses.
 
     Example: skewbridge study journal --compact
@@ -350,67 +301,46 @@ def journal(
 
     folder = StudyFolder(folder_of(study))
     content = compact_journals(folder) if compact else read_content(folder.journals)
-    counts = {
-        "analyses": len(content.rows),
-        "repeated": content.repeated,
-        "outdated": content.outdated,
-        "damaged": content.damaged,
-    }
+    counts = {name: getattr(content, name) for name in ("repeated", "outdated", "damaged")}
+    counts = {"analyses": len(content.rows)} | counts
     rows = [{"lines": name, "count": count} for name, count in counts.items()]
-    emit(counts | {"compacted": compact}, rows, as_json=as_json)
+    return Answer(counts | {"compacted": compact}, [Printed(rows)])
 
 
-@study.command(cls=Command)
-@takes(
+@command(
+    study,
+    Arg("names", list[str] | None,
+        "File names of figures; * matches any text. Without names: list the figures.", None,
+        "[NAME]..."),
+    OUT._replace(default=Path()),
+    STUDY,
     Opt("width_mm", float | None, "Width; overrides figures.width_mm."),
     Opt("font", str | None, "Font family; overrides figures.font."),
     Opt("font_size_pt", float | None, "Size; overrides figures.font_size_pt."),
-)
-def plot(
-    names: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[NAME]...",
-            help="File names of figures; * matches any text. Without names: list the figures.",
-        ),
-    ] = None,
-    out: OutOption = Path(),
-    study: StudyOption = None,
-    as_json: JsonOption = False,
-    **given: Any,
-) -> None:
+)  # fmt: skip
+def plot(names: list[str] | None, out: Path, study: Path | None, **given: Any) -> Answer:
     """Draw figures of a finished study again, as SVG and PNG.
 
     Example: skewbridge study plot '*_curves_*' --width-mm 90 --out paper
     """
     from skewbridge.files.checking import checked
-    from skewbridge.files.text import writable_folder
     from skewbridge.report.study_figures import draw_figures, finished_figures
-    from skewbridge.study.config import FigureSettings, check_font, load_config
+    from skewbridge.study.config import FigureSettings, check_font
 
-    config = load_config(config_of(study), base=DEFAULT_CONFIG)
+    config, folder = study_of(study)
     changes = {name: value for name, value in given.items() if value is not None}
     settings = checked(FigureSettings, asdict(config.figures) | changes, "figures")
     check_font(settings.font)
-    figures = finished_figures(Path(config.results))
+    figures = finished_figures(folder.root)
     if not names:
         rows = [{"name": figure.name, "title": figure.title} for figure, _ in figures]
-        emit({"figures": rows}, rows, as_json=as_json)
-        return
-    drawn = draw_figures(figures, names, settings, writable_folder(out))
-    if as_json:
-        emit_json({"written": [str(path) for path in drawn]})
-    for path in drawn:
-        messages.print(f"written: {path}")
+        return Answer({"figures": rows}, [Printed(rows)])
+    drawn = [str(path) for path in draw_figures(figures, names, settings, writable_folder(out))]
+    return Answer({"written": drawn}, [], notes=[f"written: {path}" for path in drawn])
 
 
-@study.command(cls=Command)
-def methods(
-    *,
-    study: StudyOption = None,
-    out: Annotated[Path | None, typer.Option(help="Markdown file instead of the terminal.")] = None,
-    as_json: JsonOption = False,
-) -> None:
+@command(study, STUDY, Opt("out", Path | None, "Markdown file instead of the terminal."))
+def methods(study: Path | None, out: Path | None) -> Answer:
     """Write the methods of a study as a paper describes them, with references.
 
     The text follows from the configuration and, once prepared, from the sources of the motions.
@@ -418,36 +348,26 @@ def methods(
     Example: skewbridge study methods --out methods.md
     """
     from skewbridge.files.tables import read_frame
-    from skewbridge.files.text import writable_file, write_text
     from skewbridge.report.methods import methods_of
-    from skewbridge.study.config import load_config
-    from skewbridge.study.folder import StudyFolder
 
-    config = load_config(config_of(study), base=DEFAULT_CONFIG)
-    suite = StudyFolder(Path(config.results)).suite
-    text = methods_of(config, read_frame(suite) if suite.is_file() else None).markdown()
-    if out is not None:
-        write_text(writable_file(out), text)
-        messages.print(f"written: {out}")
-    if as_json:
-        emit_json({"methods": text})
-    elif out is None:
-        typer.echo(text)
+    config, folder = study_of(study)
+    suite = read_frame(folder.suite) if folder.suite.is_file() else None
+    text = methods_of(config, suite).markdown()
+    if out is None:
+        return Answer({"methods": text}, [text])
+    write_text(writable_file(out), text)
+    return Answer({"methods": text}, [], notes=[f"written: {out}"])
 
 
-@study.command(cls=Command)
-def archive(
-    *,
-    study: StudyOption = None,
-    out: Annotated[Path, typer.Option(help="ZIP file to write.", metavar="FILE.zip")] = Path(
-        "study.zip"
-    ),
-    author: Annotated[list[str] | None, typer.Option(help="Author; can be repeated.")] = None,
-    licence: Annotated[
-        str, typer.Option("--license", help="Web address of the licence of the results.")
-    ] = "https://creativecommons.org/licenses/by/4.0/",
-    as_json: JsonOption = False,
-) -> None:
+@command(
+    study,
+    STUDY,
+    Opt("out", Path, "ZIP file to write.", Path("study.zip"), "FILE.zip"),
+    Opt("author", list[str] | None, "Author; can be repeated."),
+    Opt("licence", str, "Web address of the licence of the results.",
+        "https://creativecommons.org/licenses/by/4.0/", flags="--license"),
+)  # fmt: skip
+def archive(study: Path | None, out: Path, author: list[str] | None, licence: str) -> Answer:
     """Put a finished study into one RO-Crate (ZIP) for the supplement of a paper.
 
     Contains workflow, configuration, tables, report and methods, and describes them with digests,
@@ -463,19 +383,18 @@ def archive(
         config_of(study), DEFAULT_CONFIG, out, licence=licence, authors=author or ()
     )
     size = out.stat().st_size
-    answer = {
-        "archive": str(out),
-        "bytes": size,
-        "files": list(written.names),
-        "doubts": list(written.doubts),
-    }
-    emit(answer, [{"in the archive": name} for name in written.names], as_json=as_json)
     for doubt in written.doubts:
-        messages.print(f"warning: {doubt}", style="yellow")
-    messages.print(f"{out}: {size / 1e6:.1f} MB")
+        warn(doubt)
+    return Answer(
+        {"archive": str(out), "bytes": size, "files": written.names, "doubts": written.doubts},
+        [Printed([{"in the archive": name} for name in written.names])],
+        notes=[f"{out}: {size / 1e6:.1f} MB"],
+    )
 
 
-def _forecast(config: Any, profile: str | None = None) -> tuple[dict[str, Any], dict[str, int]]:
+def _forecast(
+    config: "StudyConfig", profile: str | None = None
+) -> tuple[dict[str, Any], dict[str, int]]:
     """Return the forecast of a study and the number of analyses of each variant."""
     from skewbridge.study.progress import JobSize, forecast_study
 
@@ -486,40 +405,44 @@ def _forecast(config: Any, profile: str | None = None) -> tuple[dict[str, Any], 
     return forecast.summary, forecast.analyses_by_variant
 
 
-def _study_rows(summary: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the rows of the table that a forecast is printed as."""
+def _study_table(summary: dict[str, Any], title: str | None = None) -> Printed:
+    """Return the forecast of a study as a table."""
     ledger = summary["ledger"]
     rows = {name: value for name, value in summary.items() if name != "ledger"}
     rows |= {f"status {name}": count for name, count in ledger["status"].items()}
     rows |= {f"recovery step {step}": count for step, count in ledger["recovery_step"].items()}
-    return [{"study": name, "value": value} for name, value in rows.items()]
+    return Printed([{"study": name, "value": value} for name, value in rows.items()], title)
 
 
-def _propose_levels(config: Any, motions: int, *, as_json: bool) -> None:
-    """Run a few motions of a study and print the range of levels that they suggest."""
+def _proposed_levels(config: "StudyConfig", motions: int) -> Answer:
+    """Run a few motions of a study; return the range of levels that they suggest."""
     from skewbridge.study.trial_runs import run_trials
 
     proposal, rows = run_trials(config, motions)
     variants = len({row["variant"] for row in rows})
     title = f"{len(rows)} analyses of {variants} variants; share = with outcomes on both sides"
-    answer = asdict(proposal) | {"analyses": len(rows), "variants": variants}
-    emit(answer, proposal.states, as_json=as_json, title=title)
-    if as_json:
-        return
-    for (low_g, high_g), share in (
-        (proposal.configured_g, proposal.configured_share),
-        (proposal.level_range_g, proposal.share),
-    ):
-        messages.print(
-            f"levels {low_g:g} to {high_g:g} g: at least two motions on both sides of {share:.1%} "
-            f"of the {proposal.in_reach} states in reach (of {proposal.n_states})"
+    notes = [
+        f"levels {low_g:g} to {high_g:g} g: at least two motions on both sides of {share:.1%} "
+        f"of the {proposal.in_reach} states in reach (of {proposal.n_states})"
+        for (low_g, high_g), share in (
+            (proposal.configured_g, proposal.configured_share),
+            (proposal.level_range_g, proposal.share),
         )
+    ]
     same = proposal.level_range_g == proposal.configured_g
     words = "the configuration can stay:" if same else "to paste into the configuration:"
-    messages.print(f"{words}\n{proposal.config_lines}")
+    notes.append(f"{words}\n{proposal.config_lines}")
+    answer = asdict(proposal) | {"analyses": len(rows), "variants": variants}
+    return Answer(answer, [Printed(proposal.states, title)], notes=notes)
 
 
-def _comparison_row(row: dict[Any, Any]) -> dict[str, str]:
+def _pair_names(row: dict[str, Any]) -> dict[str, str]:
+    """Return the names of an effect: bridge with abutment model, demand."""
+    bridge = f"{row['bridge']} {row['abutment']}".replace("_", "-")
+    return {"bridge": bridge, "demand": row["demand"]}
+
+
+def _comparison_row(row: dict[str, Any]) -> dict[str, str]:
     """Return a row of a comparison as it is printed."""
     names, form = ("ratio", "ci_low", "ci_high"), ".3f"
     if row["judged_by"] == "difference":
@@ -527,8 +450,7 @@ def _comparison_row(row: dict[Any, Any]) -> dict[str, str]:
     values = [row[name] for name in names]
     value, low, high = ("0" if not item else number(item, form=form) for item in values)
     return {
-        "bridge": f"{row['bridge']} {row['abutment']}".replace("_", "-"),
-        "demand": row["demand"],
+        **_pair_names(row),
         "change": f"{value} {row['unit']}".strip() if value != NO_VALUE else value,
         f"{row['level']:.0%} interval": f"{low}..{high}",
         "verdict": row["verdict_family"],

@@ -26,23 +26,20 @@ from skewbridge.fragility.verdicts import (
     NEGLIGIBLE,
     NOT_ESTIMABLE,
     OK,
-    RATIO,
     UNDECIDED,
 )
-from skewbridge.report.axis_layout import in_words, shown_value, value_text
-from skewbridge.report.verdict_style import demand_name, signed
+from skewbridge.report.axis_layout import groups_of, in_words, shown_value, value_text
+from skewbridge.report.verdict_style import change_text, demand_name, interval_text, margin_text
 from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import axes_of, axis
 from skewbridge.variant.random_properties import drawn_properties
 
 #: Columns of `answer_table`: `claim` is the verdict that is printed, adjusted for the family of
-#: comparisons (Holm), for a demand the weaker one of this and of the verdict at the intensity `im`;
-#: `im_low` to `im_high` are the intensities at which it is the same.
+#: comparisons (Holm), for a demand the weaker one of this and of the verdict at the intensity `im`.
 ANSWER_COLUMNS: Final = (
     *("bridge", "abutment", "axis", "from_value", "to_value", "quantity", "demand", "status"),
-    *("ratio", "ci_low", "ci_high", "level", "margin", "verdict", "pooled_verdict", "claim"),
-    *("im", "im_low", "im_high", "from_demand", "to_demand", "first_im", "last_im"),
-    *("first_ratio", "last_ratio", "p_slope", "seat_m", "n_motions"),
+    *("ratio", "ci_low", "ci_high", "level", "margin", "claim", "im", "from_demand", "to_demand"),
+    *("first_im", "last_im", "seat_m"),
 )
 NOT_REACHED: Final = "not_reached"
 _EFFECT: Final = ("bridge", "abutment", "axis", "from_value", "to_value", "demand")
@@ -86,13 +83,13 @@ def counted(number: int, what: str = "") -> str:
     return f"{text} {what}{'' if number == 1 else 's'}" if what else text
 
 
-def change_name(name: str, low: float, high: float) -> str:
+def change_name(name: Any, low: Any, high: Any) -> str:
     """Return a change of an axis in words, such as ``Skew 0° to 60°``."""
     changed = axis(name)
     return f"{changed.label} {value_text(changed, low)} to {value_text(changed, high)}"
 
 
-def effect_name(demand: str) -> str:
+def effect_name(demand: Any) -> str:
     """Return a demand, or a limit state written component/state, in words without a unit."""
     if demand == f"{COLUMN_FAILURE}/any":
         return "column failure"
@@ -109,29 +106,25 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
     Columns: bridge, abutment, axis, value, n_runs, n_complete (all demands are peaks of the whole
     motion), n_failed (a column failed), n_shear, n_flexure, n_collapse, n_bounds (lower bounds).
     """
+    kinds, complete = failure_kinds(demands), is_complete(demands)
+    flags = demands.assign(
+        n_runs=1,
+        n_complete=complete,
+        n_failed=kinds != "",
+        n_shear=kinds == "shear",
+        n_flexure=kinds == "flexure",
+        n_collapse=demands["status"] == COLLAPSE,
+        n_bounds=~complete,
+    )
+    counted = ["n_runs", "n_complete", "n_failed", "n_shear", "n_flexure", "n_collapse", "n_bounds"]
     rows: list[dict[str, Any]] = []
-    for model, part in models_of(demands):
-        groups: list[tuple[str, float, pd.DataFrame]] = [("", np.nan, part)]
+    for model, part in models_of(flags):
+        rows.append({**model, "axis": "", "value": np.nan, **part[counted].sum()})
         for name in axis_names(part):
             if part[name].nunique() > 1:
-                groups += [(name, float(str(value)), own) for value, own in part.groupby(name)]
-        for name, value, own in groups:
-            kinds, complete = failure_kinds(own), is_complete(own)
-            rows.append(
-                {
-                    **model,
-                    "axis": name,
-                    "value": value,
-                    "n_runs": len(own),
-                    "n_complete": int(complete.sum()),
-                    "n_failed": int((kinds != "").sum()),
-                    "n_shear": int((kinds == "shear").sum()),
-                    "n_flexure": int((kinds == "flexure").sum()),
-                    "n_collapse": int((own["status"] == COLLAPSE).sum()),
-                    "n_bounds": int((~complete).sum()),
-                }
-            )
-    return pd.DataFrame(rows)
+                sums = records_of(part.groupby(name)[counted].sum().reset_index(names="value"))
+                rows += [{**model, "axis": name, **row} for row in sums]
+    return pd.DataFrame(rows).astype(dict.fromkeys(counted, int))
 
 
 def answer_table(
@@ -152,79 +145,51 @@ def answer_table(
     ]
     keys = [pooled[name] for name in ("bridge", "abutment", "axis")]
     pooled = pooled[pooled["to_value"] == pooled["to_value"].groupby(keys).transform("max")]
-    capacities = medians[medians["scope"] == "pooled"].set_index(list(_EFFECT))
-    reached = (
-        curves.assign(state=curves["component"] + "/" + curves["limit_state"])
-        .groupby([*BRIDGE_COLUMNS, "state"])["n_exceed"]
-        .max()
-    )
-    order = {each.name: place for place, each in enumerate(axes_of(set(pooled["axis"])))}
-    places = pooled[list(_EFFECT[:-1])].drop_duplicates()
-    places = places.assign(_axis=places["axis"].map(order)).sort_values(
-        ["bridge", "abutment", "_axis"]
-    )
+    capacities = {
+        tuple(row[name] for name in _EFFECT): row
+        for row in records_of(medians[medians["scope"] == "pooled"])
+    }
+    reached = curves.groupby([*BRIDGE_COLUMNS, curves["component"] + "/" + curves["limit_state"]])
+    largest = reached["n_exceed"].max().to_dict()
+    lines = dict(iter(intensities.groupby(list(_EFFECT))))
+    order = [each.name for each in axes_of(set(pooled["axis"]))]
     rows: list[dict[str, Any]] = []
-    for place in records_of(places.drop(columns="_axis")):
+    places = groups_of(pooled, _EFFECT[:-1])
+    for place, own in sorted(places, key=lambda each: (*each[0][:2], order.index(each[0][2]))):
+        named = dict(zip(_EFFECT, place, strict=False))
         for state in HEADLINE_STATES:
-            model = (place["bridge"], place["abutment"], state)
-            if model not in reached.index:
-                continue
-            key = (*place.values(), state)
-            row = {**place, "demand": state, "quantity": MEDIAN_CAPACITY}
-            if key in capacities.index:
-                found = records_of(capacities.loc[[key]])[0]
-                row |= {name: found[name] for name in ANSWER_COLUMNS if name in found}
-                row |= {"claim": found["verdict_family"], "pooled_verdict": found["verdict"]}
-                start = found["from_mean"]
-                row |= {"from_demand": start, "to_demand": start * found["ratio"]}
-            else:
-                row["status"] = NOT_ESTIMABLE if reached[model] > 0 else NOT_REACHED
-            rows.append(row)
-        same = (pooled[list(place)] == pd.Series(place)).all(axis=1)
-        for effect in records_of(pooled[same]):
-            own = (intensities[list(_EFFECT)] == pd.Series({k: effect[k] for k in _EFFECT})).all(
-                axis=1
-            )
-            rows.append(_demand_row(effect, intensities[own]))
+            n_exceed = largest.get((*place[:2], state))
+            if row := capacities.get((*place, state)):
+                ends = {
+                    "from_demand": row["from_mean"],
+                    "to_demand": row["from_mean"] * row["ratio"],
+                }
+                rows.append(row | ends | {"claim": row["verdict_family"]})
+            elif n_exceed is not None:
+                status = NOT_ESTIMABLE if n_exceed > 0 else NOT_REACHED
+                state_row = {"demand": state, "quantity": MEDIAN_CAPACITY, "status": status}
+                rows.append(named | state_row)
+        rows += [_demand_row(row, lines.get((*place, row["demand"]))) for row in records_of(own)]
     return pd.DataFrame(rows, columns=list(ANSWER_COLUMNS))
 
 
-def _demand_row(effect: Mapping[str, Any], line: pd.DataFrame) -> dict[str, Any]:
-    """Return the row of a pooled effect on a demand, at one intensity.
+def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, Any]:
+    """Return a pooled effect on a demand as it is at one intensity.
 
     This is the reference intensity of the bridge, or the middle of the range without one.
     """
-    row = {name: effect[name] for name in ANSWER_COLUMNS if name in effect}
-    row |= {"claim": effect["verdict_family"], "pooled_verdict": effect["verdict"]}
-    usable = line[line["ratio"].notna()].sort_values("im", kind="stable")
+    usable = pd.DataFrame() if line is None else line[line["ratio"].notna()].sort_values("im")
     if usable.empty:
-        return row
-    reference = np.flatnonzero(usable["at_reference"].to_numpy(dtype=np.bool_))
-    at = int(reference[0]) if reference.size else len(usable) // 2
-    claims = [_weaker(effect, point) for point in records_of(usable)]
-    first = last = at
-    while first > 0 and claims[first - 1] == claims[at]:
-        first -= 1
-    while last < len(claims) - 1 and claims[last + 1] == claims[at]:
-        last += 1
-    point, ends = usable.iloc[at], usable.iloc[[first, last]]["im"]
-    names = ("im", "ratio", "ci_low", "ci_high", "verdict", "from_demand", "to_demand", "n_motions")
-    return (
-        row
-        | {name: point[name] for name in names}
-        | {
-            "claim": claims[at],
-            "im_low": float(ends.iloc[0]),
-            "im_high": float(ends.iloc[1]),
-            "first_im": float(usable["im"].iloc[0]),
-            "last_im": float(usable["im"].iloc[-1]),
-            "first_ratio": float(usable["ratio"].iloc[0]),
-            "last_ratio": float(usable["ratio"].iloc[-1]),
-        }
-    )
+        return effect | {"claim": effect["verdict_family"]}
+    middle = np.arange(len(usable)) == len(usable) // 2
+    at_reference = usable["at_reference"].to_numpy(dtype=np.bool_)
+    point = usable[at_reference if at_reference.any() else middle].iloc[0]
+    names = ("im", "ratio", "ci_low", "ci_high", "from_demand", "to_demand")
+    ends = {"first_im": usable["im"].iloc[0], "last_im": usable["im"].iloc[-1]}
+    return effect | {name: point[name] for name in names} | ends | {"claim": _weaker(effect, point)}
 
 
-def _weaker(effect: Mapping[str, Any], point: Mapping[str, Any]) -> str:
+def _weaker(effect: Mapping[str, Any], point: "pd.Series[Any]") -> str:
     """Return the weaker of two verdicts: that of the family and that at an intensity."""
     pooled, here = str(effect["verdict_family"]), str(point["verdict"])
     if pooled == here:
@@ -247,60 +212,8 @@ def with_seats(table: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame:
     return table.assign(seat_m=lengths.astype(np.float64))
 
 
-def demand_clause(row: Mapping[str, Any]) -> str:
-    """Return the effect on a demand as a clause, with its size and the intensity."""
-    name = effect_name(row["demand"])
-    if row["status"] != OK or pd.isna(row["ratio"]):
-        return f"the effect on {name} is not estimable"
-    size = _size(row)
-    at = f"at {intensity(row['im'])} " if np.isfinite(row["im"]) else ""
-    return at + _clause(row, name) + (f": {size}" if size else "")
-
-
-def _clause(row: Mapping[str, Any], what: str) -> str:
-    """Return the claim on a ratio in words, with change and interval in per cent."""
-    margin, change = f"{100.0 * row['margin']:g} %", _change(row)
-    claim, interval = row["claim"], ratio_interval(row)
-    verb, size = "lowers" if row["ratio"] < 1.0 else "raises", change.lstrip("+-")
-    if claim in (LOWER, HIGHER):
-        return f"it {verb} {what} by {size} ({interval})"
-    if claim == DETECTABLE:
-        return f"it {verb} {what} by {size} ({interval}; {_open_size(row)})"
-    if claim == NEGLIGIBLE:
-        return f"it changes {what} by less than {margin} ({change}, {interval})"
-    reason = ""
-    if row["verdict"] != UNDECIDED:
-        reason = (
-            "too many comparisons to be sure"
-            if row["verdict"] == row["pooled_verdict"]
-            else "not the same over all intensities"
-        )
-        reason = f"; {reason}"
-    return f"it has no certain effect on {what} ({change}, {interval}{reason})"
-
-
-def _open_size(row: Mapping[str, Any]) -> str:
-    """Return in words that the direction of a change is certain and its size is not."""
-    margin = f"{100.0 * row['margin']:g} %"
-    if row["verdict"] in (LOWER, HIGHER):
-        return f"too many comparisons to be sure that it exceeds {margin}"
-    return f"it may or may not exceed {margin}"
-
-
-def _change(row: Mapping[str, Any]) -> str:
-    return signed(100.0 * (row["ratio"] - 1.0), " %")
-
-
-def ratio_interval(row: Mapping[str, Any]) -> str:
-    """Return the interval of a ratio in per cent, such as ``-33 to -20 %``."""
-    low, high = (signed(100.0 * (row[name] - 1.0), " %") for name in ("ci_low", "ci_high"))
-    return f"{low.removesuffix(' %')} to {high}"
-
-
-def _size(row: Mapping[str, Any]) -> str:
+def _ends(row: Mapping[str, Any]) -> str:
     """Return the demand at both ends of the axis in the unit that engineers use."""
-    if not np.isfinite([row["from_demand"], row["to_demand"]]).all():
-        return ""
     demand, seat = str(row["demand"]), row["seat_m"]
     (low, unit), (high, _) = (shown_value(demand, row[f"{end}_demand"]) for end in ("from", "to"))
     if demand.endswith("dcr"):
@@ -322,14 +235,18 @@ def intensity(im: float) -> str:
     return f"{im:.2g} g"
 
 
-def clearest(rows: Sequence[Mapping[str, Any]]) -> Mapping[str, Any] | None:
-    """Return the largest effect with a clear direction at an intensity, None without one."""
-    clear = [
-        row
-        for row in rows
-        if row["claim"] in (LOWER, HIGHER) and np.isfinite([row["im"], row["ratio"]]).all()
-    ]
-    return max(clear, key=lambda row: abs(np.log(row["ratio"])), default=None)
+def clearest_clause(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Return the largest effect on a demand with a clear direction at an intensity, as a clause."""
+    known = [row for row in rows if np.isfinite(row["im"])]
+    clear = [row for row in known if row["claim"] in (LOWER, HIGHER) and np.isfinite(row["ratio"])]
+    if clear:
+        row = max(clear, key=lambda each: abs(np.log(each["ratio"])))
+        verb = "lowers" if row["ratio"] < 1.0 else "raises"
+        size = change_text(row).lstrip("+-")
+        effect = f"it {verb} {effect_name(row['demand'])} by {size} ({interval_text(row)})"
+        has_ends = np.isfinite([row["from_demand"], row["to_demand"]]).all()
+        return f"at {intensity(row['im'])} {effect}{f': {_ends(row)}' if has_ends else ''}"
+    return f"none is certain at {intensity(known[0]['im'])}" if known else "not estimable"
 
 
 def title_of(table: pd.DataFrame) -> str:
@@ -346,7 +263,7 @@ def title_of(table: pd.DataFrame) -> str:
         if claims & {LOWER, HIGHER, DETECTABLE}:
             clauses.append((0, f"{title} {_title_claim(part, names)}"))
         elif claims == {NEGLIGIBLE}:
-            margin = f"{100.0 * part['margin'].iloc[0]:g} %"
+            margin = margin_text(part.iloc[0])
             clauses.append((2, f"{title} changes no median capacity by more than {margin}"))
         else:
             clauses.append((1, f"{title} changes no median capacity with certainty"))
@@ -369,10 +286,10 @@ def _title_claim(part: pd.DataFrame, names: Mapping[tuple[str, str], str]) -> st
             continue
         own = records_of(rows[rows["demand"] == state])
         row = max(own, key=lambda each: abs(np.log(each["ratio"])))
-        verb, size = "lowers" if row["ratio"] < 1.0 else "raises", _change(row).lstrip("+-")
+        verb, size = "lowers" if row["ratio"] < 1.0 else "raises", change_text(row).lstrip("+-")
         model = f" of {names[row['bridge'], row['abutment']]}" if len(names) > 1 else ""
         detail = ", size uncertain" if row["claim"] == DETECTABLE else ""
-        text = f"for {effect_name(state)} by {size} ({ratio_interval(row)}{detail})"
+        text = f"for {effect_name(state)} by {size} ({interval_text(row)}{detail})"
         claims.setdefault(f"{verb} the median capacity{model}", []).append(text)
     return " and ".join(
         f"{start} {' and '.join(dict.fromkeys(texts))}" for start, texts in claims.items()
@@ -444,14 +361,15 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
     )
     row = records_of(compared.sort_values("standard_errors", ascending=False).head(1))[0]
     effects = {each["suite"]: each for each in records_of(counts[_same(counts, row)])}
-    what = f"{_effect_of(row)} of {names[row['bridge'], row['abutment']]}"
+    change = change_name(row["axis"], row["from_value"], row["to_value"])
+    what = f"{change} on {effect_name(row['demand'])} of {names[row['bridge'], row['abutment']]}"
     sizes = listed(
-        f"{_change(effects[name])} ({ratio_interval(effects[name])}) under {name}"
+        f"{change_text(effects[name])} ({interval_text(effects[name])}) under {name}"
         for name in (row["against"], row["suite"])
     )
     text = (
         f"{start}. The largest: {what}: {sizes}; the ratio of the two effects is "
-        f"{_change(row)} off 1 ({ratio_interval(row)})."
+        f"{change_text(row)} off 1 ({interval_text(row)})."
     )
     if len(differing) <= 0.05 * len(compared):  # no more than chance gives
         return "", text
@@ -464,12 +382,6 @@ def _same(table: pd.DataFrame, row: Mapping[str, Any]) -> "pd.Series[bool]":
     return (table[list(_EFFECT)] == pd.Series({name: row[name] for name in _EFFECT})).all(axis=1)
 
 
-def _effect_of(row: Mapping[str, Any]) -> str:
-    """Return an effect in words, such as ``Friction 0 to 0.5 on drift``."""
-    change = change_name(str(row["axis"]), float(row["from_value"]), float(row["to_value"]))
-    return f"{change} on {effect_name(str(row['demand']))}"
-
-
 def properties_sentence(demands: pd.DataFrame) -> str:
     """Return whether properties of the bridge were drawn at random, and which."""
     drawn = drawn_properties(map(str, demands))
@@ -478,13 +390,4 @@ def properties_sentence(demands: pd.DataFrame) -> str:
     return (
         "Each motion has its own random properties of the bridge, the same in every variant "
         f"({', '.join(drawn)})."
-    )
-
-
-def headline_rows(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the estimated rows of the answer as styled rows: the claim is their verdict."""
-    shown = table[table["status"] == OK]
-    direction = np.sign(np.log(shown["ratio"].to_numpy(dtype=np.float64)))
-    return shown.assign(
-        verdict=shown["claim"], verdict_family=shown["claim"], judged_by=RATIO, direction=direction
     )

@@ -1,7 +1,7 @@
 """Style of the figures: panels, colours and dashes by variant, ticks, units, samples of runs."""
 
 import re
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -95,12 +95,8 @@ def plain_log_ticks(axis: DrawnAxis) -> None:
     low, high = axis.get_view_interval()
     many = high > _MANY * low > 0.0
     axis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(_tick))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: plain_number(value)))
     axis.set_minor_formatter(NullFormatter())
-
-
-def _tick(value: float, _position: int) -> str:
-    return plain_number(value)
 
 
 def plain_number(value: float) -> str:
@@ -164,6 +160,11 @@ def shown_value(demand: str, value: float) -> tuple[float, str]:
 def named_value(axis: Axis, value: float) -> str:
     """Return a value of an axis with its name, such as ``gap 51 mm``."""
     return f"{axis.symbol or axis.label.lower()} {value_text(axis, value)}"
+
+
+def variant_text(axes: Iterable[Axis], row: Mapping[Any, Any] | pd.Series) -> str:
+    """Return the values of a variant on some axes, such as ``skew 30°, gap 51 mm``."""
+    return ", ".join(named_value(axis, row[axis.name]) for axis in axes)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -230,18 +231,20 @@ class VariantLayout:
     def handles(self, *, marks: bool = False) -> list[Line2D]:
         """Return the entries of the legend, those of a cloud with the marks of its points."""
         return [
-            Line2D([], [], label=_joined(self.line_axes, values), ms=4.0, **_shown(style, marks))
+            Line2D([], [], label=_joined(self.line_axes, values), ms=4.0,
+                   **(style if marks else line_of(style)))
             for values, style in self.styles.items()
-        ]
+        ]  # fmt: skip
 
 
 def line_of(style: Mapping[str, Any]) -> dict[str, Any]:
     """Return a style for lines alone."""
-    return _shown(style, marks=False)
+    return {**style, "marker": ""}
 
 
-def _shown(style: Mapping[str, Any], marks: bool) -> dict[str, Any]:
-    return dict(style) if marks else {k: value for k, value in style.items() if k != "marker"}
+def groups_of(table: pd.DataFrame, columns: Sequence[str]) -> list[tuple[Any, pd.DataFrame]]:
+    """Return the rows with equal values in some columns, in the order of their first rows."""
+    return list(table.groupby(list(columns), sort=False))
 
 
 def _groups(table: pd.DataFrame, axes: Sequence[Axis]) -> list[tuple[Any, pd.DataFrame]]:
@@ -249,5 +252,4 @@ def _groups(table: pd.DataFrame, axes: Sequence[Axis]) -> list[tuple[Any, pd.Dat
 
 
 def _joined(axes: Sequence[Axis], values: Sequence[Any]) -> str:
-    pairs = zip(axes, values, strict=True)
-    return ", ".join(named_value(axis, value) for axis, value in pairs)
+    return ", ".join(map(named_value, axes, values))

@@ -9,15 +9,16 @@ import pandas as pd
 import plotly.graph_objects as go
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
-from skewbridge.bridge.geometry import Member, ModelGeometry, Position
+from skewbridge.bridge.geometry import Member, ModelGeometry
 from skewbridge.bridge.moment_curvature import MomentCurvature
 from skewbridge.bridge.shear_capacity import ShearSection, shear_strength
 from skewbridge.units import KN, MM
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import ShearModel
 
-type Break = tuple[None, None, None]
+type Points = NDArray[np.float64]
 
 # Okabe and Ito's palette: distinct for every kind of colour vision
 COLOURS: Final = {
@@ -29,7 +30,6 @@ COLOURS: Final = {
     "links": "#999999",
 }
 DEFAULT_GAP_SCALE: Final = 20.0
-_BREAK: Final = (None, None, None)  # between two lines of one trace
 _NORMAL_M: Final = 2.0  # length of the arrows that show contact normals
 _HEAD_M: Final = 0.35
 _EYE: Final = {"x": 0.5, "y": -2.2, "z": 1.3}  # from the side of the bridge
@@ -71,38 +71,36 @@ def _draw_plan(axes: Axes, geometry: ModelGeometry, gap_scale: float) -> None:
     axes.fill(*outline.T, color=COLOURS["deck"], alpha=0.10, linewidth=0)
     axes.plot(*outline.T, color=COLOURS["deck"], linewidth=1, alpha=0.5)
     _draw_members(axes, geometry, 0, 1)
-    for place in geometry.contacts:
-        normal = np.array(place.normal)
-        start = np.array(place.surface[:2]) - gap_scale * place.gap_m * normal
-        look = {"arrowstyle": "->", "color": COLOURS["contact"]}
-        tip = start + _NORMAL_M * normal
-        axes.annotate("", xytext=(start[0], start[1]), xy=(tip[0], tip[1]), arrowprops=look)
-        axes.plot(*start, marker="s", color=COLOURS["contact"], markersize=4, linestyle="none")
     if geometry.contacts:
-        axes.plot([], [], "s", color=COLOURS["contact"], label="contact surface and its normal")
-    axes.set(xlabel="x, longitudinal (m)", ylabel="y, transverse (m)")
-    axes.set_aspect("equal")
+        starts, normals = _contacts(geometry, gap_scale)
+        look = {"arrowstyle": "->", "color": COLOURS["contact"]}
+        for start, tip in zip(starts, starts + _NORMAL_M * normals, strict=True):
+            axes.annotate("", xytext=start[:2], xy=tip[:2], arrowprops=look)
+        label = "contact surface and its normal"
+        axes.plot(*starts.T[:2], "s", color=COLOURS["contact"], markersize=4, label=label)
+    axes.set(xlabel="x, longitudinal (m)", ylabel="y, transverse (m)", aspect="equal")
+
+
+def _contacts(geometry: ModelGeometry, gap_scale: float) -> tuple[Points, Points]:
+    """Return the surfaces of the contacts with exaggerated gaps, and their normals, (n, 3)."""
+    normals = np.array([(*place.normal, 0.0) for place in geometry.contacts])
+    gaps_m = np.array([place.gap_m for place in geometry.contacts])
+    surfaces = np.array([place.surface for place in geometry.contacts])
+    return surfaces - gap_scale * gaps_m[:, None] * normals, normals
 
 
 def _draw_members(axes: Axes, geometry: ModelGeometry, across: int, up: int) -> None:
     for group, members in _by_group(geometry):
-        lines = [m for m in members if m.ends[0] != m.ends[1]]
-        for number, member in enumerate(lines):
-            a, b = member.ends
-            axes.plot(
-                [a[across], b[across]],
-                [a[up], b[up]],
-                color=COLOURS[group],
-                linewidth=2.2 if group in ("deck", "columns") else 1.0,
-                label=group if number == 0 else None,
-                zorder=1 if group == "links" else 2,
-            )
-        points = [m.ends[0] for m in members if m.ends[0] == m.ends[1]]
-        if points and group not in ("links", "contact"):
-            place = np.array(points).T
-            axes.plot(
-                place[across], place[up], "o", color=COLOURS[group], markersize=3.5, label=group
-            )
+        ends = np.array([member.ends for member in members])
+        is_line = (ends[:, 0] != ends[:, 1]).any(axis=1)
+        wide, order = 2.2 if group in ("deck", "columns") else 1.0, 1 if group == "links" else 2
+        lines, points = ends[is_line][..., [across, up]], ends[~is_line, 0]
+        for number, line in enumerate(lines):
+            label = group if number == 0 else None
+            axes.plot(*line.T, color=COLOURS[group], linewidth=wide, label=label, zorder=order)
+        if len(points) and group not in ("links", "contact"):
+            x, y = points[:, across], points[:, up]
+            axes.plot(x, y, "o", color=COLOURS[group], markersize=3.5, label=group)
     if geometry.fixed:
         ground = np.array(geometry.fixed).T
         x, y = ground[across], ground[up]
@@ -127,11 +125,20 @@ def model_page(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE)
     groups = [(group, own) for group, own in _by_group(geometry) if group != "contact"]
     figure = go.Figure([soffit, *(_group_trace(group, members) for group, members in groups)])
     if geometry.contacts:
-        surface, text, arrows = _contact_points(geometry, gap_scale)
+        surfaces, normals = _contacts(geometry, gap_scale)
+        tips, turned = surfaces + _NORMAL_M * normals, normals[:, [1, 0, 2]] * (1.0, -1.0, 0.0)
+        barbs = [tips - _HEAD_M * (normals + turn * turned) for turn in (1.0, -1.0)]
+        breaks = np.full_like(tips, np.nan)
+        arrows = np.stack([surfaces, tips, barbs[0], tips, barbs[1], breaks], axis=1)
+        text = [
+            f"{place.name}<br>gap {place.gap_m / MM:.1f} mm, friction {place.friction:g}"
+            for place in geometry.contacts
+        ]
         name, colour = f"contacts (gaps {gap_scale:g}x)", COLOURS["contact"]
-        figure.add_trace(_marks(name, surface, colour, 4, "square", text=text, hoverinfo="text"))
-        figure.add_trace(_line_trace("contact normals", arrows, colour, width=3))
-    figure.add_trace(_marks("ground", geometry.fixed, "black", 3, "diamond", hoverinfo="skip"))
+        figure.add_trace(_marks(name, surfaces, colour, 4, "square", text=text, hoverinfo="text"))
+        figure.add_trace(_line_trace("contact normals", arrows.reshape(-1, 3), colour, width=3))
+    ground = np.array(geometry.fixed)
+    figure.add_trace(_marks("ground", ground, "black", 3, "diamond", hoverinfo="skip"))
     figure.update_layout(
         title=geometry.title,
         scene=_scene(geometry),
@@ -158,58 +165,28 @@ def _scene(geometry: ModelGeometry) -> dict[str, Any]:
 
 def _group_trace(group: str, members: list[Member]) -> go.Scatter3d:
     """Return one group: lines with their ends marked, springs of no length as points."""
-    lines: list[Position | Break] = []
+    ends = np.array([[*member.ends, [np.nan] * 3] for member in members])
     text: list[str] = []
     for member in members:
         label = f"{group} {member.tag}" if member.tag else group
-        lines.extend([*member.ends, _BREAK])
-        text.extend([f"{label}<br>({x:.2f}, {y:.2f}, {z:.2f}) m" for x, y, z in member.ends])
+        text += [f"{label}<br>({x:.2f}, {y:.2f}, {z:.2f}) m" for x, y, z in member.ends]
         text.append("")
-    trace = _line_trace(
-        group, lines, COLOURS[group], width=6 if group in ("deck", "columns") else 3
-    )
+    width = 6 if group in ("deck", "columns") else 3
+    trace = _line_trace(group, ends.reshape(-1, 3), COLOURS[group], width=width)
     trace.update(mode="lines+markers", marker={"size": 2.5}, text=text, hoverinfo="text")
     return trace
 
 
-def _line_trace(
-    name: str, points: list[Position | Break], colour: str, *, width: int
-) -> go.Scatter3d:
-    look = {"color": colour, "width": width}
-    return go.Scatter3d(**_xyz(points), mode="lines", name=name, line=look, hoverinfo="skip")
+def _line_trace(name: str, points: Points, colour: str, *, width: int) -> go.Scatter3d:
+    look, (x, y, z) = {"color": colour, "width": width}, points.T
+    return go.Scatter3d(x=x, y=y, z=z, mode="lines", name=name, line=look, hoverinfo="skip")
 
 
 def _marks(
-    name: str, points: Iterable[Position], colour: str, size: int, symbol: str, **options: Any
+    name: str, points: Points, colour: str, size: int, symbol: str, **options: Any
 ) -> go.Scatter3d:
-    look = {"size": size, "symbol": symbol, "color": colour}
-    return go.Scatter3d(**_xyz(points), mode="markers", name=name, marker=look, **options)
-
-
-def _contact_points(
-    geometry: ModelGeometry, gap_scale: float
-) -> tuple[list[Position], list[str], list[Position | Break]]:
-    surface: list[Position] = []
-    text: list[str] = []
-    arrows: list[Position | Break] = []
-    for place in geometry.contacts:
-        nx, ny = place.normal
-        x, y, z = place.surface
-        start = (x - gap_scale * place.gap_m * nx, y - gap_scale * place.gap_m * ny, z)
-        tip = (start[0] + _NORMAL_M * nx, start[1] + _NORMAL_M * ny, z)
-        barbs = [
-            (tip[0] - nx * _HEAD_M + turn * ny, tip[1] - ny * _HEAD_M - turn * nx, z)
-            for turn in (-_HEAD_M, _HEAD_M)
-        ]
-        surface.append(start)
-        text.append(f"{place.name}<br>gap {place.gap_m / MM:.1f} mm, friction {place.friction:g}")
-        arrows.extend([start, tip, barbs[0], tip, barbs[1], _BREAK])
-    return surface, text, arrows
-
-
-def _xyz(points: Iterable[Position | Break]) -> dict[str, list[float | None]]:
-    columns = list(zip(*points, strict=True)) or [(), (), ()]
-    return {axis: list(values) for axis, values in zip("xyz", columns, strict=True)}
+    look, (x, y, z) = {"size": size, "symbol": symbol, "color": colour}, points.T
+    return go.Scatter3d(x=x, y=y, z=z, mode="markers", name=name, marker=look, **options)
 
 
 # Okabe and Ito's palette with one line style per model, in the order of the abutment models, so
@@ -229,7 +206,7 @@ def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:
     columns = min(3, len(angles))
     rows = -(-len(angles) // columns)
     figure = Figure(figsize=(3.8 * columns, 3.2 * rows + 0.8), layout="constrained")
-    panels = np.atleast_1d(figure.subplots(rows, columns, sharex=True)).ravel()
+    panels = list(figure.subplots(rows, columns, sharex=True, squeeze=False).flat)
     for panel, angle in zip(panels, angles, strict=False):
         part = curves[curves["angle_deg"] == angle]
         for abutment, style in zip(ABUTMENTS, cycle(STYLES), strict=False):

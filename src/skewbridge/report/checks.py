@@ -45,54 +45,34 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableCheck:
-    """One check of the tables of a study.
+    """One check of the tables of a study."""
 
-    Attributes:
-        name: Quantity that is counted or measured.
-        value: Its value.
-        limit: Largest value that passes.
-        passed: Whether the check passed.
-        rows: Names of the rows that do not pass, the first `NAMED` of them.
-    """
-
-    name: str
+    name: str  # of the quantity that is counted or measured
     value: float
-    limit: float
+    limit: float  # largest value that passes
     passed: bool
-    rows: tuple[str, ...] = ()
+    rows: tuple[str, ...] = ()  # names of the first `NAMED` rows that do not pass
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyTables:
-    """The tables to check, and settings of the study that the checks need.
-
-    Attributes:
-        demands: All rows of the study.
-        curves: Its fits.
-        effects: Its paired effects.
-        suite: Its motions with their accelerations.
-        max_unfinished_share: Largest share of rows without a usable result that passes.
-        cohesion_n: Cohesion at the backwalls, unless it is an axis of the grid.
-        searched: Whether each motion was searched for a capacity (IDA): variants have as many
-            searches then, but not as many analyses.
-        in_rounds: Whether the variants took part in different numbers of rounds.
-    """
+    """The tables to check, and settings of the study that the checks need."""
 
     demands: pd.DataFrame
     curves: pd.DataFrame
     effects: pd.DataFrame
-    suite: pd.DataFrame
-    max_unfinished_share: float
-    cohesion_n: float = 0.0
-    searched: bool = False
-    in_rounds: bool = False
+    suite: pd.DataFrame  # with accelerations
+    max_unfinished_share: float  # largest share of rows without a usable result that passes
+    cohesion_n: float = 0.0  # at the backwalls, unless it is an axis of the grid
+    searched: bool = False  # IDA: variants have as many searches, but not as many analyses
+    in_rounds: bool = False  # variants took part in different numbers of rounds
 
 
 def check_tables(tables: StudyTables) -> list[TableCheck]:
     """Return the checks of a study: the share not finished, then counts that must be 0."""
     demands, curves, effects = tables.demands, tables.curves, tables.effects
     finished = demands["status"].isin(RAN)
-    ok = demands[finished]
+    ok, unfinished = demands[finished], demands[~finished]
     planned = ["variant", "motion_id", "incidence_deg"] if tables.searched else list(KEY)
     per_variant = demands.drop_duplicates(planned)["variant"].value_counts()
     uneven = (demands["variant"].map(per_variant) != per_variant.max()) & (not tables.in_rounds)
@@ -102,14 +82,13 @@ def check_tables(tables: StudyTables) -> list[TableCheck]:
     loose = (ok["friction"] == 0.0) & (cohesion_n == 0.0)
     fitted = curves[curves["status"] == "ok"]
     bounded = effects[effects["ci_low"].notna()]
-    unfinished = demands[~finished]
+    within = bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])
     share = len(unfinished) / max(len(demands), 1)
-    unlike = ok[numbers.isna().any(axis=1)]
     rows = (
         ("analyses listed twice", demands[demands.duplicated(list(KEY))]),
         ("rows without a known status", demands[~demands["status"].isin(STATUSES)]),
         ("rows of variants with fewer analyses than others", demands[uneven]),
-        ("finished rows with a demand that is not a number", unlike),
+        ("finished rows with a demand that is not a number", ok[numbers.isna().any(axis=1)]),
         ("finished rows whose resultant shear is below a component",
          ok[ok["column_shear_kn"] < components]),
         ("rows with negative friction work", ok[ok["slip_work_kj"] < -_ROUNDING_KJ]),
@@ -118,8 +97,11 @@ def check_tables(tables: StudyTables) -> list[TableCheck]:
         ("rows without friction that differ from contact", contact_differences(ok[loose], ok)),
         ("rows that differ from their mirror image", mirror_differences(ok, tables.suite)),
     )  # fmt: skip
-    flat = fitted[~(fitted["theta"] > 0)]
-    wide = bounded[~bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])]
+    fits = (
+        ("fitted curves without a positive median", fitted[~(fitted["theta"] > 0)]),
+        ("medians below that of a smaller capacity", falling_medians(fitted)),
+    )
+    ratios = (("effects whose interval does not hold the ratio", bounded[~within]),)
     return [
         TableCheck(
             name=f"share of rows with a status other than {' or '.join(RAN)}",
@@ -128,11 +110,13 @@ def check_tables(tables: StudyTables) -> list[TableCheck]:
             passed=share <= tables.max_unfinished_share,
             rows=_names(unfinished, (*KEY, "status")),
         ),
-        *(_none(name, found, KEY) for name, found in rows),
-        _none("fitted curves without a positive median", flat, _CURVE_NAME),
-        _none("medians below that of a smaller capacity", falling_medians(fitted), _CURVE_NAME),
-        _none("effects whose interval does not hold the ratio", wide, _EFFECT_NAME),
-    ]
+        *(
+            TableCheck(name=name, value=float(len(found)), limit=0.0, passed=found.empty,
+                       rows=_names(found, named_by))
+            for named_by, group in ((KEY, rows), (_CURVE_NAME, fits), (_EFFECT_NAME, ratios))
+            for name, found in group
+        ),
+    ]  # fmt: skip
 
 
 def falling_medians(fitted: pd.DataFrame) -> pd.DataFrame:
@@ -144,12 +128,6 @@ def falling_medians(fitted: pd.DataFrame) -> pd.DataFrame:
     groups = [ordered[name] for name in ("variant", "component", "method", "demand")]
     before = ordered.groupby(groups)["theta"].cummax().groupby(groups).shift()
     return ordered[ordered["theta"] < before * (1.0 - _EQUAL_MEDIANS)]
-
-
-def _none(name: str, found: pd.DataFrame, named_by: Sequence[str]) -> TableCheck:
-    """Return the check that a list of rows is empty."""
-    rows = _names(found, named_by)
-    return TableCheck(name=name, value=float(len(found)), limit=0.0, passed=found.empty, rows=rows)
 
 
 def _names(found: pd.DataFrame, named_by: Sequence[str]) -> tuple[str, ...]:
@@ -165,11 +143,6 @@ def write_checks(tables: StudyTables, output: Path, suspect: SuspectLimits = LIM
 
     The file also has the suspect rows by reason and the steps of each recovery attempt.
     Failed checks are logged with their rows, and the report shows them at the top.
-
-    Args:
-        tables: The products.
-        output: The JSON file.
-        suspect: Limits that the suspect rows exceed.
     """
     checks = check_tables(tables)
     failed = [check for check in checks if not check.passed]
@@ -195,11 +168,8 @@ def write_checks(tables: StudyTables, output: Path, suspect: SuspectLimits = LIM
 def require_passed(checks: Path) -> None:
     """Stop where a check of the tables failed (``checks: strict`` of the configuration).
 
-    Args:
-        checks: File of `write_checks`.
-
     Raises:
-        SolutionError: A check failed.
+        SolutionError: A check in the file of `write_checks` failed.
     """
     found = json.loads(checks.read_text(encoding="utf-8"))["checks"]
     failed = [check["name"] for check in found if not check["passed"]]
@@ -221,9 +191,8 @@ def read_tables(
 def contact_differences(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.DataFrame:
     """Return rows without friction that differ from those of the model without friction.
 
-    Args:
-        frictionless: Rows without friction and cohesion, of any abutment model.
-        ok: Finished rows of the study.
+    ``frictionless`` are rows without friction and cohesion, of any abutment model; ``ok`` are the
+    finished rows of the study.
     """
     models = {traits.without_friction: name for name, traits in ABUTMENTS.items()}
     without = ok.assign(abutment=ok["abutment"].map(models)).dropna(subset="abutment")
@@ -239,10 +208,6 @@ def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
 
     The mirror image has the opposite skew and angle of incidence; its motion has the same first
     component and the negative second component.
-
-    Args:
-        ok: Finished rows of the study.
-        suite: Motions with their accelerations.
     """
     if not (ok["skew_deg"] < 0).any():
         return ok.head(0)
@@ -265,21 +230,15 @@ def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
 
 def mirrored_motions(suite: pd.DataFrame) -> dict[str, str]:
     """Return the name of the mirror image of every motion that has one in the suite."""
+    names, ones, twos = (suite[name] for name in ("motion_id", "accel_1_mps2", "accel_2_mps2"))
+    waves = [
+        (str(name), np.asarray(one, float), np.asarray(two, float))
+        for name, one, two in zip(names, ones, twos, strict=True)
+    ]
     # 0.0 is added so that a negative zero is the same number as a zero
-    named = {
-        (_bytes(row.accel_1_mps2), _bytes(row.accel_2_mps2)): str(row.motion_id)
-        for row in suite.itertuples()
-    }
-    found: dict[str, str] = {}
-    for row in suite.itertuples():
-        image = (_bytes(row.accel_1_mps2), _bytes(-np.asarray(row.accel_2_mps2)))
-        if image in named:
-            found[str(row.motion_id)] = named[image]
-    return found
-
-
-def _bytes(values: object) -> bytes:
-    return (np.asarray(values, dtype=float) + 0.0).tobytes()
+    named = {((one + 0.0).tobytes(), (two + 0.0).tobytes()): name for name, one, two in waves}
+    images = {name: ((one + 0.0).tobytes(), (0.0 - two).tobytes()) for name, one, two in waves}
+    return {name: named[image] for name, image in images.items() if image in named}
 
 
 def _different(

@@ -35,23 +35,15 @@ def replay_page(layout: ContactLayout, histories: pd.DataFrame, *, title: str) -
     """
     scene = _Scene(layout, histories)
     rows = _frame_rows(scene.time_s, scene.closed)
-    in_contact = scene.closed[rows].any(axis=1)
-    start = int(in_contact.argmax())  # 0 without any contact
-    figure = make_subplots(
-        rows=2, cols=1, row_heights=[0.75, 0.25], vertical_spacing=0.14, shared_xaxes=False
-    )
+    start = int(scene.closed[rows].any(axis=1).argmax())  # 0 without any contact
+    figure = make_subplots(rows=2, cols=1, row_heights=[0.75, 0.25], vertical_spacing=0.14)
     *plan, cursor = scene.traces(rows[start])
-    for trace in (scene.rest(), *plan):
-        figure.add_trace(trace, row=1, col=1)
     count = go.Scattergl(
-        x=scene.time_s,
-        y=scene.closed.sum(axis=1),
-        line_shape="hv",
-        line_color=_STICK,
+        x=scene.time_s, y=scene.closed.sum(axis=1), line_shape="hv", line_color=_STICK,
         showlegend=False,
-    )
-    figure.add_trace(count, row=2, col=1)
-    figure.add_trace(cursor, row=2, col=1)
+    )  # fmt: skip
+    figure.add_traces([scene.rest(), *plan], rows=1, cols=1)
+    figure.add_traces([count, cursor], rows=2, cols=1)
     animated = [*range(1, 1 + len(plan)), len(plan) + 2]
     figure.frames = [
         go.Frame(name=f"{scene.time_s[row]:.2f}", data=scene.traces(row), traces=animated)
@@ -91,7 +83,7 @@ class _Scene:
 
     def rest(self) -> go.Scatter:
         """Return the outline of the deck at rest."""
-        x, y = np.vstack([self.corners, self.corners[:1]]).T
+        x, y = _closed(self.corners).T
         return go.Scatter(
             x=x, y=y, mode="lines", line={"color": "#999999", "dash": "dot"}, name="at rest"
         )
@@ -99,37 +91,34 @@ class _Scene:
     def traces(self, row: int) -> list[go.Scatter]:
         """Return deck, walls, keys, forces and contacts at one row, and the cursor in time."""
         corners = self.corners + self.disp_scale * self.moves[row]
-        x, y = np.vstack([corners, corners[:1]]).T
         points = self.rest_points + self.disp_scale * (self._weights @ self.moves[row])
         closed, slipping = self.closed[row], self.slipping[row]
+        normal_kn, friction_kn = self.normal_kn[row], self.friction_kn[row]
         colours = np.where(closed, np.where(slipping, _SLIP, _STICK), _OPEN)
-        contacts = self.layout.contacts
-        force = self.normal_kn[row][:, None] * self.normals
-        force = force - self.friction_kn[row][:, None] * self.tangents
+        force = normal_kn[:, None] * self.normals - friction_kn[:, None] * self.tangents
         tips = points + self.metres_per_kn * force * closed[:, None]
-        breaks = np.full_like(points, np.nan)
-        force_x, force_y = np.stack([points, tips, breaks], axis=1).reshape(-1, 2).T
         # the surface that a contact faces is as far from the deck as the contact is open
         surfaces = points - self.disp_scale * self.openings_m[row][:, None] * self.normals
-        walls, keys = self._walls(surfaces), self._keys(surfaces)
         time_s = self.time_s[row]
         texts = [
             f"{contact.name}<br>normal {normal:.0f} kN, friction {friction:.0f} kN"
             for contact, normal, friction in zip(
-                contacts, self.normal_kn[row], self.friction_kn[row], strict=True
+                self.layout.contacts, normal_kn, friction_kn, strict=True
             )
         ]
         marks = {"color": colours, "size": 9, "line": {"color": "#333333", "width": 0.5}}
         return [
-            _line(x, y, "deck", "#44617f", 2, fill="toself", fillcolor="rgba(120,150,190,0.25)"),
-            _line(walls[:, 0], walls[:, 1], "backwalls", "#39434a", 6),
-            _line(keys[:, 0], keys[:, 1], "shear keys", "#7a5230", 9),
-            _line(force_x, force_y, "force on the deck", _FORCE, 2),
+            _line(_closed(corners), "deck", "#44617f", 2, fill="toself",
+                  fillcolor="rgba(120,150,190,0.25)"),
+            _line(self._walls(surfaces), "backwalls", "#39434a", 6),
+            _line(self._keys(surfaces), "shear keys", "#7a5230", 9),
+            _line(_broken_lines(points, tips), "force on the deck", _FORCE, 2),
             go.Scatter(
                 x=points[:, 0], y=points[:, 1], mode="markers", marker=marks, text=texts,
                 hoverinfo="text", name="contacts",
             ),
-            _line([time_s] * 2, [0, len(closed)], "time", _FORCE, 1, showlegend=False),
+            _line(np.array([[time_s, 0.0], [time_s, len(closed)]]), "time", _FORCE, 1,
+                  showlegend=False),
         ]  # fmt: skip
 
     def _walls(self, surfaces: Points) -> Points:
@@ -137,7 +126,7 @@ class _Scene:
 
         Each wall is as long as the end of the deck.
         """
-        lines: list[Points] = []
+        lines = [_BREAK]
         for side in dict.fromkeys(contact.side for contact in self.layout.contacts):
             own = [
                 at
@@ -147,30 +136,25 @@ class _Scene:
             if own:
                 along = self.tangents[own[0]]
                 line = surfaces[sorted(own, key=lambda at: float(surfaces[at] @ along))]
-                rest = self.corners[
-                    [i for i, corner in enumerate(self.layout.corners) if corner.side == side]
-                ]
-                ends = np.sort(rest @ along)
-                first, last = (
-                    point + (end - point @ along) * along
-                    for point, end in zip(line[[0, -1]], ends, strict=True)
-                )
+                reach = np.sort(self.corners[self._ends(side)] @ along)
+                ends = line[[0, -1]]
+                first, last = ends + np.outer(reach - ends @ along, along)
                 lines += [np.vstack([first, line, last]), _BREAK]
-        return np.vstack(lines) if lines else _BREAK
+        return np.vstack(lines)
 
     def _keys(self, surfaces: Points) -> Points:
         """Return a short line along each shear key through the surface of its contact."""
-        half = 0.5 * _KEY_SHARE * self.length_m
-        lines: list[Points] = []
-        for at, contact in enumerate(self.layout.contacts):
-            if "key" in contact.name:
-                step = half * self.tangents[at]
-                lines += [np.vstack([surfaces[at] - step, surfaces[at] + step]), _BREAK]
-        return np.vstack(lines) if lines else _BREAK
+        keys = ["key" in contact.name for contact in self.layout.contacts]
+        at, step = surfaces[keys], 0.5 * _KEY_SHARE * self.length_m * self.tangents[keys]
+        return _broken_lines(at - step, at + step)
+
+    def _ends(self, side: str) -> list[int]:
+        """Return the two corners of the deck at one abutment."""
+        return [i for i, corner in enumerate(self.layout.corners) if corner.side == side]
 
     def _along_edge(self, contact: ContactPlace) -> Points:
         """Return the weights of the corners whose mean moves as the deck does at a contact."""
-        ends = [i for i, corner in enumerate(self.layout.corners) if corner.side == contact.side]
+        ends = self._ends(contact.side)
         first, second = self.corners[ends]
         edge = second - first
         share = float((np.array(contact.surface[:2]) - first) @ edge / (edge @ edge))
@@ -179,8 +163,17 @@ class _Scene:
         return weights
 
 
-def _line(x: Any, y: Any, name: str, colour: str, width: int, **options: Any) -> go.Scatter:
-    look = {"color": colour, "width": width}
+def _broken_lines(starts: Points, ends: Points) -> Points:
+    """Return the points of one line that consists of separate pieces, shape (3 n, 2)."""
+    return np.stack([starts, ends, np.full_like(starts, np.nan)], axis=1).reshape(-1, 2)
+
+
+def _closed(corners: Points) -> Points:
+    return np.vstack([corners, corners[:1]])
+
+
+def _line(points: Points, name: str, colour: str, width: int, **options: Any) -> go.Scatter:
+    look, (x, y) = {"color": colour, "width": width}, points.T
     return go.Scatter(x=x, y=y, mode="lines", line=look, name=name, hoverinfo="skip", **options)
 
 
@@ -206,16 +199,14 @@ def _round_down(value: float) -> float:
 
 def _arrange(figure: go.Figure, scene: _Scene, title: str, start: int) -> None:
     """Label the axes, and add the slider and the buttons."""
-    steps = [
-        {
-            "label": frame.name,
-            "method": "animate",
-            "args": [[frame.name], {"mode": "immediate", "frame": {"duration": 0}}],
-        }
-        for frame in figure.frames
-    ]
+    at_once = {"mode": "immediate", "frame": {"duration": 0}}
     play = {"frame": {"duration": 60, "redraw": True}, "fromcurrent": True}
-    stop = {"frame": {"duration": 0}, "mode": "immediate"}
+    buttons = (("play", None, play), ("stop", [None], at_once))
+    steps = [(frame.name, [frame.name], at_once) for frame in figure.frames]
+    slider, menu = (
+        [{"label": label, "method": "animate", "args": [*given]} for label, *given in shown]
+        for shown in (steps, buttons)
+    )
     per_mn = scene.metres_per_kn * 1e6 / KN
     figure.update_layout(
         title=f"{escape(title)}<br><sup>displacements and gaps x {scene.disp_scale:g}; 1 MN is "
@@ -224,26 +215,13 @@ def _arrange(figure: go.Figure, scene: _Scene, title: str, start: int) -> None:
         height=760,
         legend={"orientation": "h", "y": 1.06, "x": 1.0, "xanchor": "right"},
         sliders=[
-            {
-                "steps": steps,
-                "active": start,
-                "currentvalue": {"prefix": "t (s) = "},
-                "pad": {"t": 40},
-            }
+            {"steps": slider, "active": start, "currentvalue": {"prefix": "t (s) = "},
+             "pad": {"t": 40}}
         ],
         updatemenus=[
-            {
-                "type": "buttons",
-                "direction": "left",
-                "x": 0.0,
-                "y": 1.06,
-                "buttons": [
-                    {"label": "play", "method": "animate", "args": [None, play]},
-                    {"label": "stop", "method": "animate", "args": [[None], stop]},
-                ],
-            }
+            {"type": "buttons", "direction": "left", "x": 0.0, "y": 1.06, "buttons": menu}
         ],
-    )
+    )  # fmt: skip
     figure.update_xaxes(title_text="x (m)", row=1, col=1)
     figure.update_yaxes(title_text="y (m)", scaleanchor="x", scaleratio=1, row=1, col=1)
     figure.update_xaxes(title_text="Time (s)", row=2, col=1)

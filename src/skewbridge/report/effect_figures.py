@@ -1,8 +1,7 @@
 """Figures of effects: effects on demands by intensity, modelling choices compared with them."""
 
-from collections.abc import Hashable, Mapping, Sequence
 from textwrap import fill
-from typing import Any, Final
+from typing import Final
 
 import matplotlib as mpl
 import numpy as np
@@ -11,24 +10,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import (
-    FixedFormatter,
-    FixedLocator,
-    NullLocator,
-)
+from matplotlib.ticker import NullLocator
 
-from skewbridge.demands.columns import column_of, demands_for
+from skewbridge.demands.columns import demands_for
+from skewbridge.files.tables import records_of
 from skewbridge.fragility.sequential import CELL
 from skewbridge.fragility.verdicts import DECIDED, HIGHER, LOWER, NEGLIGIBLE
 from skewbridge.report.axis_layout import (
     MAX_BANDS,
     STYLE,
     VARIANT_COLOURS,
+    groups_of,
     plain_log_ticks,
     value_text,
 )
 from skewbridge.report.verdict_style import demand_name
-from skewbridge.variant.axes import Axis, axes_of, axis
+from skewbridge.variant.axes import Axis, axes_of
 
 
 def intensity_demands(intensities: pd.DataFrame) -> list[str]:
@@ -78,10 +75,8 @@ _ROUND_VERDICTS: Final = {
 def widths_by_analyses(rounds: pd.DataFrame) -> Figure:
     """Draw the half-width of the interval of each headline effect over the analyses of the study.
 
-    A dot is at the round of the verdict; lines without one are open.
-
-    Args:
-        rounds: Columns `fragility.sequential.ROUND_COLUMNS`.
+    A dot is at the round of the verdict; lines without one are open. The columns of the table are
+    `fragility.sequential.ROUND_COLUMNS`.
     """
     rounds = rounds.assign(width=50.0 * np.log(rounds["ci_high"] / rounds["ci_low"]))
     kinds = {"demand": "Demands", "median_capacity": "Median capacities"}
@@ -111,27 +106,20 @@ def widths_by_analyses(rounds: pd.DataFrame) -> Figure:
 
 def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed: Axis, *, with_legend: bool) -> None:
     axes.axhline(1.0, color="#777777", linewidth=0.8)
-    handles: list[Line2D] = []
-    changes = list(rows.groupby(["from_value", "to_value"], sort=False))
-    for i, (_, own) in enumerate(changes):
-        ends = (float(own[name].iloc[0]) for name in ("from_value", "to_value"))
-        label = " to ".join(value_text(changed, value) for value in ends)
+    changes = groups_of(rows, ["from_value", "to_value"])
+    for i, (ends, own) in enumerate(changes):
         line, colour = own.sort_values("im"), VARIANT_COLOURS[i % len(VARIANT_COLOURS)]
         if len(changes) - i <= MAX_BANDS:  # the largest changes
-            axes.fill_between(
-                line["im"], line["ci_low"], line["ci_high"], color=colour, alpha=0.18, lw=0
-            )
+            band = line["im"], line["ci_low"], line["ci_high"]
+            axes.fill_between(*band, color=colour, alpha=0.18, lw=0)
+        label = " to ".join(value_text(changed, value) for value in ends)
         dash = ("-", "--", ":", "-.")[i % 4]
-        handles += axes.plot(line["im"], line["ratio"], dash, color=colour, label=label)
-        for item in _records(own[own["at_reference"]]):
+        axes.plot(line["im"], line["ratio"], dash, color=colour, label=label)
+        for item in records_of(own[own["at_reference"]]):
             inside = "white" if item["clipped"] else colour
             axes.plot(item["im"], item["ratio"], "o", ms=5, color=colour, mfc=inside)
     if with_legend:
-        axes.legend(handles=handles, fontsize=7, loc="best")
-
-
-def _records(table: pd.DataFrame) -> list[dict[Hashable, Any]]:
-    return table.to_dict("records")
+        axes.legend(fontsize=7, loc="best")
 
 
 _COLOURS: Final[dict[str, str]] = {"choice": VARIANT_COLOURS[0], "axis": VARIANT_COLOURS[1]}
@@ -142,55 +130,77 @@ _LINEAR_PCT: Final = 5.0  # the scale is linear up to here, then logarithmic
 _TICKS_PCT: Final = (2, 5, 20, 100, 500)
 _LEAST_PCT: Final = 6.0  # range of a panel without any change
 
-type Record = Mapping[Hashable, Any]
+
+def _ranked(choices: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """Return the rows of each headline demand, smallest change first, by the demand's label.
+
+    Added are ``bar``, the name of the choice or axis with its change, ``percent`` and its ``text``.
+    """
+    # imported here: it loads the solver, and few studies compare choices
+    from skewbridge.study.modelling_choices import CHOICES
+
+    labels = {choice.key: choice.label for choice in CHOICES}
+    labels |= {each.name: each.label for each in axes_of(choices["name"])}
+    names, percent = choices["name"].map(labels), 100.0 * (choices["ratio"] - 1.0)
+    texts = [
+        _percent_text(value, n, n_pairs)
+        for value, n, n_pairs in zip(percent, choices["n"], choices["n_pairs"], strict=True)
+    ]
+    change = choices["from_value"] + " → " + choices["to_value"]
+    rows = choices.assign(bar=names + " " + change, change=change, percent=percent, text=texts)
+    size = pd.Series(np.log(rows["ratio"])).abs().where(rows["n"] > 0, -1.0)
+    rows = rows.assign(size=size).sort_values("size", kind="stable")
+    demands = demands_for("headline", choices["demand"].unique())
+    return {demand_name(demand): rows[rows["demand"] == demand] for demand in demands}
+
+
+def _percent_text(percent: float, n: int, n_pairs: int) -> str:
+    if not n:
+        return "no pair"
+    text = f"{percent:+.1f} %".replace("-0.0", "0.0").replace("+0.0", "0.0")
+    return text if n == n_pairs else f"{text}, {n} of {n_pairs}"
 
 
 def tornado(choices: pd.DataFrame) -> Figure:
     """Draw for every headline demand how far each choice and each axis moves it, by size.
 
-    Args:
-        choices: Table of modelling choices of one bridge with one abutment model.
+    The table is that of one bridge with one abutment model.
     """
-    demands = demands_for("headline", choices["demand"].unique())
-    bars = int(choices["demand"].value_counts().max())
-    rows = -(-len(demands) // 2)
+    ranked = _ranked(choices)
+    bars, rows = max(map(len, ranked.values())), -(-len(ranked) // 2)
     with mpl.rc_context(STYLE):
         height_in = rows * (_BAR_IN * bars + _HEAD_IN) + 0.4
         figure = Figure(figsize=(12.5, height_in), layout="constrained")
         panels = list(figure.subplots(rows, 2, squeeze=False).flat)
-        for panel, demand in zip(panels, demands, strict=False):
-            _tornado_panel(panel, choices[choices["demand"] == demand].to_dict("records"))
-            panel.set_title(_label(demand), loc="left", fontsize=10, fontweight="bold")
-        for panel in panels[len(demands) :]:
+        for panel, (label, own) in zip(panels, ranked.items(), strict=False):
+            _tornado_panel(panel, own)
+            panel.set_title(label, loc="left", fontsize=10, fontweight="bold")
+        for panel in panels[len(ranked) :]:
             panel.axis("off")
         handles = [Patch(color=_COLOURS[kind], label=text) for kind, text in _KINDS.items()]
         figure.legend(handles=handles, loc="outside upper right", ncols=2)
     return figure
 
 
-def _tornado_panel(panel: Axes, rows: Sequence[Record]) -> None:
-    ranked = sorted(rows, key=_size)
-    reach = max([_LEAST_PCT, *(1.3 * abs(_percent(row["ratio"])) for row in ranked if row["n"])])
-    for place, row in enumerate(ranked):
-        if row["n"]:
-            panel.barh(place, _percent(row["ratio"]), height=0.72, color=_COLOURS[row["kind"]])
-            ends = np.clip([_percent(row[end]) for end in ("lowest", "highest")], -reach, reach)
-            panel.plot(ends, [place, place], color="#333333", linewidth=0.8)
+def _tornado_panel(panel: Axes, rows: pd.DataFrame) -> None:
+    rows = rows.assign(place=np.arange(len(rows)))
+    known = rows[rows["n"] > 0]
+    reach = max([_LEAST_PCT, *(1.3 * known["percent"].abs())])
+    panel.barh(known["place"], known["percent"], height=0.72, color=known["kind"].map(_COLOURS))
+    ends = (100.0 * (known[["lowest", "highest"]] - 1.0)).clip(-reach, reach)
+    panel.hlines(known["place"], ends["lowest"], ends["highest"], color="#333333", linewidth=0.8)
+    for place, text in zip(rows["place"], rows["text"], strict=True):
         across = panel.get_yaxis_transform()
-        panel.text(1.01, place, _percent_text(row), transform=across, va="center", fontsize=7.5)
-    panel.set_yticks(range(len(ranked)), [_bar_name(row) for row in ranked], fontsize=8)
-    panel.set_ylim(-0.6, len(ranked) - 0.4)
+        panel.text(1.01, place, text, transform=across, va="center", fontsize=7.5)
+    panel.set_yticks(rows["place"], rows["bar"], fontsize=8)
+    panel.set_ylim(-0.6, len(rows) - 0.4)
     panel.axvline(0.0, color="black", linewidth=0.8)
     panel.set_xscale("symlog", linthresh=_LINEAR_PCT)
     panel.set_xlim(-reach, reach)
     ticks = [tick for tick in _TICKS_PCT if tick <= reach]
     places = [*(-tick for tick in reversed(ticks)), 0, *ticks]
-    panel.xaxis.set_major_locator(FixedLocator(places))
-    panel.xaxis.set_major_formatter(
-        FixedFormatter([f"{tick:+d}" if tick else "0" for tick in places])
-    )
+    panel.set_xticks(places, [f"{tick:+d}" if tick else "0" for tick in places], fontsize=8)
     panel.xaxis.set_minor_locator(NullLocator())
-    panel.tick_params(axis="x", labelsize=8)
     panel.set_xlabel("change of the demand (%)")
     panel.grid(visible=False, axis="y")
 
@@ -209,68 +219,24 @@ def tornado_text(choices: pd.DataFrame) -> str:
 
 
 def choice_findings(choices: pd.DataFrame) -> list[str]:
-    """Return a sentence per headline demand: which choices move it more than friction does.
-
-    Args:
-        choices: Table of modelling choices of one bridge with one abutment model.
-    """
+    """Return a sentence per headline demand: which choices move it more than friction does."""
     found: list[str] = []
-    for demand in demands_for("headline", choices["demand"].unique()):
-        rows = choices[(choices["demand"] == demand) & (choices["n"] > 0)].to_dict("records")
-        friction = [row for row in rows if row["name"] == "friction"]
-        if not friction:
-            continue
-        tried = [row for row in rows if row["kind"] == "choice"]
-        larger: dict[Any, Record] = {}
-        for row in sorted(tried, key=_size, reverse=True):
-            if _size(row) > _size(friction[0]):
-                larger.setdefault(row["name"], row)
-        sizes = ", ".join(f"{_bar_name(row)} ({_percent_text(row)})" for row in larger.values())
-        found.append(
-            f"{_label(demand)}: friction {_change(friction[0])} moves it by "
-            f"{_percent_text(friction[0])}; "
-            + (f"more than that do {sizes}." if sizes else "no choice tried moves it more.")
-        )
+    for label, rows in _ranked(choices).items():
+        of_friction = rows[(rows["name"] == "friction") & (rows["n"] > 0)].sort_index()
+        for friction in records_of(of_friction.head(1)):
+            larger = rows[(rows["kind"] == "choice") & (rows["size"] > friction["size"])]
+            largest = records_of(larger.iloc[::-1].drop_duplicates("name"))
+            sizes = ", ".join(f"{row['bar']} ({row['text']})" for row in largest)
+            found.append(
+                f"{label}: friction {friction['change']} moves it by {friction['text']}; "
+                + (f"more than that do {sizes}." if sizes else "no choice tried moves it more.")
+            )
     return found
 
 
 def choices_left_out(choices: pd.DataFrame) -> list[str]:
     """Return the labels of the choices that a table does not have."""
-    tried = set(choices["name"])
-    return [label for key, label in _choice_labels().items() if key not in tried]
-
-
-def _choice_labels() -> dict[str, str]:
-    # imported here: it loads the solver, and few studies compare choices
     from skewbridge.study.modelling_choices import CHOICES
 
-    return {choice.key: choice.label for choice in CHOICES}
-
-
-def _label(demand: str) -> str:
-    column = column_of(demand)
-    return demand if column is None else column.label
-
-
-def _bar_name(row: Record) -> str:
-    label = axis(row["name"]).label if row["kind"] == "axis" else _choice_labels()[row["name"]]
-    return f"{label} {_change(row)}"
-
-
-def _change(row: Record) -> str:
-    return f"{row['from_value']} → {row['to_value']}"
-
-
-def _percent_text(row: Record) -> str:
-    if not row["n"]:
-        return "no pair"
-    percent = f"{_percent(row['ratio']):+.1f} %".replace("-0.0", "0.0").replace("+0.0", "0.0")
-    return percent if row["n"] == row["n_pairs"] else f"{percent}, {row['n']} of {row['n_pairs']}"
-
-
-def _percent(ratio: float) -> float:
-    return 100.0 * (ratio - 1.0)
-
-
-def _size(row: Record) -> float:
-    return abs(float(np.log(row["ratio"]))) if row["n"] else -1.0
+    tried = set(choices["name"])
+    return [choice.label for choice in CHOICES if choice.key not in tried]

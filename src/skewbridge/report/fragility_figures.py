@@ -78,12 +78,7 @@ def fragility_curves(
     diamond is the median of the other method where the medians of cloud and exceedance differ.
     States that no run reached are listed at the top. The last column has the paired ratios of the
     medians, averaged over all variants, with their intervals.
-
-    Args:
-        curves: Table of `skewbridge.fragility.curves.fit_study` with a usable row of the component.
-        demands: The demands it was fitted to.
-        medians: Effects on median capacities; may be empty.
-        component: Component to draw.
+    The curves have a usable row of the component; the effects on medians may be empty.
     """
     rows = curves[curves["component"] == component]
     table, demands = shown_curves(rows), with_derived_columns(demands)
@@ -264,11 +259,6 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
     Open marks with a tick upward are runs that ended early: the demand is a lower bound. Marks at
     the bottom are demands of zero, or far below the mildest state; their number is above the panel.
     Of a large study a sample of the runs is drawn, as stated at the top.
-
-    Args:
-        demands: Demands table with a demand that `least_shown` can draw.
-        curves: Fits, for lines and thresholds of this demand.
-        demand: Demand column.
     """
     demands = with_derived_columns(demands)
     label, factor = shown_label(demand)

@@ -12,7 +12,6 @@ from typing import Final
 import pandas as pd
 import yaml
 
-from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
 from skewbridge.fragility.limit_states import LimitState, load_limit_states
 from skewbridge.fragility.settings import FitSettings
@@ -53,19 +52,20 @@ _CONTACT: Final = (
 )
 
 
+_INTEGRATORS: Final = {
+    "Newmark": "Newmark's method (Newmark 1959)",
+    "Houbolt": "Houbolt's method (Houbolt 1950)",
+    "HHT": "the HHT method (Hilber et al. 1977)",
+}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Methods:
-    """Methods of a study.
+    """Methods of a study."""
 
-    Attributes:
-        parts: Paragraphs by their subject.
-        states: Rows of the limit states: component, demand, medians, dispersion, source.
-        references: Cited works in full, sorted.
-    """
-
-    parts: Mapping[str, str]
-    states: Sequence[Sequence[str]]
-    references: Sequence[str]
+    parts: Mapping[str, str]  # paragraphs by their subject
+    states: Sequence[Sequence[str]]  # limit states: cells under `STATE_HEADS`
+    references: Sequence[str]  # cited works in full, sorted
 
     def markdown(self) -> str:
         """Return the methods as a page of Markdown."""
@@ -80,11 +80,8 @@ class Methods:
 def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Methods:
     """Return paragraphs on models, motions, analyses and statistics, and the references in them.
 
-    Site and purpose are not in a configuration; the reader adds them.
-
-    Args:
-        config: The study.
-        suite: Table of the prepared motions with their sources; None before they are prepared.
+    Site and purpose are not in a configuration; the reader adds them. ``suite`` is the table of the
+    prepared motions.
 
     Raises:
         InputError: A bridge or the limit states of the study cannot be read.
@@ -124,6 +121,10 @@ def _bridges(bridges: Sequence[BridgeData], model: ModelOptions) -> Iterator[str
             "Details that are not public (deck section, reinforcement, abutments) are surrogates; "
             "the file of the bridge gives the source of every number."
         )
+    columns = (
+        "The columns are force-based fiber elements with distributed plasticity (five Lobatto "
+        "points) and Mander's concrete (Mander et al. 1988)."
+    )
     if model.elastic_columns:
         columns = "The columns are elastic with cracked stiffness."
     elif model.column_integration == "hinge_radau":
@@ -133,21 +134,13 @@ def _bridges(bridges: Sequence[BridgeData], model: ModelOptions) -> Iterator[str
             f"2006) of a length by rule ({rule}), unless the file of the bridge gives it, and "
             "Mander's concrete (Mander et al. 1988)."
         )
-    else:
-        columns = (
-            "The columns are force-based fiber elements with distributed plasticity (five Lobatto "
-            "points) and Mander's concrete (Mander et al. 1988)."
-        )
     deck = counted(model.deck_elements_per_span, "element")
     yield f"The deck is an elastic spine of {deck} per span. {columns}"
+    capacity = "is the revised UCSD model (Kowalsky and Priestley 2000)"
     if model.shear_model != "kowalsky_priestley":
         materials = model.shear_model.removeprefix("sdc_")
-        yield (
-            f"Column shear capacity follows the Caltrans criteria with {materials} materials "
-            "(Caltrans 2013)."
-        )
-    else:
-        yield "Column shear capacity is the revised UCSD model (Kowalsky and Priestley 2000)."
+        capacity = f"follows the Caltrans criteria with {materials} materials (Caltrans 2013)"
+    yield f"Column shear capacity {capacity}."
     if model.shear_failure == "flag":
         yield "An analysis in which a column reaches it counts as a shear failure of that column."
     else:
@@ -242,15 +235,11 @@ def _random_properties(uncertainty: UncertaintyConfig) -> Iterator[str]:
 
 
 def _analyses(config: StudyConfig) -> Iterator[str]:
-    analysis = config.analysis
+    analysis, name = config.analysis, str(config.analysis.integrator_command[0])
+    cut = f", cut to {analysis.event_dt_s:g} s where a contact opens or closes"
     yield (
-        f"After gravity each response history is integrated {_integrator(analysis)} with a step of "
-        f"{analysis.dt_s:g} s"
-        + (
-            f", cut to {analysis.event_dt_s:g} s where a contact opens or closes."
-            if analysis.event_dt_s is not None
-            else "."
-        )
+        f"After gravity each response history is integrated by {_INTEGRATORS[name]} with a step of "
+        f"{analysis.dt_s:g} s{'' if analysis.event_dt_s is None else cut}."
     )
     yield (
         "An analysis counts as collapse when a column drift reaches "
@@ -284,16 +273,6 @@ def _setting(value: object) -> str:
     if isinstance(value, float):
         return f"{value:g}"
     return "none" if value is None else str(value)
-
-
-def _integrator(analysis: AnalysisSettings) -> str:
-    name = str(analysis.integrator_command[0])
-    cited = {
-        "Newmark": "Newmark's method (Newmark 1959)",
-        "Houbolt": "Houbolt's method (Houbolt 1950)",
-        "HHT": "the HHT method (Hilber et al. 1977)",
-    }
-    return f"by {cited[name]}"
 
 
 def _statistics(fits: FitSettings, motions: MotionsConfig) -> Iterator[str]:
@@ -342,14 +321,12 @@ def _limit_states(config: StudyConfig) -> list[tuple[str, ...]]:
     return [
         (
             in_words(component),
-            f"`{states[0].demand}`",
-            ", ".join(
-                f"{state.name} {threshold_text(state.demand, state.threshold)}" for state in states
-            ),
-            _listed(sorted({state.dispersion for state in states})),
-            " ".join(states[0].citation.split()),
+            f"`{own[0].demand}`",
+            ", ".join(f"{each.name} {threshold_text(each.demand, each.threshold)}" for each in own),
+            _listed(sorted({each.dispersion for each in own})),
+            " ".join(own[0].citation.split()),
         )
-        for component, states in rows.items()
+        for component, own in rows.items()
     ]
 
 

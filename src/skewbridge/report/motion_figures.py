@@ -32,10 +32,7 @@ _WIDTH_IN: Final = 10.0
 def record_page(title: str, dt_s: float, components: Mapping[str, Vector]) -> Figure:
     """Return the page of one record: its histories, Arias build-up and spectra.
 
-    Args:
-        title: Name of the motion.
-        dt_s: Time step in s.
-        components: One or two components in m/s2 by their labels.
+    Components (one or two, in m/s2) are given by their labels.
     """
     figure = Figure(figsize=(_WIDTH_IN, 7.0), layout="constrained")
     grid = figure.add_gridspec(4, 2, width_ratios=(1.35, 1.0))
@@ -94,14 +91,10 @@ def suite_spectra(
     title: str,
     model: tuple[str, Vector, Vector] | None = None,
 ) -> Figure:
-    """Return the RotD50 spectra of a suite with median and 16-84 % band.
+    """Return the RotD50 spectra (g, motions by periods) of a suite with median and 16-84 % band.
 
-    Args:
-        rotd50_g: RotD50 PSA in g, shape (motions, periods).
-        periods_s: Periods in s.
-        title: Title.
-        model: Name, median in g and standard deviation of the logarithm of a ground-motion model
-            at the same periods, to compare with; its dispersion goes to a second panel.
+    A ground-motion model to compare with is given by its name, median in g and standard deviation
+    of the logarithm at the same periods; its dispersion goes to a second panel.
     """
     periods = np.asarray(periods_s, dtype=np.float64)
     log_psa = np.log(rotd50_g)
@@ -111,11 +104,9 @@ def suite_spectra(
         panels: Any = figure.subplots(1, 2 if model else 1, squeeze=False)
         axis: Axes = panels[0, 0]
         axis.loglog(periods, rotd50_g.T, color="0.8", lw=0.5)
-        middle, low, high = (np.exp(np.percentile(log_psa, q, axis=0)) for q in (50, 16, 84))
-        color = sns.color_palette("colorblind")[0]
-        axis.loglog(
-            periods, middle, color=color, lw=2.0, label=f"median of {len(rotd50_g)} motions"
-        )
+        low, middle, high = np.exp(np.percentile(log_psa, (16, 50, 84), axis=0))
+        color, label = sns.color_palette("colorblind")[0], f"median of {len(rotd50_g)} motions"
+        axis.loglog(periods, middle, color=color, lw=2.0, label=label)
         axis.loglog(periods, low, color=color, lw=1.0, ls="--", label="16 and 84 %")
         axis.loglog(periods, high, color=color, lw=1.0, ls="--")
         axis.set(xlabel="Period (s)", ylabel="RotD50 PSA, 5 % damping (g)")
@@ -136,13 +127,12 @@ def _draw_model(
     log_psa: Vector,
     model: tuple[str, Vector, Vector],
 ) -> None:
-    blue, orange = sns.color_palette("colorblind")[0], sns.color_palette("colorblind")[1]
+    blue, orange = sns.color_palette("colorblind")[:2]
     name, median_g, sigma = model
     axis.loglog(periods, median_g, color=orange, lw=1.6, label=f"median of {name}")
-    axis.loglog(periods, median_g * np.exp(sigma), color=orange, lw=0.9, ls=":")
-    axis.loglog(
-        periods, median_g * np.exp(-sigma), color=orange, lw=0.9, ls=":", label="its 16 and 84 %"
-    )
+    for sign, label in ((1.0, None), (-1.0, "its 16 and 84 %")):
+        end_g = median_g * np.exp(sign * sigma)
+        axis.loglog(periods, end_g, color=orange, lw=0.9, ls=":", label=label)
     dispersion.semilogx(periods, log_psa.std(axis=0, ddof=1), color=blue, lw=2.0, label="motions")
     dispersion.semilogx(periods, sigma, color=orange, lw=1.6, label=name)
     dispersion.set(xlabel="Period (s)", ylabel="standard deviation of ln PSA", ylim=(0.0, 1.0))

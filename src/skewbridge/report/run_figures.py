@@ -6,7 +6,6 @@ References:
 """
 
 from collections.abc import Mapping
-from itertools import chain
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -38,12 +37,7 @@ SPECTRA: Final = {
 
 
 def run_figures(histories: pd.DataFrame, *, title: str) -> dict[str, Figure]:
-    """Return the figures of an analysis by file name.
-
-    Args:
-        histories: Table of `skewbridge.analysis.histories`.
-        title: Variant and motion.
-    """
+    """Return the figures of an analysis by file name, from `skewbridge.analysis.histories`."""
     with sns.axes_style("white", rc=dict(STYLE)):
         figures = {
             "displacements": displacement_figure({title: histories}),
@@ -57,10 +51,10 @@ def run_figures(histories: pd.DataFrame, *, title: str) -> dict[str, Figure]:
 
 def displacement_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     """Draw displacement and rotation of the deck's mass centre against time, runs overlaid."""
+    length, per_m = _length()
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.2, 5.6), layout="constrained")
         axes = figure.subplots(3, 1, sharex=True)
-        length, per_m = _length()
         quantities = (
             ("deck_ux_m", per_m, f"Longitudinal ({length})"),
             ("deck_uy_m", per_m, f"Transverse ({length})"),
@@ -82,29 +76,23 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     One row of panels for the whole force, one for the pads alone, along and across the bridge; with
     contacts a third one for the normal forces of backwall and shear keys.
     """
-    names = contact_names(next(iter(runs.values())))
     (length, per_m), (force, per_kn) = _length(), _force()
-    rows = [
-        [
-            (f"{text}, {way}", direction, [f"abutment_left_{column}{direction}_kn"])
-            for way, direction in (("longitudinal", "x"), ("transverse", "y"))
-        ]
+    panels = [
+        (f"{text}, {way}", direction, [f"abutment_left_{column}{direction}_kn"])
         for text, column in (("All of the abutment", ""), ("Pads alone", "pads_"))
+        for way, direction in (("longitudinal", "x"), ("transverse", "y"))
     ]
-    if names:
-        rows.append(
-            [
-                (f"{text} alone, normal force", direction, _normals(names, part))
-                for text, direction, part in (
-                    ("Backwall", "x", "backwall"),
-                    ("Shear keys", "y", "key"),
-                )
-            ]
-        )
+    if names := contact_names(next(iter(runs.values()))):
+        panels += [
+            (f"{text} alone, normal force", direction,
+             [f"{name}_normal_kn" for name in names if f"_left_{part}" in name])
+            for text, direction, part in (("Backwall", "x", "backwall"), ("Shear keys", "y", "key"))
+        ]  # fmt: skip
+    rows = len(panels) // 2
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.2, 2.5 * len(rows) + 0.7), layout="constrained")
-        axes = figure.subplots(len(rows), 2, squeeze=False, sharex="col")
-        for axis, (text, direction, columns) in zip(axes.flat, chain(*rows), strict=True):
+        figure = Figure(figsize=(7.2, 2.5 * rows + 0.7), layout="constrained")
+        axes = figure.subplots(rows, 2, squeeze=False, sharex="col")
+        for axis, (text, direction, columns) in zip(axes.flat, panels, strict=True):
             axis.set_title(text, loc="left", fontsize=9)
             axis.set_ylabel(f"Force ({force})")
             for look, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
@@ -128,11 +116,6 @@ def _force() -> tuple[str, float]:
     return unit, factor * KN / MN
 
 
-def _normals(names: list[str], part: str) -> list[str]:
-    """Return the columns of the normal forces of one part of the left abutment."""
-    return [f"{name}_normal_kn" for name in names if f"_left_{part}" in name]
-
-
 def moving_columns(runs: Mapping[str, pd.DataFrame]) -> list[str]:
     """Return the displacements of the deck that vary in every one of two or more histories."""
     tables = list(runs.values())
@@ -146,9 +129,8 @@ def moving_columns(runs: Mapping[str, pd.DataFrame]) -> list[str]:
 def frequency_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     """Draw smoothed Fourier amplitudes of the deck and their ratio to the first history.
 
-    Args:
-        runs: Tables with ``t_s`` and the deck's displacements by name; the first is the
-            reference (no friction), all of the same motion; `moving_columns` has one or more.
+    The first run is the reference (no friction), all are of the same motion, and `moving_columns`
+    has one or more.
     """
     names, columns = list(runs), moving_columns(runs)
     grid = np.geomspace(BAND_HZ[0] * 1.2, BAND_HZ[1] / 1.2, 160)
@@ -163,9 +145,10 @@ def frequency_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
                 text = f"{name}, $T_m$ = {mean_period_s(runs[name], column):.2f} s"
                 top.plot(grid, _smoothed(runs[name], column, grid), label=text, **look)
                 if name != names[0]:
-                    both = [table.iloc[: min(map(len, (first, runs[name])))]
-                            for table in (runs[name], first)]  # fmt: skip
-                    with_friction, without = (_smoothed(table, column, grid) for table in both)
+                    rows = min(len(first), len(runs[name]))
+                    with_friction, without = (
+                        _smoothed(table.iloc[:rows], column, grid) for table in (runs[name], first)
+                    )
                     bottom.plot(grid, with_friction / without, **look)
             top.set_title(f"Deck, {SPECTRA[column]}", loc="left", fontsize=9)
             top.set_yscale("log")
@@ -182,28 +165,25 @@ def frequency_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
 
 def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     """Draw column shear and its ratio to the capacity against time, and the orbit of the deck."""
+    (length, per_m), (force, per_kn) = _length(), _force()
     figure = Figure(figsize=(8.4, 4.2), layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=(1.15, 1.0))
     shear = figure.add_subplot(grid[0, 0])
     ratio = figure.add_subplot(grid[1, 0], sharex=shear)
     orbit = figure.add_subplot(grid[:, 1])
-    (length, per_m), (force, per_kn) = _length(), _force()
-    shear.plot(
-        histories["t_s"], per_kn * histories["column_shear_kn"], lw=_LINE, color=VARIANT_COLOURS[0]
-    )
+    looks: list[dict[str, Any]] = [{"lw": _LINE, "color": each} for each in VARIANT_COLOURS[:3]]
+    shear.plot(histories["t_s"], per_kn * histories["column_shear_kn"], **looks[0])
     shear.set_ylabel(f"Base shear,\nworst column ({force})")
-    ratio.plot(histories["t_s"], histories["column_shear_dcr"], lw=_LINE, color=VARIANT_COLOURS[1])
+    ratio.plot(histories["t_s"], histories["column_shear_dcr"], **looks[1])
     ratio.axhline(1.0, color="0.4", lw=0.8, ls="--")
-    ratio.set_ylabel("Shear demand/capacity")
-    ratio.set_xlabel("Time (s)")
-    x, y = (per_m * histories[name] for name in ("deck_ux_m", "deck_uy_m"))
-    orbit.plot(x, y, lw=_LINE, color=VARIANT_COLOURS[2])
-    half = 1.08 * max(float(x.abs().max()), float(y.abs().max()), 1e-3 * per_m)
+    ratio.set(xlabel="Time (s)", ylabel="Shear demand/capacity")
+    moves = per_m * histories[["deck_ux_m", "deck_uy_m"]].to_numpy().T
+    orbit.plot(*moves, **looks[2])
+    half = 1.08 * max(float(np.abs(moves).max()), 1e-3 * per_m)
     orbit.set(xlim=(-half, half), ylim=(-half, half), aspect="equal")
+    orbit.set(xlabel=f"Longitudinal ({length})", ylabel=f"Transverse ({length})")
     orbit.xaxis.set_major_locator(MaxNLocator(5))
     orbit.yaxis.set_major_locator(MaxNLocator(5))
-    orbit.set_xlabel(f"Longitudinal ({length})")
-    orbit.set_ylabel(f"Transverse ({length})")
     orbit.set_title("Orbit of the deck", fontsize=9)
     figure.suptitle(title, fontsize=10, parse_math=False)
     return figure
@@ -211,18 +191,15 @@ def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
 
 def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     """Draw when each contact is closed, shaded by its normal force, and the friction forces."""
-    names = contact_names(histories)
-    force, per_kn = _force()
-    figure = Figure(figsize=(7.2, 1.6 + 0.22 * len(names) + 2.0), layout="constrained")
-    raster, friction = figure.subplots(
-        2, 1, sharex=True, height_ratios=(0.22 * len(names) + 0.4, 2.0)
-    )
+    names, (force, per_kn) = contact_names(histories), _force()
+    height_in = 0.22 * len(names)
+    figure = Figure(figsize=(7.2, 3.6 + height_in), layout="constrained")
+    raster, friction = figure.subplots(2, 1, sharex=True, height_ratios=(height_in + 0.4, 2.0))
     time_s = histories["t_s"].to_numpy()
-    normals = np.column_stack([histories[f"{name}_normal_kn"] for name in names]).T * per_kn
+    normals = histories[[f"{name}_normal_kn" for name in names]].to_numpy().T * per_kn
     bins = np.linspace(time_s[0], time_s[-1], min(len(time_s), 1200) + 1)
     at = np.clip(np.searchsorted(time_s, bins[:-1]), 0, len(time_s) - 1)
-    peaks = np.maximum.reduceat(normals, at, axis=1)
-    shown = np.ma.masked_less_equal(peaks, 0.0)
+    shown = np.ma.masked_less_equal(np.maximum.reduceat(normals, at, axis=1), 0.0)
     mesh = raster.pcolormesh(
         bins, np.arange(len(names) + 1), shown, cmap="flare", vmin=0.0, rasterized=True
     )
@@ -233,17 +210,12 @@ def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     figure.colorbar(mesh, ax=raster, label=f"Normal force ({force})", pad=0.01)
     raster.set_title(title, fontsize=10, parse_math=False)
     for colour, word in zip(VARIANT_COLOURS, ("backwall", "key"), strict=False):
-        chosen = [name for name in names if word in name]
-        total = sum(
-            np.hypot(histories[f"{n}_friction_1_kn"], histories[f"{n}_friction_2_kn"])
-            for n in chosen
-        )
-        if chosen:
-            friction.plot(
-                time_s, per_kn * np.asarray(total), lw=_LINE, color=colour, label=f"{word}s"
-            )
-    friction.set_ylabel(f"Friction, sum ({force})")
-    friction.set_xlabel("Time (s)")
+        if chosen := [name for name in names if word in name]:
+            parts = ([f"{name}_friction_{axis}_kn" for name in chosen] for axis in "12")
+            one, two = (histories[part].to_numpy() for part in parts)
+            total = per_kn * np.hypot(one, two).sum(axis=1)
+            friction.plot(time_s, total, lw=_LINE, color=colour, label=f"{word}s")
+    friction.set(xlabel="Time (s)", ylabel=f"Friction, sum ({force})")
     friction.legend(loc="upper right", fontsize=8)
     return figure
 
@@ -267,11 +239,7 @@ def _name_runs(figure: Figure, axis: Axes, names: list[str]) -> None:
 
 
 def mean_period_s(histories: pd.DataFrame, column: str) -> float:
-    """Return the mean period sum(A^2/f)/sum(A^2) of a column of histories, s.
-
-    Raises:
-        InputError: The history is constant, too short or not finite.
-    """
+    """Return the mean period sum(A^2/f)/sum(A^2) of a column of histories, s."""
     frequency, amplitude = fourier_amplitude(histories, column)
     power = amplitude**2
     return float(np.sum(power / frequency) / np.sum(power))

@@ -93,25 +93,15 @@ type Drawing = Callable[[], Figure]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Caption:
-    """Text of the report about a figure.
+    """Text of the report about a figure."""
 
-    Attributes:
-        name: File name without ending.
-        section: What it shows, one of `SECTIONS`.
-        title: One line.
-        text: Content of the figure and its method.
-        finding: What it shows in one sentence, from the tables.
-        item: Component, demand or quantity of the figure.
-        model: Bridge and abutment model; empty for a figure of the whole study.
-    """
-
-    name: str
-    section: str
+    name: str  # of the file, without ending
+    section: str  # one of `SECTIONS`
     title: str
-    text: str
-    finding: str
-    item: str
-    model: str = ""
+    text: str  # content of the figure and its method
+    finding: str  # what it shows in one sentence, from the tables
+    item: str  # component, demand or quantity
+    model: str = ""  # bridge and abutment model; empty for a figure of the whole study
 
 
 type StudyFigure = tuple[Caption, Drawing]
@@ -119,29 +109,17 @@ type StudyFigure = tuple[Caption, Drawing]
 
 @dataclass(frozen=True, kw_only=True)
 class FigureTables:
-    """Tables of a study that its figures are drawn from.
-
-    Attributes:
-        demands: Demands table.
-        curves: Fits.
-        medians: Effects on median capacities.
-        effects: Effects on demands.
-        intensity_effects: Effects on demands by intensity.
-        suite: Motions as applied.
-        pair: Histories of one bridge without and with friction; None if the study has none.
-        choices: Modelling choices; None before `make choices`.
-        rounds: Headline effects after each round; None of a study without rounds.
-    """
+    """Tables of a study that its figures are drawn from."""
 
     demands: pd.DataFrame
     curves: pd.DataFrame
-    medians: pd.DataFrame
-    effects: pd.DataFrame
+    medians: pd.DataFrame  # effects on median capacities
+    effects: pd.DataFrame  # effects on demands
     intensity_effects: pd.DataFrame
     suite: Sequence[SuiteMotion]
-    pair: FrictionPair | None
-    choices: pd.DataFrame | None = None
-    rounds: pd.DataFrame | None = None
+    pair: FrictionPair | None  # histories of one bridge without and with friction
+    choices: pd.DataFrame | None = None  # None before `make choices`
+    rounds: pd.DataFrame | None = None  # headline effects after each round
 
     def of_model(self, bridge: str, abutment: str) -> "FigureTables":
         """Return the tables of one bridge with one abutment model."""
@@ -176,25 +154,26 @@ def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         return
     im = str(tables.curves["im"].iloc[0])
     reference = table[table["at_reference"]]
-    inside = reference.loc[~reference["clipped"], "im"]
-    dots = "" if reference.empty else "Dots are at the reference intensity"
-    if len(inside):
-        dots += f", {plain_label(im)} {inside.iloc[0]:.2g}"
-    if reference["clipped"].any():
-        dots += ", open ones at the end of the range nearest to it"
+    dots = ""
+    if len(reference):
+        inside = reference.loc[~reference["clipped"], "im"].head(1)
+        dots = " Dots are at the reference intensity"
+        dots += "".join(f", {plain_label(im)} {value:.2g}" for value in inside)
+        if reference["clipped"].any():
+            dots += ", open ones at the end of the range nearest to it"
+        dots += "."
     pooled = tables.effects[tables.effects["scope"] == "pooled"]
     tests = pooled.loc[pooled["demand"].isin(demands), "p_slope"].dropna()
-    dependent = int((tests < 0.05).sum())
     caption = Caption(
         name="effects_by_intensity",
         section=EFFECTS,
         item="headline demands",
         title="Effects by intensity",
-        finding=f"{dependent} of {len(tests)} effects on the headline demands change with "
-        "intensity (p < 0.05).",
+        finding=f"{(tests < 0.05).sum()} of {len(tests)} effects on the headline demands change "
+        "with intensity (p < 0.05).",
         text="Regression of the paired log ratio on log intensity, all variants, in the range of "
         f"the pairs. The {100 * table['level'].iloc[0]:g} % bands, clustered by motion, are those "
-        f"of the {MAX_BANDS} largest changes at most. {dots and dots + '.'}".strip(),
+        f"of the {MAX_BANDS} largest changes at most.{dots}",
     )
     yield caption, partial(effects_by_intensity, table, label_of(im))
 
@@ -202,55 +181,49 @@ def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 def _curve_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     shown = shown_curves(tables.curves)
     layout = VariantLayout.of(tables.curves)
+    bands = f"; {layout.banded_text} only" if layout.banded_text else ""
     for component, rows in shown.groupby("component", sort=False):
         drawn = rows[rows["preferred"]]
         if drawn.empty:  # brackets alone are in the tables
             continue
-        by_exceedance = int((drawn["method"] != "cloud").sum())
-        differ = int(drawn["methods_differ"].sum())
-        words = in_words(component)
-        bands = f"; {layout.banded_text} only" if layout.banded_text else ""
+        words, by_cloud = in_words(component), int((drawn["method"] == "cloud").sum())
         text = (
-            "Curves with record-to-record and capacity dispersion: "
-            f"{len(drawn) - by_exceedance} from cloud fits, {by_exceedance} from exceedances "
+            f"Curves with record-to-record and capacity dispersion: {by_cloud} from cloud fits, "
+            f"{len(drawn) - by_cloud} from exceedances "
             f"({100 * rows['level'].iloc[0]:g} % bands{bands}). Ticks are analyses: at the top "
             "those that exceed the state, at the bottom those that do not. A bar at 0.5: no curve, "
             "the median lies inside it. At the right the paired ratios of the medians, averaged "
             "over all other axes. "
         )
-        if differ:
+        if differ := int(drawn["methods_differ"].sum()):
             text += (
                 f"In {differ} of {len(drawn)} the medians of both methods differ (by more than "
                 "15 %, or two standard errors): an open diamond is the other median. "
             )
         text += "A limit state that no analysis reached has no curve and is listed at the top."
+        medians = tables.medians
         caption = Caption(
             name=f"curves_{component}",
             section=CURVES,
             item=words,
             title=f"Fragility of {words}",
-            finding=_median_finding(pooled_ratios(tables.medians, str(component)), words),
+            finding=_median_finding(pooled_ratios(medians, str(component)), words),
             text=text,
         )
-        draw = partial(
-            fragility_curves, tables.curves, tables.demands, tables.medians, str(component)
-        )
-        yield caption, draw
+        given = tables.curves, tables.demands, medians, str(component)
+        yield caption, partial(fragility_curves, *given)
 
 
 def _median_finding(ratios: pd.DataFrame, words: str) -> str:
     """Return the largest certain change of the medians of a component in one sentence."""
     if ratios.empty:
         return f"No two medians of {words} can be compared."
-    certain = ratios[ratios["verdict_family"].isin((LOWER, HIGHER))]
-    if certain.empty:
+    certain = records_of(ratios[ratios["verdict_family"].isin((LOWER, HIGHER))])
+    if not certain:
         return f"No change of these medians by over {margin_text(ratios.iloc[0])} is certain."
-    row = records_of(certain)[
-        int(np.abs(np.log(certain["ratio"].to_numpy(dtype=np.float64))).argmax())
-    ]
+    row = max(certain, key=lambda each: abs(np.log(each["ratio"])))
     change = change_name(row["axis"], row["from_value"], row["to_value"])
-    verb = "lowers" if row["ratio"] < 1.0 else "raises"
-    size = change_text(row).lstrip("+-")
+    verb, size = "lowers" if row["ratio"] < 1.0 else "raises", change_text(row).lstrip("+-")
     return (
         f"{change} {verb} the median capacity for {effect_name(row['demand'])} by {size} "
         f"({interval_text(row)}), the largest certain change."
@@ -330,14 +303,16 @@ def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         return
     variant, runs = tables.pair.variants[0], tables.pair.by_friction
     skew, gap = (value_text(axis, variant.values()[axis.name]) for axis in AXES[:2])
-    name = f"without and with friction: {variant.bridge_name}, skew {skew}, gap {gap}, motion "
-    name += tables.pair.motion_id
+    pair = (
+        f"without and with friction: {variant.bridge_name}, skew {skew}, gap {gap}, motion "
+        f"{tables.pair.motion_id}"
+    )
     yield (
         Caption(
             name="hysteresis",
             section=HISTORIES,
             item="abutment forces",
-            title=f"Abutment {name}",
+            title=f"Abutment {pair}",
             finding=_peaks("Largest longitudinal force of the left abutment", runs,
                            "abutment_left_x_kn", "kN"),
             text="Forces of the left abutment on the deck (backwall, keys and pads) along and "
@@ -351,26 +326,24 @@ def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
             name="displacement",
             section=HISTORIES,
             item="deck displacement",
-            title=f"Deck {name}",
+            title=f"Deck {pair}",
             finding=_peaks("Largest longitudinal displacement", runs, "deck_ux_m", "m"),
             text="Displacement and rotation at the mass centre, relative to the ground.",
         ),
         partial(displacement_figure, runs),
     )
-    if moving := moving_columns(runs):
-        periods = listed(f"{mean_period_s(table, moving[0]):.2f} s" for table in runs.values())
-        yield (
-            Caption(
-                name="frequency",
-                section=HISTORIES,
-                item="frequency content",
-                title=f"Frequency content {name}",
-                finding=f"Mean period of the {SPECTRA[moving[0]].split(' (')[0]} motion of the "
-                f"deck: {periods} with {listed(runs)}.",
-                text="Smoothed Fourier amplitudes of the deck and their ratio.",
-            ),
-            partial(frequency_figure, runs),
+    for column in moving_columns(runs)[:1]:
+        periods = listed(f"{mean_period_s(table, column):.2f} s" for table in runs.values())
+        caption = Caption(
+            name="frequency",
+            section=HISTORIES,
+            item="frequency content",
+            title=f"Frequency content {pair}",
+            finding=f"Mean period of the {SPECTRA[column].split(' (')[0]} motion of the deck: "
+            f"{periods} with {listed(runs)}.",
+            text="Smoothed Fourier amplitudes of the deck and their ratio.",
         )
+        yield caption, partial(frequency_figure, runs)
 
 
 def _peaks(what: str, runs: Mapping[str, pd.DataFrame], column: str, unit: str) -> str:
@@ -410,10 +383,7 @@ STUDY_FIGURES: Final[tuple[Figures, ...]] = (_round_figures, _history_figures, _
 def read_tables(paths: Mapping[str, Path], choices: Path | None = None) -> FigureTables:
     """Read the tables that the figures of a study are drawn from.
 
-    Args:
-        paths: Files by name: demands, curves, medians, effects, intensity_effects, suite,
-            friction_pair; rounds where the study has them.
-        choices: Table of modelling choices, if there is one.
+    ``paths`` are files by name: `_TABLES`, suite, friction_pair, and rounds of a study in rounds.
     """
     return FigureTables(
         **{name: read_frame(paths[name]) for name in _TABLES},
@@ -441,14 +411,8 @@ def draw_study(
 ) -> None:
     """Draw all figures of a study as SVG and PNG, and write their captions.
 
-    Args:
-        paths: Files by name, as for `read_tables`.
-        folder: Folder of the figures.
-        captions: JSON file of the captions.
-        settings: Width and font.
-        choices: Table of modelling choices, if there is one.
-        provenance: Texts by name, kept in the metadata of the figures.
-        n_jobs: Largest number of processes.
+    ``paths`` and ``choices`` are those of `read_tables`; the figures keep ``provenance`` in their
+    metadata.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with shown_in(settings.units):
@@ -458,30 +422,18 @@ def draw_study(
         delayed(save_figure)(draw, settings, folder, caption.name, provenance)
         for caption, draw in figures
     )
-    texts = {"figures": [asdict(caption) for caption, _ in figures]}
-    write_text(captions, json.dumps(texts, indent=1))
+    write_text(captions, json.dumps({"figures": [asdict(each) for each, _ in figures]}, indent=1))
 
 
 def finished_figures(results: Path) -> list[StudyFigure]:
-    """Return the figures of a finished study; none is drawn yet.
-
-    Args:
-        results: Folder of the study.
+    """Return the figures of a finished study in a folder; none is drawn yet.
 
     Raises:
         InputError: A table is missing.
     """
     folder = StudyFolder(results)
-    paths = {
-        "demands": folder.demands,
-        "curves": folder.fragility("curves"),
-        "medians": folder.fragility("median_effects"),
-        "effects": folder.fragility("effects"),
-        "intensity_effects": folder.fragility("intensity_effects"),
-        "suite": folder.suite,
-        "friction_pair": folder.friction_pair,
-    }
-    for path in paths.values():
+    paths = folder.report_inputs | {"friction_pair": folder.friction_pair}
+    for path in (paths[name] for name in (*_TABLES, "suite", "friction_pair")):
         if not path.is_file():
             raise InputError(f"{path} is missing: finish the study first", file=str(path))
     if folder.rounds.is_file():
@@ -493,32 +445,21 @@ def finished_figures(results: Path) -> list[StudyFigure]:
 def draw_figures(
     figures: Sequence[StudyFigure], names: Sequence[str], settings: FigureSettings, folder: Path
 ) -> list[Path]:
-    """Draw the named figures of a study as SVG and PNG.
-
-    Args:
-        figures: All figures of the study.
-        names: Names of figures, with ``*`` for any text.
-        settings: Width and font.
-        folder: Folder of the files.
-
-    Returns:
-        The files.
+    """Draw the named figures of a study as SVG and PNG, with ``*`` for any text; return the files.
 
     Raises:
         InputError: A name fits no figure; nothing is drawn then.
     """
-    known = [caption.name for caption, _ in figures]
+    drawings = {caption.name: draw for caption, draw in figures}
+    chosen: dict[str, Drawing] = {}
     for name in names:
-        if not any(fnmatchcase(each, name) for each in known):
-            like = get_close_matches(name, known, n=3) or known[:3]
+        if not (matching := [each for each in drawings if fnmatchcase(each, name)]):
+            like = get_close_matches(name, drawings, n=3) or list(drawings)[:3]
             text = f"unknown figure {shortened(name)}; similar names: {', '.join(like)}"
             raise InputError(f"{text}; `skewbridge study plot` lists all figures")
-    return [
-        path
-        for caption, draw in figures
-        if any(fnmatchcase(caption.name, name) for name in names)
-        for path in save_figure(draw, settings, folder, caption.name)
-    ]
+        chosen |= {each: drawings[each] for each in matching}
+    files = (save_figure(draw, settings, folder, name) for name, draw in chosen.items())
+    return [path for pair in files for path in pair]
 
 
 def save_figure(
@@ -531,52 +472,39 @@ def save_figure(
     """Draw a figure and write it as SVG, with texts as texts, and as PNG.
 
     Another font size, or a width too small for its columns, enlarges or reduces the figure as a
-    whole, so that its parts keep their positions.
-
-    Args:
-        draw: Function that draws it.
-        settings: Width and font.
-        folder: Folder of the files.
-        name: File name without ending.
-        provenance: Texts by name, kept in the metadata of both files.
-
-    Returns:
-        The two files.
+    whole, so that its parts keep their positions. Both files keep ``provenance`` in their metadata.
     """
     vector_path, path = (folder / f"{name}.{ending}" for ending in ("svg", "png"))
+    metadata = figure_metadata(provenance) if provenance else {}
     with mpl.rc_context(_rc(settings)), shown_in(settings.units):
         figure = draw()
         scale = _fit(figure, settings)
         if layout := figure.get_layout_engine():  # once, for both files
             layout.execute(figure)
             figure.set_layout_engine("none")
-        tight: Any = {}
-        if settings.width_mm is None:
-            tight = {"bbox_inches": figure.get_tightbbox().padded(_MARGIN_IN)}
+        box = None if settings.width_mm else figure.get_tightbbox().padded(_MARGIN_IN)
         vector = BytesIO()
-        metadata: dict[str, str] = figure_metadata(provenance) if provenance else {}
-        figure.savefig(vector, format="svg", metadata={**metadata, "Date": None}, **tight)
+        figure.savefig(vector, format="svg", metadata=metadata | {"Date": None}, bbox_inches=box)
         vector_path.write_bytes(_scaled_svg(vector.getvalue(), scale))
         # strong compression takes half of the time of a figure and saves a seventh of its file
-        printed = {"dpi": (PNG_DPI, PNG_DPI), "compress_level": 1}
-        dpi = PNG_DPI * scale
-        figure.savefig(path, dpi=dpi, metadata=metadata, pil_kwargs=printed, **tight)
+        printed: Any = {"dpi": (PNG_DPI, PNG_DPI), "compress_level": 1}
+        given: Any = {"metadata": metadata, "pil_kwargs": printed, "bbox_inches": box}
+        figure.savefig(path, dpi=PNG_DPI * scale, **given)
     return [vector_path, path]
 
 
 def _rc(settings: FigureSettings) -> Any:
-    font = settings.font
     # names of parts by their content, so that equal figures are equal files
     chosen: dict[str, Any] = {"svg.fonttype": "none", "svg.hashsalt": "skewbridge"}
-    if font == "sans-serif":
-        return chosen
-    chosen["font.family"] = [font, _EVERY_SIGN]
+    font = settings.font
+    if font != "sans-serif":
+        chosen["font.family"] = [font, _EVERY_SIGN]
     if font == "serif":
         chosen["mathtext.fontset"] = "dejavuserif"
     elif font not in GENERIC_FONTS:
-        italic, bold = f"{font}:italic", f"{font}:bold"
-        chosen |= {"mathtext.fontset": "custom", "mathtext.rm": font, "mathtext.cal": font}
-        chosen |= {"mathtext.it": italic, "mathtext.bf": bold}
+        faces = {"rm": font, "cal": font, "it": f"{font}:italic", "bf": f"{font}:bold"}
+        chosen |= {"mathtext.fontset": "custom"}
+        chosen |= {f"mathtext.{face}": name for face, name in faces.items()}
     return chosen
 
 

@@ -30,23 +30,14 @@ type Row = Mapping[Any, Any] | pd.Series
 
 
 class VerdictStyle(NamedTuple):
-    """Appearance of one verdict.
+    """Appearance of one verdict."""
 
-    Attributes:
-        name: Name of its class in the page.
-        sign: Sign before the number.
-        fill: Colour of the cell.
-        ink: Colour of its text.
-        verdict: Its verdict.
-        text: Words of the legend; ``{margin}`` holds the margin.
-    """
-
-    name: str
+    name: str  # of its class in the page
     sign: str
-    fill: str
-    ink: str
+    fill: str  # colour of the cell
+    ink: str  # colour of its text
     verdict: str
-    text: str
+    text: str  # of the legend; ``{margin}`` holds the margin
 
     def words(self, margin: str = "") -> str:
         """Return the words of the legend, with a margin or with "the margin"."""
@@ -101,7 +92,7 @@ def in_margins(item: Row) -> tuple[float, float, float]:
 
     Ratios count by their logarithms.
     """
-    if item["judged_by"] == DIFFERENCE:
+    if item.get("judged_by") == DIFFERENCE:
         names = ("difference_low", "difference", "difference_high")
         low, value, high = (float(item[name]) / item["difference_margin"] for name in names)
         return low, value, high
@@ -121,9 +112,9 @@ def demand_name(demand: str) -> str:
 
 def change_text(item: Row) -> str:
     """Return an effect as it is judged: in per cent, or in its unit."""
-    if item["status"] == NOT_ESTIMABLE:
+    if item.get("status") == NOT_ESTIMABLE:
         return "not estimable"
-    if item["judged_by"] == DIFFERENCE:
+    if item.get("judged_by") == DIFFERENCE:
         unit, factor = shown_unit(str(item["unit"]))
         return signed(factor * float(item["difference"]), f" {unit}")
     return signed(100.0 * (float(item["ratio"]) - 1.0), " %")
@@ -131,21 +122,19 @@ def change_text(item: Row) -> str:
 
 def interval_text(item: Row) -> str:
     """Return the interval of the effect as it is judged: in per cent, or in its unit."""
-    if item["judged_by"] == DIFFERENCE:
+    if item.get("judged_by") == DIFFERENCE:
         shown, factor = shown_unit(str(item["unit"]))
-        ends = factor * item["difference_low"], factor * item["difference_high"]
-        unit = f" {shown}"
+        low, high, unit = item["difference_low"], item["difference_high"], f" {shown}"
     else:
-        ends, unit = tuple(100.0 * (item[name] - 1.0) for name in ("ci_low", "ci_high")), " %"
-    low, high = map(float, ends)
+        low, high, unit, factor = item["ci_low"] - 1.0, item["ci_high"] - 1.0, " %", 100.0
     if not (np.isfinite(low) and np.isfinite(high)):
         return "no interval"
-    return f"{signed(low, unit).removesuffix(unit)} to {signed(high, unit)}"
+    return f"{signed(factor * low, unit).removesuffix(unit)} to {signed(factor * high, unit)}"
 
 
 def margin_text(item: Row) -> str:
     """Return the margin of a row with its unit, without sign."""
-    if item["judged_by"] == DIFFERENCE:
+    if item.get("judged_by") == DIFFERENCE:
         unit, factor = shown_unit(str(item["unit"]))
         return f"{factor * item['difference_margin']:.3g} {unit}"
     return f"{100 * item['margin']:g} %"

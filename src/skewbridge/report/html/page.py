@@ -33,16 +33,12 @@ from skewbridge.fragility.paper_table import (
 )
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.study_tables import shear_model_medians
-from skewbridge.fragility.verdicts import (
-    MEDIAN_CAPACITY,
-    MORE,
-    OK,
-    RATIO,
-)
+from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, MORE, OK, RATIO
 from skewbridge.report import answer
 from skewbridge.report.answer import change_name, effect_name, listed, model_name
 from skewbridge.report.axis_layout import (
     AXIS_COLOURS,
+    groups_of,
     in_words,
     named_value,
     plain_label,
@@ -51,6 +47,7 @@ from skewbridge.report.axis_layout import (
     shown_unit,
     threshold_text,
     value_text,
+    variant_text,
 )
 from skewbridge.report.effect_figures import choice_findings, choices_left_out
 from skewbridge.report.html.explorer import explorer_data, library
@@ -69,8 +66,10 @@ from skewbridge.report.verdict_style import (
 from skewbridge.statuses import STATUSES
 from skewbridge.study.config import StudyConfig, parse_config
 from skewbridge.units import split_unit
-from skewbridge.variant.axes import axes_of
+from skewbridge.variant.axes import axes_of, axis
 
+_MODEL: Final = ("bridge", "abutment")
+_CHANGE: Final = ("axis", "from_value", "to_value")
 _WIDEST_BAR: Final = 2.5  # largest ratio at the end of the bars of the answer
 
 
@@ -85,40 +84,53 @@ def write_report(
     """Write the report.
 
     Args:
-        tables: Paths by name: demands, curves, medians, system, measures, joint, effects,
-            intensity_effects, needed_motions, input_notes, contact_checks, sensitivity, suite,
-            checks, captions; check_predict if it was made.
+        tables: Paths by name as in `StudyFolder.report_inputs`; check_predict if it was made.
         figures: Folder of the figures.
         config: The configuration as plain values.
         output: The HTML file.
         choices: Table of modelling choices, where there is one.
     """
     frames = {name: read_frame(path) for name, path in tables.items() if path.suffix == ".parquet"}
-    if choices is not None:
-        frames["choices"] = read_frame(choices)
+    demands, curves, medians = (frames[name] for name in ("demands", "curves", "medians"))
+    checks = json.loads(tables["checks"].read_text("utf-8"))
     study = parse_config(config)
     environment = Environment(
         loader=PackageLoader("skewbridge.report.html"), autoescape=True, undefined=StrictUndefined
     )
     environment.filters |= {"number": _number, "unbroken": _unbroken}
     with shown_in(study.figures.units):
-        parts = (
-            _first_screen(frames, study),
-            _effect_parts(frames),
-            _table_parts(frames, study),
-            _quality_parts(frames, json.loads(tables["checks"].read_text("utf-8")), study),
-            {
-                "gallery": pictures_of(read_captions(tables["captions"]), figures),
-                "explorer": _explorer(frames, study.figures.units),
-                "methods": methods_of(study, frames["suite"]),
-                "state_heads": STATE_HEADS,
-                "choices": _choices(frames["choices"]) if "choices" in frames else [],
-                "config": yaml.safe_dump(dict(config), sort_keys=False),
-                "provenance": dict(sorted(read_stamp(tables["demands"]).items())),
-            },
+        page = environment.get_template("report.html.j2").render(
+            **_first_screen(frames, study),
+            **_effect_parts(frames),
+            gallery=pictures_of(read_captions(tables["captions"]), figures),
+            explorer=_explorer(frames, study.figures.units),
+            paper=paper_rows(curves, medians, frames["joint"]),
+            unreached=states_not_reached(curves),
+            system=shown_rows(system_rows(frames["system"])),
+            measures=shown_rows(measure_rows(frames["measures"])),
+            shear_models=shear_model_rows(demands, study.fragility),
+            choices=_choices(read_frame(choices)) if choices else [],
+            methods_line=methods_line(curves),
+            predict_line=predict_line(frames.get("check_predict")),
+            fits=fit_counts(curves),
+            checks=checks,
+            facts=quality_facts(demands, checks, frames["sensitivity"]),
+            statuses=[(name, int((demands["status"] == name).sum())) for name in STATUSES],
+            recovered=int((demands["recovery_rung"] > 0).sum()),
+            suspects=suspect_line(demands, excluded=study.fragility.exclude_suspect),
+            friction_excess=friction_excess(demands),
+            sensitivity_line=sensitivity_line(frames["sensitivity"]),
+            sensitivity=shown_rows(records_of(frames["sensitivity"]), 4),
+            suspect=shown_rows(checks["suspect"]),
+            input_notes=shown_rows(records_of(frames["input_notes"])),
+            rungs=shown_rows(checks["rungs"]),
+            contact_checks=shown_rows(records_of(frames["contact_checks"]), 6),
+            methods=methods_of(study, frames["suite"]),
+            state_heads=STATE_HEADS,
+            cpu_h=float(demands["cpu_s"].sum()) / 3600.0,
+            provenance=dict(sorted(read_stamp(tables["demands"]).items())),
+            config=yaml.safe_dump(dict(config), sort_keys=False),
         )
-        texts = {name: value for part in parts for name, value in part.items()}
-        page = environment.get_template("report.html.j2").render(**texts)
     write_text(output, page)
 
 
@@ -134,27 +146,17 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
     table, counts = answer.with_seats(table, demands), answer.run_counts(demands)
     bridges = [load_bridge(name) for name in dict.fromkeys(study.grid.bridge)]
     on_suites, suites_text = answer.suites_summary(frames["suites"], table)
-    axes = {axis.name: sorted(demands[axis.name].unique()) for axis in axes_of(demands.columns)}
-    drawn = sketch(bridges[0], axes["skew_deg"], axes["gap_mm"], study.model.transverse_gap_mm)
-    texts = {
-        axis.name: ", ".join(value_text(axis, value) for value in axes[axis.name])
-        for axis in axes_of(demands.columns)
-    }
+    axes = axes_of(demands.columns)
+    values = {axis.name: sorted(demands[axis.name].unique()) for axis in axes}
+    texts = {each.name: ", ".join(value_text(each, x) for x in values[each.name]) for each in axes}
     return {
         "title": f"{answer.title_of(table)}{on_suites}",
-        "subtitle": subtitle(demands, str(curves["im"].iloc[0])),
-        "sketch": drawn,
+        "subtitle": subtitle(demands, str(curves["im"].iloc[0]), texts),
+        "sketch": sketch(
+            bridges[0], values["skew_deg"], values["gap_mm"], study.model.transverse_gap_mm
+        ),
         "axis_texts": texts,
-        "bridges": [
-            {
-                "name": bridge.name,
-                "words": bridge_words(bridge),
-                "title": bridge.title,
-                "t1_s": bridge.t1_s,
-                "surrogate": bridge.details == "surrogate",
-            }
-            for bridge in bridges
-        ],
+        "bridges": [(bridge, bridge_words(bridge)) for bridge in bridges],
         "answer": answer_rows(table, counts),
         "failures": answer.failure_sentences(counts),
         "motions_line": f"{answer.motions_sentence(frames['suite'], table)} "
@@ -165,49 +167,40 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
 def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
     """Return the answer as a table: a row per change and model, the leading states as columns.
 
-    Args:
-        table: Table of `answer_table`.
-        counts: Table of `run_counts`.
+    It is made from the tables of `answer_table` and `run_counts`.
     """
     names = answer.short_names(table) if len(table) else {}
-    medians = table[(table["quantity"] == MEDIAN_CAPACITY) & (table["status"] == OK)]
-    ends = np.abs(np.log(medians[["ci_low", "ci_high"]].to_numpy(dtype=np.float64)))
+    capacities = table[table["quantity"] == MEDIAN_CAPACITY]
+    known = capacities[capacities["status"] == OK]
+    ends = np.abs(np.log(known[["ci_low", "ci_high"]].to_numpy(dtype=np.float64)))
     reach = min(float(np.nanmax(ends, initial=0.05)), np.log(_WIDEST_BAR))
-    present = list(dict.fromkeys(table.loc[table["quantity"] == MEDIAN_CAPACITY, "demand"]))
+    present = dict.fromkeys(capacities["demand"])
     states = sorted(present, key=lambda state: state not in answer.LEADING_STATES)[:2]
     rows: list[dict[str, Any]] = []
-    for key, part in table.groupby(["axis", "from_value", "to_value"], sort=False):
-        change = change_name(str(key[0]), float(str(key[1])), float(str(key[2])))
-        for (bridge, abutment), own in part.groupby(["bridge", "abutment"], sort=False):
+    for change, part in groups_of(table, _CHANGE):
+        for model, own in groups_of(part, _MODEL):
             records = {row["demand"]: row for row in records_of(own)}
-            same = (counts["bridge"] == bridge) & (counts["abutment"] == abutment)
-            failed = counts[same & (counts["axis"] == key[0])].sort_values("value")
-            demands = [row for name, row in records.items() if "/" not in name]
-            clear = answer.clearest(demands)
-            at = next((row["im"] for row in demands if np.isfinite(row["im"])), None)
+            same = (counts[[*_MODEL, "axis"]] == [*model, change[0]]).all(axis=1)
+            runs, failed = (
+                counts[same].sort_values("value")[name].tolist() for name in ("n_runs", "n_failed")
+            )
+            several = f"{failed[0]} to {failed[-1]} of {runs[0]}" if len(runs) > 1 else "–"
             rows.append(
                 {
-                    "change": change,
-                    "model": names[str(bridge), str(abutment)] if len(names) > 1 else "",
+                    "change": change_name(*change),
+                    "model": names[model] if len(names) > 1 else "",
                     "cells": [_answer_cell(records.get(state), reach) for state in states],
-                    "failed": f"{failed['n_failed'].iloc[0]} to {failed['n_failed'].iloc[-1]} of "
-                    f"{failed['n_runs'].iloc[0]}"
-                    if len(failed) > 1
-                    else "–",
-                    "clearest": answer.demand_clause(clear)
-                    if clear
-                    else f"none is certain at {answer.intensity(at)}"
-                    if at
-                    else "not estimable",
+                    "failed": several,
+                    "clearest": answer.clearest_clause(
+                        [row for name, row in records.items() if "/" not in name]
+                    ),
                 }
             )
-    level = table["level"].dropna()
-    margin = table.loc[table["quantity"] == MEDIAN_CAPACITY, "margin"].dropna()
     return {
         "states": [effect_name(state) for state in states],
         "rows": rows,
-        "level": f"{100 * level.iloc[0]:g} %" if len(level) else "",
-        "margin": f"{100 * margin.iloc[0]:g} %" if len(margin) else "",
+        "level": next((f"{100 * level:g} %" for level in table["level"].dropna()), ""),
+        "margin": next((f"{100 * margin:g} %" for margin in capacities["margin"].dropna()), ""),
     }
 
 
@@ -219,22 +212,21 @@ def _answer_cell(row: Mapping[str, Any] | None, reach: float) -> dict[str, Any]:
     if row is None or row["status"] != OK:
         reached = row is not None and row["status"] != answer.NOT_REACHED
         return {"text": "not estimable" if reached else "no run reaches it", "sizes": ""}
-    styled = dict(row) | {"verdict_family": row["claim"], "judged_by": RATIO}
-    style = verdict_style(styled)
-    share = [
-        round(50.0 + 49.0 * float(np.clip(np.log(row[end]) / reach, -1.0, 1.0)), 1)
-        for end in ("ci_low", "ratio", "ci_high")
-    ]
-    sizes = [f"{row[f'{end}_demand']:.2f}" for end in ("from", "to")]
     return {
-        "text": change_text(styled),
-        "sign": style.sign,
-        "style": style.name,
-        "interval": interval_text(styled),
-        "certainty": answer.CERTAINTY[str(row["claim"])],
-        "sizes": f"{sizes[0]} → {sizes[1]} g",
-        "bar": share,
+        **_cell({**row, "verdict_family": row["claim"]}),
+        "certainty": answer.CERTAINTY[row["claim"]],
+        "sizes": f"{row['from_demand']:.2f} → {row['to_demand']:.2f} g",
+        "bar": [
+            round(50.0 + 49.0 * float(np.clip(np.log(row[end]) / reach, -1.0, 1.0)), 1)
+            for end in ("ci_low", "ratio", "ci_high")
+        ],
     }
+
+
+def _cell(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return style, change and interval of an effect."""
+    interval = interval_text(row) if row["status"] == OK else ""
+    return {"style": verdict_style(row), "text": change_text(row), "interval": interval}
 
 
 def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
@@ -243,21 +235,15 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     rows = rows.sort_values("quantity", key=lambda names: names != MEDIAN_CAPACITY, kind="stable")
     pooled, pairs = (rows[rows["scope"] == scope] for scope in ("pooled", "variant"))
     ratios = pooled[pooled["judged_by"] == RATIO]
-    by_pair: list[dict[str, Any]] = []
-    for (bridge, abutment, name), own in pairs.groupby(["bridge", "abutment", "axis"], sort=False):
-        others = [axis for axis in shown_axes(own) if axis.name != name]
-        table = verdict_table(own, [*others])
-        label = axes_of([str(name)])[0].label
-        by_pair.append(table | {"name": f"{label}, {model_name(bridge, abutment)}"})
-    table = verdict_table(pooled, [])
-    headline, others = (
-        table | {"rows": [row for row in table["rows"] if row["headline"] == is_headline]}
-        for is_headline in (True, False)
-    )
+    leads = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
+    effects, others = (pooled[leads], pooled[~leads]) if leads.any() else (pooled, pooled.head(0))
     return {
-        "effects": headline if headline["rows"] else table,
-        "other_effects": others if headline["rows"] else headline,
-        "pairs": by_pair,
+        "effects": verdict_table(effects, pooled),
+        "other_effects": verdict_table(others, pooled),
+        "pairs": [
+            verdict_table(own, own) | {"name": f"{axis(name).label}, {model_name(*model)}"}
+            for (*model, name), own in groups_of(pairs, (*_MODEL, "axis"))
+        ],
         "margin": margin_text(ratios.iloc[0]) if len(ratios) else "",
         "needed": needed_sentences(frames["needed_motions"]),
         "styles": STYLES.values(),
@@ -266,107 +252,53 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     }
 
 
-def verdict_table(effects: pd.DataFrame, others: Sequence[Any]) -> dict[str, Any]:
+def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, Any]:
     """Return effects as a table: models over changes as heads, a row per capacity or demand.
 
     Args:
         effects: Effects on median capacities and demands.
-        others: Axes whose values are named in the heads, besides the change.
+        compared: Effects whose changes are the heads, pooled or all on one axis; those of pairs
+            are named with the values of the other axes.
     """
+    others = [each for each in shown_axes(compared) if compared[each.name].notna().all()]
     keys = ["bridge", "abutment", "axis", "from_value", "to_value", *(a.name for a in others)]
-    order = {axis.name: place for place, axis in enumerate(axes_of(dict.fromkeys(effects["axis"])))}
-    columns = effects[keys].drop_duplicates()
+    order = {each.name: place for place, each in enumerate(axes_of(set(compared["axis"])))}
+    columns = compared[keys].drop_duplicates()
     columns = columns.assign(_axis=columns["axis"].map(order)).sort_values(
         ["bridge", "abutment", "_axis", *keys[3:]], kind="stable"
     )
-    heads = [tuple(row) for row in columns[keys].itertuples(index=False, name=None)]
+    heads = list(columns[keys].itertuples(index=False, name=None))
     models = [model_name(*head[:2]) for head in heads]
-    headline = {*HEADLINE_STATES, *demands_for("headline")}
-    table: list[dict[str, Any]] = []
-    for demand, own in effects.groupby("demand", sort=False):
+    rows: list[dict[str, Any]] = []
+    for (demand,), own in groups_of(effects, ["demand"]):
         cells = {tuple(row[name] for name in keys): _cell(row) for row in records_of(own)}
-        label = f"Median, {effect_name(str(demand))}" if "/" in str(demand) else ""
-        table.append(
-            {
-                "label": label or demand_name(str(demand)),
-                "margin": margin_text(own.iloc[0]),
-                "cells": [cells.get(head) for head in heads],
-                "headline": str(demand) in headline,
-            }
-        )
+        name = f"Median, {effect_name(demand)}" if "/" in demand else demand_name(demand)
+        shown = [cells.get(head) for head in heads]
+        rows.append({"label": name, "margin": margin_text(own.iloc[0]), "cells": shown})
     return {
         "models": [(model, models.count(model)) for model in dict.fromkeys(models)],
         "heads": [
-            ", ".join([change_name(*head[2:5]), *(
-                named_value(axis, value) for axis, value in zip(others, head[5:], strict=True)
-            )])
+            ", ".join([change_name(*head[2:5]), *map(named_value, others, head[5:])])
             for head in heads
         ],
-        "rows": table,
-    }  # fmt: skip
-
-
-def _cell(row: Mapping[str, Any]) -> dict[str, str]:
-    style = verdict_style(row)
-    has_estimate = row["status"] == OK
-    return {
-        "style": style.name,
-        "sign": style.sign,
-        "text": change_text(row) if has_estimate else "not estimable",
-        "interval": interval_text(row) if has_estimate else "",
-    }
-
-
-def _table_parts(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dict[str, Any]:
-    """Return the tables of fragility, of the whole bridge and of intensity measures."""
-    curves = frames["curves"]
-    return {
-        "paper": paper_rows(curves, frames["medians"], frames["joint"]),
-        "methods_line": methods_line(curves),
-        "fits": fit_counts(curves),
-        "unreached": states_not_reached(curves),
-        "predict_line": predict_line(frames.get("check_predict")),
-        "system": shown_rows(system_rows(frames["system"])),
-        "shear_models": shear_model_rows(frames["demands"], study.fragility),
-        "measures": shown_rows(measure_rows(frames["measures"])),
-    }
-
-
-def _quality_parts(
-    frames: Mapping[str, pd.DataFrame], checks: Mapping[str, Any], study: StudyConfig
-) -> dict[str, Any]:
-    """Return statuses, checks, accuracy and suspect rows."""
-    demands, sensitivity = frames["demands"], frames["sensitivity"]
-    return {
-        "checks": checks,
-        "facts": quality_facts(demands, checks, sensitivity),
-        "suspect": shown_rows(checks["suspect"]),
-        "rungs": shown_rows(checks["rungs"]),
-        "input_notes": shown_rows(records_of(frames["input_notes"])),
-        "statuses": [(status, int((demands["status"] == status).sum())) for status in STATUSES],
-        "recovered": int((demands["recovery_rung"] > 0).sum()),
-        "friction_excess": friction_excess(demands),
-        "suspects": suspect_line(demands, excluded=study.fragility.exclude_suspect),
-        "sensitivity_line": sensitivity_line(sensitivity),
-        "sensitivity": shown_rows(records_of(sensitivity), 4),
-        "contact_checks": shown_rows(records_of(frames["contact_checks"]), 6),
-        "cpu_h": float(demands["cpu_s"].sum()) / 3600.0,
+        "rows": rows,
     }
 
 
 def shown_rows(rows: Sequence[Mapping[str, Any]], digits: int = 3) -> list[dict[str, str]]:
     """Return the rows of a table in words: heads with the shown units, numbers in these units."""
-    shown: list[dict[str, str]] = []
-    for row in rows:
-        texts: dict[str, str] = {}
-        for name, value in row.items():
-            words, unit = split_unit(name)
-            unit, factor = shown_unit(unit)
-            head = words.replace("_", " ") + ("" if unit == "-" else f" ({unit})")
-            is_converted = factor != 1.0 and isinstance(value, int | float)
-            texts[head] = _number(factor * value if is_converted else value, digits)
-        shown.append(texts)
-    return shown
+    heads: dict[str, tuple[str, float]] = {}
+    for name in rows[0] if len(rows) else ():
+        words, unit = split_unit(name)
+        unit, factor = shown_unit(unit)
+        heads[name] = words.replace("_", " ") + ("" if unit == "-" else f" ({unit})"), factor
+    return [
+        {
+            head: _number(row[name] if factor == 1.0 else factor * row[name], digits)
+            for name, (head, factor) in heads.items()
+        }
+        for row in rows
+    ]
 
 
 def _explorer(frames: Mapping[str, pd.DataFrame], units: str) -> dict[str, str]:
@@ -383,13 +315,13 @@ def _choices(table: pd.DataFrame) -> list[dict[str, Any]]:
     """Return the findings and the rows of every bridge and abutment model."""
     return [
         {
-            "model": model_name(bridge, abutment),
+            "model": model_name(*model),
             "findings": choice_findings(own),
             "left_out": choices_left_out(own),
             "pairs": int(own["n_pairs"].max()),
             "rows": shown_rows(records_of(own.drop(columns=["bridge", "abutment"]))),
         }
-        for (bridge, abutment), own in table.groupby(["bridge", "abutment"], sort=False)
+        for model, own in groups_of(table, _MODEL)
     ]
 
 
@@ -447,8 +379,6 @@ def _packed(path: Path) -> tuple[str, int, int]:
     return f"data:image/webp;base64,{data}", *picture.size
 
 
-type Row = Mapping[str, Any]
-
 _PROPERTIES: Final = {
     "magnitude": "magnitude",
     "ln_distance": "source distance",
@@ -458,26 +388,24 @@ _PROPERTIES: Final = {
 }
 
 
-def subtitle(demands: pd.DataFrame, im: str) -> str:
+def subtitle(demands: pd.DataFrame, im: str, values: Mapping[str, str]) -> str:
     """Return models, axes with their values, motions and their range in one line."""
     bridges = ", ".join(dict.fromkeys(demands["bridge"]))
-    models = ", ".join(str(name).replace("_", "-") for name in dict.fromkeys(demands["abutment"]))
-    axes = [
-        f"{axis.label.lower()} {', '.join(value_text(axis, value) for value in values)}"
-        for axis in axes_of(demands.columns)
-        if (values := sorted(demands[axis.name].unique()))
-    ]
+    models = ", ".join(dict.fromkeys(demands["abutment"])).replace("_", "-")
+    axes = " × ".join(f"{each.label.lower()} {values[each.name]}" for each in axes_of(values))
     motions = demands["motion_id"].nunique()
     low, high = demands["scale"].min(), demands["scale"].max()
     scaled = "unscaled" if low == high == 1.0 else f"scaled by {low:.2g} to {high:.2g}"
     span = f"{demands[im].min():.2g} to {demands[im].max():.2g}"
     return (
-        f"{bridges} with {models} abutments · {' × '.join(axes)} · "
+        f"{bridges} with {models} abutments · {axes} · "
         f"{motions} motion{'s' if motions > 1 else ''} {scaled}, {plain_label(im)} {span}"
     )
 
 
-def quality_facts(demands: pd.DataFrame, checks: Row, sensitivity: pd.DataFrame) -> list[str]:
+def quality_facts(
+    demands: pd.DataFrame, checks: Mapping[str, Any], sensitivity: pd.DataFrame
+) -> list[str]:
     """Return the quality of the numbers: checks, energy, suspect rows, accuracy."""
     residual = 100.0 * demands["energy_residual_ratio"].abs()
     passed = sum(check["passed"] for check in checks["checks"])
@@ -537,103 +465,83 @@ def needed_sentences(needed: pd.DataFrame) -> list[str]:
     """Return for each axis how many motions would decide the effects that are undecided."""
     open_rows = needed[needed["forecast"] == MORE]
     return [
-        f"{change_name(str(key[0]), float(str(key[1])), float(str(key[2])))}: "
+        f"{change_name(*change)}: "
         + listed(
             f"{effect_name(row['demand'])} of {row['bridge']} {row['needed_motions']:.0f}"
             for row in records_of(own.sort_values("needed_motions"))
         )
         + " motions."
-        for key, own in open_rows.groupby(["axis", "from_value", "to_value"], sort=False)
+        for change, own in groups_of(open_rows, _CHANGE)
     ]
 
 
 def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame) -> dict[str, Any]:
-    """Return the fragility table for publication: heads, groups of rows by model and state.
-
-    Args:
-        curves: Fits of the single variants.
-        medians: Paired ratios of their medians.
-        joint: Joint models.
-    """
+    """Return the fragility table for publication: heads, groups of rows by model and state."""
     table = paper_table(curves, medians, joint)
-    texts, ratios = printed_rows(table), ratio_names(table)
-    variants = {row["variant"]: row for row in records_of(curves)}
-    shown = shown_axes(curves)
-    states = records_of(curves.drop_duplicates(["component", "limit_state"]))
-    capacity = {
+    ratios = ratio_names(table)
+    names = _variant_names(curves)
+    capacities = {
         (row["component"], row["limit_state"]): threshold_text(row["demand"], row["threshold"])
-        for row in states
+        for row in records_of(curves.drop_duplicates(["component", "limit_state"]))
     }
-    groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
-    for row, text in zip(records_of(table), texts, strict=True):
-        where = variants.get(row["row"])
-        limit = capacity[row["component"], row["limit_state"]]
-        theta = text["theta"]
+    groups: dict[str, list[dict[str, Any]]] = {}
+    for row, text in zip(records_of(table), printed_rows(table), strict=True):
         if pd.isna(row["theta"]):
-            theta = "none exceeds" if row["n_exceed"] == 0 else "outcomes give no median"
-            theta = "all exceed" if row["n_exceed"] == row["n_runs"] else theta
-        groups.setdefault(
-            (model_name(row["bridge"], row["abutment"]), f"{text['state']} ({limit})"), []
-        ).append(
-            {
-                "variant": "all variants, middle of the range"
-                if where is None
-                else ", ".join(named_value(axis, where[axis.name]) for axis in shown),
-                "joint": row["row"] == JOINT,
-                "theta": theta,
-                **{name: text[name] for name in ("beta", "total", "exceed")},
-                "ratios": [text[name] for name in ratios],
-            }
-        )
+            text["theta"] = "outcomes give no median"
+            if row["n_exceed"] in (0, row["n_runs"]):
+                text["theta"] = "all exceed" if row["n_exceed"] else "none exceeds"
+        variant = names.get(row["row"], "all variants, middle of the range")
+        more = {"variant": variant, "joint": row["row"] == JOINT}
+        capacity = capacities[row["component"], row["limit_state"]]
+        model = model_name(row["bridge"], row["abutment"])
+        group = groups.setdefault(f"{model}: {text['state']} ({capacity})", [])
+        group.append(text | more | {"ratios": [text[name] for name in ratios]})
     return {
         "im": plain_label(str(curves["im"].iloc[0])),
         "level": float(curves["level"].iloc[0]),
         "ratios": [f"θ ratio, {in_words(name)}" for name in ratios],
-        "groups": [
-            {"model": model, "state": state, "rows": rows}
-            for (model, state), rows in groups.items()
-        ],
+        "groups": groups,
     }
+
+
+def _variant_names(table: pd.DataFrame) -> dict[str, str]:
+    """Return the variants of a table in words, by name."""
+    axes = shown_axes(table)
+    first = records_of(table.drop_duplicates("variant"))
+    return {row["variant"]: variant_text(axes, row) for row in first}
 
 
 def methods_line(curves: pd.DataFrame) -> str:
     """Return how often cloud and exceedance medians differ, and which of them is used."""
     both = curves[(curves["method"] == "cloud") & curves["methods_ratio"].notna()]
-    differing = both[both["methods_differ"].eq(other=True)]
-    cells = curves[curves["preferred"].eq(other=True) & curves["methods_differ"].eq(other=True)]
-    exceedance = int((cells["method"] == "exceedance").sum())
-    rule = (
-        "The median used everywhere is that of the cloud, because it uses the size of every "
-        "demand; where both differ by more than 2 standard errors and at least 5 runs lie on each "
-        "side of the state, it is that of the exceedance fit, which does not assume a line"
-    )
+    preferred = curves["preferred"].eq(other=True) & curves["methods_differ"].eq(other=True)
+    marked = curves.loc[preferred, "method"]
     return (
-        f"In {len(differing)} of {len(both)} variants and states with both fits, the cloud and the "
-        "exceedance medians differ by more than 15 % or 2 standard errors (marked *). "
-        f"{rule} ({exceedance} of the {len(cells)} marked medians)."
+        f"In {both['methods_differ'].eq(other=True).sum()} of {len(both)} variants and states with "
+        "both fits, the cloud and the exceedance medians differ by more than 15 % or 2 standard "
+        "errors (marked *). The median used everywhere is that of the cloud, because it uses the "
+        "size of every demand; where both differ by more than 2 standard errors and at least 5 "
+        "runs lie on each side of the state, it is that of the exceedance fit, which does not "
+        f"assume a line ({(marked == 'exceedance').sum()} of the {len(marked)} marked medians)."
     )
 
 
 def states_not_reached(curves: pd.DataFrame) -> list[dict[str, str]]:
     """Return the states that no run of some variants reached, with the largest demand."""
-    listed_rows = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
-    keys = ["bridge", "abutment", "component", "limit_state"]
-    out: list[dict[str, str]] = []
-    for (bridge, abutment, component, state), own in listed_rows.groupby(keys, sort=False):
-        same = (curves["bridge"] == bridge) & (curves["abutment"] == abutment)
-        first = own.iloc[0]
-        out.append(
-            {
-                "model": model_name(bridge, abutment),
-                "state": in_words(f"{component}, {state}"),
-                "variants": f"{len(own)} of {curves.loc[same, 'variant'].nunique()}",
-                "where": ", ".join(
-                    named_value(axis, first[axis.name]) for axis in axes_of(own.columns)
-                ),
-                "reason": str(first["reach"]),
-            }
+    rows = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
+    counts = curves.groupby(list(_MODEL))["variant"].nunique().to_dict()
+    return [
+        {
+            "model": model_name(*model),
+            "state": in_words(f"{component}, {state}"),
+            "variants": f"{len(own)} of {counts[tuple(model)]}",
+            "where": variant_text(axes_of(own.columns), own.iloc[0]),
+            "reason": str(own["reach"].iloc[0]),
+        }
+        for (*model, component, state), own in groups_of(
+            rows, (*_MODEL, "component", "limit_state")
         )
-    return out
+    ]
 
 
 def fit_counts(curves: pd.DataFrame) -> list[tuple[str, int]]:
@@ -643,20 +551,23 @@ def fit_counts(curves: pd.DataFrame) -> list[tuple[str, int]]:
     return [(in_words(name), int(counts[name])) for name in names]
 
 
+def _median_text(row: Mapping[str, Any], otherwise: str) -> str:
+    """Return a median with its interval, or another text where the fit has none."""
+    if row["status"] != FITTED:
+        return otherwise
+    return with_interval([row[f"theta{end}"] for end in ("", "_low", "_high")])
+
+
 def system_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
     """Return the medians of the whole bridge with their bounds."""
-    if table.empty:
-        return []
     axes = shown_axes(table)
     return [
         {
             "model": model_name(row["bridge"], row["abutment"]),
-            "variant": ", ".join(named_value(each, row[each.name]) for each in axes),
+            "variant": variant_text(axes, row),
             "degree of damage": row["limit_state"],
             "exceed": f"{row['n_exceed']} of {row['n_runs']}",
-            "θ [interval]": with_interval([row[f"theta{end}"] for end in ("", "_low", "_high")])
-            if row["status"] == FITTED
-            else in_words(row["status"]),
+            "θ [interval]": _median_text(row, in_words(row["status"])),
             "β": row["beta"],
             "θ, components fully correlated": row["theta_correlated"],
             "θ, components independent": row["theta_independent"],
@@ -669,23 +580,16 @@ def system_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
 def shear_model_rows(demands: pd.DataFrame, settings: FitSettings) -> list[dict[str, str]]:
     """Return the median capacity for shear failure of each variant under each shear model."""
     curves = shear_model_medians(demands, settings)
-    axes = shown_axes(curves)
+    names = _variant_names(curves)
     return [
-        {
-            "model": model_name(str(bridge), str(abutment)),
-            "variant": ", ".join(named_value(each, own[each.name].iloc[0]) for each in axes),
-            **{
-                f"{SHEAR_MODELS[row['limit_state']]}, θ [interval]": with_interval(
-                    [row[f"theta{end}"] for end in ("", "_low", "_high")]
-                )
-                if row["status"] == FITTED
-                else f"{row['n_exceed']} of {row['n_runs']} runs fail"
-                for row in records_of(own)
-            },
+        {"model": model_name(*model), "variant": names[variant]}
+        | {
+            f"{SHEAR_MODELS[row['limit_state']]}, θ [interval]": _median_text(
+                row, f"{row['n_exceed']} of {row['n_runs']} runs fail"
+            )
+            for row in records_of(own)
         }
-        for (bridge, abutment, _), own in curves.groupby(
-            ["bridge", "abutment", "variant"], sort=False
-        )
+        for (*model, variant), own in groups_of(curves, (*_MODEL, "variant"))
     ]
 
 
@@ -701,15 +605,12 @@ def measure_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
             "efficiency s": row["efficiency"],
             "practicality b": row["practicality"],
             "R²": row["r2"],
-            **{
-                f"p, {text}": row[f"p_{name}"]
-                for name, text in _PROPERTIES.items()
-                if f"p_{name}" in row
-            },
+            **{f"p, {text}": row[f"p_{name}"] for name, text in _PROPERTIES.items()
+               if f"p_{name}" in row},
             "chance of being best": row["p_best_proficiency"],
         }
         for row in records_of(table)
-    ]
+    ]  # fmt: skip
 
 
 def predict_line(check: pd.DataFrame | None) -> str:
