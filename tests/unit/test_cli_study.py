@@ -110,7 +110,7 @@ def test_failed_analyses_are_tried_again_on_request(failed_study: Path) -> None:
     assert answer("study", "retry", "--study", str(failed_study))["forgotten"] == 0
     code, refused = run("study", "retry", "--status", "ok")
     assert code == 2
-    assert "must be failed or one of" in refused["message"]
+    assert "'ok' is not one of 'failed'" in refused["message"]
 
 
 def test_journals_are_counted_and_compacted(failed_study: Path) -> None:

@@ -151,12 +151,13 @@ class Command(TyperCommand):
 
     def make_context(self, info_name: Any, args: list[str], *others: Any, **named: Any) -> Any:
         """Return the context of the arguments; report an argument that is wrong."""
+        as_json = "--json" in args  # the parser empties the list
         try:
             self._check_pairs(args)
             return super().make_context(info_name, args, *others, **named)
         except typer.TyperException as error:
             error.message = error.message.replace("Value error, ", "")
-            if "--json" in args:
+            if as_json:
                 emit_json({"status": "error", "message": error.format_message()})
             raise
 
