@@ -95,11 +95,11 @@ def plain_log_ticks(axis: DrawnAxis) -> None:
     low, high = axis.get_view_interval()
     many = high > _MANY * low > 0.0
     axis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: plain_number(value)))
+    axis.set_major_formatter(FuncFormatter(plain_number))
     axis.set_minor_formatter(NullFormatter())
 
 
-def plain_number(value: float) -> str:
+def plain_number(value: float, _position: int = 0) -> str:
     """Return a number of an axis without an exponent: 0.00002."""
     return np.format_float_positional(value, precision=2, fractional=False, trim="-")
 

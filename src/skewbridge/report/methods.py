@@ -235,11 +235,13 @@ def _random_properties(uncertainty: UncertaintyConfig) -> Iterator[str]:
 
 
 def _analyses(config: StudyConfig) -> Iterator[str]:
-    analysis, name = config.analysis, str(config.analysis.integrator_command[0])
-    cut = f", cut to {analysis.event_dt_s:g} s where a contact opens or closes"
+    analysis = config.analysis
+    integrator, cut = _INTEGRATORS[str(analysis.integrator_command[0])], ""
+    if analysis.event_dt_s is not None:
+        cut = f", cut to {analysis.event_dt_s:g} s where a contact opens or closes"
     yield (
-        f"After gravity each response history is integrated by {_INTEGRATORS[name]} with a step of "
-        f"{analysis.dt_s:g} s{'' if analysis.event_dt_s is None else cut}."
+        f"After gravity each response history is integrated by {integrator} with a step of "
+        f"{analysis.dt_s:g} s{cut}."
     )
     yield (
         "An analysis counts as collapse when a column drift reaches "
