@@ -46,21 +46,15 @@ CAPTIONS = [
 @pytest.fixture(scope="session")
 def study(tmp_path_factory):
     """Page and tables of two bridges; in some runs a column failed beyond the model."""
-    demands = pd.concat(
-        [
-            synthetic_demands(bridge=name, skews=(0, 30, 60), seed=seed, run_scatter=0.05)
-            for seed, name in enumerate(("osb1", "osb1_fixed"))
-        ],
-        ignore_index=True,
+    runs = (
+        synthetic_demands(bridge=name, skews=(0, 30, 60), seed=seed, run_scatter=0.05)
+        for seed, name in enumerate(("osb1", "osb1_fixed"))
     )
+    demands = pd.concat(runs, ignore_index=True)
     beyond = (demands["motion_id"] == "m15") & (demands["skew_deg"] == 60)
     demands["beyond_model"] = beyond.map({True: "shear", False: ""})
-    page, frames = write_page(
-        tmp_path_factory.mktemp("page"),
-        demands,
-        bridges=("osb1", "osb1_fixed"),
-        captions=CAPTIONS,
-    )
+    given = {"bridges": ("osb1", "osb1_fixed"), "captions": CAPTIONS}
+    page, frames = write_page(tmp_path_factory.mktemp("page"), demands, **given)
     return SimpleNamespace(page=page, **frames)
 
 

@@ -18,18 +18,28 @@ pytestmark = pytest.mark.browser
 MODEL = "osb1_fixed, contact-friction"
 
 
-def fits_of(study, component, state, method="preferred"):
+def fits_of(study, component, state, method="preferred", bridge="osb1_fixed"):
+    """Return the estimates of a state by variant."""
     curves = study.curves
     keep = (curves["component"] == component) & (curves["limit_state"] == state)
-    fits = curves[keep & (curves["status"] == FITTED)]
-    return fits[fits["preferred"] if method == "preferred" else fits["method"] == method]
+    keep &= (curves["bridge"] == bridge) & (curves["status"] == FITTED)
+    keep &= curves["preferred"] if method == "preferred" else curves["method"] == method
+    return curves[keep].set_index("variant")
+
+
+def saved_by_variant(page, csv_of):
+    return csv_of(page).drop_duplicates("variant").set_index("variant")
+
+
+def effects_of(study, quantity="demand", scope="pooled"):
+    effects = study.effects if quantity == "demand" else study.medians
+    return effects[(effects["scope"] == scope) & (effects["bridge"] == "osb1_fixed")]
 
 
 def test_curves_and_bands_are_those_of_python(opened, study, csv_of):
     page = opened(view="curves", model=MODEL, state="column_drift/moderate")
     saved = csv_of(page)
-    fits = fits_of(study, "column_drift", "moderate").set_index("variant")
-    fits = fits[fits["bridge"] == "osb1_fixed"]
+    fits = fits_of(study, "column_drift", "moderate")
     assert set(saved["variant"]) == set(fits.index)
     for name, own in saved.groupby("variant"):
         fit = fits.loc[name].to_dict()
@@ -39,16 +49,6 @@ def test_curves_and_bands_are_those_of_python(opened, study, csv_of):
         np.testing.assert_allclose(own["probability"], expected, rtol=0, atol=1e-9)
         np.testing.assert_allclose(own["probability"], values, rtol=0, atol=1e-9)
         np.testing.assert_allclose(own[["low", "high"]].to_numpy().T, ends, rtol=0, atol=1e-9)
-
-
-def test_curves_that_depend_on_the_method_are_counted(opened, study):
-    page = opened(view="curves", model=MODEL, state="column_drift/slight")
-    fits = fits_of(study, "column_drift", "slight")
-    fits = fits[fits["bridge"] == "osb1_fixed"]
-    differ = int(fits["methods_differ"].sum())
-    note = page.inner_text("#ex-note")
-    expected = f"differs from the cloud median in {differ} of {len(fits)} curves"
-    assert (expected in note) == (differ > 0)
 
 
 def test_analyses_are_the_rows_of_the_demands_table(opened, study, csv_of):
@@ -82,39 +82,23 @@ def test_medians_are_those_of_the_fits_and_sort(opened, study, csv_of):
     assert csv_of(page)["theta"].is_monotonic_decreasing
 
 
-def pooled_of(study, quantity="demand"):
-    effects = study.effects if quantity == "demand" else study.medians
-    return effects[(effects["scope"] == "pooled") & (effects["bridge"] == "osb1_fixed")]
-
-
 @pytest.mark.parametrize("quantity", ["demand", "median_capacity"])
-def test_cells_have_verdict_and_words_of_the_map(opened, study, quantity):
+def test_cells_have_the_verdicts_of_the_tables_in_words(opened, study, csv_of, quantity):
     page = opened(view="grid", model=MODEL, quantity=quantity)
     cells = page.eval_on_selector_all(
         "#ex-rows .map button", "all => all.map(b => [b.parentElement.className, b.innerText])"
     )
-    expected = [
-        [
-            verdict_style(row).name,
-            f"{verdict_style(row).sign} {change_text(row)}\n{interval_text(row)}",
-        ]
-        for row in sorted_by_cells(pooled_of(study, quantity)).to_dict("records")
-    ]
-    assert cells == expected
-
-
-def sorted_by_cells(effects):
-    """Return effects as a grid has them: demand by demand, changes in their first order."""
-    demands = list(dict.fromkeys(effects["demand"]))
-    place = effects["demand"].map(demands.index)
-    return effects.assign(place=place).sort_values("place", kind="stable")
-
-
-@pytest.mark.parametrize("quantity", ["demand", "median_capacity"])
-def test_verdicts_are_the_family_wise_ones_of_the_tables(opened, study, csv_of, quantity):
+    pooled = effects_of(study, quantity)
+    # demand by demand, changes in their first order
+    demands = list(dict.fromkeys(pooled["demand"]))
+    pooled = pooled.assign(place=pooled["demand"].map(demands.index))
+    for cell, row in zip(
+        cells, pooled.sort_values("place", kind="stable").to_dict("records"), strict=True
+    ):
+        style = verdict_style(row)
+        assert cell == [style.name, f"{style.sign} {change_text(row)}\n{interval_text(row)}"]
     page = opened(view="grid", scope="variant", model=MODEL, quantity=quantity)
-    effects = study.effects if quantity == "demand" else study.medians
-    effects = effects[(effects["scope"] == "variant") & (effects["bridge"] == "osb1_fixed")]
+    effects = effects_of(study, quantity, "variant")
     assert csv_of(page)["verdict"].tolist() == effects["verdict_family"].tolist()
 
 
@@ -128,11 +112,8 @@ def test_verdicts_follow_the_margin(opened, study, csv_of, factor):
     )
     page.wait_for_function("value => location.hash.includes('margin=' + value)", arg=f"{factor:g}")
     saved = csv_of(page)
-    effects = study.effects.assign(
-        margin=factor * study.effects["margin"],
-        difference_margin=factor * study.effects["difference_margin"],
-    )
-    effects = judged(effects)
+    margins = factor * study.effects[["margin", "difference_margin"]]
+    effects = judged(study.effects.assign(**margins))
     effects = effects[(effects["scope"] == "variant") & (effects["bridge"] == "osb1_fixed")]
     assert saved["verdict"].tolist() == effects["verdict_family"].tolist()
     assert (saved["verdict"] != before).any()
@@ -157,31 +138,33 @@ def test_a_cell_opens_its_pairs(opened, study, csv_of):
 
 def test_a_point_gives_the_command_that_repeats_its_analysis(opened, study):
     page = opened(view="cloud", skew_deg=0, gap_mm=25, friction=0)
-    page.locator("#ex-plot .point >> nth=3").scroll_into_view_if_needed()
-    box = page.locator("#ex-plot .point >> nth=3").bounding_box()
-    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    point = page.locator("#ex-plot .point >> nth=3")
+    point.scroll_into_view_if_needed()
+    box = point.bounding_box()
+    centre = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(*centre)
+    page.mouse.click(*centre)
     key = page.inner_text("#ex-commands code").removeprefix("skewbridge run --row ")
     assert key in set(study.demands["run_key"])
 
 
-def test_axis_controls_choose_the_variants(opened, csv_of):
+def test_axes_model_state_and_method_choose_the_curves(opened, study, csv_of):
     page = opened(view="cloud")
-    page.select_option("#ex-skew_deg", "30")
-    page.select_option("#ex-gap_mm", "51")
-    page.select_option("#ex-friction", "0.5")
+    for name, value in (("skew_deg", "30"), ("gap_mm", "51"), ("friction", "0.5")):
+        page.select_option(f"#ex-{name}", value)
     assert set(csv_of(page)["variant"]) == {"osb1_cf_skew30_gap051_mu050"}
     page.select_option("#ex-model", MODEL)
     assert set(csv_of(page)["variant"]) == {"osb1_fixed_cf_skew30_gap051_mu050"}
-
-
-def test_state_and_method_choose_the_curves(opened, study, csv_of):
     page = opened(view="curves", state="bearing/slight")
     page.select_option("#ex-state", "column_drift/slight")
+    note = page.inner_text("#ex-note")
+    preferred = fits_of(study, "column_drift", "slight", bridge="osb1")
+    differ = int(preferred["methods_differ"].sum())
+    expected = f"differs from the cloud median in {differ} of {len(preferred)} curves"
+    assert (expected in note) == (differ > 0)
     page.select_option("#ex-method", "exceedance")
-    saved = csv_of(page).drop_duplicates("variant").set_index("variant")
-    fits = fits_of(study, "column_drift", "slight", "exceedance").set_index("variant")
-    fits = fits[fits["bridge"] == "osb1"]
+    saved = saved_by_variant(page, csv_of)
+    fits = fits_of(study, "column_drift", "slight", "exceedance", "osb1")
     assert saved["theta"].to_dict() == fits["theta"].to_dict()
     assert not page.is_visible("#ex-threshold")  # no log-log line to move a threshold on
 
@@ -192,11 +175,11 @@ def test_the_threshold_moves_the_median_within_what_was_reached(opened, study, c
     page.focus("#ex-threshold")
     page.keyboard.press("End")
     page.wait_for_function("location.hash.includes('threshold=1000')")
-    saved = csv_of(page).drop_duplicates("variant").set_index("variant")
+    saved = saved_by_variant(page, csv_of)
     rows = study.demands
     rows = rows[(rows["bridge"] == "osb1") & (rows["skew_deg"] == 60)]
     largest = rows.loc[is_complete(rows), "column_drift_ratio"].max()
-    fits = fits_of(study, "column_drift", "slight", "cloud").set_index("variant").loc[saved.index]
+    fits = fits_of(study, "column_drift", "slight", "cloud", "osb1").loc[saved.index]
     expected = np.exp((np.log(largest) - fits["ln_a"]) / fits["b"])
     np.testing.assert_allclose(saved["theta"], expected, rtol=1e-9)
     assert saved["low"].isna().all()
@@ -229,7 +212,7 @@ def test_the_forest_draws_the_chosen_change(opened, study, csv_of):
     page = opened(view="forest", model=MODEL, quantity="demand")
     page.select_option("#ex-change", "Skew 0° to 30°")
     saved = csv_of(page)
-    rows = pooled_of(study)
+    rows = effects_of(study)
     rows = rows[(rows["axis"] == "skew_deg") & (rows["to_value"] == 30)]
     assert saved["demand"].tolist() == rows["demand"].tolist()
     page.select_option("#ex-scope", "variant")
@@ -240,13 +223,11 @@ def test_the_forest_draws_the_chosen_change(opened, study, csv_of):
     assert saved[["gap_mm", "friction"]].to_numpy().tolist() == [[25, 0.5], [51, 0.5]]
 
 
-def test_the_address_keeps_what_was_chosen(opened, csv_of):
+def test_the_address_keeps_what_was_chosen(opened):
     page = opened()
-    page.select_option("#ex-view", "grid")
-    page.select_option("#ex-model", MODEL)
-    page.select_option("#ex-quantity", "demand")
-    page.select_option("#ex-scope", "variant")
-    page.select_option("#ex-friction", "0")
+    chosen = {"view": "grid", "model": MODEL, "quantity": "demand", "scope": "variant"}
+    for name, value in (chosen | {"friction": "0"}).items():
+        page.select_option(f"#ex-{name}", value)
     page.click("#ex-rows .map button >> nth=5")
     address, shown = page.url, page.inner_text("#explorer")
     again = opened()

@@ -23,16 +23,11 @@ A4_INSIDE_MARGINS_PX = round((210 - 2 * 14) / 25.4 * 96)
 
 
 @pytest.mark.parametrize("view", VIEWS)
-def test_nothing_is_wider_than_the_screen(opened, width, view):
+def test_nothing_is_wider_than_the_screen_and_axe_finds_nothing(opened, width, view):
     page = opened(width, view=view, quantity="demand", cell=0)
     assert page.evaluate(TOO_WIDE) == []
     assert page.evaluate("document.documentElement.scrollWidth") <= width
-
-
-@pytest.mark.parametrize("view", VIEWS)
-def test_axe_finds_nothing(opened, width, view):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
-    page = opened(width, view=view, quantity="demand", cell=0)
     page.evaluate(OPEN_DETAILS)
     found = axe.run(page)
     assert found.violations_count == 0, found.generate_report()
@@ -84,15 +79,10 @@ def shown_figures(page):
     return page.eval_on_selector_all("#figures figure:not([hidden])", SHOWN)
 
 
-def test_the_page_is_short_with_details_closed(opened):
+def test_the_page_is_short_and_its_first_screen_has_the_answer(opened):
     page = opened(1400, height=1000)
-    page.evaluate("scrollTo(0, 0)")
     assert page.evaluate("document.documentElement.scrollHeight") <= 12 * 1000
     assert page.evaluate("document.body.innerText.split(/\\s+/).length") <= 4000
-
-
-def test_the_first_screen_has_the_answer(opened):
-    page = opened(1400, height=1000)
     page.goto(page.url.partition("#")[0])
     for place in (".plan", ".answer", ".failures", ".facts h3 >> nth=1"):
         box = page.locator(place).bounding_box()
@@ -116,22 +106,17 @@ def test_the_gallery_shows_one_figure_by_bridge_quantity_and_component(opened):
     page = opened()
     page.goto(page.url.partition("#")[0])
     assert shown_figures(page) == ["figure-f0"]
-    page.select_option("#gallery-item", "bearing")
-    assert shown_figures(page) == ["figure-f1"]
-    page.select_option("#gallery-model", "osb1_fixed, contact-friction")
-    assert shown_figures(page) == ["figure-f4"]
-    page.select_option("#gallery-section", CLOUDS)
-    assert shown_figures(page) == ["figure-f5"]
-    assert page.is_disabled("#gallery-item")
-    page.select_option("#gallery-section", MOTIONS)
-    assert shown_figures(page) == ["figure-f6"]
+    for control, value, figure in (
+        ("item", "bearing", "f1"), ("model", "osb1_fixed, contact-friction", "f4"),
+        ("section", CLOUDS, "f5"), ("section", MOTIONS, "f6"),
+    ):  # fmt: skip
+        page.select_option(f"#gallery-{control}", value)
+        assert shown_figures(page) == [f"figure-{figure}"]
+        assert page.is_disabled("#gallery-item") == (control == "section")
     page.click("#gallery-next")
     assert shown_figures(page) == ["figure-f0"]
     assert page.input_value("#gallery-section") == CURVES
-
-
-def test_the_address_and_the_search_of_the_browser_open_a_figure(opened):
-    page = opened()
+    # the address and the search of the browser open a figure
     page.goto(page.url.partition("#")[0] + "#figure-f5")
     page.reload()
     page.wait_for_selector("#explorer")

@@ -10,14 +10,13 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Generator
 from pathlib import Path
 
 import pandas as pd
 import psutil
 import pytest
 
-from small_study import TIMES, copy_sources, journal_keys
+from small_study import TIMES, copy_sources, done, journal_keys
 
 pytestmark = pytest.mark.cluster
 
@@ -33,7 +32,7 @@ sensitivity: {rows: 0}
 SITE = {"SKEWBRIDGE_JOB_CORES": "1", "SKEWBRIDGE_POLL_S": "3", "SKEWBRIDGE_JOBS": "4"}
 
 
-def missing() -> str:
+def missing():
     """Why there can be no Slurm here; empty if there can."""
     if os.getuid() != 0:
         return "only root may start Slurm's daemons"
@@ -46,7 +45,7 @@ def missing() -> str:
 
 
 @pytest.fixture(scope="module")
-def cluster(tmp_path_factory: pytest.TempPathFactory) -> Generator[Path]:
+def cluster(tmp_path_factory):
     """The folder of a running Slurm with the nodes node1 and node2."""
     if reason := missing():
         pytest.skip(reason)
@@ -61,39 +60,32 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Generator[Path]:
 
 
 @pytest.fixture(scope="module")
-def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def tree(tmp_path_factory):
     """A copy of the sources with the configuration of the small study."""
-    tree = tmp_path_factory.mktemp("cluster") / "tree"
-    copy_sources(tree)
+    tree = copy_sources(tmp_path_factory.mktemp("cluster") / "tree")
     (tree / "study.yaml").write_text(STUDY)
     (tree / "local.yaml").write_text(f"{STUDY}results: local\n")
     return tree
 
 
-def through_slurm(tree: Path, *arguments: str, config: str = "study.yaml") -> list[str]:
+def through_slurm(*arguments):
     """The command of `make study PROFILE=slurm`, with what it does not fix."""
     profile = ["--workflow-profile", "workflow/profiles/slurm"]
-    return [str(BIN / "snakemake"), *profile, "--configfile", config, *arguments]
+    return [str(BIN / "snakemake"), *profile, "--configfile", "study.yaml", *arguments]
 
 
-def jobs_of(rule: str) -> dict[str, str]:
+def jobs_of(rule):
     """The nodes of the running jobs of a rule, by job."""
-    listed = subprocess.run(
-        ["squeue", "--noheader", "--states=running", "--format=%i %N %k"],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    listed = done(["squeue", "--noheader", "--states=running", "--format=%i %N %k"], HERE)
     words = [line.split(maxsplit=2) for line in listed.stdout.splitlines()]
     return {job: node for job, node, comment in words if comment.startswith(f"rule_{rule}")}
 
 
-def node_state(node: str) -> str:
-    command = ["sinfo", "--noheader", "--nodes", node, "--format=%T"]
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+def node_state(node):
+    return done(["sinfo", "--noheader", "--nodes", node, "--format=%T"], HERE).stdout.strip()
 
 
-def lose(cluster: Path, node: str, job: str) -> None:
+def lose(cluster, node, job):
     """Kill what of Slurm is on a node but nothing of its job, the worst that may happen."""
     os.kill(int((cluster / f"slurmd.{node}.pid").read_text()), signal.SIGKILL)
     for process in psutil.process_iter(["cmdline"]):
@@ -102,7 +94,7 @@ def lose(cluster: Path, node: str, job: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def study(cluster: Path, tree: Path) -> Path:
+def study(cluster, tree):
     """The finished study, of which a job was cancelled and a node was lost for a time.
 
     After the first analyses one of the two jobs of analyses is cancelled. On the node of the other
@@ -112,10 +104,10 @@ def study(cluster: Path, tree: Path) -> Path:
     log = tree / "slurm.log"
     with log.open("w") as output:
         process = subprocess.Popen(
-            through_slurm(tree), cwd=tree, stdout=output, stderr=output, env=os.environ | SITE
+            through_slurm(), cwd=tree, stdout=output, stderr=output, env=os.environ | SITE
         )
 
-        def wait_for(condition: Callable[[], object], seconds: float) -> None:
+        def wait_for(condition, seconds):
             deadline = time.monotonic() + seconds
             while not condition():
                 if process.poll() is not None or time.monotonic() > deadline:
@@ -136,7 +128,7 @@ def study(cluster: Path, tree: Path) -> Path:
     return tree
 
 
-def test_a_cancelled_job_and_a_lost_node_lose_and_repeat_nothing(study: Path) -> None:
+def test_a_cancelled_job_and_a_lost_node_lose_and_repeat_nothing(study):
     finished = json.loads((study / "finished.json").read_text())
     keys = journal_keys(study)
     assert finished
@@ -145,10 +137,9 @@ def test_a_cancelled_job_and_a_lost_node_lose_and_repeat_nothing(study: Path) ->
     assert "Trying to restart job" in (study / "slurm.log").read_text()
 
 
-def test_the_tables_are_those_of_one_machine(study: Path) -> None:
+def test_the_tables_are_those_of_one_machine(study):
     targets = [f"local/{name}.parquet" for name in TABLES]
-    command = [str(BIN / "snakemake"), "-j2", "--configfile", "local.yaml", "--", *targets]
-    subprocess.run(command, cwd=study, check=True, capture_output=True)
+    done([BIN / "snakemake", "-j2", "--configfile", "local.yaml", "--", *targets], study)
     for name in TABLES:
         here = pd.read_parquet(study / f"local/{name}.parquet")
         there = pd.read_parquet(study / f"results/{name}.parquet")
@@ -158,24 +149,19 @@ def test_the_tables_are_those_of_one_machine(study: Path) -> None:
         )
 
 
-def test_the_report_is_made_and_nothing_is_left_to_do(study: Path) -> None:
+def test_the_report_is_made_and_nothing_is_left_to_do(study):
     assert (study / "results/report.html").is_file()
-    again = subprocess.run(
-        through_slurm(study, "-n"), cwd=study, capture_output=True, text=True, env=os.environ | SITE
-    )
+    again = done(through_slurm("-n"), study, environment=SITE)
     assert "Nothing to be done" in again.stdout + again.stderr
 
 
-def test_a_job_over_its_memory_is_tried_again_with_more(cluster: Path, tree: Path) -> None:
+def test_a_job_over_its_memory_is_tried_again_with_more(cluster, tree):
     """This host can enforce it: the memory of a job is sampled and the job is ended."""
     gate = "memory/verification/contact_checks.parquet"
     more = ["--config", "results=memory", "--set-resources"]
     more += ["verify_contact:mem_mb=60 if attempt == 1 else 1500", "--", gate]
-    done = subprocess.run(
-        through_slurm(tree, *more), cwd=tree, capture_output=True, text=True, env=os.environ | SITE
-    )
-    assert done.returncode == 0, done.stderr
+    said = done(through_slurm(*more), tree, environment=SITE).stderr
     assert (tree / gate).is_file()
-    assert done.stderr.count("Trying to restart job") == 1
+    assert said.count("Trying to restart job") == 1
     logs = tree.glob(".snakemake/slurm_logs/*verify_contact*/*.log")
     assert any("exceeded memory limit" in path.read_text() for path in logs)

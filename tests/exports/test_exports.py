@@ -7,7 +7,6 @@ import json
 import os
 import subprocess
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -28,7 +27,7 @@ LONG = "x" * 60
 
 
 @pytest.fixture(scope="module", name="curves")
-def _curves(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def _curves(tmp_path_factory):
     """Curves of a few variants, some states without an estimate."""
     demands = synthetic_demands(skews=(0, 30), gaps=(51,))
     # a name with characters and of a length that not every program accepts
@@ -41,7 +40,7 @@ def _curves(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def read_by(program: str, files: list[str]) -> dict[str, Any]:
+def read_by(program, files):
     """Return what a program reads from files, its own probabilities at the levels included."""
     python = ENVIRONMENTS / program / "bin" / "python"
     if not (ENVIRONMENTS / program / ".installed").is_file():
@@ -59,23 +58,23 @@ def read_by(program: str, files: list[str]) -> dict[str, Any]:
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def fitted(curves: Path, method: str) -> pd.DataFrame:
+def fitted(curves, method):
     """Return the curves that have an estimate, with the dispersion that is exported."""
     table = pd.read_parquet(curves)
     table = table[(table["method"] == method) & (table["status"] == "ok")]
     return table.assign(b=table["beta_total"].fillna(table["beta"]))
 
 
-def probabilities(row: Any) -> np.ndarray:
+def probabilities(row):
     return ndtr(np.log(np.array(LEVELS) / row.theta) / row.b)
 
 
 @pytest.mark.parametrize("method", ["cloud", "exceedance"])
-def test_pelicun_gets_our_probabilities(curves: Path, tmp_path: Path, method: str) -> None:
+def test_pelicun_gets_our_probabilities(curves, tmp_path, method):
     out = tmp_path / "pelicun.csv"
     export_curves(curves, "pelicun", out, method=method)
     found = read_by("pelicun", [str(out)])[str(out)]
-    numbers: dict[tuple[str, str], int] = {}
+    numbers = {}
     for component, states in pd.read_parquet(curves).groupby("component"):
         ordered = states.drop_duplicates("limit_state").sort_values("threshold")["limit_state"]
         numbers |= {(str(component), str(name)): n for n, name in enumerate(ordered, start=1)}
@@ -91,9 +90,7 @@ def test_pelicun_gets_our_probabilities(curves: Path, tmp_path: Path, method: st
 
 
 @pytest.mark.parametrize("method", ["cloud", "exceedance"])
-def test_openquake_reads_every_file_and_gets_our_probabilities(
-    curves: Path, tmp_path: Path, method: str
-) -> None:
+def test_openquake_reads_every_file_and_gets_our_probabilities(curves, tmp_path, method):
     report = export_curves(curves, "nrml", tmp_path / "curves.xml", method=method)
     found = read_by("openquake", report["files"])
     functions = {

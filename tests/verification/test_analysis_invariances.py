@@ -3,75 +3,44 @@
 import numpy as np
 import pytest
 
-from bridge_motions import pulse_motion
-from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.transient import analyse
+from bridge_variants import analysed, variant
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
-from strong_motion import mirrored, strong_motion
+from strong_motion import mirrored, pulse_motion, strong_motion
 
 FIRST_5_S = slice(0, 1001)
 PEAKS = ("column_shear_kn", "column_drift_ratio", "deck_disp_m", "unseating_m")
 NOT_COMPARED = ("energy_residual_ratio", "numerical_dissipation_ratio", "contact_closures")
 
 
-def variant(abutment="contact_friction", skew_deg=30, gap_mm=51, friction_pct=50):
-    return Variant(
-        bridge="osb1",
-        abutment=abutment,
-        skew_deg=skew_deg,
-        gap_mm=gap_mm,
-        friction_pct=friction_pct,
-    )
-
-
-def run(case, motion=None, options=None, **settings):
-    return analyse(
-        case,
-        Excitation(motion=strong_motion() if motion is None else motion),
-        AnalysisSettings(**settings),
-        options or ModelOptions(),
-        histories=True,
-    )
-
-
 @pytest.fixture(scope="module")
 def reference():
-    return run(variant())
+    return analysed(variant())
 
 
 @pytest.fixture(scope="module")
 def frictionless():
-    return run(variant(friction_pct=0))
+    return analysed(variant(friction_pct=0))
 
 
-def test_the_motion_of_these_tests_closes_gaps_and_slips(reference):
+def test_two_runs_that_close_gaps_and_slip_give_identical_values(reference):
     assert reference.status == "ok"
     assert reference.demands["contact_closures"] > 10
     assert reference.demands["backwall_force_kn"] > 1000.0
     assert reference.demands["slip_work_kj"] > 10.0
-
-
-def test_two_runs_give_identical_values(reference):
-    again = run(variant())
+    again = analysed(variant())
     assert again.demands == reference.demands
     for name, values in reference.histories.items():
         np.testing.assert_array_equal(again.histories[name], values, err_msg=name)
 
 
 def test_contact_equals_contact_friction_without_friction(frictionless):
-    plain = run(variant("contact", friction_pct=0))
+    plain = analysed(variant(abutment="contact", friction_pct=0))
     # Same equations, numbering and springs: only the updates are left out.
     for name, value in frictionless.demands.items():
         assert plain.demands[name] == pytest.approx(value, rel=1e-9, abs=1e-12), name
-
-
-def test_a_model_without_tangential_springs_has_the_same_peaks(frictionless):
     # Tangential springs of 1 N/m carry less than a newton: as good as none.
-    bare = run(
-        variant("contact", friction_pct=0), options=ModelOptions(tangent_stiffness_n_per_m=1.0)
-    )
+    options = ModelOptions(tangent_stiffness_n_per_m=1.0)
+    bare = analysed(variant(abutment="contact", friction_pct=0), options=options)
     for name in (*PEAKS, "deck_rotation_rad"):
         assert bare.demands[name] == pytest.approx(frictionless.demands[name], rel=0.01), name
 
@@ -80,8 +49,8 @@ def test_a_model_without_tangential_springs_has_the_same_peaks(frictionless):
 def test_opposite_skew_mirrors_the_response(skew_deg):
     # so tight a test that rounding does not decide on an iteration or on the size of a step
     tight = {"tolerance_j": 1e-8, "reuse_tangent": False}
-    one = run(variant(skew_deg=skew_deg), **tight)
-    other = run(variant(skew_deg=-skew_deg), mirrored(strong_motion()), **tight)
+    one = analysed(variant(skew_deg=skew_deg), **tight)
+    other = analysed(variant(skew_deg=-skew_deg), mirrored(strong_motion()), **tight)
     for name, sign in (("deck_ux_m", 1.0), ("deck_uy_m", -1.0), ("deck_rot_rad", -1.0)):
         history, image = one.histories[name], sign * other.histories[name]
         # 1e-6: rounding, grown by contacts; the criterion of the project.
@@ -92,7 +61,7 @@ def test_opposite_skew_mirrors_the_response(skew_deg):
         if name not in NOT_COMPARED:
             assert other.demands[name] == pytest.approx(value, rel=0.01, abs=1e-9), name
     rough = [
-        run(variant(skew_deg=sign * skew_deg), motion)
+        analysed(variant(skew_deg=sign * skew_deg), motion)
         for sign, motion in ((1, strong_motion()), (-1, mirrored(strong_motion())))
     ]
     for name in PEAKS:
@@ -101,51 +70,38 @@ def test_opposite_skew_mirrors_the_response(skew_deg):
 
 def test_a_gap_that_nothing_closes_gives_no_contact_demands():
     # 0.6 m at the backwalls and 5 m at the keys, against a deck that moves by decimetres.
-    wide = run(variant(gap_mm=600), options=ModelOptions(transverse_gap_mm=5000.0))
+    wide = analysed(variant(gap_mm=600), options=ModelOptions(transverse_gap_mm=5000.0))
     assert wide.status == "ok"
     assert wide.demands["deck_disp_m"] > 0.05
     for name in (
-        "contact_closures",
-        "contact_time_s",
-        "contact_max_penetration_m",
-        "slip_work_kj",
-        "backwall_force_kn",
-        "shear_key_force_kn",
-        "friction_force_kn",
-        "cone_violation_ratio",
-    ):
+        "contact_closures", "contact_time_s", "contact_max_penetration_m", "slip_work_kj",
+        "backwall_force_kn", "shear_key_force_kn", "friction_force_kn", "cone_violation_ratio",
+    ):  # fmt: skip
         assert wide.demands[name] == 0.0, name
 
 
 def test_turning_the_motion_by_half_a_turn_equals_reversing_it():
     motion = strong_motion(duration_s=3.0)
     reverse = motion.with_components(-motion.accel_1_mps2, -motion.accel_2_mps2)
-    turned, reversed_ = (
-        analyse(variant(skew_deg=0), excitation, AnalysisSettings(), ModelOptions()).demands
-        for excitation in (
-            Excitation(motion=motion, incidence_deg=180.0),
-            Excitation(motion=reverse),
-        )
-    )
+    turned = analysed(variant(0), motion, incidence_deg=180.0).demands
+    reversed_ = analysed(variant(0), reverse).demands
     assert reversed_ == pytest.approx(turned, rel=1e-12)
 
 
 def test_friction_couples_the_axes_without_skew():
     motion = strong_motion()
     longitudinal = motion.with_components(motion.accel_1_mps2, 1e-3 * motion.accel_2_mps2)
-    straight = variant(skew_deg=0)
-    with_friction = run(straight, motion).demands
-    without = run(variant(skew_deg=0, friction_pct=0), motion).demands
-    alone = run(straight, longitudinal).demands
+    with_friction = analysed(variant(0)).demands
+    without = analysed(variant(0, friction_pct=0)).demands
+    alone = analysed(variant(0), longitudinal).demands
     assert with_friction["deck_disp_y_m"] != pytest.approx(without["deck_disp_y_m"], rel=1e-3)
     assert alone["deck_disp_y_m"] < 0.01 * with_friction["deck_disp_y_m"]
 
 
 @pytest.mark.parametrize("skew_deg", [0, 30])
 def test_corotational_arrays_give_the_demands_of_rigid_links(skew_deg):
-    motion = pulse_motion(duration_s=5.0)
     rigid, elements = (
-        run(variant(skew_deg=skew_deg), motion, ModelOptions(arrays=arrays))
+        analysed(variant(skew_deg), pulse_motion(), ModelOptions(arrays=arrays))
         for arrays in ("rigid", "corotational")
     )
     assert rigid.status == elements.status == "ok"

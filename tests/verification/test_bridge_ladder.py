@@ -5,31 +5,25 @@ from itertools import product
 
 import pytest
 
-from bridge_motions import pulse_motion
-from skewbridge.analysis.ground import Excitation
+from bridge_variants import analysed, variant
 from skewbridge.analysis.modal import modal_properties
-from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.gravity import total_weight_n
-from skewbridge.motions.record import GroundMotion
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
-from strong_motion import strong_motion
+from strong_motion import pulse_motion, strong_motion
 
 BRIDGES = ("osb1", "osb2s", "bridge_a", "bridge_b", "bridge_c")
-SKEWS = (0, 20, 40, 60)
 ALL = [
-    Variant(bridge=bridge, abutment=abutment, skew_deg=skew, gap_mm=51, friction_pct=50)
-    for bridge, abutment, skew in product(BRIDGES, ABUTMENTS, SKEWS)
+    variant(skew, abutment, bridge)
+    for bridge, abutment, skew in product(BRIDGES, ABUTMENTS, (0, 20, 40, 60))
 ]
-SAMPLE = [variant for number, variant in enumerate(ALL) if number % 7 == 0]
 
 
-def check_model(variant: Variant) -> None:
-    result = modal_properties(variant)
-    bridge = load_bridge(variant.bridge)
+@pytest.mark.parametrize("case", ALL, ids=lambda case: case.slug)
+def test_every_variant_carries_its_weight_and_has_sane_modes(case):
+    result = modal_properties(case)
+    bridge = load_bridge(case.bridge)
     assert result.weight_kn == pytest.approx(total_weight_n(bridge) / 1e3, rel=1e-6)
     carried = sum(result.column_axial_kn) + sum(result.abutment_reaction_kn)
     assert carried == pytest.approx(result.weight_kn, rel=1e-6)
@@ -41,48 +35,35 @@ def check_model(variant: Variant) -> None:
         assert sum(total) <= 1.0 + 1e-6
 
 
-def check_run(variant: Variant, motion: GroundMotion, duration_s: float | None) -> None:
-    settings = AnalysisSettings(duration_s=duration_s)
-    result = analyse(variant, Excitation(motion=motion), settings, ModelOptions())
+def check_run(case, motion, **settings):
+    result = analysed(case, motion, **settings)
     assert result.status in ("ok", "collapse"), result.messages
     assert (result.status == "collapse") == bool(result.collapse_criterion)
     assert all(math.isfinite(value) for value in result.demands.values())
     assert abs(result.demands["energy_residual_ratio"]) < 0.005
 
 
-@pytest.mark.parametrize("variant", ALL, ids=lambda variant: variant.slug)
-def test_every_variant_carries_its_weight_and_has_sane_modes(variant: Variant) -> None:
-    check_model(variant)
-
-
-@pytest.mark.parametrize("variant", SAMPLE, ids=lambda variant: variant.slug)
-def test_a_sample_of_variants_survives_strong_pulses(variant: Variant) -> None:
-    check_run(variant, pulse_motion(duration_s=3.0), None)
+@pytest.mark.parametrize("case", ALL[::7], ids=lambda case: case.slug)
+def test_a_sample_of_variants_survives_strong_pulses(case):
+    check_run(case, pulse_motion(duration_s=3.0))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("variant", ALL, ids=lambda variant: variant.slug)
-def test_every_variant_survives_a_strong_motion(variant: Variant) -> None:
-    check_run(variant, strong_motion(duration_s=10.0), 10.0)
+@pytest.mark.parametrize("case", ALL, ids=lambda case: case.slug)
+def test_every_variant_survives_a_strong_motion(case):
+    check_run(case, strong_motion(duration_s=10.0), duration_s=10.0)
 
 
-def test_every_shear_model_has_its_column_and_none_changes_the_analysis() -> None:
-    variant = Variant(bridge="osb1_era1", abutment="contact", skew_deg=0, gap_mm=51, friction_pct=0)
+def test_every_shear_model_has_its_column_and_none_changes_the_analysis():
+    case = variant(0, "contact", "osb1_era1", friction_pct=0)
     models = ("kowalsky_priestley", "sdc_expected", "sdc_nominal")
-    whole: dict[str, dict[str, float]] = {}
-    for model in models:
-        result = analyse(
-            variant,
-            Excitation(motion=pulse_motion(duration_s=3.0)),
-            AnalysisSettings(),
-            ModelOptions(shear_model=model),
-        )
-        whole[model] = result.whole_history
-        own = f"column_shear_dcr_{model}"
+    names = [f"column_shear_dcr_{model}" for model in models]
+    ratios = []
+    for model, own in zip(models, names, strict=True):
+        result = analysed(case, pulse_motion(duration_s=3.0), ModelOptions(shear_model=model))
         assert result.whole_history["column_shear_dcr"] == result.whole_history[own]
         # over the whole history, also after a failure
         assert result.demands[own] == result.whole_history[own] > 0.0
-    ratios = [whole[models[0]][f"column_shear_dcr_{model}"] for model in models]
-    assert ratios == sorted(set(ratios))
-    for model in models:
-        assert ratios == [whole[model][f"column_shear_dcr_{name}"] for name in models]
+        ratios.append([result.whole_history[name] for name in names])
+    assert ratios[0] == sorted(set(ratios[0]))
+    assert ratios == [ratios[0]] * 3

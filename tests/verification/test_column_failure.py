@@ -1,15 +1,11 @@
 """Failure of columns: crushed and broken fibers, and loss of shear strength."""
 
-from typing import Literal
-
 import numpy as np
 import openseespy.opensees as ops
 import pytest
 
-from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.pushover import PushCurve, push_bridge
-from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.transient import analyse
+from bridge_variants import analysed, variant
+from skewbridge.analysis.pushover import push_bridge
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import (
     axial_failure_drift,
@@ -25,16 +21,15 @@ from skewbridge.bridge.materials import core_concrete
 from skewbridge.bridge.model import domain
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
 from strong_motion import strong_motion
 
 COLUMN = load_bridge("osb1").column
 
 
-def stresses_pa(material: int, strains: list[float]) -> list[float]:
+def stresses_pa(material, strains):
     """Drive a material along a path of strains; return the stresses at its points."""
     ops.testUniaxialMaterial(material)
-    found, last = list[float](), 0.0
+    found, last = [], 0.0
     for strain in strains:
         for value in np.linspace(last, strain, 40)[1:]:
             ops.setStrain(float(value))
@@ -43,28 +38,28 @@ def stresses_pa(material: int, strains: list[float]) -> list[float]:
     return found
 
 
-def push(bridge: str, end_m: float, options: ModelOptions) -> PushCurve:
-    variant = Variant(bridge=bridge, abutment="roller", skew_deg=0, gap_mm=0, friction_pct=0)
-    return push_bridge(variant, options, angle_deg=0.0, max_disp_m=end_m, steps=90)
+def push(bridge, end_m, **options):
+    case = variant(0, "roller", bridge).normalised()
+    given = {"angle_deg": 0.0, "max_disp_m": end_m, "steps": 90}
+    return push_bridge(case, ModelOptions(**options), **given)
 
 
-def core_parts(tags: TagAllocator | None = None, *, has_end: bool) -> tuple[int, ...]:
+def core_parts(tags, *, has_end):
     """Create the core with or without an end; return the parallel materials."""
-    tags = tags or TagAllocator()
     return core_materials(COLUMN, tags) if has_end else (lasting_core_material(COLUMN, tags),)
 
 
-def sum_of_stresses_pa(materials: tuple[int, ...], path: list[float]) -> list[float]:
+def sum_of_stresses_pa(materials, path):
     columns = [stresses_pa(material, path) for material in materials]
     return [sum(stresses) for stresses in zip(*columns, strict=True)]
 
 
 @pytest.mark.parametrize("has_end", [True, False])
-def test_a_crushed_core_keeps_a_fifth_of_its_strength(has_end: bool) -> None:
+def test_a_crushed_core_keeps_a_fifth_of_its_strength(has_end):
     core = core_concrete(COLUMN)
     end = core.ultimate_strain
     with domain():
-        parts = core_parts(has_end=has_end)
+        parts = core_parts(TagAllocator(), has_end=has_end)
         before, after, again = sum_of_stresses_pa(parts, [-0.99 * end, -1.3 * end, -1.5 * end])
     assert before == pytest.approx(-float(core.stress_pa(0.99 * end)), rel=0.01)
     expected = 0.2 * core.peak_pa if has_end else float(core.stress_pa(end))
@@ -72,7 +67,7 @@ def test_a_crushed_core_keeps_a_fifth_of_its_strength(has_end: bool) -> None:
     assert -again == pytest.approx(expected, rel=1e-3)
 
 
-def test_two_parts_of_a_core_equal_the_whole_before_crushing() -> None:
+def test_two_parts_of_a_core_equal_the_whole_before_crushing():
     path = [-0.001, -0.004, -0.002, -0.008, 0.001, -0.005]
     with domain():
         tags = TagAllocator()
@@ -91,35 +86,30 @@ def test_two_parts_of_a_core_equal_the_whole_before_crushing() -> None:
         ([-1.1 * core_concrete(COLUMN).ultimate_strain, 0.01], True),  # buckled: hoops are gone
     ],
 )
-def test_a_bar_breaks_in_tension_and_buckles_when_the_core_crushes(
-    path: list[float], is_broken: bool
-) -> None:
+def test_a_bar_breaks_in_tension_and_buckles_when_the_core_crushes(path, is_broken):
     with domain():
         stress = stresses_pa(bar_material(COLUMN, TagAllocator(), has_end=True), path)[-1]
     assert (abs(stress) < 1e-3 * 469e6) is is_broken
 
 
 @pytest.mark.parametrize("bridge", ["osb1", "osb1_fixed"])
-def test_a_bent_loses_strength_soon_after_its_displacement_capacity(bridge: str) -> None:
+def test_a_bent_loses_strength_soon_after_its_displacement_capacity(bridge):
     capacity_m = bent_capacity(load_bridge(bridge), 0).capacity_m
     # fine enough that the two parts of a core that ends have nearly the same mesh
     fibers = (12, 32, 3)
-    with_end = push(bridge, 2 * capacity_m, ModelOptions(column_fibers=fibers))
-    without = push(bridge, 2 * capacity_m, ModelOptions(column_fibers=fibers, fiber_end="none"))
+    with_end = push(bridge, 2 * capacity_m, column_fibers=fibers)
+    without = push(bridge, 2 * capacity_m, column_fibers=fibers, fiber_end="none")
     assert with_end.is_complete
     before = with_end.disp_m < capacity_m
-    np.testing.assert_allclose(
-        with_end.force_n[before],
-        np.interp(with_end.disp_m[before], without.disp_m, without.force_n),
-        rtol=1e-3,
-    )
+    same = np.interp(with_end.disp_m[before], without.disp_m, without.force_n)
+    np.testing.assert_allclose(with_end.force_n[before], same, rtol=1e-3)
     later = np.interp(1.5 * capacity_m, with_end.disp_m, with_end.force_n)
     assert later < 0.9 * with_end.peak_n
     assert with_end.force_n[-1] < 0.6 * with_end.peak_n
     assert without.force_n[-1] > 0.99 * without.peak_n
 
 
-def test_drift_at_axial_failure_agrees_with_the_hand_value() -> None:
+def test_drift_at_axial_failure_agrees_with_the_hand_value():
     # Elwood and Moehle, theta 65 degrees: tan 2.1445; hoops pi/2 x 510e-6 x 469e6 x 1.549/0.127
     # = 4.58 MN; 0.04 x 5.599/(2.1445 + 6.0/(4.58 x 2.1445)) = 0.0813
     section = column_shear_section(load_bridge("osb1_fixed"), 0)
@@ -127,12 +117,12 @@ def test_drift_at_axial_failure_agrees_with_the_hand_value() -> None:
     assert axial_failure_drift(section, 9.0e6) < axial_failure_drift(section, 6.0e6)
 
 
-def test_a_push_loses_its_shear_strength_where_capacity_meets_demand() -> None:
+def test_a_push_loses_its_shear_strength_where_capacity_meets_demand():
     bridge = load_bridge("osb1_fixed")
     loss = shear_loss(bridge, 0, column_shear_section(bridge, 0))
     height_m = bridge.bents[0].clear_height_m
-    flagged = push("osb1_fixed", 0.30, ModelOptions())
-    degraded = push("osb1_fixed", 0.30, ModelOptions(shear_failure="degrade"))
+    flagged = push("osb1_fixed", 0.30)
+    degraded = push("osb1_fixed", 0.30, shear_failure="degrade")
     assert degraded.is_complete
     assert degraded.peak_n < 2 * loss.strength_n < flagged.peak_n  # of two columns
     assert degraded.disp_at_peak_m == pytest.approx(loss.failure_drift_ratio * height_m, rel=0.25)
@@ -140,30 +130,21 @@ def test_a_push_loses_its_shear_strength_where_capacity_meets_demand() -> None:
     assert degraded.force_n[-1] < 0.4 * degraded.peak_n
 
 
-def test_a_strong_motion_cannot_exceed_the_shear_strength() -> None:
+def test_a_strong_motion_cannot_exceed_the_shear_strength():
     bridge = load_bridge("osb1_fixed")
     loss = shear_loss(bridge, 0, column_shear_section(bridge, 0))
-    variant = Variant(bridge="osb1_fixed", abutment="roller", skew_deg=0, gap_mm=0, friction_pct=0)
-    excitation = Excitation(motion=strong_motion(duration_s=4.0, peak_g=1.2), scale=1.5)
-    shears_kn: dict[str, float] = {}
-    choices: tuple[Literal["flag", "degrade"], ...] = ("flag", "degrade")
-    for option in choices:
+    motion, shears_kn = strong_motion(duration_s=4.0, peak_g=1.2), {}
+    for option in ("flag", "degrade"):
         options = ModelOptions(shear_failure=option)
-        result = analyse(variant, excitation, AnalysisSettings(), options, histories=True)
+        case = variant(0, "roller", "osb1_fixed").normalised()
+        result = analysed(case, motion, options, scale=1.5)
         assert result.status in ("ok", "collapse")
-        assert result.histories is not None
-        shears_kn[option] = max(
-            float(np.abs(values).max())
-            for name, values in result.histories.items()
-            if name.endswith(("_shear_x_kn", "_shear_y_kn"))
-        )
+        ends = ("_shear_x_kn", "_shear_y_kn")
+        shears = [values for name, values in result.histories.items() if name.endswith(ends)]
+        shears_kn[option] = np.abs(shears).max()
     assert shears_kn["degrade"] <= 1.001 * loss.strength_n / 1e3 < shears_kn["flag"]
 
 
-def test_lost_shear_strength_needs_a_plastic_hinge() -> None:
+def test_lost_shear_strength_needs_a_plastic_hinge():
     with pytest.raises(InputError, match="shear_failure: degrade needs column_integration"):
-        push(
-            "osb1_fixed",
-            0.1,
-            ModelOptions(shear_failure="degrade", column_integration="lobatto5"),
-        )
+        push("osb1_fixed", 0.1, shear_failure="degrade", column_integration="lobatto5")

@@ -3,20 +3,18 @@
 import openseespy.opensees as ops
 import pytest
 
+from bridge_variants import analysed, variant
 from skewbridge.analysis import transient
-from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import bridge_names
 from skewbridge.bridge.gravity import abutment_reactions_n
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
 from strong_motion import strong_motion
 
 
 class Forces(transient.Watch):
     """Keeps the vertical forces of all bearings at rest and the largest tension."""
 
-    def __init__(self, model, settings) -> None:
+    def __init__(self, model, settings):
         super().__init__(model, settings)
         ends = model.abutments
         self.elements = [pad.element for end in ends for pad in end.bearings]
@@ -34,19 +32,16 @@ class Forces(transient.Watch):
 
 
 def strongest(monkeypatch, bridge, skew_deg, **options):
-    """Return the demands and the energy residual under a pulse of 1.6 g."""
+    """Return the demands under a pulse of 1.6 g."""
     monkeypatch.setattr(transient, "Watch", Forces)
-    variant = Variant(
-        bridge=bridge, abutment="contact_friction", skew_deg=skew_deg, gap_mm=25, friction_pct=50
-    )
-    excitation = Excitation(motion=strong_motion(peak_g=1.6))
-    settings = AnalysisSettings(duration_s=4.0)
-    return transient.analyse(variant, excitation, settings, ModelOptions(**options)).whole_history
+    case = variant(skew_deg, bridge=bridge, gap_mm=25)
+    motion = strong_motion(peak_g=1.6)
+    return analysed(case, motion, ModelOptions(**options), duration_s=4.0).whole_history
 
 
 @pytest.mark.parametrize("skew_deg", [0, 60])
 @pytest.mark.parametrize("bridge", bridge_names())
-def test_no_pad_pulls_at_the_deck(monkeypatch, bridge, skew_deg) -> None:
+def test_no_pad_pulls_at_the_deck(monkeypatch, bridge, skew_deg):
     found = strongest(monkeypatch, bridge, skew_deg)
     # a skewed bearing line holds the deck against torsion and carries more than a straight one
     assert 0.95 < -Forces.at_rest_n / Forces.dead_n < 1.25
@@ -55,7 +50,7 @@ def test_no_pad_pulls_at_the_deck(monkeypatch, bridge, skew_deg) -> None:
 
 
 @pytest.mark.parametrize("pads", ["two", "each"])
-def test_a_deck_that_lifts_opens_its_bearings(monkeypatch, pads) -> None:
+def test_a_deck_that_lifts_opens_its_bearings(monkeypatch, pads):
     """Bridge A at skew 60 would need 2 MN of tension; OSB1 stays on its pads."""
     assert strongest(monkeypatch, "bridge_a", 60, pads=pads)["bearing_uplift_m"] > 0.01
     assert Forces.tension_n < 1.0e3

@@ -1,49 +1,35 @@
 """A small study that runs until its effects are decided: killed, resumed, given more time."""
 
 import json
-import signal
-import subprocess
-from pathlib import Path
 
 import pandas as pd
-import psutil
 import pytest
 
-from small_study import command, copy_sources, journal_keys, planned_jobs, run, wait_for
+from small_study import copy_sources, journal_keys, killed_after_one_analysis, planned_jobs, run
 
 TARGETS = ("results/fragility/effects.parquet", "results/rounds.parquet")
 DESIGN = "design: {until: decided, first: 6, step: 2, most: 10, hours: 2}"
 OVER = f"{{results: results, analysis: {{duration_s: 2.0}}, {DESIGN}}}"
 
 
-def plans(tree: Path) -> list[dict]:
+def plans(tree):
     found = [json.loads(path.read_text()) for path in (tree / "results/rounds").glob("*.json")]
     return sorted(found, key=lambda plan: plan["round"])
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def study(tmp_path_factory):
     """A finished study whose first run was killed in its first round."""
     tree = copy_sources(tmp_path_factory.mktemp("rounds") / "tree")
     (tree / "over.yaml").write_text(OVER)
     configuration = ("--configfile", "config/smoke.yaml", "over.yaml")
-    process = subprocess.Popen(
-        command(*configuration, "--", *TARGETS),
-        cwd=tree,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    assert wait_for(lambda: (tree / "results/journal").exists() and journal_keys(tree), 300)
-    family = psutil.Process(process.pid).children(recursive=True)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    assert wait_for(lambda: not any(p.is_running() and p.status() != "zombie" for p in family), 60)
+    killed_after_one_analysis(tree, *configuration, "--", *TARGETS)
     done = run(tree, "--", *TARGETS, over=OVER)
     (tree / "said.log").write_text(done.stdout + done.stderr)
     return tree
 
 
-def test_every_round_has_a_plan_a_line_and_its_demands(study: Path) -> None:
+def test_every_round_has_a_plan_a_line_and_its_demands(study):
     said = (study / "said.log").read_text()
     found = plans(study)
     assert [plan["round"] for plan in found] == list(range(1, len(found) + 1))
@@ -56,14 +42,18 @@ def test_every_round_has_a_plan_a_line_and_its_demands(study: Path) -> None:
         assert sorted(path.stem for path in folder.iterdir()) == sorted(changed)
 
 
-def test_a_killed_study_in_rounds_repeats_no_analysis(study: Path) -> None:
+def test_a_killed_study_in_rounds_repeats_no_analysis(study):
     keys = journal_keys(study)
     demands = pd.read_parquet(study / "results/demands.parquet")
     assert len(keys) == len(set(keys)) == len(demands) == sum(p["analyses"] for p in plans(study))
     assert demands.equals(demands.sort_values(["variant", "motion_id"], ignore_index=True))
+    assert planned_jobs(study, OVER, *TARGETS) == set()
+    plain = planned_jobs(study, "{results: plain}")
+    assert "analyse" in plain
+    assert not {name for name in plain if "round" in name}
 
 
-def test_tables_have_the_verdicts_of_the_rounds(study: Path) -> None:
+def test_tables_have_the_verdicts_of_the_rounds(study):
     rounds = pd.read_parquet(study / "results/rounds.parquet")
     last = rounds[rounds["round"] == rounds["round"].max()]
     effects = pd.read_parquet(study / "results/fragility/effects.parquet")
@@ -75,16 +65,7 @@ def test_tables_have_the_verdicts_of_the_rounds(study: Path) -> None:
     assert json.loads((study / "results/checks.json").read_text())["passed"]
 
 
-def test_a_finished_study_in_rounds_does_nothing_and_plain_ones_have_no_rounds(
-    study: Path,
-) -> None:
-    assert planned_jobs(study, OVER, *TARGETS) == set()
-    plain = planned_jobs(study, "{results: plain}")
-    assert "analyse" in plain
-    assert not {name for name in plain if "round" in name}
-
-
-def test_more_time_lets_a_study_go_on(study: Path) -> None:
+def test_more_time_lets_a_study_go_on(study):
     """The last plan is replaced by one that ended for lack of time; a dry run deletes nothing."""
     last = study / f"results/rounds/round{len(plans(study))}.json"
     plan = json.loads(last.read_text()) | {"ended": "hours"}
