@@ -132,18 +132,6 @@ def test_force_on_the_body_opposes_penetration_and_slip():
     assert (fx, fy) == pytest.approx((-0.6 * 0.2 * fz, -0.8 * 0.2 * fz), rel=2e-3)
 
 
-@pytest.mark.parametrize("scheme", ["vector", "componentwise", "elastic"])
-def test_snapshot_brings_the_tracked_state_back(scheme):
-    contacts = sliding_mass(3, 3, (0.0, 0.0, 1.0), (0.6, 0.8, 0.0), scheme=scheme)
-    advance(contacts, 20)
-    saved = contacts.snapshot()
-    before = (contacts.state(0), contacts.ledger())
-    advance(contacts, 20)
-    assert contacts.state(0) != before[0]
-    contacts.restore(saved)
-    assert (contacts.state(0), contacts.ledger()) == before
-
-
 def test_opening_and_closing_are_counted_and_reported():
     contacts = sliding_mass(2, 2, (0.0, 1.0), (0.0, 0.5))
     changes = expected_changes = 0

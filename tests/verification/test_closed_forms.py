@@ -15,8 +15,12 @@ from math import degrees
 import numpy as np
 import pytest
 
-from skewbridge.contact.drives import kelvin_voigt_drive, power_law_drive
-from skewbridge.contact.restitution import kelvin_voigt_damping_ratio, kelvin_voigt_restitution
+from skewbridge.contact.drives import (
+    kelvin_voigt_damping_ratio,
+    kelvin_voigt_drive,
+    kelvin_voigt_restitution,
+    power_law_drive,
+)
 from skewbridge.errors import InputError
 from skewbridge.verification.references.blocks import (
     TABLE_G_MPS2,

@@ -13,10 +13,9 @@ kinetic energy: the energy that the integrator dissipates. No work is computed a
 others, so the residual checks the equilibrium of the model.
 """
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from itertools import pairwise
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import openseespy.opensees as ops
@@ -36,12 +35,8 @@ _SINKS: Final = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _EndState:
-    """Energies of the first or the last state: kinetic, gravity, and of linear elements.
-
-    ``elastic`` holds end forces and displacements by element.
-    """
+class _EndState(NamedTuple):
+    """Energies of the first or last state; end forces and displacements of linear elements."""
 
     kinetic_j: float
     gravity_j: float
@@ -67,7 +62,8 @@ class EnergyBalance:
         self._model, self._monitor, self._ground = model, monitor, ground_accel_mps2
         self._mass_factor, self._stiffness_factor = rayleigh
         self._integrator = integrator
-        self._masses = masses_by_node(monitor.nodes)
+        masses = {node: np.array(ops.nodeMass(node), dtype=np.float64) for node in monitor.nodes}
+        self._masses = {node: mass for node, mass in masses.items() if mass.any()}
         damped = {node for element in model.damping_elements for node in ops.eleNodes(element)}
         self._damped = tuple(node for node in self._masses if node in damped)
         self._columns = groups["columns"]
@@ -96,7 +92,8 @@ class EnergyBalance:
         """Return the balance so far, in kJ, with ``residual`` and ``largest_input``."""
         end, extra = self._end_state(), self._monitor.extra
         trace = self._monitor.trace()
-        input_j = np.cumsum(self._inputs(trace))
+        moving = sum(mass[:2] * trace.position(node)[:, :2] for node, mass in self._masses.items())
+        input_j = np.cumsum(-_steps(self._ground(trace.time_s), np.asarray(moving)))
         works = {
             "input": input_j[-1] if len(input_j) else 0.0,
             "gravity": end.gravity_j - self._start.gravity_j,
@@ -119,12 +116,6 @@ class EnergyBalance:
         works["residual"] = works["input"] + works["gravity"] - sum(works[name] for name in _SINKS)
         works["largest_input"] = np.abs(input_j).max(initial=0.0)
         return {name: float(value) / KJ for name, value in works.items()}
-
-    def _inputs(self, trace: ResponseTrace) -> Matrix:
-        """Return the work of the ground in each step, shape (n - 1,)."""
-        ground = self._ground(trace.time_s)
-        force = sum(mass[:2] * trace.position(node)[:, :2] for node, mass in self._masses.items())
-        return -_steps(ground, np.asarray(force))
 
     def _damping(self, trace: ResponseTrace, forces: Mapping[int, Matrix]) -> float:
         """Return the work of Rayleigh damping: on masses, in the columns and in the deck.
@@ -212,7 +203,7 @@ class EnergyBalance:
             for elements in self._elastic.values()
             for element in elements
         }
-        return _EndState(kinetic_j=kinetic, gravity_j=gravity, elastic=elastic)
+        return _EndState(kinetic, gravity, elastic)
 
     def _elastic_work(self, group: str, end: _EndState) -> float:
         """Return the work on a group of linear elements from its first and last state."""
@@ -265,12 +256,6 @@ def _steps(force: Matrix, moved: Matrix) -> Matrix:
 
 def _work(force: Matrix, moved: Matrix) -> float:
     return float(_steps(force, moved).sum())
-
-
-def masses_by_node(nodes: Iterable[int]) -> dict[int, Matrix]:
-    """Return the six masses (kg, kg m2) of each node that has any."""
-    masses = {node: np.array(ops.nodeMass(node), dtype=np.float64) for node in nodes}
-    return {node: mass for node, mass in masses.items() if mass.any()}
 
 
 def elastic_stiffness(element: int) -> Matrix:

@@ -24,16 +24,6 @@ DISP: Final = 6  # components of a node
 STEP_ROUNDING: Final = 1.0e-6  # rounding of a time that is a sum of steps, over the step
 
 
-def moved_with(node: Series, arm_m: tuple[float, float, float]) -> Series:
-    """Return the displacements of a point that moves rigidly with a node, both (n, 6).
-
-    Rotations are small, as in a rigid link.
-    """
-    moved = node.copy()
-    moved[:, :3] += np.cross(node[:, 3:], arm_m)
-    return moved
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResponseTrace:
     """All records of an analysis, n rows each; row 0 is the state under gravity.
@@ -81,10 +71,14 @@ class ResponseTrace:
         )
 
     def position(self, place: int | Point) -> Series:
-        """Displacements and rotations of a node or point since before gravity, shape (n, 6)."""
+        """Displacements and rotations of a node or point since before gravity, shape (n, 6).
+
+        A point moves rigidly with its node, by small rotations.
+        """
         if isinstance(place, Point):
             if place not in self._points:
-                self._points[place] = moved_with(self.position(place.node), place.arm_m)
+                self._points[place] = moved = self.position(place.node).copy()
+                moved[:, :3] += np.cross(moved[:, 3:], place.arm_m)
             return self._points[place]
         fixed = self.nodes.get(place)
         return np.zeros((len(self.time_s), DISP)) if fixed is None else fixed

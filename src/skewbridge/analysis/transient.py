@@ -19,7 +19,7 @@ from skewbridge.analysis.peaks import ModelEnd, demands, model_end
 from skewbridge.analysis.recovery import LADDER, Effort
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
-from skewbridge.analysis.trace import Monitor, ResponseTrace, Series, at_regular_steps
+from skewbridge.analysis.trace import Monitor, at_regular_steps
 from skewbridge.bridge.geometry import ContactLayout, contact_layout
 from skewbridge.bridge.handles import BridgeModel, ColumnHandle, PlanVector, Point
 from skewbridge.bridge.model import build, domain
@@ -171,6 +171,11 @@ class _History:
                 messages.append(f"residual drift is that of the last step: {rest.reason}")
             else:
                 found[_RESIDUAL] = max(rest.drifts, default=0.0)
+        histories = None
+        if self._histories:
+            steps = at_regular_steps(trace.time_s, self._settings.dt_s)
+            histories = histories_of(self._model, trace.at(steps), ground[steps])
+        is_houbolt = self._settings.integrator_command[0] == "Houbolt"
         return AnalysisResult(
             status=ending.status,
             collapse_criterion=ending.collapse_criterion,
@@ -181,20 +186,16 @@ class _History:
             loosened_ratio=self._loosened_ratio(effort),
             substeps=effort.substeps,
             failed_attempts=effort.failed_attempts,
-            houbolt_failures=effort.failed_attempts if self._is_houbolt else 0,
+            houbolt_failures=effort.failed_attempts if is_houbolt else 0,
             iterations=effort.iterations,
             demands=found,
             whole_history=whole,
             model_end=end,
             energy_kj=energy,
-            histories=self._uniform_histories(trace, ground) if self._histories else None,
+            histories=histories,
             contact_layout=contact_layout(self._model) if self._histories else None,
             messages=tuple(messages),
         )
-
-    def _uniform_histories(self, trace: ResponseTrace, ground: Series) -> dict[str, Series]:
-        rows = at_regular_steps(trace.time_s, self._settings.dt_s)
-        return histories_of(self._model, trace.at(rows), ground[rows])
 
     def _read(self) -> Ending | None:
         """Compare the state after a step with the limits."""
@@ -206,10 +207,6 @@ class _History:
             return Ending(status="numerical_failure", message=message)
         criterion = self._watch.collapsed()
         return Ending(status="collapse", collapse_criterion=criterion) if criterion else None
-
-    @property
-    def _is_houbolt(self) -> bool:
-        return self._settings.integrator_command[0] == "Houbolt"
 
     def _loosened_ratio(self, effort: Effort) -> float:
         """Return the share of the steps that met only a looser convergence test."""
@@ -254,7 +251,10 @@ class Watch:
         Call it once after each step, before `collapsed`: a diverged solution does not prove
         collapse.
         """
-        drift, disp_m = self._largest_drift(), hypot(*self._deck.disp_m())
+        drift, disp_m = 0.0, hypot(*self._deck.disp_m())
+        for column in self._columns:
+            if not (ratio := column.drift_ratio()) <= drift:  # NaN counts
+                drift = ratio
         step_drift, step_disp_m = drift - self._drift_ratio, disp_m - self._disp_m
         self._drift_ratio, self._disp_m = drift, disp_m
         # Negated comparisons, so that NaN is caught.
@@ -278,14 +278,6 @@ class Watch:
         if self._disp_m > self._settings.collapse_deck_disp_m:
             return "deck_disp_m"
         return ""
-
-    def _largest_drift(self) -> float:
-        largest = 0.0
-        for column in self._columns:
-            drift = column.drift_ratio()
-            if not drift <= largest:
-                largest = drift
-        return largest
 
 
 class _Moved:
@@ -378,7 +370,8 @@ def drifts_at_rest(
         if not moved:
             return Rest(drifts=nothing, steps=step, reason="a step of the release did not converge")
         trail.append(read())
-        if step > _STEPS_STILL and _is_still(trail[-_STEPS_STILL - 1 :]):
+        last = zip(*trail[-_STEPS_STILL - 1 :], strict=True)
+        if step > _STEPS_STILL and all(max(drift) - min(drift) < STILL_DRIFT for drift in last):
             return Rest(drifts=trail[-1], steps=step)
     return Rest(drifts=nothing, steps=len(trail) - 1, reason=f"moving after {MAX_PERIODS} periods")
 
@@ -411,7 +404,3 @@ def _advance(contacts: ContactSet | None, dt_s: float) -> bool:
         dt_s -= done * part_s
         ops.domainChange()  # discard the state that a failed attempt left in the equations
     return False
-
-
-def _is_still(trail: list[tuple[float, ...]]) -> bool:
-    return all(max(drift) - min(drift) < STILL_DRIFT for drift in zip(*trail, strict=True))

@@ -1,6 +1,5 @@
 """Bents: integral cap, columns, bases and optional foundation springs."""
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import openseespy.opensees as ops
@@ -24,18 +23,14 @@ RIGID_TWIST = 100.0  # times the polar moment of the cap
 RIGID_BENDING = 1000.0  # times the second moment of area of the cap
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Bents:
-    """All columns, and the foundation springs under them."""
-
-    columns: tuple[ColumnHandle, ...]
-    foundations: tuple[int, ...]
-
-
 def build_bents(
     bridge: BridgeData, spine: Deck, options: ModelOptions, tags: TagAllocator
-) -> Bents:
-    """Create caps, columns and bases, and put their weight on the spine and cap nodes."""
+) -> tuple[tuple[ColumnHandle, ...], tuple[int, ...]]:
+    """Create caps, columns and bases, and put their weight on the spine and cap nodes.
+
+    Returns:
+        All columns, and the elements of the foundation springs under them.
+    """
     upright, level = tags.transformation(), tags.transformation()
     # a column ends at the soffit, rigidly below its joint at the deck's centroid
     below = (0.0, 0.0, -bridge.deck.centroid_above_soffit_m)
@@ -71,7 +66,7 @@ def build_bents(
             # half of its mass moves with the cap
             weight = column_weight_n(bridge, bent)
             add_weight(spine, joint, weight, weight / 2 / G_MPS2)
-    return Bents(columns=tuple(columns), foundations=tuple(foundations))
+    return tuple(columns), tuple(foundations)
 
 
 def _build_cap(

@@ -70,14 +70,14 @@ def build(variant: Variant, options: ModelOptions) -> BridgeModel:
     """
     plan = blueprint(variant, options)
     spine = build_spine(plan.bridge, options.deck_elements_per_span, plan.tags)
-    bents = build_bents(plan.bridge, spine, options, plan.tags)
+    columns, foundations = build_bents(plan.bridge, spine, options, plan.tags)
     ends = (
         build_supports("left", spine.nodes[0], plan),
         build_supports("right", spine.nodes[-1], plan),
     )
     hold_dead_load(spine.loads_n, spine.moments_nm, plan.tags)
     sides = left, right = build_joint(ends[0], plan), build_joint(ends[1], plan)
-    columns = tuple(column.element for column in bents.columns)
+    column_elements = tuple(column.element for column in columns)
     springs = {spring.element for side in sides for spring in side.springs}
     others = {element for side in sides for element in side.other_springs}
     units = plan.contacts.units if plan.contacts else ()
@@ -90,18 +90,18 @@ def build(variant: Variant, options: ModelOptions) -> BridgeModel:
         deck_masses_kg=dict(spine.masses_kg),
         dead_loads_n=dict(spine.loads_n),
         dead_moments_nm=spine.moments_nm,
-        columns=bents.columns,
+        columns=columns,
         abutments=sides,
         contacts=plan.contacts,
         energy_elements={
-            "columns": columns,
+            "columns": column_elements,
             "deck": tuple(spine.elements),
             "bearings": tuple(bearing.element for side in sides for bearing in side.bearings),
             "backfill": tuple(sorted(springs | others)),
             "contact": tuple(unit.element for unit in units),
-            "links": (*bents.foundations, *left.links, *right.links),
+            "links": (*foundations, *left.links, *right.links),
         },
-        damping_elements=(*spine.elements, *columns),
+        damping_elements=(*spine.elements, *column_elements),
         tags=plan.tags,
     )
 

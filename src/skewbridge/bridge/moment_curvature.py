@@ -11,6 +11,7 @@ from skewbridge.bridge.catalogue.data import ColumnData
 from skewbridge.bridge.materials import FloatArray, core_concrete, cover_concrete, steel_of
 
 STRIPS = 160  # across the diameter: moments change by less than 0.1 % when halved
+POINTS = 120  # of a curve, to the largest curvature that is tried
 STRAIN_TOLERANCE = 1e-10
 _ROUNDING = 4 * sys.float_info.epsilon
 
@@ -45,8 +46,11 @@ class MomentCurvature:
         return self.ultimate_curvature_per_m / self.yield_curvature_per_m
 
 
-def moment_curvature(column: ColumnData, axial_n: float, *, points: int = 120) -> MomentCurvature:
+@lru_cache(maxsize=32)
+def section_response(column: ColumnData, axial_n: float) -> MomentCurvature:
     """Return the curve of a column section under an axial force, positive in compression.
+
+    It is kept, because each column of each model needs it.
 
     Concrete follows Mander's curves (confined core, spalling cover), steel is bilinear as in the
     fiber model.
@@ -56,7 +60,7 @@ def moment_curvature(column: ColumnData, axial_n: float, *, points: int = 120) -
     """
     section = _Section(column)
     rows: list[tuple[float, float, float]] = []
-    for phi in np.geomspace(2e-5, 0.25, points) / column.diameter_m:
+    for phi in np.geomspace(2e-5, 0.25, POINTS) / column.diameter_m:
         centre = section.centre_strain(phi, axial_n)
         moment_nm = section.resultants(centre, phi)[1]
         rows.append((phi, moment_nm, column.diameter_m / 2 + centre / phi))
@@ -84,12 +88,6 @@ def moment_curvature(column: ColumnData, axial_n: float, *, points: int = 120) -
         ultimate_curvature_per_m=float(end),
         neutral_axis_depth_m=float(np.interp(knee, curvature, axis)),
     )
-
-
-@lru_cache(maxsize=32)
-def section_response(column: ColumnData, axial_n: float) -> MomentCurvature:
-    """Return the moment-curvature of a column; cached, as each column of each model needs it."""
-    return moment_curvature(column, axial_n)
 
 
 class _Section:

@@ -28,7 +28,7 @@ slip of node j relative to node i (the force of the spring; the body feels its n
 from skewbridge.contact.contact_set import ContactSet, make_step
 from skewbridge.contact.element import ContactError, Tags, TagSource
 from skewbridge.contact.law import ContactLaw
-from skewbridge.contact.state import Coupling, Drive, Scheme, Snapshot, UnitLedger, UnitState
+from skewbridge.contact.state import Coupling, Drive, Scheme, UnitLedger, UnitState
 from skewbridge.contact.unit import ContactUnit
 
 __all__ = [
@@ -39,7 +39,6 @@ __all__ = [
     "Coupling",
     "Drive",
     "Scheme",
-    "Snapshot",
     "TagSource",
     "Tags",
     "UnitLedger",

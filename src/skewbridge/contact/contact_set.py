@@ -17,16 +17,8 @@ from skewbridge.contact.element import (
     require_nodes,
 )
 from skewbridge.contact.law import ContactLaw
-from skewbridge.contact.schemes import ComponentwiseUnit, ElasticUnit
-from skewbridge.contact.state import (
-    Coupling,
-    Drive,
-    Scheme,
-    Snapshot,
-    UnitLedger,
-    UnitState,
-)
-from skewbridge.contact.unit import ContactUnit
+from skewbridge.contact.state import Coupling, Drive, Scheme, UnitLedger, UnitState
+from skewbridge.contact.unit import ComponentwiseUnit, ContactUnit, ElasticUnit
 from skewbridge.errors import InputError
 
 _UNIT_TYPES: Final[dict[str, type[ContactUnit]]] = {
@@ -301,19 +293,6 @@ class ContactSet:
             )
             for unit in self._units
         ]
-
-    def snapshot(self) -> Snapshot:
-        """Return the tracked state, for a caller that can bring its domain back to this time."""
-        return Snapshot(
-            units=[unit.snapshot() for unit in self._units], time_s=self._time_s, dt_s=self._dt_s
-        )
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot, including its bounds."""
-        self._time_s, self._dt_s = snapshot.time_s, snapshot.dt_s
-        for unit, saved in zip(self._units, snapshot.units, strict=True):
-            unit.restore(saved)
-        self._survey()
 
     @contextmanager
     def soft_tangents(self, ratio: float = 1e-9) -> Generator[None]:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 from skewbridge.errors import InputError
 
@@ -64,13 +64,11 @@ class UnitLedger(Account):
     normal_potential_j: float
 
     @property
-    def cone_violation_n(self) -> float:
-        """Largest excess, at most friction times the error of the predicted normal force."""
-        return self.max_violation_n
-
-    @property
     def cone_violation_ratio(self) -> float:
-        """Largest excess over the largest friction limit of the run."""
+        """Largest excess over the largest friction limit of the run.
+
+        The excess is at most friction times the error of the predicted normal force.
+        """
         return self.max_violation_n / self.max_limit_n if self.max_limit_n > 0.0 else 0.0
 
 
@@ -128,15 +126,6 @@ class UnitState:
     def predicted_opening_m(self) -> float:
         """Opening at the end of the coming step, linear in time."""
         return self.opening_m + self.opening_rate_mps * self.dt_s
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Snapshot:
-    """Tracked state of all units at one time; opaque to the caller."""
-
-    units: list[dict[str, Any]]
-    time_s: float
-    dt_s: float
 
 
 type DriveFunction = Callable[[UnitState, float], Mapping[str, float]]

@@ -20,7 +20,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from skewbridge.files.checking import Number
 from skewbridge.variant.abutments import ABUTMENTS
-from skewbridge.variant.axes import AXES, OPTION_AXES, Axis
+from skewbridge.variant.axes import AXES, OPTION_AXES
 from skewbridge.variant.variant import BRIDGE_PATTERN, Variant
 
 
@@ -43,20 +43,16 @@ def _different_names(values: tuple[str, ...]) -> tuple[str, ...]:
     return values
 
 
-def _values_of(axis: Axis) -> dict[str, Any]:
-    number = {"type": "integer" if axis.is_whole else "number"}
-    return {
-        "type": "array",
-        "minItems": 1,
-        "description": axis.description,
-        "items": number | {"minimum": axis.low, "maximum": axis.high},
-    }
-
-
 def _with_axes(schema: dict[str, Any]) -> None:
     """Name the limits of every axis in the JSON schema, and forbid other keys."""
     for axis in (*AXES, *OPTION_AXES):
-        schema["properties"].setdefault(axis.name, {}).update(_values_of(axis))
+        number = {"type": "integer" if axis.is_whole else "number"}
+        schema["properties"].setdefault(axis.name, {}).update(
+            type="array",
+            minItems=1,
+            description=axis.description,
+            items=number | {"minimum": axis.low, "maximum": axis.high},
+        )
     schema["additionalProperties"] = False
 
 

@@ -30,8 +30,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from skewbridge.contact import ContactSet
-from skewbridge.contact.drives import kelvin_voigt_drive
-from skewbridge.contact.restitution import kelvin_voigt_damping_ratio
+from skewbridge.contact.drives import kelvin_voigt_damping_ratio, kelvin_voigt_drive
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.files.text import writable_file
 from skewbridge.motions.read import read_motion

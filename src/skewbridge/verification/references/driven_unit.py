@@ -170,7 +170,7 @@ def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]
         "friction_work_j": path_work_j(path, forces_n),
         "closures": ledger.closures,
         "slip_work_j": ledger.slip_work_j,
-        "cone_violation_n": ledger.cone_violation_n,
+        "cone_violation_n": ledger.max_violation_n,
         "cone_violation_ratio": ledger.cone_violation_ratio,
         "out": str(out),
     }

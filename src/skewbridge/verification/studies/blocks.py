@@ -17,7 +17,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from skewbridge.contact import ContactLaw, Drive, drives
-from skewbridge.contact.restitution import hunt_crossley_damping, kelvin_voigt_damping_ratio
+from skewbridge.contact.drives import hunt_crossley_damping, kelvin_voigt_damping_ratio
 from skewbridge.verification.references import closed_forms
 from skewbridge.verification.references import driven_unit as unit
 from skewbridge.verification.references.blocks import (

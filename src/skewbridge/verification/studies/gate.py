@@ -10,8 +10,8 @@ from math import degrees, hypot, pi
 import numpy as np
 import pandas as pd
 
+from skewbridge.contact.drives import kelvin_voigt_damping_ratio, kelvin_voigt_restitution
 from skewbridge.contact.law import advance_pair
-from skewbridge.contact.restitution import kelvin_voigt_damping_ratio, kelvin_voigt_restitution
 from skewbridge.verification.references import blocks, closed_forms
 from skewbridge.verification.references import driven_unit as unit
 from skewbridge.verification.references.cases import deck_case

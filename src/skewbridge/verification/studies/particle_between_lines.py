@@ -13,8 +13,7 @@ import openseespy.opensees as ops
 from matplotlib.figure import Figure
 
 from skewbridge.contact import ContactSet, UnitLedger
-from skewbridge.contact.drives import kelvin_voigt_drive
-from skewbridge.contact.restitution import kelvin_voigt_damping_ratio
+from skewbridge.contact.drives import kelvin_voigt_damping_ratio, kelvin_voigt_drive
 from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.deck_solvers import BaseAcceleration
 from skewbridge.verification.references.lcp import LcpHistory, RigidContacts, moreau_jean
