@@ -107,6 +107,23 @@ def test_negative_skews_count_by_size_unless_the_study_has_both_signs():
     assert apart[0] == pytest.approx(np.exp(-0.45 / row["slope"]), rel=0.03)
 
 
+def test_collapsed_runs_are_right_censored():
+    """Without the collapsed runs, which are the strongest, the median would be too large."""
+    whole = synthetic_demands(**SMALL | {"motions": 60, "skews": (0, 30)})
+    fallen = whole["column_drift_ratio"] > 0.03
+    assert 0.1 < fallen.mean() < 0.3
+    cut = whole.assign(
+        status=np.where(fallen, "collapse", "ok"),
+        column_drift_ratio=np.minimum(whole["column_drift_ratio"], 0.03),
+    )
+    peak = [state for state in DRIFT if state.name == "moderate"]
+    full, censored, dropped = (joint(table, peak).iloc[0] for table in (whole, cut, whole[~fallen]))
+    assert censored["n_right_censored"] == fallen.sum()
+    assert censored["theta"] == pytest.approx(full["theta"], rel=0.05)
+    assert censored["beta"] == pytest.approx(full["beta"], rel=0.1)
+    assert dropped["theta"] > 1.1 * full["theta"]
+
+
 def test_demands_of_zero_are_left_censored_and_runs_without_a_demand_ignored():
     table = synthetic_demands(**SMALL)
     weak = table["column_drift_ratio"] < 0.006
