@@ -22,7 +22,7 @@ import pandas as pd
 from common import share_of
 from scipy import special
 
-from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.columns import Floats
 from skewbridge.fragility.demand_table import BEYOND_MODEL
 from skewbridge.fragility.effects import AT_LEAST, AT_MOST, Pairs, demand_effects, effect_table
 from skewbridge.fragility.settings import FitSettings
@@ -76,7 +76,7 @@ def simulate(
     shape = (motions, *(len(values) for values in GRID.values()))
     x = np.log(0.1) + np.log(20.0) * rng.random(motions)
     common = x + MOTION_SCATTER * rng.normal(size=motions)
-    ln_demands: dict[str, FloatArray] = {}
+    ln_demands: dict[str, Floats] = {}
     for name, scatter in RUN_SCATTER.items():
         # heavier tails than the normal distribution, with the same variance
         ln_demand = scatter * rng.standard_t(6, size=shape) / np.sqrt(1.5)

@@ -15,9 +15,9 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.effects import median_effects
 from skewbridge.fragility.fits import fit_brackets, fit_capacities, fit_cloud, fit_stripes
 from skewbridge.fragility.limit_states import LimitState
-from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.settings import FitSettings
 
 THETA, BETA = 1.0, 0.4

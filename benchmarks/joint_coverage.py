@@ -15,7 +15,7 @@ from common import share_of
 from joblib import Parallel, delayed
 
 from skewbridge.files.tables import records_of
-from skewbridge.fragility.existence import FITTED
+from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import JointModel, joint_table
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.settings import FitSettings

@@ -21,9 +21,8 @@ from common import share_of
 from effect_simulations import AXIS, BOUNDS, DRIFT, GRID, SETTINGS, limit_of, simulate
 from numpy.typing import NDArray
 
-from skewbridge.fragility.effects import UNKNOWN, Pairs, effect_row, effect_table
+from skewbridge.fragility.effects import UNKNOWN, Pairs, effect_row, effect_table, median_effects
 from skewbridge.fragility.limit_states import LimitState
-from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.motion_means import average, by_motion
 from skewbridge.fragility.sequential import at_looks, kept
 from skewbridge.fragility.verdicts import DECIDED, DEMAND, HIGHER, LOWER, NEGLIGIBLE

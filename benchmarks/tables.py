@@ -23,10 +23,9 @@ from skewbridge.demands.suspect import LIMITS
 from skewbridge.demands.tables import join_variants, write_variant
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
-from skewbridge.fragility.effects import effect_tables
+from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.paper_table import latex_table, paper_table
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves

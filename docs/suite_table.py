@@ -14,7 +14,7 @@ import pandas as pd
 
 from skewbridge.files.tables import read_frame, records_of
 from skewbridge.files.text import write_text
-from skewbridge.fragility.suites import ALL_SUITES, DEPENDS
+from skewbridge.fragility.study_tables import ALL_SUITES, DEPENDS
 from skewbridge.report.answer import change_name, effect_name
 from skewbridge.study.folder import StudyFolder
 from skewbridge.variant.random_properties import drawn_properties

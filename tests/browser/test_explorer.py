@@ -8,7 +8,7 @@ from scipy import stats
 from fragility_tables import IM
 from skewbridge.demands.completeness import is_complete
 from skewbridge.fragility.effects import run_pairs
-from skewbridge.fragility.existence import FITTED
+from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.verdicts import judged
 from skewbridge.report.fragility_figures import curve_values
 from skewbridge.report.verdict_style import change_text, interval_text, verdict_style

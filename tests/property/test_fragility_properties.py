@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from scipy import optimize, special
 
 from fragility_tables import verdict_of
-from skewbridge.fragility.existence import binomial_status
-from skewbridge.fragility.fits import fit_brackets, fit_capacities, fit_stripes
+from skewbridge.fragility.fits import binomial_status, fit_brackets, fit_capacities, fit_stripes
 from skewbridge.fragility.likelihood import NormalKernel, exceedance_kernel
 from skewbridge.fragility.lines import fit_lines
 

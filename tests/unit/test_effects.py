@@ -24,8 +24,8 @@ from skewbridge.fragility.effects import (
     INTENSITY_COLUMNS,
     effect_table,
     effect_tables,
+    median_effects,
 )
-from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.motion_means import Jackknifed, average, bounded_regression, by_motion
 from skewbridge.fragility.sequential import SPENT, at_looks, kept, levels_at, look_levels
 from skewbridge.fragility.settings import FitSettings
@@ -125,7 +125,7 @@ def test_replicates_without_one_motion_give_the_same_interval_as_values():
     without = [np.delete(values, k).mean() for k in range(5)]
     replicates = np.array([values.mean(), *without[:3], values.mean(), *without[3:]])
     present = np.array([True, True, True, False, True, True])  # the fourth motion has no value
-    mean = Jackknifed.of(replicates, present)
+    mean = Jackknifed.of(replicates, present, present, 1)
     assert mean.interval(0.95) == pytest.approx(stats.t.interval(0.95, 4, 0.34, stats.sem(values)))
 
 

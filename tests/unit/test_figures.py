@@ -16,9 +16,8 @@ from fragility_tables import IM, synthetic_demands
 from skewbridge.cli import build_app
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility.curves import fit_study
-from skewbridge.fragility.effects import effect_tables
+from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.limit_states import limit_states_of
-from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.report import axis_layout

@@ -22,12 +22,12 @@ from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
 from skewbridge.errors import InputError
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
 from skewbridge.fragility.demand_table import prepared, read_foreign, spread
+from skewbridge.fragility.effects import median_effects
 from skewbridge.fragility.exports import export_curves
 from skewbridge.fragility.fit_data import FitOptions, fit_file
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import LimitState, demand_unit, limit_states_of
 from skewbridge.fragility.measures import rank_measures
-from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.outcomes import demand_outcomes
 from skewbridge.fragility.study_tables import (
     DESCRIPTIONS,

@@ -7,7 +7,7 @@ from scipy import optimize, stats
 
 from fragility_tables import IM, SETTINGS, STATES, ready, states_of, synthetic_demands
 from skewbridge.errors import InputError
-from skewbridge.fragility import existence, lines
+from skewbridge.fragility import fits, lines
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.exports import annual_frequency
 from skewbridge.fragility.fits import (
@@ -19,7 +19,7 @@ from skewbridge.fragility.fits import (
 )
 from skewbridge.fragility.likelihood import (
     NormalKernel,
-    chi_square_drop,
+    drop_of,
     exceedance_kernel,
     maximise,
     profile_ends,
@@ -65,10 +65,10 @@ def test_separated_data_have_firth_estimates_and_bounds_of_the_likelihood():
     assert fit.details["firth"] == pytest.approx({"theta": 0.53463, "beta": 0.19540}, abs=1e-5)
     assert fit.details["theta_interval"] == pytest.approx([0.5, 0.5])
     # with two levels the fit is saturated: the penalised counts are (k + c)/(n + 2c) at both
-    a0, a1 = existence.firth(np.log([0.3, 0.6]), np.array([10.0, 10]), np.array([0.0, 10]))
+    a0, a1 = fits.firth(np.log([0.3, 0.6]), np.array([10.0, 10]), np.array([0.0, 10]))
     assert (np.exp(-a0 / a1), 1 / a1) == pytest.approx((0.424264, 0.188502), abs=1e-5)
     x, n = np.array([-0.37, -0.31, -0.16, 0.08, 0.14, 0.36]), np.full(6, 1000.0)
-    a0, a1 = existence.firth(x, n, np.where(x > 0.0, n, 0.0))
+    a0, a1 = fits.firth(x, n, np.where(x > 0.0, n, 0.0))
     assert -0.16 < -a0 / a1 < 0.08
     assert 0.0 < a1 < 100.0
     im = np.array([0.2, 0.3, 0.5, 0.7, 0.9])
@@ -105,7 +105,7 @@ def test_ends_of_the_profile_have_its_drop_also_where_theta_is_far_away():
         best = maximise(kernel, np.array([[0.0, 1.0]]))
         if not best.converged[0] or best.params[0, 1] < 0.05:
             continue
-        drop = chi_square_drop(0.95)
+        drop = drop_of(0.95)
         ends = profile_ends(kernel, best, drop, np.array([[1.0, 0.0]]))
         far += 5.0 < ends[0][1] < np.inf
         for end in ends[0]:
@@ -146,7 +146,7 @@ def test_ends_of_the_profile_of_a_state_are_those_of_a_direct_search():
         np.where(passed > 0, ln_im, np.inf),
         upper_covariates=eye[np.maximum(passed - 1, 0)],
     )
-    best, drop = maximise(kernel, np.array([[1.0, -0.5, -0.7, 1.0]])), chi_square_drop(0.95)
+    best, drop = maximise(kernel, np.array([[1.0, -0.5, -0.7, 1.0]])), drop_of(0.95)
     ends = profile_ends(kernel, best, drop, np.eye(4)[:-1], slope=3)
     assert np.sum(np.isfinite(ends[:-1])) >= 5
     for state, own in enumerate(ends[:-1]):
@@ -201,7 +201,7 @@ def test_distance_from_a_normal_sample_is_that_of_either_side(sign):
 
 @pytest.mark.parametrize(("k", "n"), [(1, 20), (7, 20), (19, 20), (2, 3)])
 def test_limits_of_a_proportion_are_those_of_the_exact_binomial_test(k, n):
-    low, high = existence.clopper_pearson(np.array([float(k)]), np.array([float(n)]), 0.9)
+    low, high = fits.clopper_pearson(np.array([float(k)]), np.array([float(n)]), 0.9)
     expected = stats.binomtest(k, n).proportion_ci(0.9, method="exact")
     assert (low[0], high[0]) == pytest.approx((expected.low, expected.high))
 

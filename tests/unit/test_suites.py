@@ -11,8 +11,7 @@ from motions_files import index_of, make_pairs
 from skewbridge.errors import InputError
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.settings import DEFAULTS
-from skewbridge.fragility.study_tables import fragility_tables
-from skewbridge.fragility.suites import ALL_SUITES, DEPENDS, NO_DIFFERENCE
+from skewbridge.fragility.study_tables import ALL_SUITES, DEPENDS, NO_DIFFERENCE, fragility_tables
 from skewbridge.motions.folder import list_motions
 from skewbridge.motions.suite import (
     prepare_suites,
@@ -137,7 +136,7 @@ def test_a_difference_between_suites_is_found_with_its_interval() -> None:
 
 
 def test_the_verdict_is_wrong_as_often_as_chance_gives() -> None:
-    from skewbridge.fragility.suites import _compared
+    from skewbridge.fragility.study_tables import _compared
 
     rng = np.random.default_rng(1)
 

@@ -9,9 +9,9 @@ from scipy import optimize, special, stats
 
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
+from skewbridge.fragility.effects import median_effects
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import load_limit_states, with_column_failure
-from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves
 

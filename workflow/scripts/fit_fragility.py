@@ -6,7 +6,7 @@ if __name__ == "__main__":
     with script_session(snakemake) as job:
         from skewbridge.files.tables import read_frame
         from skewbridge.fragility.limit_states import load_limit_states
-        from skewbridge.fragility.study_tables import fragility_tables, write_tables
+        from skewbridge.fragility.study_tables import fragility_tables, valid_tables, write_tables
         from skewbridge.report.checks import read_tables, write_checks
 
         study, paths = job.study, {**job.inputs, **job.outputs}
@@ -14,8 +14,6 @@ if __name__ == "__main__":
         states = load_limit_states(paths["limit_states"])
         tables = fragility_tables(demands, states, study.fragility, suite, jobs=snakemake.threads)
         if "rounds" in paths:
-            from skewbridge.fragility.sequential import valid_tables
-
             rounds = read_frame(paths["rounds"])
             tables = valid_tables(tables, demands, rounds, study.design.looks, study.fragility)
         write_tables(tables, paths["curves"].parent)

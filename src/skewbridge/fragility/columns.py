@@ -9,10 +9,15 @@ from numpy.typing import ArrayLike, NDArray
 from skewbridge.errors import InputError
 from skewbridge.files.text import shortened
 
-type FloatArray = NDArray[np.float64]
+type Floats = NDArray[np.float64]
+type Mask = NDArray[np.bool_]
+#: Numbers of rows, motions or variants.
+type Index = NDArray[np.intp]
+#: A row of a table by column.
+type Row = dict[str, Any]
 
 
-def as_column(values: ArrayLike, name: str) -> FloatArray:
+def as_column(values: ArrayLike, name: str) -> Floats:
     """Return a list of numbers as a column, None as NaN; an `InputError` names row and column."""
     if isinstance(values, np.ndarray) and values.dtype.kind in "fiub":
         return values.astype(np.float64)
@@ -29,9 +34,7 @@ def as_column(values: ArrayLike, name: str) -> FloatArray:
     return out
 
 
-def require(
-    good: NDArray[np.bool_], name: str, rule: str, values: FloatArray | None = None
-) -> None:
+def require(good: Mask, name: str, rule: str, values: Floats | None = None) -> None:
     """Check a rule for a column; the `InputError` names the rows that break it, and a value."""
     if np.all(good):
         return
@@ -42,20 +45,18 @@ def require(
     raise InputError(text, row=bad[0], rows=bad, column=name)
 
 
-def positive(values: ArrayLike, name: str) -> FloatArray:
+def positive(values: ArrayLike, name: str) -> Floats:
     """Return a column of positive and finite values; an `InputError` names the rows of others."""
     column = as_column(values, name)
     require(np.isfinite(column) & (column > 0.0), name, "must be > 0 and finite", column)
     return column
 
 
-def same_length(**columns: Sized) -> int:
-    """Return the common length of columns; an `InputError` if they differ or have no rows."""
+def same_length(**columns: Sized) -> None:
+    """Check that columns have the same length and rows; an `InputError` names their lengths."""
     lengths = {name: len(column) for name, column in columns.items()}
     if len(set(lengths.values())) != 1:
         text = ", ".join(f"{name} has {size}" for name, size in lengths.items())
         raise InputError(f"columns differ in length: {text}", row=min(lengths.values()))
-    size = min(lengths.values())
-    if size == 0:
+    if not min(lengths.values()):
         raise InputError(f"no rows in {', '.join(lengths)}", row=0)
-    return size

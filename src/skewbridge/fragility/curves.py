@@ -5,7 +5,7 @@ All states of one demand share one line (method ``cloud``) or one dispersion (``
 Hausman (1978), Econometrica 46(6):1251-1271, with the variance of the jackknife by motion.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from math import inf, nan
@@ -13,26 +13,14 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from skewbridge.demands.columns import label_of
-from skewbridge.errors import InputError
-from skewbridge.fragility import demand_table, existence, motion_means
-from skewbridge.fragility.columns import FloatArray
-from skewbridge.fragility.existence import FITTED
-from skewbridge.fragility.fits import (
-    ALL_CENSORED,
-    FragilityFit,
-    brackets_of_runs,
-    common_warnings,
-    estimated,
-    fit_brackets,
-    fit_cloud_states,
-    fit_stripes,
-    jackknifed,
-)
-from skewbridge.fragility.likelihood import NormalKernel, chi_square_drop, maximise, profile_ends
-from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState
+from skewbridge.fragility import demand_table, motion_means
+from skewbridge.fragility import fits as fitting
+from skewbridge.fragility.columns import Floats, Index, Mask, Row
+from skewbridge.fragility.fits import FITTED, FragilityFit
+from skewbridge.fragility.likelihood import NormalKernel, drop_of, maximise
+from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
 from skewbridge.fragility.lines import FLATTEST_SLOPE, Lines
 from skewbridge.fragility.outcomes import (
     TREATMENTS,
@@ -97,12 +85,11 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
     "n_missing": "completed runs without the demand",
     "n_collapse": "collapsed runs",
     "n_beyond_model": "runs in which a column failed",
-    "theta_exclude": "median with unknown outcomes left out",
-    "beta_exclude": "dispersion with unknown outcomes left out",
-    "theta_all_exceed": "median if all unknown outcomes exceed",
-    "beta_all_exceed": "dispersion if all unknown outcomes exceed",
-    "theta_none_exceed": "median if no unknown outcome exceeds",
-    "beta_none_exceed": "dispersion if no unknown outcome exceeds",
+    **{
+        f"{name}_{treatment}": f"{text} {meaning}"
+        for treatment, meaning in TREATMENTS.items()
+        for name, text in (("theta", "median"), ("beta", "dispersion"))
+    },
     "theta_bracket_low": "bracket of theta of separated data, lower end",
     "theta_bracket_high": "bracket of theta of separated data, upper end",
     "theta_bound_low": "one-sided lower bound of theta without an estimate",
@@ -135,27 +122,15 @@ def described_as_curves(names: str) -> dict[str, str]:
 
 
 def fit_study(
-    demands: pd.DataFrame,
-    limit_states: Sequence[LimitState],
-    settings: FitSettings = DEFAULTS,
-    *,
-    jobs: int = 1,
+    demands: pd.DataFrame, limit_states: States, settings: FitSettings = DEFAULTS, *, jobs: int = 1
 ) -> pd.DataFrame:
     """Fit every variant and limit state of a demands table.
 
-    Methods: ``cloud`` (log-log line; Tobit with censored demands), ``exceedance`` (probit on
-    exceeded or not) and, where motions ran at several levels, ``ida_interval``.
-
-    Returns:
-        One row per (variant, component, limit state, method) with the columns `CURVE_COLUMNS`.
-        Unless ``status`` is ``ok``, theta and beta are NaN: nothing is extrapolated to a state that
-        no run, or every run, exceeds.
-
-    Raises:
-        InputError: There are no limit states.
+    The table has `CURVE_COLUMNS` and a row per variant, limit state and method: ``cloud`` (log-log
+    line; Tobit with censored demands), ``exceedance`` (probit on exceeded or not) and, where
+    motions ran at several levels, ``ida_interval``. Unless ``status`` is ``ok``, theta and beta are
+    NaN: nothing is extrapolated to a state that no run, or every run, exceeds.
     """
-    if not limit_states:
-        raise InputError("no limit states to fit")
     rows_of = partial(_variant_rows, states=limit_states, settings=settings)
     columns = [settings.im, *(state.demand for state in limit_states)]
     rows = demand_table.spread(rows_of, demand_table.variants_of(demands, columns), jobs)
@@ -164,9 +139,7 @@ def fit_study(
     return table[[name for name in names if name in table]]
 
 
-def _variant_rows(
-    part: pd.DataFrame, *, states: Sequence[LimitState], settings: FitSettings
-) -> list[dict[str, Any]]:
+def _variant_rows(part: pd.DataFrame, *, states: States, settings: FitSettings) -> list[Row]:
     """Return the rows of one variant."""
     return [
         demand_table.variant_values(part) | row
@@ -175,12 +148,16 @@ def _variant_rows(
     ]
 
 
+#: Median and dispersion by treatment of unknown outcomes.
+type _Bounds = dict[str, tuple[float, float]]
+
+
 class _StateFits(NamedTuple):
     """Fits of the J states of one demand, of all runs and without each motion; NaN where none."""
 
     fits: list[FragilityFit]  # of all runs
-    ln_theta: FloatArray  # shape (J, 1 + M)
-    beta: FloatArray  # common dispersion, shape (1 + M,)
+    ln_theta: Floats  # shape (J, 1 + M)
+    beta: Floats  # common dispersion, shape (1 + M,)
 
     def median(self, j: int) -> tuple[float, float]:
         """Return theta and beta of state j."""
@@ -190,9 +167,7 @@ class _StateFits(NamedTuple):
 class _DemandFits:
     """The fits of one variant for all states of one demand."""
 
-    def __init__(
-        self, part: pd.DataFrame, states: Sequence[LimitState], settings: FitSettings
-    ) -> None:
+    def __init__(self, part: pd.DataFrame, states: States, settings: FitSettings) -> None:
         self._part, self._states, self._settings = part, states, settings
         self._im = part[settings.im].to_numpy(dtype=np.float64)
         self._ln_im, self._motion = np.log(self._im), demand_table.motion_codes(part)
@@ -200,7 +175,7 @@ class _DemandFits:
         self._motions = int(np.max(self._motion)) + 1
         self._outcomes = demand_outcomes(part, states)
 
-    def rows(self) -> list[dict[str, Any]]:
+    def rows(self) -> list[Row]:
         """Return the rows of the table of curves, without the description of the variant."""
         outcomes, states = self._outcomes, self._states
         missing = outcomes.complete & np.isnan(outcomes.lower)
@@ -211,14 +186,14 @@ class _DemandFits:
             "n_missing": int(np.sum(missing)),
         }
         if np.any(missing) and np.all(missing[outcomes.complete]):
-            blank = FragilityFit(method="", status=existence.NOT_APPLICABLE)
+            blank = FragilityFit(method="", status=fitting.NOT_APPLICABLE)
             return [self._row(m, state, blank, counts) for state in states for m in METHODS[:2]]
         lines = outcomes.lines(self._ln_im, self._weights)
         found = {"cloud": self._clouds(lines), "exceedance": self._exceedance(outcomes)}
         bounds = self._bounds(found)
         if (brackets := self._brackets()) is not None:
             found["ida_interval"] = brackets
-        rows: list[dict[str, Any]] = []
+        rows: list[Row] = []
         for j, state in enumerate(states):
             known = counts | outcomes.counts(state)
             fits = {method: each.fits[j] for method, each in found.items()}
@@ -230,9 +205,10 @@ class _DemandFits:
             compared = _compared(fits, difference, known)
             for method, fit in fits.items():
                 row = self._row(method, state, fit, known) | compared.get(method, {})
+                row |= _total_dispersion(fit, state, found[method].beta, lines.b)
                 for name, (theta, beta) in bounds[method][j].items() if method in bounds else ():
                     row |= {f"theta_{name}": theta, f"beta_{name}": beta}
-                rows.append(row | _total_dispersion(fit, state, found[method].beta, lines.b))
+                rows.append(row)
         return rows
 
     def _clouds(self, lines: Lines) -> _StateFits:
@@ -240,18 +216,19 @@ class _DemandFits:
         outcomes, used = self._outcomes, self._outcomes.used
         medians = np.stack([lines.ln_theta(state.threshold) for state in self._states])
         if not np.any(used):
-            blank = FragilityFit(method="cloud", status=existence.NO_RUNS)
+            blank = FragilityFit(method="cloud", status=fitting.NO_RUNS)
             return _StateFits([blank] * len(self._states), medians, lines.beta())
         kept = np.any(self._weights[:, used] == 0.0, axis=1)
         without = Lines(lines.ln_a[kept], lines.b[kept], lines.sigma[kept])
         repeated = np.unique(self._motion[used]).size < np.sum(used)
         own, capacities = without if repeated else None, [(s.threshold, 0.0) for s in self._states]
         cloud = self._ln_im[used], *outcomes.ln_ends
-        fits = fit_cloud_states(*cloud, capacities, self._settings, own)
-        for j, state in enumerate(self._states):
-            if (status := outcomes.status(state)) != FITTED:
-                fits[j] = fits[j].without_estimate(status)
-        return _StateFits(fits, medians, lines.beta())
+        fits = fitting.fit_cloud_states(cloud, capacities, self._settings, own)
+        refused = (
+            fit if status == FITTED else fit.without_estimate(status)
+            for fit, status in zip(fits, map(outcomes.status, self._states), strict=True)
+        )
+        return _StateFits(list(refused), medians, lines.beta())
 
     def _exceedance(self, outcomes: DemandOutcomes, *, intervals: bool = True) -> _StateFits:
         """Fit the probability of exceedance of all states with a common dispersion."""
@@ -260,7 +237,7 @@ class _DemandFits:
         exceed = np.column_stack([outcomes.exceed(state) for state in self._states])
         known = ~np.column_stack([outcomes.unknown(state) for state in self._states])
         columns = zip(known.T, exceed.T, strict=True)
-        fits = [self._stripes(*column, intervals=intervals) for column in columns]
+        fits = [self._stripes(*column, whole=intervals) for column in columns]
         estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
         # states that no run separates share an intercept: the first of them represents all
         first: dict[int, int] = {}
@@ -284,50 +261,43 @@ class _DemandFits:
             common.fits[j] = replace(common.fits[same], details=fits[j].details)
         return common
 
-    def _stripes(
-        self, known: NDArray[np.bool_], exceed: NDArray[np.bool_], *, intervals: bool
-    ) -> FragilityFit:
+    def _stripes(self, known: Mask, exceed: Mask, *, whole: bool) -> FragilityFit:
         """Return the fit of one state by itself, or only its status and a start value."""
         im, hits = self._im[known], exceed[known].astype(np.float64)
         if im.size == 0:
-            return FragilityFit(method="stripes", status=existence.NO_RUNS)
+            return FragilityFit(method="stripes", status=fitting.NO_RUNS)
         each, records = np.ones(im.size), int(np.unique(self._motion[known]).size)
-        if intervals:
-            return fit_stripes(
+        if whole:
+            return fitting.fit_stripes(
                 im, each, hits, settings=self._settings, n_records=records, interval=False
             )
-        status = existence.binomial_status(np.log(im), each, hits)
+        status = fitting.binomial_status(np.log(im), each, hits)
         middle = float(np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))))
         return FragilityFit(method="stripes", status=status, theta=middle, beta=0.5)
 
     def _brackets(self) -> _StateFits | None:
         """Fit the brackets of the first exceedance per motion; None if all ran at one level."""
         motions = self._motion
-        order = np.lexsort((self._im, motions))
-        same = np.diff(motions[order]) == 0
-        if not np.any(same & (np.diff(self._im[order]) > 0.0)):
+        if not (pd.Series(self._im).groupby(motions).nunique() > 1).any():
             return None
         fits: list[FragilityFit] = []
-        ends: list[tuple[FloatArray, FloatArray, NDArray[np.intp]]] = []
+        ends: list[tuple[Floats, Floats, Index]] = []
         for state in self._states:
             known = np.flatnonzero(~self._outcomes.unknown(state))
             exceed = self._outcomes.exceed(state)[known].astype(np.float64)
-            low, high, odd = brackets_of_runs(self._im[known], exceed, motions[known])
-            fit = fit_brackets(low, high, self._settings)
-            if fit.status == ALL_CENSORED:
-                fit = replace(fit, status=existence.NO_EXCEEDANCE)
-            if odd:
-                fit = replace(fit, warnings=(*fit.warnings, "non_monotone_records"))
-            fits.append(fit)
+            low, high, odd = fitting.brackets_of_runs(self._im[known], exceed, motions[known])
+            fit = fitting.fit_brackets(low, high, self._settings)
+            status = fitting.NO_EXCEEDANCE if fit.status == fitting.ALL_CENSORED else fit.status
+            names = ("non_monotone_records",) if odd else ()
+            fits.append(replace(fit, status=status, warnings=(*fit.warnings, *names)))
             # one run represents each motion
             ends.append((low, high, known[np.unique(motions[known], return_index=True)[1]]))
         usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
         if not usable:
             return self._without_estimates(fits)
-        low, high, runs = (
-            np.concatenate(each) for each in zip(*(ends[j] for j in usable), strict=True)
-        )
-        place = np.repeat(np.arange(len(usable)), [ends[j][0].size for j in usable])
+        parts = [ends[j] for j in usable]
+        low, high, runs = map(np.concatenate, zip(*parts, strict=True))
+        place = np.repeat(np.arange(len(usable)), [len(part[0]) for part in parts])
         with np.errstate(divide="ignore"):
             logs = np.log(low), np.log(high)
         single = len(usable) == 1  # one bracket per motion is independent of the others
@@ -341,9 +311,9 @@ class _DemandFits:
         self,
         fits: list[FragilityFit],  # of single states, which give the start values
         usable: list[int],
-        places: tuple[NDArray[np.intp], NDArray[np.intp]],  # usable states at both ends of rows
-        ends: tuple[FloatArray, FloatArray],  # ln intensities, shape (n,) each
-        runs: NDArray[np.intp],  # run of each row, for its weight
+        places: tuple[Index, Index],  # usable states at both ends of rows
+        ends: tuple[Floats, Floats],  # ln intensities, shape (n,) each
+        runs: Index,  # run of each row, for its weight
         *,
         intervals: bool = True,
         profile: bool = True,  # rows are independent: no jackknife
@@ -359,8 +329,7 @@ class _DemandFits:
         params, converged = best.params, best.converged
         if intervals and converged[0]:
             kernel = NormalKernel(eye[places[0]], *ends, self._weights[1:, runs], eye[places[1]])
-            start = np.tile(params, (len(self._weights) - 1, 1))
-            again = maximise(kernel, start, covariance=False)
+            again = maximise(kernel, np.tile(params, (len(self._weights) - 1, 1)), covariance=False)
             params = np.vstack([params, again.params])
             converged = np.append(converged, again.converged)
         good = converged & (params[:, -1] > FLATTEST_SLOPE)
@@ -368,28 +337,21 @@ class _DemandFits:
         common.beta[: a1.size] = 1.0 / a1
         common.ln_theta[usable, : a1.size] = (-params[:, :-1] / a1[:, None]).T
         if not good[0]:
-            status = existence.NON_INCREASING if converged[0] else existence.NOT_CONVERGED
+            status = fitting.NON_INCREASING if converged[0] else fitting.NOT_CONVERGED
             for j in usable:
                 fits[j] = fits[j].without_estimate(status)
             return common
-        profiles = None
-        if intervals and profile:
-            drop, terms = chi_square_drop(self._settings.confidence), np.eye(len(usable) + 1)[:-1]
-            profiles = profile_ends(whole, best, drop, terms, len(usable))
-        for i, j in enumerate(usable):
-            covariance = best.covariance[0][np.ix_([i, -1], [i, -1])]
-            own = None if profiles is None else profiles[[i, -1]]
-            fit = estimated(fits[j], best.params[0, [i, -1]], covariance, own)
+        drop = drop_of(self._settings.confidence) if intervals and profile else None
+        blanks, size = [fits[j] for j in usable], len(usable)
+        found = fitting.fits_of_states(blanks, whole, best, np.eye(size + 1)[:-1], size, drop)
+        for j, fit in zip(usable, found, strict=True):
             if intervals and not profile:
-                fit = jackknifed(fit, common.ln_theta[j, 1:], common.beta[1:])
-            names = common_warnings(fit.theta, fit.ci_theta, self._im, self._motions)
-            names = tuple(dict.fromkeys((*fit.warnings, *names)))
-            fits[j] = replace(fit, loglik=float(best.loglik[0]), warnings=names)
+                fit = fitting.jackknifed(fit, common.ln_theta[j, 1:], common.beta[1:])
+            names = fitting.common_warnings(fit, self._im, self._motions)
+            fits[j] = replace(fit, warnings=tuple(dict.fromkeys((*fit.warnings, *names))))
         return common
 
-    def _bounds(
-        self, found: Mapping[str, _StateFits]
-    ) -> dict[str, list[dict[str, tuple[float, float]]]]:
+    def _bounds(self, found: Mapping[str, _StateFits]) -> dict[str, list[_Bounds]]:
         """Return (theta, beta) by method, state and treatment of unknown outcomes."""
         outcomes, states = self._outcomes, self._states
         bounds = {
@@ -411,14 +373,11 @@ class _DemandFits:
                     bounds["exceedance"][j][name] = common.median(j)
         return bounds
 
-    def _judged(
-        self, fit: FragilityFit, bounds: Mapping[str, tuple[float, float]], unknown: int
-    ) -> FragilityFit:
+    def _judged(self, fit: FragilityFit, bounds: _Bounds, unknown: int) -> FragilityFit:
         """Warn of unknown outcomes; refuse a median that they decide."""
         if unknown == 0:
             return fit
-        many = unknown / self._im.size > MAX_UNKNOWN_SHARE
-        above = ("unknown_above_5_percent",) if many else ()
+        above = ("unknown_above_5_percent",) if unknown / self._im.size > MAX_UNKNOWN_SHARE else ()
         fit = replace(fit, warnings=(*fit.warnings, "unknown_outcomes", *above))
         low, high = sorted((bounds["all_exceed"][0], bounds["none_exceed"][0]))
         narrow = 0.0 < low <= high <= MAX_BOUNDS_RATIO * low < inf
@@ -441,27 +400,19 @@ class _DemandFits:
 
     def _row(
         self, method: str, state: LimitState, fit: FragilityFit, known: Mapping[str, Any]
-    ) -> dict[str, Any]:
+    ) -> Row:
         """Return the columns of one fit that do not depend on the other fits."""
-        row: dict[str, Any] = dict.fromkeys(_FIT_COLUMNS, nan)
+        row: Row = dict.fromkeys(_FIT_COLUMNS, nan)
         line = {} if fit.line is None else fit.line._asdict()
         row |= {name: value for name, value in {**line, **fit.details}.items() if name in row}
-        names = ("status", "theta", "beta", "var_ln_theta", "cov_ln_theta_beta", "var_beta")
-        row |= {name: getattr(fit, name) for name in (*names, "ci_method", "level", "loglik")}
+        names = "status theta beta var_ln_theta cov_ln_theta_beta var_beta ci_method level loglik"
+        row |= {name: getattr(fit, name) for name in names.split()}
         row["theta_low"], row["theta_high"] = fit.ci_theta
         row["beta_low"], row["beta_high"] = fit.ci_beta
-        row |= state.columns | {
-            "method": method,
-            "model": fit.method,
-            "preferred": False,
-            "warnings": ";".join(dict.fromkeys((*fit.warnings, *state.warnings))),
-            "methods_differ": False,
-            "reach": "",
-            "im": self._settings.im,
-            "collapse_rule": state.collapse,
-            "citation": state.citation,
-            **known,
-        }
+        row |= state.columns | {"collapse_rule": state.collapse, "citation": state.citation}
+        row |= {"preferred": False, "methods_differ": False, "reach": "", **known}
+        row |= {"method": method, "model": fit.method, "im": self._settings.im}
+        row["warnings"] = ";".join(dict.fromkeys((*fit.warnings, *state.warnings)))
         if known.get("n_exceed") == 0:
             largest = np.nanmax(self._outcomes.lower, initial=0.0)
             label = label_of(state.demand)
@@ -470,7 +421,7 @@ class _DemandFits:
 
 
 def _compared(
-    fits: Mapping[str, FragilityFit], difference: FloatArray, known: Mapping[str, Any]
+    fits: Mapping[str, FragilityFit], difference: Floats, known: Mapping[str, Any]
 ) -> dict[str, dict[str, Any]]:
     """Return the comparison of both methods of a state and the preferred one."""
     # `difference` is ln of the exceedance over the cloud median, as in `_StateFits`
@@ -487,16 +438,11 @@ def _compared(
     by_count = exceedance and (not cloud or (far and sides >= MIN_RUNS_A_SIDE))
     differ = bool(far or abs(ratio - 1.0) > MAX_METHODS_DIFFERENCE)
     shared = {"methods_ratio": ratio, "methods_z": z, "methods_differ": differ}
-    preferred = (cloud and not by_count, by_count)
-    return {
-        method: shared | {"preferred": each}
-        for method, each in zip(METHODS, preferred, strict=False)
-    }
+    preferred = {"cloud": cloud and not by_count, "exceedance": by_count}
+    return {method: shared | {"preferred": each} for method, each in preferred.items()}
 
 
-def _total_dispersion(
-    fit: FragilityFit, state: LimitState, beta: FloatArray, b: FloatArray
-) -> dict[str, float]:
+def _total_dispersion(fit: FragilityFit, state: LimitState, beta: Floats, b: Floats) -> Row:
     """Return the dispersion with that of the capacity and its interval by motion."""
     # the slope b of the line carries the dispersion of the capacity over; `beta` is that of records
     # ASSUME capacity independent of demand

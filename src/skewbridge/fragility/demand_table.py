@@ -1,15 +1,13 @@
 """Demands tables: reading, import from other programs, key columns, checks before any fit."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from skewbridge.demands.columns import SUITE
@@ -26,9 +24,9 @@ from skewbridge.errors import InputError
 from skewbridge.files.checking import checked
 from skewbridge.files.tables import read_frame
 from skewbridge.files.text import read_csv, read_yaml
-from skewbridge.fragility.columns import as_column, require
+from skewbridge.fragility.columns import Index, Mask, as_column, require
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.statuses import OK, STATUSES, Status
+from skewbridge.statuses import OK, STATUSES
 from skewbridge.variant.axes import axes_of
 from skewbridge.variant.random_properties import DRAW_PREFIX
 
@@ -36,14 +34,10 @@ BRIDGE_COLUMNS: Final = ("bridge", "abutment")
 IDENTITY_COLUMNS: Final = ("variant", *BRIDGE_COLUMNS)
 LOADING_COLUMNS: Final = ("motion_id", "scale", "incidence_deg")
 KEY_COLUMNS: Final = (*IDENTITY_COLUMNS, *LOADING_COLUMNS, "status")
-_UNKNOWN: Status = "numerical_failure"
 #: Values of columns that a foreign table may lack.
 _NEUTRAL: Final[dict[str, Any]] = {
-    "bridge": "foreign",
-    "abutment": "foreign",
-    "scale": 1.0,
-    "incidence_deg": 0.0,
-    "status": OK,
+    **dict.fromkeys(BRIDGE_COLUMNS, "foreign"),
+    **{"scale": 1.0, "incidence_deg": 0.0, "status": OK},
 }
 _TEXTS: Final = (
     *IDENTITY_COLUMNS, "motion_id", "status", "collapse_criterion", BEYOND_MODEL, SUITE
@@ -64,8 +58,8 @@ def varying_axes(table: pd.DataFrame) -> list[str]:
 
 def models_of(table: pd.DataFrame) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
     """Yield each bridge with each abutment model, and its rows; nothing is pooled over these."""
-    for key, part in table.groupby(list(BRIDGE_COLUMNS), sort=True):
-        yield dict(zip(BRIDGE_COLUMNS, key, strict=True)), part
+    for (bridge, abutment), part in table.groupby(list(BRIDGE_COLUMNS), sort=True):
+        yield {"bridge": bridge, "abutment": abutment}, part
 
 
 def variant_columns(table: pd.DataFrame) -> list[str]:
@@ -90,7 +84,7 @@ def demand_columns(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFram
     return demands[[name for name in dict.fromkeys(names) if name in demands.columns]]
 
 
-def motion_codes(table: pd.DataFrame) -> NDArray[np.intp]:
+def motion_codes(table: pd.DataFrame) -> Index:
     """Return the number of the motion of each run, 0 .. m - 1, shape (n,)."""
     return np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
 
@@ -138,13 +132,9 @@ def read_foreign(
 
     ``variant`` is made of bridge, abutment and axes, ``complete`` derived from status and
     ``beyond_model``, unless the file has them. Missing intensities and demands stay NaN: `prepared`
-    rejects such rows one by one.
-
-    Raises:
-        InputError: A column, value or key is missing or unusable, or a run occurs twice; names row
-            and column.
+    rejects such rows one by one. An `InputError` names row and column of an unusable value.
     """
-    source = read_table(path)
+    source, factors = read_table(path), factors or {}
     need_columns(source, columns.values(), path.name)
     out = pd.DataFrame({ours: source[theirs] for ours, theirs in columns.items()})
     if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):
@@ -154,7 +144,7 @@ def read_foreign(
             out[name] = value
     for name in out.columns.difference(list(_TEXTS)):
         numbers = as_column(out[name].to_numpy(), columns.get(name, name))
-        out[name] = numbers > 0.0 if name == COMPLETE else numbers * (factors or {}).get(name, 1.0)
+        out[name] = numbers > 0.0 if name == COMPLETE else numbers * factors.get(name, 1.0)
     for name in (*LOADING_COLUMNS, *axis_names(out), "status"):
         require(out[name].notna().to_numpy(), columns.get(name, name), "is missing")
     if "variant" not in out:
@@ -167,8 +157,7 @@ def read_foreign(
     require(known, "status", f"{wrong} is not known")
     for name in map(str, out.filter(regex="^im_")):
         require((out[name].isna() | (out[name] > 0.0)).to_numpy(), name, "must be > 0 and finite")
-    doubled = out.duplicated(["variant", *LOADING_COLUMNS])
-    if doubled.any():
+    if (doubled := out.duplicated(["variant", *LOADING_COLUMNS])).any():
         row = int(np.argmax(doubled))
         text = f"row {row} repeats variant, motion_id, scale and incidence_deg of another row"
         raise InputError(text, row=row)
@@ -181,16 +170,14 @@ def read_foreign(
 def read_demands(path: Path, im: str | None, further: Sequence[str]) -> pd.DataFrame:
     """Read a demands table as `read_foreign`, with the columns of ours that it has."""
     source = read_table(path)
-    named = {*KEY_COLUMNS, *axis_names(source), BEYOND_MODEL, COMPLETE, "collapse_criterion"}
-    named |= {*further, *(column.name for column in DEMAND_COLUMNS), *([im] if im else [])}
-    named.add(SUITE)
-    prefixes = ("im_", DRAW_PREFIX)
-    kept = [c for c in map(str, source.columns) if c in named or c.startswith(prefixes)]
     need_columns(source, ["status"], path.name)
+    named = {*_TEXTS, *KEY_COLUMNS, *axis_names(source), COMPLETE, *further, im}
+    named |= {column.name for column in DEMAND_COLUMNS}
+    prefixes = ("im_", DRAW_PREFIX)
+    kept = (name for name in map(str, source) if name in named or name.startswith(prefixes))
     return read_foreign(path, {name: name for name in kept})
 
 
-#: Columns of the table of notes about the input.
 NOTE_COLUMNS: Final[dict[str, str]] = {
     "kind": "rejected_row | missing_demand | equal_motions",
     "row": "row of the demands table, from 0; -1 for several",
@@ -199,25 +186,19 @@ NOTE_COLUMNS: Final[dict[str, str]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class PreparedDemands:
+class Prepared(NamedTuple):
     """A checked demands table."""
 
     table: pd.DataFrame  # rows to fit, numbered from 0, with `COLUMN_FAILURE_RATIO`
     notes: pd.DataFrame  # rejected rows, missing demands, repeated motions (`NOTE_COLUMNS`)
 
 
-def prepared(
-    demands: pd.DataFrame, columns: Sequence[str], settings: FitSettings
-) -> PreparedDemands:
+def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSettings) -> Prepared:
     """Return the rows of a demands table to fit.
 
     A row without a usable intensity is rejected, a completed run without a demand counts as missing
     for that demand; both are in the notes. Suspect rows become failed if the settings exclude them.
-
-    Raises:
-        InputError: A column is missing, a status unknown, or a completed run has an infinite or
-            negative demand; names row and column.
+    An `InputError` names a missing column, an unknown status, or an infinite or negative demand.
     """
     wanted = [name for name in columns if name != COLUMN_FAILURE_RATIO]
     need_columns(demands, (*KEY_COLUMNS, settings.im, *wanted))
@@ -232,65 +213,57 @@ def prepared(
         names = [column.name for column in DEMAND_COLUMNS if column.name in table]
         suspect = table[SUSPECT] != ""
         table.loc[suspect, names] = np.nan
-        table.loc[suspect, "status"] = _UNKNOWN
-        table.loc[suspect, BEYOND_MODEL] = ""
+        table.loc[suspect, "status"], table.loc[suspect, BEYOND_MODEL] = "numerical_failure", ""
     table = with_derived_columns(table)
     im = table[settings.im].to_numpy(dtype=np.float64)
     usable = np.isfinite(im) & (im > 0.0)
+    if not usable.any():
+        raise InputError(f"no row has a usable {settings.im}", column=settings.im)
     notes = [
         ("rejected_row", row, settings.im, f"row {row}: {settings.im} is {im[row]:g}, not above 0")
         for row in np.flatnonzero(~usable).tolist()
     ]
-    notes += _missing_demands(table, wanted, usable)
-    notes += _equal_motions(table[usable], [settings.im, *wanted])
-    if not usable.any():
-        raise InputError(f"no row has a usable {settings.im}", column=settings.im)
-    return PreparedDemands(
-        table=table[usable].reset_index(drop=True),
-        notes=pd.DataFrame(notes, columns=list(NOTE_COLUMNS)),
-    )
+    table = table[usable]
+    notes += [*_missing_demands(table, wanted), *_equal_motions(table, [settings.im, *wanted])]
+    found = pd.DataFrame(notes, columns=list(NOTE_COLUMNS))
+    return Prepared(table.reset_index(drop=True), found)
 
 
-def _missing_demands(
-    table: pd.DataFrame, columns: Sequence[str], usable: NDArray[np.bool_]
-) -> list[tuple[str, int, str, str]]:
-    """Return a note per completed run without a demand that other runs of its model have."""
-    notes: list[tuple[str, int, str, str]] = []
-    runs = table[is_complete(table) & usable]
+type _Note = tuple[str, int, str, str]
+
+
+def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[_Note]:
+    """Yield a note per completed run without a demand that other runs of its model have."""
+    runs = table[is_complete(table)]
     models = runs.groupby(list(BRIDGE_COLUMNS))
     for name in columns:
         without = runs[runs[name].isna() & (models[name].transform("count") > 0)]
         keys = zip(without.index, without["variant"], without["motion_id"], strict=True)
         for row, variant, motion in keys:
             text = f"{name} is missing for {variant} under {motion}"
-            notes.append(("missing_demand", int(row), name, text))
-    return notes
+            yield "missing_demand", int(row), name, text
 
 
-def _equal_motions(table: pd.DataFrame, columns: Sequence[str]) -> list[tuple[str, int, str, str]]:
-    """Return a note per pair of motions whose runs are equal in every variant."""
-    if table.empty or len(columns) < 2:
-        return []
+def _equal_motions(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[_Note]:
+    """Yield a note per pair of motions whose runs are equal in every variant."""
+    if len(columns) < 2:
+        return
     rows = pd.util.hash_pandas_object(table[["variant", *columns]], index=False).sort_values()
-    signature = rows.groupby(table["motion_id"].astype(str), sort=True)
     seen: dict[tuple[int, ...], str] = {}
-    notes: list[tuple[str, int, str, str]] = []
-    for motion, part in signature:
+    for motion, part in rows.groupby(table["motion_id"].astype(str), sort=True):
         first = seen.setdefault(tuple(part), str(motion))
         if first != motion:
             text = f"motions {first} and {motion} have equal runs: entered twice, they narrow the "
-            notes.append(("equal_motions", -1, "motion_id", f"{text}intervals without new data"))
-    return notes
+            yield "equal_motions", -1, "motion_id", f"{text}intervals without new data"
 
 
-def _require(table: pd.DataFrame, good: NDArray[np.bool_], column: str, rule: str) -> None:
-    if np.all(good):
-        return
-    row = int(np.argmin(good))
-    where = f"row {row} ({table['variant'].iloc[row]}, {table['motion_id'].iloc[row]})"
-    value = table[column].iloc[row]
-    shown = repr(value) if isinstance(value, str) else f"{value:g}"
-    raise InputError(f"{column} {rule}, got {shown} in {where}", row=row, column=column)
+def _require(table: pd.DataFrame, good: Mask, column: str, rule: str) -> None:
+    if not np.all(good):
+        row = int(np.argmin(good))
+        at = table.iloc[row]
+        shown = repr(at[column]) if isinstance(at[column], str) else f"{at[column]:g}"
+        where = f"row {row} ({at['variant']}, {at['motion_id']})"
+        raise InputError(f"{column} {rule}, got {shown} in {where}", row=row, column=column)
 
 
 def spread[Item, Result](

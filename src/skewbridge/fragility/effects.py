@@ -1,7 +1,9 @@
-"""Effects of the axes of a study on demands under the same motions, pooled and by intensity.
+"""Effects of the axes of a study on demands and median capacities under the same motions.
 
 The record-to-record scatter cancels in the ratio of one motion's demands, so a few per cent are
-detected with 16 motions where an unpaired comparison would need hundreds.
+detected with 16 motions where an unpaired comparison would need hundreds. It cancels in the ratio
+of two medians as well; the error of that ratio is that of the jackknife, in which a motion is left
+out of all variants (Bell and McCaffrey 2002, see fits).
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,89 +21,38 @@ from skewbridge.demands.completeness import BEYOND_MODEL, is_beyond_model, is_co
 from skewbridge.demands.demand_columns import Difference
 from skewbridge.errors import InputError
 from skewbridge.fragility import demand_table, verdicts
-from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.columns import Floats, Index, Mask, Row
+from skewbridge.fragility.fits import FITTED
+from skewbridge.fragility.limit_states import States
 from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
+from skewbridge.fragility.outcomes import demand_outcomes, end_counts, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.verdicts import described_as_effects, effect_columns
 from skewbridge.statuses import COLLAPSE
-from skewbridge.variant.axes import AXES, Axis, axes_of
+from skewbridge.variant.axes import axes_of
 
 #: What a pair shows of the change of a demand: the change, a lower or an upper bound, or nothing.
 EXACT: Final = 0
 AT_LEAST: Final = 1
 AT_MOST: Final = -1
 UNKNOWN: Final = 2
-_VERDICTS: Final = "; ".join(f"{name}: {meaning}" for name, meaning in verdicts.VERDICTS.items())
 #: Intensities of the table of effects by intensity, without the reference intensity.
 _INTENSITIES: Final = 9
+#: Motions of both variants below which there is no ratio of medians.
+_MIN_MOTIONS: Final = 5
 
 
-def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
-    """Return names and descriptions of the columns of effects of a study with these axes."""
-    return {
-        "bridge": "catalogue entry",
-        "abutment": "abutment model",
-        "demand": "demand column, or component/limit_state of a median",
-        "quantity": f"{verdicts.DEMAND} | {verdicts.MEDIAN_CAPACITY}",
-        "axis": " | ".join(axis.name for axis in axes),
-        "from_value": "value of the axis in the denominator",
-        "to_value": "value of the axis in the numerator",
-        **{
-            axis.name: f"{axis.title} of both variants; NaN if pooled or the axis of the effect"
-            for axis in axes
-        },
-        "scope": "pooled (average of all pairs of variants) | variant (one pair of variants)",
-        "status": f"{verdicts.OK} | {verdicts.NOT_ESTIMABLE} (no interval, or wider than "
-        f"a factor of {verdicts.MAX_WIDTH:g})",
-        "ratio": "geometric mean over motions of the paired ratio",
-        "ci_low": "lower end of its interval, Student's t over motions (-)",
-        "ci_high": "upper end of its interval (-)",
-        "level": "confidence level of the intervals",
-        "margin": "negligible relative change",
-        "difference": "mean difference, of demands judged by it (in `unit`)",
-        "difference_low": "lower end of its interval (in `unit`)",
-        "difference_high": "upper end of its interval (in `unit`)",
-        "difference_margin": "negligible difference (in `unit`)",
-        "unit": "unit of the difference",
-        "judged_by": f"{verdicts.RATIO} | {verdicts.DIFFERENCE}: quantity of the verdict",
-        "verdict": _VERDICTS,
-        "direction": "-1 or 1 where the interval excludes no change, else 0",
-        "verdict_family": "verdict for all comparisons of the family (Holm)",
-        "im_low": "smallest intensity of a pair with an exact change",
-        "im_high": "largest intensity of a pair with an exact change",
-        "slope": "slope of the paired ln ratios on ln intensity",
-        "slope_low": "lower end of its interval, clustered by motion (-)",
-        "slope_high": "upper end of its interval (-)",
-        "p_slope": "p-value of that slope",
-        "n_cells": "pairs of variants in a pooled row",
-        "from_mean": "mean demand (geometric), or median capacity, at from_value",
-        "scatter": "standard deviation over motions of ln ratio or difference",
-        "dof": "degrees of freedom of the interval",
-        "n_motions": "motions with a usable pair",
-        "n_pairs": "pairs of runs",
-        "n_bounds": "pairs that give a bound: one run ended early",
-        "n_left_out": "unused pairs: both ended early, or a zero demand",
-        "n_discordant": "of these, with a demand on one side only",
-        "n_beyond_model": "pairs in which a column failed",
-        "n_collapse_from": "collapsed runs at from_value",
-        "n_collapse_to": "collapsed runs at to_value",
-    }
-
-
-EFFECT_COLUMNS: Final = effect_columns(AXES)
 INTENSITY_COLUMNS: Final[dict[str, str]] = {
-    **{
-        name: EFFECT_COLUMNS[name]
-        for name in ("bridge", "abutment", "demand", "axis", "from_value", "to_value")
-    },
+    **described_as_effects("bridge abutment demand axis from_value to_value"),
     "im": "intensity",
     "ratio": "ratio at this intensity, by regression",
     "ci_low": "lower end of its interval at this intensity, clustered by motion (-)",
     "ci_high": "upper end of its interval (-)",
-    "level": "confidence level of the intervals",
+    **described_as_effects("level"),
     "from_demand": "demand at from_value and this intensity",
     "to_demand": "from_demand times ratio",
     "n_motions": "motions with an exact change",
-    "verdict": _VERDICTS,
+    **described_as_effects("verdict"),
     "at_reference": "true at the reference intensity of the bridge",
     "clipped": "true if the reference is outside the range of the pairs",
 }
@@ -118,21 +69,21 @@ class Pairs:
     place: Mapping[str, Any]  # bridge, abutment, axis, from_value and to_value
     table: pd.DataFrame  # of `run_pairs`
     #: For each pair of variants the values of the other axes, and the numbers of its rows.
-    cells: Sequence[tuple[Mapping[str, Any], NDArray[np.intp]]]
-    motions: NDArray[np.intp]  # number of the motion
+    cells: Sequence[tuple[Mapping[str, Any], Index]]
+    motions: Index  # number of the motion
     count: int  # of motions
     side: NDArray[np.int_]  # `EXACT`, `AT_LEAST`, `AT_MOST` or `UNKNOWN`
-    counted: dict[str, NDArray[np.bool_]]  # columns that count pairs, by name
+    counted: dict[str, Mask]  # columns that count pairs, by name
 
     @classmethod
     def of(cls, place: Mapping[str, Any], table: pd.DataFrame) -> Self:
         """Return the pairs of `run_pairs` with the values of ``place``."""
-        names = other_axes(table, str(place["axis"]))
-        groups = table.groupby(names, sort=True, dropna=False).indices if names else {}
-        cells: list[tuple[Mapping[str, Any], NDArray[np.intp]]] = []
-        for key, rows in groups.items():
-            values = key if isinstance(key, tuple) else (key,)
-            cells.append((dict(zip(names, values, strict=True)), np.asarray(rows, dtype=np.intp)))
+        names = [name for name in demand_table.axis_names(table) if name != place["axis"]]
+        whole = {(): np.arange(len(table))}
+        groups = table.groupby(names, sort=True, dropna=False).indices if names else whole
+        keys = (key if isinstance(key, tuple) else (key,) for key in groups)
+        places = [dict(zip(names, key, strict=True)) for key in keys]
+        rows = [np.asarray(numbers, dtype=np.intp) for numbers in groups.values()]
         (top, bottom), (status_to, status_from), (failed_to, failed_from) = (
             (table[f"{name}_to"].to_numpy(), table[f"{name}_from"].to_numpy())
             for name in ("complete", "status", BEYOND_MODEL)
@@ -141,7 +92,7 @@ class Pairs:
         return cls(
             place=place,
             table=table,
-            cells=cells or [({}, np.arange(len(table)))],
+            cells=list(zip(places, rows, strict=True)),
             motions=motions,
             count=int(motions.max()) + 1,
             side=np.select(known, [EXACT, AT_LEAST, AT_MOST], default=UNKNOWN),
@@ -152,14 +103,37 @@ class Pairs:
             },
         )
 
-    def ends(self, name: str) -> tuple[FloatArray, FloatArray]:
+    def ends(self, name: str) -> tuple[Floats, Floats]:
         """Return a column at to_value and at from_value, each of shape (n,)."""
         to, start = (self.table[f"{name}_{end}"] for end in ("to", "from"))
         return to.to_numpy(dtype=np.float64), start.to_numpy(dtype=np.float64)
 
-    def counts(
-        self, rows: NDArray[np.intp], used: NDArray[np.bool_], discordant: NDArray[np.bool_]
-    ) -> dict[str, int]:
+    def changes(self, name: str, difference: Difference | None) -> tuple[Floats, Mask]:
+        """Return the differences of a demand, or its ln ratios where ``difference`` is None, (n,).
+
+        They are NaN in pairs that give neither a change nor a bound. The second array names those
+        with a demand on one side only.
+        """
+        ends = self.ends(name)
+        least = 0.0 if difference is None else -np.inf
+        has_top, has_bottom = (np.isfinite(end) & (end > least) for end in ends)
+        used = (self.side != UNKNOWN) & has_top & has_bottom
+        top, bottom = (np.where(used, end, nan) for end in ends)
+        if difference is None:
+            return np.log(top / bottom), has_top != has_bottom
+        return (top - bottom) * difference.per_unit, has_top != has_bottom
+
+    def means(self, values: Floats, x: Floats | None = None) -> list[Jackknifed]:
+        """Return the pooled mean of changes (n,) and those of the cells, or their lines over x."""
+        known = np.isfinite(values if x is None else values + x)
+        cells: list[Jackknifed] = []
+        for _, rows in self.cells:
+            own = rows[known[rows]]
+            data = (values[own], self.side[own], self.motions[own], self.count)
+            cells.append(by_motion(*data, None if x is None else x[own]))
+        return [average(cells), *cells]
+
+    def counts(self, rows: Index, used: Mask, discordant: Mask) -> dict[str, int]:
         """Return the columns ``n_`` of some pairs, except n_cells; arrays are of all n pairs."""
         counted = self.counted | {
             "n_bounds": used & (self.side != EXACT),
@@ -173,22 +147,15 @@ class Pairs:
         }
 
 
-def other_axes(table: pd.DataFrame, axis: str) -> list[str]:
-    """Return the axis columns of a table, except one."""
-    return [name for name in demand_table.axis_names(table) if name != axis]
-
-
 def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.DataFrame:
     """Pair the runs of variants that differ in ``axis`` only, the smallest value as reference.
 
-    Returns:
-        One row per pair: bridge, abutment, other axes, motion_id, scale, incidence_deg, from_value,
-        to_value; status, beyond_model, complete (truth values) and columns by ``_from``, ``_to``.
-
-    Raises:
-        InputError: A run occurs twice.
+    A row per pair has bridge, abutment, other axes, motion_id, scale, incidence_deg, from_value,
+    to_value; status, beyond_model, complete (truth values) and columns by ``_from`` and ``_to``. An
+    `InputError` names a run that occurs twice.
     """
-    group = [*demand_table.BRIDGE_COLUMNS, *other_axes(demands, axis)]
+    others = (name for name in demand_table.axis_names(demands) if name != axis)
+    group = [*demand_table.BRIDGE_COLUMNS, *others]
     key = [*group, *demand_table.LOADING_COLUMNS]
     table = demands[[*key, axis, "status", *columns]].assign(
         **{BEYOND_MODEL: is_beyond_model(demands), "complete": is_complete(demands)}
@@ -199,8 +166,8 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
         raise InputError(f"the run of row {row} occurs twice in the demands table", row=row)
     lowest = table.groupby(group, dropna=False)[axis].transform("min")
     reference = table[table[axis] == lowest].rename(columns={axis: "from_value"})
-    others = table[table[axis] > lowest].rename(columns={axis: "to_value"})
-    return others.merge(reference, on=key, suffixes=("_to", "_from"), validate="many_to_one")
+    higher = table[table[axis] > lowest].rename(columns={axis: "to_value"})
+    return higher.merge(reference, on=key, suffixes=("_to", "_from"), validate="many_to_one")
 
 
 class EffectTables(NamedTuple):
@@ -225,14 +192,11 @@ def effect_tables(
     is the geometric mean over motions. A pooled row is the average over all such pairs of variants.
     A pair in which one run collapsed, failed or lost a column counts as a bound (Tobit).
     Slopes need the intensity measure; effects by intensity are given at ``reference_im`` as well.
-
-    Raises:
-        InputError: A column is missing, or a run occurs twice.
+    An `InputError` names a missing column, or a run that occurs twice.
     """
     names = list(demands_for("effect", demands.columns) if columns is None else columns)
     demand_table.need_columns(demands, (*demand_table.KEY_COLUMNS, *names))
-    im = [settings.im] if settings.im in demands.columns else []
-    paired = list(dict.fromkeys([*names, *im]))
+    paired = [name for name in dict.fromkeys([*names, settings.im]) if name in demands.columns]
     pairs = (
         Pairs.of(model | {"axis": axis, "from_value": start, "to_value": end}, part)
         for model, rows in demand_table.models_of(demands)
@@ -259,54 +223,25 @@ def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd
 
 
 def effect_row(
-    estimate: Jackknifed, settings: FitSettings, *, line: Jackknifed | None = None
+    estimate: Jackknifed,  # of ln ratio, shape ()
+    settings: FitSettings,
+    *,
+    line: Jackknifed | None = None,  # of ln ratio on ln intensity, shape (2,)
+    difference: Jackknifed | None = None,  # of demands judged by it, shape ()
 ) -> dict[str, Any]:
-    """Return ratio, scatter and slope of an effect from ln ratio () and its line on ln IM (2,)."""
-    level = settings.effect_confidence
-    ends = (estimate.estimate, *estimate.interval(level))
-    row = dict(zip(verdicts.RATIOS, map(float, np.exp(ends)), strict=True))
-    row |= {"level": level, **_scatter(estimate)}
+    """Return ratio, slope and difference of an effect with their intervals, scatter and dof."""
+    level, judged = settings.effect_confidence, difference or estimate
+    ends = np.exp([estimate.estimate, *estimate.interval(level)])
+    row = dict(zip(verdicts.RATIOS, ends.tolist(), strict=True)) | {"level": level}
     if line is not None:
         ends = (line.estimate, *line.interval(level), line.p_value())
         names = ("slope", "slope_low", "slope_high", "p_slope")
         row |= {name: float(end[1]) for name, end in zip(names, ends, strict=True)}
-    return row
-
-
-def _scatter(estimate: Jackknifed) -> dict[str, Any]:
-    """Return the scatter over motions and the degrees of freedom of a mean."""
-    scatter = float(estimate.error) * max(estimate.dof + 1, 0) ** 0.5
-    return {"scatter": scatter, "dof": estimate.dof}
-
-
-class _Changes(NamedTuple):
-    """Changes of a demand in pairs of runs, arrays of shape (n,)."""
-
-    values: FloatArray  # ln ratio or difference, NaN where not used
-    used: NDArray[np.bool_]  # pairs that give a change or a bound
-    discordant: NDArray[np.bool_]  # pairs with a demand on one side only
-
-    @classmethod
-    def of(cls, pairs: Pairs, name: str, difference: Difference | None) -> "_Changes":
-        """Return the differences of a demand, or its ln ratios where ``difference`` is None."""
-        ends = pairs.ends(name)
-        least = 0.0 if difference is None else -np.inf
-        has_top, has_bottom = (np.isfinite(end) & (end > least) for end in ends)
-        used = (pairs.side != UNKNOWN) & has_top & has_bottom
-        top, bottom = (np.where(used, end, nan) for end in ends)
-        by_ratio = difference is None
-        values = np.log(top / bottom) if by_ratio else (top - bottom) * difference.per_unit
-        return cls(values, used, has_top != has_bottom)
-
-    def estimates(self, pairs: Pairs, x: FloatArray | None = None) -> list[Jackknifed]:
-        """Return the pooled mean and those of the pairs of variants, or their lines over x."""
-        known = self.used if x is None else self.used & np.isfinite(x)
-        cells: list[Jackknifed] = []
-        for _, rows in pairs.cells:
-            own = rows[known[rows]]
-            data = (self.values[own], pairs.side[own], pairs.motions[own], pairs.count)
-            cells.append(by_motion(*data, None if x is None else x[own]))
-        return [average(cells), *cells]
+    if difference is not None:
+        ends = (difference.estimate, *difference.interval(level))
+        row |= dict(zip(verdicts.DIFFERENCES, map(float, ends), strict=True))
+    scatter = float(judged.error) * max(judged.dof + 1, 0) ** 0.5
+    return row | {"scatter": scatter, "dof": judged.dof}
 
 
 def demand_effects(
@@ -315,45 +250,39 @@ def demand_effects(
     names: Sequence[str],
     settings: FitSettings,
     reference_im: Mapping[tuple[str, str], float],
-) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+) -> tuple[list[Row], list[Row]]:
     """Return the rows of `effect_table`, and those by intensity, of some demands of some pairs."""
-    rows: list[dict[str, Any]] = []
-    by_intensity: list[dict[str, Any]] = []
+    rows: list[Row] = []
+    by_intensity: list[Row] = []
     has_im = f"{settings.im}_from" in pairs.table
     im = pairs.ends(settings.im)[1] if has_im else np.full(pairs.side.size, nan)
     ln_im = np.log(np.where(im > 0.0, im, nan))
-    places: list[tuple[Mapping[str, Any], NDArray[np.intp]]] = [
-        ({"scope": "pooled"}, np.arange(im.size)),
-        *(({"scope": "variant", **place}, own) for place, own in pairs.cells),
-    ]
+    cells = [({"scope": "variant", **place}, own) for place, own in pairs.cells]
+    places = [({"scope": "pooled"}, np.arange(im.size)), *cells]
     for name in names:
         column, reference = column_of(name), pairs.ends(name)[1]
         difference = None if column is None else column.difference
-        ratios = _Changes.of(pairs, name, None)
-        changes = ratios if difference is None else _Changes.of(pairs, name, difference)
-        exact = changes.used & (pairs.side == EXACT)
-        means, lines = ratios.estimates(pairs), ratios.estimates(pairs, ln_im)
-        differences = None if difference is None else changes.estimates(pairs)
+        ratios, discordant = pairs.changes(name, None)
+        means, lines = pairs.means(ratios), pairs.means(ratios, ln_im)
+        used, differences = np.isfinite(ratios), None
+        if difference is not None:
+            changes, discordant = pairs.changes(name, difference)
+            used, differences = np.isfinite(changes), pairs.means(changes)
+        exact = used & (pairs.side == EXACT)
         shared = {**pairs.place, "demand": name, "margin": settings.relative_margin(name)}
         shared["quantity"] = verdicts.DEMAND
         if difference is not None:
             shared |= {"judged_by": verdicts.DIFFERENCE, "unit": difference.unit}
             shared["difference_margin"] = settings.margins.get(name, difference.margin)
         for cell, (place, own) in enumerate(places):
-            row = {**shared, **place, **effect_row(means[cell], settings, line=lines[cell])}
-            if differences is not None:
-                mean = differences[cell]
-                ends = (mean.estimate, *mean.interval(settings.effect_confidence))
-                row |= dict(zip(verdicts.DIFFERENCES, map(float, ends), strict=True))
-                row |= _scatter(mean)
             known = own[exact[own]]
             positive = reference[known][reference[known] > 0.0]
-            row |= {
-                "from_mean": float(np.exp(np.log(positive).mean())) if positive.size else nan,
-                "im_low": float(im[known].min()) if known.size else nan,
-                "im_high": float(im[known].max()) if known.size else nan,
-                **pairs.counts(own, changes.used, changes.discordant),
-            }
+            row = {**shared, **place, **pairs.counts(own, used, discordant)}
+            judged = None if differences is None else differences[cell]
+            row |= effect_row(means[cell], settings, line=lines[cell], difference=judged)
+            row["from_mean"] = float(np.exp(np.log(positive).mean())) if positive.size else nan
+            if known.size:
+                row |= {"im_low": float(im[known].min()), "im_high": float(im[known].max())}
             rows.append(row)
         pooled = rows[-len(places)]
         judged_cells = (differences or means)[1:]
@@ -368,11 +297,11 @@ def demand_effects(
 
 
 def _by_intensity(
-    pooled: Mapping[str, Any], line: Jackknifed, level: FloatArray, reference_im: float | None
+    pooled: Mapping[str, Any], line: Jackknifed, level: Floats, reference_im: float | None
 ) -> list[dict[Any, Any]]:
     """Return the rows of `INTENSITY_COLUMNS` of a pooled effect, also at ``reference_im``."""
     # `line` is its regression on ln intensity, `level` (2,) that of ln demand at from_value
-    low, high = pooled["im_low"], pooled["im_high"]
+    low, high = pooled.get("im_low", nan), pooled.get("im_high", nan)
     if not np.all(np.isfinite(line.estimate)) or not low < high:
         return []
     im = np.geomspace(low, high, _INTENSITIES)
@@ -397,3 +326,147 @@ def _by_intensity(
         "clipped": last & (im != reference_im),
     }
     return pd.DataFrame(columns).to_dict("records")
+
+
+def median_effects(
+    demands: pd.DataFrame,
+    limit_states: States,
+    settings: FitSettings = DEFAULTS,
+    *,
+    axes: Sequence[str] | None = None,
+    jobs: int = 1,
+) -> pd.DataFrame:
+    """Return the paired ratios of median capacities along every axis of a study, pooled ones first.
+
+    Two variants of one bridge and abutment model that differ in one axis only form a cell; the
+    smallest value of the axis is the reference. A cell counts where some runs of both variants, and
+    not all, are known to exceed the state. A pooled row is the average of ln ratio over the cells.
+    The columns are `effect_columns`; ``im_low`` and ``im_high`` are the smallest and largest median
+    of the cells, at which the ratio applies.
+    """
+    groups, further = states_by_demand(limit_states).values(), axes or ()
+    items = (
+        (model, demand_table.demand_columns(part, [settings.im, group[0].demand, *further]), group)
+        for model, part in demand_table.models_of(demands)
+        for group in groups
+    )
+    rows = demand_table.spread(partial(_median_rows, settings=settings, axes=axes), items, jobs)
+    return effect_table(demands, [row for part in rows for row in part])
+
+
+def _median_rows(
+    item: tuple[Mapping[str, Any], pd.DataFrame, States],
+    *,
+    settings: FitSettings,
+    axes: Sequence[str] | None,
+) -> list[Row]:
+    """Return the rows of the states of one demand of one bridge and abutment model."""
+    description, part, states = item
+    model = _Medians(part, states, settings, [*demand_table.axis_names(part), *(axes or ())])
+    shared = {"quantity": verdicts.MEDIAN_CAPACITY, "margin": settings.median_margin}
+    rows: list[Row] = []
+    for axis in demand_table.varying_axes(part) if axes is None else axes:
+        for (start, end), pairs in model.cells(axis).items():
+            place = {**description, **shared, "axis": axis, "from_value": start, "to_value": end}
+            for j, state in enumerate(states):
+                place["demand"] = state.key
+                ratios = {pair: model.ratio(pair, j) for pair in pairs}
+                found = {pair: ratio for pair, ratio in ratios.items() if ratio is not None}
+                if not found:
+                    continue
+                pooled = average([ratio for ratio, _ in found.values()])
+                counts = pd.DataFrame([each for _, each in found.values()])
+                row = {**place, "scope": "pooled", **effect_row(pooled, settings)}
+                row |= {str(name): n for name, n in counts.filter(regex="^n_").sum().items()}
+                row["n_cells"] = len(found)
+                row |= {"im_low": counts["im_low"].min(), "im_high": counts["im_high"].max()}
+                row["from_mean"] = float(np.exp(np.log(counts["from_mean"]).mean()))
+                rows.append(row | {"n_motions": int(np.count_nonzero(pooled.exact))})
+                for (first, _), (ratio, each) in found.items():
+                    own = model.places[first] | place | {"scope": "variant"}
+                    rows.append({**own, axis: nan, **each, **effect_row(ratio, settings)})
+    return rows
+
+
+class _Medians:
+    """The variants of one bridge and abutment model, with their medians for one demand."""
+
+    def __init__(
+        self, part: pd.DataFrame, states: States, settings: FitSettings, names: Sequence[str]
+    ) -> None:
+        self._part, self._states = part, states
+        self._motion = demand_table.motion_codes(part)
+        self._ln_im = np.log(part[settings.im].to_numpy(dtype=np.float64))
+        keys = part[list(names)].to_numpy(dtype=np.float64)
+        places, variant = np.unique(keys, axis=0, return_inverse=True)
+        self.places = [dict(zip(names, place, strict=True)) for place in places.tolist()]
+        self._rows = [np.flatnonzero(variant.ravel() == v) for v in range(len(places))]
+        self._has = np.zeros((len(places), int(self._motion.max()) + 1), dtype=np.bool_)
+        self._has[variant.ravel(), self._motion] = True
+        self._known: dict[tuple[int, int], tuple[Floats, dict[str, int]]] = {}
+
+    def cells(self, axis: str) -> dict[tuple[float, float], list[tuple[int, int]]]:
+        """Return the pairs of variants (from, to) that differ in one axis only, by their values."""
+        groups: dict[tuple[float, ...], list[int]] = {}
+        for number, place in enumerate(self.places):
+            key = tuple(value for name, value in place.items() if name != axis)
+            groups.setdefault(key, []).append(number)
+        cells: dict[tuple[float, float], list[tuple[int, int]]] = {}
+        for numbers in groups.values():
+            first, *others = sorted(numbers, key=lambda number: self.places[number][axis])
+            for other in others:
+                ends = self.places[first][axis], self.places[other][axis]
+                cells.setdefault(ends, []).append((first, other))
+        return dict(sorted(cells.items()))
+
+    def ratio(self, pair: tuple[int, int], j: int) -> tuple[Jackknifed, dict[str, float]] | None:
+        """Return ln ratio of medians of state j and the columns of its runs; None without one."""
+        shared = self._has[pair[0]] & self._has[pair[1]]
+        if np.count_nonzero(shared) < _MIN_MOTIONS:
+            return None
+        (first, counts), (other, others) = self._medians(*pair), self._medians(*pair[::-1])
+        values = other[j] - first[j]
+        if not np.isfinite(values[0]):
+            return None
+        # ASSUME no influence where no line remains
+        values = np.where(np.isfinite(values), values, values[0])
+        ends = np.exp([first[j, 0], other[j, 0]]).tolist()
+        columns: dict[str, float] = {
+            "from_mean": ends[0],
+            "im_low": min(ends),
+            "im_high": max(ends),
+            "n_motions": int(np.count_nonzero(shared)),
+            **{name: max(count, others[name]) for name, count in counts.items()},
+            "n_pairs": counts["n_pairs"],
+            "n_discordant": 0,
+            "n_collapse_from": counts["n_collapse"],
+            "n_collapse_to": others["n_collapse"],
+        }
+        return Jackknifed.of(values, shared, shared, 2), columns
+
+    def _medians(self, variant: int, partner: int) -> tuple[Floats, dict[str, int]]:
+        """Return ln medians of a variant under the motions that its partner has too, and counts."""
+        # medians (J, 1 + M) of all runs, then without each motion; NaN where a state has none
+        has, motions = self._has[partner], self._has.shape[1]
+        key = variant, -1 if np.all(has >= self._has[variant]) else partner
+        if key not in self._known:
+            rows = self._rows[variant]
+            rows = rows[has[self._motion[rows]]]
+            codes = self._motion[rows]
+            outcomes = demand_outcomes(self._part.iloc[rows], self._states)
+            used = outcomes.used
+            ln_theta = np.full((len(self._states), 1 + motions), np.nan)
+            if np.unique(codes[used]).size >= _MIN_MOTIONS:
+                without = codes != np.arange(-1, motions)[:, None]
+                line = outcomes.lines(self._ln_im[rows], without.astype(np.float64))
+                for j, state in enumerate(self._states):
+                    if outcomes.status(state) == FITTED:
+                        ln_theta[j] = line.ln_theta(state.threshold)
+            counts = {
+                "n_pairs": rows.size,
+                "n_bounds": int(np.sum(used & (outcomes.lower != outcomes.upper))),
+                "n_left_out": int(np.sum(~used)),
+                **end_counts(self._part.iloc[self._rows[variant]]),
+            }
+            self._known[key] = ln_theta, counts
+        return self._known[key]

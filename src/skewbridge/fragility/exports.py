@@ -11,7 +11,7 @@ References:
 import json
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
@@ -26,7 +26,7 @@ from scipy import special
 from skewbridge.errors import InputError
 from skewbridge.files.digests import digest_of
 from skewbridge.files.text import no_formula, write_text
-from skewbridge.fragility.columns import FloatArray, positive, require, same_length
+from skewbridge.fragility.columns import positive, require, same_length
 from skewbridge.fragility.curves import METHODS
 from skewbridge.fragility.demand_table import axis_names, need_columns, read_table, variant_columns
 from skewbridge.fragility.fits import FITTED
@@ -44,17 +44,15 @@ PARAMETERS: Final = (
     "status", "warnings", "methods_ratio", "methods_differ", "n_exceed", "n_runs", "n_records",
     "n_unknown",
 )  # fmt: skip
-#: Columns that a hazard table adds: frequency (1/year) and probability from the intensities of the
-#: table, limits of the frequency from stronger ones, and the curve at its first level.
+#: Columns that a hazard table adds: frequency (1/year) and probability from its intensities, limits
+#: of the frequency from stronger ones, and the curve at its first level.
 FREQUENCY_COLUMNS: Final = (
     "annual_frequency", "probability_50y", "annual_frequency_above_least",
     "annual_frequency_above_most", "probability_at_first_level",
 )  # fmt: skip
-#: Columns of a CSV of probabilities (from theta and beta_total), after those of the curve.
-SAMPLED_COLUMNS: Final = ("intensity", "probability")
 #: Columns of a CSV of skew factors (theta / theta_straight, at skew 0), after those of the state.
-#: The interval is paired (same motions at both skews, from median_effects.parquet next to the
-#: curves, at its level) or independent (from the variances of both medians, 90 %, wider).
+#: The interval is paired (same motions at both skews, at the level of median_effects.parquet next
+#: to the curves) or independent (from the variances of both medians, 90 %, wider).
 SKEW_FACTOR_COLUMNS: Final = (
     "skew_deg", "im", "theta", "theta_straight", "factor", "factor_low", "factor_high", "interval",
     "hazus_factor",
@@ -110,18 +108,14 @@ def export_curves(
 
     Curves without an estimate have their status in a CSV; elsewhere they are left out and listed in
     ``unfitted``. The report of nrml has the ``models``, those of pelicun and dlml (a folder) the
-    ``holes``.
-
-    Raises:
-        InputError: The format, its content or the table is unusable, or an intensity measure has no
-            name in the other tool.
+    ``holes``. An `InputError` names an unusable format, content, table or intensity measure.
     """
     if form not in FORMATS:
         advice = ": spreadsheets open csv" if form == "xlsx" else ""
         raise InputError(f"format must be one of {', '.join(FORMATS)}, got {form!r}{advice}")
     scales = form == "pelicun" and content.skew_factors
-    plain = replace(content, points=CURVE_PARAMETERS.points) == CURVE_PARAMETERS
-    if form != "csv" and not plain and not scales:
+    only_csv = content.hazard or content.im_range or (content.skew_factors and not scales)
+    if form != "csv" and only_csv:
         options = "--im-range and --hazard need --format csv, --skew-factors csv or pelicun"
         raise InputError(f"{form} has only parameters of curves: {options}")
     curves = exported_curves(read_table(source), method)
@@ -160,8 +154,8 @@ def export_curves(
         else:
             table = csv_table(curves, content, _table_next_to(source, "median_effects"))
             if content.hazard is not None and has_estimate.any():
-                above = table.filter(like="_above_").div(table["annual_frequency"], axis=0).max()
-                least, most = above
+                frequency = table["annual_frequency"]
+                least, most = table.filter(like="_above_").div(frequency, axis=0).max()
                 notes.append(
                     f"annual frequencies are of the intensities in {content.hazard.name}; stronger "
                     f"ones add at most {most:.1%} (at least {least:.1%}) to a curve"
@@ -187,11 +181,9 @@ def exported_curves(table: pd.DataFrame, method: str | None = None) -> pd.DataFr
         known = ", ".join(sorted(table["method"].unique()))
         raise InputError(f"no curves of method {method!r} (in the table: {known})")
     scale, state = rows["component"].astype(str), rows["limit_state"].astype(str)
-    several = rows.groupby("component")["demand"].transform("nunique") > 1
-    return rows.assign(
-        curve_beta=rows["beta_total"].fillna(rows["beta"]),
-        damage_scale=scale.where(~several, scale + "_" + state),
-    )
+    single = rows.groupby("component")["demand"].transform("nunique") == 1
+    beta = rows["beta_total"].fillna(rows["beta"])
+    return rows.assign(curve_beta=beta, damage_scale=scale.where(single, scale + "_" + state))
 
 
 def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.DataFrame]]:
@@ -209,27 +201,20 @@ def _table_next_to(source: Path, name: str) -> pd.DataFrame:
     return read_table(path) if path.is_file() else pd.DataFrame({"scope": [], "status": []})
 
 
-def csv_table(
-    curves: pd.DataFrame,
-    content: CsvContent = CURVE_PARAMETERS,
-    medians: pd.DataFrame | None = None,
-) -> pd.DataFrame:
-    """Return the table of a CSV file: parameters, probabilities or factors of skew.
-
-    ``medians`` are the paired effects on median capacities, for the intervals of the factors.
-    """
+def csv_table(curves: pd.DataFrame, content: CsvContent, medians: pd.DataFrame) -> pd.DataFrame:
+    """Return the table of a CSV file: parameters, probabilities or factors of skew."""
     fitted = curves[curves["status"] == FITTED]
     if content.im_range is not None:
         names = [*variant_columns(fitted), "component", "limit_state", "method", "im"]
         im = pd.DataFrame({"intensity": np.geomspace(*content.im_range, content.points)})
         long = fitted[[*names, "theta", "curve_beta"]].merge(im, how="cross")
         u = np.log(long["intensity"] / long["theta"]) / long["curve_beta"]
-        return long.assign(probability=special.ndtr(u))[[*names, *SAMPLED_COLUMNS]]
+        return long.assign(probability=special.ndtr(u))[[*names, "intensity", "probability"]]
     if content.skew_factors:
         return _skew_factors(fitted, medians).drop(columns="variant_straight")
-    columns = [name for name in (*variant_columns(curves), *PARAMETERS) if name in curves]
+    table = curves[[name for name in (*variant_columns(curves), *PARAMETERS) if name in curves]]
     if content.hazard is None:
-        return curves[columns]
+        return table
     hazard = read_table(content.hazard)
     need_columns(hazard, ("im", "rate"), content.hazard.name)
     if fitted["im"].nunique() > 1:
@@ -237,11 +222,10 @@ def csv_table(
     im, rate = hazard["im"].to_numpy(), hazard["rate"].to_numpy()
     pairs = zip(fitted["theta"], fitted["curve_beta"], strict=True)
     rows = [annual_frequency(theta, beta, im, rate) for theta, beta in pairs]
-    found = pd.DataFrame(rows, index=fitted.index, columns=list(FREQUENCY_COLUMNS))
-    return curves[columns].join(found)
+    return table.join(pd.DataFrame(rows, fitted.index, list(FREQUENCY_COLUMNS)))
 
 
-def _skew_factors(fitted: pd.DataFrame, medians: pd.DataFrame | None) -> pd.DataFrame:
+def _skew_factors(fitted: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     """Return the medians of skewed bridges over those without skew, with their intervals."""
     skew, *columns = SKEW_FACTOR_COLUMNS
     others = [name for name in axis_names(fitted) if name != skew]
@@ -252,37 +236,26 @@ def _skew_factors(fitted: pd.DataFrame, medians: pd.DataFrame | None) -> pd.Data
     both = skewed.merge(straight, on=keys, suffixes=("", "_straight"))
     if both.empty:
         raise InputError("no limit state has an estimate both at skew 0 and at another skew")
-    angle = np.radians(90.0 - both[skew].abs().to_numpy(dtype=np.float64))
     both["factor"] = both["theta"] / both["theta_straight"]
     # ASSUME independent medians: without the pairs of motions the interval is too wide, never too
     # narrow, since both skews see the same motions
-    variance = (
-        both[["var_ln_theta", "var_ln_theta_straight"]].to_numpy(dtype=np.float64).sum(axis=1)
-    )
-    pairs = _paired_half_widths(medians, both, [*others, skew])
-    half = np.where(np.isnan(pairs), special.ndtri(0.95) * np.sqrt(variance), pairs)
-    both["interval"] = np.where(np.isnan(pairs), "independent", "paired")
+    variance = both["var_ln_theta"] + both["var_ln_theta_straight"]
+    paired = pd.Series(np.nan, both.index)
+    if "axis" in medians:
+        chosen = (medians["scope"] == "variant") & (medians["axis"] == skew)
+        pairs = medians[chosen & (medians["from_value"] == 0)]
+        width = 0.5 * np.log(pairs["ci_high"] / pairs["ci_low"])
+        pairs = pairs.assign(**{skew: pairs["to_value"], "half": width})
+        types, state = dict.fromkeys([*others, skew], float), ["bridge", "abutment", "demand"]
+        named = both.assign(demand=both["component"] + "/" + both["limit_state"]).astype(types)
+        pairs = pairs.astype(types)[[*state, *types, "half"]]
+        paired = named.merge(pairs, on=[*state, *types], how="left")["half"]
+    half = paired.fillna(variance**0.5 * float(special.ndtri(0.95)))
+    both["interval"] = np.where(paired.isna(), "independent", "paired")
     both["factor_low"] = both["factor"] * np.exp(-half)
     both["factor_high"] = both["factor"] * np.exp(half)
-    both["hazus_factor"] = np.sin(angle) ** 0.5
+    both["hazus_factor"] = np.sin(np.radians(90.0 - both[skew].abs())) ** 0.5
     return both[[*keys, skew, *columns, "variant_straight"]]
-
-
-def _paired_half_widths(
-    medians: pd.DataFrame | None, rows: pd.DataFrame, axes: list[str]
-) -> FloatArray:
-    """Return half of the width of the paired interval of each ln factor, NaN without a pair."""
-    if medians is None or "axis" not in medians:
-        return np.full(len(rows), np.nan)
-    chosen = (medians["scope"] == "variant") & (medians["axis"] == "skew_deg")
-    pairs = medians[chosen & (medians["from_value"] == 0)].copy()
-    pairs["skew_deg"] = pairs["to_value"]
-    pairs["half"] = 0.5 * np.log(pairs["ci_high"] / pairs["ci_low"])
-    keys = ["bridge", "abutment", "demand", *axes]
-    named = rows.assign(demand=rows["component"] + "/" + rows["limit_state"])
-    types = dict.fromkeys(axes, float)
-    found = named.astype(types).merge(pairs.astype(types)[[*keys, "half"]], on=keys, how="left")
-    return found["half"].to_numpy(dtype=np.float64)
 
 
 def write_skew_scaling(curves: pd.DataFrame, medians: pd.DataFrame, out: Path) -> None:
@@ -291,26 +264,20 @@ def write_skew_scaling(curves: pd.DataFrame, medians: pd.DataFrame, out: Path) -
     By skew, then ``factor``, ``low`` and ``high`` (ends of the interval): an argument
     ``scaling_specification`` of pelicun's damage model for the curves without skew that
     ``--format pelicun`` writes, at location 0 and direction 1.
-
-    Raises:
-        InputError: No limit state has medians at skew 0 and at another skew.
     """
     table = _skew_factors(curves[curves["status"] == FITTED], medians)
-    numbers = {
-        (variant, name): (f"{identifier(f'{variant}.{scale}', *_PELICUN_ID)}-0-1", f"LS{number}")
+    places = {
+        (variant, part["component"].iloc[0], state): (_pelicun_id(variant, scale), f"LS{number}")
         for variant, scale, states, part in _functions(curves)
         for number, state in enumerate(states, start=1)
-        for name in part.loc[part["limit_state"] == state, "component"] + "/" + state
     }
     scaling: dict[str, Any] = {}
-    ends = {"factor": "factor", "low": "factor_low", "high": "factor_high"}
     for row in table.to_dict("records"):
-        key = row["variant_straight"], f"{row['component']}/{row['limit_state']}"
-        component, limit_state = numbers[key]
+        name, number = places[row["variant_straight"], row["component"], row["limit_state"]]
         of_skew = scaling.setdefault(f"{row['skew_deg']:g}", {})
-        for end, column in ends.items():
-            states = of_skew.setdefault(end, {}).setdefault(component, {})
-            states[limit_state] = f"*{row[column]:.6g}"
+        for end in ("factor", "factor_low", "factor_high"):
+            states = of_skew.setdefault(end.removeprefix("factor_"), {})
+            states.setdefault(f"{name}-0-1", {})[number] = f"*{row[end]:.6g}"
     write_text(out, json.dumps(scaling, indent=1) + "\n")
 
 
@@ -319,9 +286,7 @@ def annual_frequency(theta: float, beta: float, im: ArrayLike, rate: ArrayLike) 
 
     Between the points of the table the hazard is a power law, for which the integral has a closed
     form. ``im`` rises, in the unit of theta; ``rate`` is the mean annual frequency of exceeding it.
-
-    Raises:
-        InputError: A value is not positive, or the table is not monotone; names the row.
+    An `InputError` names the row of a value that is not positive or not monotone.
     """
     x, h = positive(im, "im"), positive(rate, "rate")
     same_length(im=x, rate=h)
@@ -355,14 +320,17 @@ def identifier(name: str, signs: str, longest: int) -> str:
     return f"{plain[: longest - len(digest) - 1]}_{digest}"
 
 
+def _pelicun_id(variant: str, scale: str) -> str:
+    return identifier(f"{variant}.{scale}", *_PELICUN_ID)
+
+
 def measure_names(column: str) -> tuple[str, float, str, str]:
     """Return name and factor in OpenQuake, demand type and unit in pelicun of an intensity."""
     if match := re.match(r"im_sa_(\d+)p(\d+)_", column):
         period = f"{float(f'{match[1]}.{match[2]}'):g}"
         return f"SA({period})", 1.0, f"Spectral Acceleration|{period}", "g"
-    return next(
-        (m for start, m in _MEASURES.items() if column.startswith(start)), ("", 1.0, "", "")
-    )
+    found = (names for start, names in _MEASURES.items() if column.startswith(start))
+    return next(found, ("", 1.0, "", ""))
 
 
 def write_nrml(curves: pd.DataFrame, out: Path) -> list[dict[str, Any]]:
@@ -370,8 +338,7 @@ def write_nrml(curves: pd.DataFrame, out: Path) -> list[dict[str, Any]]:
 
     All functions of an OpenQuake model have the same limit states: there is a file for each damage
     scale and set of fitted states where they differ. In functions that are ``crossing``, a severer
-    curve lies above a milder one within the range of the medians, so that OpenQuake gets a negative
-    fraction of damage there.
+    curve lies above a milder one near the medians, a negative fraction of damage in OpenQuake.
     """
     groups: dict[tuple[str, tuple[str, ...]], list[pd.DataFrame]] = {}
     for _, scale, known, rows in _functions(curves):
@@ -379,10 +346,10 @@ def write_nrml(curves: pd.DataFrame, out: Path) -> list[dict[str, Any]]:
         if states:
             name = scale if len(states) == len(known) else "_".join((scale, *states))
             groups.setdefault((name, states), []).append(rows.loc[list(states)])
+    single = len({states for _, states in groups}) == 1
     files: dict[Path, tuple[tuple[str, ...], list[pd.DataFrame]]] = {}
     for (scale, states), parts in groups.items():
         name = re.sub(r"[^A-Za-z0-9_-]+", "_", scale)
-        single = len({states for _, states in groups}) == 1
         path = out if single else out.with_name(f"{out.stem}_{name}{out.suffix}")
         files.setdefault(path, (states, []))[1].extend(parts)
     return [_write_model(path, *content) for path, content in files.items()]
@@ -437,13 +404,12 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
     Those without an estimate count as well, as pelicun skips empty parameters: the ``holes`` of the
     report. A JSON file of names is next to the CSV file.
     """
-    names_file = out.with_suffix(".json")
     out.parent.mkdir(parents=True, exist_ok=True)
-    if names_file == out:
+    if (names_file := out.with_suffix(".json")) == out:
         raise InputError(f"{out.name}: parameters are CSV; a JSON file next to it has the names")
     rows: list[dict[str, Any]] = []
-    names: dict[str, Any] = {}
     holes: list[dict[str, Any]] = []
+    names: dict[str, Any] = {}
     for variant, scale, states, part in _functions(curves):
         of_state = {str(name): row for name, row in part.to_dict("index").items()}
         fitted = {name: row for name, row in of_state.items() if row["status"] == FITTED}
@@ -453,7 +419,7 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
         *_, demand, unit = measure_names(column)
         if not demand:
             raise InputError(f"{column} has no demand type in pelicun", column=column)
-        name = identifier(f"{variant}.{scale}", *_PELICUN_ID)
+        name = _pelicun_id(variant, scale)
         row: dict[str, Any] = {"ID": name, "Incomplete": 0, "Demand-Type": demand}
         # 0 lets pelicun take the larger direction times 1.2; our measures are RotD50 already
         row |= {"Demand-Unit": unit, "Demand-Offset": 0, "Demand-Directional": 1}
@@ -465,13 +431,10 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
                 values = ("lognormal", curve["theta"], curve["curve_beta"], "")
                 dispersion = curve.get("capacity_dispersion", 0.0)
                 capacity = f"median {curve['threshold']:g}, dispersion {dispersion:g}"
+                text = f"{state}: {curve['demand']} above {capacity}"
+                source = {"Description": text, "Reference": str(curve.get("citation", ""))}
                 # pelicun numbers damage states by the limit states that have parameters
-                described[f"LS{number}"] = {
-                    f"DS{len(described) + 1}": {
-                        "Description": f"{state}: {curve['demand']} above {capacity}",
-                        "Reference": str(curve.get("citation", "")),
-                    }
-                }
+                described[f"LS{number}"] = {f"DS{len(described) + 1}": source}
             else:
                 status = of_state[state]["status"] if state in of_state else "no row"
                 missing[state] = f"LS{number} {state} ({status})"
@@ -484,8 +447,7 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
         names[name] = {
             "Description": f"{scale} of {variant}, {methods} fit",
             "Comments": comments,
-            "SuggestedComponentBlockSize": "1 EA",
-            "RoundUpToIntegerQuantity": "True",
+            **{"SuggestedComponentBlockSize": "1 EA", "RoundUpToIntegerQuantity": "True"},
             "LimitStates": described,
         }
         rows.append(row)
@@ -498,6 +460,6 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
         "References": sorted({str(text) for text in curves.get("citation", ())} - {""}),
     }
     write_csv(pd.DataFrame(rows), out)
-    content = {"_GeneralInformation": about, **names}
-    write_text(names_file, json.dumps(content, indent=1, allow_nan=False) + "\n")
+    text = json.dumps({"_GeneralInformation": about, **names}, indent=1, allow_nan=False)
+    write_text(names_file, f"{text}\n")
     return {"files": [str(out), str(names_file)], "holes": holes}

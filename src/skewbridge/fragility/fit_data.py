@@ -15,7 +15,7 @@ from skewbridge.fragility import fits
 from skewbridge.fragility.columns import as_column, positive, require, same_length
 from skewbridge.fragility.curves import BOUNDS_TOO_WIDE, MAX_BOUNDS_RATIO
 from skewbridge.fragility.demand_table import motion_codes, need_columns, read_mapped, read_table
-from skewbridge.fragility.existence import FITTED, NO_EXCEEDANCE
+from skewbridge.fragility.fits import FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import MAX_DISPERSION, LimitState
 from skewbridge.fragility.motion_means import motion_weights
 from skewbridge.fragility.outcomes import TREATMENTS, DemandOutcomes, demand_outcomes
@@ -28,12 +28,9 @@ _MAX_ASSUMED_BETA: Final = 2.0
 _MOST_NAMED: Final = 20  # columns in a message
 #: Other names of the columns in published data sets.
 _ALIASES: Final = {
-    "right_censored": "censored",
-    "bracket_lo": "lower",
-    "bracket_hi": "upper",
-    "im_no_exceed": "lower",
-    "im_exceed": "upper",
-}
+    "right_censored": "censored", "bracket_lo": "lower", "bracket_hi": "upper",
+    "im_no_exceed": "lower", "im_exceed": "upper",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,10 +133,8 @@ def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     given = [options.threshold] if options.threshold else np.atleast_1d(need("threshold"))
     if len(given) == 0:
         raise InputError("the column threshold is empty: one number is needed")
-    threshold = float(positive(list(given[:1]), "threshold")[0])
-    censored, collapse = (
-        as_column(columns.get(name, np.zeros(im.size)), name) for name in ("censored", "collapse")
-    )
+    threshold, none = float(positive(list(given[:1]), "threshold")[0]), np.zeros(im.size)
+    censored, collapse = (as_column(columns.get(n, none), n) for n in ("censored", "collapse"))
     same_length(im=im, edp=edp, censored=censored, collapse=collapse)
     edp = np.where(collapse > 0.0, np.fmax(edp, threshold), edp)  # a collapsed run exceeds
     upper = np.where((censored > 0.0) | (collapse > 0.0), np.inf, edp)
@@ -155,15 +150,8 @@ def _fit_cloud(
         lower, upper = np.where(high, options.censor_above, lower), np.where(high, np.inf, upper)
     if options.model == "ols" and (count := int(np.sum(upper > lower))):
         raise InputError(f"--model ols would leave out {count} censored demands: take tobit")
-    return fits.fit_cloud(
-        im,
-        lower,
-        threshold,
-        upper,
-        capacity_dispersion=options.capacity_dispersion,
-        settings=options.settings,
-        motions=motions,
-    )
+    further: Any = {"capacity_dispersion": options.capacity_dispersion, "motions": motions}
+    return fits.fit_cloud(im, lower, threshold, upper, settings=options.settings, **further)
 
 
 def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.FragilityFit:
@@ -180,8 +168,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     if "collapse" in data:
         collapsed = as_column(data["collapse"].to_numpy(), "collapse") > 0.0
         status = np.where(collapsed & (status == OK), COLLAPSE, status)
-    kinds = {BEYOND_MODEL: failure_kinds(data)}
-    runs = pd.DataFrame({options.edp: demand, "status": status, **kinds})
+    runs = pd.DataFrame({options.edp: demand, "status": status, BEYOND_MODEL: failure_kinds(data)})
     good = (np.isfinite(demand) & (demand >= 0.0)) | ~is_complete(runs)
     require(good, options.edp, "must be >= 0 and finite in runs that completed", demand)
     state = LimitState(
@@ -194,16 +181,14 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     motions = motion_codes(data) if "motion_id" in data else np.arange(im.size)
     outcomes = demand_outcomes(runs, [state])
     fit, unknown = _fit_outcomes(im, motions, outcomes, state, options), outcomes.unknown(state)
-    count = int(np.unique(motions).size)
-    details: dict[str, Any] = {"n_records": count, "n_unknown": int(np.sum(unknown))}
+    details: dict[str, Any] = {"n_records": int(np.unique(motions).size)}
+    details["n_unknown"] = int(np.sum(unknown))
     if np.any(unknown):
-        thetas: list[float] = []
         for name in TREATMENTS:
             bound = _fit_outcomes(im, motions, outcomes.treated(state, name), state, options)
             details |= {f"theta_{name}": bound.theta, f"beta_{name}": bound.beta}
-            thetas.append(bound.theta)
         fit = replace(fit, warnings=(*fit.warnings, "unknown_outcomes"))
-        low, high = sorted(thetas[1:])
+        low, high = sorted((details["theta_all_exceed"], details["theta_none_exceed"]))
         if fit.status == FITTED and not (options.accept_bounds or high <= MAX_BOUNDS_RATIO * low):
             fit = fit.without_estimate(BOUNDS_TOO_WIDE)
     return replace(fit, details={**fit.details, **details})

@@ -1,6 +1,9 @@
-"""Lognormal fragility curves fitted to counts, capacities or a cloud of demands.
+"""Lognormal fragility curves fitted to counts, capacities or a cloud of demands, or bounds.
 
 References:
+    Albert and Anderson (1984), Biometrika 71(1):1-10: separation in binary regression.
+    Clopper and Pearson (1934), Biometrika 26(4):404-413: exact binomial limits.
+    Firth (1993), Biometrika 80(1):27-38: penalised likelihood that always has a maximum.
     Baker (2015), Earthquake Spectra 31(1):579-599: counts of exceedance, Eq. 11.
     Vamvatsikos and Cornell (2002), EESD 31(3):491-514: capacities of incremental analyses.
     Turnbull (1976), JRSS B 38(3):290-295: interval censoring.
@@ -16,28 +19,36 @@ from math import nan
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy import special
+from numpy.typing import ArrayLike
+from scipy import optimize, special
 
-from skewbridge.fragility import existence, likelihood, motion_means
-from skewbridge.fragility.columns import FloatArray, as_column, positive, require, same_length
-from skewbridge.fragility.existence import FITTED
-from skewbridge.fragility.lines import (
-    FLATTEST_SLOPE,
-    Lines,
-    TestedLine,
-    fit_lines,
-    lilliefors,
-    tested_line,
-    tobit_start,
-)
+from skewbridge.fragility import likelihood, lines, motion_means
+from skewbridge.fragility.columns import Floats, Index, as_column, positive, require, same_length
+from skewbridge.fragility.lines import FLATTEST_SLOPE, Lines, TestedLine
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
+#: Status of a fit that has an estimate (not the status of an analysis).
+FITTED: Final = "ok"
+NO_EXCEEDANCE: Final = "no_exceedance"
+ALL_EXCEED: Final = "all_exceed"
+SINGLE_LEVEL: Final = "single_level"
+COMPLETE_SEPARATION: Final = "complete_separation"
+QUASI_SEPARATION: Final = "quasi_separation"
+NON_INCREASING: Final = "non_increasing"
+NOT_APPLICABLE: Final = "not_applicable"
+NOT_CONVERGED: Final = "not_converged"
+NO_RUNS: Final = "no_runs"
 WIDE_CI_RATIO: Final = 3.0
 FEW_RECORDS: Final = 10
 FEW_MIXED_STRIPES: Final = 3
 ALL_CENSORED: Final = "all_censored"
 SLOPE_NOT_SIGNIFICANT: Final = "slope_not_significant"
+
+
+#: ln of the intensities and of the lower and upper ends of the demands, shape (n,) each.
+type Cloud = tuple[Floats, Floats, Floats]
+#: Median and dispersion of the capacity of each state.
+type Capacities = Sequence[tuple[float, float]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,47 +95,52 @@ class FragilityFit:
         return {name: list(v) if isinstance(v, tuple) else v for name, v in values.items()}
 
 
-def estimated(
-    blank: FragilityFit,
-    params: FloatArray,
-    covariance: FloatArray,
-    ends: FloatArray | None,
-    widening: float = 1.0,
-) -> FragilityFit:
-    """Return a fit with the estimate of (a0, a1): ln theta = -a0/a1 and beta = widening/a1.
+def fits_of_states(
+    blanks: Sequence[FragilityFit],
+    kernel: likelihood.NormalKernel,
+    best: likelihood.Maximum,
+    terms: Floats,
+    slope: int,
+    drop: float | None,
+    widenings: Sequence[float] | None = None,
+) -> list[FragilityFit]:
+    """Return the fits of J states from one maximum: ln theta = -a0/a1 and beta = widening/a1.
 
-    Its covariance follows by the delta method; ``ends`` (2, 2) are those of ln theta and of 1/a1.
+    ``terms`` (J, p) give a0 = params @ term, ``slope`` is the position of a1. Covariances follow by
+    the delta method; ``drop`` is that of the profile intervals, None for none.
     """
-    a0, a1 = params.tolist()
-    jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -widening / a1**2]])
-    variance = (jacobian @ covariance @ jacobian.T).tolist()
-    (low, high), of_beta = np.full((2, 2), nan) if ends is None else ends
-    return replace(
-        blank,
-        theta=motion_means.exp_end(-a0 / a1),
-        beta=widening / a1,
-        var_ln_theta=variance[0][0],
-        cov_ln_theta_beta=variance[0][1],
-        var_beta=variance[1][1],
-        ci_theta=(motion_means.exp_end(low), motion_means.exp_end(high)),
-        ci_beta=tuple((widening * of_beta).tolist()),
-        ci_method="" if ends is None else "profile",
-    )
+    fits, of_slope = list(blanks), np.eye(terms.shape[1])[slope]
+    ends = None if drop is None else likelihood.profile_ends(kernel, best, drop, terms, slope)
+    for j, blank in enumerate(blanks):
+        onto, widening = np.stack([terms[j], of_slope]), widenings[j] if widenings else 1.0
+        (a0, a1), covariance = (onto @ best.params[0]).tolist(), onto @ best.covariance[0] @ onto.T
+        jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -widening / a1**2]])
+        variance = (jacobian @ covariance @ jacobian.T).tolist()
+        (low, high), of_beta = np.full((2, 2), nan) if ends is None else ends[[j, -1]]
+        fits[j] = replace(
+            blank,
+            theta=motion_means.exp_end(-a0 / a1),
+            beta=widening / a1,
+            var_ln_theta=variance[0][0],
+            cov_ln_theta_beta=variance[0][1],
+            var_beta=variance[1][1],
+            ci_theta=(motion_means.exp_end(low), motion_means.exp_end(high)),
+            ci_beta=tuple((widening * of_beta).tolist()),
+            ci_method="" if ends is None else "profile",
+            loglik=float(best.loglik[0]),
+        )
+    return fits
 
 
-def jackknifed(fit: FragilityFit, ln_theta: FloatArray, beta: FloatArray) -> FragilityFit:
+def jackknifed(fit: FragilityFit, ln_theta: Floats, beta: Floats) -> FragilityFit:
     """Replace interval and covariance by those of the jackknife, from fits without each motion."""
     good = np.isfinite(ln_theta) & np.isfinite(beta) & (beta > 0.0)
     if np.sum(good) < motion_means.MIN_VALUES:
         return replace(fit, warnings=(*fit.warnings, "too_few_motions_for_an_interval"))
-    covariance = motion_means.jackknife_covariance(
-        np.column_stack([ln_theta[good], np.log(beta[good])])
-    )
+    logs = np.column_stack([ln_theta[good], np.log(beta[good])])
+    covariance = motion_means.jackknife_covariance(logs)
     extra = () if np.mean(good) > 0.95 else ("jackknife_without_estimate",)
-    t = float(special.stdtrit(good.size - 2, 0.5 + 0.5 * fit.level))
-    of_theta, of_beta = (
-        motion_means.exp_end(t * sd) for sd in np.sqrt(np.diag(covariance)).tolist()
-    )
+    of_theta, of_beta = motion_means.jackknife_factors(logs, fit.level, good.size - 2)
     return replace(
         fit,
         ci_theta=(fit.theta / of_theta, fit.theta * of_theta),
@@ -137,14 +153,12 @@ def jackknifed(fit: FragilityFit, ln_theta: FloatArray, beta: FloatArray) -> Fra
     )
 
 
-def common_warnings(
-    theta: float, ci_theta: tuple[float, float], im: FloatArray, n_records: int
-) -> list[str]:
+def common_warnings(fit: FragilityFit, im: Floats, n_records: int) -> list[str]:
     """Return the warnings that every method shares."""
-    low, high = ci_theta
+    low, high = fit.ci_theta
     narrow = np.isnan(low) or (low > 0.0 and high / low <= WIDE_CI_RATIO)
     found = {
-        "median_extrapolated": theta > np.max(im) or theta < np.min(im),
+        "median_extrapolated": fit.theta > np.max(im) or fit.theta < np.min(im),
         "wide_ci": not narrow,
         "fewer_than_10_records": n_records < FEW_RECORDS,
     }
@@ -183,7 +197,7 @@ def fit_stripes(
     kept = runs > 0.0
     x, runs, exceed = x[kept], runs[kept], exceed[kept]
     total, ln_im = round(float(np.sum(runs))), np.log(x)
-    status = existence.binomial_status(ln_im, runs, exceed) if total else existence.NO_RUNS
+    status = binomial_status(ln_im, runs, exceed) if total else NO_RUNS
     blank = FragilityFit(method="stripes", status=status, n_runs=total, level=settings.confidence)
     if not np.all(kept):
         blank = replace(blank, warnings=("stripes_without_runs",))
@@ -200,24 +214,23 @@ def fit_stripes(
     )
     if fit.status != FITTED:
         return fit
-    warnings = [*fit.warnings, *_overlap_warnings(x, runs, exceed)]
-    loglik = fit.loglik
+    warnings, loglik = (*fit.warnings, *_overlap_warnings(x, runs, exceed)), fit.loglik
     if whole:
         ways = special.gammaln(runs + 1.0) - special.gammaln(exceed + 1.0)
         loglik += float(np.sum(ways - special.gammaln(runs - exceed + 1.0)))
     else:
-        warnings.append("fractional_counts_no_interval")
+        warnings = (*warnings, "fractional_counts_no_interval")
     eta = fit.details["a0"] + fit.details["a1"] * ln_im
     details = {**fit.details, "loglik_kernel": fit.loglik, "aic": 4.0 - 2.0 * loglik}
     details |= _stripe_goodness(eta, ln_im, runs, exceed)
-    return replace(fit, loglik=loglik, warnings=tuple(warnings), details=details)
+    return replace(fit, loglik=loglik, warnings=warnings, details=details)
 
 
 def _maximised(
     blank: FragilityFit,
     kernel: likelihood.NormalKernel,
-    start: FloatArray,
-    im: FloatArray,
+    start: Floats,
+    im: Floats,
     *,
     n_records: int,
     interval: bool = True,
@@ -228,44 +241,40 @@ def _maximised(
     a0, a1 = best.params[0].tolist()
     blank = replace(blank, details={**blank.details, "a0": a0, "a1": a1})
     if not best.converged[0]:
-        return replace(blank, status=existence.NOT_CONVERGED)
+        return replace(blank, status=NOT_CONVERGED)
     if a1 <= flattest:
-        return replace(blank, status=existence.NON_INCREASING)
-    ends = None
-    if interval:
-        drop = likelihood.chi_square_drop(blank.level)
-        ends = likelihood.profile_ends(kernel, best, drop, np.array([[1.0, 0.0]]))
-    fit = estimated(blank, best.params[0], best.covariance[0], ends)
-    warnings = (*fit.warnings, *common_warnings(fit.theta, fit.ci_theta, im, n_records))
-    return replace(fit, loglik=float(best.loglik[0]), warnings=warnings)
+        return replace(blank, status=NON_INCREASING)
+    drop, term = likelihood.drop_of(blank.level), np.array([[1.0, 0.0]])
+    fit = fits_of_states([blank], kernel, best, term, 1, drop if interval else None)[0]
+    return replace(fit, warnings=(*fit.warnings, *common_warnings(fit, im, n_records)))
 
 
 def _stripe_bounds(
-    status: str, ln_im: FloatArray, n: FloatArray, k: FloatArray, settings: FitSettings
+    status: str, ln_im: Floats, n: Floats, k: Floats, settings: FitSettings
 ) -> dict[str, Any]:
     """Return the bounds that counts give where no estimate exists."""
     level, beta = settings.confidence, settings.assumed_beta
-    low, high = existence.clopper_pearson(k, n, level)
+    low, high = clopper_pearson(k, n, level)
     details: dict[str, Any] = {"p_lower": low.tolist(), "p_upper": high.tolist()}
-    if status in (existence.NO_EXCEEDANCE, existence.ALL_EXCEED):
-        exceed = status == existence.ALL_EXCEED
+    if status in (NO_EXCEEDANCE, ALL_EXCEED):
+        exceed = status == ALL_EXCEED
         return details | _median_bound(ln_im, n, settings, 0.3, 0.4, 0.6, exceed=exceed)
-    if status == existence.SINGLE_LEVEL:
+    if status == SINGLE_LEVEL:
         total, hits = np.sum(n, keepdims=True), np.sum(k, keepdims=True)
-        p, ends = float(hits[0] / total[0]), existence.clopper_pearson(hits, total, level)
+        p, ends = float(hits[0] / total[0]), clopper_pearson(hits, total, level)
         median = float(np.exp(ln_im[0] - beta * special.ndtri(p)))
         details |= {"p": p, "p_ci": [float(end[0]) for end in ends]}
         details["theta_given_beta"] = {f"{beta:g}": median}
-    if status in (existence.COMPLETE_SEPARATION, existence.QUASI_SEPARATION):
+    if status in (COMPLETE_SEPARATION, QUASI_SEPARATION):
         hi0, lo1 = float(np.max(ln_im[n - k > 0.0])), float(np.min(ln_im[k > 0.0]))
-        a0, a1 = existence.firth(ln_im, n, k)
-        firth = {"theta": float(np.exp(-a0 / a1)), "beta": 1.0 / a1}
-        low, high = existence.separated_bounds(ln_im, n, k, beta=beta, level=level)
+        a0, a1 = firth(ln_im, n, k)
+        theta, dispersion = float(np.exp(-a0 / a1)), 1.0 / a1
+        low, high = separated_bounds(ln_im, n, k, beta=beta, level=level)
         details |= _bracket(hi0, lo1) | {
             "theta_midpoint_log": float(np.exp(0.5 * (hi0 + lo1))),
             "theta_bounds_given_beta": {f"{beta:g}": [low, high]},
-            "firth": firth,
-            **{f"{name}_firth": value for name, value in firth.items()},
+            "firth": {"theta": theta, "beta": dispersion},
+            **{"theta_firth": theta, "beta_firth": dispersion},
             **{"theta_bound_low": low, "theta_bound_high": high, "theta_bound_beta": beta},
         }
     return details
@@ -278,24 +287,21 @@ def _bracket(low: float, high: float) -> dict[str, Any]:
 
 
 def _median_bound(
-    ln_im: FloatArray, n: FloatArray, settings: FitSettings, *betas: float, exceed: bool
+    ln_im: Floats, n: Floats, settings: FitSettings, *betas: float, exceed: bool
 ) -> dict[str, Any]:
     """Return one-sided bounds of the median where no run (or every run) exceeds, by dispersion."""
     level, assumed = settings.confidence, settings.assumed_beta
     bounds = {
-        f"{beta:g}": existence.median_bound(ln_im, n, beta=beta, level=level, exceed=exceed)
+        f"{beta:g}": median_bound(ln_im, n, beta=beta, level=level, exceed=exceed)
         for beta in sorted({*betas, assumed})
     }
     side, end = ("upper", "high") if exceed else ("lower", "low")
-    return {
-        "assumed_beta": assumed,
-        f"theta_{side}{100 * level:g}_given_beta": bounds,
-        f"theta_bound_{end}": bounds[f"{assumed:g}"],
-        "theta_bound_beta": assumed,
-    }
+    given, bound = f"theta_{side}{100 * level:g}_given_beta", bounds[f"{assumed:g}"]
+    found = {"assumed_beta": assumed, given: bounds, f"theta_bound_{end}": bound}
+    return found | {"theta_bound_beta": assumed}
 
 
-def _overlap_warnings(x: FloatArray, n: FloatArray, k: FloatArray) -> list[str]:
+def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
     """Warn where few stripes (or single runs) show the transition from none to all."""
     levels, index = np.unique(x, return_inverse=True)
     runs, exceed = np.bincount(index, n), np.bincount(index, k)
@@ -307,9 +313,7 @@ def _overlap_warnings(x: FloatArray, n: FloatArray, k: FloatArray) -> list[str]:
     return ["small_overlap"] if overlap < 2 * FEW_MIXED_STRIPES else []
 
 
-def _stripe_goodness(
-    eta: FloatArray, ln_im: FloatArray, n: FloatArray, k: FloatArray
-) -> dict[str, Any]:
+def _stripe_goodness(eta: Floats, ln_im: Floats, n: Floats, k: Floats) -> dict[str, Any]:
     """Return deviance, Pearson's statistic and the score test of a curvature in the predictor."""
     log_p, log_q, remain = special.log_ndtr(eta), special.log_ndtr(-eta), n - k
     p, most = np.exp(log_p), special.xlogy(k, k / n) + special.xlogy(remain, remain / n)
@@ -357,30 +361,28 @@ def fit_capacities(
     y = np.log(values)
     seen = y[~is_censored]
     blank = FragilityFit(method="ida", status=FITTED, n_runs=y.size, level=settings.confidence)
-    if seen.size == 0:
-        bound = _median_bound(y, np.ones(y.size), settings, exceed=False)
-        return replace(blank, status=ALL_CENSORED, details=bound)
-    if np.ptp(seen) == 0.0 and seen.size == y.size:
+    if seen.size and np.ptp(seen) == 0.0:
         # Equal capacities usually mean a grid too coarse: they are brackets, not values.
-        return replace(blank, status="zero_dispersion", theta=float(np.exp(seen[0])), beta=0.0)
-    if np.ptp(seen) == 0.0 and np.all(y[is_censored] <= seen[0]):
-        return replace(blank, status="unbounded_likelihood")
+        if seen.size == y.size:
+            return replace(blank, status="zero_dispersion", theta=float(np.exp(seen[0])), beta=0.0)
+        if np.all(y[is_censored] <= seen[0]):
+            return replace(blank, status="unbounded_likelihood")
     details: dict[str, Any] = {}
     if not np.any(is_censored):
         n, tail = y.size, 0.5 * (1.0 - settings.confidence)
         sd, mean = float(np.std(y, ddof=1)), float(np.mean(y))
         reach = float(special.stdtrit(n - 1, 1.0 - tail)) * sd / np.sqrt(n)
-        chi2 = [float(special.chdtri(n - 1, share)) for share in (tail, 1.0 - tail)]
+        chi2 = special.chdtri(n - 1, np.array([tail, 1.0 - tail]))
         details = {
             "beta_unbiased_n_minus_1": sd,
             "ci_theta_exact": [float(np.exp(mean - reach)), float(np.exp(mean + reach))],
-            "ci_beta_exact": [sd * float(np.sqrt((n - 1) / each)) for each in chi2],
+            "ci_beta_exact": (sd * np.sqrt((n - 1) / chi2)).tolist(),
         }
         if n >= 4:
             names = ("lilliefors_d", "lilliefors_d_05", "lilliefors_d_10")
-            details |= dict(zip(names, lilliefors(y), strict=True))
+            details |= dict(zip(names, lines.lilliefors(y), strict=True))
     blank = replace(blank, details=details)
-    return _fit_distribution(blank, y, np.where(is_censored, np.inf, y), values)
+    return _fit_distribution(blank, y, np.where(is_censored, np.inf, y), values, settings)
 
 
 def fit_brackets(
@@ -406,32 +408,17 @@ def fit_brackets(
     require(high > low, "upper", "must be above lower", high)
     with np.errstate(divide="ignore"):
         y_low, y_high = np.log(low), np.log(high)
-    level, size = settings.confidence, low.size
-    blank = FragilityFit(method="ida_interval", status=FITTED, n_runs=size, level=level)
-    has_low, has_high = np.isfinite(y_low), np.isfinite(y_high)
-    if not (np.any(has_low) and np.any(has_high)):
-        exceed = bool(np.any(has_high))
-        ends, status = (y_high, existence.ALL_EXCEED) if exceed else (y_low, ALL_CENSORED)
-        bound = _median_bound(ends, np.ones(low.size), settings, exceed=exceed)
-        return replace(blank, status=status, details=bound)
-    if (first := float(np.max(y_low))) <= (last := float(np.min(y_high))):
-        status = existence.COMPLETE_SEPARATION if first < last else existence.QUASI_SEPARATION
-        return replace(blank, status=status, details=_bracket(first, last))
-    if not np.any(has_low & has_high) and np.max(y_high[has_high]) <= np.min(y_low[has_low]):
-        return replace(blank, status=existence.NON_INCREASING)
-    return _fit_distribution(blank, y_low, y_high, np.append(low[low > 0.0], high[has_high]))
+    level, im = settings.confidence, np.append(low[low > 0.0], high[np.isfinite(high)])
+    blank = FragilityFit(method="ida_interval", status=FITTED, n_runs=low.size, level=level)
+    return _fit_distribution(blank, y_low, y_high, im, settings)
 
 
-def brackets_of_runs(
-    im: FloatArray, exceed: FloatArray, record: NDArray[np.intp]
-) -> tuple[FloatArray, FloatArray, int]:
-    """Return per record the bracket of the first exceedance over its levels.
+def brackets_of_runs(im: Floats, exceed: Floats, record: Index) -> tuple[Floats, Floats, int]:
+    """Return per record the bracket of its first exceedance, and the number of odd records.
 
     ``im``, ``exceed`` (0 or 1) and ``record`` are intensity, outcome and number of the motion of
-    each run, shape (n,). A later level that does not exceed again does not move the bracket.
-
-    Returns:
-        Lower ends, upper ends (0 and infinity where open), number of non-monotone records.
+    each run, shape (n,). Open ends are 0 and infinity. In an odd record a later level does not
+    exceed again, which does not move the bracket.
     """
     # ASSUME the first crossing is the capacity
     records, codes = np.unique(record, return_inverse=True)
@@ -440,18 +427,28 @@ def brackets_of_runs(
     np.minimum.at(upper, codes[hit], im[hit])
     below = ~hit & (im < upper[codes])
     np.maximum.at(lower, codes[below], im[below])
-    odd = np.unique(codes[~hit & (im > upper[codes])]).size
-    return lower, upper, odd
+    return lower, upper, np.unique(codes[~hit & (im > upper[codes])]).size
 
 
 def _fit_distribution(
-    blank: FragilityFit, lower: FloatArray, upper: FloatArray, im: FloatArray
+    blank: FragilityFit, lower: Floats, upper: Floats, im: Floats, settings: FitSettings
 ) -> FragilityFit:
-    """Maximise over (a0, a1), z = a0 + a1 ln x, and complete the blank fit."""
-    censored = ~(np.isfinite(lower) & np.isfinite(upper))
+    """Complete the blank fit of capacities between ln ``lower`` and ln ``upper``, if it exists."""
+    has_low, has_high = np.isfinite(lower), np.isfinite(upper)
+    if not (np.any(has_low) and np.any(has_high)):
+        exceed = bool(np.any(has_high))
+        ends, status = (upper, ALL_EXCEED) if exceed else (lower, ALL_CENSORED)
+        details = _median_bound(ends, np.ones(ends.size), settings, exceed=exceed)
+        return replace(blank, status=status, details=details)
+    if (first := float(np.max(lower))) <= (last := float(np.min(upper))):
+        status = COMPLETE_SEPARATION if first < last else QUASI_SEPARATION
+        return replace(blank, status=status, details=_bracket(first, last))
+    if not np.any(has_low & has_high) and np.max(upper[has_high]) <= np.min(lower[has_low]):
+        return replace(blank, status=NON_INCREASING)
+    censored = ~(has_low & has_high)
     blank = replace(blank, details={**blank.details, "n_censored": int(np.sum(censored))})
     kernel = likelihood.NormalKernel(-np.ones((lower.size, 1)), lower, upper)
-    guess = np.where(np.isfinite(upper), upper, lower)
+    guess = np.where(has_high, upper, lower)
     spread = max(float(np.std(guess)), 0.05)
     start = np.array([-float(np.mean(guess)) / spread, 1.0 / spread])
     # a falling curve gives brackets no probability
@@ -468,14 +465,16 @@ def fit_cloud(
     *,
     capacity_dispersion: float = 0.0,
     settings: FitSettings = DEFAULTS,
-    motions: NDArray[np.intp] | None = None,
+    motions: Index | None = None,
 ) -> FragilityFit:
     """Fit a fragility curve to a cloud of demands: ln D = ln a + b ln x + e.
 
     theta = exp((ln c - ln a)/b) and beta = sqrt(s^2 + dispersion^2)/b. Without censored demands by
     least squares with Fieller's interval; otherwise by maximum likelihood (Tobit) with profile
     intervals in which Student's t(n - 2), n the observed demands, replaces the normal quantile:
-    without censoring it is Fieller's. Where motions repeat, by the jackknife by motion.
+    without censoring it is Fieller's. Where motions repeat, by the jackknife by motion. The status
+    ``slope_not_significant`` means an unbounded set of Fieller, the warnings ``saturating``,
+    ``curved`` and ``heteroscedastic`` are by the tests of curvature and of Breusch and Pagan.
 
     Args:
         im: Intensities, shape (n,), positive.
@@ -487,10 +486,6 @@ def fit_cloud(
         settings: Confidence level.
         motions: Number of the motion of each run; None: one run per motion.
 
-    Returns:
-        The fit. ``slope_not_significant``: Fieller's set is unbounded; ``saturating`` or
-        ``curved``: by the curvature test; ``heteroscedastic``: by that of Breusch and Pagan.
-
     Raises:
         InputError: A value is missing or not positive; names the rows.
     """
@@ -501,54 +496,46 @@ def fit_cloud(
     usable = np.isfinite(low) & (low >= 0.0) & (high > 0.0) & ((low > 0.0) | ~observed)
     require(usable, "edp", "must be > 0 and finite", low)
     require(high >= low, "upper", "must not be below edp", high)
-    limit = as_column([threshold], "threshold")
-    require(np.isfinite(limit) & (limit > 0.0), "threshold", "must be > 0 and finite", limit)
     informative = (low > 0.0) | np.isfinite(high)
     with np.errstate(divide="ignore"):
         x, y_low, y_high = (np.log(each[informative]) for each in (values, low, high))
-    lines, codes = None, np.arange(x.size) if motions is None else motions[informative]
+    left_out, codes = None, np.arange(x.size) if motions is None else motions[informative]
     if np.unique(codes).size < x.size:
-        lines = fit_lines(x, y_low, y_high, motion_means.motion_weights(codes)[1:])
-    capacity = float(limit[0]), capacity_dispersion
-    return fit_cloud_states(x, y_low, y_high, [capacity], settings, lines)[0]
+        left_out = lines.fit_lines(x, y_low, y_high, motion_means.motion_weights(codes)[1:])
+    capacity = float(positive([threshold], "threshold")[0]), capacity_dispersion
+    return fit_cloud_states((x, y_low, y_high), [capacity], settings, left_out)[0]
 
 
 def fit_cloud_states(
-    x: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
-    capacities: Sequence[tuple[float, float]],
-    settings: FitSettings,
-    lines: Lines | None = None,
+    cloud: Cloud, capacities: Capacities, settings: FitSettings, without_each: Lines | None = None
 ) -> list[FragilityFit]:
     """Fit one line to a cloud and return the curve of each state, as `fit_cloud` does.
 
-    ``x``, ``low`` and ``high`` (n,) are ln of the intensities and of the ends of the demands,
-    ``capacities`` median and dispersion of each state, ``lines`` those without each motion where
-    motions repeat.
+    ``without_each`` are the lines without each motion where motions repeat.
     """
+    x, low, high = cloud
     seen = low == high
-    n_motions = x.size if lines is None else lines.b.size
+    n_motions = x.size if without_each is None else without_each.b.size
     censored = not bool(np.all(seen))
     method, level = "cloud_tobit" if censored else "cloud_ols", settings.confidence
     blank = FragilityFit(method=method, status=FITTED, n_runs=x.size, level=level)
     if np.sum(seen) < 3 or np.ptp(x[seen]) == 0.0:
-        status = "too_few_runs" if np.sum(seen) < 3 else existence.SINGLE_LEVEL
+        status = "too_few_runs" if np.sum(seen) < 3 else SINGLE_LEVEL
         return [replace(blank, status=status)] * len(capacities)
-    line = tested_line(x[seen], low[seen])
+    line = lines.tested_line(x[seen], low[seen])
     blank = replace(blank, line=line)
     if censored:
-        fits = _fit_tobit(blank, (x, low, high), capacities, interval=lines is None)
+        fits = _fit_tobit(blank, cloud, capacities, interval=without_each is None)
     else:
         fits = [_fit_least_squares(blank, line, *capacity) for capacity in capacities]
     for j, (fit, (threshold, dispersion)) in enumerate(zip(fits, capacities, strict=True)):
         if fit.status != FITTED:
             continue
-        if lines is not None:
-            fit = jackknifed(fit, lines.ln_theta(threshold), lines.beta(dispersion))
-        names = common_warnings(fit.theta, fit.ci_theta, np.exp(x), n_motions) + line.warnings
-        if not np.any(low >= np.log(threshold)):
-            names.append("no_exceedance_observed")
+        if without_each is not None:
+            ln_theta, beta = without_each.ln_theta(threshold), without_each.beta(dispersion)
+            fit = jackknifed(fit, ln_theta, beta)
+        names = common_warnings(fit, np.exp(x), n_motions) + line.warnings
+        names += [] if np.any(low >= np.log(threshold)) else ["no_exceedance_observed"]
         fits[j] = replace(fit, warnings=(*fit.warnings, *names))
     return fits
 
@@ -559,25 +546,24 @@ def _fit_least_squares(
     """Complete a cloud fit without censored demands; intervals after Fieller and delta method."""
     values = {k: v for k, v in line._asdict().items() if k not in ("n", "mean_x", "sxx")}
     details = {name: value for name, value in values.items() if not np.isnan(value)}
-    n, ln_c = line.n, float(np.log(threshold))
+    n, rise = line.n, float(np.log(threshold)) - (line.ln_a + line.b * line.mean_x)
     unfitted = replace(blank, details=details)
     t = float(special.stdtrit(n - 2, 0.5 + 0.5 * blank.level))
     if line.b <= 0.0:
-        return replace(unfitted, status=existence.NON_INCREASING)
+        return replace(unfitted, status=NON_INCREASING)
     if line.sigma <= 1e-12:
         return replace(unfitted, status="zero_dispersion")
-    if line.b**2 <= t**2 * line.sigma**2 / line.sxx:
+    a = line.b**2 - t**2 * line.sigma**2 / line.sxx
+    if a <= 0.0:
         return replace(unfitted, status=SLOPE_NOT_SIGNIFICANT)
     beta = float(np.hypot(line.sigma, dispersion)) / line.b
-    ln_theta = (ln_c - line.ln_a) / line.b
+    ln_theta = (float(np.log(threshold)) - line.ln_a) / line.b
     away = ln_theta - line.mean_x
     relative = line.sigma**2 / line.sxx / line.b**2  # relative variance of b
     # beta = sqrt(s^2 + c^2)/b: its derivative by s is s/(beta b^2), by b it is -beta/b
     var_s = line.sigma**2 / (2.0 * (n - 2))
     var_beta = (line.sigma / (beta * line.b**2)) ** 2 * var_s + beta**2 * relative
     maximum = line.sigma * np.sqrt((n - 2) / n)  # maximum-likelihood value
-    rise = ln_c - (line.ln_a + line.b * line.mean_x)
-    a = line.b**2 - t**2 * line.sigma**2 / line.sxx
     constant = rise**2 - t**2 * line.sigma**2 / n
     root = float(np.sqrt(max((line.b * rise) ** 2 - a * constant, 0.0)))
     ends = [line.mean_x + (line.b * rise + sign * root) / a for sign in (-1.0, 1.0)]
@@ -597,35 +583,102 @@ def _fit_least_squares(
 
 
 def _fit_tobit(
-    blank: FragilityFit,
-    cloud: tuple[FloatArray, FloatArray, FloatArray],
-    capacities: Sequence[tuple[float, float]],
-    *,
-    interval: bool,
+    blank: FragilityFit, cloud: Cloud, capacities: Capacities, *, interval: bool
 ) -> list[FragilityFit]:
-    """Complete the cloud fits of some states with censored demands (ln intensity, ends of ln D)."""
+    """Complete the cloud fits of some states with censored demands."""
     # with (d0, d1, h) of z = h ln D - d0 - d1 ln x the predictor is (d0 - h ln c) + d1 ln x
     x, low, high = cloud
     seen = low == high
     kernel = likelihood.NormalKernel(np.column_stack([np.ones(x.size), x]), low, high)
-    best = likelihood.maximise(kernel, tobit_start(x, low, seen))
+    best = likelihood.maximise(kernel, lines.tobit_start(x, low, seen))
     d0, d1, h = best.params[0].tolist()
     if not bool(best.converged[0]):
-        return [replace(blank, status=existence.NOT_CONVERGED)] * len(capacities)
+        return [replace(blank, status=NOT_CONVERGED)] * len(capacities)
     details = {"ln_a": d0 / h, "b": d1 / h, "sigma": 1.0 / h, "n_censored": int(np.sum(~seen))}
-    blank = replace(blank, details=details, loglik=float(best.loglik[0]))
+    blank = replace(blank, details=details)
     if d1 <= FLATTEST_SLOPE:
-        return [replace(blank, status=existence.NON_INCREASING, loglik=nan)] * len(capacities)
+        return [replace(blank, status=NON_INCREASING)] * len(capacities)
     terms = np.array([[1.0, 0.0, -np.log(c)] for c, _ in capacities])
-    ends = None
-    if interval:
-        drop = likelihood.student_drop(int(np.sum(seen)), blank.level)
-        ends = likelihood.profile_ends(kernel, best, drop, terms)
-    fits: list[FragilityFit] = []
-    for j, (term, (_, dispersion)) in enumerate(zip(terms, capacities, strict=True)):
-        onto = np.array([term, [0.0, 1.0, 0.0]])
-        params, covariance = onto @ best.params[0], onto @ best.covariance[0] @ onto.T
-        widening = float(np.sqrt(1.0 + (h * dispersion) ** 2))
-        own = None if ends is None else ends[[j, -1]]
-        fits.append(estimated(blank, params, covariance, own, widening))
-    return fits
+    drop = likelihood.drop_of(blank.level, int(np.sum(seen))) if interval else None
+    widenings = [float(np.sqrt(1.0 + (h * dispersion) ** 2)) for _, dispersion in capacities]
+    return fits_of_states([blank] * len(capacities), kernel, best, terms, 1, drop, widenings)
+
+
+def binomial_status(ln_im: Floats, n: Floats, k: Floats) -> str:
+    """Return the status of stripes with n > 0, arrays of shape (J,); k may be fractions.
+
+    With hi0 the largest level having a non-exceedance and lo1 the smallest having an exceedance:
+    hi0 < lo1 is complete separation, hi0 = lo1 quasi-separation; the mirror image is
+    ``non_increasing``, as is a unique estimate with a negative slope.
+    """
+    if np.sum(k) <= 0.0:
+        return NO_EXCEEDANCE
+    if np.sum(n - k) <= 0.0:
+        return ALL_EXCEED
+    if np.ptp(ln_im) == 0.0:
+        return SINGLE_LEVEL
+    with_none, with_some = ln_im[n - k > 0.0], ln_im[k > 0.0]
+    if np.max(with_none) < np.min(with_some):
+        return COMPLETE_SEPARATION
+    if np.max(with_none) == np.min(with_some):
+        return QUASI_SEPARATION
+    if np.max(with_some) <= np.min(with_none):
+        return NON_INCREASING
+    return FITTED
+
+
+def clopper_pearson(k: Floats, n: Floats, level: float) -> tuple[Floats, Floats]:
+    """Return the exact limits of a proportion; one-sided where none or all exceed."""
+    tail = np.where((k <= 0.0) | (k >= n), 1.0 - level, (1.0 - level) / 2.0)
+    low = np.where(k <= 0.0, 0.0, special.betaincinv(np.maximum(k, 1e-9), n - k + 1.0, tail))
+    high = np.where(k >= n, 1.0, special.betaincinv(k + 1.0, np.maximum(n - k, 1e-9), 1.0 - tail))
+    return low, high
+
+
+def median_bound(ln_im: Floats, n: Floats, *, beta: float, level: float, exceed: bool) -> float:
+    """Return theta with P(data | theta, beta) = 1 - level: an upper bound where all ``exceed``."""
+    sign = 1.0 if exceed else -1.0
+
+    def excess(ln_theta: float) -> float:
+        eta = sign * (ln_im - ln_theta) / beta
+        return float(np.sum(n * special.log_ndtr(eta)) - np.log(1.0 - level))
+
+    middle, reach = float(np.mean(ln_im)), float(np.ptp(ln_im)) + 40.0 * beta
+    return float(np.exp(optimize.brentq(excess, middle - reach, middle + reach, xtol=1e-13)))
+
+
+def separated_bounds(
+    ln_im: Floats, n: Floats, k: Floats, *, beta: float, level: float
+) -> tuple[float, float]:
+    """Return the one-sided bounds, by the likelihood ratio, of the median of separated data."""
+
+    def loglik(ln_theta: float) -> float:
+        eta = (ln_im - ln_theta) / beta
+        return float(np.sum(k * special.log_ndtr(eta) + (n - k) * special.log_ndtr(-eta)))
+
+    low, high = float(np.min(ln_im)) - 8.0 * beta, float(np.max(ln_im)) + 8.0 * beta
+    best = optimize.minimize_scalar(lambda t: -loglik(t), bounds=(low, high), method="bounded")
+    middle, target = float(best.x), loglik(float(best.x)) - 0.5 * float(special.ndtri(level)) ** 2
+    ends = (
+        optimize.brentq(lambda t: loglik(t) - target, middle, middle + side * beta, xtol=1e-12)
+        for side in (-40.0, 40.0)
+    )
+    first, last = map(float, np.exp(list(ends)))
+    return first, last
+
+
+def firth(ln_im: Floats, n: Floats, k: Floats) -> tuple[float, float]:
+    """Return (a0, a1) that maximise l + 0.5 ln|I|, with I the expected information."""
+    centre, scale = float(np.mean(ln_im)), float(np.std(ln_im))
+    design = np.column_stack([np.ones_like(ln_im), (ln_im - centre) / scale])
+
+    def negative(a: Floats) -> float:
+        eta = design @ a
+        # phi^2/(Phi(eta) Phi(-eta)) by Mills ratios, which do not underflow
+        weight = n * likelihood.mills_ratio(eta) * likelihood.mills_ratio(-eta)
+        sign, log_determinant = np.linalg.slogdet(design.T @ (weight[:, None] * design))
+        loglik = np.sum(k * special.log_ndtr(eta) + (n - k) * special.log_ndtr(-eta))
+        return np.inf if sign <= 0 else -float(loglik) - 0.5 * float(log_determinant)
+
+    a0, a1 = optimize.fmin(negative, [0.0, 1.0], xtol=1e-10, ftol=1e-13, maxiter=4000, disp=False)
+    return float(a0 - a1 * centre / scale), float(a1 / scale)

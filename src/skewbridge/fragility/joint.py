@@ -19,16 +19,15 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.files.tables import frame_of, read_table, records_of, texts_of
 from skewbridge.fragility import demand_table
-from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.columns import Floats, Index, Row
 from skewbridge.fragility.curves import described_as_curves
-from skewbridge.fragility.existence import FITTED, NON_INCREASING, NOT_APPLICABLE
-from skewbridge.fragility.limit_states import LimitState
+from skewbridge.fragility.fits import FITTED, NON_INCREASING, NOT_APPLICABLE
+from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.mixed import MixedData, MixedFit, fit_mixed, outer_by, without_each_motion
 from skewbridge.fragility.motion_means import jackknife_covariance
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, states_by_demand
@@ -102,9 +101,9 @@ class AxisRange:
         skew = variants[SKEW].to_numpy(dtype=np.float64) if SKEW in variants else np.zeros(1)
         blank = cls(limits={}, signed_skew=bool(np.any(skew > 0.0) and np.any(skew < 0.0)))
         values = {name: blank._counted(name, variants[name].to_numpy(np.float64)) for name in names}
-        finite = {name: value for name, value in values.items() if np.all(np.isfinite(value))}
-        limits = {name: (float(np.min(v)), float(np.max(v))) for name, v in finite.items()}
-        return replace(blank, limits=limits)
+        limits = {name: (float(np.min(v)), float(np.max(v))) for name, v in values.items()}
+        finite = {name: ends for name, ends in limits.items() if np.all(np.isfinite(ends))}
+        return replace(blank, limits=finite)
 
     @property
     def varying(self) -> tuple[str, ...]:
@@ -116,21 +115,20 @@ class AxisRange:
         """Middle of the range of each varying axis."""
         return {name: 0.5 * sum(self.limits[name]) for name in self.varying}
 
-    def variables(self, values: Mapping[str, Any]) -> dict[str, FloatArray]:
+    def variables(self, values: Mapping[str, Any]) -> dict[str, Floats]:
         """Return the variables of the model at values of the axes, by axis, shape (n,) each."""
-        found: dict[str, FloatArray] = {}
+        found: dict[str, Floats] = {}
         for name in self.varying:
             value = np.atleast_1d(self._counted(name, np.asarray(values[name], dtype=np.float64)))
             scale = REFERENCE_GAP_MM if name == GAP else axis(name).high
-            unscaled = axis(name).unit == "-" or not 0.0 < scale < np.inf
-            found[name] = value if unscaled else value / scale
+            is_scaled = axis(name).unit != "-" and 0.0 < scale < np.inf
+            found[name] = value / scale if is_scaled else value
         return found
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Check that a point lies inside the range; axes that the abutment model lacks are ignored.
+        """Check that a point lies inside the range; an `InputError` names the axis that does not.
 
-        Raises:
-            InputError: A value is missing or outside the range, or an axis is not in the study.
+        Axes that the abutment model lacks are ignored.
         """
         possible = {*self.limits, *(each.name for each in AXES)}
         for name in (*self.varying, *values):
@@ -148,14 +146,14 @@ class AxisRange:
         return abs(value) if name == SKEW and not self.signed_skew else value
 
 
-def term_matrix(terms: Sequence[str], variables: Mapping[str, FloatArray]) -> FloatArray:
+def term_matrix(terms: Sequence[str], variables: Mapping[str, Floats]) -> Floats:
     """Return a column of ones and one per term (axes joined by colons), shape (n, 1 + q)."""
     size = next((value.size for value in variables.values()), 1)
     products = [np.prod([variables[name] for name in term.split(":")], axis=0) for term in terms]
     return np.column_stack([np.ones(size), *products])
 
 
-def term_sets(variables: Mapping[str, FloatArray]) -> list[tuple[str, ...]]:
+def term_sets(variables: Mapping[str, Floats]) -> list[tuple[str, ...]]:
     """Return the sets of terms to compare: main effects, with squares, with products, with both.
 
     A set has only terms that the variants, with ``variables`` of shape (V,), can distinguish, and,
@@ -168,8 +166,7 @@ def term_sets(variables: Mapping[str, FloatArray]) -> list[tuple[str, ...]]:
         kept: tuple[str, ...] = ()
         for term in [*variables, *further]:
             matrix = term_matrix((*kept, term), variables)
-            spare = matrix.shape[0] - matrix.shape[1]
-            if spare >= (0 if term in variables else 1):
+            if matrix.shape[0] - matrix.shape[1] >= (0 if term in variables else 1):
                 kept = (*kept, term) if np.linalg.matrix_rank(matrix) == len(kept) + 2 else kept
         sets.append(kept)
     return list(dict.fromkeys(sets))
@@ -181,10 +178,10 @@ class JointModel:
 
     axis_range: AxisRange
     terms: tuple[str, ...]  # after the constant
-    coefficients: FloatArray  # of ln theta, shape (1 + q,)
+    coefficients: Floats  # of ln theta, shape (1 + q,)
     beta: float  # record-to-record
     beta_total: float  # including the capacity
-    covariance: FloatArray  # of coefficients, ln beta and ln beta_total, shape (3 + q, 3 + q)
+    covariance: Floats  # of coefficients, ln beta and ln beta_total, shape (3 + q, 3 + q)
     freedom: int  # degrees of freedom of the intervals
     level: float  # confidence level of the intervals
 
@@ -210,7 +207,7 @@ class JointModel:
         half = special.stdtrit(self.freedom, 0.5 + 0.5 * level) * np.sqrt(variance)
         return float(np.exp(estimate - half)), float(np.exp(estimate + half))
 
-    def vector(self, values: Mapping[str, float]) -> FloatArray:
+    def vector(self, values: Mapping[str, float]) -> Floats:
         """Return the constant and the terms at values of the axes, shape (1 + q,)."""
         return term_matrix(self.terms, self.axis_range.variables(values))[0]
 
@@ -224,7 +221,7 @@ class JointModel:
         """Return the ratio of medians of two points, above to below, and its interval."""
         return self._exponential(self.vector(above) - self.vector(below), level)
 
-    def _exponential(self, vector: FloatArray, level: float) -> tuple[float, float, float]:
+    def _exponential(self, vector: Floats, level: float) -> tuple[float, float, float]:
         estimate = float(vector @ self.coefficients)
         variance = float(vector @ self.covariance[:-2, :-2] @ vector)
         return (float(np.exp(estimate)), *self.interval(estimate, variance, level))
@@ -232,7 +229,7 @@ class JointModel:
 
 def joint_table(
     demands: pd.DataFrame,
-    limit_states: Sequence[LimitState],
+    limit_states: States,
     curves: pd.DataFrame | None,
     settings: FitSettings = DEFAULTS,
     *,
@@ -247,7 +244,7 @@ def joint_table(
             model | {"im": settings.im, "level": settings.confidence},
             demand_table.demand_columns(part, [settings.im, demand]),
             states,
-            own[(own["component"] == component) & own["variant"].isin(part["variant"].unique())],
+            own[own["component"] == component],
         )
         for model, part in demand_table.models_of(demands)
         for (component, demand), states in states_by_demand(limit_states).items()
@@ -259,9 +256,7 @@ def joint_table(
     return table
 
 
-def _rows(
-    item: tuple[dict[str, Any], pd.DataFrame, list[LimitState], pd.DataFrame],
-) -> list[dict[str, Any]]:
+def _rows(item: tuple[dict[str, Any], pd.DataFrame, list[LimitState], pd.DataFrame]) -> list[Row]:
     """Return the rows of the states of one demand: of model columns, runs, states and clouds."""
     model, runs, states, clouds = item
     lacking = lacking_axes(str(model["abutment"]))
@@ -274,7 +269,7 @@ def _rows(
     ln_im = np.log(runs[str(model["im"])].to_numpy(dtype=np.float64))
     fit = _fit_demand(outcomes, ln_im, demand_table.motion_codes(runs), codes, axis_range, variants)
     left_out = None if isinstance(fit, str) else without_each_motion(fit.data, fit.fit)
-    rows: list[dict[str, Any]] = []
+    rows: list[Row] = []
     for state in states:
         status = outcomes.status(state)
         row = {
@@ -299,35 +294,33 @@ class _DemandFit(NamedTuple):
     data: MixedData
     fit: MixedFit
     terms: tuple[str, ...]
-    matrix: FloatArray  # constant and terms of the variants, (V, 1 + q)
-    left_out_variant: FloatArray  # coefficients without each variant, (V, p)
+    matrix: Floats  # constant and terms of the variants, (V, 1 + q)
+    left_out_variant: Floats  # coefficients without each variant, (V, p)
     press: float
 
 
 def _fit_demand(
     outcomes: DemandOutcomes,
-    ln_im: FloatArray,
-    motion: NDArray[np.intp],
-    variant: NDArray[np.intp],
+    ln_im: Floats,
+    motion: Index,
+    variant: Index,
     axis_range: AxisRange,
     variants: pd.DataFrame,
 ) -> _DemandFit | str:
     """Return the model that predicts left-out variants best, or why there is none."""
-    used = outcomes.used
     if not axis_range.varying:
         return NO_AXIS
-    lower, upper = outcomes.ln_ends
+    used, (lower, upper) = outcomes.used, outcomes.ln_ends
     known, variant = lower == upper, variant[used]
     motion = np.unique(motion[used], return_inverse=True)[1]
-    if not np.any(used) or np.unique(motion[known]).size < MIN_MOTIONS:
+    if np.unique(motion[known]).size < MIN_MOTIONS:
         return TOO_FEW_MOTIONS
     values = {name: variants[name].to_numpy(dtype=np.float64) for name in axis_range.varying}
     variables = axis_range.variables(values)
     best: _DemandFit | None = None
     for terms in term_sets(variables):
         matrix = term_matrix(terms, variables)
-        by_run = matrix[variant]
-        design = np.column_stack([by_run[:, 0], ln_im[used], by_run[:, 1:]])
+        design = np.insert(matrix[variant], 1, ln_im[used], axis=1)
         if np.linalg.matrix_rank(design[known]) < design.shape[1]:
             continue
         data = MixedData(design=design, lower=lower, upper=upper, motion=motion)
@@ -339,8 +332,8 @@ def _fit_demand(
 
 
 def _without_each_variant(
-    data: MixedData, fit: MixedFit, variant: NDArray[np.intp], count: int
-) -> tuple[FloatArray, float]:
+    data: MixedData, fit: MixedFit, variant: Index, count: int
+) -> tuple[Floats, float]:
     """Return coefficients without each variant (V, p), and the root mean square error."""
     # by generalised least squares; NaN and infinity where the others do not determine them
     # ASSUME tau, sigma and the expected values of censored demands of the other variants do not
@@ -370,27 +363,20 @@ def _without_each_variant(
 
 
 def _estimate(
-    fit: _DemandFit,
-    left_out: FloatArray,
-    state: LimitState,
-    row: Mapping[str, Any],
-    own: pd.DataFrame,
-) -> dict[str, Any]:
+    fit: _DemandFit, left_out: Floats, state: LimitState, row: Mapping[str, Any], own: pd.DataFrame
+) -> Row:
     """Return the columns of a state from the parameters without each motion, shape (G, m)."""
     # `own` are the cloud fits of the V variants
     motions = len(left_out)
     estimate = _state_parameters(fit.fit.parameters[None, :], motions, state)[0]
     without = _state_parameters(left_out, motions - 1, state)
-    found: dict[str, Any] = {
-        "slope": float(fit.fit.delta[1]),
-        "tau": fit.fit.tau,
-        "sigma": fit.fit.sigma,
-        "press": fit.press,
+    found: dict[str, Any] = {"slope": float(fit.fit.delta[1]), "press": fit.press}
+    found |= {"tau": fit.fit.tau, "sigma": fit.fit.sigma, "terms": ";".join(fit.terms)}
+    found |= {
         "n_runs": fit.data.motion.size,
         "n_motions": motions,
         "n_right_censored": int(np.sum(np.isinf(fit.data.upper))),
         "n_left_censored": int(np.sum(np.isinf(fit.data.lower))),
-        "terms": ";".join(fit.terms),
     }
     if not (np.all(np.isfinite(estimate)) and np.all(np.isfinite(without))):
         return found | {"status": NON_INCREASING}
@@ -398,8 +384,7 @@ def _estimate(
     found["coefficients"] = estimate[:-2].tolist()
     found["covariance"] = jackknife_covariance(without).ravel().tolist()
     model = JointModel.of_row({**row, **found})
-    found["theta"], *ends = model.median(model.axis_range.middle)
-    found["theta_low"], found["theta_high"] = ends
+    found["theta"], found["theta_low"], found["theta_high"] = model.median(model.axis_range.middle)
     for name, place in (("beta", -2), ("beta_total", -1)):
         ends = model.interval(estimate[place], model.covariance[place, place], model.level)
         found[f"{name}_low"], found[f"{name}_high"] = ends
@@ -408,11 +393,11 @@ def _estimate(
     level = delta[:, 0] + np.sum(delta[:, 2:] * fit.matrix[:, 1:], axis=1)
     predicted = np.exp((np.log(state.threshold) - level) / slope)
     error = np.abs(predicted / own["theta"].to_numpy(dtype=np.float64) - 1.0)
-    found["loo_variants"] = int(np.sum(np.isfinite(error)))
-    if not found["loo_variants"]:
-        return found
+    if not (compared := int(np.sum(np.isfinite(error)))):
+        return found | {"loo_variants": 0}
     worst = int(np.nanargmax(error))
     found |= {
+        "loo_variants": compared,
         "loo_error": float(np.nanmedian(error)),
         "loo_error_max": float(error[worst]),
         "loo_error_max_variant": str(own.index[worst]),
@@ -421,7 +406,7 @@ def _estimate(
     return found | ({"status": LARGE_ERROR} if error[worst] > MAX_LEFT_OUT_ERROR else {})
 
 
-def _state_parameters(parameters: FloatArray, motions: int, state: LimitState) -> FloatArray:
+def _state_parameters(parameters: Floats, motions: int, state: LimitState) -> Floats:
     """Return coefficients of ln theta, ln beta and ln beta_total, shape (K, 3 + q)."""
     # NaN where the slope is not positive; `parameters` have the shape (K, m)
     slope = parameters[:, 1:2]
@@ -443,12 +428,10 @@ def predict_states(
     component: str | None = None,
     state: str | None = None,
     at: float | None = None,  # intensity of `p` (with beta_total) and `p_records` (with beta)
-) -> list[dict[str, Any]]:
+) -> list[Row]:
     """Return a row per limit state that has a joint model, at a point in the range of a study.
 
-    Raises:
-        InputError: The table, bridge, abutment model or state does not exist, or the point is
-            outside the range of the study.
+    An `InputError` names a missing table, bridge, model or state, or an axis outside the range.
     """
     path = next((results / name for name in _PATHS if (results / name).is_file()), None)
     if path is None:
@@ -460,38 +443,32 @@ def predict_states(
     stored = read_table(path)
     drawn = texts_of(stored.schema).get(RANDOM_PROPERTIES, "none")
     table = _chosen(frame_of(stored), "bridge", bridge)
-    model_name = None if abutment is None else abutment.replace("-", "_")
-    table = _chosen(table, "abutment", model_name, usual=_USUAL_ABUTMENT)
+    table = _chosen(table, "abutment", abutment and abutment.replace("-", "_"), _USUAL_ABUTMENT)
     for column, name in (("component", component), ("limit_state", state)):
         table = table if name is None else _chosen(table, column, name)
     usable = records_of(table[table["status"] == FITTED])
     if not usable:
         why = ", ".join(sorted(set(table["status"])))
         raise InputError(f"no joint model of these limit states has an estimate: {why}")
-    rows: list[dict[str, Any]] = []
+    rows: list[Row] = []
     for row in usable:
         model = JointModel.of_row(row)
         model.axis_range.check(values)
-        theta, low, high = model.median(values)
-        p, p_records = (
-            None if at is None else float(special.ndtr(np.log(at / theta) / beta))
-            for beta in (model.beta_total, model.beta)
-        )
+        theta, *ends = model.median(values)
         found = {"component": row["component"], "state": row["limit_state"], "theta": theta}
-        found |= {"beta": model.beta, "beta_total": model.beta_total, "ci_theta": [low, high]}
-        found |= {"p": p, "p_records": p_records, "loo_error": row["loo_error"], "im": row["im"]}
-        found |= {RANDOM_PROPERTIES: drawn}
+        found |= {"beta": model.beta, "beta_total": model.beta_total, "ci_theta": ends}
+        for name, beta in (("p", model.beta_total), ("p_records", model.beta)):
+            found[name] = None if at is None else float(special.ndtr(np.log(at / theta) / beta))
+        found |= {"loo_error": row["loo_error"], "im": row["im"], RANDOM_PROPERTIES: drawn}
         rows.append(found)
     return rows
 
 
-def _chosen(
-    table: pd.DataFrame, column: str, name: str | None, usual: str | None = None
-) -> pd.DataFrame:
+def _chosen(table: pd.DataFrame, column: str, name: str | None, usual: str = "") -> pd.DataFrame:
     names = sorted(set(table[column].astype(str)))
     if name is None:
         name = names[0] if len(names) == 1 else usual
     if name not in names:
-        problem = "is missing" if name is None else f"got {name!r}"
+        problem = f"got {name!r}" if name else "is missing"
         raise InputError(f"{column} must be one of {', '.join(names)}; {problem}", column=column)
     return table[table[column] == name]

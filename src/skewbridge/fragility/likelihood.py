@@ -13,10 +13,9 @@ References:
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
-from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.columns import Floats, Index, Mask
 
 HALF_LOG_2PI: Final = 0.5 * np.log(2.0 * np.pi)
 _SQRT_2_OVER_PI: Final = np.sqrt(2.0 / np.pi)
@@ -26,12 +25,12 @@ _MAX_HALVINGS: Final = 40
 _PROFILE_TOLERANCE: Final = 1e-11
 
 
-def mills_ratio(eta: FloatArray) -> FloatArray:
+def mills_ratio(eta: Floats) -> Floats:
     """Return phi/Phi(eta) = sqrt(2/pi)/erfcx(-eta/sqrt 2), which neither underflows nor cancels."""
     return np.asarray(_SQRT_2_OVER_PI / special.erfcx(-eta / np.sqrt(2.0)))
 
 
-def log_normal_tail(eta: FloatArray) -> tuple[FloatArray, FloatArray]:
+def log_normal_tail(eta: Floats) -> tuple[Floats, Floats]:
     """Return ln Phi(eta) and phi/Phi(eta), from one scaled error function."""
     ratio = mills_ratio(eta)
     with np.errstate(divide="ignore"):
@@ -39,7 +38,7 @@ def log_normal_tail(eta: FloatArray) -> tuple[FloatArray, FloatArray]:
     return log_p, ratio
 
 
-def log_normal_interval(lower: FloatArray, upper: FloatArray) -> FloatArray:
+def log_normal_interval(lower: Floats, upper: Floats) -> Floats:
     """Return ln[Phi(upper) - Phi(lower)] without cancellation; -inf where ``upper <= lower``."""
     flip = lower > 0.0
     a = np.where(flip, -upper, lower)
@@ -53,12 +52,12 @@ def log_normal_interval(lower: FloatArray, upper: FloatArray) -> FloatArray:
 class Derivatives(NamedTuple):
     """Log-likelihood of R parameter vectors with its first and second derivatives."""
 
-    loglik: FloatArray  # shape (R,), minus infinity outside the parameter space
-    score: FloatArray  # shape (R, p)
-    hessian: FloatArray  # shape (R, p, p)
+    loglik: Floats  # shape (R,), minus infinity outside the parameter space
+    score: Floats  # shape (R, p)
+    hessian: Floats  # shape (R, p, p)
 
 
-def _products(first: FloatArray, second: FloatArray) -> FloatArray:
+def _products(first: Floats, second: Floats) -> Floats:
     """Return x y' of the rows of two designs of shape (J, p), shape (J, p p)."""
     return (first[:, :, None] * second[:, None, :]).reshape(-1, first.shape[1] ** 2)
 
@@ -74,11 +73,11 @@ class NormalKernel:
 
     def __init__(
         self,
-        covariates: FloatArray,  # X, shape (n, q)
-        lower: FloatArray,  # lower ends of Y, shape (n,); minus infinity where left-censored
-        upper: FloatArray,  # equal to `lower` where observed, infinity where right-censored
-        weights: FloatArray | None = None,  # (n,), or (R, n) for R replicates
-        upper_covariates: FloatArray | None = None,  # of ordered states; then no row is observed
+        covariates: Floats,  # X, shape (n, q)
+        lower: Floats,  # lower ends of Y, shape (n,); minus infinity where left-censored
+        upper: Floats,  # equal to `lower` where observed, infinity where right-censored
+        weights: Floats | None = None,  # (n,), or (R, n) for R replicates
+        upper_covariates: Floats | None = None,  # of ordered states; then no row is observed
     ) -> None:
         self.weights = np.ones(lower.size) if weights is None else weights
         above = covariates if upper_covariates is None else upper_covariates
@@ -97,25 +96,16 @@ class NormalKernel:
         self._low_low, self._high_high = (_products(x, x) for x in (self._low, self._high))
         self._cross = _products(self._low, self._high) + _products(self._high, self._low)
         self._any_observed = bool(seen.any())
-        self._count, self._onto, self._sums = self._squares(
-            covariates[seen], lower[seen], self.weights[..., seen]
-        )
-
-    @staticmethod
-    def _squares(
-        x: FloatArray, y: FloatArray, weights: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return count, basis and sums of the quadratic form of the observed rows."""
-        # z = d onto params with d = (-x, residual of y about a line): nothing cancels.
-        size = x.shape[1] + 1
-        line = np.linalg.lstsq(x, y)[0] if y.size else np.zeros(size - 1)
-        onto = np.eye(size)
-        onto[:-1, -1] = -line
+        # z = d onto params with d = (-x, residual of y about a line): nothing cancels
+        x, y, w = covariates[seen], lower[seen], self.weights[..., seen]
+        line = np.linalg.lstsq(x, y)[0] if y.size else np.zeros(x.shape[1])
+        self._onto = np.eye(line.size + 1)
+        self._onto[:-1, -1] = -line
         rows = np.column_stack([-x, y - x @ line])
-        sums = (weights @ _products(rows, rows)).reshape(*weights.shape[:-1], size, size)
-        return np.sum(weights, axis=-1), onto, sums
+        self._count, sums = np.sum(w, axis=-1), w @ _products(rows, rows)
+        self._sums = sums.reshape(*w.shape[:-1], line.size + 1, line.size + 1)
 
-    def derivatives(self, params: FloatArray, rows: NDArray[np.intp] | None = None) -> Derivatives:
+    def derivatives(self, params: Floats, rows: Index | None = None) -> Derivatives:
         """Evaluate at ``params`` (R, p); ``rows`` are their numbers in the batch of replicates."""
         weights, sums, count = self.weights, self._sums, self._count
         if weights.ndim == 2 and rows is not None:
@@ -157,7 +147,7 @@ class NormalKernel:
         return Derivatives(loglik, score, hessian)
 
 
-def exceedance_kernel(ln_im: FloatArray, exceed: FloatArray, remain: FloatArray) -> NormalKernel:
+def exceedance_kernel(ln_im: Floats, exceed: Floats, remain: Floats) -> NormalKernel:
     """Return the kernel of counts of exceedance: eta = a0 + a1 ln x, parameters (a0, a1).
 
     It is Eq. 11 of Baker (2015), see `fits`, without the binomial coefficient; arrays (J,).
@@ -171,13 +161,15 @@ def exceedance_kernel(ln_im: FloatArray, exceed: FloatArray, remain: FloatArray)
 class Maximum(NamedTuple):
     """Maxima of a batch of R log-likelihoods."""
 
-    params: FloatArray  # shape (R, p)
-    loglik: FloatArray  # shape (R,)
-    covariance: FloatArray  # inverse observed information, shape (R, p, p); NaN where singular
-    converged: NDArray[np.bool_]  # shape (R,)
+    params: Floats  # shape (R, p)
+    loglik: Floats  # shape (R,)
+    covariance: Floats  # inverse observed information, shape (R, p, p); NaN where singular
+    converged: Mask  # shape (R,)
 
 
-def maximise(kernel: NormalKernel, start: FloatArray, *, covariance: bool = True) -> Maximum:
+def maximise(
+    kernel: "NormalKernel | _Profiles", start: Floats, *, covariance: bool = True
+) -> Maximum:
     """Maximise a batch of concave log-likelihoods from ``start`` (R, p) by halved Newton steps."""
     params = np.array(start, dtype=np.float64)
     active = np.arange(len(params))
@@ -220,31 +212,31 @@ def maximise(kernel: NormalKernel, start: FloatArray, *, covariance: bool = True
     return Maximum(params, loglik, inverse, converged)
 
 
-def chi_square_drop(level: float) -> float:
-    """Return the drop of twice the log-likelihood that bounds an interval in large samples."""
-    return float(special.chdtri(1.0, 1.0 - level))
+def drop_of(level: float, n: int | None = None) -> float:
+    """Return the drop of twice the log-likelihood that bounds an interval in large samples.
 
-
-def student_drop(n: int, level: float) -> float:
-    """Return the drop for a line through n demands whose scatter is estimated with it."""
+    With ``n`` it is that of a line through n demands whose scatter is estimated with it.
+    """
+    if n is None:
+        return float(special.chdtri(1.0, 1.0 - level))
     # 2 [l_max - l_profile] = n ln(1 + t^2/(n - 2)) is exact for a coefficient of least squares
     t = float(special.stdtrit(n - 2, 0.5 + 0.5 * level))
     return n * float(np.log1p(t**2 / (n - 2)))
 
 
 def profile_ends(
-    kernel: NormalKernel, maximum: Maximum, drop: float, intercepts: FloatArray, slope: int = 1
-) -> FloatArray:
+    kernel: NormalKernel, maximum: Maximum, drop: float, intercepts: Floats, slope: int = 1
+) -> Floats:
     """Return the profile intervals {psi: 2 [l_max - l_profile(psi)] <= drop}, shape (J + 1, 2).
 
     They are those of ln theta of each state, then of the common beta = 1/a1; infinite where the
-    data do not bound that side. All ends are found together by Newton's method inside brackets: the
-    derivative of a profile is the Lagrange multiplier of the constraint that fixes psi.
-    The predictor of a state is params @ intercept + a1 ln x, so ln theta = -params @ intercept/a1;
+    data do not bound that side. All ends are found together by Newton's method inside brackets. The
+    predictor of a state is params @ intercept + a1 ln x, so ln theta = -params @ intercept/a1;
     ``intercepts`` (J, p) are 0 at the position ``slope`` of a1.
     """
     best, a1 = maximum.params[0], float(maximum.params[0, slope])
-    profiles = _Profiles(kernel, best, float(maximum.loglik[0]) - 0.5 * drop, intercepts, slope)
+    profiles = _Profiles(kernel, best, intercepts, slope)
+    target = float(maximum.loglik[0]) - 0.5 * drop
     middles = np.append(-intercepts @ best / a1, np.log(a1))
     gradients = np.vstack([-intercepts, np.eye(best.size)[slope]]) / a1
     gradients[:-1, slope] = -middles[:-1] / a1
@@ -258,7 +250,8 @@ def profile_ends(
     low, high = np.zeros(away.size), np.full(away.size, np.inf)  # the end lies between
     endless = np.zeros(away.size, dtype=np.bool_)
     for _ in range(_MAX_ITERATIONS):
-        value, rate = profiles.evaluate(centre + side * away)
+        loglik, rate = profiles.evaluate(centre + side * away)
+        value = loglik - target
         inside = value > 0.0
         endless = inside & (away == reach)
         if np.all(done := endless | (np.abs(value) < _PROFILE_TOLERANCE)):
@@ -277,83 +270,49 @@ def profile_ends(
 
 
 class _Profiles:
-    """Profiles of ln theta of J states (2 rows each) and of ln a1 (2 rows), less a target."""
+    """Profiles of ln theta of J states (2 rows each) and of ln a1 (2 rows)."""
 
-    # a row maximises the log-likelihood under the constraint normal @ params = right
+    # A row is the log-likelihood over all parameters but the one that a constraint determines:
+    # normal @ params = right, in which that parameter has the factor 1
 
-    def __init__(
-        self,
-        kernel: NormalKernel,
-        best: FloatArray,
-        target: float,
-        intercepts: FloatArray,
-        slope: int,
-    ) -> None:
-        self._kernel, self._target, self._slope = kernel, target, slope
-        axis = np.eye(best.size)[slope]
+    def __init__(self, kernel: NormalKernel, best: Floats, intercepts: Floats, slope: int) -> None:
+        self._kernel, self._slope, self._eye = kernel, slope, np.eye(best.size)
+        axis = self._eye[slope]
         self._normals = np.vstack([np.repeat(intercepts, 2, axis=0), axis, axis])
+        self._determined = self._eye[np.argmax(self._normals == 1.0, axis=1)]
         # along these directions every constraint has a solution of finite likelihood: all
         # intercepts move alike, or the slope
         shift = np.any(intercepts == 1.0, axis=0).astype(np.float64)
         self._shifts = np.vstack([np.tile(shift, (2 * len(intercepts), 1)), axis, axis])
         self._params = np.tile(best, (len(self._normals), 1))
-        self._now = kernel.derivatives(self._params)
 
-    def evaluate(self, psi: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def derivatives(self, params: Floats, rows: Index) -> Derivatives:
+        """Evaluate some rows at the parameters that are free, as `NormalKernel` does."""
+        onto = self._onto[rows]
+        now = self._kernel.derivatives(self._offset[rows] + (onto @ params[:, :, None])[..., 0])
+        score = (now.score[:, None, :] @ onto)[:, 0]
+        hessian = np.swapaxes(onto, 1, 2) @ now.hessian @ onto
+        is_fixed = ~np.any(onto, axis=1)
+        return Derivatives(now.loglik, score, hessian - is_fixed[:, :, None] * self._eye)
+
+    def evaluate(self, psi: Floats) -> tuple[Floats, Floats]:
         """Return the profiles at ``psi`` and their derivatives, shape (rows,)."""
         normals, right = self._normals.copy(), np.zeros(psi.size)
         normals[:-2, self._slope] = psi[:-2]
         right[-2:] = np.exp(psi[-2:])
-        loglik, multiplier = self._maximise(normals, right, np.zeros(psi.size, dtype=np.bool_))
-        falling = self._params[:, self._slope] < 0.0
-        if np.any(falling):  # a falling curve is excluded: the best rising one is flat
-            loglik, multiplier = self._maximise(normals, right, falling)
-        rate = -multiplier * self._params[:, self._slope]
+        self._offset = right[:, None] * self._determined
+        self._onto = self._eye - self._determined[:, :, None] * normals[:, None, :]
+        while True:
+            miss = right - np.sum(normals * self._params, axis=1)
+            along = miss / np.sum(normals * self._shifts, axis=1)
+            best = maximise(self, self._params + along[:, None] * self._shifts, covariance=False)
+            self._params = self._offset + (self._onto @ best.params[:, :, None])[..., 0]
+            falling = self._params[:, self._slope] < 0.0
+            if not np.any(falling):
+                break
+            # a falling curve is excluded: the best rising one is flat
+            self._onto[falling, :, self._slope] = self._params[falling, self._slope] = 0.0
+        score = self._kernel.derivatives(self._params).score
+        rate = -np.sum(self._determined * score, axis=1) * self._params[:, self._slope]
         rate[-2:] *= -1.0
-        return loglik - self._target, rate
-
-    def _maximise(
-        self, normals: FloatArray, right: FloatArray, flat: NDArray[np.bool_]
-    ) -> tuple[FloatArray, FloatArray]:
-        """Move the parameters to the maxima; return log-likelihoods and Lagrange multipliers."""
-        # the slope stays at zero in the rows `flat`
-        params, now = self._params, self._now
-        if np.any(flat):
-            params[flat, self._slope] = normals[flat, self._slope] = 0.0
-            now = self._kernel.derivatives(params)
-        miss = right - np.sum(normals * params, axis=1)
-        multiplier = np.zeros(right.size)
-        for number in range(_MAX_ITERATIONS):
-            score, information = now.score.copy(), -now.hessian
-            score[flat, self._slope] = 0.0
-            information[flat, self._slope] = information[flat, :, self._slope] = 0.0
-            # far from the data a direction may be flat: the ridge keeps the step finite
-            ridge = 1e-12 + 1e-11 * np.trace(information, axis1=1, axis2=2)
-            information += ridge[:, None, None] * np.eye(params.shape[1])
-            solved = np.linalg.solve(information, np.stack([score, normals], axis=2))
-            of_score, of_normal = solved[:, :, 0], solved[:, :, 1]
-            multiplier = np.sum(normals * of_score, axis=1) - miss
-            multiplier /= np.sum(normals * of_normal, axis=1)
-            step = of_score - multiplier[:, None] * of_normal
-            gain = np.sum(step * (score - multiplier[:, None] * normals), axis=1)
-            if number and np.all(gain < _PROFILE_TOLERANCE):
-                break
-            trial = self._kernel.derivatives(params + step)
-            if number == 0:  # from outside the constraint: any finite value will do
-                lost = ~np.isfinite(trial.loglik)
-                if np.any(lost):
-                    along = miss / np.sum(normals * self._shifts, axis=1)
-                    step = np.where(lost[:, None], along[:, None] * self._shifts, step)
-                    trial = self._kernel.derivatives(params + step)
-                miss = np.zeros(right.size)
-            else:
-                while np.any(fallen := ~(trial.loglik >= now.loglik - 1e-10)):
-                    step = np.where(fallen[:, None], 0.5 * step, step)
-                    trial = self._kernel.derivatives(params + step)
-                    if np.max(np.abs(step)) < 1e-14:
-                        break
-            if number and np.all(np.abs(step) <= 1e-14 * (1.0 + np.abs(params))):
-                break
-            params, now = params + step, trial
-        self._params, self._now = params, now
-        return now.loglik, multiplier
+        return best.loglik, rate

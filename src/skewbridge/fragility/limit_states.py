@@ -20,25 +20,15 @@ COLLAPSE_EXCEEDS: Final = "exceeds"
 MAX_DISPERSION: Final = 2.0
 # A smaller dispersion is more likely a slip of units (0.25 written in thousandths).
 SMALL_DISPERSION: Final = 0.05
-_PERCENT: Final = 0.01
 _STRICT: Final = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
-_UNITS: Final[dict[str, tuple[str, float]]] = {  # dimension and factor to the SI unit
-    "m": ("length", 1.0),
-    "mm": ("length", MM),
-    "in": ("length", INCH),
-    "ft": ("length", FOOT),
-    "kn": ("force", KN),
-    "kip": ("force", KIP),
-    "kj": ("energy", KJ),
-    "rad": ("angle", 1.0),
-    "mps": ("velocity", 1.0),
-    "mps2": ("acceleration", 1.0),
-    "g": ("gravity units", 1.0),
-    "s": ("time", 1.0),
-    "ratio": ("ratio", 1.0),
-    "percent": ("ratio", _PERCENT),
-}
+#: Dimension and factor to the SI unit.
+_UNITS: Final[dict[str, tuple[str, float]]] = {
+    "m": ("length", 1.0), "mm": ("length", MM), "in": ("length", INCH), "ft": ("length", FOOT),
+    "kn": ("force", KN), "kip": ("force", KIP), "kj": ("energy", KJ), "rad": ("angle", 1.0),
+    "mps": ("velocity", 1.0), "mps2": ("acceleration", 1.0), "g": ("gravity units", 1.0),
+    "s": ("time", 1.0), "ratio": ("ratio", 1.0), "percent": ("ratio", 0.01),
+}  # fmt: skip
 # Last words of the names of dimensionless columns.
 _RATIO_WORDS: Final = ("dcr", "ductility", "friction", "closures", "capacity")
 # Units of the demands table that are spelled differently here.
@@ -68,13 +58,8 @@ class LimitState:
     @property
     def columns(self) -> dict[str, Any]:
         """Columns of the state in tables of results."""
-        return {
-            "component": self.component,
-            "limit_state": self.name,
-            "demand": self.demand,
-            "threshold": self.threshold,
-            "capacity_dispersion": self.dispersion,
-        }
+        state = {"component": self.component, "limit_state": self.name, "demand": self.demand}
+        return state | {"threshold": self.threshold, "capacity_dispersion": self.dispersion}
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -86,6 +71,8 @@ class LimitState:
         """``component/name``, the name of the state in tables of effects."""
         return f"{self.component}/{self.name}"
 
+
+type States = Sequence[LimitState]
 
 #: Component of the loss of a column, from the demands of both failure modes.
 COLUMN_FAILURE: Final = "column_failure"
@@ -105,7 +92,7 @@ SHEAR_MODEL_DISPERSION: Final = 0.15
 DRIFT_CAPACITY_DISPERSION: Final = 0.35
 
 
-def with_column_failure(states: Sequence[LimitState], columns: Collection[str]) -> list[LimitState]:
+def with_column_failure(states: States, columns: Collection[str]) -> list[LimitState]:
     """Return limit states with those of the loss of a column, unless the file defines them.
 
     Shear failure is a demand-capacity ratio of 1 or more, flexural failure a ratio of drift to its
@@ -120,18 +107,17 @@ def with_column_failure(states: Sequence[LimitState], columns: Collection[str]) 
         "any": (DRIFT_CAPACITY_DISPERSION, "the larger of both"),
     }
     demands = {**FAILURE_DEMANDS, "any": COLUMN_FAILURE_RATIO}
+    # ASSUME a collapse by unseating does not decide whether a column had failed
+    shared = {"component": COLUMN_FAILURE, "unit": "ratio", "collapse": "peak"}
     failures = [
         LimitState(
-            component=COLUMN_FAILURE,
             name=mode,
             demand=demands[mode],
             threshold=1.0,
             dispersion=dispersion,
-            unit="ratio",
-            # ASSUME a collapse by unseating does not decide whether a column had failed
-            collapse="peak",
             citation=f"demand over capacity of 1 (Caltrans SDC 2.0); dispersion: {source}",
             degree="complete" if mode == "any" else "",
+            **shared,
         )
         for mode, (dispersion, source) in modes.items()
         if demands[mode] in columns

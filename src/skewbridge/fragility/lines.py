@@ -12,10 +12,9 @@ from math import nan
 from typing import Final, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
-from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.columns import Floats, Mask
 from skewbridge.fragility.likelihood import NormalKernel, maximise
 
 #: A curve with beta above 50 does not rise over any range of intensities.
@@ -31,34 +30,30 @@ _SMALLEST_SCATTER: Final = 1e-12
 class Lines:
     """Lines ln D = ln a + b ln x + e through R weighted replicates, arrays of shape (R,)."""
 
-    ln_a: FloatArray
-    b: FloatArray  # NaN where there is no line or it does not rise
-    sigma: FloatArray  # scatter of e
+    ln_a: Floats
+    b: Floats  # NaN where there is no line or it does not rise
+    sigma: Floats  # scatter of e
 
     @classmethod
     def blank(cls, count: int) -> Self:
         """Return replicates without a line."""
         return cls(*np.full((3, count), np.nan))
 
-    def ln_theta(self, threshold: float) -> FloatArray:
+    def ln_theta(self, threshold: float) -> Floats:
         """Return ln of the intensity at which the line reaches a demand, shape (R,)."""
         return (np.log(threshold) - self.ln_a) / self.b
 
-    def beta(self, capacity_dispersion: float = 0.0) -> FloatArray:
+    def beta(self, capacity_dispersion: float = 0.0) -> Floats:
         """Return the dispersion in ln intensity, with that of the capacity, shape (R,)."""
         return np.hypot(self.sigma, capacity_dispersion) / self.b
 
 
-def fit_lines(x: FloatArray, lower: FloatArray, upper: FloatArray, weights: FloatArray) -> Lines:
+def fit_lines(x: Floats, lower: Floats, upper: Floats, weights: Floats) -> Lines:
     """Fit the line to R weighted replicates: least squares, or Tobit with censored demands.
 
-    NaN for replicates with a single intensity, without convergence or without a rising line.
-
-    Args:
-        x: ln intensity, shape (n,).
-        lower: ln of the lower end of each demand; minus infinity where left-censored, shape (n,).
-        upper: ln of the upper end; equal to ``lower`` where the demand is known.
-        weights: How often each run counts, shape (R, n).
+    ``x`` is ln intensity, ``lower`` and ``upper`` are ln of the ends of each demand, shape (n,):
+    equal where it is known, infinite where it is censored; ``weights`` (R, n) is how often each run
+    counts. NaN for replicates with a single intensity, without convergence or a rising line.
     """
     seen = lower == upper
     if np.all(seen):
@@ -86,7 +81,7 @@ def fit_lines(x: FloatArray, lower: FloatArray, upper: FloatArray, weights: Floa
         return Lines(*(np.where(good, values, np.nan) for values in (a0 / h, a1 / h, 1.0 / h)))
 
 
-def tobit_start(x: FloatArray, y: FloatArray, seen: NDArray[np.bool_]) -> FloatArray:
+def tobit_start(x: Floats, y: Floats, seen: Mask) -> Floats:
     """Return (delta_0, delta_1, h) of the least-squares line through the observed runs, (1, 3)."""
     slope, intercept = np.polyfit(x[seen], y[seen], 1)
     h = 1.0 / max(float(np.std(y[seen] - intercept - slope * x[seen])), 1e-3)
@@ -119,7 +114,7 @@ class TestedLine(NamedTuple):
         return names
 
 
-def tested_line(x: FloatArray, y: FloatArray) -> TestedLine:
+def tested_line(x: Floats, y: Floats) -> TestedLine:
     """Fit the least-squares line to x = ln intensity (not constant) and y = ln demand, (n,)."""
     n, mean_x, mean_y = x.size, float(np.mean(x)), float(np.mean(y))
     u, v = x - mean_x, y - mean_y
@@ -137,32 +132,26 @@ def tested_line(x: FloatArray, y: FloatArray) -> TestedLine:
         from scipy import stats  # imported here: it takes longer to load than all the rest
 
         normal_p = float(stats.shapiro(residual).pvalue)
-    tests = *_curvature(u, residual, sse), scatter_p, normal_p
+    curvature = curvature_p = nan  # of u^2 that is added to the line
+    extra = u**2 - np.mean(u**2)
+    extra = extra - (float(extra @ u) / sxx) * u
+    size = float(extra @ extra)
+    if n >= 4 and size > 1e-12 * sxx**2 and sse > 0.0:
+        curvature = float(extra @ residual) / size
+        explained = curvature**2 * size
+        left = max(sse - explained, 1e-300)
+        curvature_p = float(special.fdtrc(1, n - 3, explained / (left / (n - 3))))
+    tests = curvature, curvature_p, scatter_p, normal_p
     return TestedLine(mean_y - b * mean_x, b, sigma, n, mean_x, sxx, r2, *tests)
 
 
-def _curvature(u: FloatArray, residual: FloatArray, sse: float) -> tuple[float, float]:
-    """Return the coefficient of u^2 added to the line and the p-value of its F test."""
-    n = u.size
-    extra = u**2 - np.mean(u**2)
-    extra = extra - (float(extra @ u) / float(u @ u)) * u
-    size = float(extra @ extra)
-    if n < 4 or size <= 1e-12 * float(u @ u) ** 2 or sse <= 0.0:
-        return nan, nan
-    coefficient = float(extra @ residual) / size
-    explained = coefficient**2 * size
-    left = max(sse - explained, 1e-300)
-    return coefficient, float(special.fdtrc(1, n - 3, explained / (left / (n - 3))))
-
-
-def lilliefors(values: FloatArray) -> tuple[float, float, float]:
+def lilliefors(values: Floats) -> tuple[float, float, float]:
     """Return Lilliefors' distance of a sample from a normal one and its 5 and 10 % critical values.
 
     Plain Kolmogorov-Smirnov p-values do not hold with estimated mean and deviation.
     """
     n = values.size
-    spread = float(np.std(values, ddof=1))
-    p = special.ndtr(np.sort((values - np.mean(values)) / spread))
+    p = special.ndtr(np.sort((values - np.mean(values)) / np.std(values, ddof=1)))
     steps = np.arange(n) / n
     distance = float(max(np.max(p - steps), np.max(steps + 1.0 / n - p)))
     scale = float(np.sqrt(n) - 0.01 + 0.85 / np.sqrt(n))

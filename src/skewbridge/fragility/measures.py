@@ -10,15 +10,14 @@ from typing import Any, Final
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy import special
 
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.completeness import is_complete
-from skewbridge.fragility.columns import FloatArray, require
+from skewbridge.fragility.columns import Floats, Index, require
 from skewbridge.fragility.curves import described_as_curves
 from skewbridge.fragility.demand_table import models_of, motion_codes, need_columns
-from skewbridge.fragility.existence import FITTED, SINGLE_LEVEL
+from skewbridge.fragility.fits import FITTED, SINGLE_LEVEL
 from skewbridge.fragility.lines import fit_lines, tested_line
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
@@ -73,7 +72,7 @@ def rank_measures(
     weights = drawn[:, codes].astype(np.float64)
     properties = _properties(table, codes, motions)
     rows: dict[str, dict[str, Any]] = {}
-    replicates: dict[str, FloatArray] = {}
+    replicates: dict[str, Floats] = {}
     scores: dict[str, float] = {}
     for name in map(str, table.filter(regex="^im_")):
         im = table[name].to_numpy(dtype=np.float64)
@@ -99,8 +98,7 @@ def rank_measures(
         }
         by_motion = np.bincount(codes, residual) / np.bincount(codes)
         for key, values in properties.items():
-            dependence = _dependence(values, by_motion)
-            rows[name][f"p_{key}"], rows[name][f"effect_{key}"] = dependence
+            rows[name][f"p_{key}"], rows[name][f"effect_{key}"] = _dependence(values, by_motion)
     if replicates:
         best = np.argmin(np.stack(list(replicates.values())), axis=0)
         for number, name in enumerate(replicates):
@@ -112,26 +110,26 @@ def rank_measures(
 
 
 def _properties(
-    table: pd.DataFrame, codes: NDArray[np.intp], motions: pd.DataFrame | None
-) -> dict[str, FloatArray]:
+    table: pd.DataFrame, codes: Index, motions: pd.DataFrame | None
+) -> dict[str, Floats]:
     """Return the properties of `SUFFICIENCY` that are known, mean by motion, each of shape (M,)."""
-    columns: dict[str, FloatArray] = {}
+    columns: dict[str, Floats] = {}
     if motions is not None:
         joined = table[["motion_id"]].merge(motions, on="motion_id", how="left")
         distance = joined["distance_km"].to_numpy(dtype=np.float64)
         columns["magnitude"] = joined["magnitude"].to_numpy(dtype=np.float64)
         columns["ln_distance"] = np.log(np.where(distance > 0.0, distance, np.nan))
-    logs = {"ln_scale": "scale", "ln_duration": "im_d5_75_s", "ln_shape": "im_sa_t1_rotd50_g"}
-    for name, source in logs.items():
-        average = table.get("im_saavg_rotd50_g") if name == "ln_shape" else np.ones(len(table))
-        if source in table and average is not None:
-            ratio = table[source].to_numpy(dtype=np.float64) / np.asarray(average, np.float64)
-            columns[name] = np.log(np.where(ratio > 0.0, ratio, np.nan))
+    values = {"ln_scale": table.get("scale"), "ln_duration": table.get("im_d5_75_s")}
+    if {"im_sa_t1_rotd50_g", "im_saavg_rotd50_g"} <= set(table):
+        values["ln_shape"] = table["im_sa_t1_rotd50_g"] / table["im_saavg_rotd50_g"]
+    for name, value in values.items():
+        if value is not None:
+            columns[name] = np.log(value.where(value > 0.0).to_numpy(dtype=np.float64))
     runs = np.bincount(codes)
     return {name: np.bincount(codes, values) / runs for name, values in columns.items()}
 
 
-def _dependence(values: FloatArray, residual: FloatArray) -> tuple[float, float]:
+def _dependence(values: Floats, residual: Floats) -> tuple[float, float]:
     """Return p-value and effect per standard deviation of a property, means by motion."""
     # NaN for a constant property
     good = np.isfinite(values)
@@ -167,5 +165,4 @@ def measure_table(
             best = logs.groupby(usable["im"].to_numpy()).mean().idxmin()
         tables.append(table.assign(recommended=(table["im"] == best)))
     table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
-    columns = [name for name in MEASURE_COLUMNS if name in table or not tables]
-    return table.reindex(columns=columns)
+    return table.reindex(columns=[name for name in MEASURE_COLUMNS if name in table or not tables])

@@ -15,9 +15,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.columns import Floats, Index, Mask
 from skewbridge.fragility.likelihood import log_normal_tail, mills_ratio
 
 # Panels of the integral: nodes of each, and their ends in widths about the mode and in sigma about
@@ -42,29 +41,29 @@ _THINNEST: Final = 1e-10
 class MixedData:
     """Runs of a mixed model, arrays of shape (n,)."""
 
-    design: FloatArray  # columns of X, shape (n, p)
-    lower: FloatArray  # lower bound of y; -inf where y is left-censored
-    upper: FloatArray  # equal to `lower` where y is known, inf where it is right-censored
-    motion: NDArray[np.intp]  # number of the motion of each run, 0 .. G - 1
+    design: Floats  # columns of X, shape (n, p)
+    lower: Floats  # lower bound of y; -inf where y is left-censored
+    upper: Floats  # equal to `lower` where y is known, inf where it is right-censored
+    motion: Index  # number of the motion of each run, 0 .. G - 1
 
     @property
-    def bound(self) -> FloatArray:
+    def bound(self) -> Floats:
         """Value of y, or its only finite bound, shape (n,)."""
         return np.where(np.isfinite(self.lower), self.lower, self.upper)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class MixedFit:
     """A fitted mixed model; parameters are delta, ln tau and ln sigma, m = p + 2."""
 
-    parameters: FloatArray  # shape (m,)
-    score: FloatArray  # first derivatives of the log-likelihood by motion, shape (G, m)
-    information: FloatArray  # its negative second derivatives by motion, shape (G, m, m)
-    logliks: FloatArray  # log-likelihood by motion, shape (G,)
-    expected: FloatArray  # y; its conditional expectation where it is censored, shape (n,)
+    parameters: Floats  # shape (m,)
+    score: Floats  # first derivatives of the log-likelihood by motion, shape (G, m)
+    information: Floats  # its negative second derivatives by motion, shape (G, m, m)
+    logliks: Floats  # log-likelihood by motion, shape (G,)
+    expected: Floats  # y; its conditional expectation where it is censored, shape (n,)
 
     @property
-    def delta(self) -> FloatArray:
+    def delta(self) -> Floats:
         """Coefficients of X, shape (p,)."""
         return self.parameters[:-2]
 
@@ -86,7 +85,7 @@ def fit_mixed(data: MixedData) -> MixedFit:
     return _maximised(_Likelihood(data), start, floor, every, _DECREMENT)
 
 
-def without_each_motion(data: MixedData, fit: MixedFit) -> FloatArray:
+def without_each_motion(data: MixedData, fit: MixedFit) -> Floats:
     """Return the parameters of the fits without each motion, shape (G, m).
 
     The start is exact for delta at fixed tau and sigma where all values are known, and for tau and
@@ -95,29 +94,23 @@ def without_each_motion(data: MixedData, fit: MixedFit) -> FloatArray:
     likelihood, (_, floor) = _Likelihood(data), _first_parameters(data)
     total, count = np.sum(fit.information, axis=0), fit.score.shape[0]
     held = np.diag(total)[-2:] * (1.0 - 1.0 / count)
-    rows: list[FloatArray] = []
+    rows: list[Floats] = []
     for motion, (score, information) in enumerate(zip(fit.score, fit.information, strict=True)):
-        rest = (total - information)[:-2, :-2]
-        delta = fit.delta - _uphill(score[:-2], rest)
+        delta = fit.delta - _uphill(score[:-2], (total - information)[:-2, :-2])
         share = 1.0 - 2.0 * score[-2:] / np.maximum(held, count)
         deviations = fit.parameters[-2:] + 0.5 * np.log(np.clip(share, 0.2, 2.0))
         start, others = np.concatenate([delta, deviations]), np.arange(count) != motion
-        again = _maximised(likelihood, start, floor, others, _REFIT_DECREMENT)
-        rows.append(again.parameters)
+        rows.append(_maximised(likelihood, start, floor, others, _REFIT_DECREMENT).parameters)
     return np.stack(rows)
 
 
 def _maximised(
-    likelihood: "_Likelihood",
-    start: FloatArray,
-    floor: float,
-    motions: NDArray[np.bool_],
-    decrement: float,
+    likelihood: "_Likelihood", start: Floats, floor: float, motions: Mask, decrement: float
 ) -> MixedFit:
     """Return the fit to some motions by Newton's method."""
     # `floor` bounds ln tau and ln sigma; a step that gains less than `decrement` is the last one
 
-    def at(parameters: FloatArray) -> MixedFit:
+    def at(parameters: Floats) -> MixedFit:
         return likelihood.at(np.append(parameters[:-2], np.maximum(parameters[-2:], floor)))
 
     fit = at(start)
@@ -144,14 +137,14 @@ def _maximised(
     return fit
 
 
-def outer_by(codes: NDArray[np.intp], values: FloatArray, count: int) -> FloatArray:
+def outer_by(codes: Index, values: Floats, count: int) -> Floats:
     """Return the sums of x x' over the rows x (n, p) of each code, shape (count, p, p)."""
     order = np.argsort(codes, kind="stable")
     ends = np.cumsum(np.bincount(codes, minlength=count))[:-1]
     return np.stack([part.T @ part for part in np.split(values[order], ends)])
 
 
-def _first_parameters(data: MixedData) -> tuple[FloatArray, float]:
+def _first_parameters(data: MixedData) -> tuple[Floats, float]:
     """Return least-squares parameters and the floor of ln tau and ln sigma."""
     x, y = data.design, data.bound
     delta = np.linalg.lstsq(x, y, rcond=None)[0]
@@ -165,7 +158,7 @@ def _first_parameters(data: MixedData) -> tuple[FloatArray, float]:
     return np.concatenate([delta, deviations]), floor
 
 
-def _uphill(score: FloatArray, information: FloatArray) -> FloatArray:
+def _uphill(score: Floats, information: Floats) -> Floats:
     """Return Newton's step; directions in which the log-likelihood is convex are turned round."""
     scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(information)), 1e-300))
     values, vectors = np.linalg.eigh(information * scale[:, None] * scale)
@@ -190,7 +183,7 @@ class _Likelihood:
         #: Sums over the censored rows of each motion, shape (G, h).
         self._sum = (np.arange(count)[:, None] == self._motion).astype(np.float64)
 
-    def at(self, parameters: FloatArray) -> MixedFit:
+    def at(self, parameters: Floats) -> MixedFit:
         """Return the log-likelihood, its derivatives and expected values at parameters (m,)."""
         delta, (tau, sigma) = parameters[:-2], np.exp(parameters[-2:])
         residual = self._y - self._x @ delta
@@ -240,17 +233,12 @@ class _Likelihood:
         held[:, -1, :-2] = held[:, :-2, -1]
         score = np.einsum("gq,gqm->gm", weights, at_node)
         apart = (at_node - score[:, None, :]) * np.sqrt(weights)[:, :, None]
-        return MixedFit(
-            parameters=parameters,
-            score=score,
-            information=held - np.swapaxes(apart, 1, 2) @ apart,
-            logliks=loglik,
-            expected=expected,
-        )
+        information = held - np.swapaxes(apart, 1, 2) @ apart
+        return MixedFit(parameters, score, information, loglik, expected)
 
     def _panels(
-        self, mean: FloatArray, variance: FloatArray, above: FloatArray, sigma: float
-    ) -> tuple[FloatArray, FloatArray]:
+        self, mean: Floats, variance: Floats, above: Floats, sigma: float
+    ) -> tuple[Floats, Floats]:
         """Return nodes and weights of the integrals over u, shapes (G, Q)."""
         # `above` is the fitted value of each censored run less its bound, shape (h,)
         mode, prior, curve = mean.copy(), np.sqrt(variance), 1.0 / variance

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.columns import Floats, Index, Mask
 from skewbridge.fragility.likelihood import mills_ratio
 
 # ASSUME the variance of 100 groups is close enough to that of all motions
@@ -39,7 +39,7 @@ def exp_end(value: float) -> float:
     return inf if value >= _MAX_LOG else float(np.exp(value))
 
 
-def motion_weights(motions: NDArray[np.intp]) -> FloatArray:
+def motion_weights(motions: Index) -> Floats:
     """Return weights of the runs: all of them, then without each motion, shape (1 + M, n).
 
     Above 200 motions, each replicate leaves out one of 100 groups of motions (Kott 2001).
@@ -50,51 +50,38 @@ def motion_weights(motions: NDArray[np.intp]) -> FloatArray:
     return (codes != np.arange(-1, codes.max(initial=-1) + 1)[:, None]).astype(np.float64)
 
 
-def jackknife_covariance(values: FloatArray) -> FloatArray:
+def jackknife_covariance(values: Floats) -> Floats:
     """Return the covariance of an estimate (q,) from its values without each motion, (M, q)."""
     deviation = values - np.mean(values, axis=0)
     return deviation.T @ deviation * (len(values) - 1) / len(values)
 
 
-def jackknife_factors(logs: FloatArray, level: float) -> list[float]:
+def jackknife_factors(logs: Floats, level: float, dof: int | None = None) -> list[float]:
     """Return the factors to interval ends from ln of q estimates without each motion, (M, q)."""
     if len(logs) < MIN_VALUES:
         return [nan] * logs.shape[1]
-    t = float(special.stdtrit(len(logs) - 2, 0.5 + 0.5 * level))
+    t = float(special.stdtrit(len(logs) - 2 if dof is None else dof, 0.5 + 0.5 * level))
     return [exp_end(t * sd) for sd in np.sqrt(np.diag(jackknife_covariance(logs)))]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Jackknifed:
     """An estimate of shape (...), with the influence of each of M motions."""
 
-    estimate: FloatArray
+    estimate: Floats
     #: (n - 1)/n times the change when a motion is left out, shape (M, ...); zero without a value.
-    influence: FloatArray
-    present: NDArray[np.bool_]  # motions that have a value, exact or a bound, shape (M,)
-    exact: NDArray[np.bool_]  # motions with an exact value: they give the degrees of freedom
-    parameters: int = 1  # 1 for means, 2 for lines
+    influence: Floats
+    present: Mask  # motions that have a value, exact or a bound, shape (M,)
+    exact: Mask  # motions with an exact value: they give the degrees of freedom
+    parameters: int  # 1 for means, 2 for lines
 
     @classmethod
-    def of(
-        cls,
-        values: FloatArray,
-        present: NDArray[np.bool_],
-        exact: NDArray[np.bool_] | None = None,
-        *,
-        parameters: int = 1,
-    ) -> Self:
+    def of(cls, values: Floats, present: Mask, exact: Mask, parameters: int) -> Self:
         """Return the estimate; ``values`` are of all motions, then without each, (1 + M, ...)."""
         count = max(int(np.count_nonzero(present)), 1)
         influence = np.zeros_like(values[1:])
         influence[present] = (values[0] - values[1:][present]) * (count - 1) / count
-        return cls(
-            estimate=np.asarray(values[0]),
-            influence=influence,
-            present=present,
-            exact=present if exact is None else exact,
-            parameters=parameters,
-        )
+        return cls(np.asarray(values[0]), influence, present, exact, parameters)
 
     @property
     def dof(self) -> int:
@@ -102,24 +89,24 @@ class Jackknifed:
         return int(np.count_nonzero(self.exact)) - self.parameters
 
     @property
-    def error(self) -> FloatArray:
+    def error(self) -> Floats:
         """Standard error, shape (...)."""
         count = np.count_nonzero(self.present)
         return np.sqrt(np.sum(self.influence**2, axis=0) * count / max(count - 1, 1))
 
-    def interval(self, level: float) -> tuple[FloatArray, FloatArray]:
+    def interval(self, level: float) -> tuple[Floats, Floats]:
         """Return the ends of Student's interval, (...); NaN below two degrees of freedom."""
         t = special.stdtrit(self.dof, 0.5 + 0.5 * level) if self.dof >= 2 else np.nan
         return self.estimate - t * self.error, self.estimate + t * self.error
 
-    def p_value(self) -> FloatArray:
+    def p_value(self) -> Floats:
         """Return the two-sided p-value of the estimate being zero, shape (...)."""
         if self.dof < 2:
             return np.full_like(self.estimate, np.nan)
         with np.errstate(divide="ignore", invalid="ignore"):
             return 2.0 * special.stdtr(self.dof, -np.abs(self.estimate) / self.error)
 
-    def combined(self, weights: FloatArray) -> Self:
+    def combined(self, weights: Floats) -> Self:
         """Return k linear combinations of estimates of shape (p,); ``weights`` has shape (p, k)."""
         return replace(self, estimate=self.estimate @ weights, influence=self.influence @ weights)
 
@@ -131,21 +118,17 @@ def average(cells: Sequence[Jackknifed]) -> Jackknifed:
     if not good:
         return cells[0]
     exact = np.logical_or.reduce([cell.exact for cell in good])
-    return replace(
-        good[0],
-        estimate=np.mean([cell.estimate for cell in good], axis=0),
-        influence=np.mean([cell.influence for cell in good], axis=0),
-        present=exact,
-        exact=exact,
-    )
+    estimate = np.mean([cell.estimate for cell in good], axis=0)
+    influence = np.mean([cell.influence for cell in good], axis=0)
+    return Jackknifed(estimate, influence, exact, exact, good[0].parameters)
 
 
 def by_motion(
-    values: FloatArray,  # values or bounds, shape (n,)
+    values: Floats,  # values or bounds, shape (n,)
     bound: NDArray[np.int_],  # 0 where the value is exact, 1 a lower bound, -1 an upper bound
-    motions: NDArray[np.intp],  # number of the motion of each value, 0 .. count - 1
+    motions: Index,  # number of the motion of each value, 0 .. count - 1
     count: int,  # motions, including those without a value
-    x: FloatArray | None = None,  # variable of the line, shape (n,)
+    x: Floats | None = None,  # variable of the line, shape (n,)
 ) -> Jackknifed:
     """Return the mean over motions (), or with ``x`` a line: its value at x = 0 and slope (2,).
 
@@ -159,16 +142,15 @@ def by_motion(
     exact[motions[bound == 0]] = True
     coefficients = np.full((1 + count, parameters), np.nan)
     if np.count_nonzero(exact) >= MIN_EXACT + parameters - 1:
-        kept = motions != np.arange(-1, count)[:, None]
-        weights = kept / np.bincount(motions)[motions]
+        weights = (motions != np.arange(-1, count)[:, None]) / np.bincount(motions)[motions]
         coefficients = bounded_regression(design, values, bound, weights)
     found = coefficients[:, 0] if x is None else coefficients
-    return Jackknifed.of(found, present, exact, parameters=parameters)
+    return Jackknifed.of(found, present, exact, parameters)
 
 
 def bounded_regression(
-    design: FloatArray, values: FloatArray, bound: NDArray[np.int_], weights: FloatArray
-) -> FloatArray:
+    design: Floats, values: Floats, bound: NDArray[np.int_], weights: Floats
+) -> Floats:
     """Return the coefficients of a normal regression for each of R sets of weights, shape (R, p).
 
     Without bounds these are weighted least squares. With them each bound counts by its expected

@@ -5,13 +5,11 @@ column failure decides only the states of its mode, a collapse those with `colla
 demand of zero (a wall that was not touched) lies below a small limit (left-censored).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from skewbridge.demands.completeness import (
     COLUMN_FAILURE_RATIO,
@@ -20,14 +18,18 @@ from skewbridge.demands.completeness import (
     is_beyond_model,
     is_complete,
 )
-from skewbridge.fragility.columns import FloatArray
-from skewbridge.fragility.existence import ALL_EXCEED, FITTED, NO_EXCEEDANCE
-from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState
+from skewbridge.fragility.columns import Floats, Mask
+from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE
+from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
 from skewbridge.fragility.lines import Lines, fit_lines
 from skewbridge.statuses import COLLAPSE
 
-#: Treatments of runs whose outcome is unknown.
-TREATMENTS: Final[tuple[str, ...]] = ("exclude", "all_exceed", "none_exceed")
+#: Treatments of runs whose outcome is unknown, with their meaning.
+TREATMENTS: Final = {
+    "exclude": "with unknown outcomes left out",
+    "all_exceed": "if all unknown outcomes exceed",
+    "none_exceed": "if no unknown outcome exceeds",
+}
 # ASSUME where a demand is zero in some run (the deck did not reach a wall or key), demands below a
 # tenth of the mildest state count only as small
 _SMALL_SHARE: Final = 0.1
@@ -38,20 +40,20 @@ _MIN_RUNS: Final = 3
 class DemandOutcomes:
     """Outcomes of n runs for one demand, arrays of shape (n,)."""
 
-    lower: FloatArray  # lower end; 0 where left-censored, NaN where the run has no demand
-    upper: FloatArray  # equal to ``lower`` where known, infinity where the run ended early
-    complete: NDArray[np.bool_]  # whether the demand is a peak over the whole motion
+    lower: Floats  # lower end; 0 where left-censored, NaN where the run has no demand
+    upper: Floats  # equal to ``lower`` where known, infinity where the run ended early
+    complete: Mask  # whether the demand is a peak over the whole motion
 
     @property
-    def used(self) -> NDArray[np.bool_]:
+    def used(self) -> Mask:
         """Runs with information about the demand, shape (n,)."""
         return np.isfinite(self.lower) & ((self.lower > 0.0) | np.isfinite(self.upper))
 
-    def exceed(self, state: LimitState) -> NDArray[np.bool_]:
+    def exceed(self, state: LimitState) -> Mask:
         """Return which runs are known to exceed a state, shape (n,)."""
         return np.nan_to_num(self.lower, nan=-np.inf) > state.threshold
 
-    def unknown(self, state: LimitState) -> NDArray[np.bool_]:
+    def unknown(self, state: LimitState) -> Mask:
         """Return which runs neither exceed a state nor are known not to exceed it, shape (n,)."""
         below = np.isfinite(self.upper) & (self.upper <= state.threshold)
         return ~self.exceed(state) & ~below
@@ -70,12 +72,12 @@ class DemandOutcomes:
         return ALL_EXCEED if np.all(exceed | self.unknown(state)) else FITTED
 
     @property
-    def ln_ends(self) -> tuple[FloatArray, FloatArray]:
+    def ln_ends(self) -> tuple[Floats, Floats]:
         """Logarithms of lower and upper ends of the runs in use."""
         with np.errstate(divide="ignore"):
             return np.log(self.lower[self.used]), np.log(self.upper[self.used])
 
-    def lines(self, ln_im: FloatArray, weights: FloatArray) -> Lines:
+    def lines(self, ln_im: Floats, weights: Floats) -> Lines:
         """Return the lines of ln demand on ln intensity (n,) for weights of the runs (R, n)."""
         used = self.used
         if np.sum(used) < _MIN_RUNS:
@@ -102,7 +104,7 @@ def end_counts(table: pd.DataFrame) -> dict[str, int]:
     }
 
 
-def demand_outcomes(table: pd.DataFrame, states: Sequence[LimitState]) -> DemandOutcomes:
+def demand_outcomes(table: pd.DataFrame, states: States) -> DemandOutcomes:
     """Return the outcomes of the runs of a table for the demand that some states share."""
     demand, complete = states[0].demand, is_complete(table)
     peak = table[demand].to_numpy(dtype=np.float64)
@@ -122,14 +124,13 @@ def demand_outcomes(table: pd.DataFrame, states: Sequence[LimitState]) -> Demand
     upper = np.where(complete, peak, np.inf)
     if np.any(complete & (peak == 0.0)):
         positive, mildest = peak[complete & (peak > 0.0)], min(s.threshold for s in states)
-        smallest = float(np.min(positive, initial=np.inf))
-        limit = min(max(smallest, _SMALL_SHARE * mildest), mildest)
+        limit = min(max(np.min(positive, initial=np.inf), _SMALL_SHARE * mildest), mildest)
         small = complete & (peak < limit)
         lower, upper = np.where(small, 0.0, lower), np.where(small, limit, upper)
     return DemandOutcomes(lower, upper, complete)
 
 
-def states_by_demand(states: Sequence[LimitState]) -> dict[tuple[str, str], list[LimitState]]:
+def states_by_demand(states: States) -> dict[tuple[str, str], list[LimitState]]:
     """Return the states of each component and demand by rising threshold."""
     groups: dict[tuple[str, str], list[LimitState]] = {}
     for state in sorted(states, key=lambda state: state.threshold):

@@ -19,16 +19,10 @@ from skewbridge.units import split_unit
 from skewbridge.variant.abutments import lacking_axes
 from skewbridge.variant.axes import AXES, Axis, axes_of
 
-#: Name of the rows of a joint model.
 JOINT: Final = "joint"
 _ENDS: Final = ("", "_low", "_high")
 _STATE: Final = ("bridge", "abutment", "component", "limit_state")
 _NONE: Final = "--"
-
-
-def ratio_name(axis: Axis) -> str:
-    """Return the name of an axis in the columns of its ratios: its name without the unit."""
-    return split_unit(axis.name)[0]
 
 
 def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
@@ -49,8 +43,8 @@ def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
         "n_runs": "runs",
         **described_as_curves("methods_differ"),
         **{
-            f"{ratio_name(axis)}_ratio{end}": f"{meaning} of the ratio of medians, this value "
-            f"of {axis.title} over the smallest"
+            f"{split_unit(axis.name)[0]}_ratio{end}": f"{meaning} of the ratio of medians, this "
+            f"value of {axis.title} over the smallest"
             for axis in reversed(axes)
             for end, meaning in ends.items()
         },
@@ -118,29 +112,27 @@ def _variant_rows(
 
 
 def _ratio(axis: str, values: Sequence[float]) -> dict[str, float]:
-    name = ratio_name(axes_of([axis])[0])
+    name = split_unit(axis)[0]
     return {f"{name}_ratio{end}": value for end, value in zip(_ENDS, values, strict=True)}
 
 
 def ratio_names(table: pd.DataFrame) -> list[str]:
     """Return the axes, without units, that have a ratio in some row of a publication table."""
-    names = (ratio_name(axis) for axis in reversed(_axes(table)))
+    names = (split_unit(axis.name)[0] for axis in reversed(_axes(table)))
     return [name for name in names if table[f"{name}_ratio"].notna().any()]
 
 
 def variant_in_words(row: Mapping[str, Any]) -> str:
     """Return the axes of a variant, such as ``skew 30 deg, gap 51 mm, friction 0.5``."""
-    lacking = lacking_axes(str(row["abutment"]))
     return ", ".join(
         f"{axis.label.lower()} {row[axis.name]:g} {axis.unit}".removesuffix(" -")
         for axis in axes_of(row)
-        if axis.name not in lacking and not isnan(row[axis.name])
+        if axis.name not in lacking_axes(str(row["abutment"])) and not isnan(row[axis.name])
     )
 
 
 def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
     """Return the rows as texts; an asterisk marks medians on which the methods differ."""
-    ratios = ratio_names(table)
     return [
         {
             "model": f"{row['bridge']} {row['abutment']}".replace("_", " "),
@@ -150,7 +142,7 @@ def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
             "total": _interval(row, "beta_total"),
             "beta": _number(row["beta"]),
             "exceed": f"{row['n_exceed']:.0f} of {row['n_runs']:.0f}",
-            **{name: _interval(row, f"{name}_ratio") for name in ratios},
+            **{name: _interval(row, f"{name}_ratio") for name in ratio_names(table)},
         }
         for row in records_of(table)
     ]
@@ -182,14 +174,9 @@ def latex_table(table: pd.DataFrame) -> str:
             "% beta_records: record-to-record dispersion",
             "% *: cloud and exceedance medians differ by more than 15 % or 2 standard errors",
             rf"\begin{{longtable}}{{lll{'r' * (len(names) - 3)}}}",
-            r"\toprule",
-            head + r" \\",
-            r"\midrule",
-            r"\endhead",
+            *(r"\toprule", head + r" \\", r"\midrule", r"\endhead"),
             *(" & ".join(texts) + r" \\" for texts in cells),
-            r"\bottomrule",
-            r"\end{longtable}",
-            "",
+            *(r"\bottomrule", r"\end{longtable}", ""),
         ]
     )
 

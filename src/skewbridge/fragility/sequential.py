@@ -21,11 +21,8 @@ import numpy as np
 import pandas as pd
 from scipy import optimize, special
 
-from skewbridge.fragility.columns import FloatArray
-from skewbridge.fragility.paper_table import paper_table
-from skewbridge.fragility.settings import FitSettings
-from skewbridge.fragility.study_tables import PAPER_TABLE
-from skewbridge.fragility.verdicts import DIFFERENCES, RATIOS, judged, needed_motions
+from skewbridge.fragility.columns import Floats
+from skewbridge.fragility.verdicts import DIFFERENCES, NEEDED_COLUMNS, RATIOS, judged
 
 #: Power of time in the spending of the error probability: 1 spends evenly over the motions.
 SPENDING_POWER: Final = 1.0
@@ -40,17 +37,10 @@ _SLOPES: Final = ("slope", "slope_low", "slope_high")
 #: Columns that name a cell: an effect, pooled or of one pair of variants.
 CELL: Final = ("bridge", "abutment", "quantity", "demand", "axis", "from_value", "to_value")
 
-#: Columns of `rounds.parquet`.
 ROUND_COLUMNS: Final[dict[str, str]] = {
     "round": "round after which the cell was looked at",
     "analyses": "analyses of the study up to then",
-    "bridge": "catalogue entry",
-    "abutment": "abutment model",
-    "quantity": "demand | median_capacity",
-    "demand": "demand column, or component/limit_state",
-    "axis": "axis of the effect, pooled over all others",
-    "from_value": "value of the axis in the denominator",
-    "to_value": "value of the axis in the numerator",
+    **{name: NEEDED_COLUMNS[name] for name in CELL},
     "scope": "pooled",
     "ratio": "paired ratio",
     "ci_low": "lower end of its interval, valid at every look",
@@ -65,16 +55,12 @@ ROUND_COLUMNS: Final[dict[str, str]] = {
 }
 
 
-def levels_at(motions: FloatArray, looks: Sequence[int], level: float) -> FloatArray:
+def levels_at(motions: Floats, looks: Sequence[int], level: float) -> Floats:
     """Return the level of the interval at the look with so many motions.
 
-    Numbers between two looks have the level of the earlier one, and those below the first look its
-    level: information that is counted too low makes intervals wider.
-
-    Args:
-        motions: Motions, shape (n,).
-        looks: Motions at each look, rising.
-        level: Two-sided level of all intervals of an effect together.
+    ``motions`` has shape (n,), ``looks`` rise; ``level`` is the two-sided level of all intervals of
+    an effect together. Numbers between two looks have the level of the earlier one, and those below
+    the first look its level: information that is counted too low makes intervals wider.
     """
     levels = look_levels(tuple(number / looks[-1] for number in looks), level)
     look = np.searchsorted(np.asarray(looks) - 1e-6, motions, side="right") - 1
@@ -86,11 +72,8 @@ def look_levels(times: tuple[float, ...], level: float) -> tuple[float, ...]:
     """Return the two-sided level of the interval at each look.
 
     On either side, the probability that any of the intervals up to time t leaves out the true value
-    is (1 - level)/2 times t**`SPENDING_POWER` times `SPENT`.
-
-    Args:
-        times: Share of the information at each look, rising, the last one 1.
-        level: Two-sided level of all intervals together.
+    is (1 - level)/2 times t**`SPENDING_POWER` times `SPENT`. ``times`` are shares of the
+    information, rising to 1, and ``level`` is that of all intervals together.
     """
     shares = np.diff(np.asarray(times) ** SPENDING_POWER, prepend=0.0)
     spent = SPENT * 0.5 * (1.0 - level) * shares
@@ -108,62 +91,49 @@ def look_levels(times: tuple[float, ...], level: float) -> tuple[float, ...]:
     return tuple(levels)
 
 
-def _crossing_error(
-    end: float, at: FloatArray, mass: FloatArray, step: float, alpha: float
-) -> float:
+def _crossing_error(end: float, at: Floats, mass: Floats, step: float, alpha: float) -> float:
     """Return the probability that a path crosses an end in one step, minus the one wanted."""
     return float(mass @ special.ndtr((at - end) / step)) - alpha
 
 
-def at_looks(
-    table: pd.DataFrame, looks: Sequence[int], runs_per_motion: float = 1.0
-) -> pd.DataFrame:
+def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0) -> pd.DataFrame:
     """Return a table of effects with the intervals and verdicts of its looks.
 
     Every row is looked at with the motions that both of its variants have. A pooled row whose pairs
     of variants have unequal numbers counts as having their mean, weighted by the share of each pair
-    in the variance; so do its degrees of freedom.
-
-    Args:
-        table: Columns `effect_columns`, pooled rows and those of their pairs, with the intervals of
-            one look; ``level`` is the two-sided level that all looks together keep.
-        looks: Motions at each look of the study, rising.
-        runs_per_motion: Runs of one variant under one motion.
-
-    Returns:
-        The table; ``level`` is that of the interval at the look of the row.
+    in the variance; so do its degrees of freedom. The column ``level`` is the two-sided level that
+    all looks together keep, and on return that of the look of the row. ``looks`` are motions,
+    rising; ``per_motion`` those of one variant.
     """
     if table.empty:
         return table
-    motions, dof = _information(table, runs_per_motion)
+    motions, dof = _information(table, per_motion)
     levels = levels_at(motions, looks, float(table["level"].iloc[0]))
     with np.errstate(invalid="ignore"):
         level = table["level"].to_numpy(np.float64)
         before = special.stdtrit(table["dof"].to_numpy(np.float64), 0.5 + 0.5 * level)
         wider = special.stdtrit(np.maximum(dof, 1.0), 0.5 + 0.5 * levels) / before
     columns: dict[str, Any] = {"level": levels}
-    for names, logarithmic in ((RATIOS, True), (DIFFERENCES, False), (_SLOPES, False)):
-        values = table[list(names)].to_numpy(np.float64)
+    for names in (RATIOS, DIFFERENCES, _SLOPES):
+        values = table[list(names)].to_numpy(np.float64).T
         with np.errstate(divide="ignore", over="ignore"):
-            values = np.log(values) if logarithmic else values
-            ends = values[:, :1] + (values[:, 1:] - values[:, :1]) * wider[:, None]
-            ends = np.exp(ends) if logarithmic else ends
-        columns |= dict(zip(names[1:], ends.T, strict=True))
+            values = np.log(values) if names == RATIOS else values
+            ends = values[0] + (values[1:] - values[0]) * wider
+            ends = np.exp(ends) if names == RATIOS else ends
+        columns |= dict(zip(names[1:], ends, strict=True))
     return judged(table.assign(**columns))[list(table.columns)]
 
 
-def _information(table: pd.DataFrame, runs_per_motion: float) -> tuple[FloatArray, FloatArray]:
+def _information(table: pd.DataFrame, per_motion: float) -> tuple[Floats, Floats]:
     """Return the motions and the degrees of freedom that the look of each row counts with."""
-    own = table[table["scope"] == "variant"]
-    motions = own["n_pairs"] / runs_per_motion
+    own, cell = table[table["scope"] == "variant"], list(CELL)
+    motions, dof = own["n_pairs"] / per_motion, own["dof"].clip(lower=1)
     variance = own["scatter"].fillna(0.0) ** 2 / (own["dof"] + 1.0).clip(lower=1.0)
     weight = variance + 1e-12 + 1e-6 * variance.max()
-    parts = own[list(CELL)].assign(
-        weight=weight, motions=weight * motions, dof=weight * own["dof"].clip(lower=1)
-    )
-    sums = parts.groupby(list(CELL), dropna=False).sum()
+    parts = own[cell].assign(weight=weight, motions=weight * motions, dof=weight * dof)
+    sums = parts.groupby(cell, dropna=False).sum()
     means = sums[["motions", "dof"]].div(sums["weight"], axis=0)
-    of_cell = table[list(CELL)].merge(means.reset_index(), on=list(CELL), how="left")
+    of_cell = table[cell].merge(means.reset_index(), on=cell, how="left")
     of_cell.index = table.index
     of_cell.loc[own.index, "motions"] = motions
     of_cell.loc[own.index, "dof"] = own["dof"]
@@ -175,28 +145,19 @@ def kept(table: pd.DataFrame, history: pd.DataFrame) -> pd.DataFrame:
     """Return a table of effects with the narrowest interval of all looks so far.
 
     All intervals of a cell hold together, so their common part does too, and a verdict once reached
-    is not lost. Where they have no common part, the last one stays.
-
-    Args:
-        table: Effects at the last look.
-        history: Columns `CELL`, scope, ci_low, ci_high and difference_low, difference_high of
-            earlier looks.
+    is not lost. Where they have no common part, the last one stays. ``table`` are the effects at
+    the last look, ``history`` has keys and interval ends of the earlier ones (`ROUND_COLUMNS`).
     """
     if history.empty:
         return table
-    keys = [*CELL, "scope"]
-    ends = {"ci_low": "max", "ci_high": "min", "difference_low": "max", "difference_high": "min"}
-    numbers = history.astype(dict.fromkeys(ends, np.float64))
-    common = numbers.groupby(keys, dropna=False).agg(ends).reset_index()
-    other = table[keys].merge(common, on=keys, how="left")
-    columns = {
-        name: getattr(np, f"f{how}")(table[name].to_numpy(np.float64), other[name].to_numpy())
-        for name, how in ends.items()
-    }
-    for low, high in (("ci_low", "ci_high"), ("difference_low", "difference_high")):
-        lost = ~(columns[low] <= columns[high])
-        for name in (low, high):
-            columns[name] = np.where(lost, table[name].to_numpy(np.float64), columns[name])
+    keys, columns = [*CELL, "scope"], {}
+    for low, high in (RATIOS[1:], DIFFERENCES[1:]):
+        numbers = history.astype({low: np.float64, high: np.float64})
+        common = numbers.groupby(keys, dropna=False).agg({low: "max", high: "min"}).reset_index()
+        other = table[keys].merge(common, on=keys, how="left")
+        last = table[[low, high]].to_numpy(np.float64).T
+        ends = np.fmax(last[0], other[low].to_numpy()), np.fmin(last[1], other[high].to_numpy())
+        columns |= dict(zip((low, high), np.where(ends[0] <= ends[1], ends, last), strict=True))
     return judged(table.assign(**columns))[list(table.columns)]
 
 
@@ -207,42 +168,9 @@ def runs_per_motion(demands: pd.DataFrame) -> float:
 
 def rounds_table(plans: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     """Return the cells of the plans of all rounds, with the columns `ROUND_COLUMNS`."""
-    parts = [
-        pd.DataFrame(plan["cells"]).assign(
-            round=plan["round"] - 1, analyses=plan["analyses_before"]
-        )
+    cells = [
+        {**cell, "round": plan["round"] - 1, "analyses": plan["analyses_before"]}
         for plan in plans
-        if plan["cells"]
+        for cell in plan["cells"]
     ]
-    empty = pd.DataFrame(columns=list(ROUND_COLUMNS))
-    table = pd.concat(parts, ignore_index=True) if parts else empty
-    return table[list(ROUND_COLUMNS)]
-
-
-def valid_tables(
-    tables: Mapping[str, pd.DataFrame],
-    demands: pd.DataFrame,
-    rounds: pd.DataFrame,
-    looks: Sequence[int],
-    settings: FitSettings,
-) -> dict[str, pd.DataFrame]:
-    """Return the tables of `fragility_tables` with intervals that hold whenever a study stops.
-
-    These are the effects on demands and medians, the motions that they need and the table for
-    publication. Their level is that of all looks together. Curves and effects by intensity stay as
-    they are.
-    """
-    per_motion = runs_per_motion(demands)
-    valid = {
-        name: kept(at_looks(tables[name], looks, per_motion), rounds)
-        for name in ("effects", "median_effects")
-    }
-    needed = needed_motions(pd.concat(valid.values(), ignore_index=True), demands)
-    valid = {name: table.assign(level=settings.effect_confidence) for name, table in valid.items()}
-    curves, joint = tables["curves"], tables["joint"]
-    return {
-        **tables,
-        **valid,
-        "needed_motions": needed,
-        PAPER_TABLE: paper_table(curves, valid["median_effects"], joint, settings),
-    }
+    return pd.DataFrame(cells, columns=list(ROUND_COLUMNS))

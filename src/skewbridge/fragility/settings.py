@@ -25,10 +25,7 @@ class FitSettings:
         default=0.95, gt=0.5, lt=1.0, description="level of the intervals of fits"
     )
     effect_confidence: Number = Field(
-        default=0.90,
-        gt=0.5,
-        lt=1.0,
-        description="level of the intervals of effects",
+        default=0.90, gt=0.5, lt=1.0, description="level of the intervals of effects"
     )
     # ASSUME 5 % of demand is below what a designer would act on
     margin: Number = Field(
@@ -60,15 +57,10 @@ class FitSettings:
         default=False, description="give a median that unknown outcomes move by over 15 %"
     )
     exclude_suspect: bool = Field(
-        default=False,
-        strict=True,
-        description="treat suspect rows as failed analyses",
+        default=False, strict=True, description="treat suspect rows as failed analyses"
     )
     assumed_beta: Number = Field(
-        default=0.4,
-        gt=0.0,
-        le=2.0,
-        description="dispersion for bounds of medians",
+        default=0.4, gt=0.0, le=2.0, description="dispersion for bounds of medians"
     )
 
     @model_validator(mode="after")

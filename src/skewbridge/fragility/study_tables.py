@@ -1,15 +1,22 @@
-"""All tables of results/fragility: made from a demands table, described, written, read."""
+"""All tables of results/fragility: made from a demands table, described, written, read.
+
+Suites of motions are analysed one by one as well. The motions of two suites are different events,
+so the error of a difference is the root of the sum of the squared errors; its interval is that of
+Welch (1947), Biometrika 34, 28-35.
+"""
 
 import re
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
 from joblib import cpu_count
+from scipy import special
 
 from skewbridge.demands.columns import SUITE, demands_for, unit_of
 from skewbridge.demands.completeness import BEYOND_MODEL, with_derived_columns
@@ -17,30 +24,23 @@ from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import frame_of, read_table, records_of, texts_of, write_frame
 from skewbridge.files.text import writable_folder, write_text
-from skewbridge.fragility import demand_table
+from skewbridge.fragility import demand_table, paper_table, verdicts
+from skewbridge.fragility.columns import Row
 from skewbridge.fragility.curves import CURVE_COLUMNS, described_as_curves, fit_study
-from skewbridge.fragility.effects import EFFECT_COLUMNS, INTENSITY_COLUMNS, effect_tables
+from skewbridge.fragility.effects import INTENSITY_COLUMNS, effect_tables, median_effects
 from skewbridge.fragility.joint import JOINT_COLUMNS, joint_table
 from skewbridge.fragility.limit_states import (
     COLUMN_FAILURE,
     SHEAR_MODEL_DISPERSION,
     LimitState,
+    States,
     load_limit_states,
     with_column_failure,
 )
 from skewbridge.fragility.measures import MEASURE_COLUMNS, measure_table
-from skewbridge.fragility.median_effects import median_effects
-from skewbridge.fragility.paper_table import (
-    chosen_curves,
-    latex_table,
-    paper_columns,
-    paper_table,
-    printed_rows,
-)
+from skewbridge.fragility.sequential import at_looks, kept, runs_per_motion
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.suites import SUITE_COLUMNS, suite_tables
 from skewbridge.fragility.system import SYSTEM_COLUMNS, system_curves
-from skewbridge.fragility.verdicts import NEEDED_COLUMNS, needed_motions
 from skewbridge.variant.axes import AXES, axes_of
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.random_properties import RANDOM_PROPERTIES, drawn_properties
@@ -52,31 +52,53 @@ REFERENCE_STATES: Final = tuple(
     for state in ("moderate", "slight")
     for component in ("column_curvature", "column_drift", "unseating")
 )
+ALL_SUITES: Final = "all"
+DEPENDS: Final = "depends on the motions"
+NO_DIFFERENCE: Final = "no difference shown"
+#: A difference of more standard errors counts; one in 20 does so by chance.
+LARGEST_ERRORS: Final = 2.0
+_EFFECT: Final = ("bridge", "abutment", "axis", "from_value", "to_value", "quantity", "demand")
+SUITE_COLUMNS: Final[dict[str, str]] = {
+    **verdicts.described_as_effects(" ".join(_EFFECT)),
+    SUITE: f"suite of the motions; {ALL_SUITES}: all motions together",
+    "against": "suite that this one is compared with; empty for the effect itself",
+    "ratio": "pooled ratio of the effect; in a comparison the effect of this suite over the other",
+    "ci_low": "lower end of its interval",
+    "ci_high": "upper end of its interval",
+    "level": "confidence level of the interval",
+    "standard_errors": "difference of the ln effects over its standard error; NaN for an effect",
+    "verdict": f"{DEPENDS} (more than {LARGEST_ERRORS:g} standard errors) | {NO_DIFFERENCE}; empty "
+    "for an effect",
+    "n_motions": "motions behind the effect; of a comparison in both suites",
+}
+SUITE_CURVE_COLUMNS: Final = (
+    *("variant", "bridge", "abutment", "component", "limit_state", SUITE),
+    *("method", "theta", "theta_low", "theta_high", "beta", "level", "n_records", "status"),
+)
 #: Provenance that all tables of one study share.
 _STUDY_KEYS: Final = ("config_digest", "suite_digest", "git_commit", "skewbridge_version")
 #: Columns of a table of fits that are values of its intensity measure.
 _MEDIAN: Final = re.compile(r"theta(_(?!bound_beta)\w+)?")
 
-#: Descriptions of the columns by table.
 DESCRIPTIONS: Final[dict[str, Mapping[str, str]]] = {
     "curves": CURVE_COLUMNS,
-    "median_effects": EFFECT_COLUMNS,
-    "effects": EFFECT_COLUMNS,
+    "median_effects": verdicts.EFFECT_COLUMNS,
+    "effects": verdicts.EFFECT_COLUMNS,
     "intensity_effects": INTENSITY_COLUMNS,
-    "needed_motions": NEEDED_COLUMNS,
+    "needed_motions": verdicts.NEEDED_COLUMNS,
     "joint": JOINT_COLUMNS,
     "system": described_as_curves("variant bridge abutment") | SYSTEM_COLUMNS,
     "measures": MEASURE_COLUMNS,
     "input_notes": demand_table.NOTE_COLUMNS,
     "suites": SUITE_COLUMNS,
     "suite_curves": CURVE_COLUMNS | {SUITE: SUITE_COLUMNS[SUITE]},
-    PAPER_TABLE: paper_columns(AXES),
+    PAPER_TABLE: paper_table.paper_columns(AXES),
 }
 
 
 def fragility_tables(
     demands: pd.DataFrame,
-    limit_states: Sequence[LimitState],
+    limit_states: States,
     settings: FitSettings,
     suite: pd.DataFrame | None = None,
     *,
@@ -95,27 +117,117 @@ def fragility_tables(
     names = list(dict.fromkeys((*demands_for("effect", rows.columns), *further)))
     reference = reference_intensities(curves)
     effects, intensities = effect_tables(rows, names, settings, reference_im=reference, jobs=jobs)
-    needed = needed_motions(pd.concat([effects, medians], ignore_index=True), rows)
-    by_suite, curves_by_suite = suite_tables(
-        rows, states, names, settings, together=(medians, effects), jobs=jobs
-    )
-    ranked = {} if suite is None else {"measures": measure_table(rows, suite, settings)}
-    tables = ranked | {
+    tables = {} if suite is None else {"measures": measure_table(rows, suite, settings)}
+    tables |= {
         "curves": curves,
         "median_effects": medians,
         "effects": effects,
         "intensity_effects": intensities,
-        "needed_motions": needed,
+        "needed_motions": verdicts.needed_motions(
+            pd.concat([effects, medians], ignore_index=True), rows
+        ),
         "joint": joint,
         "system": system_curves(rows, states, settings, jobs=jobs),
-        PAPER_TABLE: paper_table(curves, medians, joint, settings),
+        PAPER_TABLE: paper_table.paper_table(curves, medians, joint, settings),
         "input_notes": checked.notes,
-        "suites": by_suite,
-        "suite_curves": curves_by_suite,
+        **suite_tables(rows, states, names, settings, together=(medians, effects), jobs=jobs),
     }
     for table in tables.values():
         table.attrs[RANDOM_PROPERTIES] = ", ".join(drawn_properties(map(str, demands))) or "none"
     return tables
+
+
+def suite_tables(
+    rows: pd.DataFrame,
+    states: States,
+    demands: Sequence[str],
+    settings: FitSettings,
+    *,
+    together: Sequence[pd.DataFrame],
+    jobs: int = 1,
+) -> dict[str, pd.DataFrame]:
+    """Return the effects by suite with their differences, and the medians by suite.
+
+    Every suite is analysed alone. The demands table is checked; without two suites both tables are
+    empty. ``together`` are the effects of all suites together, on medians and on demands.
+    """
+    names = list(dict.fromkeys(rows[SUITE].astype(str))) if SUITE in rows else []
+    shared = {"against": "", "verdict": "", "standard_errors": np.nan}
+    effects: list[Row] = []
+    curves: list[pd.DataFrame] = []
+    for name in [*names, ALL_SUITES] if len(names) > 1 else []:
+        tables = together
+        if name != ALL_SUITES:
+            part = rows[rows[SUITE] == name].reset_index(drop=True)
+            medians = median_effects(part, states, settings, jobs=jobs)
+            tables = medians, effect_tables(part, demands, settings, jobs=jobs).effects
+            fitted = fit_study(part, states, settings, jobs=jobs).assign(**{SUITE: name})
+            curves.append(fitted[fitted["preferred"].to_numpy(dtype=bool)])
+        for table in tables:
+            found = table[(table["scope"] == "pooled") & (table["status"] == verdicts.OK)]
+            effects += [{**row, **shared, SUITE: name} for row in records_of(found)]
+    if not effects:
+        empty = {"suites": SUITE_COLUMNS, "suite_curves": SUITE_CURVE_COLUMNS}
+        return {name: pd.DataFrame(columns=list(columns)) for name, columns in empty.items()}
+    compared: list[Row] = []
+    for _, part in pd.DataFrame(effects).groupby(list(_EFFECT), sort=False):
+        records = {row[SUITE]: row for row in records_of(part)}
+        pairs = combinations([name for name in names if name in records], 2)
+        compared += [_compared(records[one], records[other]) for one, other in pairs]
+    return {
+        "suites": pd.DataFrame([*effects, *compared], columns=list(SUITE_COLUMNS)),
+        "suite_curves": pd.concat(curves, ignore_index=True)[list(SUITE_CURVE_COLUMNS)],
+    }
+
+
+def _compared(one: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
+    """Return the difference between the effects of two suites, as a ratio of ratios."""
+    degrees = np.array([other["dof"], one["dof"]], dtype=np.float64)
+    widths = np.log([row["ci_high"] / row["ci_low"] for row in (other, one)])
+    variances = (widths / (2.0 * special.stdtrit(degrees, 0.5 + 0.5 * one["level"]))) ** 2
+    error = float(np.sqrt(variances.sum()))
+    # source: Welch and Satterthwaite
+    dof = float(variances.sum() ** 2 / np.sum(variances**2 / degrees))
+    change = float(np.log(other["ratio"] / one["ratio"]))
+    reach = float(special.stdtrit(dof, 0.5 + 0.5 * one["level"])) * error
+    ends = np.exp([change, change - reach, change + reach])
+    away = abs(change) / error if error > 0.0 else np.inf
+    return {
+        **{name: one[name] for name in _EFFECT},
+        SUITE: other[SUITE],
+        "against": one[SUITE],
+        **dict(zip(verdicts.RATIOS, ends.tolist(), strict=True)),
+        "level": one["level"],
+        "standard_errors": away,
+        "verdict": DEPENDS if away > LARGEST_ERRORS else NO_DIFFERENCE,
+        "n_motions": int(one["n_motions"]) + int(other["n_motions"]),
+    }
+
+
+def valid_tables(
+    tables: Mapping[str, pd.DataFrame],
+    demands: pd.DataFrame,
+    rounds: pd.DataFrame,
+    looks: Sequence[int],
+    settings: FitSettings,
+) -> dict[str, pd.DataFrame]:
+    """Return the tables of `fragility_tables` with intervals that hold whenever a study stops.
+
+    These are the effects on demands and medians, the motions that they need and the table for
+    publication. Their level is that of all looks together. Curves and effects by intensity stay as
+    they are.
+    """
+    effects, medians = (
+        kept(at_looks(tables[name], looks, runs_per_motion(demands)), rounds)
+        for name in ("effects", "median_effects")
+    )
+    needed = verdicts.needed_motions(pd.concat([effects, medians], ignore_index=True), demands)
+    level = {"level": settings.effect_confidence}
+    valid = {"effects": effects.assign(**level), "median_effects": medians.assign(**level)}
+    paper = paper_table.paper_table(
+        tables["curves"], valid["median_effects"], tables["joint"], settings
+    )
+    return {**tables, **valid, "needed_motions": needed, PAPER_TABLE: paper}
 
 
 def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS) -> pd.DataFrame:
@@ -125,16 +237,14 @@ def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS)
     Variants whose columns no model lets fail are left out, as are tables without these demands.
     """
     shared: dict[str, Any] = {"component": "column_shear", "threshold": 1.0, "collapse": "peak"}
-    states = [
-        LimitState(name=name, demand=demand, dispersion=SHEAR_MODEL_DISPERSION, **shared)
-        for name, demand in SHEAR_MODEL_DEMANDS.items()
-        if demand in demands
-    ]
-    fails = (demands[[state.demand for state in states]] >= 1.0).any(axis=1)
+    shared["dispersion"] = SHEAR_MODEL_DISPERSION
+    named = {name: demand for name, demand in SHEAR_MODEL_DEMANDS.items() if demand in demands}
+    states = [LimitState(name=name, demand=demand, **shared) for name, demand in named.items()]
+    fails = (demands[list(named.values())] >= 1.0).any(axis=1)
     rows = demands[demands["variant"].isin(demands.loc[fails, "variant"])]
     if rows.empty:
         return pd.DataFrame(columns=[*CURVE_COLUMNS])
-    return chosen_curves(fit_study(rows.assign(**{BEYOND_MODEL: ""}), states, settings))
+    return paper_table.chosen_curves(fit_study(rows.assign(**{BEYOND_MODEL: ""}), states, settings))
 
 
 def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
@@ -144,15 +254,13 @@ def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
     have no complete demands to compare.
     """
     usable = curves[curves["preferred"].to_numpy(dtype=bool)]
-    failure = (usable["component"] == COLUMN_FAILURE) & (usable["limit_state"] == "any")
-    fails_at = dict(zip(usable[failure]["variant"], usable[failure]["theta"], strict=True))
-    limits = np.array([fails_at.get(name, np.inf) for name in usable["variant"]])
-    usable = usable[usable["theta"].to_numpy(dtype=np.float64) < limits]
     state = usable["component"] + "/" + usable["limit_state"]
+    fails_at = usable[state == f"{COLUMN_FAILURE}/any"].set_index("variant")["theta"]
     rank = state.map({name: number for number, name in enumerate(REFERENCE_STATES)})
-    keys = list(demand_table.BRIDGE_COLUMNS)
-    first = usable.assign(rank=rank, ln_theta=np.log(usable["theta"])).dropna(subset=["rank"])
-    ln_theta = first.groupby([*keys, "rank"])["ln_theta"].mean().groupby(level=keys).first()
+    usable = usable.assign(rank=rank, ln_theta=np.log(usable["theta"]))
+    usable = usable[usable["theta"] < usable["variant"].map(fails_at).fillna(np.inf)]
+    keys = list(demand_table.BRIDGE_COLUMNS)  # rows without a rank belong to no group
+    ln_theta = usable.groupby([*keys, "rank"])["ln_theta"].mean().groupby(level=keys).first()
     return {(str(b), str(a)): float(np.exp(value)) for (b, a), value in ln_theta.items()}
 
 
@@ -168,7 +276,7 @@ def write_tables(tables: Mapping[str, pd.DataFrame], folder: Path) -> None:
     for name, frame in tables.items():
         if name == PAPER_TABLE:
             write_text(folder / f"{name}.csv", frame.to_csv(index=False, float_format="%.6g"))
-            write_text(folder / f"{name}.tex", latex_table(frame))
+            write_text(folder / f"{name}.tex", paper_table.latex_table(frame))
         else:
             write_described(frame, folder / f"{name}.parquet", DESCRIPTIONS.get(name, {}))
 
@@ -190,21 +298,17 @@ def load_results(folder: Path) -> Results:
     """Read the demands of a study and all tables of its fits.
 
     Warns (`UserWarning`) when tables have different configurations, motions, commits or versions.
-
-    Raises:
-        InputError: The folder has no demands, or a table is damaged or of another version.
+    An `InputError` names a folder without demands, or a table damaged or of another version.
     """
     demands = _frame(demands_file(folder))
     fits = {file.stem: _frame(file) for file in sorted(folder.glob("fragility/*.parquet"))}
-    origin = {name: t.attrs["provenance"] for name, t in {"demands": demands, **fits}.items()}
     mixed: list[str] = []
     for key in _STUDY_KEYS:
         tables: dict[str, list[str]] = {}
-        for name, texts in origin.items():
-            tables.setdefault(texts.get(key, "unknown"), []).append(name)
-        if len(tables) > 1:
-            shown = (f"{value[:12]} ({', '.join(names)})" for value, names in tables.items())
-            mixed.append(f"{key} {', '.join(shown)}")
+        for name, table in {"demands": demands, **fits}.items():
+            tables.setdefault(table.attrs["provenance"].get(key, "unknown"), []).append(name)
+        shown = (f"{value[:12]} ({', '.join(names)})" for value, names in tables.items())
+        mixed += [f"{key} {', '.join(shown)}"] if len(tables) > 1 else []
     if mixed:
         warnings.warn(f"{folder}: tables of different origin: {'; '.join(mixed)}", stacklevel=3)
     return Results(folder=folder, demands=demands, fragility=fits)
@@ -225,8 +329,7 @@ def _frame(path: Path) -> pd.DataFrame:
     units = {name: unit.decode() or unit_of(name) for name, unit in written.items()}
     measures = {unit_of(str(name)) for name in frame["im"].dropna()} if "im" in frame else set()
     if len(measures) == 1:
-        of_measure = measures.pop()
-        units |= {name: of_measure for name in units if _MEDIAN.fullmatch(name)}
+        units |= dict.fromkeys(filter(_MEDIAN.fullmatch, units), measures.pop())
     frame.attrs["units"] = {name: unit for name, unit in units.items() if unit}
     frame.attrs["provenance"] = texts_of(schema)
     return frame
@@ -237,15 +340,16 @@ def _tables_of(
 ) -> tuple[dict[str, pd.DataFrame], str, list[str]]:
     """Return the tables, the intensity measure and the limit states whose demand is missing."""
     states = load_limit_states(limit_states)
-    table = demand_table.read_demands(demands, im, [state.demand for state in states])
+    names = list(dict.fromkeys(state.demand for state in states))
+    table = demand_table.read_demands(demands, im, names)
     usable = [state for state in states if state.demand in table]
     if not usable:
-        wanted = ", ".join(dict.fromkeys(state.demand for state in states))
-        raise InputError(f"{demands.name} has none of the demands of the limit states: {wanted}")
+        text = f"{demands.name} has none of the demands of the limit states: {', '.join(names)}"
+        raise InputError(text)
     measures = list(map(str, table.filter(regex="^im_")))
-    if im is None and DEFAULTS.im not in measures and len(measures) != 1:
+    chosen = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
+    if im is None and chosen not in measures:
         raise InputError(f"choose --im: one of {', '.join(measures)}", column="im")
-    chosen = im or (DEFAULTS.im if DEFAULTS.im in measures else measures[0])
     if chosen not in table:
         raise InputError(f"no column {chosen!r}; intensities: {', '.join(measures)}", column=chosen)
     settings = replace(DEFAULTS, im=chosen, **margins)
@@ -263,10 +367,8 @@ def statistics_of(
 ) -> dict[str, Any]:
     """Write every table of results/fragility from a table of demands, and return their summary.
 
-    Limit states whose demand the table lacks are ``left_out``.
-
-    Raises:
-        InputError: A file, column or value is unusable; names row and column.
+    Limit states whose demand the table lacks are ``left_out``. An `InputError` names the row and
+    column of an unusable value.
     """
     if margin is not None and not 0.0 < margin < 1.0:
         raise InputError(f"margin must be within 0..1, got {margin:g}", column="margin")
@@ -281,8 +383,7 @@ def statistics_of(
         "left_out": left_out,
         "rejected_rows": int((notes["kind"] == "rejected_row").sum()),
         "notes": notes["message"].tolist(),
-        "im": measure,
-        "out": str(out),
+        **{"im": measure, "out": str(out)},
     }
 
 
@@ -291,4 +392,4 @@ def paper_rows(demands: Path, limit_states: Path, im: str | None = None) -> dict
     tables, measure, _ = _tables_of(demands, limit_states, im)
     rows = tables[PAPER_TABLE]
     title = f"medians in {measure}"
-    return {"rows": records_of(rows), "shown": printed_rows(rows), "title": title}
+    return {"rows": records_of(rows), "shown": paper_table.printed_rows(rows), "title": title}

@@ -11,20 +11,20 @@ References:
 
 from collections.abc import Mapping, Sequence
 from functools import cache, lru_cache, partial
-from itertools import combinations
+from itertools import chain, combinations
 from math import nan
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import pandas as pd
 from scipy import special
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.columns import Floats, Row
 from skewbridge.fragility.curves import described_as_curves
 from skewbridge.fragility.demand_table import motion_codes, spread, variant_values, variants_of
-from skewbridge.fragility.existence import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_bound
-from skewbridge.fragility.limit_states import LimitState
+from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_bound
+from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.lines import Lines
 from skewbridge.fragility.motion_means import exp_end, jackknife_factors, motion_weights
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, end_counts
@@ -57,19 +57,13 @@ SYSTEM_COLUMNS: Final[dict[str, str]] = {
 
 
 def system_curves(
-    demands: pd.DataFrame,
-    limit_states: Sequence[LimitState],
-    settings: FitSettings = DEFAULTS,
-    *,
-    jobs: int = 1,
+    demands: pd.DataFrame, limit_states: States, settings: FitSettings = DEFAULTS, *, jobs: int = 1
 ) -> pd.DataFrame:
     """Return a row per variant and degree of damage: description and `SYSTEM_COLUMNS`.
 
     A component takes part if some run of the variant, and not every run, exceeds its state and its
-    demand rises with the intensity. Runs that ended early are censored demands (Tobit).
-
-    Raises:
-        InputError: The degrees of damage of the components have no common order.
+    demand rises with the intensity. Runs that ended early are censored demands (Tobit). An
+    `InputError` names a degree of damage without a common order.
     """
     members = system_members([state for state in limit_states if state.system_degree])
     columns = [settings.im, *(state.demand for states in members.values() for state in states)]
@@ -78,7 +72,7 @@ def system_curves(
     return pd.DataFrame([row for part in rows for row in part])
 
 
-def system_members(states: Sequence[LimitState]) -> dict[str, list[LimitState]]:
+def system_members(states: States) -> dict[str, list[LimitState]]:
     """Return per degree of damage, mild to severe, the states with which components take part.
 
     These are the mildest ones of that degree or of one that is more severe in some component.
@@ -97,12 +91,8 @@ def system_members(states: Sequence[LimitState]) -> dict[str, list[LimitState]]:
     members: dict[str, list[LimitState]] = {}
     for degree in sorted(degrees, key=lambda name: -len(beyond[name])):
         reach = {degree} | beyond[degree]
-        mildest: dict[str, LimitState] = {}
-        for own in by_component.values():
-            for state in own:
-                if state.system_degree in reach:
-                    mildest.setdefault(state.component, state)
-        members[degree] = list(mildest.values())
+        own = ([s for s in each if s.system_degree in reach][:1] for each in by_component.values())
+        members[degree] = list(chain.from_iterable(own))
     return members
 
 
@@ -115,8 +105,8 @@ class _Member(NamedTuple):
 
 
 def _variant_rows(
-    part: pd.DataFrame, *, members: Mapping[str, Sequence[LimitState]], settings: FitSettings
-) -> list[dict[str, Any]]:
+    part: pd.DataFrame, *, members: Mapping[str, States], settings: FitSettings
+) -> list[Row]:
     """Return the rows of one variant, one per degree of damage."""
     weights = motion_weights(motion_codes(part))
     ln_im = np.log(part[settings.im].to_numpy(dtype=np.float64))
@@ -133,38 +123,34 @@ def _variant_rows(
         rises = np.isfinite(lines.b[0])
         return _Member(state, outcomes, lines) if rises else "demand does not grow"
 
-    rows: list[dict[str, Any]] = []
+    rows: list[Row] = []
     for degree, states in members.items():
-        found = {state: member(state) for state in states}
-        taking = [each for each in found.values() if isinstance(each, _Member)]
-        names = [
-            state.component if degree == state.name else f"{state.component} ({state.name})"
-            for state in (each.state for each in taking)
-        ]
-        left_out = [f"{s.component}: {why}" for s, why in found.items() if isinstance(why, str)]
-        row = dict.fromkeys(SYSTEM_COLUMNS, nan) | {
-            "limit_state": degree,
-            "components": ";".join(names),
-            "left_out": ";".join(left_out),
-            "weakest": "",
-            "level": settings.confidence,
-            "n_runs": len(part),
-            **end_counts(part),
-        }
+        taking: list[_Member] = []
+        names: list[str] = []
+        left_out: list[str] = []
+        for state in states:
+            if isinstance(each := member(state), str):
+                left_out.append(f"{state.component}: {each}")
+            else:
+                taking.append(each)
+                other = "" if degree == state.name else f" ({state.name})"
+                names.append(state.component + other)
+        row = dict.fromkeys(SYSTEM_COLUMNS, nan) | {"limit_state": degree, "weakest": ""}
+        row |= {"components": ";".join(names), "left_out": ";".join(left_out)}
+        row |= {"level": settings.confidence, "n_runs": len(part), **end_counts(part)}
         rows.append(variant_values(part) | row | _system(taking, ln_im, weights, settings))
     return rows
 
 
 def _system(
-    members: Sequence[_Member], ln_im: FloatArray, weights: FloatArray, settings: FitSettings
-) -> dict[str, Any]:
+    members: Sequence[_Member], ln_im: Floats, weights: Floats, settings: FitSettings
+) -> Row:
     """Return the estimate of one system, or the reason why there is none."""
-    exceed, unknown = np.zeros((2, ln_im.size), dtype=np.bool_)
-    for member in members:
-        exceed |= member.outcomes.exceed(member.state)
-        unknown |= member.outcomes.unknown(member.state)
+    none = np.zeros(ln_im.size, dtype=np.bool_)
+    exceed = np.logical_or.reduce([none, *(m.outcomes.exceed(m.state) for m in members)])
+    unknown = np.logical_or.reduce([none, *(m.outcomes.unknown(m.state) for m in members)])
     unknown &= ~exceed
-    row: dict[str, Any] = {"n_exceed": int(exceed.sum()), "n_unknown": int(unknown.sum())}
+    row: Row = {"n_exceed": int(exceed.sum()), "n_unknown": int(unknown.sum())}
     if not members or ln_im.size < MIN_RUNS:
         return row | {"status": "too_few_runs" if members else "no_component"}
     if np.all(exceed | unknown):
@@ -179,14 +165,13 @@ def _system(
     correlation = _correlation(members, ln_im, weights) * share[:, :, None] * share[:, None, :]
     size = len(members)
     correlation[:, np.arange(size), np.arange(size)] = 1.0
-
     one = ln_theta[:1], beta[:1]
     failures = _failures(*one, correlation[:1], _POINTS, settings.seed)
     ln_median, dispersion = _quantiles(failures)[:, 0]
-    ordered = np.sort(np.min(failures[:, 0], axis=0))
+    first = np.min(failures[:, 0], axis=0)
     empirical = (np.arange(_POINTS) + 0.5) / _POINTS
-    distance = np.abs(special.ndtr((ordered - ln_median) / dispersion) - empirical)
-    leading = np.argmin(failures[:, 0], axis=0)[np.min(failures[:, 0], axis=0) <= ln_median]
+    distance = np.abs(special.ndtr((np.sort(first) - ln_median) / dispersion) - empirical)
+    leading = np.argmin(failures[:, 0], axis=0)[first <= ln_median]
     shares = np.bincount(leading, minlength=size) / leading.size
     weakest = int(np.argmax(shares))
     independent = _failures(*one, np.eye(size)[None], _POINTS, settings.seed)
@@ -197,14 +182,10 @@ def _system(
     logs = np.column_stack([replicates[0], np.log(replicates[1])])
     of_theta, of_beta = jackknife_factors(logs, settings.confidence)
     theta = exp_end(ln_median)
+    row |= {"theta": theta, "theta_low": theta / of_theta, "theta_high": theta * of_theta}
+    row |= {"beta": dispersion, "beta_low": dispersion / of_beta, "beta_high": dispersion * of_beta}
     return row | {
         "status": FITTED,
-        "theta": theta,
-        "beta": dispersion,
-        "theta_low": theta / of_theta,
-        "theta_high": theta * of_theta,
-        "beta_low": dispersion / of_beta,
-        "beta_high": dispersion * of_beta,
         "max_dp": np.max(distance),
         "theta_correlated": exp_end(np.min(ln_theta[0])),
         "theta_independent": exp_end(_quantiles(independent)[0, 0]),
@@ -214,17 +195,17 @@ def _system(
     }
 
 
-def _correlation(members: Sequence[_Member], ln_im: FloatArray, weights: FloatArray) -> FloatArray:
+def _correlation(members: Sequence[_Member], ln_im: Floats, weights: Floats) -> Floats:
     """Return the correlation of the residuals of ln demand by replicate, shape (R, m, m)."""
     # by pairs, over the runs in which both are known; then the nearest correlation matrix
     size = len(members)
     matrix = np.broadcast_to(np.eye(size), (len(weights), size, size)).copy()
-    known, residuals = [], []
-    for member in members:
-        outcomes, line = member.outcomes, member.lines
-        known.append(outcomes.lower == outcomes.upper)
-        y = np.log(np.where(known[-1], outcomes.lower, 1.0))
-        residuals.append(y - (line.ln_a[:, None] + line.b[:, None] * ln_im))
+    known = [m.outcomes.lower == m.outcomes.upper for m in members]
+    residuals = [
+        np.log(np.where(rows, m.outcomes.lower, 1.0))
+        - (m.lines.ln_a[:, None] + m.lines.b[:, None] * ln_im)
+        for rows, m in zip(known, members, strict=True)
+    ]
     for i, j in combinations(range(size), 2):
         if np.sum(both := known[i] & known[j]) < MIN_COMPLETE:
             continue
@@ -243,24 +224,22 @@ def _correlation(members: Sequence[_Member], ln_im: FloatArray, weights: FloatAr
     return root @ np.swapaxes(root, 1, 2)
 
 
-def _failures(
-    ln_theta: FloatArray, beta: FloatArray, correlation: FloatArray, points: int, seed: int
-) -> FloatArray:
+def _failures(ln_theta: Floats, beta: Floats, rho: Floats, points: int, seed: int) -> Floats:
     """Return ln of the intensity at which each component fails, shape (m, R, points)."""
-    values, vectors = np.linalg.eigh(correlation)
+    values, vectors = np.linalg.eigh(rho)
     root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] * beta[:, :, None]
     normals = _normals(ln_theta.shape[1], points, seed).T
     return ln_theta.T[:, :, None] + np.swapaxes(root, 0, 1) @ normals
 
 
-def _quantiles(failures: FloatArray) -> FloatArray:
+def _quantiles(failures: Floats) -> Floats:
     """Return ln median and dispersion of the first failure of (m, R, points), shape (2, R)."""
     low, middle, high = np.quantile(np.min(failures, axis=0), _LEVELS, axis=-1)
     return np.array([middle, 0.5 * (high - low)])
 
 
 @lru_cache(maxsize=32)
-def _normals(size: int, points: int, seed: int) -> FloatArray:
+def _normals(size: int, points: int, seed: int) -> Floats:
     """Return quasi-random standard normal vectors, shape (points, size)."""
     from scipy.stats import qmc  # imported here: it takes longer to load than all the rest
 

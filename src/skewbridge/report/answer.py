@@ -17,7 +17,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, axis_names, models_of
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES
-from skewbridge.fragility.suites import ALL_SUITES, DEPENDS, LARGEST_ERRORS
+from skewbridge.fragility.study_tables import ALL_SUITES, DEPENDS, LARGEST_ERRORS
 from skewbridge.fragility.verdicts import (
     DETECTABLE,
     HIGHER,

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from scipy import special
 
 from skewbridge.demands.completeness import is_complete, with_derived_columns
-from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.columns import Floats
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.outcomes import demand_outcomes
 from skewbridge.fragility.verdicts import OK
@@ -50,7 +50,7 @@ def shown_curves(curves: pd.DataFrame) -> pd.DataFrame:
     return first.drop_duplicates(["variant", "component", "limit_state"]).sort_index()
 
 
-def curve_values(im: FloatArray, row: Mapping[Any, Any]) -> tuple[FloatArray, FloatArray]:
+def curve_values(im: Floats, row: Mapping[Any, Any]) -> tuple[Floats, Floats]:
     """Return P(exceeds | IM) of a row of curves, shape of ``im``, and its band, shape (2, n).
 
     The curve includes record-to-record and capacity dispersion. The band is the pointwise
@@ -191,7 +191,7 @@ def methods_note(rows: pd.DataFrame) -> str:
 
 
 def _curve_panel(
-    axes: Axes, rows: pd.DataFrame, demands: pd.DataFrame, grid: FloatArray, layout: VariantLayout
+    axes: Axes, rows: pd.DataFrame, demands: pd.DataFrame, grid: Floats, layout: VariantLayout
 ) -> list[str]:
     """Draw the curves of one state; return the lines above the panel."""
     shown = shown_curves(rows)

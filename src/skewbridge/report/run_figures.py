@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from skewbridge.errors import InputError
-from skewbridge.fragility.columns import FloatArray
+from skewbridge.fragility.columns import Floats
 from skewbridge.report.axis_layout import STYLE, VARIANT_COLOURS, plain_log_ticks, shown_unit
 from skewbridge.units import KN, MM, MN
 
@@ -245,7 +245,7 @@ def mean_period_s(histories: pd.DataFrame, column: str) -> float:
     return float(np.sum(power / frequency) / np.sum(power))
 
 
-def fourier_amplitude(histories: pd.DataFrame, column: str) -> tuple[FloatArray, FloatArray]:
+def fourier_amplitude(histories: pd.DataFrame, column: str) -> tuple[Floats, Floats]:
     """Return the frequencies in `BAND_HZ` and Fourier amplitudes (unit of the column times s).
 
     Raises:
@@ -263,7 +263,7 @@ def fourier_amplitude(histories: pd.DataFrame, column: str) -> tuple[FloatArray,
     return frequency[inside], spectrum[inside]
 
 
-def _smoothed(histories: pd.DataFrame, column: str, grid_hz: FloatArray) -> FloatArray:
+def _smoothed(histories: pd.DataFrame, column: str, grid_hz: Floats) -> Floats:
     """Return the smoothed amplitude: window [sin(b log10 f/fc)/(b log10 f/fc)]^4, b = 40."""
     frequency, amplitude = fourier_amplitude(histories, column)
     argument = _BANDWIDTH * np.log10(frequency / grid_hz[:, None])

@@ -21,8 +21,7 @@ from skewbridge.fragility.demand_table import (
     motion_codes,
     prepared,
 )
-from skewbridge.fragility.existence import FITTED, NO_EXCEEDANCE, NOT_APPLICABLE
-from skewbridge.fragility.fits import fit_cloud
+from skewbridge.fragility.fits import FITTED, NO_EXCEEDANCE, NOT_APPLICABLE, fit_cloud
 from skewbridge.fragility.joint import JointModel, joint_table
 from skewbridge.fragility.limit_states import LimitState, load_limit_states, with_column_failure
 from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand

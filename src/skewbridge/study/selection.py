@@ -25,14 +25,13 @@ from skewbridge.demands.completeness import with_derived_columns
 from skewbridge.files.tables import read_frame
 from skewbridge.files.text import read_json, write_text
 from skewbridge.fragility.demand_table import axis_names, prepared
-from skewbridge.fragility.effects import effect_tables
+from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.limit_states import (
     HEADLINE_STATES,
     LimitState,
     load_limit_states,
     with_column_failure,
 )
-from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.sequential import (
     CELL,
     ROUND_COLUMNS,

@@ -18,9 +18,14 @@ from skewbridge.fragility.demand_table import (
     prepared,
     read_demands,
 )
-from skewbridge.fragility.effects import Pairs, demand_effects, effect_table, run_pairs
+from skewbridge.fragility.effects import (
+    Pairs,
+    demand_effects,
+    effect_table,
+    median_effects,
+    run_pairs,
+)
 from skewbridge.fragility.limit_states import LimitState, load_limit_states, with_column_failure
-from skewbridge.fragility.median_effects import median_effects
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import demands_file
 from skewbridge.study.folder import StudyFolder

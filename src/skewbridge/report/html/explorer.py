@@ -18,7 +18,7 @@ from skewbridge.demands.columns import KEY, column_of, demands_for
 from skewbridge.demands.completeness import is_complete, with_derived_columns
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
-from skewbridge.fragility.existence import FITTED
+from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import HEADLINE_STATES
 from skewbridge.fragility.verdicts import DIFFERENCE, DIFFERENCES, RATIOS, may_be_negligible
 from skewbridge.report.answer import model_name

@@ -22,7 +22,7 @@ from skewbridge.demands.demand_columns import SHEAR_MODELS
 from skewbridge.demands.suspect import SUSPECT
 from skewbridge.files.tables import read_frame, read_stamp, records_of
 from skewbridge.files.text import write_text
-from skewbridge.fragility.existence import FITTED
+from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import HEADLINE_STATES
 from skewbridge.fragility.paper_table import (
     JOINT,

@@ -34,7 +34,7 @@ from skewbridge.demands.completeness import BEYOND_MODEL, COMPLETE
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
-from skewbridge.fragility.existence import FITTED
+from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.paper_table import chosen_curves
 from skewbridge.fragility.settings import FitSettings

@@ -22,7 +22,7 @@ from scipy.stats import t as student
 
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.demand_table import prepared
-from skewbridge.fragility.median_effects import median_effects
+from skewbridge.fragility.effects import median_effects
 from skewbridge.statuses import OK, RAN
 from skewbridge.verification.studies import figure_style as style
 from skewbridge.verification.studies.comparison import Study
