@@ -20,7 +20,6 @@ from fragility_tables import (
 from skewbridge.errors import InputError
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility.effects import (
-    EFFECT_COLUMNS,
     INTENSITY_COLUMNS,
     effect_table,
     effect_tables,
@@ -31,6 +30,7 @@ from skewbridge.fragility.sequential import SPENT, at_looks, kept, levels_at, lo
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.verdicts import (
     DETECTABLE,
+    EFFECT_COLUMNS,
     NEGLIGIBLE,
     judged,
     motions_to_decide,
