@@ -163,8 +163,11 @@ BOTH = ("default", "reference")
 
 def made_up(chosen, ratios):
     """Return peaks that grow by a ratio per motion and accuracy wherever there is friction."""
+    size = {"default": 1.0, "reference": 2.0}
     return {
-        (accuracy, variant, motion): dict.fromkeys(DEMANDS, ratio if variant.friction_pct else 1.0)
+        (accuracy, variant, motion): dict.fromkeys(
+            DEMANDS, size[accuracy] * (ratio if variant.friction_pct else 1.0)
+        )
         for (accuracy, motion), ratio in ratios.items()
         for variant in chosen.variants()
     }
