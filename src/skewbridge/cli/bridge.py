@@ -16,7 +16,6 @@ from skewbridge.cli.output import (
     Printed,
     command,
     in_units,
-    messages,
     new_group,
     quantities,
     warn,
@@ -158,13 +157,14 @@ def modal(out: Path | None, units: Units, **given: Any) -> Answer:
     forces = {"weight_kn": result["weight_kn"], "axial_kn": list(result["column_axial_kn"])}
     weight, axial = in_units([forces], units)[0].values()
     unit = "kip" if units == "us" else "kN"
-    messages.print(
+    note = (
         f"weight {weight:.0f} {unit}; column base axial force "
         f"{', '.join(f'{force:.0f}' for force in axial)} {unit}; T1 {t1_s:.4g} s"
     )
     for warning in periods_of_file(variant.bridge, standing):
         warn(warning)
-    return Answer({"variant": slug, "t1_s": t1_s, **result}, [Printed(result["modes"], slug)])
+    answer = {"variant": slug, "t1_s": t1_s, **result}
+    return Answer(answer, [Printed(result["modes"], slug)], notes=[note])
 
 
 @command(bridge, *_PUSH, ABUTMENT._replace(default="roller"), _MAX_DISP._replace(default=0.30))

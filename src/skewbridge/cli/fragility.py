@@ -85,8 +85,8 @@ def export(curves: Path, form: str, out: Path, method: str | None, **given: Any)
     from skewbridge.fragility.exports import CsvContent, export_curves
 
     report = export_curves(curves, form, out, method=method, content=CsvContent(**given))
-    written = [{"written": name} for name in report["files"]]
-    return Answer(report, [Printed(written)], notes=report["notes"])
+    written = Printed.of(["written"], zip(report["files"], strict=True))
+    return Answer(report, [written], notes=report["notes"])
 
 
 @command(
@@ -116,8 +116,7 @@ def statistics(demands: Path, out: Path, **given: Any) -> Answer:
     counts = {f"rows of {name}": count for name, count in report["tables"].items()}
     for kind in ("status", "verdict"):
         counts |= {f"{kind} {name}": count for name, count in report[kind].items()}
-    rows = [{"what": what, "count": count} for what, count in counts.items()]
-    return Answer(report, [Printed(rows, str(out))])
+    return Answer(report, [Printed.of(["what", "count"], counts.items(), title=str(out))])
 
 
 @command(

@@ -2,12 +2,12 @@
 
 import json
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import wraps
 from inspect import Parameter, Signature
 from math import isfinite, isnan
-from typing import Annotated, Any, Final, NamedTuple
+from typing import Annotated, Any, Final, NamedTuple, Self
 
 import typer
 from rich.console import Console
@@ -40,6 +40,11 @@ class Printed(NamedTuple):
     rows: Sequence[Row]
     title: str | None = None
     missing: str = "not defined for these data"
+
+    @classmethod
+    def of(cls, heads: Sequence[str], rows: Iterable[Sequence[Any]], **more: str | None) -> Self:
+        """Return a table of values under some heads."""
+        return cls([dict(zip(heads, row, strict=True)) for row in rows], **more)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,12 +91,9 @@ class Opt(NamedTuple):
     def parameter(self) -> Parameter:
         """Return the option as a parameter of a command."""
         flags = self.flags or f"--{self.name.replace('_', '-')}"
-        return self._taken(typer.Option(*flags.split(), **self._shown()))
-
-    def _shown(self) -> dict[str, Any]:
-        return {"help": self.help, "metavar": self.metavar, "autocompletion": self.complete}
-
-    def _taken(self, given: Any) -> Parameter:
+        shown: Any = {"help": self.help, "metavar": self.metavar, "autocompletion": self.complete}
+        is_argument = isinstance(self, Arg)
+        given = typer.Argument(**shown) if is_argument else typer.Option(*flags.split(), **shown)
         default = Parameter.empty if self.default is ... else self.default
         kind = Annotated[self.kind, given]
         return Parameter(self.name, Parameter.KEYWORD_ONLY, annotation=kind, default=default)
@@ -99,10 +101,6 @@ class Opt(NamedTuple):
 
 class Arg(Opt):
     """One argument of a command, without flags."""
-
-    def parameter(self) -> Parameter:
-        """Return the argument as a parameter of a command."""
-        return self._taken(typer.Argument(**self._shown()))
 
 
 UNITS: Final = Opt(

@@ -55,8 +55,9 @@ def init(folder: Path) -> Answer:
         f"cd {folder}, then: snakemake -j2 --configfile config/smoke.yaml (a small study) or "
         "snakemake -j2 (the default study; skewbridge plan shows its cost)"
     )
-    rows = [{"written": path} for path in written]
-    return Answer({"written": written}, [Printed(rows)], notes=[note])
+    return Answer(
+        {"written": written}, [Printed.of(["written"], zip(written, strict=True))], notes=[note]
+    )
 
 
 @command(commands, OUT._replace(default=Path("demo")))
@@ -120,8 +121,7 @@ def plan(study: Path | None, pilot: int | None, profile: str | None) -> Answer:
     summary, variants = _forecast(config, profile)
     table = folder.fragility("needed_motions")
     needed = records_of(read_frame(table)) if table.is_file() else []
-    counts = [{"variant": slug, "analyses": count} for slug, count in variants.items()]
-    printed = [Printed(counts), _study_table(summary)]
+    printed = [Printed.of(["variant", "analyses"], variants.items()), _study_table(summary)]
     if needed:
         rows = [
             {
@@ -303,8 +303,8 @@ def journal(compact: bool, study: Path | None) -> Answer:
     content = compact_journals(folder) if compact else read_content(folder.journals)
     counts = {name: getattr(content, name) for name in ("repeated", "outdated", "damaged")}
     counts = {"analyses": len(content.rows)} | counts
-    rows = [{"lines": name, "count": count} for name, count in counts.items()]
-    return Answer(counts | {"compacted": compact}, [Printed(rows)])
+    table = Printed.of(["lines", "count"], counts.items())
+    return Answer(counts | {"compacted": compact}, [table])
 
 
 @command(
@@ -333,8 +333,8 @@ def plot(names: list[str] | None, out: Path, study: Path | None, **given: Any) -
     check_font(settings.font)
     figures = finished_figures(folder.root)
     if not names:
-        rows = [{"name": figure.name, "title": figure.title} for figure, _ in figures]
-        return Answer({"figures": rows}, [Printed(rows)])
+        table = Printed.of(["name", "title"], ((each.name, each.title) for each, _ in figures))
+        return Answer({"figures": table.rows}, [table])
     drawn = [str(path) for path in draw_figures(figures, names, settings, writable_folder(out))]
     return Answer({"written": drawn}, [], notes=[f"written: {path}" for path in drawn])
 
@@ -387,7 +387,7 @@ def archive(study: Path | None, out: Path, author: list[str] | None, licence: st
         warn(doubt)
     return Answer(
         {"archive": str(out), "bytes": size, "files": written.names, "doubts": written.doubts},
-        [Printed([{"in the archive": name} for name in written.names])],
+        [Printed.of(["in the archive"], zip(written.names, strict=True))],
         notes=[f"{out}: {size / 1e6:.1f} MB"],
     )
 
@@ -411,7 +411,7 @@ def _study_table(summary: dict[str, Any], title: str | None = None) -> Printed:
     rows = {name: value for name, value in summary.items() if name != "ledger"}
     rows |= {f"status {name}": count for name, count in ledger["status"].items()}
     rows |= {f"recovery step {step}": count for step, count in ledger["recovery_step"].items()}
-    return Printed([{"study": name, "value": value} for name, value in rows.items()], title)
+    return Printed.of(["study", "value"], rows.items(), title=title)
 
 
 def _proposed_levels(config: "StudyConfig", motions: int) -> Answer:

@@ -4,7 +4,6 @@ import base64
 import json
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
@@ -97,7 +96,7 @@ def write_report(
     environment = Environment(
         loader=PackageLoader("skewbridge.report.html"), autoescape=True, undefined=StrictUndefined
     )
-    environment.filters |= {"number": _number, "unbroken": _unbroken}
+    environment.filters |= {"number": _number, "unbroken": _unbroken, "words": in_words}
     with shown_in(study.figures.units):
         page = environment.get_template("report.html.j2").render(
             **_first_screen(frames, study),
@@ -110,16 +109,11 @@ def write_report(
             measures=shown_rows(measure_rows(frames["measures"])),
             shear_models=shear_model_rows(demands, study.fragility),
             choices=_choices(read_frame(choices)) if choices else [],
-            methods_line=methods_line(curves),
-            predict_line=predict_line(frames.get("check_predict")),
+            compared=methods_compared(curves),
             fits=fit_counts(curves),
             checks=checks,
-            facts=quality_facts(demands, checks, frames["sensitivity"]),
-            statuses=[(name, int((demands["status"] == name).sum())) for name in STATUSES],
-            recovered=int((demands["recovery_rung"] > 0).sum()),
-            suspects=suspect_line(demands, excluded=study.fragility.exclude_suspect),
-            friction_excess=friction_excess(demands),
-            sensitivity_line=sensitivity_line(frames["sensitivity"]),
+            quality=quality(demands, frames["sensitivity"], frames.get("check_predict")),
+            exclude_suspect=study.fragility.exclude_suspect,
             sensitivity=shown_rows(records_of(frames["sensitivity"]), 4),
             suspect=shown_rows(checks["suspect"]),
             input_notes=shown_rows(records_of(frames["input_notes"])),
@@ -127,7 +121,6 @@ def write_report(
             contact_checks=shown_rows(records_of(frames["contact_checks"]), 6),
             methods=methods_of(study, frames["suite"]),
             state_heads=STATE_HEADS,
-            cpu_h=float(demands["cpu_s"].sum()) / 3600.0,
             provenance=dict(sorted(read_stamp(tables["demands"]).items())),
             config=yaml.safe_dump(dict(config), sort_keys=False),
         )
@@ -348,35 +341,23 @@ _STEP: Final = 255 / 11  # between two of the twelve shades of each primary colo
 _SHADES: Final = [round(round(shade / _STEP) * _STEP) for shade in range(256)]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Picture:
-    """A figure in the page: its caption, the address that holds it, and its size in pixels."""
-
-    caption: Caption
-    data: str
-    width: int
-    height: int
-
-
-def pictures_of(captions: Sequence[Caption], folder: Path) -> list[Picture]:
-    """Return the figures of a folder in the order of `SECTIONS`."""
+def pictures_of(captions: Sequence[Caption], folder: Path) -> list[dict[str, Any]]:
+    """Return the figures of a folder in the order of `SECTIONS`: caption, address, size."""
     shown = sorted(captions, key=lambda caption: SECTIONS.index(caption.section))
     packed: Any = Parallel(n_jobs=2, backend="threading")(
         delayed(_packed)(folder / f"{caption.name}.png") for caption in shown
     )
-    return [
-        Picture(caption=caption, data=data, width=width, height=height)
-        for caption, (data, width, height) in zip(shown, packed, strict=True)
-    ]
+    return [{"caption": each, **picture} for each, picture in zip(shown, packed, strict=True)]
 
 
-def _packed(path: Path) -> tuple[str, int, int]:
+def _packed(path: Path) -> dict[str, Any]:
+    """Return the address that holds a picture, and its size in pixels."""
     with Image.open(path) as drawn:
         picture = drawn.convert("RGB").reduce(2).point(_SHADES * 3)
     packed = BytesIO()
     picture.save(packed, **_PACKING)
-    data = base64.b64encode(packed.getvalue()).decode()
-    return f"data:image/webp;base64,{data}", *picture.size
+    data = f"data:image/webp;base64,{base64.b64encode(packed.getvalue()).decode()}"
+    return {"data": data, "width": picture.width, "height": picture.height}
 
 
 _PROPERTIES: Final = {
@@ -403,62 +384,28 @@ def subtitle(demands: pd.DataFrame, im: str, values: Mapping[str, str]) -> str:
     )
 
 
-def quality_facts(
-    demands: pd.DataFrame, checks: Mapping[str, Any], sensitivity: pd.DataFrame
-) -> list[str]:
-    """Return the quality of the numbers: checks, energy, suspect rows, accuracy."""
-    residual = 100.0 * demands["energy_residual_ratio"].abs()
-    passed = sum(check["passed"] for check in checks["checks"])
-    texts = [
-        "Accuracy not compared with the reference",
-        f"Energy residual: median {residual.median():.2g} %, worst {residual.max():.2g} %",
-        f"{passed} of {len(checks['checks'])} checks of the tables passed",
-        f"{checks['suspect_rows']} suspect rows",
-    ]
-    if len(sensitivity):
-        changes = 100.0 * sensitivity["reference_largest_change"]
-        texts[0] = (
-            f"Demands differ from the reference accuracy by {changes.median():.2g} % (median), "
-            f"{changes.max():.2g} % at worst"
-        )
-    return texts
+def quality(
+    demands: pd.DataFrame, sensitivity: pd.DataFrame, check: pd.DataFrame | None
+) -> dict[str, Any]:
+    """Return the numbers of the quality of a study, shares in per cent.
 
-
-def friction_excess(demands: pd.DataFrame) -> str:
-    """Return the share of the friction work done above the friction limit of its step."""
-    name = "cone_work_over_10pct_ratio"
-    rubbed = demands[demands["slip_work_kj"] > 0.0]
-    if rubbed.empty or name not in rubbed:
-        return ""
-    share = 100.0 * rubbed[name]
-    return (
-        "The friction limit of a step is set before the step, so it lags by one or two steps at an "
-        f"impact. In the {len(rubbed)} analyses with friction work, the share of that work with "
-        f"friction 10 % or more above the local limit has a median of {share.median():.2g} % and a "
-        f"95th percentile of {share.quantile(0.95):.2g} %; the worst is {share.max():.2g} %."
-    )
-
-
-def suspect_line(demands: pd.DataFrame, *, excluded: bool) -> str:
-    """Return the number of suspect rows and their treatment in the fits."""
-    count = int((demands[SUSPECT] != "").sum())
-    if not count:
-        return f"None of the {len(demands)} rows is suspect."
-    use = "as failed analyses" if excluded else "like all others"
-    return f"{count} of {len(demands)} rows are suspect; the fits use them {use}."
-
-
-def sensitivity_line(table: pd.DataFrame) -> str:
-    """Return what the table of the accuracy compares; empty without one."""
-    if table.empty:
-        return ""
-    return (
-        f"Ratios of the peak demands of {table['rows'].max()} rows of the study to those at the "
-        "reference accuracy (mean), and the largest change of a single row: against the reference, "
-        "and with a contact penalty (normal kn, tangential kt) halved and doubled. Both sides of "
-        "every comparison are analysed for the strongest part of the motion only, "
-        f"{table['analysed_s'].max():.3g} s."
-    )
+    ``check`` has the errors of `predict` inside the grid, if they were measured.
+    """
+    name, rubbed = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
+    compared = None if check is None else check[check["status"] == OK]
+    return {
+        "runs": len(demands),
+        "statuses": [(each, int((demands["status"] == each).sum())) for each in STATUSES],
+        "recovered": int((demands["recovery_rung"] > 0).sum()),
+        "suspect": int((demands[SUSPECT] != "").sum()),
+        "residuals": 100.0 * demands["energy_residual_ratio"].abs(),
+        "changes": 100.0 * sensitivity.get("reference_largest_change", pd.Series(dtype=float)),
+        "compared": sensitivity[["rows", "analysed_s"]].max() if len(sensitivity) else None,
+        "excesses": 100.0 * rubbed.get(name, pd.Series(dtype=float)),
+        "predicted": compared,
+        "errors": None if compared is None else 100.0 * compared["error"].abs(),
+        "cpu_h": float(demands["cpu_s"].sum()) / 3600.0,
+    }
 
 
 def needed_sentences(needed: pd.DataFrame) -> list[str]:
@@ -511,19 +458,16 @@ def _variant_names(table: pd.DataFrame) -> dict[str, str]:
     return {row["variant"]: variant_text(axes, row) for row in first}
 
 
-def methods_line(curves: pd.DataFrame) -> str:
+def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
     """Return how often cloud and exceedance medians differ, and which of them is used."""
     both = curves[(curves["method"] == "cloud") & curves["methods_ratio"].notna()]
-    preferred = curves["preferred"].eq(other=True) & curves["methods_differ"].eq(other=True)
-    marked = curves.loc[preferred, "method"]
-    return (
-        f"In {both['methods_differ'].eq(other=True).sum()} of {len(both)} variants and states with "
-        "both fits, the cloud and the exceedance medians differ by more than 15 % or 2 standard "
-        "errors (marked *). The median used everywhere is that of the cloud, because it uses the "
-        "size of every demand; where both differ by more than 2 standard errors and at least 5 "
-        "runs lie on each side of the state, it is that of the exceedance fit, which does not "
-        f"assume a line ({(marked == 'exceedance').sum()} of the {len(marked)} marked medians)."
-    )
+    marked = curves["preferred"].eq(other=True) & curves["methods_differ"].eq(other=True)
+    return {
+        "both": len(both),
+        "differ": int(both["methods_differ"].eq(other=True).sum()),
+        "marked": int(marked.sum()),
+        "by_exceedance": int((marked & (curves["method"] == "exceedance")).sum()),
+    }
 
 
 def states_not_reached(curves: pd.DataFrame) -> list[dict[str, str]]:
@@ -611,20 +555,3 @@ def measure_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
         }
         for row in records_of(table)
     ]  # fmt: skip
-
-
-def predict_line(check: pd.DataFrame | None) -> str:
-    """Return the error of `predict` inside the grid; how to measure it without the table."""
-    if check is None:
-        return "Error of predict inside the grid: not measured (make check-predict)."
-    compared = check[check["status"] == OK]
-    if compared.empty:
-        return "Error of predict inside the grid: no state with an estimate to compare."
-    error = 100.0 * compared["error"].abs()
-    worst = compared.loc[error.idxmax()]
-    return (
-        f"Error of predict inside the grid, from new analyses of {compared['variant'].nunique()} "
-        f"variants under {compared['n_motions'].max():.0f} motions: median {error.median():.2g} % "
-        f"over {len(compared)} medians, worst {error.max():.2g} % "
-        f"({in_words(worst['component'] + ', ' + worst['limit_state'])})."
-    )

@@ -36,11 +36,7 @@ def sketch(
     The deck is drawn at the largest skew of the study and as an outline at the others; walls and
     keys are outside it at the largest gap, exaggerated.
 
-    Args:
-        bridge: Data of the bridge.
-        skews_deg: Skews of the study.
-        gaps_mm: Joint gaps, normal to the walls.
-        key_gap_mm: Gap between deck and shear keys.
+    Joint gaps are normal to the walls; ``key_gap_mm`` is that between deck and shear keys.
 
     Returns:
         ``deck``, ``outlines``, ``walls``, ``shear_keys`` (points of SVG polygons), ``columns``
