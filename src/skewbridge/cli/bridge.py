@@ -43,11 +43,21 @@ _PUSH: Final = (
     UNITS,
 )
 
+#: Printed columns of the capacities of a bent, with their heads.
+_CAPACITIES: Final = {
+    "bent": "bent",
+    "hinge_length_m": "hinge (m)",
+    "hinge_length_by": "by",
+    "capacity_m": "capacity (m)",
+    "p_delta_ratio": "P-Delta there",
+    "p_delta_limit": "limit",
+    "disp_at_p_delta_limit_m": "met at (m)",
+    "ok": "ok",
+}
+
 commands = new_group()
 bridge = new_group("bridge", "List, check, draw and push single bridges.")
 commands.add_typer(bridge)
-
-type Rows = list[dict[str, Any]]
 
 
 def _without_messages[T](function: Callable[..., T], *given: Any, **named: Any) -> T:
@@ -323,8 +333,13 @@ def sdc(source: Path | None, bridge: str | None, out: Path | None, units: Units)
 
     Example: skewbridge bridge sdc --bridge osb1
     """
+    from skewbridge.analysis.sdc import capacity_rows
+    from skewbridge.bridge.catalogue import load_bridge
+
     if source is None or str(source) in known_bridges() or source.suffix in (".yaml", ".yml"):
-        title, bents, rows = _sdc_capacities(bridge or str(source or "osb1"))
+        data = load_bridge(bridge or str(source or "osb1"))
+        title, bents = data.title, capacity_rows(data)
+        rows = [{head: row[name] for name, head in _CAPACITIES.items()} for row in bents]
         answer = {"title": title, "bents": bents}
     else:
         title, rows = (_sdc_of_demands if source.is_file() else _sdc_of_run)(source, bridge)
@@ -334,27 +349,7 @@ def sdc(source: Path | None, bridge: str | None, out: Path | None, units: Units)
     return Answer(answer, [Printed(rows, title)], units)
 
 
-def _sdc_capacities(bridge: str) -> tuple[str, Rows, Rows]:
-    """Return the capacities of the bents of a bridge: title, all values, printed rows."""
-    from skewbridge.analysis.sdc import capacity_rows
-    from skewbridge.bridge.catalogue import load_bridge
-
-    data = load_bridge(bridge)
-    rows = capacity_rows(data)
-    heads = {
-        "bent": "bent",
-        "hinge_length_m": "hinge (m)",
-        "hinge_length_by": "by",
-        "capacity_m": "capacity (m)",
-        "p_delta_ratio": "P-Delta there",
-        "p_delta_limit": "limit",
-        "disp_at_p_delta_limit_m": "met at (m)",
-        "ok": "ok",
-    }
-    return data.title, rows, [{head: row[name] for name, head in heads.items()} for row in rows]
-
-
-def _sdc_of_demands(path: Path, bridge: str | None) -> tuple[str, Rows]:
+def _sdc_of_demands(path: Path, bridge: str | None) -> tuple[str, list[dict[str, object]]]:
     """Return the ratios of the variants of a study, with a title."""
     from skewbridge.analysis.sdc import summary_row
     from skewbridge.files.tables import read_frame
@@ -366,7 +361,7 @@ def _sdc_of_demands(path: Path, bridge: str | None) -> tuple[str, Rows]:
     return f"median of {len(table)} analyses", rows
 
 
-def _sdc_of_run(folder: Path, bridge: str | None) -> tuple[str, Rows]:
+def _sdc_of_run(folder: Path, bridge: str | None) -> tuple[str, list[dict[str, object]]]:
     """Return the checks of the analysis in a folder of `skewbridge run`, with a title."""
     from skewbridge.analysis.sdc import corner_moves_m, sdc_rows
     from skewbridge.files.tables import read_frame

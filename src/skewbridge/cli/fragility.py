@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any, Literal
 
-from skewbridge.cli.options import ABUTMENT, BRIDGE, LIMIT_STATES, OUT, STUDY, folder_of
+from skewbridge.cli.options import ABUTMENT, LIMIT_STATES, OUT, STUDY, folder_of, known_bridges
 from skewbridge.cli.output import (
     Answer,
     Arg,
@@ -126,9 +126,7 @@ def statistics(demands: Path, out: Path, **given: Any) -> Answer:
     Opt("friction", float | None, "Coefficient of friction."),
     Opt("axis", list[str] | None, "A further axis; repeatable.", None, "NAME=VALUE"),
     STUDY,
-    BRIDGE._replace(
-        kind=str | None, help="Needed if there are several.", default=None, metavar="NAME"
-    ),
+    Opt("bridge", str | None, "Needed if there are several.", None, "NAME", known_bridges),
     ABUTMENT._replace(
         kind=str | None,
         help="By default the only model of the study, or contact-friction.",

@@ -103,19 +103,14 @@ def _task_of_row(key: str, study: Path | None) -> "Task":
 
     config, folder = study_of(study)
     row = read_journals(folder).get(key)
-    if row is None:
-        if not folder.demands.is_file():
-            raise InputError(
-                f"row {key}: there is no {folder.demands}; run the study first or name another "
-                "with --study"
-            )
+    if row is None and folder.demands.is_file():
         rows: list[dict[str, Any]] = read_table(folder.demands).to_pylist()
         row = next((row for row in rows if row["run_key"] == key), None)
-        if row is None:
-            raise InputError(
-                f"row {key}: no such run_key in {folder.demands} ({len(rows)} rows); name another "
-                "study with --study"
-            )
+    if row is None:
+        raise InputError(
+            f"row {key}: no such run_key in the journals and {folder.demands}; run the study first "
+            "or name another with --study"
+        )
     task = StudySetup.of(config).task_of(row)
     if task is None:
         raise InputError(

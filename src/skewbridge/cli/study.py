@@ -55,9 +55,8 @@ def init(folder: Path) -> Answer:
         f"cd {folder}, then: snakemake -j2 --configfile config/smoke.yaml (a small study) or "
         "snakemake -j2 (the default study; skewbridge plan shows its cost)"
     )
-    return Answer(
-        {"written": written}, [Printed.of(["written"], zip(written, strict=True))], notes=[note]
-    )
+    table = Printed.of(["written"], zip(written, strict=True))
+    return Answer({"written": written}, [table], notes=[note])
 
 
 @command(commands, OUT._replace(default=Path("demo")))
