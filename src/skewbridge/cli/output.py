@@ -42,9 +42,11 @@ class Printed(NamedTuple):
     missing: str = "not defined for these data"
 
     @classmethod
-    def of(cls, heads: Sequence[str], rows: Iterable[Sequence[Any]], **more: str | None) -> Self:
+    def of(
+        cls, heads: Sequence[str], rows: Iterable[Sequence[Any]], title: str | None = None
+    ) -> Self:
         """Return a table of values under some heads."""
-        return cls([dict(zip(heads, row, strict=True)) for row in rows], **more)
+        return cls([dict(zip(heads, row, strict=True)) for row in rows], title)
 
 
 @dataclass(frozen=True, slots=True)
