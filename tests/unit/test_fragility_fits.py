@@ -373,7 +373,7 @@ def test_a_system_has_no_secondary_component_beyond_moderate_damage():
         LimitState(component="other", name=n, demand=s.demand, threshold=s.threshold, dispersion=0)
         for s, n in zip(drift, ("moderate", "slight"), strict=False)
     ]
-    with pytest.raises(InputError, match="different orders"):
+    with pytest.raises(InputError, match="rank the damage degree"):
         system_members([*drift[:2], *turned])
 
 

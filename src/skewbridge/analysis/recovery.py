@@ -12,12 +12,12 @@ from skewbridge.analysis.settings import OpenSeesCommand
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Attempt:
-    """One way to solve a step, a rung of the ladder.
+    """One solution strategy for a step (a recovery step).
 
     Attributes:
         algorithm: Arguments of the algorithm command.
-        substeps: Equal parts of the step; the number of each rung is a multiple of that of the rung
-            before, so that a rung can continue where the last one stopped.
+        substeps: Equal parts of the step; each number is a multiple of that of the recovery step
+            before, so that a recovery step can continue where the last one stopped.
         tolerance_j: Tolerance of the convergence test if it is looser than the usual one, else 0.
         max_iterations: Iterations before it counts as failed; None for the usual number.
     """
@@ -72,18 +72,18 @@ class Effort:
     iterations: int = 0
     failed_attempts: int = 0
     substeps: int = 0  # steps shorter than the regular one
-    # (Sub-)steps that converged on each rung of the ladder.
+    # (Sub-)steps that converged in each recovery step.
     steps_by_rung: Counter[int] = field(default_factory=Counter[int])
 
     @property
     def highest_rung(self) -> int:
-        """Highest rung on which a step converged."""
+        """Highest recovery step in which a step converged."""
         return max(self.steps_by_rung, default=0)
 
 
 @dataclass(slots=True, kw_only=True)
 class Stepper:
-    """Advances the domain by regular steps, and by the ladder where one does not converge.
+    """Advances the domain by regular steps, and by recovery steps where one does not converge.
 
     A step in which contacts change is made in parts: halves, quarters, and so on.
 
@@ -135,7 +135,7 @@ class Stepper:
     def step(self, most: int = 1) -> int:
         """Advance one regular step, or up to `most` where nothing happens; return their number.
 
-        It is zero when the whole ladder failed at a part of a step.
+        It is zero when all recovery steps failed at a part of a step.
         """
         done = 0  # in the smallest parts of a regular step
         while done == 0 or done % _FINEST:
@@ -178,7 +178,7 @@ class Stepper:
         return made + 1, self._recover(size_s)
 
     def _advance(self, size_s: float, *, is_far: bool) -> bool:
-        """Make one (sub-)step, by the ladder if it does not converge."""
+        """Make one (sub-)step, by recovery steps if it does not converge."""
         if size_s != self._size_s:
             self._size_s = size_s
             self._is_fresh = False
@@ -199,7 +199,7 @@ class Stepper:
         return self._recover(size_s)
 
     def _recover(self, size_s: float) -> bool:
-        """Make a step by the ladder after its first attempt has failed."""
+        """Make a step by recovery steps after its first attempt has failed."""
         self._count_failure(self.ladder[self._rung])
         rung, continues = self._climb(size_s)
         if rung is not None and self.ladder[rung].substeps == 1:
@@ -231,9 +231,9 @@ class Stepper:
         return True
 
     def _climb(self, size_s: float) -> tuple[int | None, bool]:
-        """Make the step by the ladder; return the rung that solved it and whether to continue."""
+        """Return the recovery step that solved the step, or None, and whether to continue."""
         finest = self.ladder[-1].substeps
-        left, continues = finest, True  # rest of the step, in parts of the finest rung
+        left, continues = finest, True  # rest of the step, in parts of the finest attempt
         for rung, attempt in enumerate(self.ladder[1:], start=1):
             part = finest // attempt.substeps
             self._use(rung)
@@ -282,7 +282,7 @@ class Stepper:
 
 
 def steps_as_text(steps_by_rung: Iterable[int]) -> str:
-    """Return the column ``steps_by_rung`` of an analysis: numbers from rung 0 on."""
+    """Return the column ``steps_by_rung`` of an analysis: numbers from recovery step 0 on."""
     return " ".join(map(str, steps_by_rung))
 
 

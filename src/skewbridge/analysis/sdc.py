@@ -55,7 +55,7 @@ def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
 
 
 def capacity_rows(bridge: BridgeData) -> list[dict[str, object]]:
-    """Return the capacities of the bents of a bridge by the criteria, a row per bent.
+    """Return the capacities of the bents of a bridge by the Caltrans SDC, a row per bent.
 
     The P-Delta ratio is that at the displacement capacity. ``disp_at_p_delta_limit_m`` is the
     displacement at which the ratio reaches its limit.

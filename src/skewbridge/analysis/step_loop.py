@@ -147,7 +147,10 @@ class StepLoop:
         return self._settings.reuse_tangent and contacts is not None and not contacts.is_any_closed
 
     def _together(self, size_s: float) -> int:
-        """Return how many steps of a size no contact can close in; steps at events stay single."""
+        """Return the number of steps of this size in which no contact can close.
+
+        Steps at events stay single.
+        """
         contacts, settings = self._contacts, self._settings
         if contacts is None or contacts.is_any_closed:
             return 1

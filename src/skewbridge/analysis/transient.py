@@ -60,8 +60,8 @@ class AnalysisResult:
         collapse_criterion: Demand whose limit was exceeded, or empty.
         time_reached_s: Time of the last converged step.
         duration_s: Duration of the whole analysis.
-        recovery_rung: Highest rung of the recovery ladder on which a step converged, 0 none.
-        steps_by_rung: (Sub-)steps that converged on each rung of the ladder.
+        recovery_rung: Highest recovery step in which a step converged, 0 none.
+        steps_by_rung: (Sub-)steps that converged in each recovery step.
         loosened_ratio: Share of these steps that met only a looser convergence test.
         substeps: Steps shorter than the regular one.
         failed_attempts: Attempts at a step that did not converge.

@@ -120,7 +120,7 @@ def shear_loss(
     hinge_rule: HingeRule = "sdc",
     shear_model: ShearModel = "sdc_expected",
 ) -> ShearLoss:
-    """Return the loss of shear strength of a column of a bent (numbered from 0).
+    """Return the linear degradation of shear strength of a column of a bent (numbered from 0).
 
     The column fails where the shear of its flexural response, M(phi) over the shear span, reaches
     the capacity at the same ductility, under dead load. If it never does, the strength is the

@@ -94,7 +94,7 @@ def hold_dead_load(
     ops.integrator("LoadControl", 1.0 / GRAVITY_STEPS)
     ops.analysis("Static", "-noWarnings")
     if ops.analyze(GRAVITY_STEPS) != 0:
-        raise GravityError("the model finds no equilibrium under its dead load")
+        raise GravityError("the gravity analysis did not converge: no equilibrium under dead load")
     ops.loadConst("-time", 0.0)
     ops.wipeAnalysis()
 

@@ -33,11 +33,13 @@ if TYPE_CHECKING:
 
 LADDER_ANGLES_DEG: Final = (0.0, 30.0, 60.0, 90.0, 150.0, 180.0)
 _OPTIONAL_OUT: Final = Opt("out", Path | None, "Folder for the table.")
-_MAX_DISP: Final = Opt("max_disp_m", float, "Displacement at the end.", 0.20)
+_MAX_DISP: Final = Opt("max_disp_m", float, "Final displacement of the push, in m.", 0.20)
 _PUSH: Final = (
     *VARIANT,
     OUT,
-    Opt("direction", Literal["x", "y"], "x is longitudinal, y transverse.", "x"),
+    Opt(
+        "direction", Literal["x", "y"], "Direction of the push: x longitudinal, y transverse.", "x"
+    ),
     Opt("angle_deg", float | None, "Direction counter-clockwise from x; replaces --direction."),
     _MAX_DISP,
     UNITS,
@@ -254,7 +256,12 @@ def _pushed_ladder(push: "Callable[..., PushCurve]", given: Mapping[str, Any]) -
     return Answer({"pushes": peaks}, [Printed(peaks, title)], given["units"])
 
 
-@command(bridge, *VARIANT, OUT, Opt("gap_scale", float, "Factor on the gaps in the drawing.", 20.0))
+@command(
+    bridge,
+    *VARIANT,
+    OUT,
+    Opt("gap_scale", float, "Magnification of the gaps in the drawing.", 20.0),
+)
 def model(out: Path, gap_scale: float, **given: Any) -> Answer:
     """Draw a model (model.png, model.html) and write it as an OpenSeesPy script (model.py).
 

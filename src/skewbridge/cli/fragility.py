@@ -37,7 +37,12 @@ commands = new_group()
     Opt("censor_above", float | None, "Censor demands at or above this value (cloud)."),
     Opt("assumed_beta", float, "Dispersion for one-sided bounds.", 0.4),
     Opt("accept_bounds", bool, "Fit even if failed runs decide the result.", False),
-    Opt("columns", Path | None, "YAML with columns (ours: theirs), factors, constants."),
+    Opt(
+        "columns",
+        Path | None,
+        "YAML file that maps our column names to those of the data, with unit factors and "
+        "constants.",
+    ),
 )
 def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answer:
     """Fit a fragility curve: theta, beta, their intervals and a status.

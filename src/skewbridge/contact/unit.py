@@ -216,7 +216,7 @@ class ContactUnit:
         limit = self.cohesion + self.friction * normal if closed and normal > 0.0 else 0.0
         self.over = 0.0
         if size > 0.0:
-            self._keep_cone(size, limit, moved, dt_s, is_closed=closed)
+            self._record_excess(size, limit, moved, dt_s, is_closed=closed)
         if closed:
             account.contact_time_s += dt_s
             account.slip_path_m += moved
@@ -243,7 +243,7 @@ class ContactUnit:
         self._move_stick_point(limit)
         return closed != was_closed
 
-    def _keep_cone(
+    def _record_excess(
         self, size_n: float, limit_n: float, moved_m: float, dt_s: float, *, is_closed: bool
     ) -> None:
         """Record the friction force against its limit at the end of the step."""

@@ -123,8 +123,8 @@ DEMAND_COLUMNS: Final = (
     Column("column_curvature_ductility", label="Curvature ductility", symbol=r"\mu_\phi",
            description="peak curvature over yield curvature", roles=("effect",)),
     Column("column_residual_drift_ratio", label="Residual drift ratio", symbol=r"\delta_r",
-           description="resultant drift at rest after the run; of a collapsed or failed run that "
-           "of its last step", roles=("effect",)),
+           description="resultant drift at rest after the run; for a collapsed or failed run, "
+           "the drift at its last step", roles=("effect",)),
     Column("deck_disp_x_m", unit="m", label="Deck displacement, longitudinal", symbol="u_x",
            description="peak longitudinal displacement at the mass centre", roles=("effect",)),
     Column("deck_disp_y_m", unit="m", label="Deck displacement, transverse", symbol="u_y",
@@ -138,7 +138,7 @@ DEMAND_COLUMNS: Final = (
     Column("deck_accel_mps2", unit="m/s2", label="Deck acceleration", symbol="a",
            description="peak resultant total acceleration of the deck"),
     Column("abutment_passive_m", unit="m", label="Abutment, passive", symbol="u_p",
-           description="peak push of the backwall into the fill, no gap",
+           description="peak push of the backwall into the fill, excluding the gap",
            roles=("effect", "sensitivity"), difference=_PUSH),
     Column("abutment_active_m", unit="m", label="Abutment, active", symbol="u_a",
            description="peak movement of the backwall away from the fill; nothing pulls it, so no "
@@ -159,7 +159,8 @@ DEMAND_COLUMNS: Final = (
            description="peak force of a shear key that the deck touches",
            roles=("effect", "sensitivity")),
     Column("shear_key_disp_m", unit="m", label="Shear key deformation", symbol="u_k",
-           description="peak push of a shear key along its normal, no gap", roles=("effect",)),
+           description="peak deformation of a shear key along its normal, excluding the gap",
+           roles=("effect",)),
     Column("backwall_force_kn", unit="kN", label="Backwall force", symbol="F_w",
            description="peak force that the deck passes through one backwall",
            roles=("effect", "sensitivity")),
@@ -169,7 +170,8 @@ DEMAND_COLUMNS: Final = (
     Column("contact_force_ratio", label="Contact force over weight",
            description="peak normal force of one contact unit over the weight of the bridge"),
     Column("contact_closures", label="Contact closures", symbol="n_c",
-           description="closures of all contact units; rattling counts, not converged"),
+           description="closures of all contact units; each rattle is counted, so the number "
+           "depends on the time step"),
     Column("contact_time_s", unit="s", label="Contact time", symbol="t_c",
            description="time that some contact unit was closed, summed"),
     Column("contact_max_penetration_m", unit="m", label="Contact penetration", symbol="u_n",
@@ -179,7 +181,7 @@ DEMAND_COLUMNS: Final = (
            roles=("sensitivity",)),
     Column("slip_work_kj", unit="kJ", label="Slip work", symbol="W_f",
            description="work of friction, dissipated", roles=("sensitivity",)),
-    Column("friction_after_opening_ratio", label="Friction after opening",
+    Column("friction_after_opening_ratio", label="Friction work in opening steps",
            description="share of the friction work in steps in which a contact opened"),
     Column("cone_violation_ratio", label="Excess over the friction cone",
            description="largest excess over the local friction limit, over the largest limit"),

@@ -251,7 +251,10 @@ def demand_effects(
     settings: FitSettings,
     reference_im: Mapping[tuple[str, str], float],
 ) -> tuple[list[Row], list[Row]]:
-    """Return the rows of `effect_table`, and those by intensity, of some demands of some pairs."""
+    """Return effects (columns of `effect_table`) and effects by intensity.
+
+    They are those of the given demands and pairs of variants.
+    """
     rows: list[Row] = []
     by_intensity: list[Row] = []
     has_im = f"{settings.im}_from" in pairs.table

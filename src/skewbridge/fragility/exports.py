@@ -77,7 +77,7 @@ _PELICUN_PARAMETERS: Final = ("Family", "Theta_0", "Theta_1", "DamageStateWeight
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CsvContent:
-    """Content of a CSV file other than the parameters of the curves, of one kind at most."""
+    """Optional content of a CSV export besides or instead of curve parameters; set at most one."""
 
     hazard: Path | None = None  # CSV with im and rate (per year): adds `FREQUENCY_COLUMNS`
     im_range: tuple[float, float] | None = None  # of a table of probabilities

@@ -8,7 +8,7 @@ ln tau and ln sigma.
 References:
     Laird and Ware (1982), Biometrics 38(4):963-974, for the model; Louis (1982), JRSS B
     44(2):226-233, for the information of incomplete data; Bell and McCaffrey (2002), Survey
-    Methodology 28(2):169-181: with few clusters the jackknife does not come out too small.
+    Methodology 28(2):169-181: with few clusters the jackknife variance is not biased low.
 """
 
 from dataclasses import dataclass

@@ -310,7 +310,10 @@ def load_results(folder: Path) -> Results:
         shown = (f"{value[:12]} ({', '.join(names)})" for value, names in tables.items())
         mixed += [f"{key} {', '.join(shown)}"] if len(tables) > 1 else []
     if mixed:
-        warnings.warn(f"{folder}: tables of different origin: {'; '.join(mixed)}", stacklevel=3)
+        warnings.warn(
+            f"{folder}: tables were made by different versions or inputs: {'; '.join(mixed)}",
+            stacklevel=3,
+        )
     return Results(folder=folder, demands=demands, fragility=fits)
 
 

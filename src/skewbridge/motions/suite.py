@@ -97,7 +97,7 @@ def prepare_suite(
         folder: Folder with an `index.csv`, or with component files that pair by name.
         count: How many motions, from the first; None for all.
         t1_s: Conditioning period of the bridge in s, for Sa(T1) and Sa_avg.
-        level_range_g: Sa_avg the motions are spread over where the index has no factor for it.
+        level_range_g: Range of Sa_avg to which motions are scaled if the index gives no factor.
         shaking_s: Keep only the strongest part of this length; None for all.
 
     Returns:
@@ -163,7 +163,9 @@ def suite_sources(motions: MotionsConfig) -> list[SuiteSource]:
     found: list[SuiteSource] = []
     for entry in motions.suites:
         if entry == RECORDS and not records:
-            logger.warning("suite %s is left out: set %s", entry, RECORDS_VARIABLE)
+            logger.warning(
+                "suite %s is skipped: environment variable %s is not set", entry, RECORDS_VARIABLE
+            )
             continue
         name, folder = named.get(entry, (Path(entry).name, Path(entry)))
         count = motions.count

@@ -218,7 +218,10 @@ _COMPARED: Final = list(CHOICE_COLUMNS)[:6]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskPair:
-    """Two analyses that differ in one option (kind ``choice``) or axis, values as text."""
+    """Two analyses that differ in one modelling option (kind ``choice``) or one axis.
+
+    The two values are stored as text.
+    """
 
     kind: str
     name: str

@@ -211,8 +211,8 @@ def origin_of(path: Path, config: Path, base: Path | None = None) -> Origin:
         decisive += ["engine_digest"]
     else:
         raise InputError(
-            f"{path} states the versions that made it, but not its sources: it was written "
-            "before results recorded them",
+            f"{path} records package versions but no digest of the sources: it was written "
+            "before results recorded one",
             file=str(path),
         )
     is_current = all(recorded.get(name) == now[name] for name in decisive)

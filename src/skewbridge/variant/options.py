@@ -227,7 +227,7 @@ class ModelOptions:
         description="cracked elastic columns, for hand checks",
     )
     # Prediction is better where steps resolve the contact, as the steps in contact do: at most
-    # 2.4 % of the friction work is above the limit; with `lagged` it is 5 to 11 % at walls
+    # 2.5 % of the friction work is above the limit; with `lagged` it is 5 to 11 % at walls
     # (docs/theory/analysis.md).
     coupling: Literal["lagged", "extrapolated"] = Field(
         default="extrapolated",

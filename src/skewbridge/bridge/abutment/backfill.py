@@ -145,7 +145,7 @@ SOIL_KG_PER_M3 = 1760.0  # source: compacted structure backfill, 110 pcf
 
 
 def radiation_n_s_per_m(abutment: AbutmentData, vs_mps: float) -> float:
-    """Return the dashpot rho Vs A of a whole wall, for the waves that leave it.
+    """Return the radiation-damping coefficient rho Vs A of a whole wall.
 
     References:
         Lysmer and Kuhlemeyer (1969), J. Eng. Mech. Div. ASCE 95(4), 859-877; Gazetas (1991), J.

@@ -116,7 +116,10 @@ def key_material(key: KeyData, tags: TagAllocator) -> int:
 
 
 def key_face_material(key: KeyData, tags: TagAllocator) -> int:
-    """Create a key along its face: its initial stiffness up to the strength, then nearly none."""
+    """Create the spring of a shear key parallel to its face.
+
+    It has the initial stiffness up to the strength, almost zero beyond.
+    """
     # Not Hysteretic or MultiLinear: where a trial returns to the committed strain they keep stress
     # or slope of the trial before it, and the solver then finds no equilibrium.
     material = tags.material()

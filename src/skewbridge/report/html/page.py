@@ -198,7 +198,7 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
 
 
 def _answer_cell(row: Mapping[str, Any] | None, reach: float) -> dict[str, Any]:
-    """Return change, sizes, interval, certainty and bar of a median capacity.
+    """Return the change, both median capacities, the interval, its certainty and its bar.
 
     Positions of the bar are in per cent of its width, which spans ln ratios from -reach to reach.
     """
@@ -452,7 +452,7 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
 
 
 def _variant_names(table: pd.DataFrame) -> dict[str, str]:
-    """Return the variants of a table in words, by name."""
+    """Return a readable description of each variant, keyed by variant name."""
     axes = shown_axes(table)
     first = records_of(table.drop_duplicates("variant"))
     return {row["variant"]: variant_text(axes, row) for row in first}

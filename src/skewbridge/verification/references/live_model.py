@@ -1,4 +1,4 @@
-"""Helpers for small OpenSees models: domain, loads in time, solver, step loop."""
+"""Helpers for small OpenSees models: domain, time-dependent loads, solver, step loop."""
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager

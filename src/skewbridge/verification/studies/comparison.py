@@ -52,7 +52,8 @@ class StatementCase(NamedTuple):
 class Study:
     """Collects the results of a study: comparisons, verdicts on statements, figures, tables.
 
-    A long study keeps finished analyses in the folder `kept` and reports lines on its progress.
+    A long study keeps finished analyses in the folder `kept` and logs its progress by
+    `report_progress`, line by line.
     """
 
     name: str
