@@ -373,9 +373,9 @@ def test_size_of_a_job_and_status_of_jobs_come_from_profile_and_accounting(progr
 
 
 def test_forecast_of_jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A job for each of 12 variants of 16 analyses of 4 s, 64 s on each of 4 processors."""
+    """A job for each of 12 variants of 32 analyses of 2 s, 16 s on each of 4 processors."""
     monkeypatch.chdir(ROOT)
-    over = {"results": str(tmp_path), "grid": {"bridge": ["osb1"]}, "motions": {"count": 16}}
+    over = {"results": str(tmp_path), "grid": {"bridge": ["osb1"]}, "motions": {"count": 32}}
     config = parse_config(merged(read_mapping(Path("config/config.yaml")), over))
     for at_once, hours in ((100, 0.0), (2, 0.03)):
         found = forecast_study(config, JobSize(cores=4, jobs=at_once)).summary

@@ -47,15 +47,17 @@ def test_contact_equals_contact_friction_without_friction(frictionless):
 
 @pytest.mark.parametrize("skew_deg", [30, 60])
 def test_opposite_skew_mirrors_the_response(skew_deg):
-    # so tight a test that rounding does not decide on an iteration or on the size of a step
-    tight = {"tolerance_j": 1e-8, "reuse_tangent": False}
+    # steps of one size and a tight test: rounding, which differs between processors, then decides
+    # neither on the size of a step nor on an iteration
+    tight = {"tolerance_j": 1e-8, "reuse_tangent": False, "dt_s": 0.001, "contact_dt_s": 0.001}
+    tight |= {"event_dt_s": None}
     one = analysed(variant(skew_deg=skew_deg), **tight)
     other = analysed(variant(skew_deg=-skew_deg), mirrored(strong_motion()), **tight)
     for name, sign in (("deck_ux_m", 1.0), ("deck_uy_m", -1.0), ("deck_rot_rad", -1.0)):
         history, image = one.histories[name], sign * other.histories[name]
-        # 1e-6: rounding, grown by contacts; the criterion of the project.
+        # 1e-9: rounding, grown by contacts (measured 1e-14)
         np.testing.assert_allclose(
-            image[FIRST_5_S], history[FIRST_5_S], rtol=0, atol=1e-6 * np.abs(history).max()
+            image[FIRST_5_S], history[FIRST_5_S], rtol=0, atol=1e-9 * np.abs(history).max()
         )
     for name, value in one.demands.items():
         if name not in NOT_COMPARED:
