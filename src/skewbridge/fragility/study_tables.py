@@ -258,7 +258,8 @@ def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
     fails_at = usable[state == f"{COLUMN_FAILURE}/any"].set_index("variant")["theta"]
     rank = state.map({name: number for number, name in enumerate(REFERENCE_STATES)})
     usable = usable.assign(rank=rank, ln_theta=np.log(usable["theta"]))
-    usable = usable[usable["theta"] < usable["variant"].map(fails_at).fillna(np.inf)]
+    limits = usable["variant"].map(fails_at).astype(np.float64).fillna(np.inf)
+    usable = usable[usable["theta"].astype(np.float64) < limits]
     keys = list(demand_table.BRIDGE_COLUMNS)  # rows without a rank belong to no group
     ln_theta = usable.groupby([*keys, "rank"])["ln_theta"].mean().groupby(level=keys).first()
     return {(str(b), str(a)): float(np.exp(value)) for (b, a), value in ln_theta.items()}
