@@ -251,10 +251,7 @@ def demand_effects(
     settings: FitSettings,
     reference_im: Mapping[tuple[str, str], float],
 ) -> tuple[list[Row], list[Row]]:
-    """Return effects (columns of `effect_table`) and effects by intensity.
-
-    They are those of the given demands and pairs of variants.
-    """
+    """Return effects (columns of `effect_table`) and effects by intensity of demands and pairs."""
     rows: list[Row] = []
     by_intensity: list[Row] = []
     has_im = f"{settings.im}_from" in pairs.table

@@ -244,10 +244,7 @@ def limit_states_of(data: object, place: str = "") -> list[LimitState]:
 
 
 def demand_unit(column: str) -> str:
-    """Return the unit of a demand column, for example ``m``.
-
-    For a column of another program it is the unit at the end of its name.
-    """
+    """Return the unit of a demand, for example ``m``; of a foreign column, the end of its name."""
     known = column_of(column)
     unit = column.rsplit("_", 1)[-1] if known is None else known.unit.lower()
     unit = _SPELLINGS.get(unit, unit)

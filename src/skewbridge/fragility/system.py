@@ -87,10 +87,7 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
             for mild, severe in combinations([state.system_degree for state in own], 2):
                 beyond[mild] |= {severe} | beyond[severe]
     if turned := [name for name in degrees if name in beyond[name]]:
-        raise InputError(
-            f"components rank the damage degree {turned[0]!r} differently: "
-            "give all components the same order of degrees"
-        )
+        raise InputError(f"components rank the damage degree {turned[0]!r} differently")
     members: dict[str, list[LimitState]] = {}
     for degree in sorted(degrees, key=lambda name: -len(beyond[name])):
         reach = {degree} | beyond[degree]
