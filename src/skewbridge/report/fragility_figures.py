@@ -161,7 +161,7 @@ def _ratio_panel(axes: Axes, rows: pd.DataFrame, *, with_title: bool) -> None:
     low, high = axes.get_xlim()
     axes.set_xlim(min(low, 0.9), max(high, 1.1))
     axes.xaxis.set_major_locator(MaxNLocator(4))
-    axes.xaxis.set_major_formatter("{x:.2g}")
+    axes.xaxis.set_major_formatter("{x:g}")
     axes.grid(visible=False, axis="y")
     if with_title:
         axes.set_title(f"Ratio of medians, {100 * rows['level'].iloc[0]:g} % interval", fontsize=9)
