@@ -278,7 +278,7 @@ def test_the_validator_of_crates_has_no_finding(study: Path) -> None:
 def test_an_archive_has_the_configuration_of_the_study_and_reports_other_origins(study) -> None:
     path = study / "results/own/fragility/effects.parquet"
     write_frame(pd.read_parquet(path), path, provenance(config_digest="x", suite_digest="s"))
-    assert any("different origin" in doubt for doubt in archived("a.zip")["doubts"])
+    assert any("different versions" in doubt for doubt in archived("a.zip")["doubts"])
     with zipfile.ZipFile(study / "a.zip") as packed:
         (study / "whole.yaml").write_bytes(packed.read("whole_config.yaml"))
     base = Path("config/config.yaml")
