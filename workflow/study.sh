@@ -4,7 +4,7 @@ set -euo pipefail
 bin=$1 cores=$2 config=$3 motions=${4:-} target=${5:-all} retry=${6:-} profile=${7:-} until=${8:-}
 
 [ -f "$config" ] || { echo "study: there is no configuration $config" >&2 && exit 1; }
-[ -z "$retry" ] || "$bin/skewbridge" study retry --status "$retry" --config "$config"
+[ -z "$retry" ] || "$bin/skewbridge" study retry --status "$retry" --study "$config"
 override=()
 [ -z "$motions" ] || override+=("motions={folder: \"$motions\"}")
 [ -z "${UNCERTAINTY:-}" ] || override+=("uncertainty={enabled: $UNCERTAINTY}")

@@ -106,6 +106,18 @@ def test_a_configuration_that_is_not_there_is_named():
     assert answer.stderr == "study: there is no configuration config/nowhere.yaml\n"
 
 
+def test_failed_analyses_are_forgotten_before_a_study_runs(tmp_path):
+    """`make study RETRY=crash` of a study without a finished analysis."""
+    (tmp_path / "skewbridge").symlink_to(shutil.which("skewbridge"))
+    (tmp_path / "snakemake").symlink_to(shutil.which("true"))
+    config = tmp_path / "empty.yaml"
+    config.write_text(f"results: {tmp_path / 'none'}\n")
+    command = ["bash", "workflow/study.sh", tmp_path, "1", config, "", "all", "crash"]
+    answer = done(command, ROOT, check=False)
+    assert answer.returncode == 0, answer.stderr
+    assert "0 analyses will be repeated" in answer.stdout
+
+
 def test_a_faulty_motion_stops_the_study_before_any_analysis(tree, tmp_path):
     first, second = sorted((ROOT / "motions").rglob("*.AT2"))[:2]
     shutil.copy(first, tmp_path)
