@@ -161,6 +161,16 @@ def test_bad_names_in_the_index_are_refused(refuse, change, message):
     refuse(message, *change)
 
 
+def test_an_absolute_path_is_refused_in_a_folder_given_by_a_relative_one(refuse, monkeypatch):
+    """Such an index would not serve where the folder is copied to."""
+    monkeypatch.chdir(refuse.folder.parent)
+    refuse.folder.joinpath("index.csv").write_text(
+        (refuse.folder / "index.csv").read_text().replace("q1_h1", f"{refuse.folder}/q1_h1")
+    )
+    with pytest.raises(InputError, match=r"line 3.*leads out"):
+        prepare_suite(Path(refuse.folder.name), t1_s=0.7)
+
+
 def test_links_out_of_the_folder_and_missing_files_are_refused(refuse):
     (refuse.folder / "link.AT2").symlink_to(refuse.folder.parent / "secret_h1.AT2")
     refuse("leads out", "q1_h1.AT2", "link.AT2")

@@ -205,7 +205,11 @@ def _check_entry(entry: IndexEntry, checks: list[FileCheck], *, strict: bool) ->
     for text in motion.messages:
         if text.partition(": ")[2] not in known:
             verdict = _doubtful(strict=strict) if text.startswith(DIFFERENT_RECORDS) else None
-            checks = [_with(check, text, verdict) for check in checks]
+            others = [path.name for path, _ in reversed(entry.components)]
+            checks = [
+                _with(check, f"with {other}: {text}", verdict)
+                for check, other in zip(checks, others, strict=True)
+            ]
     return checks
 
 

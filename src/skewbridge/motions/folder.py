@@ -304,8 +304,9 @@ def inside_folder(folder: Path, name: str, where: str) -> Path:
     shown = f"{where}: {shortened(name)}"
     if not name or not name.isprintable() or len(name.encode()) > MAX_NAME:
         raise InputError(f"{shown} is not a file name")
-    path = folder / name.replace("\\", "/")
-    if not path.resolve().is_relative_to(folder.resolve()):
+    relative = Path(name.replace("\\", "/"))
+    path = folder / relative
+    if relative.is_absolute() or not path.resolve().is_relative_to(folder.resolve()):
         raise InputError(f"{shown} leads out of the folder of the index")
     if not path.is_file():
         raise InputError(f"{shown} is listed but missing", file=name)
