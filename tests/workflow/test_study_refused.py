@@ -115,7 +115,7 @@ def test_failed_analyses_are_forgotten_before_a_study_runs(tmp_path):
     command = ["bash", "workflow/study.sh", tmp_path, "1", config, "", "all", "crash"]
     answer = done(command, ROOT, check=False)
     assert answer.returncode == 0, answer.stderr
-    assert "0 analyses will be repeated" in answer.stdout
+    assert "0 analyses will be repeated" in answer.stderr
 
 
 def test_a_faulty_motion_stops_the_study_before_any_analysis(tree, tmp_path):
