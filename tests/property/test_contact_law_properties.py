@@ -3,11 +3,12 @@
 from math import hypot, pi
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from skewbridge.contact import ContactLaw
-from skewbridge.contact.law import advance_pair
+from skewbridge.contact.law import advance_pair, yields_on_cone
 from skewbridge.verification.references.driven_unit import drive_unit, follow_law, path_work_j
 
 POSITIONS = st.floats(-1.0, 1.0)
@@ -46,6 +47,17 @@ def test_the_force_stays_in_the_cone_and_never_pulls(law, x, y, sx, sy, opening)
     assert size <= limit * (1.0 + 1e-12) + 1e-9
     if opening >= 0.0:
         assert (state.normal_n, size) == (0.0, 0.0)
+
+
+@given(a=st.floats(-1e6, 1e6), b=st.floats(-1e6, 1e6), limit=st.floats(0.0, 1e6))
+def test_yields_on_the_cone_are_not_below_a_force_within_it(a, b, limit):
+    first, second = yields_on_cone(a, b, limit)
+    assert min(first, second) >= 0.0
+    if hypot(a, b) > 0.0 or limit > 0.0:
+        assert hypot(first, second) == pytest.approx(limit, rel=1e-9, abs=1e-9)
+    if hypot(a, b) < limit:
+        assert first >= abs(a) * (1 - 1e-12)
+        assert second >= abs(b) * (1 - 1e-12)
 
 
 @settings(deadline=None, max_examples=15)

@@ -8,10 +8,12 @@ from pathlib import Path
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
+from typer.testing import CliRunner
 
 from cli_json import run as run_json
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
+from skewbridge.cli import build_app
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.tables import to_table
@@ -96,6 +98,17 @@ def test_a_row_says_what_speaks_against_it(pair, tmp_path):
     _, poor = run(pair, tmp_path / "poor", *changes, "--set", "reuse_tangent=false", *SHORT)
     assert poor["loosened_ratio"] > 0.5
     assert "loosened test, share of the steps" in poor["suspect"]
+
+
+def test_the_printed_answer_is_result_limits_and_files(pair, tmp_path):
+    out = ("--out", tmp_path / "out", "--units", "us", "--duration-s", "1", "--no-figures")
+    given = map(str, ("run", "--motion", *pair, *out))
+    result, limits, files = CliRunner().invoke(build_app(), [*given]).stdout.strip().splitlines()
+    assert result.startswith("osb1_cf_skew00_gap051_mu050 under ")
+    assert " ok; column shear 0." in result
+    assert result.endswith(" in.")
+    assert limits == "No failure; all limits of validity are met."
+    assert files.endswith("demands.parquet, histories.parquet.")
 
 
 def test_a_roller_has_no_contacts_to_draw_and_a_collapse_is_a_result(pair, tmp_path):

@@ -294,6 +294,9 @@ def test_the_script_runs_and_both_models_hit_and_slide(script):
         assert ledger.slip_work_j > 0.0
         # What the compression of a step differs from its prediction, over the largest limit.
         assert ledger.cone_violation_ratio < 0.02
+    # the README promises thirty lines
+    code = (DOCS / "contact_in_your_model.py").read_text().split('"""', 2)[2]
+    assert sum(bool(line.strip()) for line in code.splitlines()) <= 30
 
 
 def test_a_stop_that_is_never_reached_changes_nothing(script):

@@ -277,3 +277,9 @@ def test_a_mistyped_command_gets_a_suggestion() -> None:
     result = CliRunner().invoke(build_app(), ["rnu"])
     assert result.exit_code == 2
     assert "'run'" in result.stderr
+
+
+def test_the_version_is_shown() -> None:
+    shown = CliRunner().invoke(build_app(), ["--version"])
+    assert shown.exit_code == 0
+    assert shown.stdout.startswith("skewbridge 0.")

@@ -105,6 +105,9 @@ def test_drawn_curves_are_the_preferred_rows_with_the_total_dispersion(demands, 
     assert item["beta_total"] > item["beta"]
     assert (low < values).all()
     assert (values < high).all()
+    panels = [axes for axes in figure.axes if len(axes.lines) > 8]
+    assert [len(axes.collections) for axes in panels] == [2] * len(panels)  # bands
+    assert "gap 25 mm, μ 0 and gap 25 mm, μ 0.5" in figure.get_suptitle()
 
 
 def test_states_and_panels_without_a_curve_give_the_reason(demands, tables):

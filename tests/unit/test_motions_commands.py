@@ -15,6 +15,7 @@ from skewbridge.motions.suite import prepare_suite
 from skewbridge.motions.summary import SPECTRUM_PERIODS_S
 from skewbridge.motions.synthesis.bssa14 import bssa14
 from skewbridge.motions.synthesis.ddk18 import Scenario
+from skewbridge.report.motion_figures import record_page, suite_spectra
 
 SCENARIO = Scenario(magnitude=7.0, distance_km=10.0, vs30_mps=400.0)
 
@@ -138,6 +139,16 @@ def test_plot_draws_a_motion_or_the_spectra_of_a_folder(tmp_path):
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert _run("plot", tmp_path, "--out", tmp_path / "suite.svg")[0] == 0
     assert (tmp_path / "suite.svg").read_text().count("<path") > 10
+
+
+def test_pictures_have_labels_with_units():
+    page = record_page("m", 0.01, {"h1": shaken_g(1), "h2": shaken_g(2)})
+    names = "Acceleration (g)|Velocity (m/s)|Displacement (m)|Arias (m/s)|PSA, 5 % damping (g)"
+    assert [axis.get_ylabel() for axis in page.axes] == names.split("|")
+    psa_g = np.random.default_rng(0).lognormal(size=(6, 4))
+    model = ("model", np.ones(4), np.full(4, 0.6))
+    spectra = suite_spectra(psa_g, [0.1, 0.3, 1.0, 3.0], title="suite", model=model)
+    assert [axis.get_xlabel() for axis in spectra.axes] == ["Period (s)", "Period (s)"]
 
 
 def test_synthesized_suite_passes_the_check_and_keeps_earlier_motions(tmp_path):

@@ -121,7 +121,7 @@ def test_pairs_are_found_in_sub_folders_among_other_files_and_ordered_by_the_ind
     assert {entry.components[0][0].parent.name for entry in found} == {"kobe", "chichi"}
 
 
-def test_a_shorter_component_is_padded_with_zeros_and_a_message(tmp_path, caplog):
+def test_components_differ_in_length_with_a_message_and_never_in_their_step(tmp_path, caplog):
     (first, second), *_ = make_pairs(tmp_path, 1)
     first.write_text(at2_text(shaken_g(0, 390)))
     motion = read_motion(first, second)
@@ -129,6 +129,9 @@ def test_a_shorter_component_is_padded_with_zeros_and_a_message(tmp_path, caplog
     assert not motion.accel_1_mps2[-10:].any()
     prepare_suite(tmp_path, t1_s=0.7)
     assert "zeros added" in caplog.text
+    second.write_text(at2_text(shaken_g(0), 0.02))
+    with pytest.raises(InputError, match=r"q0_h1\.AT2 is 0\.01 s, of q0_h2\.AT2 0\.02 s"):
+        read_motion(first, second)
 
 
 # --- stripes and the search of a capacity

@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 
 from cli_json import run
+from skewbridge.errors import InputError
 from skewbridge.verification import registry
 from skewbridge.verification.statements import (
     RESOLUTION,
@@ -156,6 +157,17 @@ def test_disagreement_is_reported_and_only_a_failed_check_fails(monkeypatch, tmp
     checks = pd.read_parquet(tmp_path / "studies.parquet")
     assert checks["quantity"].tolist() == ["the model works"]
     assert verify(monkeypatch, tmp_path, truth=False)[0] == 1
+
+
+def test_long_studies_run_only_when_named(monkeypatch, tmp_path):
+    ran = []
+    monkeypatch.setattr(registry, "run_study", lambda name, *_: ran.append(name) or Study(name))
+    registry.run_studies([], tmp_path)
+    assert ran == list(registry.STUDIES)
+    registry.run_studies(["accuracy"], tmp_path)
+    assert ran[-1] == "accuracy"
+    with pytest.raises(InputError, match="accuracy-whole"):
+        registry.run_studies(["nothing"], tmp_path)
 
 
 def runs(outcomes: str, others: str = "") -> dict[Run, Verdict | None]:

@@ -21,7 +21,7 @@ from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.study_tables import fragility_tables
 from skewbridge.report.answer import ANSWER_COLUMNS, change_name, title_of
-from skewbridge.report.html.sketch import sketch
+from skewbridge.report.html.sketch import bridge_words, sketch
 from skewbridge.report.methods import methods_of
 from skewbridge.report.study_figures import CURVES
 from skewbridge.study.config import parse_config
@@ -134,7 +134,7 @@ def test_failures_and_lower_bounds_are_on_the_first_screen(render):
     assert ">4 to 3 of 32</td>" in head or ">7 to 0 of 32</td>" in head
 
 
-def test_the_sketch_has_the_geometry_of_the_study():
+def test_sketch_and_words_have_the_geometry_of_the_bridge():
     bridge = load_bridge("osb1")
     drawn = sketch(bridge, [0, 60], [25, 51], 6.4)
     corners = np.array([point.split(",") for point in drawn["deck"].split()], dtype=float)
@@ -142,6 +142,7 @@ def test_the_sketch_has_the_geometry_of_the_study():
     width_m = bridge.deck.width_m
     skewed_m = bridge.length_m + width_m * np.tan(np.radians(60))
     assert along / across == pytest.approx(skewed_m / width_m, rel=0.01)
+    assert bridge_words(load_bridge("bridge_a")).endswith("single-column bent")
     assert len(drawn["outlines"]) == 1
     assert len(drawn["columns"]) == 2
     wall = np.array([point.split(",") for point in drawn["walls"][1].split()], dtype=float)

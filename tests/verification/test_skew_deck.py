@@ -127,6 +127,13 @@ def test_beams_around_the_deck_give_the_peaks_of_rigid_links():
     assert beams == pytest.approx(links, rel=2e-3)
 
 
+def test_opposite_skews_mirror_each_other():
+    left = run_deck(deck_case("C3", duration_s=0.6))
+    right = run_deck(deck_case("C3", skew_deg=-30.0, duration_s=0.6))
+    assert right.q * [1, -1, -1] == pytest.approx(left.q, abs=1e-9)
+    assert right.normals_n == pytest.approx(left.normals_n, abs=1e-3)
+
+
 def test_a_damped_penalty_deck_that_cannot_rotate_converges_to_the_rigid_one():
     table = locked_rotation((1e3, 1e4))
     # Reference values 0.0490 and 0.0136: the rate is that of the penalty, not of the step.

@@ -45,6 +45,10 @@ TINY = replace(
 )
 
 
+def test_the_hard_set_has_every_bridge_abutment_and_skew():
+    assert len({variant.slug for variant in HARD_SET.variants()}) == len(HARD_SET.variants()) == 45
+
+
 def test_motions_are_the_strongest_and_reach_the_peak():
     motions = strongest_motions(3, PGA_G)
     assert len({motion.motion_id for motion in motions}) == 3

@@ -46,6 +46,13 @@ def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader():
     assert "ancient(rules." not in "".join(blocks.values())
 
 
+def test_the_workflow_changes_no_setting_of_snakemake():
+    paths = [ROOT / "Snakefile", ROOT / "workflow/Snakefile", *(ROOT / "workflow").rglob("*.smk")]
+    text = "".join(path.read_text() for path in paths)
+    assert not re.search(r"workflow\.\w+_settings(\.\w+)* *[-|]?=", text)
+    assert not re.search(r"config\[.*\] *=|signal\.", text)
+
+
 def test_every_rule_has_a_docstring_and_resources():
     for name, block in rule_blocks().items():
         assert re.match(r'\n    """[A-Z][^"]+\."""\n', block), name
