@@ -89,7 +89,8 @@ def _explain(finding: Any, keys: Sequence[str]) -> str:
     if kind not in _UNKNOWN | _MISSING and not isinstance(given, Mapping | ArgsKwargs):
         words += f", got {shortened(given)}".removesuffix(".0")
     if isinstance(given, str) and kind in {"float_type", "float_parsing", "int_type"}:
-        words += " (it is text; a number with an exponent is written like 2.0e+7)"
+        words += " (it is text; a number with an exponent is written like 2.0e+7; within"
+        words += " braces `snakemake --config` passes text only: use a file and --configfile)"
     return f"{where}: {words}" if where else words
 
 

@@ -57,7 +57,7 @@ class FitSettings:
         default=False, description="give a median that unknown outcomes move by over 15 %"
     )
     exclude_suspect: bool = Field(
-        default=False, strict=True, description="treat suspect rows as failed analyses"
+        default=False, description="treat suspect rows as failed analyses"
     )
     assumed_beta: Number = Field(
         default=0.4, gt=0.0, le=2.0, description="dispersion for bounds of medians"

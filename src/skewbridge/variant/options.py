@@ -80,7 +80,6 @@ class ModelOptions:
     # v sqrt(kn m) that grows with the penalty (docs/theory/analysis.md)
     wall_mass: bool = Field(
         default=False,
-        strict=True,
         description="mass of walls and keys, as in scheme paper",
     )
     # ASSUME compacted backfill softened by strong shaking: 100 to 200 m/s
@@ -152,7 +151,6 @@ class ModelOptions:
     )
     embankment_mass: bool = Field(
         default=False,
-        strict=True,
         description="critical length of the embankment moves with the abutment (model spring)",
     )
     damping_ratio: Number | None = Field(
@@ -223,7 +221,6 @@ class ModelOptions:
     )
     elastic_columns: bool = Field(
         default=False,
-        strict=True,
         description="cracked elastic columns, for hand checks",
     )
     # Prediction is better where steps resolve the contact, as the steps in contact do: at most

@@ -116,7 +116,6 @@ class UncertaintyConfig:
 
     enabled: bool = Field(
         default=False,
-        strict=True,
         description="random properties, one draw per motion for all variants",
     )
     seed: Whole = Field(default=1, ge=0, le=2**31, description="seed of the draws")
