@@ -1,5 +1,7 @@
 """Table of the histories of an analysis: one column per quantity, with its unit in the name."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from skewbridge.analysis.peaks import (
@@ -13,7 +15,7 @@ from skewbridge.analysis.peaks import (
 )
 from skewbridge.analysis.trace import ResponseTrace, Series
 from skewbridge.bridge.geometry import contact_column
-from skewbridge.bridge.handles import AbutmentHandle, BridgeModel
+from skewbridge.bridge.handles import AbutmentHandle, BridgeModel, ColumnHandle
 from skewbridge.units import KN
 
 
@@ -26,7 +28,13 @@ def histories_of(
     positive when they oppose a positive displacement, so that they plot as hysteresis loops.
     """
     disp = trace.disp(model.deck_centre_node)
-    none = np.zeros(len(trace.time_s))  # a single span has no columns
+
+    def largest(of_column: Callable[[ColumnHandle, ResponseTrace], Series]) -> Series:
+        """Return the largest of all columns in each row; zero for a single span, without any."""
+        series = [of_column(column, trace) for column in model.columns]
+        sizes = [np.hypot(*each.T) if each.ndim == 2 else each for each in series]
+        return np.maximum.reduce([np.zeros(len(trace.time_s)), *sizes])
+
     table: dict[str, Series] = {
         "t_s": trace.time_s,
         "ground_ax_mps2": ground_accel_mps2[:, 0],
@@ -34,17 +42,9 @@ def histories_of(
         "deck_ux_m": disp[:, 0],
         "deck_uy_m": disp[:, 1],
         "deck_rot_rad": disp[:, 5],
-        "column_shear_kn": np.maximum.reduce(
-            [none, *(np.hypot(*column_shear_n(column, trace).T) for column in model.columns)]
-        )
-        / KN,
-        "column_base_shear_kn": np.maximum.reduce(
-            [none, *(np.hypot(*column_base_shear_n(column, trace).T) for column in model.columns)]
-        )
-        / KN,
-        "column_shear_dcr": np.maximum.reduce(
-            [none, *(column_shear_dcr(column, trace) for column in model.columns)]
-        ),
+        "column_shear_kn": largest(column_shear_n) / KN,
+        "column_base_shear_kn": largest(column_base_shear_n) / KN,
+        "column_shear_dcr": largest(column_shear_dcr),
     }
     for number, column in enumerate(model.columns, start=1):
         shear = column_shear_n(column, trace) / KN

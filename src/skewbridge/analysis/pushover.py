@@ -12,7 +12,7 @@ from skewbridge.analysis.trace import Series
 from skewbridge.bridge.abutment.elements import elastic_material, grounded_node
 from skewbridge.bridge.gravity import open_linear_pattern
 from skewbridge.bridge.handles import PlanVector, TagAllocator
-from skewbridge.bridge.model import AbutmentModel, build, build_abutment, domain
+from skewbridge.bridge.model import build, build_abutment, domain
 from skewbridge.contact import ContactSet
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
@@ -103,31 +103,26 @@ def push_abutment(
     """
     direction = _direction(angle_deg, max_disp_m, steps)
     with domain():
-        guide, driver, abutment = _guided_abutment(variant, options, direction)
-        _move(driver, direction, abutment.tags)
+        ties: list[tuple[int, int]] = []
+        abutment = build_abutment(
+            variant, options, guide=lambda node, tags: ties.append(_tie(node, direction, tags))
+        )
+        ((tie, driver),) = ties
+        open_linear_pattern(abutment.tags)
+        for dof, component in enumerate(direction, start=1):
+            # the driver moves one metre per unit of time
+            ops.remove("sp", driver, dof)
+            ops.sp(driver, dof, component)
         start = _along(abutment.connector, direction)
 
         def read() -> tuple[float, float]:
             moved = _along(abutment.connector, direction) - start
-            return moved, float(ops.basicForce(guide)[0])
+            return moved, float(ops.basicForce(tie)[0])
 
         return _march(abutment.contacts, max_disp_m, steps, read, ("LoadControl",))
 
 
-def _guided_abutment(
-    variant: Variant, options: ModelOptions, direction: PlanVector
-) -> tuple[int, int, AbutmentModel]:
-    """Build an abutment with its connector tied to a driver; return tie, driver and abutment."""
-    made: list[tuple[int, int]] = []
-
-    def guide(connector: int, tags: TagAllocator) -> None:
-        made.append(_build_guide(connector, direction, tags))
-
-    abutment = build_abutment(variant, options, guide=guide)
-    return *made[0], abutment
-
-
-def _build_guide(connector: int, direction: PlanVector, tags: TagAllocator) -> tuple[int, int]:
+def _tie(connector: int, direction: PlanVector, tags: TagAllocator) -> tuple[int, int]:
     """Tie the connector to a new fixed node; return tie (axis 1 along the push) and node."""
     driver, element = grounded_node(ops.nodeCoord(connector), tags), tags.element()
     stiff = elastic_material(_GUIDE_N_PER_M, tags)
@@ -135,14 +130,6 @@ def _build_guide(connector: int, direction: PlanVector, tags: TagAllocator) -> t
     springs = ("-mat", stiff, stiff, "-dir", 1, 2, "-orient", *axes)
     ops.element("zeroLength", element, connector, driver, *springs)
     return element, driver
-
-
-def _move(driver: int, direction: PlanVector, tags: TagAllocator) -> None:
-    """Let a fixed node move one metre per unit of time along a direction."""
-    open_linear_pattern(tags)
-    for dof, component in enumerate(direction, start=1):
-        ops.remove("sp", driver, dof)
-        ops.sp(driver, dof, component)
 
 
 def _march(

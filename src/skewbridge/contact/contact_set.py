@@ -26,6 +26,7 @@ _UNIT_TYPES: Final[dict[str, type[ContactUnit]]] = {
     "componentwise": ComponentwiseUnit,
     "elastic": ElasticUnit,
 }
+_SOFT: Final = 1e-9  # stiffness of a friction spring that must not show in a mode, over its own
 
 
 class ContactSet:
@@ -295,14 +296,14 @@ class ContactSet:
         ]
 
     @contextmanager
-    def soft_tangents(self, ratio: float = 1e-9) -> Generator[None]:
+    def soft_tangents(self) -> Generator[None]:
         """Make the friction springs soft inside a `with` block, around an eigenvalue analysis.
 
         An unused friction spring shows its full stiffness to `eigen` although it has no strength.
         """
         try:
             for unit in self._units:
-                unit.scale_tangents(ratio)
+                unit.scale_tangents(_SOFT)
             yield
         finally:
             for unit in self._units:
