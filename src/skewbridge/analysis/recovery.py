@@ -95,9 +95,9 @@ class Stepper:
             of halvings, not less than that.
         is_far: Called before each (sub-)step of at most `coarse` halvings; returns whether it is
             far from contact, so that it may use the tangent of an earlier step.
-        set_far: Called with whether the coming steps are far from contact, where this changes.
+        set_far: Called where the distance from contact changes: true if the next steps are far.
         set_test: Called with each attempt where it starts, to set its convergence test.
-        max_iterations: Cost of an attempt that failed, unless it has a limit of its own.
+        max_iterations: Cost of an attempt that failed, unless the attempt sets another limit.
         before: Called with the size of the coming (sub-)step where it differs from the last one,
             and before each retry.
         after: Called with the size of each converged (sub-)step; returns whether to continue.

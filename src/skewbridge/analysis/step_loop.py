@@ -56,7 +56,7 @@ class StepLoop:
     Args:
         contacts: Contacts of the model, updated after each converged (sub-)step; None without.
         settings: Step, integrator and iteration budget.
-        set_far: Called with whether the coming steps are far from contact, where this changes.
+        set_far: Called where the distance from contact changes: true if the next steps are far.
         longest_s: Longest time between two readings of the model; 0 reads it after every step.
     """
 

@@ -33,7 +33,7 @@ class DomainError(RuntimeError):
 
 @contextmanager
 def domain() -> Generator[None]:
-    """Own the one OpenSees domain of the process: empty on entry, wiped on exit."""
+    """Open the only OpenSees domain of the process: empty on entry, wiped on exit."""
     ops.wipe()
     ops.model("basic", "-ndm", 3, "-ndf", 6)
     try:

@@ -1,4 +1,4 @@
-"""What is known of a column; the intensity measures and the demands with their units and labels."""
+"""Columns of intensity measures and demands, with their units, labels and roles."""
 
 from dataclasses import dataclass
 from typing import Final, Literal

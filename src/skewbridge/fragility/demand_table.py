@@ -108,8 +108,10 @@ class ColumnMap(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    columns: dict[str, str] = Field(description="our column to theirs")
-    factors: dict[str, float] = Field(default={}, description="factor to our unit, by our column")
+    columns: dict[str, str] = Field(description="column of the demands table: column of the file")
+    factors: dict[str, float] = Field(
+        default={}, description="column of the demands table: factor to its unit"
+    )
     constants: dict[str, str | float] = Field(
         default={}, description="values of columns that the file lacks"
     )

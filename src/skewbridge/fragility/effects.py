@@ -445,7 +445,7 @@ class _Medians:
         return Jackknifed.of(values, shared, shared, 2), columns
 
     def _medians(self, variant: int, partner: int) -> tuple[Floats, dict[str, int]]:
-        """Return ln medians of a variant under the motions that its partner has too, and counts."""
+        """Return ln medians of a variant under the motions of its partner, and counts."""
         # medians (J, 1 + M) of all runs, then without each motion; NaN where a state has none
         has, motions = self._has[partner], self._has.shape[1]
         key = variant, -1 if np.all(has >= self._has[variant]) else partner

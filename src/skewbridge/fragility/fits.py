@@ -433,7 +433,10 @@ def brackets_of_runs(im: Floats, exceed: Floats, record: Index) -> tuple[Floats,
 def _fit_distribution(
     blank: FragilityFit, lower: Floats, upper: Floats, im: Floats, settings: FitSettings
 ) -> FragilityFit:
-    """Complete the blank fit of capacities between ln ``lower`` and ln ``upper``, if it exists."""
+    """Return ``blank`` with the status and, if possible, the fit of capacities known by bounds.
+
+    ``lower`` and ``upper`` are ln of the bounds of each capacity.
+    """
     has_low, has_high = np.isfinite(lower), np.isfinite(upper)
     if not (np.any(has_low) and np.any(has_high)):
         exceed = bool(np.any(has_high))

@@ -56,11 +56,11 @@ ROUND_COLUMNS: Final[dict[str, str]] = {
 
 
 def levels_at(motions: Floats, looks: Sequence[int], level: float) -> Floats:
-    """Return the level of the interval at the look with so many motions.
+    """Return the level of the interval at the look with each number of motions.
 
     ``motions`` has shape (n,), ``looks`` rise; ``level`` is the two-sided level of all intervals of
     an effect together. Numbers between two looks have the level of the earlier one, and those below
-    the first look its level: information that is counted too low makes intervals wider.
+    the first look its level: counting too little information makes intervals wider.
     """
     levels = look_levels(tuple(number / looks[-1] for number in looks), level)
     look = np.searchsorted(np.asarray(looks) - 1e-6, motions, side="right") - 1

@@ -54,7 +54,7 @@ class FitSettings:
         description="seed of that bootstrap and of system curves",
     )
     accept_bounds: bool = Field(
-        default=False, description="give a median that unknown outcomes move by over 15 %"
+        default=False, description="report medians that unknown outcomes may move by more than 15 %"
     )
     exclude_suspect: bool = Field(
         default=False, description="treat suspect rows as failed analyses"

@@ -84,7 +84,7 @@ class IndexRow(BaseModel):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IndexEntry:
-    """One motion of a folder; a nan level or period of the factor stands for any.
+    """One motion of a folder; a level or period of the factor that is NaN is not restricted.
 
     Attributes:
         components: File of component 1 (bridge x at incidence 0) and of component 2, each with the
@@ -283,7 +283,7 @@ def _entry(cells: dict[str, str], index: Path, line: int) -> IndexEntry:
     }
     row = checked(IndexRow, given, where)
     if row.made_from_number is not None and (row.file_1 or row.file_2):
-        raise InputError(f"{where}: {MADE_FROM} must be without files in the row")
+        raise InputError(f"{where}: a row with {MADE_FROM} must not name files")
     files = ((row.file_1, row.channel_1), (row.file_2, row.channel_2))
     components = tuple(
         (inside_folder(index.parent, name, where), Given(dt_s=row.dt_s, unit=row.unit, channel=n))

@@ -102,7 +102,7 @@ def _spectrum(
 
 
 def _in_substeps(accel: Vector, substeps: int) -> Vector:
-    """Return accelerations interpolated linearly, so many steps for one."""
+    """Return accelerations interpolated linearly, with ``substeps`` steps for each step."""
     shares = np.arange(substeps) / substeps
     inner = accel[..., :-1, None] + np.diff(accel)[..., None] * shares
     return np.concatenate([inner.reshape(*accel.shape[:-1], -1), accel[..., -1:]], axis=-1)

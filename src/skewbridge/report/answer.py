@@ -137,8 +137,8 @@ def answer_table(
     """Return the pooled effects of the headline, from end to end of every axis.
 
     Rows have the columns `ANSWER_COLUMNS`: per bridge, abutment model and axis the states of
-    `HEADLINE_STATES` that the study has (``curves`` tells which were reached), then the headline
-    demands.
+    `HEADLINE_STATES` that the study has (``curves`` lists those that were reached), then the
+    headline demands.
     """
     pooled = effects[
         (effects["scope"] == "pooled") & effects["demand"].isin(demands_for("headline"))

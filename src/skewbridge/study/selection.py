@@ -80,7 +80,7 @@ def targets(
     looks: Sequence[int],
     level: float,
 ) -> tuple[pd.DataFrame, list[dict[str, int]]]:
-    """Return the pooled cells, and for each the motions that its variants should have in the end.
+    """Return the pooled cells, and the number of motions that each needs of its variants.
 
     An open cell needs N motions if all of its pairs of variants have the same number. Pairs with
     little scatter or long analyses get fewer, the others more, for the same error (Neyman 1934). A
@@ -150,7 +150,7 @@ def next_motions(
     The cells that cost least to decide come first, as long as the round fits into the time.
 
     Args:
-        wanted: Motions of the variants of each cell in the end, see `targets`.
+        wanted: Motions that each cell needs of its variants, see `targets`.
         motions: Motions of each variant so far.
         cost_s: Time that one more motion of a variant adds to the round.
         looks: Motions at each look.
@@ -185,8 +185,8 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
 
     The plan is a JSON object: ``motions`` of each variant before and after the round, ``analyses``
     of the round, ``decided`` and ``cells`` of the rounds before, ``ended`` (why no analyses follow:
-    decided, most or hours; null where the study goes on). Rounds are numbered from 1; `earlier` has
-    the demands of all earlier ones.
+    decided, most or hours; null where the study continues). Rounds are numbered from 1; `earlier`
+    has the demands of all earlier ones.
     """
     design, folder = study.design, StudyFolder(Path(study.results))
     setup = StudySetup.of(study)
@@ -206,7 +206,7 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
         lasting_s = float(np.mean([task.analysed_s for task in setup.tasks(slugs[0])]))
         mean_s = pd.Series(per_s * lasting_s, index=slugs)
     left_s = began_s + 3600.0 * design.hours - time.time() - tail_s - START_S * len(slugs) / cores
-    if not folder.sensitivity.is_file():  # still to come, or beside the rounds
+    if not folder.sensitivity.is_file():  # still to come, or at the same time as the rounds
         checked_s = study.sensitivity.rows * (study.sensitivity.window_s or TYPICAL_MOTION_S)
         left_s -= SENSITIVITY_COST * per_s * checked_s / cores
     own_s = {slug: float(mean_s[slug]) for slug in slugs}
@@ -249,7 +249,7 @@ def _looked_at(
     motions: Mapping[str, int],
     mean_s: Mapping[str, float],
 ) -> tuple[pd.DataFrame, list[dict[str, int]]]:
-    """Return the cells after the earlier rounds, and the motions that decide them."""
+    """Return the pooled cells after the earlier rounds, and the motions that would decide each."""
     states = load_limit_states(Path(study.fragility.limit_states))
     states = with_column_failure(states, with_derived_columns(demands.head(0)).columns)
     names = list(dict.fromkeys(state.demand for state in states))

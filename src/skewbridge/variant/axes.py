@@ -101,7 +101,7 @@ class Axis:
         return f"{self.code}{sign}{whole:0>{self.digits}}{end}"
 
     def from_name(self, text: str) -> float:
-        """Return the value in the part of a variant's name after the letters, as `checked`."""
+        """Return the checked value of an axis from its text in the name of a variant."""
         number = float(text.replace("m", "-").replace("p", "."))
         return self.checked(number / self.name_factor)
 

@@ -67,7 +67,7 @@ class ModelOptions:
         description="contact penalty of a wall point; null: the rule",
     )
     tangent_stiffness_n_per_m: Penalty | None = Field(
-        default=None, description="tangential penalty; null: the rule"
+        default=None, description="tangential penalty; null: set by rule"
     )
     normal_stiffness_factor: _Factor = Field(
         default=1.0, description="factor on the normal penalty"

@@ -120,35 +120,35 @@ def _decided(truth: bool, reason: str, value: float, reference: float) -> Verdic
 
 
 def at_most(value: float, limit: float) -> Verdict:
-    """A value does not exceed a limit."""
+    """Judge that a value does not exceed a limit."""
     return _decided(value <= limit, f"{value:.4g}, limit {limit:.4g}", value, limit)
 
 
 def at_least(value: float, limit: float) -> Verdict:
-    """A value reaches a limit."""
+    """Judge that a value reaches a limit."""
     return _decided(value >= limit, f"{value:.4g}, at least {limit:.4g}", value, limit)
 
 
 def greater(value: float, reference: float, factor: float = 1.0) -> Verdict:
-    """A value exceeds its reference, or a multiple of it."""
+    """Judge that a value exceeds its reference, or a multiple of it."""
     required = "" if factor == 1.0 else f", required factor {factor:g}"
     reason = f"{value:.4g} against {reference:.4g}{required}"
     return _decided(value > factor * reference, reason, value, reference)
 
 
 def smaller(value: float, reference: float) -> Verdict:
-    """A value is below its reference."""
+    """Judge that a value is below its reference."""
     return _decided(value < reference, f"{value:.4g} against {reference:.4g}", value, reference)
 
 
 def equal(value: float, reference: float) -> Verdict:
-    """A value is that of its reference."""
+    """Judge that a value equals its reference."""
     reason = f"{value:.4g} against {reference:.4g}"
     return _decided(isclose(value, reference), reason, value, reference)
 
 
 def some_within(values: Mapping[float, float], low: float, high: float) -> Verdict:
-    """One of several values, given by name, lies within limits."""
+    """Judge that one of several values, given by name, lies within limits."""
     listed = ", ".join(f"{value:.2f} at {name:g}" for name, value in values.items())
     within = [value for value in values.values() if low <= value <= high]
     first = next(iter(within or values.values()))
@@ -156,14 +156,14 @@ def some_within(values: Mapping[float, float], low: float, high: float) -> Verdi
 
 
 def falls_to(values: Sequence[float], limit: float) -> Verdict:
-    """A sequence falls at every step and ends at or below a limit."""
+    """Judge that a sequence falls at every step and ends at or below a limit."""
     falls = all(after < before for before, after in pairwise(values))
     reason = f"from {values[0]:.3g} to {values[-1]:.3g}, limit {limit:g}"
     return _decided(falls and values[-1] <= limit, reason, values[-1], limit)
 
 
 def lower(value: float, reference: float) -> Verdict:
-    """A peak with friction is below the peak without (the reference)."""
+    """Judge that a peak with friction is below the peak without it (the reference)."""
     change = relative_change(value, reference)
     if not isfinite(change):
         return Verdict("undecidable", "zero without friction", value, reference)
@@ -176,7 +176,7 @@ def lower(value: float, reference: float) -> Verdict:
 def reduced_by(
     value: float, reference: float, low: float, high: float, *, same_record: bool
 ) -> Verdict:
-    """Friction reduces a peak by a share within limits.
+    """Judge that friction reduces a peak by a share within limits.
 
     Under another record than the paper's (`same_record` false) the size is undecidable.
     """
@@ -190,7 +190,7 @@ def reduced_by(
 
 
 def hardly_changed(value: float, reference: float) -> Verdict:
-    """Friction changes a peak by at most what the paper calls small."""
+    """Judge that friction changes a peak by at most `SMALL`."""
     change = relative_change(value, reference)
     if not isfinite(change):
         return Verdict("undecidable", "zero without friction", value, reference)
@@ -199,7 +199,7 @@ def hardly_changed(value: float, reference: float) -> Verdict:
 
 
 def more_often(count: int, total: int) -> Verdict:
-    """Something happens in most of several cases, by a one-sided sign test."""
+    """Judge by a one-sided sign test that more cases agree than disagree."""
     if total < FEWEST_VALUES:
         return Verdict("undecidable", f"{count} of {total}, too few to test", count, total)
     p_for, p_against = (
@@ -209,7 +209,7 @@ def more_often(count: int, total: int) -> Verdict:
 
 
 def grows_with(x: Sequence[float], y: Sequence[float]) -> Verdict:
-    """The second sequence grows with the first: Spearman's rank correlation against zero."""
+    """Judge that ``y`` grows with ``x``, by Spearman's rank correlation against zero."""
     if len(x) < FEWEST_VALUES:
         return Verdict("undecidable", f"{len(x)} values, too few to test")
     up, down = (spearmanr(x, y, alternative=side) for side in ("greater", "less"))
@@ -221,7 +221,7 @@ def grows_with(x: Sequence[float], y: Sequence[float]) -> Verdict:
 
 
 def _tested(text: str, p_for: float, p_against: float, numbers: tuple[float, float]) -> Verdict:
-    """Return the verdict by the p values of the claim and of its opposite."""
+    """Return the verdict that follows from the p values of the claim and of its opposite."""
     reason = f"{text}: p = {min(p_for, p_against):.2g}"
     if min(p_for, p_against) > SIGNIFICANCE:
         return Verdict("undecidable", reason, *numbers)
@@ -247,7 +247,7 @@ _RULES: Final[Mapping[str, Callable[..., Verdict]]] = {
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """One statement of the paper, in our words: a row of `statements.csv`.
+    """One statement of the paper, paraphrased: a row of `statements.csv`.
 
     The study judges it by a number, a rule and the limits of the rule; other studies may add cases.
     Without a rule, `open_because` says why no number decides.

@@ -129,7 +129,7 @@ def _build_key(context: SideContext, parts: SideParts, body: int, sign: float) -
     inward = context.key_inward_normal(sign)
     deck_node = context.arms.at("outer", along)
     node = plane_node(end.point("outer", along), mass_kg, tags)
-    # the body moves without turning: its middle stands for its part at the key
+    # the body moves without turning: its middle represents its part at the key
     holder = context.key_spring((body, node), inward)
     penalty = normal_penalty(key_stiffness_n_per_m(context.key), mass_kg, context.options)
     material = gap_material(penalty, context.options.transverse_gap_m, tags)

@@ -19,7 +19,7 @@ type TimeFunction = Callable[[Array], Array]
 
 @contextmanager
 def clean_domain() -> Generator[None]:
-    """Own the OpenSees domain of the process: wiped on entry and exit."""
+    """Wipe the OpenSees domain of the process on entry and exit."""
     ops.wipe()
     try:
         yield

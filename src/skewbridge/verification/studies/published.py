@@ -217,9 +217,9 @@ def _peaks(task: Task) -> dict[str, Any]:
 def medians(
     published: pd.DataFrame, demands: pd.DataFrame, era: int, change: Change
 ) -> pd.DataFrame:
-    """Return our medians and dispersions of the published components and of the system.
+    """Return the medians and dispersions of the study for the published components and the system.
 
-    The published curves are those of the era, our demands have the peaks of whole motions. Columns:
+    The published curves are those of the era, the demands have the peaks of whole motions. Columns:
     era, change, component, state, status, theta, theta_low, theta_high, beta and theta_bound, a
     lower bound of the median of a state that no run reaches.
     """
@@ -251,7 +251,7 @@ def medians(
 def capacities(
     published: pd.DataFrame, columns: Mapping[str, str], name: str = "capacity"
 ) -> dict[tuple[str, str], LimitState]:
-    """Return the limit states of an era by component and state, on our demands.
+    """Return the limit states of an era by component and state, on the demands of the study.
 
     `columns` has the demand by component, the column `name` of the published curves the capacities.
     """
@@ -269,7 +269,7 @@ def capacities(
 
 
 def compared(published: pd.DataFrame, ours: pd.DataFrame) -> pd.DataFrame:
-    """Return our medians next to the published ones with their ratios and their interval."""
+    """Return the published medians with those of the study, their ratios and intervals."""
     table = published.merge(ours, on=["era", *_KEYS], how="inner", sort=False)
     fitted = table["status"] == FITTED
     for name, of in (("ratio", "theta"), ("ratio_low", "theta_low"), ("ratio_high", "theta_high")):

@@ -338,7 +338,7 @@ def judge_changes(study: Study, changes: pd.DataFrame, finer: Refinement) -> Non
 def relative_changes(demand: str, values: pd.Series, exact: pd.Series) -> pd.Series:
     """Return changes relative to exact values; 0 up to the floor of the demand.
 
-    A demand that is absent from both runs has not changed; absent from one, it has by infinity.
+    The change is 0 for a demand that is absent from both runs, infinite if absent from one.
     """
     floor, _ = FLOORS.get(demand, (0.0, ""))
     is_same = ((values - exact).abs() <= floor) | (values.isna() & exact.isna())
