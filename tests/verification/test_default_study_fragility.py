@@ -48,8 +48,13 @@ def curves(rows, states):
 
 
 @pytest.fixture(scope="module")
-def medians(rows, states):
-    return median_effects(rows, states, SETTINGS)
+def medians(rows, states, curves):
+    return median_effects(rows, states, SETTINGS, curves=curves)
+
+
+@pytest.fixture(scope="module")
+def joint(rows, states, curves):
+    return joint_table(rows, states, curves, SETTINGS)
 
 
 def keys(table):
@@ -62,9 +67,8 @@ def largest(raw, bridge, column):
 
 
 def test_no_estimate_exists_for_a_state_that_no_run_of_the_bridge_reached(
-    raw, rows, states, curves, medians
+    raw, rows, states, curves, medians, joint
 ):
-    joint = joint_table(rows, states, curves, SETTINGS)
     systems = system_curves(rows, states, SETTINGS)
     for bridge, known in NOT_REACHED.items():
         # every demand of these runs, also those at the moment of a failure
@@ -100,6 +104,68 @@ def test_a_column_failure_of_one_mode_decides_no_state_of_the_other(raw, curves)
         assert (found["n_beyond_model"] > 0).any()
         assert (found["status"] == "no_exceedance").all()
         assert found["reach"].str.contains("largest").all()
+
+
+def test_a_column_is_no_stronger_in_any_mode_than_in_one(curves, medians, joint):
+    fitted = curves[(curves["status"] == "ok") & (curves["component"] == "column_failure")]
+    table = fitted.pivot_table(index=["variant", "method"], columns="limit_state", values="theta")
+    models = joint[(joint["status"] == "ok") & (joint["component"] == "column_failure")]
+    pooled = medians[(medians["scope"] == "pooled") & (medians["status"] == "ok")]
+    effects = pooled.pivot(
+        index=["bridge", "axis", "to_value"], columns="demand", values="from_mean"
+    ).rename(columns=lambda name: name.removeprefix("column_failure/"))
+    for mode in ("shear", "flexure"):
+        for found in (
+            table,
+            models.pivot(index="bridge", columns="limit_state", values="theta"),
+            effects,
+        ):
+            both = found[["any", mode]].dropna()
+            assert len(both) > 0
+            assert (both["any"] <= both[mode] * (1.0 + 1e-12)).all()
+    lines = fitted[fitted["limit_state"] == "any"].groupby("bridge")["line_demand"].unique()
+    assert lines["osb1"].tolist() == ["drift_over_capacity"]
+
+
+def test_a_ratio_of_medians_states_the_runs_and_curves_behind_it(raw, curves, medians):
+    curves = curves.assign(demand=keys(curves))
+    estimated = curves[curves["preferred"].astype(bool)].set_index(["variant", "demand"]).index
+    axes = ["skew_deg", "gap_mm", "friction"]
+    variants = raw.drop_duplicates("variant").set_index(["bridge", *axes])["variant"]
+    refused = set()
+    for row in medians[medians["scope"] == "variant"].to_dict("records"):
+        missing = 0
+        for value in (row["from_value"], row["to_value"]):
+            place = [value if name == row["axis"] else row[name] for name in axes]
+            key = variants[(row["bridge"], *place)], row["demand"]
+            missing += key not in estimated
+        assert row["n_without_curve"] == missing
+        assert (row["status"] == "no_curve") == (missing == 2) == np.isnan(row["ratio"])
+        assert min(row["n_exceed_from"], row["n_exceed_to"]) > 0
+        refused |= {row["demand"]} if missing == 2 else set()
+    assert refused
+    pooled = medians[medians["scope"] == "pooled"]
+    none = pooled["n_without_curve"] == 2 * pooled["n_cells"]
+    assert ((pooled["status"] == "no_curve") == none).all()
+    slight = raw[(raw["bridge"] == "osb1") & (raw["skew_deg"] == 0.0)]
+    row = pooled.query("bridge == 'osb1' and demand == 'unseating/slight' and to_value == 60").iloc[
+        0
+    ]
+    assert row["n_exceed_from"] == (slight["unseating_m"] > 0.038).sum()
+    low, high = sorted((row["ratio_all_exceed"], row["ratio_none_exceed"]))
+    assert low * 0.99 <= row["ratio"] <= high * 1.01
+
+
+def test_medians_at_the_end_of_the_intensities_are_called_extrapolated(raw, curves):
+    found = curves[curves["status"] == "ok"]
+    for row in found.to_dict("records"):
+        im = raw.loc[raw["variant"] == row["variant"], IM]
+        reached = min((im >= row["theta"]).sum(), (im <= row["theta"]).sum())
+        assert row["n_motions_beyond"] == reached
+        assert row["extrapolated"] == (reached < 3)
+    states = keys(found[found["extrapolated"].astype(bool)])
+    assert "column_failure/any" in set(states[found["bridge"] == "osb1"])
+    assert not set(states) & {"unseating/slight", "column_curvature/moderate"}
 
 
 # --- medians against code written here

@@ -60,6 +60,8 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
     "status": "ok, or the reason why there is no estimate",
     "theta": "median intensity",
     "beta": "record-to-record dispersion",
+    "n_motions_beyond": "motions at least as strong as theta, or as weak if these are fewer",
+    "extrapolated": "whether that number is below three",
     "beta_total": "record-to-record and capacity dispersion",
     "beta_total_low": "lower end of its interval (jackknife by motion)",
     "beta_total_high": "upper end of its interval",
@@ -97,6 +99,7 @@ CURVE_COLUMNS: Final[dict[str, str]] = {
     "theta_bound_beta": "dispersion assumed for these bounds",
     "theta_firth": "Firth's median of separated data",
     "beta_firth": "penalised (Firth) dispersion of separated data",
+    "line_demand": "demand behind the line: `demand`, or that of the governing mode of failure",
     "ln_a": "intercept of ln demand on ln intensity",
     "b": "slope of ln demand on ln intensity",
     "sigma": "scatter of ln demand about that line",
@@ -141,8 +144,9 @@ def fit_study(
 
 def _variant_rows(part: pd.DataFrame, *, states: States, settings: FitSettings) -> list[Row]:
     """Return the rows of one variant."""
+    described = demand_table.variant_values(part)
     return [
-        demand_table.variant_values(part) | row
+        described | row
         for group in states_by_demand(states).values()
         for row in _DemandFits(part, group, settings).rows()
     ]
@@ -173,7 +177,7 @@ class _DemandFits:
         self._ln_im, self._motion = np.log(self._im), demand_table.motion_codes(part)
         self._weights = motion_means.motion_weights(self._motion)
         self._motions = int(np.max(self._motion)) + 1
-        self._outcomes = demand_outcomes(part, states)
+        self._outcomes = demand_outcomes(part, states, settings.im)
 
     def rows(self) -> list[Row]:
         """Return the rows of the table of curves, without the description of the variant."""
@@ -182,7 +186,7 @@ class _DemandFits:
         counts: dict[str, Any] = end_counts(self._part) | {
             "n_runs": int(self._im.size),
             "n_records": self._motions,
-            "n_censored": int(np.sum(outcomes.used & (outcomes.lower != outcomes.upper))),
+            "n_censored": int(np.sum(outcomes.is_bound)),
             "n_missing": int(np.sum(missing)),
         }
         if np.any(missing) and np.all(missing[outcomes.complete]):
@@ -389,7 +393,7 @@ class _DemandFits:
         """Return whether the censored peaks of collapsed runs decide the median of the line."""
         # A collapse ends a run because demands were large, so that the peak until then is not an
         # independent bound: the median must hardly move when these peaks are taken as final.
-        outcomes = self._outcomes
+        outcomes = self._outcomes.behind_line
         ended = (self._part["status"] == COLLAPSE).to_numpy() & np.isposinf(outcomes.upper)
         by_definition = any(each.collapse == COLLAPSE_EXCEEDS for each in self._states)
         if by_definition or self._settings.accept_bounds or not np.any(ended):
@@ -413,6 +417,10 @@ class _DemandFits:
         row |= {"preferred": False, "methods_differ": False, "reach": "", **known}
         row |= {"method": method, "model": fit.method, "im": self._settings.im}
         row["warnings"] = ";".join(dict.fromkeys((*fit.warnings, *state.warnings)))
+        row["line_demand"] = self._outcomes.behind_line.demand
+        beyond = motion_means.motions_beyond(np.log(fit.theta), self._ln_im, self._motion)
+        row["extrapolated"] = fit.status == FITTED and beyond < motion_means.MIN_BEYOND
+        row["n_motions_beyond"] = beyond if fit.status == FITTED else nan
         if known.get("n_exceed") == 0:
             largest = np.nanmax(self._outcomes.lower, initial=0.0)
             label = label_of(state.demand)

@@ -15,6 +15,7 @@ from skewbridge.demands.completeness import (
     BEYOND_MODEL,
     COLUMN_FAILURE_RATIO,
     COMPLETE,
+    FAILURE_DEMANDS,
     is_complete,
     with_derived_columns,
 )
@@ -80,7 +81,8 @@ def variants_of(demands: pd.DataFrame, columns: Sequence[str]) -> Iterator[pd.Da
 
 def demand_columns(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
     """Return key, axes and status of the runs with some columns, to send to another process."""
-    names = (*KEY_COLUMNS, *axis_names(demands), BEYOND_MODEL, COMPLETE, *columns)
+    modes = FAILURE_DEMANDS.values() if COLUMN_FAILURE_RATIO in columns else ()
+    names = (*KEY_COLUMNS, *axis_names(demands), BEYOND_MODEL, COMPLETE, *columns, *modes)
     return demands[[name for name in dict.fromkeys(names) if name in demands.columns]]
 
 

@@ -23,8 +23,14 @@ from skewbridge.errors import InputError
 from skewbridge.fragility import demand_table, verdicts
 from skewbridge.fragility.columns import Floats, Index, Mask, Row
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.limit_states import States
-from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
+from skewbridge.fragility.limit_states import LimitState, States
+from skewbridge.fragility.motion_means import (
+    MIN_BEYOND,
+    Jackknifed,
+    average,
+    by_motion,
+    motions_beyond,
+)
 from skewbridge.fragility.outcomes import demand_outcomes, end_counts, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.verdicts import described_as_effects, effect_columns
@@ -217,7 +223,7 @@ def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd
     table = pd.DataFrame(rows, columns=columns)
     for name, usual in (("judged_by", verdicts.RATIO), ("unit", "")):
         table[name] = table[name].astype(object).fillna(usual).astype(str)
-    for name in ("n_cells", "n_bounds"):
+    for name in ("n_cells", "n_bounds", *verdicts.MEDIAN_COUNTS):
         table[name] = table[name].astype("Int64")
     return verdicts.judged(table)[columns].sort_values("scope", kind="stable", ignore_index=True)
 
@@ -333,6 +339,7 @@ def median_effects(
     limit_states: States,
     settings: FitSettings = DEFAULTS,
     *,
+    curves: pd.DataFrame | None = None,
     axes: Sequence[str] | None = None,
     jobs: int = 1,
 ) -> pd.DataFrame:
@@ -342,27 +349,34 @@ def median_effects(
     smallest value of the axis is the reference. A cell counts where some runs of both variants, and
     not all, are known to exceed the state. A pooled row is the average of ln ratio over the cells.
     The columns are `effect_columns`; ``im_low`` and ``im_high`` are the smallest and largest median
-    of the cells, at which the ratio applies.
+    of the cells, at which the ratio applies. Given the table of ``curves``, a ratio is refused if
+    none of its variants has a curve.
     """
-    groups, further = states_by_demand(limit_states).values(), axes or ()
+    groups, further = states_by_demand(limit_states), axes or ()
     items = (
-        (model, demand_table.demand_columns(part, [settings.im, group[0].demand, *further]), group)
+        (
+            model,
+            demand_table.demand_columns(part, [settings.im, demand, *further]),
+            group,
+            None if curves is None else curves[curves["component"] == component],
+        )
         for model, part in demand_table.models_of(demands)
-        for group in groups
+        for (component, demand), group in groups.items()
     )
     rows = demand_table.spread(partial(_median_rows, settings=settings, axes=axes), items, jobs)
     return effect_table(demands, [row for part in rows for row in part])
 
 
 def _median_rows(
-    item: tuple[Mapping[str, Any], pd.DataFrame, States],
+    item: tuple[Mapping[str, Any], pd.DataFrame, States, pd.DataFrame | None],
     *,
     settings: FitSettings,
     axes: Sequence[str] | None,
 ) -> list[Row]:
     """Return the rows of the states of one demand of one bridge and abutment model."""
-    description, part, states = item
-    model = _Medians(part, states, settings, [*demand_table.axis_names(part), *(axes or ())])
+    description, part, states, curves = item
+    names = [*demand_table.axis_names(part), *(axes or ())]
+    model = _Medians(part, states, settings, names, curves)
     shared = {"quantity": verdicts.MEDIAN_CAPACITY, "margin": settings.median_margin}
     rows: list[Row] = []
     for axis in demand_table.varying_axes(part) if axes is None else axes:
@@ -376,34 +390,59 @@ def _median_rows(
                     continue
                 pooled = average([ratio for ratio, _ in found.values()])
                 counts = pd.DataFrame([each for _, each in found.values()])
-                row = {**place, "scope": "pooled", **effect_row(pooled, settings)}
+                row: Row = {**place, "scope": "pooled"}
                 row |= {str(name): n for name, n in counts.filter(regex="^n_").sum().items()}
-                row["n_cells"] = len(found)
                 row |= {"im_low": counts["im_low"].min(), "im_high": counts["im_high"].max()}
-                row["from_mean"] = float(np.exp(np.log(counts["from_mean"]).mean()))
-                rows.append(row | {"n_motions": int(np.count_nonzero(pooled.exact))})
+                means = np.exp(np.log(counts[[*_MEANS]]).mean())
+                row |= {"n_cells": len(found), **dict(zip(_MEANS, means.tolist(), strict=True))}
+                row["n_motions"] = int(np.count_nonzero(pooled.exact))
+                rows.append(row | _confirmed(pooled, row, 2 * len(found), settings))
                 for (first, _), (ratio, each) in found.items():
-                    own = model.places[first] | place | {"scope": "variant"}
-                    rows.append({**own, axis: nan, **each, **effect_row(ratio, settings)})
+                    own = {**model.places[first], **place, "scope": "variant", axis: nan, **each}
+                    rows.append(own | _confirmed(ratio, own, 2, settings))
     return rows
+
+
+#: Columns of a pooled ratio that are geometric means over the cells.
+_MEANS: Final = ("from_mean", "ratio_all_exceed", "ratio_none_exceed")
+
+
+def _confirmed(ratio: Jackknifed, row: Row, medians: int, settings: FitSettings) -> Row:
+    """Return the columns of a ratio of some medians; refused if no variant has a curve."""
+    # ASSUME a ratio of medians is worth printing if one of these medians is
+    if row["n_without_curve"] == medians:
+        return {"status": verdicts.NO_CURVE, "level": settings.effect_confidence}
+    return effect_row(ratio, settings)
 
 
 class _Medians:
     """The variants of one bridge and abutment model, with their medians for one demand."""
 
     def __init__(
-        self, part: pd.DataFrame, states: States, settings: FitSettings, names: Sequence[str]
+        self,
+        part: pd.DataFrame,
+        states: States,
+        settings: FitSettings,
+        names: Sequence[str],  # of axes
+        curves: pd.DataFrame | None,
     ) -> None:
-        self._part, self._states = part, states
+        self._part, self._states, self._im = part, states, settings.im
         self._motion = demand_table.motion_codes(part)
         self._ln_im = np.log(part[settings.im].to_numpy(dtype=np.float64))
         keys = part[list(names)].to_numpy(dtype=np.float64)
-        places, variant = np.unique(keys, axis=0, return_inverse=True)
+        places, first, variant = np.unique(keys, axis=0, return_index=True, return_inverse=True)
         self.places = [dict(zip(names, place, strict=True)) for place in places.tolist()]
         self._rows = [np.flatnonzero(variant.ravel() == v) for v in range(len(places))]
         self._has = np.zeros((len(places), int(self._motion.max()) + 1), dtype=np.bool_)
         self._has[variant.ravel(), self._motion] = True
-        self._known: dict[tuple[int, int], tuple[Floats, dict[str, int]]] = {}
+        self._known: dict[tuple[int, int], _OfVariant] = {}
+        self._names = part["variant"].to_numpy(dtype=str)[first]
+        self._curves: dict[Any, list[Any]] | None = None
+        if curves is not None:
+            self._curves = {
+                key: [rows["preferred"].any(), *rows[list(_BOUNDS)].iloc[0]]
+                for key, rows in curves.groupby(["variant", "limit_state"])
+            }
 
     def cells(self, axis: str) -> dict[tuple[float, float], list[tuple[int, int]]]:
         """Return the pairs of variants (from, to) that differ in one axis only, by their values."""
@@ -424,49 +463,79 @@ class _Medians:
         shared = self._has[pair[0]] & self._has[pair[1]]
         if np.count_nonzero(shared) < _MIN_MOTIONS:
             return None
-        (first, counts), (other, others) = self._medians(*pair), self._medians(*pair[::-1])
-        values = other[j] - first[j]
+        first, other = self._medians(*pair), self._medians(*pair[::-1])
+        values = other.ln_theta[j] - first.ln_theta[j]
         if not np.isfinite(values[0]):
             return None
         # ASSUME no influence where no line remains
         values = np.where(np.isfinite(values), values, values[0])
-        ends = np.exp([first[j, 0], other[j, 0]]).tolist()
+        ends = np.exp([first.ln_theta[j, 0], other.ln_theta[j, 0]]).tolist()
         columns: dict[str, float] = {
             "from_mean": ends[0],
             "im_low": min(ends),
             "im_high": max(ends),
             "n_motions": int(np.count_nonzero(shared)),
-            **{name: max(count, others[name]) for name, count in counts.items()},
-            "n_pairs": counts["n_pairs"],
+            **{name: max(count, other.counts[name]) for name, count in first.counts.items()},
+            "n_pairs": first.counts["n_pairs"],
             "n_discordant": 0,
-            "n_collapse_from": counts["n_collapse"],
-            "n_collapse_to": others["n_collapse"],
+            "n_extrapolated": first.extrapolated[j] + other.extrapolated[j],
+            **self._of_curves(pair, self._states[j]),
         }
+        for end, each in (("from", first), ("to", other)):
+            columns[f"n_collapse_{end}"] = each.counts["n_collapse"]
+            columns |= {f"{name}_{end}": n for name, n in each.outcomes[j].items()}
         return Jackknifed.of(values, shared, shared, 2), columns
 
-    def _medians(self, variant: int, partner: int) -> tuple[Floats, dict[str, int]]:
-        """Return ln medians of a variant under the motions of its partner, and counts."""
-        # medians (J, 1 + M) of all runs, then without each motion; NaN where a state has none
+    def _of_curves(self, pair: tuple[int, int], state: LimitState) -> dict[str, float]:
+        """Return how many of both medians no curve states, and bounds of their ratio."""
+        if self._curves is None:
+            return dict.fromkeys(("n_without_curve", *_MEANS[1:]), nan)
+        first, other = (self._curves[self._names[v], state.name] for v in pair)
+        bounds = (above / below for below, above in zip(first[1:], other[1:], strict=True))
+        missing = 2 - int(first[0]) - int(other[0])
+        return {"n_without_curve": missing, **dict(zip(_MEANS[1:], bounds, strict=True))}
+
+    def _medians(self, variant: int, partner: int) -> "_OfVariant":
+        """Return the medians of a variant under the motions that its partner has too."""
         has, motions = self._has[partner], self._has.shape[1]
         key = variant, -1 if np.all(has >= self._has[variant]) else partner
         if key not in self._known:
             rows = self._rows[variant]
             rows = rows[has[self._motion[rows]]]
-            codes = self._motion[rows]
-            outcomes = demand_outcomes(self._part.iloc[rows], self._states)
+            codes, ln_im, part = self._motion[rows], self._ln_im[rows], self._part.iloc[rows]
+            outcomes = demand_outcomes(part, self._states, self._im)
             used = outcomes.used
             ln_theta = np.full((len(self._states), 1 + motions), np.nan)
             if np.unique(codes[used]).size >= _MIN_MOTIONS:
                 without = codes != np.arange(-1, motions)[:, None]
-                line = outcomes.lines(self._ln_im[rows], without.astype(np.float64))
+                line = outcomes.lines(ln_im, without.astype(np.float64))
                 for j, state in enumerate(self._states):
                     if outcomes.status(state) == FITTED:
                         ln_theta[j] = line.ln_theta(state.threshold)
             counts = {
                 "n_pairs": rows.size,
-                "n_bounds": int(np.sum(used & (outcomes.lower != outcomes.upper))),
+                "n_bounds": int(np.sum(outcomes.is_bound)),
                 "n_left_out": int(np.sum(~used)),
                 **end_counts(self._part.iloc[self._rows[variant]]),
             }
-            self._known[key] = ln_theta, counts
+            beyond = [motions_beyond(median, ln_im, codes) for median in ln_theta[:, 0].tolist()]
+            self._known[key] = _OfVariant(
+                ln_theta,
+                counts,
+                [outcomes.counts(state) for state in self._states],
+                [number < MIN_BEYOND for number in beyond],
+            )
         return self._known[key]
+
+
+#: Columns of curves: the cloud median if all unknown outcomes exceed, and if none does.
+_BOUNDS: Final = ("theta_all_exceed", "theta_none_exceed")
+
+
+class _OfVariant(NamedTuple):
+    """Medians of a variant for J states of one demand, and what they rest on."""
+
+    ln_theta: Floats  # of all runs, then without each motion, (J, 1 + M); NaN without a median
+    counts: dict[str, int]  # of runs
+    outcomes: list[dict[str, int]]  # counts of the outcomes of each state
+    extrapolated: list[bool]  # of each state

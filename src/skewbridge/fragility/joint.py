@@ -265,7 +265,7 @@ def _rows(item: tuple[dict[str, Any], pd.DataFrame, list[LimitState], pd.DataFra
     _, first, codes = np.unique(labels, return_index=True, return_inverse=True)
     variants = runs.iloc[first][["variant", *names]].reset_index(drop=True)
     axis_range = AxisRange.of_variants(variants, names)
-    outcomes = demand_outcomes(runs, states)
+    outcomes = demand_outcomes(runs, states, str(model["im"]))
     ln_im = np.log(runs[str(model["im"])].to_numpy(dtype=np.float64))
     fit = _fit_demand(outcomes, ln_im, demand_table.motion_codes(runs), codes, axis_range, variants)
     left_out = None if isinstance(fit, str) else without_each_motion(fit.data, fit.fit)

@@ -27,6 +27,9 @@ _GROUPS: Final = 100
 _MAX_LOG: Final = 700.0  # exp() of more overflows a double
 #: Estimates without one motion below which there is no interval.
 MIN_VALUES: Final = 4
+# ASSUME a median lies inside the intensities of a study if three motions are at least as strong,
+# and three at least as weak
+MIN_BEYOND: Final = 3
 #: Motions with an exact value below which a mean has no estimate; a line needs one more.
 MIN_EXACT: Final = 3
 _MAX_ITERATIONS: Final = 2000
@@ -37,6 +40,15 @@ _SINGULAR: Final = 1e-10  # determinant of the normal equations over the product
 def exp_end(value: float) -> float:
     """Return the exponential of the end of an interval, infinite where a double is too small."""
     return inf if value >= _MAX_LOG else float(np.exp(value))
+
+
+def motions_beyond(ln_theta: float, ln_im: Floats, motions: Index) -> int:
+    """Return the motions at or beyond a median, on the side with fewer; 0 without a median.
+
+    Fewer than `MIN_BEYOND`: the median is extrapolated.
+    """
+    sides = ln_im >= ln_theta, ln_im <= ln_theta
+    return min(np.unique(motions[side]).size for side in sides)
 
 
 def motion_weights(motions: Index) -> Floats:

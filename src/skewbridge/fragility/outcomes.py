@@ -5,7 +5,7 @@ column failure decides only the states of its mode, a collapse those with `colla
 demand of zero (a wall that was not touched) lies below a small limit (left-censored).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -43,11 +43,24 @@ class DemandOutcomes:
     lower: Floats  # lower end; 0 where left-censored, NaN where the run has no demand
     upper: Floats  # equal to ``lower`` where known, infinity where the run ended early
     complete: Mask  # whether the demand is a peak over the whole motion
+    demand: str  # column of the demands table
+    governing: "DemandOutcomes | None" = None  # of the mode of failure whose line applies
+
+    @property
+    def behind_line(self) -> "DemandOutcomes":
+        """Outcomes through which the line goes: these, or those of the governing mode."""
+        return self if self.governing is None else self.governing
 
     @property
     def used(self) -> Mask:
-        """Runs with information about the demand, shape (n,)."""
-        return np.isfinite(self.lower) & ((self.lower > 0.0) | np.isfinite(self.upper))
+        """Runs with information about the line, shape (n,)."""
+        lower, upper = self.behind_line.lower, self.behind_line.upper
+        return np.isfinite(lower) & ((lower > 0.0) | np.isfinite(upper))
+
+    @property
+    def is_bound(self) -> Mask:
+        """Runs in use whose demand is only a bound, shape (n,)."""
+        return self.used & (self.behind_line.lower != self.behind_line.upper)
 
     def exceed(self, state: LimitState) -> Mask:
         """Return which runs are known to exceed a state, shape (n,)."""
@@ -74,8 +87,9 @@ class DemandOutcomes:
     @property
     def ln_ends(self) -> tuple[Floats, Floats]:
         """Logarithms of lower and upper ends of the runs in use."""
+        used, data = self.used, self.behind_line
         with np.errstate(divide="ignore"):
-            return np.log(self.lower[self.used]), np.log(self.upper[self.used])
+            return np.log(data.lower[used]), np.log(data.upper[used])
 
     def lines(self, ln_im: Floats, weights: Floats) -> Lines:
         """Return the lines of ln demand on ln intensity (n,) for weights of the runs (R, n)."""
@@ -87,13 +101,18 @@ class DemandOutcomes:
     def treated(self, state: LimitState, treatment: str) -> "DemandOutcomes":
         """Return the outcomes with the unknown ones excluded, or all, or none exceeding."""
         unknown, c = self.unknown(state), state.threshold
-        lower, upper = {
-            "exclude": (np.nan, self.upper),
-            "all_exceed": (np.nextafter(c, np.inf), np.inf),
-            "none_exceed": (np.minimum(np.nan_to_num(self.lower), c), c),
-        }[treatment]
-        ends = np.where(unknown, lower, self.lower), np.where(unknown, upper, self.upper)
-        return DemandOutcomes(*ends, self.complete)
+
+        def changed(data: "DemandOutcomes") -> "DemandOutcomes":
+            lower, upper = {
+                "exclude": (np.nan, data.upper),
+                "all_exceed": (np.nextafter(c, np.inf), np.inf),
+                "none_exceed": (np.minimum(np.nan_to_num(data.lower), c), c),
+            }[treatment]
+            ends = np.where(unknown, lower, data.lower), np.where(unknown, upper, data.upper)
+            return replace(data, lower=ends[0], upper=ends[1])
+
+        governing = None if self.governing is None else changed(self.governing)
+        return replace(changed(self), governing=governing)
 
 
 def end_counts(table: pd.DataFrame) -> dict[str, int]:
@@ -104,9 +123,31 @@ def end_counts(table: pd.DataFrame) -> dict[str, int]:
     }
 
 
-def demand_outcomes(table: pd.DataFrame, states: States) -> DemandOutcomes:
-    """Return the outcomes of the runs of a table for the demand that some states share."""
-    demand, complete = states[0].demand, is_complete(table)
+def demand_outcomes(table: pd.DataFrame, states: States, im: str | None = None) -> DemandOutcomes:
+    """Return the outcomes of the runs of a table for the demand that some states share.
+
+    Given the intensity measure, the line of a failure of a column in any mode is that of the mode
+    with the smallest median, unless the line of the larger demand over capacity has a smaller one.
+    """
+    demand, state = states[0].demand, states[0]
+    outcomes = _outcomes(table, states, demand)
+    if im is None or demand != COLUMN_FAILURE_RATIO:
+        return outcomes
+    # the larger of a ratio that saturates and one that grows follows no line: a line through all
+    # of it can put the failure in any mode above that in one mode
+    modes = [_outcomes(table, states, name) for name in FAILURE_DEMANDS.values() if name in table]
+    data = [each for each in (outcomes, *modes) if each.status(state) == FITTED]
+    ln_im, one = np.log(table[im].to_numpy(dtype=np.float64)), np.ones((1, len(table)))
+    medians = [each.lines(ln_im, one).ln_theta(state.threshold)[0] for each in data]
+    if not np.any(np.isfinite(medians)):
+        return outcomes
+    weakest = data[int(np.nanargmin(medians))]
+    return outcomes if weakest is outcomes else replace(outcomes, governing=weakest)
+
+
+def _outcomes(table: pd.DataFrame, states: States, demand: str) -> DemandOutcomes:
+    """Return the outcomes of the runs for one demand and the capacities of some states."""
+    complete = is_complete(table)
     peak = table[demand].to_numpy(dtype=np.float64)
     decided = np.zeros(peak.size)
     exceeding = [s.threshold for s in states if s.collapse == COLLAPSE_EXCEEDS]
@@ -127,7 +168,7 @@ def demand_outcomes(table: pd.DataFrame, states: States) -> DemandOutcomes:
         limit = min(max(np.min(positive, initial=np.inf), _SMALL_SHARE * mildest), mildest)
         small = complete & (peak < limit)
         lower, upper = np.where(small, 0.0, lower), np.where(small, limit, upper)
-    return DemandOutcomes(lower, upper, complete)
+    return DemandOutcomes(lower, upper, complete, demand)
 
 
 def states_by_demand(states: States) -> dict[tuple[str, str], list[LimitState]]:

@@ -111,7 +111,7 @@ def fragility_tables(
     checked = demand_table.prepared(demands, wanted, settings)
     rows = checked.table
     curves = fit_study(rows, states, settings, jobs=jobs)
-    medians = median_effects(rows, states, settings, jobs=jobs)
+    medians = median_effects(rows, states, settings, curves=curves, jobs=jobs)
     joint = joint_table(rows, states, curves, settings, jobs=jobs)
     further = [state.demand for state in limit_states]
     names = list(dict.fromkeys((*demands_for("effect", rows.columns), *further)))
@@ -159,9 +159,9 @@ def suite_tables(
         tables = together
         if name != ALL_SUITES:
             part = rows[rows[SUITE] == name].reset_index(drop=True)
-            medians = median_effects(part, states, settings, jobs=jobs)
-            tables = medians, effect_tables(part, demands, settings, jobs=jobs).effects
             fitted = fit_study(part, states, settings, jobs=jobs).assign(**{SUITE: name})
+            medians = median_effects(part, states, settings, curves=fitted, jobs=jobs)
+            tables = medians, effect_tables(part, demands, settings, jobs=jobs).effects
             curves.append(fitted[fitted["preferred"].to_numpy(dtype=bool)])
         for table in tables:
             found = table[(table["scope"] == "pooled") & (table["status"] == verdicts.OK)]

@@ -114,7 +114,7 @@ def _variant_rows(
     @cache
     def member(state: LimitState) -> _Member | str:
         """Return a component with its lines, or why it takes no part."""
-        outcomes = demand_outcomes(part, [state])
+        outcomes = demand_outcomes(part, [state], settings.im)
         if np.sum(outcomes.complete & outcomes.used) < MIN_COMPLETE:
             return "too few complete runs"
         if (status := outcomes.status(state)) != FITTED:
@@ -200,11 +200,12 @@ def _correlation(members: Sequence[_Member], ln_im: Floats, weights: Floats) -> 
     # by pairs, over the runs in which both are known; then the nearest correlation matrix
     size = len(members)
     matrix = np.broadcast_to(np.eye(size), (len(weights), size, size)).copy()
-    known = [m.outcomes.lower == m.outcomes.upper for m in members]
+    data = [m.outcomes.behind_line for m in members]
+    known = [each.lower == each.upper for each in data]
     residuals = [
-        np.log(np.where(rows, m.outcomes.lower, 1.0))
+        np.log(np.where(rows, each.lower, 1.0))
         - (m.lines.ln_a[:, None] + m.lines.b[:, None] * ln_im)
-        for rows, m in zip(known, members, strict=True)
+        for rows, each, m in zip(known, data, members, strict=True)
     ]
     for i, j in combinations(range(size), 2):
         if np.sum(both := known[i] & known[j]) < MIN_COMPLETE:

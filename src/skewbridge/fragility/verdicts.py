@@ -39,6 +39,7 @@ _IN_ORDER: Final = (LOWER, HIGHER, NEGLIGIBLE, DETECTABLE)
 DECIDED: Final = (LOWER, HIGHER, NEGLIGIBLE)
 OK: Final = "ok"
 NOT_ESTIMABLE: Final = "not_estimable"
+NO_CURVE: Final = "no_curve"
 #: Ratio of the ends of an interval above which a ratio is not an answer.
 MAX_WIDTH: Final = 10.0
 #: Largest share of pairs with a demand on one side only, for `NEGLIGIBLE`.
@@ -66,7 +67,8 @@ def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
             for axis in axes
         },
         "scope": "pooled (average of all pairs of variants) | variant (one pair of variants)",
-        "status": f"{OK} | {NOT_ESTIMABLE} (no interval, or wider than a factor of {MAX_WIDTH:g})",
+        "status": f"{OK} | {NOT_ESTIMABLE} (no interval, or wider than a factor of {MAX_WIDTH:g}) "
+        f"| {NO_CURVE} (of medians: no variant has a curve with an estimate)",
         "ratio": "geometric mean over motions of the paired ratio",
         "ci_low": "lower end of its interval, Student's t over motions (-)",
         "ci_high": "upper end of its interval (-)",
@@ -99,7 +101,23 @@ def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
         "n_beyond_model": "pairs in which a column failed",
         "n_collapse_from": "collapsed runs at from_value",
         "n_collapse_to": "collapsed runs at to_value",
+        "n_exceed_from": "of medians: runs at from_value known to exceed the state",
+        "n_exceed_to": "of medians: runs at to_value known to exceed the state",
+        "n_unknown_from": "of medians: runs at from_value with an unknown outcome",
+        "n_unknown_to": "of medians: runs at to_value with an unknown outcome",
+        "n_without_curve": "of the medians (two per pair of variants), those whose variant has no "
+        "curve with an estimate: unknown outcomes could move it by more than 15 %",
+        "n_extrapolated": "of the medians, those that fewer than three motions reach (or undercut)",
+        "ratio_all_exceed": "ratio of the medians if all unknown outcomes exceed",
+        "ratio_none_exceed": "ratio of the medians if no unknown outcome exceeds",
     }
+
+
+#: Columns that count runs and curves behind medians; missing in effects on demands.
+MEDIAN_COUNTS: Final = (
+    *("n_exceed_from", "n_exceed_to", "n_unknown_from", "n_unknown_to"),
+    *("n_without_curve", "n_extrapolated"),
+)
 
 
 EFFECT_COLUMNS: Final = effect_columns(AXES)
@@ -163,7 +181,7 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
     )
     claims = [outside & (value < 0.0), outside & (value > 0.0), inside & possible, direction]
     return table.assign(
-        status=np.where(np.isnan(low), NOT_ESTIMABLE, OK),
+        status=table["status"].where(np.isnan(low), OK).fillna(NOT_ESTIMABLE),
         verdict=verdicts_of(low, below, zero, above, high, possible=possible),
         direction=np.select([high < 0.0, low > 0.0], [-1, 1], default=0),
         verdict_family=np.select(claims, _IN_ORDER, default=UNDECIDED),

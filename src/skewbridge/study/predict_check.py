@@ -140,8 +140,8 @@ def check_predict(
     for identity, part in inner.groupby(list(IDENTITY_COLUMNS), sort=True):
         names = dict(zip(IDENTITY_COLUMNS, identity, strict=True))
         for states in states_by_demand(limit_states).values():
-            outcomes = demand_outcomes(part, states)
-            used = outcomes.used
+            outcomes = demand_outcomes(part, states, settings.im)
+            used, data = outcomes.used, outcomes.behind_line
             for state in states:
                 row = names | {
                     "component": state.component,
@@ -157,9 +157,9 @@ def check_predict(
                 if row["status"] == FITTED:
                     cloud = fit_cloud(
                         part[settings.im].to_numpy(dtype=np.float64)[used],
-                        outcomes.lower[used],
+                        data.lower[used],
                         state.threshold,
-                        outcomes.upper[used],
+                        data.upper[used],
                         settings=settings,
                         motions=motion_codes(part)[used],
                     )
