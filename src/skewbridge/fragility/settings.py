@@ -6,7 +6,7 @@ from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
-from skewbridge.files.checking import FileName, Number, Whole
+from skewbridge.files.checking import FileName, Flag, Number, Whole
 
 _COLUMNS: Final = {column.name: column for column in DEMAND_COLUMNS}
 
@@ -53,10 +53,10 @@ class FitSettings:
         le=2**63 - 1,
         description="seed of that bootstrap and of system curves",
     )
-    accept_bounds: bool = Field(
+    accept_bounds: Flag = Field(
         default=False, description="report medians that unknown outcomes may move by more than 15 %"
     )
-    exclude_suspect: bool = Field(
+    exclude_suspect: Flag = Field(
         default=False, description="treat suspect rows as failed analyses"
     )
     assumed_beta: Number = Field(

@@ -8,7 +8,7 @@ from typing import Annotated, Final, Literal, get_args
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from skewbridge.files.checking import Number, Whole
+from skewbridge.files.checking import Flag, Number, Whole
 from skewbridge.units import MM
 
 Fibers = Annotated[Whole, Field(ge=1, le=200)]
@@ -78,7 +78,7 @@ class ModelOptions:
     # ASSUME a backwall and a key follow deck and soil without inertia of their own: their light
     # masses between a stiff contact and the soil would rattle at any step, with an impact force
     # v sqrt(kn m) that grows with the penalty (docs/theory/analysis.md)
-    wall_mass: bool = Field(
+    wall_mass: Flag = Field(
         default=False,
         description="mass of walls and keys, as in scheme paper",
     )
@@ -149,7 +149,7 @@ class ModelOptions:
         default="fixed",
         description="column bases: rigid, or springs of the bridge file",
     )
-    embankment_mass: bool = Field(
+    embankment_mass: Flag = Field(
         default=False,
         description="critical length of the embankment moves with the abutment (model spring)",
     )
@@ -219,7 +219,7 @@ class ModelOptions:
         description="shear capacity: Caltrans with expected or nominal materials, or Kowalsky and "
         "Priestley (expected)",
     )
-    elastic_columns: bool = Field(
+    elastic_columns: Flag = Field(
         default=False,
         description="cracked elastic columns, for hand checks",
     )

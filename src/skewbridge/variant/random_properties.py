@@ -22,7 +22,7 @@ import numpy as np
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from skewbridge.files.checking import Number, Whole
+from skewbridge.files.checking import Flag, Number, Whole
 from skewbridge.variant.options import ModelOptions
 
 #: Draws of a property in the demands table are in columns with this prefix.
@@ -114,7 +114,7 @@ class UncertaintyConfig:
     offset is added.
     """
 
-    enabled: bool = Field(
+    enabled: Flag = Field(
         default=False,
         description="random properties, one draw per motion for all variants",
     )
