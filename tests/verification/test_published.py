@@ -81,6 +81,17 @@ def test_medians_of_demands_that_follow_the_published_line_are_the_published_one
     assert lower.loc[key, "theta"] / table.loc[key, "theta"] == pytest.approx(1 / 1.5, rel=0.1)
 
 
+def test_a_state_that_no_run_reaches_has_a_lower_bound_of_its_median():
+    curves, demands = PUBLISHED[PUBLISHED["era"] == 3], scattered_demands()
+    columns = [f"{WHOLE}{name}" for name in DEMANDS.values()]
+    found = medians(curves, demands.assign(**(demands[columns] * 1e-3)), 3, NONE)
+    found = found[found["component"] != SYSTEM]
+    assert found["theta"].isna().all()
+    # 40 runs up to 2.5 g, assumed dispersion 0.4
+    assert found["theta_bound"].between(1.0, 2.5).all()
+    assert medians(curves, demands, 3, NONE)["theta_bound"].isna().any()
+
+
 def test_a_change_explains_a_ratio_if_it_closes_half_of_its_distance_from_the_range():
     assert outside(1.0) == outside(1.33) == 0.0
     assert outside(0.75 / 2.0) == pytest.approx(np.log(2.0))

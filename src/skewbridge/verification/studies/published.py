@@ -238,12 +238,17 @@ def medians(
         for key, state in capacities(published, columns, change.capacity).items()
     ]
     rows = prepared(demands, list(dict.fromkeys(each.demand for each in states)), SETTINGS).table
-    curves = chosen_curves(fit_study(rows, states, SETTINGS), "cloud")  # as theirs
-    bounds = {"beta_total": "beta", "theta_bound_low": "theta_bound"}
-    components = curves.drop(columns="beta").rename(columns=bounds)
+    curves = fit_study(rows, states, SETTINGS)
+    components = chosen_curves(curves, "cloud")  # as theirs
+    components = components.drop(columns="beta").rename(columns={"beta_total": "beta"})
     system = system_curves(rows, states, SETTINGS).assign(component=SYSTEM)
-    names = ["status", "theta", "theta_low", "theta_high", "beta", "theta_bound"]
     both = pd.concat([components, system], ignore_index=True)
+    # only counts bound the median of a state that no run reaches
+    counts = chosen_curves(curves, "exceedance").set_index(["component", "limit_state"])
+    keys = pd.MultiIndex.from_frame(both[["component", "limit_state"]])
+    bounds = counts["theta_bound_low"].reindex(keys).to_numpy()
+    both["theta_bound"] = np.where(both["status"] == FITTED, nan, bounds)
+    names = ["status", "theta", "theta_low", "theta_high", "beta", "theta_bound"]
     both = both.rename(columns={"limit_state": "state"})[[*_KEYS, *names]]
     return both.assign(era=era, change=change.name)
 

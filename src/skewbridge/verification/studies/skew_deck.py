@@ -81,15 +81,16 @@ def run(study: Study) -> None:
         for key, peak in elastic[name].peaks().items():
             text = f"{name} perimeter of beams: peak {key}"
             study.relative(text, beams[key], peak, 2e-3, "rigid links")
-    rms = locked["rms_ratio"].tolist()
+    locked_errors = locked["rms_ratio"].tolist()
     text = "locked rotation: penalty converges to the LCP"
-    is_falling = all(after < before for before, after in pairwise(rms))
+    is_falling = all(after < before for before, after in pairwise(locked_errors))
     study.holds(text, truth=is_falling, source="monotone in kn*")
-    study.at_most("locked rotation, kn* = 1e5: RMS of un over scale", rms[-1], 0.01, "LCP, e 0.6")
+    text = "locked rotation, kn* = 1e5: RMS of un over scale"
+    study.at_most(text, locked_errors[-1], 0.01, "LCP, e 0.6")
     first_s, source = float(locked["first_contact_s"].iloc[-1]), "closed form of free flight"
     study.absolute("locked rotation: first contact (s)", first_s, 0.036500, 1e-3, source)
     _judge_agreement(study, elastic["C1"], at_06["C1"])
-    study.states("penalty converges", "C1, rotation locked", rms)
+    study.states("penalty converges", "C1, rotation locked", locked_errors)
     for case, exact in at_06.items():
         errors = [
             float(np.abs(_scaled_peaks(runs[case]) - _scaled_peaks(exact)).max())
