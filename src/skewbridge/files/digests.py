@@ -37,15 +37,27 @@ _LONGEST_LICENCE: Final = 80  # characters of a licence that is given as text
 
 def layer_digest(parts: Sequence[str], package: Path = PACKAGE) -> str:
     """Return 16 hex digits over sources and data files of parts, relative to the package."""
-    digest = hashlib.sha256()
-    for part in parts:
-        for path in _sources_of(package / part):
-            name = path.relative_to(package)
-            if name.parent == _CATALOGUE and name.suffix == ".yaml":
-                continue
-            digest.update(f"\n{name.as_posix()}\n".encode())
-            digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+    return layer_digests({"": parts}, package)[""]
+
+
+def layer_digests(layers: Mapping[str, Sequence[str]], package: Path = PACKAGE) -> dict[str, str]:
+    """Return the `layer_digest` of several layers by their names; shared parts are read once."""
+    distinct = dict.fromkeys(part for parts in layers.values() for part in parts)
+    contents = {part: _contents(part, package) for part in distinct}
+    return {
+        name: hashlib.sha256(b"".join(contents[part] for part in parts)).hexdigest()[:16]
+        for name, parts in layers.items()
+    }
+
+
+def _contents(part: str, package: Path) -> bytes:
+    """Return names and contents of the sources and data files of one part."""
+    names = [path.relative_to(package) for path in _sources_of(package / part)]
+    return b"".join(
+        f"\n{name.as_posix()}\n".encode() + (package / name).read_bytes()
+        for name in names
+        if not (name.parent == _CATALOGUE and name.suffix == ".yaml")
+    )
 
 
 def _sources_of(part: Path) -> Iterable[Path]:

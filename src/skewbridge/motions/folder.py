@@ -54,7 +54,8 @@ _Count = Annotated[int | None, Field(ge=1)]
 class IndexRow(BaseModel):
     """The cells of one row of an `index.csv`; missing numbers are nan."""
 
-    model_config = ConfigDict(str_strip_whitespace=True, frozen=True)
+    # built with the first row that is read: a study whose motions have not changed reads none
+    model_config = ConfigDict(str_strip_whitespace=True, frozen=True, defer_build=True)
 
     #: A motion's name appears in file names, tables and figures.
     motion_id: str = Field(pattern=r"^\w[\w .+(),&@-]{0,99}$")

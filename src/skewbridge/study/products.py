@@ -13,7 +13,7 @@ from skewbridge.files.digests import (
     canonical,
     digest_of,
     engine_digest,
-    layer_digest,
+    layer_digests,
     opensees_version,
     provenance,
 )
@@ -130,11 +130,12 @@ def made_from(study: StudyConfig) -> dict[str, MadeFrom]:
     the rules that changed, and are stored in the outputs. `InputError` for a wrong input.
     """
     inputs = _input_digests(study)
+    sources = layer_digests({rule: recipe.sources for rule, recipe in RECIPES.items()})
     values = study.model_dump(mode="json")
     made: dict[str, MadeFrom] = {}
     for rule, recipe in RECIPES.items():
         made[rule] = {
-            "sources": layer_digest(recipe.sources),
+            "sources": sources[rule],
             **{name: digest_of(canonical(values[name])) for name in recipe.sections},
             **{name: inputs[name] for name in recipe.inputs},
             **({"motions": inputs["motions"]} if recipe.after else {}),
