@@ -53,8 +53,8 @@ def test_a_file_system_without_locks_is_reported(tmp_path, monkeypatch):
 
 
 ROWS = [
-    {"run_key": "a", "status": "ok", "column_shear_kn": 1234.5, "cpu_s": math.nan},
-    {"run_key": "b", "status": "crash", "column_shear_kn": 5.0, "cpu_s": 0.1},
+    {"run_key": "a", "variant": "w", "status": "ok", "column_shear_kn": 1234.5, "cpu_s": math.nan},
+    {"run_key": "b", "variant": "v", "status": "crash", "column_shear_kn": 5.0, "cpu_s": 0.1},
 ]
 
 
@@ -127,7 +127,16 @@ def test_compaction_keeps_the_last_line_of_every_key(journal):
 def test_failed_analyses_are_forgotten_with_the_table_that_shows_them(journal):
     written(journal, ROWS)
     folder = StudyFolder(journal.parents[1])
-    folder.demands.touch()
+    stays = folder.variant_demands("w")
+    gone = [
+        folder.report,
+        folder.demands,
+        folder.variant_demands("v"),
+        folder.round_demands(2, "v"),
+    ]
+    for path in (stays, *gone):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
     assert forget(folder, ("timeout",)) == []
     assert folder.demands.exists()
     with open_journal(journal), pytest.raises(InputError, match="written by another process"):
@@ -135,7 +144,7 @@ def test_failed_analyses_are_forgotten_with_the_table_that_shows_them(journal):
     assert folder.demands.exists()
     assert [row["run_key"] for row in forget(folder, ("crash",))] == ["b"]
     assert set(read_content([journal]).rows) == {"a"}
-    assert not folder.demands.exists()
+    assert [path for path in (stays, *gone) if path.exists()] == [stays]
 
 
 def test_a_line_that_finds_no_room_leaves_the_journal_as_it_was(journal):

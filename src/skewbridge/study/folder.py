@@ -80,6 +80,10 @@ class StudyFolder:
         """Return the demands of one variant in a round."""
         return self.root / "demands" / f"round{number}" / f"{variant}.parquet"
 
+    def demands_files(self, variant: str) -> list[Path]:
+        """Return the files that have demands of one variant, of whole studies and of rounds."""
+        return sorted(self.root.glob(f"demands/**/{variant}.parquet"))
+
     def fragility(self, table: str, ending: str = "parquet") -> Path:
         """Return a table of the fits."""
         return self.root / "fragility" / f"{table}.{ending}"

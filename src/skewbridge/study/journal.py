@@ -194,7 +194,8 @@ def compact_journals(folder: StudyFolder, dropped: Collection[str] = ()) -> Jour
 def forget(folder: StudyFolder, statuses: Collection[str]) -> list[Row]:
     """Remove analyses of some statuses from the journals and return their rows.
 
-    The table of demands goes as well, so that the study makes it again with these analyses.
+    The page and the demands with these rows go as well: Snakemake repeats only what is missing on
+    the way to a missing target.
 
     Raises:
         InputError: The study runs.
@@ -203,5 +204,8 @@ def forget(folder: StudyFolder, statuses: Collection[str]) -> list[Row]:
     forgotten = [row for row in rows if row["status"] in statuses]
     if forgotten:
         compact_journals(folder, dropped=statuses)
-        folder.demands.unlink(missing_ok=True)
+        variants = {row["variant"] for row in forgotten}
+        made = [path for name in variants for path in folder.demands_files(name)]
+        for path in (folder.report, folder.demands, *made):
+            path.unlink(missing_ok=True)
     return forgotten
