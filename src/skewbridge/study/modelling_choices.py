@@ -41,7 +41,7 @@ class Choice:
         source: Reason for these values.
         section: Section of the configuration.
         acts_on: Whether the option changes the model of a variant.
-        when_null: Effective value where the option is null; 0 unless given.
+        when_null: Effective value where the option is null.
         needs: Key of ``model`` and the value without which the option has no alternative.
     """
 
@@ -51,7 +51,7 @@ class Choice:
     source: str
     section: Literal["model", "analysis"] = "model"
     acts_on: Callable[[Variant], bool] = lambda _: True
-    when_null: Callable[["Task"], Value] = lambda _: 0.0
+    when_null: Callable[["Task"], Value] | None = None
     needs: tuple[str, Value] | None = None
 
     def configured_in(self, task: "Task") -> Value:
@@ -60,7 +60,11 @@ class Choice:
         value: Any = getattr(settings if self.section == "analysis" else options, self.key)
         if self.key in task.draw:
             return round(value / task.draw[self.key], 9)
-        return self.when_null(task) if value is None else value
+        if value is not None:
+            return value
+        if self.when_null is None:
+            raise ValueError(f"choice {self.key}: when_null must state the meaning of null")
+        return self.when_null(task)
 
     def set_in(self, task: "Task", value: Value) -> "Task":
         """Return an analysis with another value of the option, times the draw of the motion."""
@@ -131,7 +135,7 @@ CHOICES: Final = (
            acts_on=_has_keys),
     Choice("backfill_vs_mps", "Radiation: Vs of the backfill", (15.0, 50.0, 150.0, 500.0),
            "a third and three times the configured velocity; 15 m/s is 10 % of critical for the "
-           "mass of a wall", acts_on=_has_keys),
+           "mass of a wall", acts_on=_has_keys, when_null=lambda _: 0.0),
     Choice("wall_restoring_n_per_m", "Wall restoring spring", (3.0e4, 3.0e5, 3.0e6),
            "no test is known: a tenth and ten times the configured stiffness",
            acts_on=lambda variant: variant.traits.has_contacts),
