@@ -49,7 +49,7 @@ def test_print_cuts_nothing_off_and_leaves_the_explorer_out(opened):
     assert page.pdf(format="A4").startswith(b"%PDF")
 
 
-def test_without_javascript_the_figures_stand_and_the_reason(browser, study):
+def test_without_javascript_figures_and_the_reason_are_shown(browser, study):
     context = browser.new_context(java_script_enabled=False)
     page = context.new_page()
     page.goto(study.page.as_uri())

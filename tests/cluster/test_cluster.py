@@ -160,8 +160,8 @@ def test_a_job_over_its_memory_is_tried_again_with_more(cluster, tree):
     gate = "memory/verification/contact_checks.parquet"
     more = ["--config", "results=memory", "--set-resources"]
     more += ["verify_contact:mem_mb=60 if attempt == 1 else 1500", "--", gate]
-    said = done(through_slurm(*more), tree, environment=SITE).stderr
+    messages = done(through_slurm(*more), tree, environment=SITE).stderr
     assert (tree / gate).is_file()
-    assert said.count("Trying to restart job") == 1
+    assert messages.count("Trying to restart job") == 1
     logs = tree.glob(".snakemake/slurm_logs/*verify_contact*/*.log")
     assert any("exceeded memory limit" in path.read_text() for path in logs)

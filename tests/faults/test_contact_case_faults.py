@@ -6,11 +6,10 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 import yaml
-from typer.testing import CliRunner
 
+import cli_json
 import mutated_files
 from mutated_files import CONTACT
-from skewbridge.cli import build_app
 
 DECK = mutated_files.DECK | {"period_theta_s": 0.31623, "gap_normal_m": 0.00269}
 PATH = [[0.0, 0.0, 0.0, -0.01], [0.1, 0.02, 0.01, -0.01], [0.2, 0.0, 0.02, 0.01]]
@@ -23,9 +22,7 @@ def run(tmp_path, command, case, *, rows=PATH, out=None):
     file = tmp_path / "case.yaml"
     file.write_text(yaml.safe_dump(case) if isinstance(case, dict) else case, encoding="utf-8")
     out = out or tmp_path / ("f.csv" if command == "contact" else "f.parquet")
-    result = CliRunner().invoke(build_app(), [command, str(file), "--out", str(out), "--json"])
-    answer = json.loads(result.stdout) if result.stdout.startswith("{") else {}
-    return result.exit_code, answer
+    return cli_json.run(command, file, "--out", out)
 
 
 def test_good_contact_case_writes_the_forces(tmp_path):
@@ -109,9 +106,8 @@ def test_output_folder_that_cannot_be_made_stops_before_any_work(tmp_path):
 
 
 def test_verify_writes_the_table_and_its_json(tmp_path):
-    result = CliRunner().invoke(build_app(), ["verify", "gate", "--out", str(tmp_path), "--json"])
-    assert result.exit_code == 0
-    rows = json.loads(result.stdout)
+    code, rows = cli_json.run("verify", "gate", "--out", tmp_path)
+    assert code == 0
     keys = ["study", "quantity", "value", "reference", "tolerance", "pass", "source"]
     assert all(list(row) == keys for row in rows)
     assert pd.read_parquet(tmp_path / "gate.parquet")["pass"].all()

@@ -64,7 +64,7 @@ FILES = {
     "27_header_only.AT2": (HEAD, "error"),
     "29_dt_zero.AT2": (changed("DT= 0.0200", "DT= 0.0000"), "error"),
     "30_cms2_said_g.AT2": (at2_text(980.665 * RECORD_G, DT_S), "error"),
-    # m/s2 said to be g cannot be told from the values: 1.5 g is a strong record.
+    # Values cannot show that m/s2 was labelled g: 1.5 g is a strong record.
     "32_ms2_said_g_small.AT2": (at2_text(5.0 * RECORD_G, DT_S), "ok"),
     "33_vt2.VT2": (
         changed("ACCELERATION TIME SERIES IN UNITS OF G", "VELOCITY TIME SERIES IN UNITS OF CM/S"),
@@ -80,7 +80,7 @@ FILES = {
     "51_pair_len_h2.AT2": (at2_text(RECORD_G[:398], DT_S), "ok"),
     "52_pair_dt_h2.AT2": (at2_text(RECORD_G, 0.01), "pair_error"),
     "60_two_col.txt": (columns(0.02, 4), "ok"),
-    # A step of 0.0025 s cannot be told from a time column with three decimals.
+    # A time column with three decimals cannot show a step of 0.0025 s.
     "61_two_col_rounded_time.txt": (columns(0.0025, 3), "warn"),
     "63_one_col.txt": ("".join(f"{value:.6e}\n" for value in RECORD_G), "needs_dt"),
     "64_opensees.acc": (" ".join(f"{value:.6e}" for value in RECORD_G), "needs_dt"),

@@ -49,7 +49,7 @@ def test_mutant_is_read_or_refused_with_one_message(count, names, tmp_path):
     left = [path.name for path in tmp_path.rglob("*") if path.is_file()]
     assert done.returncode == 0, f"ended at {left}: {done.stderr[-2000:]}"
     found = json.loads(done.stdout)
-    assert {name: told["faults"] for name, told in found.items() if told["faults"]} == {}
-    assert max(told["dearest_s"] for told in found.values()) < mutated_files.CPU_LIMIT_S
-    assert all(told["refused"] for told in found.values())
-    assert sum(told["taken"] + told["refused"] for told in found.values()) == count * len(names)
+    assert {name: each["faults"] for name, each in found.items() if each["faults"]} == {}
+    assert max(each["dearest_s"] for each in found.values()) < mutated_files.CPU_LIMIT_S
+    assert all(each["refused"] for each in found.values())
+    assert sum(each["taken"] + each["refused"] for each in found.values()) == count * len(names)

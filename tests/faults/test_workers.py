@@ -209,10 +209,10 @@ def test_the_lock_ends_with_its_process(tmp_path):
     first = holder(folder)
     assert first.stdout.readline() == "held\n"
     second = holder(folder)
-    _, said = second.communicate()
+    _, printed = second.communicate()
     assert second.returncode == 1
-    assert f"another study is running in {tmp_path} (process {first.pid})" in said
-    assert "Traceback" not in said
+    assert f"another study is running in {tmp_path} (process {first.pid})" in printed
+    assert "Traceback" not in printed
     first.kill()
     first.wait()
     third = holder(folder)

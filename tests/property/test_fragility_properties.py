@@ -73,7 +73,7 @@ def test_ends_of_the_intervals_have_the_drop_of_the_likelihood(data):
 
 @given(stripes(), st.floats(1e-3, 1e3), st.permutations(range(6)))
 @settings(max_examples=60, deadline=None)
-def test_unit_of_intensity_scales_theta_and_order_is_nothing(data, factor, order):
+def test_theta_scales_with_the_unit_of_intensity_whatever_the_order(data, factor, order):
     n, k = data
     fit = fit_stripes(LEVELS, n, k)
     order = np.array(order)

@@ -87,7 +87,7 @@ def test_a_run_leaves_its_row_histories_figures_and_replay(pair, tmp_path):
     assert 'src="http' not in page
 
 
-def test_a_row_says_what_speaks_against_it(pair, tmp_path):
+def test_a_row_lists_its_suspect_properties(pair, tmp_path):
     """Two iterations are too few for most steps; the sound run has hardly any such step."""
     _, sound = run(pair, tmp_path / "sound", *SHORT)
     assert sound["loosened_ratio"] < 0.01  # the limit of a suspect row

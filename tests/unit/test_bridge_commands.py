@@ -226,12 +226,12 @@ def test_changed_spans_are_reported_with_the_model_period(longer, tmp_path, capl
 
 def test_a_period_within_five_percent_is_accepted_and_shared_directions_reported(tmp_path) -> None:
     modes = standing_bridge("osb1")
-    for factor, said in ((1.049, ""), (0.951, ""), (1.051, "+5.1%"), (0.949, "-5.1%")):
+    for factor, change in ((1.049, ""), (0.951, ""), (1.051, "+5.1%"), (0.949, "-5.1%")):
         t1_s = factor * conditioning_period_s(modes)
         path = tmp_path / f"own_{factor:.3f}.yaml"
         path.write_text(f'extends: osb1\nt1_s: {{v: {t1_s:.6f}, src: "d: a test"}}\n')
         messages = periods_of_file(str(path), modes)
-        assert (said in messages[0]) if said else messages == []
+        assert (change in messages[0]) if change else messages == []
     # long spans move vertically with the longitudinal motion of a pinned bent
     path = tmp_path / "long.yaml"
     path.write_text(LONGER.replace("50.0", "55.0"))

@@ -100,8 +100,8 @@ def test_a_table_in_us_units_has_their_names_and_numbers(row, expected):
 
 def test_the_json_answer_stays_in_si_and_ratios_of_checks_have_no_unit():
     payload = {"peak_kn": 100.0}
-    said = run(Answer(payload, units="us"), "--json").stdout
-    assert json.loads(said) == payload
+    printed = run(Answer(payload, units="us"), "--json").stdout
+    assert json.loads(printed) == payload
     assert "peak_kip" in run(Answer(payload, units="us")).stdout
     row = {"check": "left seat, SDC (m)", "demand": 0.254, "capacity": 0.508, "ratio": 0.5}
     (found,) = in_units([row], "us")

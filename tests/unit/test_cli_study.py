@@ -105,8 +105,8 @@ def failed_study(tmp_path: Path) -> Path:
 
 
 def test_failed_analyses_are_tried_again_on_request(failed_study: Path) -> None:
-    told = answer("study", "retry", "--study", str(failed_study))
-    assert told["analyses"] == [{"variant": "v", "motion": "m", "status": "crash"}]
+    retried = answer("study", "retry", "--study", str(failed_study))
+    assert retried["analyses"] == [{"variant": "v", "motion": "m", "status": "crash"}]
     assert answer("study", "retry", "--study", str(failed_study))["forgotten"] == 0
     code, refused = run("study", "retry", "--status", "ok")
     assert code == 2
@@ -167,7 +167,7 @@ def test_new_gap_repeats_no_finished_analysis(tmp_path: Path) -> None:
     ]
 
 
-def test_a_run_tells_how_far_each_variant_is(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_reports_the_progress_of_each_variant(capsys: pytest.CaptureFixture[str]) -> None:
     terminal = logging.StreamHandler()
     terminal.addFilter(for_terminal)
     logger = logging.getLogger("skewbridge")
@@ -180,11 +180,11 @@ def test_a_run_tells_how_far_each_variant_is(capsys: pytest.CaptureFixture[str])
         logging.getLogger("skewbridge.other").info("for the log file alone")
     finally:
         logger.removeHandler(terminal)
-    told = capsys.readouterr().err
-    assert "osb1_v: 5 of 6 analyses done (4 of them before), " in told
-    assert "min left" in told
-    assert "per minute" in told
-    assert "for the log file" not in told
+    printed = capsys.readouterr().err
+    assert "osb1_v: 5 of 6 analyses done (4 of them before), " in printed
+    assert "min left" in printed
+    assert "per minute" in printed
+    assert "for the log file" not in printed
 
 
 # --- archive and methods
@@ -202,10 +202,10 @@ def _study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "config/bridges/base.yaml").write_text("extends: osb1\n")
     (tmp_path / "own.yaml").write_text("results: results/own\ngrid:\n  bridge: [mine]\n")
     folder = tmp_path / "results/own"
-    told = provenance(config_digest="c", suite_digest="s")
+    origin = provenance(config_digest="c", suite_digest="s")
     for name in ("demands", "fragility/curves", "fragility/effects"):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        write_frame(synthetic_demands(skews=(0,), gaps=(51,)), folder / f"{name}.parquet", told)
+        write_frame(synthetic_demands(skews=(0,), gaps=(51,)), folder / f"{name}.parquet", origin)
     (folder / "motions").mkdir()
     suite = pd.DataFrame(
         {
@@ -216,7 +216,7 @@ def _study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             "accel_2_mps2": [np.zeros(3)] * 2,
         }
     )
-    write_frame(suite, folder / "motions/suite.parquet", told)
+    write_frame(suite, folder / "motions/suite.parquet", origin)
     return tmp_path
 
 
@@ -312,7 +312,7 @@ def test_methods_are_those_of_the_configuration(study: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("section", "choice", "said"),
+    ("section", "choice", "expected"),
     [
         ("analysis", {"scheme": "paper"}, "Houbolt 1950|distributed plasticity|committed"),
         ("motions", {"design": "stripes"}, "scaled to 0.1, 0.2|jackknife over motions"),
@@ -324,9 +324,9 @@ def test_methods_are_those_of_the_configuration(study: Path) -> None:
         ("model", {"damping_ratio": 0.03}, "3 % of critical"),
     ],
 )
-def test_methods_follow_the_choices_and_list_the_works_that_they_cite(section, choice, said):
+def test_methods_follow_the_choices_and_list_the_works_that_they_cite(section, choice, expected):
     text, _, listed = methods_of(parse_config({section: choice})).markdown().partition("## Ref")
-    assert all(words in text for words in said.split("|")), text
+    assert all(words in text for words in expected.split("|")), text
     for key, work in REFERENCES.items():
         own = text.replace(f"{key} 2023", "") if key == "Rahman and Mackie" else text
         assert (work in listed) == (key in own), key

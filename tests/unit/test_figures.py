@@ -229,7 +229,7 @@ FOURTH = "transverse_gap_mm"
 
 @pytest.fixture
 def fourth_axis(monkeypatch):
-    """Return another gap beside the joint gap, in the table of axes."""
+    """Return another gap in addition to the joint gap, in the table of axes."""
     if not axis_table.axes_of([FOURTH]):
         gap = axis_table.axes_of(["gap_mm"])[0]
         other = replace(

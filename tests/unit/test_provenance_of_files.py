@@ -33,7 +33,7 @@ from skewbridge.study.products import RECIPES, made_from, rule_digest
 from skewbridge.study.session import script_session
 
 ROOT = Path(__file__).parents[2]
-SAID = {"rule": "fit_fragility", "title": 'a <script> & "quotes"', "rule_digest": "0" * 16}
+STAMP = {"rule": "fit_fragility", "title": 'a <script> & "quotes"', "rule_digest": "0" * 16}
 FRAME = pd.DataFrame({"theta": [0.5, 0.7]})
 RULE = "collect_demands"
 runner = CliRunner()
@@ -66,8 +66,8 @@ def test_a_later_stamp_replaces_an_earlier_one_and_keeps_the_content(tmp_path, e
     older = {"rule": "an older one, longer than the newer"}
     stamp(path, older)
     once = path.stat().st_size
-    stamp(path, SAID)
-    assert SAID.items() <= read_stamp(path).items()
+    stamp(path, STAMP)
+    assert STAMP.items() <= read_stamp(path).items()
     stamp(path, older)
     assert read_stamp(path)["rule"] == older["rule"]
     if ending == ".parquet":  # there, names that are not given again stay
@@ -81,11 +81,11 @@ def test_a_later_stamp_replaces_an_earlier_one_and_keeps_the_content(tmp_path, e
 
 @pytest.mark.parametrize("ending", [".svg", ".png"])
 def test_a_figure_has_its_provenance_in_the_metadata_of_its_format(tmp_path, ending):
-    path = artefact(tmp_path, ending, SAID)
+    path = artefact(tmp_path, ending, STAMP)
     before = path.read_bytes()
     stamp(path, {"rule": "another"})
     assert path.read_bytes() == before
-    assert read_stamp(path) == SAID
+    assert read_stamp(path) == STAMP
 
 
 @pytest.mark.parametrize(
@@ -104,16 +104,18 @@ def test_files_without_metadata_are_left_as_they_are_and_named(tmp_path, name, t
     if text:
         path.write_text(text)
     if "no provenance" in message:
-        stamp(path, SAID)
+        stamp(path, STAMP)
         assert path.read_text() == text
     with pytest.raises(InputError, match=message):
         read_stamp(path)
 
 
 def test_the_machine_is_described_without_its_name():
-    told = provenance()
-    assert {"git_commit", "git_dirty", "processor", "processors", "openseespy_version"} <= set(told)
-    text = json.dumps(told)
+    machine = provenance()
+    assert {"git_commit", "git_dirty", "processor", "processors", "openseespy_version"} <= set(
+        machine
+    )
+    text = json.dumps(machine)
     assert platform.node() not in text
     assert str(Path.cwd()) not in text
 
@@ -149,10 +151,10 @@ def test_a_script_stamps_its_outputs_and_leaves_a_log_only_of_messages(tmp_path)
         assert own.outputs == {"table": table}
         assert own.folder.root == tmp_path
         write_frame(FRAME, table, {})
-    told = read_stamp(table)
-    assert told["rule_digest"] == rule_digest(given.params.made_from)
-    assert told["suite_digest"] == "suite"
-    assert {"config_digest", "openseespy_version", "git_commit"} <= set(told)
+    stamped = read_stamp(table)
+    assert stamped["rule_digest"] == rule_digest(given.params.made_from)
+    assert stamped["suite_digest"] == "suite"
+    assert {"config_digest", "openseespy_version", "git_commit"} <= set(stamped)
     table, log = tmp_path / "table.parquet", tmp_path / "rule.log"
     for message in ("17 rows left out", ""):
         with script_session(job(tmp_path, table)):

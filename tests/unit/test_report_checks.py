@@ -181,7 +181,7 @@ def test_a_mirror_image_is_found_in_the_suite_and_compared():
     minus = skewed(-40, ["m00", "m01_mirrored"])
     name = "rows that differ from their mirror image"
     assert failed(pd.concat([plus, minus])) == {}
-    # m00 is not mirrored in the suite, so that nothing is said of it
+    # m00 has no mirror image in the suite and is not compared
     other = minus.assign(unseating_m=[0.5, 0.102])
     assert failed(pd.concat([plus, other])) == {name: ("osb1_cf_skew40, m01, 1, 30",)}
     assert failed(pd.concat([plus, other.assign(incidence_deg=30.0)])) == {}

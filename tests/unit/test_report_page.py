@@ -111,7 +111,7 @@ def test_bridges_and_abutments_of_a_mixed_study_are_named(render):
     assert "pinned column bases" not in page
 
 
-def test_studies_without_exceedance_or_comparison_say_so(render):
+def test_a_missing_exceedance_or_comparison_is_stated(render):
     page, _ = render(synthetic_demands(skews=(0, 30), gaps=(25,)), states=BEYOND)
     assert "No limit state has an estimate" in page
     assert "no exceedance" in page
@@ -318,7 +318,7 @@ def repository(tmp_path_factory):
     return root, tables
 
 
-def test_readme_is_what_its_stored_tables_give():
+def test_the_readme_agrees_with_its_stored_tables():
     """If not: `make headline` on a finished study writes both."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     stored = headline.stored_tables(ROOT)

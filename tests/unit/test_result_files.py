@@ -173,15 +173,15 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     assert path.read_text() == "before"
 
 
-@pytest.mark.parametrize("said", ["", "WARNING: a step failed"])
-def test_a_solver_without_messages_leaves_no_log(setup, tmp_path, monkeypatch, said):
+@pytest.mark.parametrize("message", ["", "WARNING: a step failed"])
+def test_a_solver_without_messages_leaves_no_log(setup, tmp_path, monkeypatch, message):
     def analysed(_task, log, _go_on):
-        log.write_text(said)
+        log.write_text(message)
         return no_result("ok", "")
 
     monkeypatch.setattr(batch, "analyse_task", analysed)
     batch.analysed_row(setup.tasks(SLUG)[0], "key", tmp_path / "logs")
-    assert [path.read_text() for path in (tmp_path / "logs").iterdir()] == [said] * bool(said)
+    assert [path.read_text() for path in (tmp_path / "logs").iterdir()] == [message] * bool(message)
 
 
 def test_rows_that_fail_in_different_cycles_are_not_compared() -> None:

@@ -41,7 +41,7 @@ def first_motion(folder: Path, **index: list[object]) -> SuiteMotion:
     return read_suite(folder / "suite.parquet")[0]
 
 
-def test_what_is_read_of_a_motion_is_in_the_key_and_its_names_and_measures_are_not(tmp_path):
+def test_the_key_covers_the_values_of_a_motion_but_not_its_names_and_measures(tmp_path):
     one, *others = (
         first_motion(tmp_path, dt_s=[dt_s], unit=[unit])
         for dt_s, unit in ((0.01, "g"), (0.02, "g"), (0.01, "m/s2"))
@@ -218,7 +218,7 @@ def test_the_joined_table_is_that_of_all_rows_at_once(tmp_path, ran, monkeypatch
 
 
 def test_every_journal_of_the_folder_counts(tmp_path: Path) -> None:
-    """What is done is done, by whatever job."""
+    """An analysis is finished, whichever job made it."""
     setup = setup_in(tmp_path)
     tasks = setup.tasks(SLUGS[0])
     for name, task in zip((SLUGS[0], "pilot", "sensitivity"), tasks, strict=True):

@@ -392,5 +392,5 @@ def test_a_capacity_outside_the_range_ends_the_search_at_the_limit(engine, capac
         ({"status": "crash", "column_drift_ratio": float("nan")}, True),
     ],
 )
-def test_the_search_goes_down_where_an_analysis_cannot_be_believed(row, exceeds):
+def test_the_search_goes_down_after_an_analysis_without_a_usable_result(row, exceeds):
     assert SEARCH.exceeds(row) is exceeds

@@ -1,4 +1,4 @@
-"""The energy balance closes, and tells apart what the model and what the integrator dissipates."""
+"""The energy balance closes and separates the dissipation of model and integrator."""
 
 from math import isnan
 
@@ -35,7 +35,7 @@ def test_the_trapezoidal_rule_leaves_no_energy_unaccounted_for(abutment, dt_s):
     assert all(terms[name] > 0.0 for name in ("input", "damping", "columns"))
 
 
-def test_elastic_columns_have_a_balance_too():
+def test_the_balance_closes_with_elastic_columns():
     terms = run(options=ModelOptions(elastic_columns=True)).energy_kj
     # 8e-6; without the work of the dead load's fixed-end moments it would be 4.7e-4
     assert abs(terms["residual"]) < 5e-5 * terms["largest_input"]
@@ -53,7 +53,7 @@ def test_elastic_columns_have_a_balance_too():
     ],
     ids=["hht", "newmark", "houbolt"],
 )
-def test_what_an_integrator_dissipates_is_told_apart(settings, least, most):
+def test_the_dissipation_of_an_integrator_is_a_term_of_its_own(settings, least, most):
     """The residual comes from other forces: that it is small proves the dissipation right."""
     found = run(**settings).demands
     assert abs(found["energy_residual_ratio"]) < 2e-3

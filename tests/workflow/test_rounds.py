@@ -25,17 +25,17 @@ def study(tmp_path_factory):
     configuration = ("--configfile", "config/smoke.yaml", "over.yaml")
     killed_after_one_analysis(tree, *configuration, "--", *TARGETS)
     done = run(tree, "--", *TARGETS, over=OVER)
-    (tree / "said.log").write_text(done.stdout + done.stderr)
+    (tree / "printed.log").write_text(done.stdout + done.stderr)
     return tree
 
 
 def test_every_round_has_a_plan_a_line_and_its_demands(study):
-    said = (study / "said.log").read_text()
+    printed = (study / "printed.log").read_text()
     found = plans(study)
     assert [plan["round"] for plan in found] == list(range(1, len(found) + 1))
     assert [plan["ended"] for plan in found[:-1]] == [None] * (len(found) - 1)
     assert found[-1]["ended"] in {"decided", "most"}
-    assert f"round {len(found)}: {found[-1]['decided']} of {len(found[-1]['cells'])}" in said
+    assert f"round {len(found)}: {found[-1]['decided']} of {len(found[-1]['cells'])}" in printed
     for plan in found[:-1]:
         changed = [name for name, (start, end) in plan["motions"].items() if end > start]
         folder = study / f"results/demands/round{plan['round']}"
@@ -65,7 +65,7 @@ def test_tables_have_the_verdicts_of_the_rounds(study):
     assert json.loads((study / "results/checks.json").read_text())["passed"]
 
 
-def test_more_time_lets_a_study_go_on(study):
+def test_more_time_resumes_a_study(study):
     """The last plan is replaced by one that ended for lack of time; a dry run deletes nothing."""
     last = study / f"results/rounds/round{len(plans(study))}.json"
     plan = json.loads(last.read_text()) | {"ended": "hours"}

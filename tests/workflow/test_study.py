@@ -51,22 +51,22 @@ def study(tmp_path_factory):
     second = run(tree, over="results: elsewhere", check=False)
     (tree / "second.log").write_text(second.stdout + second.stderr)
     smoke.write_text(smoke.read_text() + "# a note\n")
-    said, _ = resumed.communicate()
-    (tree / "resumed.log").write_text(said)
+    printed, _ = resumed.communicate()
+    (tree / "resumed.log").write_text(printed)
     if resumed.returncode != 0:
-        pytest.fail(said)
+        pytest.fail(printed)
     shutil.rmtree(tree / "elsewhere")
     return tree
 
 
 def test_a_second_run_in_the_tree_stops_and_an_edited_configuration_is_reported(study):
     """Whatever folder the second run writes to."""
-    said = (study / "second.log").read_text().strip().splitlines()
-    assert said[-1].startswith(f"another study is running in {study} (process ")
-    assert "Traceback" not in "".join(said)
-    said = (study / "resumed.log").read_text()
-    assert "config/smoke.yaml was edited while the study ran" in said
-    assert "config/config.yaml was edited" not in said
+    printed = (study / "second.log").read_text().strip().splitlines()
+    assert printed[-1].startswith(f"another study is running in {study} (process ")
+    assert "Traceback" not in "".join(printed)
+    printed = (study / "resumed.log").read_text()
+    assert "config/smoke.yaml was edited while the study ran" in printed
+    assert "config/config.yaml was edited" not in printed
 
 
 def test_a_killed_study_repeats_nothing_that_finished(study):
@@ -77,7 +77,7 @@ def test_a_killed_study_repeats_nothing_that_finished(study):
     assert planned_jobs(study) == set()
 
 
-def test_tables_and_report_are_complete_and_tell_where_they_come_from(study):
+def test_tables_and_report_are_complete_and_have_their_provenance(study):
     demands = pd.read_parquet(study / "results/demands.parquet")
     assert len(demands) == 6
     assert demands["status"].isin(["ok", "collapse"]).all()
@@ -142,7 +142,7 @@ def copy(study, tmp_path_factory):
 def jobs_after(tree, edits):
     """Jobs planned after texts in files are replaced; the files are as before afterwards.
 
-    The target itself is left out. An empty text stands for the end of the file.
+    The target itself is left out. An empty text means the end of the file.
     """
     before = {name: (tree / name).read_text() for name in edits}
     try:
@@ -182,7 +182,7 @@ EDITS = {
 
 
 @pytest.mark.parametrize("edit", EDITS)
-def test_an_edit_reruns_what_depends_on_it(copy, edit):
+def test_an_edit_reruns_the_rules_that_depend_on_it(copy, edit):
     edits, jobs = EDITS[edit]
     assert jobs_after(copy, edits) == jobs
 

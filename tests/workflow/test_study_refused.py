@@ -139,8 +139,8 @@ def test_a_faulty_motion_stops_the_study_before_any_analysis(tree, tmp_path):
 
 def test_the_workflow_passes_the_linter_but_for_environments(tree):
     """One environment for all rules is the project's choice: made by `make setup`, locked."""
-    said = run(tree, "--lint", check=False)
-    findings = re.findall(r"^    \* (.*)$", said.stdout + said.stderr, re.MULTILINE)
+    lint = run(tree, "--lint", check=False)
+    findings = re.findall(r"^    \* (.*)$", lint.stdout + lint.stderr, re.MULTILINE)
     allowed = "Specify a conda environment or container for each rule"
     assert [finding for finding in findings if allowed not in finding] == []
 
