@@ -98,7 +98,7 @@ class AnalysisSettings:
     reuse_tangent: bool = Field(
         default=True,
         strict=True,
-        description="far from contact, reuse the tangent of an earlier step and accept 0.1 J",
+        description="far from contact: earlier tangent, convergence at 0.1 J",
     )
     max_iterations: Whole = Field(
         default=15, ge=2, le=1000, description="iterations of one attempt at one step"
