@@ -174,6 +174,7 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
     keys = (*BRIDGE_COLUMNS, "axis", "scope", "quantity")
     family = [*(table[name].astype(str) for name in keys), headline]
     tail = 1.0 - table["level"].to_numpy(dtype=np.float64)
+    refused = "status" in table and (table["status"] == NO_CURVE).to_numpy()
     p_values = _p_values(table, value, low, high, below, above)
     outside, inside, direction = (
         p.groupby(family, group_keys=False).transform(_holm).to_numpy() <= tail * share
@@ -181,7 +182,7 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
     )
     claims = [outside & (value < 0.0), outside & (value > 0.0), inside & possible, direction]
     return table.assign(
-        status=table["status"].where(np.isnan(low), OK).fillna(NOT_ESTIMABLE),
+        status=np.where(np.isnan(low), np.where(refused, NO_CURVE, NOT_ESTIMABLE), OK),
         verdict=verdicts_of(low, below, zero, above, high, possible=possible),
         direction=np.select([high < 0.0, low > 0.0], [-1, 1], default=0),
         verdict_family=np.select(claims, _IN_ORDER, default=UNDECIDED),
