@@ -15,10 +15,10 @@ def load(folder: str | Path = "results") -> Any:
         folder: Folder of the study.
 
     Returns:
-        `skewbridge.fragility.study_tables.Results`.
+        `skewbridge.study.results.Results`.
 
     Raises:
         InputError: There is no study in the folder, or a table is damaged.
     """
     # By name: what this module imports counts as the sources of every analysis.
-    return import_module(".fragility.study_tables", __name__).load_results(Path(folder))
+    return import_module(".study.results", __name__).load_results(Path(folder))

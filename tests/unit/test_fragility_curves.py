@@ -29,13 +29,9 @@ from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import LimitState, demand_unit, limit_states_of
 from skewbridge.fragility.measures import rank_measures
 from skewbridge.fragility.outcomes import demand_outcomes
-from skewbridge.fragility.study_tables import (
-    DESCRIPTIONS,
-    fragility_tables,
-    shear_model_medians,
-    write_described,
-)
+from skewbridge.fragility.study_tables import DESCRIPTIONS, fragility_tables, write_described
 from skewbridge.fragility.system import system_curves
+from skewbridge.study.results import shear_model_medians
 from skewbridge.variant import axes
 
 ONE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}

@@ -50,7 +50,7 @@ def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answ
     Example: skewbridge fit demands.csv --method cloud --im im_pga --edp drift --threshold 0.02
     """
     from skewbridge.fragility.fit_data import FitOptions, fit_file
-    from skewbridge.fragility.study_tables import paper_rows
+    from skewbridge.study.results import paper_rows
 
     if paper_table:
         table = paper_rows(data, limit_states, given["im"])
@@ -111,7 +111,7 @@ def statistics(demands: Path, out: Path, **given: Any) -> Answer:
 
     Example: skewbridge statistics demands.csv --out my_statistics
     """
-    from skewbridge.fragility.study_tables import statistics_of
+    from skewbridge.study.results import statistics_of
 
     report = statistics_of(demands, out, **given)
     for name in report["left_out"]:

@@ -20,17 +20,11 @@ from skewbridge.demands.columns import column_of, demands_for
 from skewbridge.demands.completeness import BEYOND_MODEL, is_beyond_model, is_complete
 from skewbridge.demands.demand_columns import Difference
 from skewbridge.errors import InputError
-from skewbridge.fragility import demand_table, verdicts
+from skewbridge.fragility import demand_table, motion_means, verdicts
 from skewbridge.fragility.columns import Floats, Index, Mask, Row
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import LimitState, States
-from skewbridge.fragility.motion_means import (
-    MIN_BEYOND,
-    Jackknifed,
-    average,
-    by_motion,
-    motions_beyond,
-)
+from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
 from skewbridge.fragility.outcomes import demand_outcomes, end_counts, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.verdicts import described_as_effects, effect_columns
@@ -437,12 +431,10 @@ class _Medians:
         self._has[variant.ravel(), self._motion] = True
         self._known: dict[tuple[int, int], _OfVariant] = {}
         self._names = part["variant"].to_numpy(dtype=str)[first]
-        self._curves: dict[Any, list[Any]] | None = None
-        if curves is not None:
-            self._curves = {
-                key: [rows["preferred"].any(), *rows[list(_BOUNDS)].iloc[0]]
-                for key, rows in curves.groupby(["variant", "limit_state"])
-            }
+        groups = () if curves is None else curves.groupby(["variant", "limit_state"])
+        self._curves = {
+            key: (rows["preferred"].any(), *rows[list(_BOUNDS)].iloc[0]) for key, rows in groups
+        }
 
     def cells(self, axis: str) -> dict[tuple[float, float], list[tuple[int, int]]]:
         """Return the pairs of variants (from, to) that differ in one axis only, by their values."""
@@ -488,7 +480,7 @@ class _Medians:
 
     def _of_curves(self, pair: tuple[int, int], state: LimitState) -> dict[str, float]:
         """Return how many of both medians no curve states, and bounds of their ratio."""
-        if self._curves is None:
+        if not self._curves:
             return dict.fromkeys(("n_without_curve", *_MEANS[1:]), nan)
         first, other = (self._curves[self._names[v], state.name] for v in pair)
         bounds = (above / below for below, above in zip(first[1:], other[1:], strict=True))
@@ -518,13 +510,11 @@ class _Medians:
                 "n_left_out": int(np.sum(~used)),
                 **end_counts(self._part.iloc[self._rows[variant]]),
             }
-            beyond = [motions_beyond(median, ln_im, codes) for median in ln_theta[:, 0].tolist()]
-            self._known[key] = _OfVariant(
-                ln_theta,
-                counts,
-                [outcomes.counts(state) for state in self._states],
-                [number < MIN_BEYOND for number in beyond],
-            )
+            medians = ln_theta[:, 0].tolist()
+            beyond = [motion_means.motions_beyond(median, ln_im, codes) for median in medians]
+            extrapolated = [number < motion_means.MIN_BEYOND for number in beyond]
+            known = [outcomes.counts(state) for state in self._states]
+            self._known[key] = _OfVariant(ln_theta, counts, known, extrapolated)
         return self._known[key]
 
 

@@ -139,9 +139,8 @@ def demand_outcomes(table: pd.DataFrame, states: States, im: str | None = None) 
     data = [each for each in (outcomes, *modes) if each.status(state) == FITTED]
     ln_im, one = np.log(table[im].to_numpy(dtype=np.float64)), np.ones((1, len(table)))
     medians = [each.lines(ln_im, one).ln_theta(state.threshold)[0] for each in data]
-    if not np.any(np.isfinite(medians)):
-        return outcomes
-    weakest = data[int(np.nanargmin(medians))]
+    order = np.argsort(medians, kind="stable")  # NaN last
+    weakest = data[order[0]] if data else outcomes
     return outcomes if weakest is outcomes else replace(outcomes, governing=weakest)
 
 

@@ -1,29 +1,24 @@
-"""All tables of results/fragility: made from a demands table, described, written, read.
+"""All tables of results/fragility: made from a demands table, described, written.
 
 Suites of motions are analysed one by one as well. The motions of two suites are different events,
 so the error of a difference is the root of the sum of the squared errors; its interval is that of
 Welch (1947), Biometrika 34, 28-35.
 """
 
-import re
-import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
-from joblib import cpu_count
 from scipy import special
 
-from skewbridge.demands.columns import SUITE, demands_for, unit_of
-from skewbridge.demands.completeness import BEYOND_MODEL, with_derived_columns
-from skewbridge.errors import InputError
+from skewbridge.demands.columns import SUITE, demands_for
+from skewbridge.demands.completeness import with_derived_columns
 from skewbridge.files.digests import provenance
-from skewbridge.files.tables import frame_of, read_table, records_of, texts_of, write_frame
-from skewbridge.files.text import writable_folder, write_text
+from skewbridge.files.tables import records_of, write_frame
+from skewbridge.files.text import write_text
 from skewbridge.fragility import demand_table, paper_table, verdicts
 from skewbridge.fragility.columns import Row
 from skewbridge.fragility.curves import CURVE_COLUMNS, described_as_curves, fit_study
@@ -31,18 +26,14 @@ from skewbridge.fragility.effects import INTENSITY_COLUMNS, effect_tables, media
 from skewbridge.fragility.joint import JOINT_COLUMNS, joint_table
 from skewbridge.fragility.limit_states import (
     COLUMN_FAILURE,
-    SHEAR_MODEL_DISPERSION,
-    LimitState,
     States,
-    load_limit_states,
     with_column_failure,
 )
 from skewbridge.fragility.measures import MEASURE_COLUMNS, measure_table
 from skewbridge.fragility.sequential import at_looks, kept, runs_per_motion
-from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import SYSTEM_COLUMNS, system_curves
 from skewbridge.variant.axes import AXES, axes_of
-from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.random_properties import RANDOM_PROPERTIES, drawn_properties
 
 PAPER_TABLE: Final = "table"
@@ -75,10 +66,6 @@ SUITE_CURVE_COLUMNS: Final = (
     *("variant", "bridge", "abutment", "component", "limit_state", SUITE),
     *("method", "theta", "theta_low", "theta_high", "beta", "level", "n_records", "status"),
 )
-#: Provenance that all tables of one study share.
-_STUDY_KEYS: Final = ("config_digest", "suite_digest", "git_commit", "skewbridge_version")
-#: Columns of a table of fits that are values of its intensity measure.
-_MEDIAN: Final = re.compile(r"theta(_(?!bound_beta)\w+)?")
 
 DESCRIPTIONS: Final[dict[str, Mapping[str, str]]] = {
     "curves": CURVE_COLUMNS,
@@ -230,23 +217,6 @@ def valid_tables(
     return {**tables, **valid, "needed_motions": needed, PAPER_TABLE: paper}
 
 
-def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS) -> pd.DataFrame:
-    """Return the curves of shear failure of a column under each shear model, states by model.
-
-    The demands over capacity are peaks over the same whole histories, so no model censors another.
-    Variants whose columns no model lets fail are left out, as are tables without these demands.
-    """
-    shared: dict[str, Any] = {"component": "column_shear", "threshold": 1.0, "collapse": "peak"}
-    shared["dispersion"] = SHEAR_MODEL_DISPERSION
-    named = {name: demand for name, demand in SHEAR_MODEL_DEMANDS.items() if demand in demands}
-    states = [LimitState(name=name, demand=demand, **shared) for name, demand in named.items()]
-    fails = (demands[list(named.values())] >= 1.0).any(axis=1)
-    rows = demands[demands["variant"].isin(demands.loc[fails, "variant"])]
-    if rows.empty:
-        return pd.DataFrame(columns=[*CURVE_COLUMNS])
-    return paper_table.chosen_curves(fit_study(rows.assign(**{BEYOND_MODEL: ""}), states, settings))
-
-
 def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
     """Return the intensity of the effects by model: mean median of the first `REFERENCE_STATES`.
 
@@ -280,119 +250,3 @@ def write_tables(tables: Mapping[str, pd.DataFrame], folder: Path) -> None:
             write_text(folder / f"{name}.tex", paper_table.latex_table(frame))
         else:
             write_described(frame, folder / f"{name}.parquet", DESCRIPTIONS.get(name, {}))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Results:
-    """Tables of a finished study.
-
-    Every frame has ``attrs["units"]``, units by column without ratios and texts, and
-    ``attrs["provenance"]``, texts by name. Medians have the unit of their intensity measure.
-    """
-
-    folder: Path
-    demands: pd.DataFrame  # a row per analysis
-    fragility: dict[str, pd.DataFrame]  # by name: curves, effects, intensity_effects, joint ...
-
-
-def load_results(folder: Path) -> Results:
-    """Read the demands of a study and all tables of its fits.
-
-    Warns (`UserWarning`) when tables have different configurations, motions, commits or versions.
-    An `InputError` names a folder without demands, or a table damaged or of another version.
-    """
-    demands = _frame(demands_file(folder))
-    fits = {file.stem: _frame(file) for file in sorted(folder.glob("fragility/*.parquet"))}
-    mixed: list[str] = []
-    for key in _STUDY_KEYS:
-        tables: dict[str, list[str]] = {}
-        for name, table in {"demands": demands, **fits}.items():
-            tables.setdefault(table.attrs["provenance"].get(key, "unknown"), []).append(name)
-        shown = (f"{value[:12]} ({', '.join(names)})" for value, names in tables.items())
-        mixed += [f"{key} {', '.join(shown)}"] if len(tables) > 1 else []
-    if mixed:
-        warnings.warn(
-            f"{folder}: tables of different versions or inputs: {'; '.join(mixed)}", stacklevel=3
-        )
-    return Results(folder=folder, demands=demands, fragility=fits)
-
-
-def demands_file(folder: Path) -> Path:
-    """Return the demands of a study; an `InputError` if the folder has none."""
-    path = folder / "demands.parquet"
-    if path.is_file():
-        return path
-    raise InputError(f"{folder} has no demands.parquet: give the folder of a study that has run")
-
-
-def _frame(path: Path) -> pd.DataFrame:
-    table = read_table(path)
-    schema, frame = table.schema, frame_of(table)
-    written = {name: (schema.field(name).metadata or {}).get(b"unit", b"") for name in schema.names}
-    units = {name: unit.decode() or unit_of(name) for name, unit in written.items()}
-    measures = {unit_of(str(name)) for name in frame["im"].dropna()} if "im" in frame else set()
-    if len(measures) == 1:
-        units |= dict.fromkeys(filter(_MEDIAN.fullmatch, units), measures.pop())
-    frame.attrs["units"] = {name: unit for name, unit in units.items() if unit}
-    frame.attrs["provenance"] = texts_of(schema)
-    return frame
-
-
-def _tables_of(
-    demands: Path, limit_states: Path, im: str | None, **margins: float
-) -> tuple[dict[str, pd.DataFrame], str, list[str]]:
-    """Return the tables, the intensity measure and the limit states whose demand is missing."""
-    states = load_limit_states(limit_states)
-    names = list(dict.fromkeys(state.demand for state in states))
-    table = demand_table.read_demands(demands, im, names)
-    usable = [state for state in states if state.demand in table]
-    if not usable:
-        text = f"{demands.name} has none of the demands of the limit states: {', '.join(names)}"
-        raise InputError(text)
-    measures = list(map(str, table.filter(regex="^im_")))
-    chosen = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
-    if im is None and chosen not in measures:
-        raise InputError(f"choose --im: one of {', '.join(measures)}", column="im")
-    if chosen not in table:
-        raise InputError(f"no column {chosen!r}; intensities: {', '.join(measures)}", column=chosen)
-    settings = replace(DEFAULTS, im=chosen, **margins)
-    left_out = [f"{state.key} ({state.demand})" for state in states if state not in usable]
-    return fragility_tables(table, usable, settings, jobs=cpu_count()), chosen, left_out
-
-
-def statistics_of(
-    demands: Path,
-    out: Path,
-    *,
-    limit_states: Path,
-    im: str | None = None,
-    margin: float | None = None,
-) -> dict[str, Any]:
-    """Write every table of results/fragility from a table of demands, and return their summary.
-
-    Limit states whose demand the table lacks are ``left_out``. An `InputError` names the row and
-    column of an unusable value.
-    """
-    if margin is not None and not 0.0 < margin < 1.0:
-        raise InputError(f"margin must be within 0..1, got {margin:g}", column="margin")
-    margins = {} if margin is None else {"margin": margin, "median_margin": margin}
-    tables, measure, left_out = _tables_of(demands, limit_states, im, **margins)
-    write_tables(tables, writable_folder(out))
-    notes = tables["input_notes"]
-    return {
-        "tables": {name: len(rows) for name, rows in tables.items()},
-        "status": tables["curves"]["status"].value_counts().to_dict(),
-        "verdict": tables["effects"]["verdict_family"].value_counts().to_dict(),
-        "left_out": left_out,
-        "rejected_rows": int((notes["kind"] == "rejected_row").sum()),
-        "notes": notes["message"].tolist(),
-        **{"im": measure, "out": str(out)},
-    }
-
-
-def paper_rows(demands: Path, limit_states: Path, im: str | None = None) -> dict[str, Any]:
-    """Return the table for publication as ``rows`` of numbers and as ``shown``, with a title."""
-    tables, measure, _ = _tables_of(demands, limit_states, im)
-    rows = tables[PAPER_TABLE]
-    title = f"medians in {measure}"
-    return {"rows": records_of(rows), "shown": paper_table.printed_rows(rows), "title": title}

@@ -23,11 +23,11 @@ from skewbridge.errors import InputError, SolutionError
 from skewbridge.files.digests import licence_of
 from skewbridge.files.tables import read_frame, read_stamp
 from skewbridge.files.text import read_bytes, writable_file, written_aside
-from skewbridge.fragility.study_tables import load_results
 from skewbridge.report.methods import methods_of
 from skewbridge.study.config import StudyConfig, load_config
 from skewbridge.study.folder import StudyFolder, starter_files
 from skewbridge.study.products import origin_of
+from skewbridge.study.results import load_results
 
 #: Patterns of the archived files in the folder of a study, with what they are.
 TAKEN: Final = {

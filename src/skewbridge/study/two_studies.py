@@ -27,8 +27,8 @@ from skewbridge.fragility.effects import (
 )
 from skewbridge.fragility.limit_states import LimitState, load_limit_states, with_column_failure
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.study_tables import demands_file
 from skewbridge.study.folder import StudyFolder
+from skewbridge.study.results import demands_file
 
 #: In place of an axis in the tables of a comparison: 0 is the first study, 1 the second.
 STUDY: Final = "study"

@@ -31,7 +31,6 @@ from skewbridge.fragility.paper_table import (
     with_interval,
 )
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.fragility.study_tables import shear_model_medians
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, MORE, OK, RATIO
 from skewbridge.report import answer
 from skewbridge.report.answer import change_name, effect_name, listed, model_name
@@ -64,6 +63,7 @@ from skewbridge.report.verdict_style import (
 )
 from skewbridge.statuses import STATUSES
 from skewbridge.study.config import StudyConfig, parse_config
+from skewbridge.study.results import shear_model_medians
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of, axis
 
