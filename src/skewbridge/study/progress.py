@@ -32,6 +32,13 @@ TYPICAL_MOTION_S: Final = 25.0  # of the embedded suite
 CORES: Final = 2  # workers of a study
 DISK_KB_PER_ANALYSIS: Final = 6.0  # journal line, parquet row and solver log
 PROFILES: Final = Path("workflow/profiles")
+# Other work of a study, as seconds of motion whose analysis takes as long: the measured rate of the
+# analyses then forecasts all of it, on a slow or busy machine too.
+# source: default study of 24 variants and one of 4, two processors
+JOB_START_MOTION_S: Final = 40.0  # start of a job
+TAIL_MOTION_S: Final = 345.0  # tables, friction pair and page
+TAIL_MOTION_S_PER_VARIANT: Final = 70.0  # fits and figures; up to two processors share them
+CHECK_MOTION_S: Final = 55.0  # numerical check of a second of a row
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -166,6 +173,23 @@ def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast
         }
     by_variant = {slug: len(of_variant) for slug, of_variant in keys.items()}
     return Forecast(summary=summary, analyses_by_variant=by_variant, notes=notes)
+
+
+def other_work_s(study: StudyConfig, per_s: float, cores: float) -> float:
+    """Return the time that a study needs besides the analyses of its variants.
+
+    It is that of the numerical checks that are not in their journal, and of fits, figures and page.
+    `per_s` is the wall time of an analysis per second of its motion.
+    """
+    folder, variants = StudyFolder(Path(study.results)), len(expand_grid(study.grid))
+    tail_s = TAIL_MOTION_S + TAIL_MOTION_S_PER_VARIANT * variants / min(cores, 2.0)
+    checks_s = 0.0
+    if not folder.sensitivity.is_file():
+        checked_s = study.sensitivity.rows * (study.sensitivity.window_s or TYPICAL_MOTION_S)
+        done = read_content([folder.journal("sensitivity")]).rows.values()
+        spent_s = sum(row["wall_s"] for row in done if row["wall_s"] == row["wall_s"])
+        checks_s = max(CHECK_MOTION_S * checked_s * per_s - spent_s, 0.0)
+    return tail_s * per_s + checks_s / cores
 
 
 def analysis_keys(config: StudyConfig) -> Mapping[str, Sequence[str]]:

@@ -45,7 +45,7 @@ from skewbridge.fragility.verdicts import DECIDED, motions_to_decide
 from skewbridge.study.analyses import PROGRESS_LOG, StudySetup
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.progress import CPU_S_PER_MOTION_S, TYPICAL_MOTION_S
+from skewbridge.study.progress import CPU_S_PER_MOTION_S, JOB_START_MOTION_S, other_work_s
 from skewbridge.study.rounds import ALL_DECIDED, CLOCK, OUT_OF_REACH, OUT_OF_TIME, round_line
 from skewbridge.variant.grid import expand_grid
 
@@ -53,13 +53,8 @@ progress_logger = logging.getLogger(PROGRESS_LOG)
 
 # ASSUME a cell is worth its analyses if it has this chance to be decided
 LEAST_CHANCE: Final = 0.2
-# ASSUME fits, figures and page take so long after the last analysis, on a processor of their own
-TAIL_S: Final = 60.0
-TAIL_S_PER_VARIANT: Final = 5.0
-# ASSUME a job of a round takes so long to start
-START_S: Final = 5.0
-# ASSUME a second of a row of the sensitivity costs as much as so many of an analysis (measured: 57)
-SENSITIVITY_COST: Final = 57.0
+# ASSUME analyses take at most ten times as long as forecast before any is measured
+TRIED: Final = 0.1
 
 
 def headline_effects(
@@ -188,6 +183,7 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     decided, most or hours; null where the study continues). Rounds are numbered from 1; `earlier`
     has the demands of all earlier ones.
     """
+    entered_s = time.monotonic()
     design, folder = study.design, StudyFolder(Path(study.results))
     setup = StudySetup.of(study)
     plans = [read_json(folder.round(n)) for n in range(1, number)]
@@ -195,30 +191,31 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     motions = {slug: plans[-1]["motions"][slug][1] if plans else 0 for slug in slugs}
     per_motion = len(setup.tasks(slugs[0])) / len(setup.motion_ids)
     demands = pd.concat(map(read_frame, earlier), ignore_index=True) if earlier else pd.DataFrame()
-    began_s, cores = map(float, os.environ.get(CLOCK, f"{time.time()} 1").split())
-    tail_s = TAIL_S + TAIL_S_PER_VARIANT * len(slugs)
     if earlier:
         mean_s = demands.groupby("variant")["wall_s"].mean()
         per_s = float(demands["wall_s"].sum() / demands["duration_s"].sum())
-        tail_s *= max(float(demands["wall_s"].sum() / demands["cpu_s"].sum()), 1.0)
     else:
         per_s = CPU_S_PER_MOTION_S
         lasting_s = float(np.mean([task.analysed_s for task in setup.tasks(slugs[0])]))
         mean_s = pd.Series(per_s * lasting_s, index=slugs)
-    left_s = began_s + 3600.0 * design.hours - time.time() - tail_s - START_S * len(slugs) / cores
-    if not folder.sensitivity.is_file():  # still to come, or at the same time as the rounds
-        checked_s = study.sensitivity.rows * (study.sensitivity.window_s or TYPICAL_MOTION_S)
-        left_s -= SENSITIVITY_COST * per_s * checked_s / cores
+    began_s, cores = map(float, os.environ.get(CLOCK, f"{time.time()} 1").split())
     own_s = {slug: float(mean_s[slug]) for slug in slugs}
     cost_s = {slug: own_s[slug] * per_motion / cores for slug in slugs}
-    cells, ended = pd.DataFrame(), None
-    if min(motions.values()) < design.first:
-        after = first_motions(motions, cost_s, design.first, left_s if earlier else left_s / 2)
+    cells, wanted, ended = pd.DataFrame(), [], None
+    is_first = min(motions.values()) < design.first
+    if not is_first:
+        cells, wanted = _looked_at(study, demands, plans, motions, own_s)
+    # the next plan takes as long as this one did
+    planning_s = time.monotonic() - entered_s
+    starts_s = JOB_START_MOTION_S * per_s * (1.0 + len(slugs) / cores)
+    left_s = began_s + 3600.0 * design.hours - time.time() - planning_s - starts_s
+    left_s -= other_work_s(study, per_s, cores)
+    if is_first:
+        after = first_motions(motions, cost_s, design.first, left_s if earlier else TRIED * left_s)
         if not earlier:  # a study has at least one motion
             after = {slug: max(n, 1) for slug, n in after.items()}
         ended = OUT_OF_TIME if after == motions else None
     else:
-        cells, wanted = _looked_at(study, demands, plans, motions, own_s)
         after = next_motions(wanted, motions, cost_s, design.looks, left_s)
         if after == motions:
             is_open = ~cells["verdict"].isin(DECIDED)
