@@ -190,6 +190,8 @@ class EnergyBalance:
             0.5 * float(np.dot(mass, np.square(ops.nodeVel(node))))
             for node, mass in self._masses.items()
         )
+        # the dead load of deck and caps is held at nodes, with fixed-end moments that work on their
+        # rotations
         gravity, moments_nm = 0.0, self._model.dead_moments_nm
         for node, load_n in self._model.dead_loads_n.items():
             moved = ops.nodeDisp(node)

@@ -4,8 +4,8 @@ Signs: `opening_m` is positive while the pair is apart, `normal_n` is positive i
 the tangential force has the sign of the slip (it is the force of the spring; the moving body feels
 its negative). All values are plain floats, because these functions run in the inner loop of the
 response histories. Two values are those along the two directions of the contact plane (the second
-is zero in plane models). `ContactUnit` takes the yields from here and
-repeats the other formulas for speed.
+is zero in plane models). `ContactUnit` takes the yields from here and repeats the other formulas
+for speed.
 
 References:
     Rahman and Mackie (2023), Finite Elements in Analysis and Design 218 (parameter updates);
