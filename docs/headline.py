@@ -27,10 +27,11 @@ from skewbridge.report.answer import (
     change_name,
     effect_name,
     failure_sentences,
+    limit_notes,
     motions_sentence,
     run_counts,
     short_names,
-    with_seats,
+    with_limits,
 )
 from skewbridge.report.axis_layout import STYLE, VARIANT_COLOURS
 from skewbridge.report.verdict_style import change_text, interval_text
@@ -78,7 +79,7 @@ def headline_text(table: pd.DataFrame, runs: pd.DataFrame, motions: pd.DataFrame
             f"- {failures} {bounds}",
             "",
             f"Brackets: {level:g} % intervals, averages over all other axes. "
-            f"{motions_sentence(motions, table)}",
+            f"{motions_sentence(motions, table)} {' '.join(limit_notes(table).values())}".rstrip(),
         ]
     )
 
@@ -170,7 +171,8 @@ def write_headline(results: Path, root: Path = ROOT) -> None:
         raise InputError("the study has no pooled effect on a median capacity of the headline")
     suite = read_frame(folder.suite)
     suite = suite[[name for name in _MOTION_COLUMNS if name in suite]]
-    tables = {EFFECTS: with_seats(table, demands), RUNS: run_counts(demands), MOTIONS: suite}
+    table = with_limits(table, demands, str(curves["im"].iloc[0]))
+    tables = {EFFECTS: table, RUNS: run_counts(demands), MOTIONS: suite}
     for path, frame in tables.items():
         (root / path).parent.mkdir(parents=True, exist_ok=True)
         write_text(root / path, frame.to_csv(index=False, float_format="%.6g"))

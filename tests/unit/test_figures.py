@@ -125,6 +125,43 @@ def test_states_and_panels_without_a_curve_give_the_reason(demands, tables):
     curves.loc[lost, "status"] = "bounds_too_wide"
     figure = fragility_curves(curves, demands, medians, "column_drift")
     assert any("4 of 4 without a curve: bounds too wide" in text for text in texts(figure))
+    # the ratios next to them still use the cloud fits of these variants
+    assert not any("some medians" in text for text in texts(figure))
+    own = (medians["scope"] == "pooled") & (medians["demand"] == "column_drift/slight")
+    medians = medians.copy()
+    medians.loc[own, ["n_without_curve", "n_extrapolated"]] = [2, 1]
+    assert "some medians: no curve, extrapolated" in texts(figure_of(curves, demands, medians))
+
+
+def figure_of(curves, demands, medians):
+    return fragility_curves(curves, demands, medians, "column_drift")
+
+
+def test_curves_of_exceedance_fits_have_crosses_and_a_legend(demands, tables):
+    curves, medians = tables[0].copy(), tables[2]
+    assert not lines_of(figure_of(curves, demands, medians), "x")
+    state = (curves["component"] == "column_drift") & (curves["limit_state"] == "slight")
+    state &= curves["skew_deg"] == 30
+    fitted = state & (curves["method"] == "exceedance") & (curves["status"] == "ok")
+    assert fitted.any()
+    names = curves.loc[fitted, "variant"]
+    curves.loc[state & curves["variant"].isin(names), "preferred"] = False
+    curves.loc[fitted, "preferred"] = True
+    figure = figure_of(curves, demands, medians)
+    assert len(lines_of(figure, "x")) == fitted.sum()
+    assert "exceedance fit" in [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_a_change_without_an_estimate_in_some_pairs_states_their_number(demands, tables):
+    medians = tables[2].copy()
+    own = (medians["scope"] == "pooled") & (medians["demand"] == "column_drift/slight")
+    cells = medians.loc[own, "n_cells"]
+    medians.loc[own & (medians["axis"] == "friction"), "n_cells"] = 1
+    figure = figure_of(tables[0], demands, medians)
+    labels = [label.get_text() for axes in figure.axes for label in axes.get_yticklabels()]
+    assert [label for label in labels if "pairs" in label] == [
+        f"Friction 0 to 0.5\n1 of {cells.max()} pairs"
+    ]
 
 
 def test_curves_that_depend_on_the_method_are_marked(demands, tables):

@@ -20,7 +20,7 @@ from skewbridge.errors import InputError
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.study_tables import fragility_tables
-from skewbridge.report.answer import ANSWER_COLUMNS, change_name, title_of
+from skewbridge.report.answer import ANSWER_COLUMNS, change_name, limit_notes, title_of
 from skewbridge.report.html.sketch import bridge_words, sketch
 from skewbridge.report.methods import methods_of
 from skewbridge.report.study_figures import CURVES
@@ -215,6 +215,21 @@ def test_title_gives_the_most_severe_median_capacity_with_a_clear_direction():
         "and for unseating (slight) by 20 % (-24 to -16 %); friction changes no median capacity "
         "with certainty; the joint gap changes no median capacity by more than 5 %"
     )
+
+
+def test_title_and_notes_state_medians_that_leave_the_data():
+    limits = {"im_low": 1.7, "im_high": 2.1, "largest_im": 2.0, "n_cells": 4,
+              "n_without_curve": 0, "n_extrapolated": 8}  # fmt: skip
+    row = answer_row("friction", "column_failure/any", 1.08, "higher") | limits
+    assert "+13 %, extrapolated)" in title_of(pd.DataFrame([row]))
+    note = ("osb1, column failure: medians of 1.70 to 2.10 g are extrapolated; fewer than three "
+            "motions are that strong, the strongest has 2.00 g.")  # fmt: skip
+    assert [*limit_notes(pd.DataFrame([row])).values()] == [note]
+    row |= {"n_extrapolated": 3}
+    assert "+13 %, partly extrapolated)" in title_of(pd.DataFrame([row]))
+    row |= {"n_extrapolated": 0, "n_without_curve": 4}
+    assert "4 of 8 medians without a curve" in title_of(pd.DataFrame([row]))
+    assert limit_notes(pd.DataFrame([row | {"n_without_curve": 0}])) == {}
 
 
 def test_texts_of_a_user_are_shown_and_never_run(render, tmp_path, monkeypatch):

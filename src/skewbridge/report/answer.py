@@ -40,6 +40,7 @@ ANSWER_COLUMNS: Final = (
     *("bridge", "abutment", "axis", "from_value", "to_value", "quantity", "demand", "status"),
     *("ratio", "ci_low", "ci_high", "level", "margin", "claim", "im", "from_demand", "to_demand"),
     *("first_im", "last_im", "seat_m"),
+    *("im_low", "im_high", "n_cells", "n_without_curve", "n_extrapolated", "largest_im"),
 )
 NOT_REACHED: Final = "not_reached"
 _EFFECT: Final = ("bridge", "abutment", "axis", "from_value", "to_value", "demand")
@@ -170,7 +171,10 @@ def answer_table(
                 state_row = {"demand": state, "quantity": MEDIAN_CAPACITY, "status": status}
                 rows.append(named | state_row)
         rows += [_demand_row(row, lines.get((*place, row["demand"]))) for row in records_of(own)]
-    return pd.DataFrame(rows, columns=list(ANSWER_COLUMNS))
+    table = pd.DataFrame(rows, columns=list(ANSWER_COLUMNS))
+    for name in ("n_cells", "n_without_curve", "n_extrapolated"):
+        table[name] = pd.to_numeric(table[name], errors="coerce").astype(np.float64)
+    return table
 
 
 def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, Any]:
@@ -199,7 +203,54 @@ def _weaker(effect: Mapping[str, Any], point: "pd.Series[Any]") -> str:
     return DETECTABLE if pooled in directed and here in directed and same_sign else UNDECIDED
 
 
-def with_seats(table: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame:
+def with_limits(table: pd.DataFrame, demands: pd.DataFrame, im: str) -> pd.DataFrame:
+    """Return the answer with what limits its numbers.
+
+    These are the support length of each bridge, if its file can be read, and the largest intensity
+    of its runs (g).
+    """
+    largest = demands.groupby(list(BRIDGE_COLUMNS))[im].max().to_dict()
+    models = zip(*(table[name] for name in BRIDGE_COLUMNS), strict=True)
+    return _with_seats(table, demands).assign(largest_im=[largest[model] for model in models])
+
+
+def extent_of_data(row: Mapping[str, Any]) -> str:
+    """Return in a few words how far the medians of a ratio leave the data; empty if they do not."""
+    pairs, missing, outside = (row[n] for n in ("n_cells", "n_without_curve", "n_extrapolated"))
+    medians = 2 if pd.isna(pairs) else 2 * int(pairs)  # a row of one pair has no number of pairs
+    if pd.notna(outside) and outside > 0:
+        return "extrapolated" if outside == medians else "partly extrapolated"
+    if pd.notna(missing) and missing > 0:
+        return f"{missing:.0f} of {medians} medians without a curve"
+    return ""
+
+
+def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
+    """Return a sentence for each leading state of a bridge whose medians leave the data.
+
+    The keys are bridge, abutment model and state; the table is that of `with_limits`.
+    """
+    notes: dict[tuple[str, str, str], str] = {}
+    names = short_names(table) if len(table) else {}
+    rows = table[table["demand"].isin(LEADING_STATES) & (table["status"] == OK)]
+    for place, own in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
+        sums, start = own.sum(numeric_only=True), f"{names[place[:2]]}, {effect_name(place[2])}"
+        if sums["n_extrapolated"] > 0:
+            some = "" if sums["n_extrapolated"] == 2 * sums["n_cells"] else "some "
+            notes[place] = (
+                f"{start}: {some}medians of {own['im_low'].min():.2f} to "
+                f"{own['im_high'].max():.2f} g are extrapolated; fewer than three motions are that "
+                f"strong, the strongest has {own['largest_im'].iloc[0]:.2f} g."
+            )
+        elif sums["n_without_curve"] > 0:
+            notes[place] = (
+                f"{start}: some variants have no curve, because runs that ended early leave the "
+                "median too uncertain; the ratios still use their cloud fits."
+            )
+    return notes
+
+
+def _with_seats(table: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame:
     """Return the answer with the support length of each bridge, if its file can be read."""
     seats: dict[str, float] = {}
     for bridge, part in demands.groupby("bridge"):
@@ -288,8 +339,9 @@ def _title_claim(part: pd.DataFrame, names: Mapping[tuple[str, str], str]) -> st
         row = max(own, key=lambda each: abs(np.log(each["ratio"])))
         verb, size = "lowers" if row["ratio"] < 1.0 else "raises", change_text(row).lstrip("+-")
         model = f" of {names[row['bridge'], row['abutment']]}" if len(names) > 1 else ""
-        detail = ", size uncertain" if row["claim"] == DETECTABLE else ""
-        text = f"for {effect_name(state)} by {size} ({interval_text(row)}{detail})"
+        details = [interval_text(row), "size uncertain" if row["claim"] == DETECTABLE else ""]
+        details = ", ".join(filter(None, [*details, extent_of_data(row)]))
+        text = f"for {effect_name(state)} by {size} ({details})"
         claims.setdefault(f"{verb} the median capacity{model}", []).append(text)
     return " and ".join(
         f"{start} {' and '.join(dict.fromkeys(texts))}" for start, texts in claims.items()

@@ -10,10 +10,12 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from scipy import special
 
 from skewbridge.demands.completeness import is_complete, with_derived_columns
+from skewbridge.files.tables import records_of
 from skewbridge.fragility.columns import Floats
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.outcomes import demand_outcomes
@@ -25,7 +27,6 @@ from skewbridge.report.axis_layout import (
     in_words,
     line_of,
     plain_log_ticks,
-    plain_number,
     sampled_runs,
     shown_label,
     threshold_text,
@@ -38,6 +39,8 @@ _NOTE_LINE_PT: Final = 9.0  # for each line of a note between the two
 _NAME_ROOM: Final = 0.05  # part of the height of a panel that the name of a state takes
 _FAR_BELOW: Final = 300.0  # parts of the mildest state below which a demand is drawn at the bottom
 _UP: Final = 2  # matplotlib's marker of a tick upward
+_CROSSED: Final = (0.1, 0.3, 0.5, 0.7, 0.9)  # P at which the curve of an exceedance fit has crosses
+_GREY: Final = "#39434a"  # of legend entries that stand for lines of any colour
 
 
 def shown_curves(curves: pd.DataFrame) -> pd.DataFrame:
@@ -72,12 +75,13 @@ def fragility_curves(
     """Draw the preferred curves of a component, the runs behind them, and the ratios of medians.
 
     A row of panels per limit state with a curve or a bracketed median, a column as in
-    `VariantLayout`; the curves of `VariantLayout.banded` have bands. A bar at P = 0.5 spans the
-    intensities between which the median of separated outcomes lies. Ticks at the bottom are runs
-    that do not exceed, at the top runs that do; a run with an unknown outcome has none. An open
-    diamond is the median of the other method where the medians of cloud and exceedance differ.
-    States that no run reached are listed at the top. The last column has the paired ratios of the
-    medians, averaged over all variants, with their intervals.
+    `VariantLayout`; the curves of `VariantLayout.banded` have bands, those of exceedance fits
+    crosses. A bar at P = 0.5 spans the intensities between which the median of separated outcomes
+    lies. Ticks at the bottom are runs that do not exceed, at the top runs that do; a run with an
+    unknown outcome has none. An open diamond is the median of the other method where the medians of
+    cloud and exceedance differ. States that no run reached are listed at the top. The last column
+    has the paired ratios of the medians of the cloud fits, averaged over all variants, with their
+    intervals; a note above it names medians without a curve and extrapolated ones.
     The curves have a usable row of the component; the effects on medians may be empty.
     """
     rows = curves[curves["component"] == component]
@@ -111,8 +115,7 @@ def fragility_curves(
                 for axes, (_, part) in zip(row, columns, strict=True)
             ]
             for axes, lines, (title, _) in zip(row, notes, columns, strict=True):
-                axes.text(1.0, 1.02, "\n".join(lines), transform=axes.transAxes, ha="right",
-                          va="bottom", fontsize=7, color="#333333", linespacing=1.1)  # fmt: skip
+                _write_above(axes, "\n".join(lines))
                 if name == names[0]:
                     pad = _TITLE_PAD_PT + _NOTE_LINE_PT * max(map(len, notes))
                     axes.set_title(title, fontsize=9, pad=pad)
@@ -129,7 +132,7 @@ def fragility_curves(
         first.set_xscale("log")
         first.set_ylim(-0.06, 1.06)
         plain_log_ticks(first.xaxis)
-        _add_legend(figure, layout)
+        _add_legend(figure, [*layout.handles(), *_curve_handles(table)])
         bands = f"{100 * table['level'].iloc[0]:g} % bands"
         if layout.banded_text:
             bands += f" ({layout.banded_text})"
@@ -139,17 +142,37 @@ def fragility_curves(
 
 
 def pooled_ratios(medians: pd.DataFrame, component: str) -> pd.DataFrame:
-    """Return the pooled effects on the medians of a component that have an estimate."""
+    """Return the pooled effects on the medians of a component that have an estimate.
+
+    Added is ``all_cells``, the number of pairs of variants that the change has in the study.
+    """
     own = medians["demand"].astype(str).str.startswith(f"{component}/")
-    return medians[own & (medians["scope"] == "pooled") & (medians["status"] == OK)]
+    chosen = medians[own & (medians["scope"] == "pooled") & (medians["status"] == OK)]
+    if chosen.empty:
+        return chosen
+    # ASSUME some state has an estimate in every pair of variants
+    change = ["axis", "from_value", "to_value"]
+    all_cells = medians.groupby(change)["n_cells"].max().rename("all_cells")
+    return chosen.merge(all_cells.reset_index(), on=change)
+
+
+def median_notes(ratios: pd.DataFrame) -> list[str]:
+    """Return what limits some medians of the ratios of `pooled_ratios`; empty if nothing does."""
+    notes = {"n_without_curve": "no curve", "n_extrapolated": "extrapolated"}
+    return [text for name, text in notes.items() if (ratios[name].fillna(0) > 0).any()]
 
 
 def _ratio_panel(axes: Axes, rows: pd.DataFrame, *, with_title: bool) -> None:
-    """Draw the ratio of medians of each change of an axis as a point with its interval."""
-    changes = [
-        change_name(str(item.axis), float(str(item.from_value)), float(str(item.to_value)))
-        for item in rows.itertuples()
-    ]
+    """Draw the ratio of medians of each change of an axis as a point with its interval.
+
+    The rows have ``all_cells``, the number of pairs of variants that the change has in the study.
+    """
+    changes: list[str] = []
+    for item in records_of(rows):
+        change = change_name(item["axis"], item["from_value"], item["to_value"])
+        if item["n_cells"] < item["all_cells"]:
+            change += f"\n{item['n_cells']} of {item['all_cells']} pairs"
+        changes.append(change)
     margin = float(rows["margin"].iloc[0])
     axes.axvspan(1.0 - margin, 1.0 + margin, color="#e9edf0", zorder=0)
     axes.axvline(1.0, color="#6b7378", linewidth=0.8)
@@ -163,8 +186,32 @@ def _ratio_panel(axes: Axes, rows: pd.DataFrame, *, with_title: bool) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(4))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.grid(visible=False, axis="y")
+    notes = median_notes(rows)
+    _write_above(axes, f"some medians: {', '.join(notes)}" if notes else "")
     if with_title:
-        axes.set_title(f"Ratio of medians, {100 * rows['level'].iloc[0]:g} % interval", fontsize=9)
+        title = f"Ratio of medians, {100 * rows['level'].iloc[0]:g} % interval"
+        axes.set_title(title, fontsize=9, pad=_TITLE_PAD_PT + _NOTE_LINE_PT * bool(notes))
+
+
+def _write_above(axes: Axes, note: str) -> None:
+    """Write a note of one or more lines at the right above a panel."""
+    axes.text(1.0, 1.02, note, transform=axes.transAxes, ha="right", va="bottom", fontsize=7,
+              color="#333333", linespacing=1.1)  # fmt: skip
+
+
+def _curve_handles(table: pd.DataFrame) -> list[Line2D]:
+    """Return the entries of the legend for marks that the drawn fits of a component have."""
+    drawn = table[table["preferred"]]
+    handles: list[Line2D] = []
+    if (drawn["method"] == "exceedance").any():
+        handles.append(Line2D([], [], color=_GREY, marker="x", ms=6.0, label="exceedance fit"))
+    if drawn["methods_differ"].any():
+        handles.append(Line2D([], [], color=_GREY, marker="D", ms=4.5, mfc="white", lw=0.8,
+                              label="median, other method"))  # fmt: skip
+    if not table["preferred"].all():
+        handles.append(Line2D([], [], color=_GREY, lw=4.0, alpha=0.6, solid_capstyle="butt",
+                              label="median in this range"))  # fmt: skip
+    return handles
 
 
 def states_out_of_reach(rows: pd.DataFrame, demands: pd.DataFrame) -> list[str]:
@@ -214,6 +261,9 @@ def _curve_panel(
         if key in layout.banded:
             axes.fill_between(grid, low, high, color=style["color"], alpha=0.15, linewidth=0)
         axes.plot(grid, values, **line_of(style))
+        if item["method"] == "exceedance":
+            at = np.searchsorted(values, [p for p in _CROSSED if p < values[-1]])
+            axes.plot(grid[at], values[at], "x", ms=6.0, mew=1.2, color=style["color"])
         if item["methods_differ"]:
             other = rows[(rows["variant"] == item["variant"]) & ~rows["preferred"]]
             medians = [item["theta"], *other["theta"].dropna().head(1)]
@@ -291,7 +341,8 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
                 axes.axhline(threshold, color="#555555", lw=0.8, ls=(0, (1, 2)), zorder=1)
             axes.set_title(title, fontsize=9, pad=_TITLE_PAD_PT + _NOTE_LINE_PT * any_below)
             if below := int((own[demand] < least).sum()):
-                text = f"{below} of {len(own)} analyses below {plain_number(least)}"
+                limit = threshold_text(demand, least / factor)
+                text = f"{below} of {len(own)} analyses below {limit}"
                 axes.text(0.5, 1.02, text, transform=axes.transAxes, fontsize=7, ha="center")
             axes.set_xlabel(shown_label(im_column)[0])
         panels[0].set_xscale("log")
@@ -303,7 +354,7 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
         plain_log_ticks(panels[0].xaxis)
         plain_log_ticks(panels[0].yaxis)
         _name_thresholds(panels[-1], thresholds)
-        _add_legend(figure, layout, marks=True)
+        _add_legend(figure, layout.handles(marks=True))
     return figure
 
 
@@ -319,10 +370,11 @@ def _cloud_points(
     x, y = (part[name].to_numpy() for name in columns)
     complete, seen = is_complete(part), y >= least
     look: dict[str, Any] = {"color": style["color"], "ls": ""}
-    done, early = complete & seen, ~complete & seen
+    done, early = complete & seen, ~complete
+    bounds = np.maximum(y[early], bottom)
     axes.plot(x[done], y[done], style["marker"], ms=2.8, alpha=0.6, mew=0, **look)
-    axes.plot(x[early], y[early], style["marker"], ms=3.6, mfc="none", mew=0.8, **look)
-    axes.plot(x[early], y[early], marker=_UP, ms=6.5, mew=0.9, **look)
+    axes.plot(x[early], bounds, style["marker"], ms=3.6, mfc="none", mew=0.8, **look)
+    axes.plot(x[early], bounds, marker=_UP, ms=6.5, mew=0.9, **look)
     small = complete & (y < least)
     axes.plot(x[small], np.full(int(small.sum()), bottom), "v", ms=3, mew=0, alpha=0.5, **look)
 
@@ -340,8 +392,7 @@ def _name_thresholds(axes: Axes, thresholds: Mapping[str, float]) -> None:
                   color="#333333", va="center")  # fmt: skip
 
 
-def _add_legend(figure: Figure, layout: VariantLayout, *, marks: bool = False) -> None:
-    handles = layout.handles(marks=marks)
+def _add_legend(figure: Figure, handles: list[Line2D]) -> None:
     columns = min(len(handles), int(figure.get_figwidth() / _LEGEND_COLUMN_IN) or 1)
     columns = -(-len(handles) // -(-len(handles) // columns))  # rows of equal length
     figure.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=3.2)

@@ -28,6 +28,7 @@ from skewbridge.motions.suite import read_suite
 from skewbridge.report.answer import change_name, effect_name, listed, model_name
 from skewbridge.report.axis_layout import (
     MAX_BANDS,
+    MAX_SHOWN_RUNS,
     VariantLayout,
     in_words,
     plain_label,
@@ -48,6 +49,7 @@ from skewbridge.report.fragility_figures import (
     demand_clouds,
     fragility_curves,
     least_shown,
+    median_notes,
     pooled_ratios,
     shown_curves,
 )
@@ -187,13 +189,26 @@ def _curve_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         if drawn.empty:  # brackets alone are in the tables
             continue
         words, by_cloud = in_words(component), int((drawn["method"] == "cloud").sum())
+        ratios = pooled_ratios(tables.medians, str(component))
+        crossed = by_cloud < len(drawn)
         text = (
-            f"Curves with record-to-record and capacity dispersion: {by_cloud} from cloud fits, "
-            f"{len(drawn) - by_cloud} from exceedances "
+            f"Curves with record-to-record and capacity dispersion, {by_cloud} from cloud fits and "
+            f"{len(drawn) - by_cloud} from exceedances{', with crosses' if crossed else ''} "
             f"({100 * rows['level'].iloc[0]:g} % bands{bands}). Ticks are analyses: at the top "
-            "those that exceed the state, at the bottom those that do not. A bar at 0.5: no curve, "
-            "the median lies inside it. At the right the paired ratios of the medians, averaged "
-            "over all other axes. "
+            "those that exceed the state, at the bottom those that do not. "
+        )
+        if len(drawn) < len(rows):
+            text += "A bar at 0.5: no curve, the median lies inside it. "
+        text += (
+            "At the right the paired ratios of the medians of the cloud fits, averaged over all "
+            "other axes"
+        )
+        notes = median_notes(ratios)
+        text += (
+            f" (some medians: {', '.join(notes)}; a median without a curve is that of its cloud "
+            "fit, and runs that ended early leave it too uncertain). "
+            if notes
+            else ". "
         )
         if differ := int(drawn["methods_differ"].sum()):
             text += (
@@ -201,16 +216,15 @@ def _curve_figures(tables: FigureTables) -> Iterator[StudyFigure]:
                 "15 %, or two standard errors): an open diamond is the other median. "
             )
         text += "A limit state that no analysis reached has no curve and is listed at the top."
-        medians = tables.medians
         caption = Caption(
             name=f"curves_{component}",
             section=CURVES,
             item=words,
             title=f"Fragility of {words}",
-            finding=_median_finding(pooled_ratios(medians, str(component)), words),
+            finding=_median_finding(ratios, words),
             text=text,
         )
-        given = tables.curves, tables.demands, medians, str(component)
+        given = tables.curves, tables.demands, tables.medians, str(component)
         yield caption, partial(fragility_curves, *given)
 
 
@@ -233,17 +247,23 @@ def _median_finding(ratios: pd.DataFrame, words: str) -> str:
 def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     demands, curves = tables.demands, tables.curves
     for name in dict.fromkeys(map(str, curves["demand"])):
-        if name not in demands or least_shown(demands, curves, name) is None:
+        least = least_shown(demands, curves, name) if name in demands else None
+        if least is None:
             continue
-        early, zero = int((~demands["complete"]).sum()), int((demands[name] == 0.0).sum())
-        text = f"One mark for each of {len(demands)} analyses; lines are the fits. "
+        known = demands[demands[name].notna()]
+        early = int((~known["complete"]).sum())
+        below = int((known["complete"] & (known[name] < least)).sum())
+        text = f"One mark for each of {len(known)} analyses; lines are the fits. "
+        if len(demands) > MAX_SHOWN_RUNS:
+            text = "Marks are the analyses that the first line counts; lines are the fits of all. "
         if early:
             text += (
-                f"{early} open marks with a tick upward: the analysis ended early, by collapse or "
+                f"{early} analyses (open marks with a tick upward) ended early, by collapse or "
                 "failure of a column, so the demand is a lower bound. "
             )
-        if zero:
-            text += f"{zero} demands are zero and drawn at the bottom."
+        if below:
+            limit = threshold_text(name, least)
+            text += f"{below} demands are zero or below {limit} and drawn at the bottom."
         mildest = curves[curves["demand"] == name].sort_values("threshold").iloc[0]
         above = int((demands[name] > mildest["threshold"]).sum())
         state = in_words(f"{mildest['component']}, {mildest['limit_state']}")

@@ -18,7 +18,9 @@ from skewbridge.fragility.verdicts import (
     HIGHER,
     LOWER,
     NEGLIGIBLE,
+    NO_CURVE,
     NOT_ESTIMABLE,
+    OK,
     UNDECIDED,
 )
 from skewbridge.report.axis_layout import in_words, shown_unit
@@ -76,7 +78,7 @@ LEGEND: Final = tuple(
 
 def verdict_style(item: Row) -> VerdictStyle:
     """Return the style of a row of effects: by family-wise verdict, direction and size."""
-    if item["status"] == NOT_ESTIMABLE:
+    if item["status"] != OK:
         return STYLES[NOT_ESTIMABLE]
     verdict = str(item["verdict_family"])
     if verdict in (LOWER, HIGHER):
@@ -112,6 +114,8 @@ def demand_name(demand: str) -> str:
 
 def change_text(item: Row) -> str:
     """Return an effect as it is judged: in per cent, or in its unit."""
+    if item.get("status") == NO_CURVE:
+        return "no curve"
     if item.get("status") == NOT_ESTIMABLE:
         return "not estimable"
     if item.get("judged_by") == DIFFERENCE:

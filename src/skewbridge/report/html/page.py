@@ -22,9 +22,10 @@ from skewbridge.demands.suspect import SUSPECT
 from skewbridge.files.tables import read_frame, read_stamp, records_of
 from skewbridge.files.text import write_text
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.limit_states import HEADLINE_STATES
+from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES
 from skewbridge.fragility.paper_table import (
     JOINT,
+    chosen_curves,
     paper_table,
     printed_rows,
     ratio_names,
@@ -107,7 +108,7 @@ def write_report(
             unreached=states_not_reached(curves),
             system=shown_rows(system_rows(frames["system"])),
             measures=shown_rows(measure_rows(frames["measures"])),
-            shear_models=shear_model_rows(demands, study.fragility),
+            shear_models=shear_model_rows(demands, curves, study.fragility),
             choices=_choices(read_frame(choices)) if choices else [],
             compared=methods_compared(curves),
             fits=fit_counts(curves),
@@ -130,13 +131,14 @@ def write_report(
 def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dict[str, Any]:
     """Return the texts of the first screen: sketch, answer, failures, motions."""
     demands, curves = frames["demands"], frames["curves"]
+    im = str(curves["im"].iloc[0])
     table = answer.answer_table(
         medians=frames["medians"],
         effects=frames["effects"],
         intensities=frames["intensity_effects"],
         curves=curves,
     )
-    table, counts = answer.with_seats(table, demands), answer.run_counts(demands)
+    table, counts = answer.with_limits(table, demands, im), answer.run_counts(demands)
     bridges = [load_bridge(name) for name in dict.fromkeys(study.grid.bridge)]
     on_suites, suites_text = answer.suites_summary(frames["suites"], table)
     axes = axes_of(demands.columns)
@@ -144,7 +146,7 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
     texts = {each.name: ", ".join(value_text(each, x) for x in values[each.name]) for each in axes}
     return {
         "title": f"{answer.title_of(table)}{on_suites}",
-        "subtitle": subtitle(demands, str(curves["im"].iloc[0]), texts),
+        "subtitle": subtitle(demands, im, texts),
         "sketch": sketch(
             bridges[0], values["skew_deg"], values["gap_mm"], study.model.transverse_gap_mm
         ),
@@ -169,6 +171,8 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
     reach = min(float(np.nanmax(ends, initial=0.05)), np.log(_WIDEST_BAR))
     present = dict.fromkeys(capacities["demand"])
     states = sorted(present, key=lambda state: state not in answer.LEADING_STATES)[:2]
+    notes = answer.limit_notes(table)
+    signs = {place: str(number) for number, place in enumerate(notes, 1)}
     rows: list[dict[str, Any]] = []
     for change, part in groups_of(table, _CHANGE):
         for model, own in groups_of(part, _MODEL):
@@ -182,7 +186,11 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
                 {
                     "change": change_name(*change),
                     "model": names[model] if len(names) > 1 else "",
-                    "cells": [_answer_cell(records.get(state), reach) for state in states],
+                    "cells": [
+                        _answer_cell(records.get(state), reach)
+                        | {"note": signs.get((*model, state), "")}
+                        for state in states
+                    ],
                     "failed": several,
                     "clearest": answer.clearest_clause(
                         [row for name, row in records.items() if "/" not in name]
@@ -192,6 +200,7 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
     return {
         "states": [effect_name(state) for state in states],
         "rows": rows,
+        "notes": list(notes.values()),
         "level": next((f"{100 * level:g} %" for level in table["level"].dropna()), ""),
         "margin": next((f"{100 * margin:g} %" for margin in capacities["margin"].dropna()), ""),
     }
@@ -217,9 +226,15 @@ def _answer_cell(row: Mapping[str, Any] | None, reach: float) -> dict[str, Any]:
 
 
 def _cell(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return style, change and interval of an effect."""
+    """Return style, change and interval of an effect; a mark if its medians leave the data."""
     interval = interval_text(row) if row["status"] == OK else ""
-    return {"style": verdict_style(row), "text": change_text(row), "interval": interval}
+    mark = "†" if row["quantity"] == MEDIAN_CAPACITY and answer.extent_of_data(row) else ""
+    return {
+        "style": verdict_style(row),
+        "text": change_text(row),
+        "interval": interval,
+        "mark": mark,
+    }
 
 
 def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
@@ -233,6 +248,7 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     return {
         "effects": verdict_table(effects, pooled),
         "other_effects": verdict_table(others, pooled),
+        "any_marked": any(row["mark"] for row in map(_cell, records_of(rows))),
         "pairs": [
             verdict_table(own, own) | {"name": f"{axis(name).label}, {model_name(*model)}"}
             for (*model, name), own in groups_of(pairs, (*_MODEL, "axis"))
@@ -521,12 +537,27 @@ def system_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
     ]
 
 
-def shear_model_rows(demands: pd.DataFrame, settings: FitSettings) -> list[dict[str, str]]:
-    """Return the median capacity for shear failure of each variant under each shear model."""
+def shear_model_rows(
+    demands: pd.DataFrame, study_curves: pd.DataFrame, settings: FitSettings
+) -> list[dict[str, str]]:
+    """Return the median capacity for shear failure of each variant under each shear model.
+
+    The first median is that of the study, which takes demands after a failure as lower bounds; the
+    others use the peaks of the whole motion.
+    """
     curves = shear_model_medians(demands, settings)
     names = _variant_names(curves)
+    shear = (study_curves["component"] == COLUMN_FAILURE) & (study_curves["limit_state"] == "shear")
+    in_study = {
+        row["variant"]: _median_text(row, in_words(row["status"]))
+        for row in records_of(chosen_curves(study_curves[shear]))
+    }
     return [
-        {"model": model_name(*model), "variant": names[variant]}
+        {
+            "model": model_name(*model),
+            "variant": names[variant],
+            "this study, θ [interval]": in_study.get(variant, "–"),
+        }
         | {
             f"{SHEAR_MODELS[row['limit_state']]}, θ [interval]": _median_text(
                 row, f"{row['n_exceed']} of {row['n_runs']} runs fail"
