@@ -216,7 +216,9 @@ def with_limits(table: pd.DataFrame, demands: pd.DataFrame, im: str) -> pd.DataF
 
 def extent_of_data(row: Mapping[str, Any]) -> str:
     """Return in a few words how far the medians of a ratio leave the data; empty if they do not."""
-    pairs, missing, outside = (row[n] for n in ("n_cells", "n_without_curve", "n_extrapolated"))
+    # tables of earlier versions have no such counts
+    names = ("n_cells", "n_without_curve", "n_extrapolated")
+    pairs, missing, outside = (row.get(name) for name in names)
     medians = 2 if pd.isna(pairs) else 2 * int(pairs)  # a row of one pair has no number of pairs
     if pd.notna(outside) and outside > 0:
         return "extrapolated" if outside == medians else "partly extrapolated"

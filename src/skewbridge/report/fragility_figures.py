@@ -159,7 +159,8 @@ def pooled_ratios(medians: pd.DataFrame, component: str) -> pd.DataFrame:
 def median_notes(ratios: pd.DataFrame) -> list[str]:
     """Return what limits some medians of the ratios of `pooled_ratios`; empty if nothing does."""
     notes = {"n_without_curve": "no curve", "n_extrapolated": "extrapolated"}
-    return [text for name, text in notes.items() if (ratios[name].fillna(0) > 0).any()]
+    counts = ratios.reindex(columns=list(notes)).fillna(0)  # missing in earlier versions
+    return [text for name, text in notes.items() if (counts[name] > 0).any()]
 
 
 def _ratio_panel(axes: Axes, rows: pd.DataFrame, *, with_title: bool) -> None:
