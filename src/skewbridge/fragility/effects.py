@@ -432,9 +432,8 @@ class _Medians:
         self._known: dict[tuple[int, int], _OfVariant] = {}
         self._names = part["variant"].to_numpy(dtype=str)[first]
         groups = () if curves is None else curves.groupby(["variant", "limit_state"])
-        self._curves = {
-            key: (rows["preferred"].any(), *rows[list(_BOUNDS)].iloc[0]) for key, rows in groups
-        }
+        bounds = ["theta_all_exceed", "theta_none_exceed"]  # of the first method, cloud
+        self._curves = {k: (rows["preferred"].any(), *rows[bounds].iloc[0]) for k, rows in groups}
 
     def cells(self, axis: str) -> dict[tuple[float, float], list[tuple[int, int]]]:
         """Return the pairs of variants (from, to) that differ in one axis only, by their values."""
@@ -516,10 +515,6 @@ class _Medians:
             known = [outcomes.counts(state) for state in self._states]
             self._known[key] = _OfVariant(ln_theta, counts, known, extrapolated)
         return self._known[key]
-
-
-#: Columns of curves: the cloud median if all unknown outcomes exceed, and if none does.
-_BOUNDS: Final = ("theta_all_exceed", "theta_none_exceed")
 
 
 class _OfVariant(NamedTuple):

@@ -167,6 +167,17 @@ class Maximum(NamedTuple):
     converged: Mask  # shape (R,)
 
 
+def _newton_step(now: Derivatives) -> Floats:
+    """Return the Newton steps of a batch; zero where the Hessian is singular."""
+    try:
+        step = np.linalg.solve(-now.hessian, now.score[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        step = np.zeros_like(now.score)
+        good = np.linalg.det(now.hessian) != 0.0
+        step[good] = np.linalg.solve(-now.hessian[good], now.score[good][..., None])[..., 0]
+    return np.where(np.isfinite(step).all(axis=1, keepdims=True), step, 0.0)
+
+
 def maximise(
     kernel: "NormalKernel | _Profiles", start: Floats, *, covariance: bool = True
 ) -> Maximum:
@@ -177,11 +188,7 @@ def maximise(
     now = kernel.derivatives(params, active)
     loglik, hessian = now.loglik.copy(), now.hessian.copy()
     for _ in range(_MAX_ITERATIONS):
-        step = np.zeros_like(now.score)
-        with np.errstate(all="ignore"):
-            determinant = np.linalg.det(now.hessian)
-        good = np.isfinite(determinant) & (determinant != 0.0)
-        step[good] = np.linalg.solve(-now.hessian[good], now.score[good][..., None])[..., 0]
+        step = _newton_step(now)
         decrement = np.sum(step * now.score, axis=1)
         done = (decrement < _DECREMENT_TOLERANCE) & (decrement >= 0.0)
         least = now.loglik - 1e-12 * (1.0 + np.abs(now.loglik))
@@ -285,15 +292,16 @@ class _Profiles:
         shift = np.any(intercepts == 1.0, axis=0).astype(np.float64)
         self._shifts = np.vstack([np.tile(shift, (2 * len(intercepts), 1)), axis, axis])
         self._params = np.tile(best, (len(self._normals), 1))
+        self._score = np.zeros(self._params.shape)  # last one of each row
 
     def derivatives(self, params: Floats, rows: Index) -> Derivatives:
         """Evaluate some rows at the parameters that are free, as `NormalKernel` does."""
         onto = self._onto[rows]
         now = self._kernel.derivatives(self._offset[rows] + (onto @ params[:, :, None])[..., 0])
+        self._score[rows] = now.score
         score = (now.score[:, None, :] @ onto)[:, 0]
         hessian = np.swapaxes(onto, 1, 2) @ now.hessian @ onto
-        is_fixed = ~np.any(onto, axis=1)
-        return Derivatives(now.loglik, score, hessian - is_fixed[:, :, None] * self._eye)
+        return Derivatives(now.loglik, score, hessian - self._fixed[rows])
 
     def evaluate(self, psi: Floats) -> tuple[Floats, Floats]:
         """Return the profiles at ``psi`` and their derivatives, shape (rows,)."""
@@ -303,6 +311,8 @@ class _Profiles:
         self._offset = right[:, None] * self._determined
         self._onto = self._eye - self._determined[:, :, None] * normals[:, None, :]
         while True:
+            # parameters that are not free get a Hessian of their own
+            self._fixed = ~np.any(self._onto, axis=1)[:, :, None] * self._eye
             miss = right - np.sum(normals * self._params, axis=1)
             along = miss / np.sum(normals * self._shifts, axis=1)
             best = maximise(self, self._params + along[:, None] * self._shifts, covariance=False)
@@ -312,7 +322,6 @@ class _Profiles:
                 break
             # a falling curve is excluded: the best rising one is flat
             self._onto[falling, :, self._slope] = self._params[falling, self._slope] = 0.0
-        score = self._kernel.derivatives(self._params).score
-        rate = -np.sum(self._determined * score, axis=1) * self._params[:, self._slope]
+        rate = -np.sum(self._determined * self._score, axis=1) * self._params[:, self._slope]
         rate[-2:] *= -1.0
         return best.loglik, rate

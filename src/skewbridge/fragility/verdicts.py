@@ -105,8 +105,7 @@ def effect_columns(axes: Sequence[Axis]) -> dict[str, str]:
         "n_exceed_to": "of medians: runs at to_value known to exceed the state",
         "n_unknown_from": "of medians: runs at from_value with an unknown outcome",
         "n_unknown_to": "of medians: runs at to_value with an unknown outcome",
-        "n_without_curve": "of the medians (two per pair of variants), those whose variant has no "
-        "curve with an estimate: unknown outcomes could move it by more than 15 %",
+        "n_without_curve": "of the medians (two per pair of variants), those without a curve",
         "n_extrapolated": "of the medians, those that fewer than three motions reach (or undercut)",
         "ratio_all_exceed": "ratio of the medians if all unknown outcomes exceed",
         "ratio_none_exceed": "ratio of the medians if no unknown outcome exceeds",
