@@ -53,7 +53,7 @@ class AnalysisSettings:
         default=0.0003125,
         ge=1.0e-5,
         le=0.02,
-        description="the same when a contact opens or closes",
+        description="largest step when a contact opens or closes",
     )
     max_friction_error: Number = Field(
         default=0.02,
@@ -65,7 +65,7 @@ class AnalysisSettings:
         default=None,
         gt=0.0,
         le=1.0e4,
-        description="shorten motions to this length; null: whole",
+        description="shorten motions to this length; null: whole motions",
     )
     free_vibration_s: Number = Field(
         default=0.0,
@@ -87,7 +87,7 @@ class AnalysisSettings:
     )
     integrator: OpenSeesCommand | None = Field(
         default=None,
-        description="such as [Newmark, 0.5, 0.25]; null: that of the scheme",
+        description="such as [Newmark, 0.5, 0.25]; null: the integrator of the scheme",
     )
     tolerance_j: Number = Field(
         default=1.0e-4,
@@ -98,7 +98,7 @@ class AnalysisSettings:
     reuse_tangent: bool = Field(
         default=True,
         strict=True,
-        description="far from contact: earlier tangent, convergence at 0.1 J",
+        description="far from contact, use an earlier tangent and converge to 0.1 J",
     )
     max_iterations: Whole = Field(
         default=15, ge=2, le=1000, description="iterations of one attempt at one step"

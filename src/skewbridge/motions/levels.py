@@ -56,7 +56,10 @@ class MotionsConfig:
         "(folder named by SKEWBRIDGE_RECORDS), or folders of records",
     )
     count: Whole | None = Field(
-        default=32, ge=1, le=100_000, description="first motions of each suite; null: all"
+        default=32,
+        ge=1,
+        le=100_000,
+        description="use this many motions of each suite, from its first; null: all motions",
     )
     design: Literal["scaled_cloud", "cloud", "stripes", "ida"] = Field(
         default="scaled_cloud",
@@ -73,17 +76,21 @@ class MotionsConfig:
         description="Sa_avg of stripes, rising",
     )
     factor_limits: tuple[ScaleFactor, ScaleFactor] = Field(
-        default=(0.25, 4.0), description="allowed factors of stripes; others are left out"
+        default=(0.25, 4.0),
+        description="factors that stripes may use; levels that need others are left out",
     )
     ida_demand: str = Field(default="column_drift_ratio", description="demand of ida")
     ida_threshold: Number = Field(
-        default=0.025, gt=0.0, le=1.0e9, description="its limit, in the unit of the column"
+        default=0.025,
+        gt=0.0,
+        le=1.0e9,
+        description="limit of ida_demand that the search looks for, in the unit of the column",
     )
     shaking_s: Number | None = Field(
         default=None,
         ge=0.1,
         le=1.0e4,
-        description="keep the strongest part of this length; null: all",
+        description="keep the strongest part of each motion, of this length; null: whole motions",
     )
     incidence_deg: tuple[Annotated[Number, Field(ge=0.0, lt=360.0)], ...] = Field(
         default=(0.0,),

@@ -43,7 +43,10 @@ class SensitivityConfig:
         description="rows repeated at the reference accuracy and with other penalties",
     )
     window_s: Number | None = Field(
-        default=6.0, ge=3.0, le=1.0e4, description="strongest part of their motions; null: whole"
+        default=6.0,
+        ge=3.0,
+        le=1.0e4,
+        description="analyse only this strongest part of each motion; null: the whole motion",
     )
 
 
@@ -67,7 +70,9 @@ class ModellingChoicesConfig:
         default=8, ge=1, le=10_000, description="motions of each variant, spread over their PGV"
     )
     variants: tuple[Annotated[str, Field(max_length=500)], ...] = Field(
-        default=(), max_length=1000, description="variants; none for two of each bridge"
+        default=(),
+        max_length=1000,
+        description="variants to analyse; if the list is empty, two of each bridge",
     )
 
 
@@ -114,7 +119,10 @@ class FigureSettings:
     units: Units = Field(default="si", description="units of figures and page; tables stay SI")
 
     width_mm: Number | None = Field(
-        default=None, ge=40.0, le=500.0, description="width of figures; null: by their panels"
+        default=None,
+        ge=40.0,
+        le=500.0,
+        description="width of figures; null: as wide as their panels need",
     )
     font: Annotated[str, Field(min_length=1, max_length=100)] = Field(
         default="sans-serif", description="sans-serif, serif, monospace or an installed font"
@@ -131,7 +139,7 @@ class StudyConfig(BaseModel):
 
     results: FileName = Field(default=DEFAULT_ROOT, description="folder of the study's files")
     accuracy: Accuracy = Field(
-        default="default", description="numerics; a key under model or analysis overrides it"
+        default="default", description="set of numerics; a key under model or analysis overrides it"
     )
     grid: GridConfig = Field(default_factory=GridConfig)
     motions: MotionsConfig = Field(default_factory=MotionsConfig)

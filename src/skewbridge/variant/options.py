@@ -64,7 +64,7 @@ class ModelOptions:
     )
     normal_stiffness_n_per_m: Penalty | None = Field(
         default=None,
-        description="contact penalty of a wall point; null: the rule",
+        description="contact penalty of a wall point; null: set by rule",
     )
     tangent_stiffness_n_per_m: Penalty | None = Field(
         default=None, description="tangential penalty; null: set by rule"
@@ -157,7 +157,7 @@ class ModelOptions:
         default=None,
         ge=1.0e-3,
         le=0.5,
-        description="Rayleigh damping; null: that of the bridge file",
+        description="ratio of the Rayleigh damping; null: the ratio in the bridge file",
     )
     # ASSUME the pads of a deck end yield together: it turns too little for them to differ
     pads: Literal["two", "each"] = Field(
@@ -196,7 +196,7 @@ class ModelOptions:
         default=0.0,
         ge=-1.0e3,
         le=1.0e3,
-        description="added to the gap of the variant; none below 0",
+        description="offset added to the gap of the variant; the sum is at least 0",
     )
     # ASSUME a core whose hoops have broken keeps 0.2 of its strength, bars that broke carry nothing
     fiber_end: Literal["loss", "none"] = Field(
