@@ -455,3 +455,8 @@ def test_two_processes_give_the_table_of_one(fit, many_variants) -> None:
     assert len(alone) > 3
     two = fit(rows, states, SETTINGS, jobs=2)
     pd.testing.assert_frame_equal(two, alone, check_exact=True)
+
+
+def test_a_study_without_limit_states_is_refused():
+    with pytest.raises(InputError, match="no limit states to fit"):
+        curves_of(synthetic_demands(**ONE), [])

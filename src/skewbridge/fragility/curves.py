@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.demands.columns import label_of
+from skewbridge.errors import InputError
 from skewbridge.fragility import demand_table, motion_means
 from skewbridge.fragility import fits as fitting
 from skewbridge.fragility.columns import Floats, Index, Mask, Row
@@ -132,8 +133,11 @@ def fit_study(
     The table has `CURVE_COLUMNS` and a row per variant, limit state and method: ``cloud`` (log-log
     line; Tobit with censored demands), ``exceedance`` (probit on exceeded or not) and, where
     motions ran at several levels, ``ida_interval``. Unless ``status`` is ``ok``, theta and beta are
-    NaN: nothing is extrapolated to a state that no run, or every run, exceeds.
+    NaN: nothing is extrapolated to a state that no run, or every run, exceeds. An `InputError` says
+    that there are no limit states.
     """
+    if not limit_states:
+        raise InputError("no limit states to fit")
     rows_of = partial(_variant_rows, states=limit_states, settings=settings)
     columns = [settings.im, *(state.demand for state in limit_states)]
     rows = demand_table.spread(rows_of, demand_table.variants_of(demands, columns), jobs)

@@ -41,7 +41,6 @@ _INTENSITIES: Final = 9
 #: Motions of both variants below which there is no ratio of medians.
 _MIN_MOTIONS: Final = 5
 
-
 INTENSITY_COLUMNS: Final[dict[str, str]] = {
     **described_as_effects("bridge abutment demand axis from_value to_value"),
     "im": "intensity",

@@ -43,10 +43,7 @@ def exp_end(value: float) -> float:
 
 
 def motions_beyond(ln_theta: float, ln_im: Floats, motions: Index) -> int:
-    """Return the motions at or beyond a median, on the side with fewer; 0 without a median.
-
-    Fewer than `MIN_BEYOND`: the median is extrapolated.
-    """
+    """Return the motions at or beyond a median, on the side with fewer; 0 without a median."""
     sides = ln_im >= ln_theta, ln_im <= ln_theta
     return min(np.unique(motions[side]).size for side in sides)
 
