@@ -326,7 +326,7 @@ def column(bridge: str, out: Path, bent: int, units: Units) -> Answer:
         "[RUN|DEMANDS]"),
     BRIDGE._replace(
         kind=str | None, default=None,
-        help="Bridge; for RUN or DEMANDS only if its name in the table does not find it.",
+        help="Bridge; RUN or DEMANDS need it only if the name in the table is unknown.",
     ),
     _OPTIONAL_OUT,
     UNITS,

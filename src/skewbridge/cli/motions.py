@@ -129,7 +129,7 @@ def plot(paths: list[Path], out: Path, **given: Any) -> Answer:
     Opt("calibrate", Literal["bssa14", "none"], "Ground-motion model that the spectra follow.",
         "bssa14"),
     Opt("orientation", Literal["random", "principal"], "Orientation of the components.", "random"),
-    Opt("shaking_s", float | None, "Keep the strongest part of this length."),
+    Opt("shaking_s", float | None, "Keep only the strongest part, of this length in s."),
     Opt("free_vibration_s", float, "Zeros added at the end.", 0.0),
 )  # fmt: skip
 def synthesize(out: Path, calibrate: Any, orientation: Any, **given: Any) -> Answer:
@@ -150,7 +150,7 @@ def synthesize(out: Path, calibrate: Any, orientation: Any, **given: Any) -> Ans
     motions,
     _OUT,
     Opt("suite", Literal["near", "far", "pulse"], "Shipped suite to write.", "near"),
-    Opt("t1_s", float | None, "Conditioning period; that of osb1 if not given."),
+    Opt("t1_s", float | None, "Conditioning period in s; by default the period of osb1."),
 )
 def default_suite(out: Path, suite: str, t1_s: float | None) -> Answer:
     """Write a shipped suite again, with its scale factors.

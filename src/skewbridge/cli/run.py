@@ -33,7 +33,7 @@ commands = new_group()
     Opt("incidence_deg", float, "Angle from bridge x to component 1.", 0.0),
     Opt("scheme", Literal["default", "paper"], "Integration scheme.", "default"),
     Opt("accuracy", Literal["reference", "default", "fast"], "Set of numerics.", "default"),
-    Opt("dt_s", float | None, "Time step; overrides that of --accuracy."),
+    Opt("dt_s", float | None, "Time step in s; overrides the step of --accuracy."),
     Opt("duration_s", float | None, "Cut the motion to this length."),
     UNITS,
 )  # fmt: skip
