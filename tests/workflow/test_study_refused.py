@@ -115,9 +115,9 @@ def test_a_configuration_that_is_not_there_is_named():
 
 def test_every_variable_of_make_study_is_understood(tree, tmp_path):
     """With a `snakemake` that only plans, in a study without a finished analysis."""
-    (tmp_path / "skewbridge").symlink_to(shutil.which("skewbridge"))
+    (tmp_path / "skewbridge").symlink_to(SNAKEMAKE.with_name("skewbridge"))
     planner = tmp_path / "snakemake"
-    planner.write_text(f'#!/bin/sh\nexec {shutil.which("snakemake")} -n "$@"\n')
+    planner.write_text(f'#!/bin/sh\nexec {SNAKEMAKE} -n "$@"\n')
     planner.chmod(0o755)
     config = tmp_path / "empty.yaml"
     config.write_text(f"results: {tmp_path / 'none'}\n")

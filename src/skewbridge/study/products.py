@@ -116,7 +116,7 @@ RECIPES: Final[Mapping[str, Recipe]] = {
         sources=_SCREEN, sections=("figures",), after=("friction_pair", "fit_fragility")
     ),
     "report": Recipe(
-        sources=_SCREEN,
+        sources=(*_SCREEN, "study/results.py"),
         sections=tuple(name for name in StudyConfig.model_fields if name not in _NO_RESULT),
         after=("verify_contact", "figures", "sensitivity"),
     ),
