@@ -1,5 +1,6 @@
 """The command line: arguments and output of each command; the other packages do the work."""
 
+import os
 from importlib import import_module
 from typing import Annotated, Any, Final
 
@@ -84,5 +85,7 @@ def _options(
 
 def main() -> None:
     """Run the command line."""
+    # the matrices of fits are small: a second thread doubles the processor time and saves nothing
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
     hush_exit_message()
     build_app()()
