@@ -8,7 +8,7 @@ from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 from pydantic_core import ArgsKwargs
 
-from skewbridge.files.checking import Number, Whole
+from skewbridge.files.checking import Flag, Number, Whole
 from skewbridge.variant.options import ModelOptions
 
 type AnalysisScheme = Literal["default", "paper"]
@@ -95,9 +95,8 @@ class AnalysisSettings:
         le=1.0e3,
         description="convergence test on the energy of an increment",
     )
-    reuse_tangent: bool = Field(
+    reuse_tangent: Flag = Field(
         default=True,
-        strict=True,
         description="far from contact, use an earlier tangent and converge to 0.1 J",
     )
     max_iterations: Whole = Field(
@@ -109,9 +108,8 @@ class AnalysisSettings:
         le=1.0e4,
         description="iterations per regular step above which the status is timeout",
     )
-    energy: bool = Field(
+    energy: Flag = Field(
         default=True,
-        strict=True,
         description="keep the energy balance (2 to 3 % of the time)",
     )
 

@@ -24,11 +24,7 @@ from skewbridge.fragility.columns import Row
 from skewbridge.fragility.curves import CURVE_COLUMNS, described_as_curves, fit_study
 from skewbridge.fragility.effects import INTENSITY_COLUMNS, effect_tables, median_effects
 from skewbridge.fragility.joint import JOINT_COLUMNS, joint_table
-from skewbridge.fragility.limit_states import (
-    COLUMN_FAILURE,
-    States,
-    with_column_failure,
-)
+from skewbridge.fragility.limit_states import COLUMN_FAILURE, States, with_column_failure
 from skewbridge.fragility.measures import MEASURE_COLUMNS, measure_table
 from skewbridge.fragility.sequential import at_looks, kept, runs_per_motion
 from skewbridge.fragility.settings import FitSettings

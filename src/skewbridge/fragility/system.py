@@ -87,7 +87,10 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
             for mild, severe in combinations([state.system_degree for state in own], 2):
                 beyond[mild] |= {severe} | beyond[severe]
     if turned := [name for name in degrees if name in beyond[name]]:
-        raise InputError(f"components rank the damage degree {turned[0]!r} differently")
+        raise InputError(
+            f"components rank the damage degree {turned[0]!r} differently: "
+            "give all components the same order of degrees"
+        )
     members: dict[str, list[LimitState]] = {}
     for degree in sorted(degrees, key=lambda name: -len(beyond[name])):
         reach = {degree} | beyond[degree]

@@ -341,9 +341,9 @@ def _title_claim(part: pd.DataFrame, names: Mapping[tuple[str, str], str]) -> st
         row = max(own, key=lambda each: abs(np.log(each["ratio"])))
         verb, size = "lowers" if row["ratio"] < 1.0 else "raises", change_text(row).lstrip("+-")
         model = f" of {names[row['bridge'], row['abutment']]}" if len(names) > 1 else ""
-        details = [interval_text(row), "size uncertain" if row["claim"] == DETECTABLE else ""]
-        details = ", ".join(filter(None, [*details, extent_of_data(row)]))
-        text = f"for {effect_name(state)} by {size} ({details})"
+        doubt = "size uncertain" if row["claim"] == DETECTABLE else ""
+        details = filter(None, [interval_text(row), doubt, extent_of_data(row)])
+        text = f"for {effect_name(state)} by {size} ({', '.join(details)})"
         claims.setdefault(f"{verb} the median capacity{model}", []).append(text)
     return " and ".join(
         f"{start} {' and '.join(dict.fromkeys(texts))}" for start, texts in claims.items()

@@ -61,7 +61,8 @@ def load_results(folder: Path) -> Results:
         mixed += [f"{key} {', '.join(shown)}"] if len(tables) > 1 else []
     if mixed:
         warnings.warn(
-            f"{folder}: tables of different versions or inputs: {'; '.join(mixed)}", stacklevel=3
+            f"{folder}: tables were made by different versions or inputs: {'; '.join(mixed)}",
+            stacklevel=3,
         )
     return Results(folder=folder, demands=demands, fragility=fits)
 
