@@ -50,7 +50,7 @@ def test_opposite_skews_and_opposite_ends_mirror_each_other(skew_deg, width_m, t
     assert sum(tributary_shares(count)) == pytest.approx(1.0)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.floats(0.0, 1.5e7))
 def test_moment_curvature_is_steepest_at_first_and_ends_beyond_yield(axial_n: float) -> None:
     curve = section_response(load_bridge("osb1").column, axial_n)

@@ -30,7 +30,7 @@ def best_loglik(n, k, slopes, ln_theta):
 
 
 @given(stripes())
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_status_is_that_of_a_linear_programme(data):
     """Data are separated if some line has all exceedances on one side."""
     n, k = data
@@ -51,7 +51,7 @@ def test_status_is_that_of_a_linear_programme(data):
 
 
 @given(stripes())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_ends_of_the_intervals_have_the_drop_of_the_likelihood(data):
     n, k = data
     fit = fit_stripes(LEVELS, n, k)
@@ -72,7 +72,7 @@ def test_ends_of_the_intervals_have_the_drop_of_the_likelihood(data):
 
 
 @given(stripes(), st.floats(1e-3, 1e3), st.permutations(range(6)))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_theta_scales_with_the_unit_of_intensity_whatever_the_order(data, factor, order):
     n, k = data
     fit = fit_stripes(LEVELS, n, k)
@@ -86,7 +86,7 @@ def test_theta_scales_with_the_unit_of_intensity_whatever_the_order(data, factor
 
 
 @given(stripes())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_single_runs_equal_their_stripes(data):
     n, k = data
     fit = fit_stripes(LEVELS, n, k)
@@ -100,7 +100,7 @@ def test_single_runs_equal_their_stripes(data):
 
 
 @given(st.integers(0, 10**6), st.sampled_from([0.0, 0.2]))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_weighted_lines_equal_the_line_of_the_repeated_runs(seed, share):
     rng = np.random.default_rng(seed)
     x = rng.uniform(-2, 0.5, 20)
@@ -119,7 +119,7 @@ def test_weighted_lines_equal_the_line_of_the_repeated_runs(seed, share):
 
 
 @given(st.integers(0, 10**6), st.floats(0.5, 2.0))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_narrow_brackets_approach_the_exact_capacities(seed, theta):
     rng = np.random.default_rng(seed)
     capacity = theta * np.exp(0.4 * rng.normal(size=15))
@@ -130,14 +130,14 @@ def test_narrow_brackets_approach_the_exact_capacities(seed, theta):
 
 
 @given(a0=st.floats(-3, 3), a1=st.floats(0.2, 4))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_derivatives_of_counts_are_those_of_the_log_likelihood(a0, a1):
     n, k = np.full(6, 20.0), np.array([0, 2, 5, 9, 15, 20.0])
     _check_derivatives(exceedance_kernel(np.log(LEVELS), k, n - k), np.array([a0, a1]))
 
 
 @given(st.floats(-2, 2), st.floats(0.3, 3))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_censored_derivatives_are_those_of_the_log_likelihood(delta, h):
     lower, upper = np.array([[0.1, -0.5, -np.inf, 0.3, 0.2], [0.1, 0.4, 0.2, np.inf, 0.2]])
     _check_derivatives(NormalKernel(-np.ones((5, 1)), lower, upper), np.array([delta, h]))
@@ -158,7 +158,7 @@ def _check_derivatives(kernel, params):
 
 
 @given(st.floats(0.5, 1.5), st.floats(0.0, 0.5))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_a_wider_interval_never_decides_more(middle, reach):
     narrow = verdict_of(middle - reach, middle + reach)
     wide = verdict_of(middle - 2 * reach, middle + 2 * reach)

@@ -22,7 +22,7 @@ def _motion(seed: int, npts: int = 600) -> GroundMotion:
     return GroundMotion(motion_id="m", dt_s=0.01, accel_1_mps2=pair[0], accel_2_mps2=pair[1])
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 10**6), angle=st.integers(0, 359))
 def test_rotation_by_whole_degrees_preserves_rotd50(seed, angle):
     motion = _motion(seed)
@@ -32,7 +32,7 @@ def test_rotation_by_whole_degrees_preserves_rotd50(seed, angle):
     np.testing.assert_allclose(turned.rotd100_mps2, as_is.rotd100_mps2, rtol=1e-9)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 10**6), scale=st.floats(0.01, 20.0))
 def test_measures_scale_with_the_motion(seed, scale):
     motion = _motion(seed)
@@ -40,7 +40,7 @@ def test_measures_scale_with_the_motion(seed, scale):
     assert scaled_measures(motion_measures(motion, 0.7), scale) == pytest.approx(expected, rel=1e-9)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     seed=st.integers(0, 10**6),
     period_s=st.sampled_from([0.05, 0.4, 2.0, 7.5]),
@@ -86,7 +86,7 @@ SCENARIOS = st.builds(
 )
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(scenario=SCENARIOS, seed=st.integers(0, 10**6), index=st.integers(0, 500))
 def test_any_scenario_gives_a_finite_and_repeatable_motion(scenario, seed, index):
     options = SynthesisOptions(dt_s=0.02)

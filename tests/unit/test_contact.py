@@ -341,6 +341,8 @@ def test_stick_points_follow_slip_and_yields_stay_on_the_cone():
     assert yields_by_direction(0.0, 0.0, 1.0) == pytest.approx((0.5**0.5, 0.5**0.5))
     assert yields_on_cone(0.0, 0.0, 1.0) == pytest.approx((0.5**0.5, 0.5**0.5))
     assert yields_on_cone(0.0, 0.0, 0.0) == (0.0, 0.0)
+    # The squares of these forces are zero in floating point.
+    assert yields_on_cone(0.0, 2e-313, 8e-291) == (0.0, 2e-313)
 
 
 @pytest.mark.parametrize("ndm", [2, 3])

@@ -183,7 +183,7 @@ def searched(capacity: float, limits: tuple[float, float], tolerance: float = 0.
     return bracket_capacity(exceeds, limits=limits, tolerance=tolerance), len(trials)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.floats(0.05, 20.0), st.floats(1.001, 1e3), st.floats(1e-4, 0.5))
 def test_search_takes_at_most_the_forecast_analyses(capacity, ratio, tolerance):
     limits = (0.1, 0.1 * ratio)
@@ -191,7 +191,7 @@ def test_search_takes_at_most_the_forecast_analyses(capacity, ratio, tolerance):
     assert analyses <= most_trials(limits, tolerance)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(capacity=st.floats(1e-3, 1e3))
 def test_bracket_contains_any_capacity_within_ten_analyses(capacity):
     (lower, upper), analyses = searched(capacity, LIMITS)

@@ -154,6 +154,8 @@ def yields_on_cone(trial_1_n: float, trial_2_n: float, limit_n: float) -> tuple[
         return scale * size_1, scale * size_2
     half = 0.5 * (size_1 + size_2)
     slack = sqrt(half * half + 0.5 * (limit_n * limit_n - size * size)) - half
+    # Rounding makes a slack near zero negative; a yield below the trial would be a slip.
+    slack = max(slack, 0.0)
     return size_1 + slack, size_2 + slack
 
 
