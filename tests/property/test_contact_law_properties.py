@@ -77,7 +77,7 @@ def test_a_closed_loop_never_gives_energy_away(seed, closed):
 
 
 # The same examples every time: a row that only just touches turns cohesion on or off by rounding.
-@settings(max_examples=8)
+@settings(max_examples=8, derandomize=True)
 @given(seed=st.integers(0, 10_000), scheme=st.sampled_from(["vector", "elastic"]))
 def test_the_live_unit_follows_the_law_on_any_smooth_path(seed, scheme):
     law = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
