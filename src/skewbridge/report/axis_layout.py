@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axis import Axis as DrawnAxis
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from skewbridge.demands.columns import label_of, unit_of
 from skewbridge.fragility.settings import DEFAULTS
@@ -96,7 +96,7 @@ def plain_log_ticks(axis: DrawnAxis) -> None:
     many = high > _MANY * low > 0.0
     axis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
     axis.set_major_formatter(FuncFormatter(plain_number))
-    axis.set_minor_formatter(NullFormatter())
+    axis.set_minor_locator(NullLocator())
 
 
 def plain_number(value: float, _position: int = 0) -> str:

@@ -86,6 +86,7 @@ def fragility_curves(
     """
     rows = curves[curves["component"] == component]
     table, demands = shown_curves(rows), with_derived_columns(demands)
+    runs = dict(tuple(demands.groupby("variant")))
     names = [
         name for name in dict.fromkeys(rows["limit_state"]) if (table.limit_state == name).any()
     ]
@@ -111,7 +112,7 @@ def fragility_curves(
                 first.tick_params(labelleft=column == 0, labelbottom=name == names[-1])
                 row.append(first)
             notes = [
-                _curve_panel(axes, part[part["limit_state"] == name], demands, grid, layout)
+                _curve_panel(axes, part[part["limit_state"] == name], runs, grid, layout)
                 for axes, (_, part) in zip(row, columns, strict=True)
             ]
             for axes, lines, (title, _) in zip(row, notes, columns, strict=True):
@@ -239,18 +240,22 @@ def methods_note(rows: pd.DataFrame) -> str:
 
 
 def _curve_panel(
-    axes: Axes, rows: pd.DataFrame, demands: pd.DataFrame, grid: Floats, layout: VariantLayout
+    axes: Axes,
+    rows: pd.DataFrame,
+    runs: Mapping[Any, pd.DataFrame],
+    grid: Floats,
+    layout: VariantLayout,
 ) -> list[str]:
-    """Draw the curves of one state; return the lines above the panel."""
+    """Draw the curves of one state, given the runs by variant; return the lines above the panel."""
     shown = shown_curves(rows)
     missing = rows[~rows["variant"].isin(shown.loc[shown["preferred"], "variant"])]
     missing = missing.drop_duplicates("variant")
     for item in shown.to_dict("records"):
         key = layout.values_of(item)
         style = layout.styles[key]
-        runs = demands[demands["variant"] == item["variant"]]
-        x = runs[item["im"]].to_numpy()
-        for hit, height, marker in zip(_outcomes(runs, item), (1.03, -0.03), (2, 3), strict=True):
+        own = runs[item["variant"]]
+        x = own[item["im"]].to_numpy()
+        for hit, height, marker in zip(_outcomes(own, item), (1.03, -0.03), (2, 3), strict=True):
             axes.plot(x[hit], np.full(int(hit.sum()), height), marker=marker, ls="", ms=3,
                       color=style["color"], alpha=0.5)  # fmt: skip
         if not item["preferred"]:

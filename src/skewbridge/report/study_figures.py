@@ -499,6 +499,8 @@ def save_figure(
     with mpl.rc_context(_rc(settings)), shown_in(settings.units):
         figure = draw()
         scale = _fit(figure, settings)
+        for spine in (each for axes in figure.axes for each in axes.spines.values()):
+            spine.set_in_layout(False)  # the labels reach further, and its extent costs a third
         if layout := figure.get_layout_engine():  # once, for both files
             layout.execute(figure)
             figure.set_layout_engine("none")
