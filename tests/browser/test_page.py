@@ -87,6 +87,8 @@ def test_the_page_is_short_and_its_first_screen_has_the_answer(opened):
     for place in (".plan", ".answer", ".failures", ".facts h3 >> nth=1"):
         box = page.locator(place).bounding_box()
         assert box["y"] + min(box["height"], 400) < 1000
+    facts = page.locator(".facts").bounding_box()
+    assert facts["y"] + facts["height"] <= 1000
     assert "Columns failed in" in page.inner_text(".failures")
 
 

@@ -346,7 +346,7 @@ def _number(value: object, digits: int = 3) -> str:
 
 def _unbroken(text: str) -> str:
     """Return a text without line breaks between a number and its unit."""
-    return re.sub(r"(?<=\d) (?=(%|mm|in|mrad|motions)\b|%)", "\u00a0", text)
+    return re.sub(r"(?<=\d) (?=(g|mm|in|mrad|motions)\b|%)", "\u00a0", text)
 
 
 # The files have 300 dots per inch for print, a screen shows half of them.
