@@ -274,6 +274,7 @@ def test_hazard_table_adds_annual_frequencies(export, tmp_path):
     assert cut["annual_frequency"] + cut["annual_frequency_above_most"] > 0.99 * wanted
     assert 0 < cut["probability_at_first_level"] < 0.05
     first_row(im, im, refused="rate must not increase (rows")
+    first_row([0.5, 0.3], [1e-2, 1e-3], refused="im must increase (row 1)")
 
 
 @pytest.mark.parametrize(

@@ -2,17 +2,13 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from skewbridge.bridge.abutment.backfill import Passive
-from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.deck import deck_end, tributary_shares
-from skewbridge.bridge.gravity import continuous_reactions_n
-from skewbridge.bridge.moment_curvature import section_response
 
 SKEWS = st.floats(-60.0, 60.0)
-SPANS = st.lists(st.floats(5.0, 80.0), min_size=1, max_size=8).map(tuple)
 
 
 @given(st.floats(1e6, 1e9), st.floats(1e5, 1e8), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
@@ -22,15 +18,6 @@ def test_passive_force_grows_below_its_initial_stiffness(stiffness, ultimate, ra
     assert 0.0 <= less <= more * (1 + 1e-12)
     assert less <= stiffness * closure_m * (1 + 1e-12)
     assert passive.force_n(-closure_m) == 0.0
-
-
-@given(SPANS, st.floats(1.0, 1e6))
-def test_reactions_balance_load_and_moment(spans_m: tuple[float, ...], load: float) -> None:
-    reactions = continuous_reactions_n(spans_m, load)
-    length = sum(spans_m)
-    assert sum(reactions) == pytest.approx(load * length)
-    places = np.concatenate(([0.0], np.cumsum(spans_m)))
-    assert np.dot(reactions, places) == pytest.approx(load * length**2 / 2)
 
 
 @given(SKEWS, st.floats(5.0, 30.0), st.floats(0.2, 2.0), st.integers(2, 12))
@@ -48,14 +35,3 @@ def test_opposite_skews_and_opposite_ends_mirror_each_other(skew_deg, width_m, t
     assert edges[0] == pytest.approx(-width_m / 2)
     assert edges[-1] == pytest.approx(width_m / 2)
     assert sum(tributary_shares(count)) == pytest.approx(1.0)
-
-
-@settings(max_examples=10)
-@given(st.floats(0.0, 1.5e7))
-def test_moment_curvature_is_steepest_at_first_and_ends_beyond_yield(axial_n: float) -> None:
-    curve = section_response(load_bridge("osb1").column, axial_n)
-    stiffness = np.diff(curve.moment_nm) / np.diff(curve.curvature_per_m)
-    assert stiffness.argmax() <= 3
-    assert 0.0 < curve.first_yield_curvature_per_m <= curve.yield_curvature_per_m
-    assert curve.yield_curvature_per_m < curve.ultimate_curvature_per_m
-    assert curve.first_yield_moment_nm <= curve.plastic_moment_nm

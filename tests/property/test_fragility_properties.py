@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from scipy import optimize, special
 
 from fragility_tables import verdict_of
-from skewbridge.fragility.fits import binomial_status, fit_brackets, fit_capacities, fit_stripes
-from skewbridge.fragility.likelihood import NormalKernel, exceedance_kernel
+from skewbridge.fragility.fits import binomial_status, fit_stripes
 from skewbridge.fragility.lines import fit_lines
 
 LEVELS = np.array([0.1, 0.2, 0.35, 0.5, 0.8, 1.2])
@@ -116,45 +115,6 @@ def test_weighted_lines_equal_the_line_of_the_repeated_runs(seed, share):
     assume(np.isfinite(again.b[0]))
     assert found.ln_theta(0.04)[0] == pytest.approx(again.ln_theta(0.04)[0], rel=1e-6, abs=1e-6)
     assert found.beta()[0] == pytest.approx(again.beta()[0], rel=1e-6)
-
-
-@given(st.integers(0, 10**6), st.floats(0.5, 2.0))
-@settings(max_examples=30)
-def test_narrow_brackets_approach_the_exact_capacities(seed, theta):
-    rng = np.random.default_rng(seed)
-    capacity = theta * np.exp(0.4 * rng.normal(size=15))
-    exact = fit_capacities(capacity)
-    near = fit_brackets(capacity * (1 - 1e-4), capacity * (1 + 1e-4))
-    assert near.theta == pytest.approx(exact.theta, rel=1e-5)
-    assert near.beta == pytest.approx(exact.beta, rel=1e-4)
-
-
-@given(a0=st.floats(-3, 3), a1=st.floats(0.2, 4))
-@settings(max_examples=25)
-def test_derivatives_of_counts_are_those_of_the_log_likelihood(a0, a1):
-    n, k = np.full(6, 20.0), np.array([0, 2, 5, 9, 15, 20.0])
-    _check_derivatives(exceedance_kernel(np.log(LEVELS), k, n - k), np.array([a0, a1]))
-
-
-@given(st.floats(-2, 2), st.floats(0.3, 3))
-@settings(max_examples=25)
-def test_censored_derivatives_are_those_of_the_log_likelihood(delta, h):
-    lower, upper = np.array([[0.1, -0.5, -np.inf, 0.3, 0.2], [0.1, 0.4, 0.2, np.inf, 0.2]])
-    _check_derivatives(NormalKernel(-np.ones((5, 1)), lower, upper), np.array([delta, h]))
-
-
-def _check_derivatives(kernel, params):
-    at = kernel.derivatives(params[None])
-    step = 1e-5
-    for j in range(params.size):
-        move = np.zeros(params.size)
-        move[j] = step
-        up, down = (kernel.derivatives((params + sign * move)[None]) for sign in (1, -1))
-        # central differences: relative error about 1e-8 of the largest term
-        slope = (up.loglik[0] - down.loglik[0]) / (2 * step)
-        assert at.score[0, j] == pytest.approx(slope, rel=1e-5, abs=1e-5)
-        bend = (up.score[0] - down.score[0]) / (2 * step)
-        assert at.hessian[0, j] == pytest.approx(bend, rel=1e-5, abs=1e-4)
 
 
 @given(st.floats(0.5, 1.5), st.floats(0.0, 0.5))

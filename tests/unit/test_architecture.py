@@ -65,9 +65,3 @@ def test_imports_form_no_cycle() -> None:
         name: (imported_names(path) & modules.keys()) - {name} for name, path in modules.items()
     }
     assert len(tuple(TopologicalSorter(graph).static_order())) == len(modules)
-
-
-def test_references_know_nothing_of_the_studies_that_use_them() -> None:
-    for path in (PACKAGE / "verification" / "references").rglob("*.py"):
-        assert "verification.studies" not in path.read_text(), path
-        assert "verification.registry" not in path.read_text(), path

@@ -41,7 +41,6 @@ from skewbridge.report.study_figures import (
 )
 from skewbridge.study.config import FigureSettings
 from skewbridge.study.folder import write_starter
-from skewbridge.variant import axes as axis_table
 
 SETTINGS = FitSettings()
 BEARING = {
@@ -264,18 +263,6 @@ def test_effects_by_intensity_are_lines_with_bands_and_a_reference(tables):
 FOURTH = "transverse_gap_mm"
 
 
-@pytest.fixture
-def fourth_axis(monkeypatch):
-    """Return another gap in addition to the joint gap, in the table of axes."""
-    if not axis_table.axes_of([FOURTH]):
-        gap = axis_table.axes_of(["gap_mm"])[0]
-        other = replace(
-            gap, name=FOURTH, label="Transverse gap", title="the transverse gap", code="tgap"
-        )
-        monkeypatch.setattr(axis_table, "AXES", (*axis_table.AXES, other))
-    return axis_table.axes_of([FOURTH])[0]
-
-
 @pytest.fixture(scope="module")
 def study(demands, tables):
     wave = np.sin(np.arange(400) * 0.1)
@@ -326,7 +313,7 @@ def test_three_axes_have_panels_dashes_and_colours(study):
     assert solid[0]["linewidth"] > 2 * solid[1]["linewidth"]  # drawn first, seen on both sides
 
 
-def test_a_fourth_axis_replaces_constant_ones_or_multiplies_the_panels(fourth_axis, wide_study):
+def test_a_fourth_axis_replaces_constant_ones_or_multiplies_the_panels(wide_study):
     demands, curves = wide_study
 
     def shown(table):

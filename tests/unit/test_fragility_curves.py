@@ -32,7 +32,6 @@ from skewbridge.fragility.outcomes import demand_outcomes
 from skewbridge.fragility.study_tables import DESCRIPTIONS, fragility_tables, write_described
 from skewbridge.fragility.system import system_curves
 from skewbridge.study.results import shear_model_medians
-from skewbridge.variant import axes
 
 ONE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}
 NEW = "transverse_gap_mm"
@@ -290,12 +289,8 @@ def test_measures_leave_failed_runs_out_and_systems_count_them():
 
 
 @pytest.fixture
-def with_new_axis(monkeypatch):
+def with_new_axis():
     """Two variants of skew, two of a new axis; demands are a tenth smaller at its second value."""
-    if not axes.axes_of([NEW]):
-        gap = next(axis for axis in axes.AXES if axis.name == "gap_mm")
-        new = replace(gap, name=NEW, code="tg", title="the transverse gap")
-        monkeypatch.setattr(axes, "AXES", (*axes.AXES, new))
     narrow = synthetic_demands(skews=(0, 30), gaps=(51,), frictions=(50,), motions=20)
     wide = narrow.assign(variant=narrow["variant"] + "_tg025")
     noise = np.exp(0.01 * np.random.default_rng(3).normal(size=len(wide)))

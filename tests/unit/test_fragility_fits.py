@@ -9,7 +9,6 @@ from fragility_tables import IM, SETTINGS, STATES, ready, states_of, synthetic_d
 from skewbridge.errors import InputError
 from skewbridge.fragility import fits, lines
 from skewbridge.fragility.curves import fit_study
-from skewbridge.fragility.exports import annual_frequency
 from skewbridge.fragility.fits import (
     brackets_of_runs,
     fit_brackets,
@@ -268,16 +267,6 @@ def test_variance_of_beta_is_that_of_slope_and_scatter():
     assert fit.var_beta / fit.beta**2 == pytest.approx(relative, rel=1e-6)
 
 
-def test_uncertain_capacity_widens_the_curve_by_its_dispersion_over_the_slope():
-    rng = np.random.default_rng(12)
-    im = np.exp(rng.uniform(-2.5, 1.0, 1500))
-    edp = 0.03 * im**1.2 * np.exp(0.35 * rng.normal(size=1500))
-    fit = fit_cloud(im, edp, 0.02, capacity_dispersion=0.4)
-    assert fit.ci_theta[0] < (2 / 3) ** (1 / 1.2) < fit.ci_theta[1]
-    assert fit.ci_beta[0] < np.hypot(0.35, 0.4) / 1.2 < fit.ci_beta[1]
-    assert fit_cloud(im, edp, 0.02).theta == fit.theta
-
-
 def test_the_profile_of_a_line_is_that_of_student_where_hardly_anything_is_censored():
     rng = np.random.default_rng(3)
     im = np.exp(rng.uniform(-2, 0.5, 40))
@@ -437,15 +426,3 @@ def test_sufficiency_is_the_p_value_of_the_residual_and_nan_for_constant_propert
     assert np.isnan(found.loc[IM, "p_ln_distance"])
     assert found.loc["im_flat_g", "status"] == "single_level"
     assert found.loc["im_none_g", "status"] == "non_positive_im"
-
-
-# --- annual frequency
-
-
-def test_hazard_tables_must_increase_and_the_rate_above_them_is_named():
-    found = annual_frequency(0.8, 0.4, [0.1, 1.0], [1e-2, 1e-4])
-    assert found["annual_frequency_above_most"] == 1e-4
-    assert found["annual_frequency"] < 1e-2
-    assert found["probability_at_first_level"] < 1e-6
-    with pytest.raises(InputError, match=r"im must increase \(row 1\)"):
-        annual_frequency(0.8, 0.4, [0.5, 0.3], [1e-2, 1e-3])

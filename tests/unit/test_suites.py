@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
 from fragility_tables import synthetic_demands
 from motions_files import index_of, make_pairs
@@ -126,36 +127,19 @@ def test_a_difference_between_suites_is_found_with_its_interval() -> None:
         effects.loc["far", "ratio"] / effects.loc["near", "ratio"], rel=1e-9
     )
     assert row["ci_low"] < 0.80 / 0.95 < row["ci_high"]
-    # 3 % of scatter, 16 motions: 0.03 sqrt(2 / 16) for the difference
-    width = np.log(row["ci_high"] / row["ci_low"]) / 2.0
-    assert width == pytest.approx(1.70 * 0.03 * np.sqrt(2 / 16), rel=0.5)
+    # the interval of Welch from those of both effects, of 16 motions each
+    both = effects.loc[["far", "near"]]
+    errors = np.log(both["ci_high"] / both["ratio"]) / stats.t.ppf(0.5 + 0.5 * row["level"], 15)
+    error, dof = np.hypot(*errors), 15 * (errors**2).sum() ** 2 / (errors**4).sum()
+    width = error * stats.t.ppf(0.5 + 0.5 * row["level"], dof)
+    assert np.log(row["ci_high"] / row["ratio"]) == pytest.approx(width, rel=1e-6)
+    assert np.log(row["ratio"] / row["ci_low"]) == pytest.approx(width, rel=1e-6)
+    assert row["standard_errors"] == pytest.approx(-np.log(row["ratio"]) / error)
+    assert (pairs["verdict"] == DEPENDS).tolist() == (pairs["standard_errors"] > 2.0).tolist()
     assert set(suites["quantity"]) == {"demand", "median_capacity"}
     medians = tables["suite_curves"]
     assert set(medians["suite"]) == {"near", "far", "pulse"}
     assert medians["theta"].between(0.5, 1.5).all()
-
-
-def test_the_verdict_is_wrong_as_often_as_chance_gives() -> None:
-    from skewbridge.fragility.study_tables import _compared
-
-    rng = np.random.default_rng(1)
-
-    def row(suite: str) -> dict[str, object]:
-        sample = rng.normal(0.0, 0.1, 12)
-        mean, error = sample.mean(), sample.std(ddof=1) / np.sqrt(12)
-        low, high = np.exp([mean - 2.200985 * error, mean + 2.200985 * error])
-        return {
-            **dict.fromkeys(
-                ("bridge", "abutment", "axis", "from_value", "to_value", "quantity", "demand"), ""
-            ),
-            "suite": suite, "ratio": np.exp(mean), "ci_low": low, "ci_high": high,
-            "level": 0.95, "dof": 11.0, "n_motions": 12,
-        }  # fmt: skip
-
-    found = [_compared(row("near"), row("far")) for _ in range(2000)]
-    assert np.mean([each["verdict"] == DEPENDS for each in found]) == pytest.approx(0.058, abs=0.02)
-    misses = [not each["ci_low"] <= 1.0 <= each["ci_high"] for each in found]
-    assert np.mean(misses) == pytest.approx(0.05, abs=0.015)
 
 
 def test_the_first_screen_states_the_difference() -> None:

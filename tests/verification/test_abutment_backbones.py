@@ -91,20 +91,6 @@ def test_friction_acts_in_an_oblique_push_only():
     assert force_at(rubbing, 0.1) > 1.1 * force_at(plain, 0.1)
 
 
-def test_non_uniform_backfill_keeps_the_total():
-    uniform, varied = (
-        push("contact", skew_deg=40, angle_deg=40.0, backfill_variation=part) for part in (0.0, 0.3)
-    )
-    assert varied.force_n[-1] == pytest.approx(uniform.force_n[-1], rel=0.01)
-
-
-def test_the_reduced_hyperbola_keeps_its_shape():
-    data = load_bridge("osb1").abutment
-    straight = wall_backfill(data, "hyperbolic", 0.0)
-    skewed = wall_backfill(data, "hyperbolic", np.radians(-45.0))
-    assert skewed.force_n(0.05) / straight.force_n(0.05) == pytest.approx(np.exp(-1.0))
-
-
 @pytest.mark.parametrize(
     ("name", "k50_mn_per_m", "ultimate_kn"),
     [("bridge_a", 169.8, 2_014), ("bridge_b", 598.7, 9_471), ("bridge_c", 761.8, 12_178)],

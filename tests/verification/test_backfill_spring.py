@@ -10,7 +10,7 @@ import numpy as np
 import openseespy.opensees as ops
 import pytest
 
-from skewbridge.bridge.abutment.backfill import Passive, wall_backfill
+from skewbridge.bridge.abutment.backfill import wall_backfill
 from skewbridge.bridge.abutment.elements import elastic_material, gap_material, passive_material
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.handles import TagAllocator
@@ -94,20 +94,6 @@ def test_reloading_meets_the_curve_where_it_was_left(away_m):
     np.testing.assert_allclose(found, expected, rtol=0.005, atol=0.002 * peak_n)
 
 
-def test_growing_cycles_never_pull_and_never_pass_the_ultimate_force():
-    turns = [x for size in (0.005, 0.02, 0.06, 0.15, 0.3) for x in (size, -size)]
-    found = forces(path(*turns))
-    assert OSB1.force_n(0.3) == pytest.approx(5.3058e6, rel=1e-3)
-    assert found.min() > -1e-5 * OSB1.ultimate_n
-    assert found.max() < 1.001 * OSB1.ultimate_n
-
-
-def test_partial_unloading_and_reloading_has_no_effect():
-    found = forces(path(0.05, 0.045, 0.05, 0.045, 0.05))
-    peaks = found[[99, 299, 499]]
-    np.testing.assert_allclose(peaks, peaks[0], rtol=1e-6)
-
-
 def test_a_massless_node_that_a_contact_pushes_is_solved_through_all_branches():
     with domain():
         tags = TagAllocator()
@@ -120,11 +106,3 @@ def test_a_massless_node_that_a_contact_pushes_is_solved_through_all_branches():
         ops.analysis("Static", "-noWarnings")
         assert ops.analyze(700) == 0
         assert ops.nodeDisp(2, 1) == pytest.approx(0.0, abs=1e-3)
-
-
-def test_a_straight_curve_stays_bilinear():
-    straight = Passive(stiffness_n_per_m=1e8, ultimate_n=1e6, failure_ratio=0.0)
-    closures = np.array([0.005, 0.01, 0.05])
-    np.testing.assert_allclose(
-        forces(closures, passive=straight), straight.force_n(closures), rtol=1e-3
-    )

@@ -67,16 +67,6 @@ def test_a_crushed_core_keeps_a_fifth_of_its_strength(has_end):
     assert -again == pytest.approx(expected, rel=1e-3)
 
 
-def test_two_parts_of_a_core_equal_the_whole_before_crushing():
-    path = [-0.001, -0.004, -0.002, -0.008, 0.001, -0.005]
-    with domain():
-        tags = TagAllocator()
-        parts, whole = (
-            sum_of_stresses_pa(core_parts(tags, has_end=end), path) for end in (True, False)
-        )
-        assert parts == pytest.approx(whole, abs=1e3)
-
-
 @pytest.mark.parametrize(
     ("path", "is_broken"),
     [

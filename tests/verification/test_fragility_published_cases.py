@@ -13,7 +13,6 @@ from skewbridge.fragility.exports import annual_frequency
 from skewbridge.fragility.fits import fit_brackets, fit_capacities, fit_cloud, fit_stripes
 from skewbridge.fragility.likelihood import NormalKernel, maximise
 from skewbridge.fragility.lines import lilliefors
-from skewbridge.fragility.system import _failures
 
 MSA = (
     "msa_wood_b1_existing", "msa_wood_b1_retrofit", "msa_wood_b2_retrofit", "msa_wood_b3_existing",
@@ -182,17 +181,6 @@ def test_degenerate_clouds_get_their_status_or_error():
     with pytest.raises(InputError) as caught:
         fit_cloud(given["im"], given["edp"], given["threshold"])
     assert str(caught.value).startswith("edp must be > 0 and finite (rows 0, 2)")
-
-
-def test_series_system_of_two_is_the_bivariate_integral():
-    given, expected = case("system_series_two_components")
-    for rho in given["rho"]:
-        correlation = np.array([[[1.0, rho], [rho, 1.0]]])
-        theta, beta = np.log([given["theta"]]), np.array([given["beta"]])
-        first = _failures(theta, beta, correlation, 2**16, 1)
-        found = [np.mean(np.min(first, axis=0) <= np.log(im)) for im in given["im"]]
-        # error of quasi-random points
-        assert found == pytest.approx(expected["p_union"][str(rho)], abs=3e-4)
 
 
 def test_probit_of_several_covariates_reproduces_greene():

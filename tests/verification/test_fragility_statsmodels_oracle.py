@@ -9,14 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 import statsmodels.api as sm
-import statsmodels.formula.api as smf
 from scipy import stats
 from statsmodels.miscmodels.ordinal_model import OrderedModel
 from statsmodels.stats.diagnostic import het_breuschpagan
 
-from fragility_tables import paired_effects, synthetic_demands
 from skewbridge.fragility.curves import fit_study
-from skewbridge.fragility.fits import fit_brackets, fit_cloud, fit_stripes
+from skewbridge.fragility.fits import fit_cloud
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.lines import tested_line as line_with_tests
 from skewbridge.fragility.mixed import MixedData, fit_mixed
@@ -37,16 +35,6 @@ def test_cloud_tests_agree_with_ols_diagnostics():
     assert line.curvature == pytest.approx(square.params[2], rel=1e-9)
     assert line.curvature_p == pytest.approx(square.pvalues[2], rel=1e-7)
     assert fit_cloud(np.exp(x), np.exp(y), 0.03).loglik == pytest.approx(ols.llf, rel=1e-10)
-
-
-def test_brackets_agree_with_scipy():
-    lower = np.array([0.2, 0.3, 0.3, 0.4, 0.5, 0.6, 0.6, 0.8, 0.9])
-    upper = np.array([0.3, 0.4, 0.5, 0.5, 0.7, 0.7, 0.9, 1.0, np.inf])
-    data = stats.CensoredData(interval=np.column_stack([lower, upper])[:-1], right=[lower[-1]])
-    shape, _, scale = stats.lognorm.fit(data, floc=0)
-    fit = fit_brackets(lower, upper)
-    assert fit.theta == pytest.approx(scale, rel=2e-4)  # scipy's simplex tolerance
-    assert fit.beta == pytest.approx(shape, rel=2e-4)
 
 
 def test_states_with_one_slope_are_the_ordered_probit_of_statsmodels():
@@ -89,24 +77,6 @@ def test_mixed_model_agrees_with_statsmodels():
     assert errors == pytest.approx(np.asarray(theirs.bse_fe), rel=1e-3)
 
 
-def test_the_pooled_effect_is_that_of_a_mixed_model():
-    table = synthetic_demands(motions=12)
-    # a motion that is felt in all cells, so that its variance is not at its bound of zero
-    felt = 0.01 * table["motion_id"].str[1:].astype(float) * (table["friction"] == 0.5)
-    table["deck_disp_m"] *= np.exp(felt)
-    keys = ["motion_id", "skew_deg", "gap_mm"]
-    pairs = table.pivot_table("deck_disp_m", keys, "friction").reset_index()
-    pairs["change"] = np.log(pairs[0.5] / pairs[0.0])
-    mixed = smf.mixedlm(
-        "change ~ C(skew_deg, Sum)*C(gap_mm, Sum)", pairs, groups=pairs["motion_id"]
-    ).fit()
-    effects = paired_effects(table, ["deck_disp_m"])
-    ours = effects[(effects["axis"] == "friction") & (effects["scope"] == "pooled")].iloc[0]
-    assert np.log(ours["ratio"]) == pytest.approx(mixed.params["Intercept"], rel=1e-6)
-    reach = np.log(ours["ci_high"] / ours["ratio"]) / stats.t.ppf(0.95, 11)
-    assert reach == pytest.approx(mixed.bse["Intercept"], rel=1e-4)
-
-
 @pytest.mark.parametrize(("size", "rho"), [(5, 0.5), (9, 0.6), (3, 1.0)])
 def test_quasi_random_systems_agree_with_scipy(size, rho):
     theta, beta = np.linspace(0.5, 1.2, size), np.full(size, 0.5)
@@ -117,41 +87,3 @@ def test_quasi_random_systems_agree_with_scipy(size, rho):
     for im in (0.3, 0.5, 0.8):
         expected = 1.0 - normal.cdf(-np.log(im / theta) / beta)
         assert np.mean(first <= np.log(im)) == pytest.approx(expected, abs=1e-3)
-
-
-def _many_bins():
-    """Many bins with few runs at the upper end, as of analyses binned by intensity."""
-    rng = np.random.default_rng(11)
-    im = np.arange(1.0, 80.0, 2.0)
-    n = np.maximum(1, rng.poisson(150.0 * np.exp(-im / 11.0)))
-    return im, n, rng.binomial(n, stats.norm.cdf(np.log(im / 27.0) / 0.6))
-
-
-LOW = [0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0]
-STRIPES = {
-    "low stripes only": (LOW, [40] * 8, [0, 0, 1, 3, 8, 11, 13, 18]),
-    "full range": (np.arange(1, 9) / 10, [20] * 8, [0, 1, 2, 7, 9, 15, 16, 19]),
-    "sparse tail": ([1.0, 1.5, 2.0], [60, 48, 45], [0, 2, 2]),
-    "many bins": _many_bins(),
-}
-
-
-@pytest.mark.parametrize("name", STRIPES)
-def test_stripes_of_the_kinds_met_in_studies_agree_with_a_binomial_glm(name):
-    im, n, k = (np.asarray(values, dtype=float) for values in STRIPES[name])
-    fit = fit_stripes(im, n, k)
-    probit = sm.families.Binomial(link=sm.families.links.Probit())
-    model = sm.GLM(np.column_stack([k, n - k]), sm.add_constant(np.log(im)), family=probit)
-    glm = model.fit(tol=1e-15, maxiter=300)
-    a0, a1 = glm.params
-    jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -1.0 / a1**2]])
-    information = -model.hessian(glm.params, observed=True)
-    cov = jacobian @ np.linalg.inv(information) @ jacobian.T
-    assert fit.status == "ok"
-    assert (np.log(fit.theta), fit.beta) == pytest.approx((-a0 / a1, 1.0 / a1), rel=1e-6)
-    found = [fit.loglik, *(fit.details[name] for name in ("deviance", "pearson", "aic"))]
-    assert found == pytest.approx([glm.llf, glm.deviance, glm.pearson_chi2, glm.aic], rel=1e-6)
-    errors = fit.se_ln_theta**2, fit.se_beta**2, fit.cov_ln_theta_beta
-    assert errors == pytest.approx((cov[0, 0], cov[1, 1], cov[0, 1]), rel=1e-4)
-    if name == "sparse tail":
-        assert {"median_extrapolated", "wide_ci"} <= set(fit.warnings)

@@ -13,7 +13,6 @@ from skewbridge.variant.options import ModelOptions
 TOLERANCE_M = 5e-5  # a thousandth of the larger gap: far below any effect under study
 GAP_MM = 25
 KEY_GAP_M = 0.0064
-SKEWS_DEG = (0, 30, 60, -30)
 
 
 def at_rest(skew_deg, abutment, bridge="osb1", gap_mm=GAP_MM):

@@ -74,25 +74,6 @@ def test_estimate_is_the_maximum_of_the_brute_force_likelihood(high, low):
     assert fit.expected[~(right | left)] == pytest.approx(runs.lower[~(right | left)])
 
 
-def test_balanced_known_demands_give_two_stage_least_squares():
-    """Axis effects within motions; level and slope from the means of the motions."""
-    runs = data(9.0)
-    fit = fit_mixed(runs)
-    y, x = runs.lower.reshape(MOTIONS, VARIANTS), runs.design.reshape(MOTIONS, VARIANTS, 3)
-    axis = x[0, :, 2]
-    within = y - np.mean(y, axis=1, keepdims=True)
-    centred = axis - np.mean(axis)
-    effect = np.sum(within * centred) / (MOTIONS * np.sum(centred**2))
-    mean = np.mean(y, axis=1) - effect * np.mean(axis)
-    slope, level = np.polyfit(x[:, 0, 1], mean, 1)
-    assert fit.delta == pytest.approx([level, slope, effect], rel=1e-8)
-    # closed-form maximum likelihood of the balanced one-way layout
-    sigma2 = np.sum((within - effect * centred) ** 2) / (MOTIONS * (VARIANTS - 1))
-    between2 = np.mean((mean - level - slope * x[:, 0, 1]) ** 2)
-    assert fit.sigma**2 == pytest.approx(sigma2, rel=1e-7)
-    assert fit.tau**2 == pytest.approx(between2 - sigma2 / VARIANTS, rel=1e-7)
-
-
 def test_jackknife_equals_independent_fits_without_each_motion():
     runs = data(0.1, -1.5)
     quick = without_each_motion(runs, fit_mixed(runs))

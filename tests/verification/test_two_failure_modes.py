@@ -95,23 +95,6 @@ def test_runs_ended_by_the_other_mode_hardly_bias_the_medians():
         assert abs(np.expm1(bias)) < 0.05, key
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_a_column_is_no_stronger_in_any_mode_than_in_its_weakest(seed):
-    """The larger of both ratios grows faster above their crossing: it follows no line."""
-    table = with_two_failure_modes(np.random.default_rng(seed), 200)
-    states = with_column_failure([], {*LINES, "column_failure_ratio"})
-    rows = prepared(table, [state.demand for state in states], SETTINGS).table
-    settings = replace(SETTINGS, accept_bounds=True)
-    curves = fit_study(rows, states, settings).query("status == 'ok'")
-    theta = curves.pivot_table(index="method", columns="limit_state", values="theta")
-    assert {"cloud", "exceedance"} <= set(theta.index)
-    assert (theta["any"] <= theta[["shear", "flexure"]].min(axis=1)).all()
-    ln_im, one = np.log(rows[IM].to_numpy()), np.ones((1, 200))
-    lines = [demand_outcomes(rows, [state]).lines(ln_im, one) for state in states]
-    weakest = min(line.ln_theta(1.0)[0] for line in lines)
-    assert theta.loc["cloud", "any"] == pytest.approx(np.exp(weakest), rel=1e-6)
-
-
 @pytest.mark.parametrize("correlation", [0.5, 1.0])
 def test_medians_with_informative_collapses_are_nearly_unbiased_or_refused(correlation):
     """30 % of the runs collapse, with peaks of 0.5 to 1 of the final demand."""
