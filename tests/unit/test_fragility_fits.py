@@ -85,12 +85,14 @@ def test_separated_data_have_firth_estimates_and_bounds_of_the_likelihood():
         assert 2 * (best - loglik(end)) == pytest.approx(1.6449**2, rel=1e-3)
 
 
-def test_stripes_without_runs_and_fractions_of_runs_have_a_warning():
+def test_stripes_without_runs_fractions_of_runs_and_medians_beyond_them_have_warnings():
     fit = fit_stripes([0.2, 0.5, 0.8, 1.1], [0, 20, 20, 20], [0, 7, 12, 17])
     assert (fit.warnings[0], fit.n_runs) == ("stripes_without_runs", 60)
     fit = fit_stripes([0.2, 0.4, 0.6, 0.8], [20] * 4, [0.4, 4.2, 11.7, 17.3])
     assert (fit.status, fit.ci_method) == ("ok", "")
     assert "fractional_counts_no_interval" in fit.warnings
+    fit = fit_stripes([1.0, 1.5, 2.0], [60, 48, 45], [0, 2, 2])
+    assert {"median_extrapolated", "wide_ci"} <= set(fit.warnings)
 
 
 def test_ends_of_the_profile_have_its_drop_also_where_theta_is_far_away():
