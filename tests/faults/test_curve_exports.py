@@ -272,6 +272,7 @@ def test_hazard_table_adds_annual_frequencies(export, tmp_path):
     cut = first_row(short, 1e-4 * short**-2.5)
     assert cut["annual_frequency"] + cut["annual_frequency_above_least"] < wanted
     assert cut["annual_frequency"] + cut["annual_frequency_above_most"] > 0.99 * wanted
+    assert cut["annual_frequency_above_most"] == pytest.approx(1e-4 * 0.5**-2.5)
     assert 0 < cut["probability_at_first_level"] < 0.05
     first_row(im, im, refused="rate must not increase (rows")
     first_row([0.5, 0.3], [1e-2, 1e-3], refused="im must increase (row 1)")
