@@ -14,8 +14,7 @@ from typing import Any, Final
 import pandas as pd
 
 from skewbridge.files.tables import read_frame, records_of
-from skewbridge.verification.studies.published import NONE
-from skewbridge.verification.studies.published_skew import CHOICES, CHOSEN, hazus_factor
+from skewbridge.verification.studies.published import CHOICES, CHOSEN, NONE, hazus_factor
 
 ROOT: Final = Path(__file__).parents[1]
 DATA: Final = ROOT / "docs" / "data"

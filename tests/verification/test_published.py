@@ -6,22 +6,20 @@ import pytest
 
 from fragility_tables import runs_of_one_variant
 from skewbridge.verification.studies.published import (
+    COMPARED,
     DEMANDS,
     NONE,
     SYSTEM,
     WHOLE,
     Change,
     compared,
+    demand_ratios,
     explanations,
+    hazus_factor,
+    median_factors,
     medians,
     outside,
     published_curves,
-)
-from skewbridge.verification.studies.published_skew import (
-    COMPARED,
-    demand_ratios,
-    hazus_factor,
-    median_factors,
 )
 
 PUBLISHED = published_curves()

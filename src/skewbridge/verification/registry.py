@@ -39,7 +39,7 @@ STUDIES: Final[dict[str, str]] = {
 # Studies of many analyses: they run only when named, and an interrupted one can be resumed.
 LONG_STUDIES: Final[dict[str, str]] = {
     "published": "published:run",
-    "published-skew": "published_skew:run",
+    "published-skew": "published:run_skew",
     # parts of the study of convergence
     "convergence-steps": "strong_motions:run_convergence",
     "convergence-mesh": "strong_motions:run_convergence",

@@ -310,15 +310,15 @@ _DISPLACEMENTS: Final = {
 _AXES: Final = {"longitudinal": "x", "transverse": "y"}
 _SIDES: Final = ("left", "right")
 
-_PLACE_DEMANDS: Final = {
-    "column_shear_kn": "column shear",
-    "column_drift_ratio": "drift",
-    "deck_disp_m": "displacement",
-    "deck_disp_y_m": "transverse displ.",
-    "deck_rotation_rad": "rotation",
-    "unseating_m": "unseating",
-    "abutment_passive_m": "passive",
-}
+_PLACE_DEMANDS: Final = (
+    "column_shear_kn",
+    "column_drift_ratio",
+    "deck_disp_m",
+    "deck_disp_y_m",
+    "deck_rotation_rad",
+    "unseating_m",
+    "abutment_passive_m",
+)
 # Units without friction, by the place of friction.
 _FREE: Final = {"walls": "key", "keys": "backwall"}
 # A deck that does not turn has no rotation to compare with.
@@ -381,7 +381,6 @@ def run(study: Study) -> None:
             _compare(study, f"{scheme} scheme", pair)
         if motion.is_nominal and scheme == SCHEMES[0]:
             study.tables["cycles"] = cycles["transverse"]
-            study.figures["cycles"] = _cycle_figure(cycles["transverse"], motion)
             tables = [_histories(result) for result in pair]
             study.figures["displacements"] = _pair_figure(
                 tables,
@@ -483,24 +482,6 @@ def _history_change(pair: Pair[AnalysisResult], column: str) -> float:
     return float(rms_change(friction, plain))
 
 
-def _cycle_figure(cycles: pd.DataFrame, motion: PaperMotion) -> Figure:
-    """Draw the change by friction per half cycle against how much the axes coincide."""
-    figure, axis = style.panel(height_in=3.0)
-    for has_contact, colour, text in (
-        (True, style.BLUE, "backwall in contact"),
-        (False, style.ORANGE, "no backwall contact"),
-    ):
-        chosen = cycles[cycles["has_contact"] == has_contact]
-        change_mm = (chosen["peak_with_m"] - chosen["peak_without_m"]) / MM
-        style.dots(axis, chosen["together"], change_mm, colour, text, ms=5, alpha=0.8)
-    axis.axhline(0.0, color="0.4", lw=0.6)
-    x = "both axes together: max |ux uy| of the half cycle / (max |ux| max |uy|)"
-    style.label(axis, x, "change of transverse\npeak by friction (mm)")
-    style.legend(axis)
-    figure.suptitle(f"OSB1, skew 0, transverse half cycles; {motion.label}", fontsize=9)
-    return figure
-
-
 def run_places(study: Study) -> None:
     """Run the study of friction at walls, keys or both."""
     record = waho()
@@ -538,26 +519,6 @@ def run_places(study: Study) -> None:
                 rows.append(names | {"value": value, "without": plain[demand]})
     table = pd.DataFrame(rows)
     study.tables["changes"] = table.assign(change=table["value"] / table["without"] - 1.0)
-    study.figures["changes"] = _place_figure(study.tables["changes"], record)
-
-
-def _place_figure(table: pd.DataFrame, motion: PaperMotion) -> Figure:
-    """Draw the change of each demand by the place of friction."""
-    figure, axes = style.panels(1, len(SKEWS_DEG), height_in=3.4, sharey=True)
-    colours = (style.BLACK, style.BLUE, style.ORANGE)
-    names = list(_PLACE_DEMANDS)
-    for axis, skew in zip(axes[0], SKEWS_DEG, strict=True):
-        for number, (place, colour) in enumerate(zip(PLACES, colours, strict=True)):
-            rows = table[(table["skew_deg"] == skew) & (table["friction_at"] == place)]
-            heights = [names.index(demand) + 0.25 * (number - 1) for demand in rows["demand"]]
-            axis.barh(heights, 100.0 * rows["change"], height=0.22, color=colour, label=place)
-        axis.axvline(0.0, color=style.BLACK, lw=0.6)
-        axis.set_yticks(range(len(names)), list(_PLACE_DEMANDS.values()))
-        style.label(axis, "change by friction (%)", "", f"skew {skew}")
-    axes[0, 0].invert_yaxis()
-    style.legend(axes[0, 0], title="friction at", title_fontsize=7)
-    figure.suptitle(f"OSB1, friction 0.5; {motion.label}", fontsize=9)
-    return figure
 
 
 def run_models(study: Study) -> None:

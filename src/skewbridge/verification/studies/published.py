@@ -1,4 +1,4 @@
-"""Fragility curves that others published for the class of osb1, against ours.
+"""Fragility curves and effects of skew that others published, against ours.
 
 `published.csv` holds the curves of Mangalathu (2017) for two-span box-girder bridges with
 two-column bents and seat abutments, built after 1991 (era 3: osb1) and before 1971 (era 1:
@@ -9,15 +9,22 @@ Where the ratio of medians is outside `RANGE`, runs with one named change each (
 moves it: a change explains a ratio if it brings it inside, or closes half of the distance to it.
 Nothing is fitted to the published values.
 
+`run_skew` runs PEER's bridges A, B and C at the skews of `SKEWS_DEG` under the same motions. The
+effect on a median capacity is compared with the factor of Hazus; effects on demands with the
+directions that others report (docs/theory/published_skew.md). `CHOICES` change one modelling choice
+in bridge B and give the effect of skew with it.
+
 References:
     Mangalathu (2017), PhD thesis, Georgia Institute of Technology (hdl.handle.net/1853/58291).
     Chen et al. (2025), DesignSafe PRJ-5910 version 1, doi 10.17603/ds2-c73m-nj37.
+    FEMA (2022), Hazus 6.1, section 7: medians have the factor sqrt(sin(90 deg - skew)).
+    Kaviani, Zareian and Taciroglu, PEER 2014/01.
 """
 
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from math import log, nan
+from math import log, nan, radians, sin, sqrt
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
@@ -34,13 +41,14 @@ from skewbridge.demands.completeness import BEYOND_MODEL, COMPLETE
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
+from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.paper_table import chosen_curves
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves
 from skewbridge.motions.levels import MotionsConfig
-from skewbridge.statuses import OK
+from skewbridge.statuses import OK, RAN
 from skewbridge.study.analyses import StudySetup
 from skewbridge.study.batch import row_of_task
 from skewbridge.study.config import StudyConfig
@@ -147,8 +155,7 @@ def run(study: Study) -> None:
     for row in records_of(ours):
         name = f"era {row['era']}, {row['component']} {row['state']}"
         if row["status"] == FITTED:
-            interval = f"{row['ratio']:.2f} ({row['ratio_low']:.2f} to {row['ratio_high']:.2f})"
-            text = f"{name}: median in g, ratio {interval}"
+            text = f"{name}: median in g, ratio {_interval(row)}"
             study.report(text, row["theta"], row["median_g"], SOURCE)
             study.report(f"{name}: dispersion", row["beta"], row["dispersion"], SOURCE)
         else:
@@ -224,8 +231,7 @@ def medians(
     lower bound of the median of a state that no run reaches.
     """
     if change.whole:
-        whole = {name: demands[f"{WHOLE}{name}"] for name in DEMANDS.values()}
-        demands = demands.assign(**whole | {BEYOND_MODEL: "", COMPLETE: demands["status"] == OK})
+        demands = _with_whole_peaks(demands)
     if change.first_yield:
         data = load_bridge(change.bridges[era])
         curve = section_response(data.column, column_axial_n(data, 0))
@@ -328,3 +334,132 @@ def _figure(table: pd.DataFrame) -> Figure:
         axis.minorticks_off()
         style.label(axis, "our median over the published one", "", f"{bridge}, era {era}")
     return figure
+
+
+SKEW_BRIDGES: Final = ("bridge_a", "bridge_b", "bridge_c")
+SKEWS_DEG: Final = (0, 30, 60)
+SKEW_MOTIONS: Final = 12
+CHOICE_MOTIONS: Final = 8
+HAZUS: Final = "Hazus: sqrt(sin(90 deg - skew))"
+#: Demands that others report effects of skew on.
+COMPARED: Final = (
+    "column_drift_ratio",
+    "column_shear_dcr",
+    "deck_disp_m",
+    "deck_rotation_rad",
+    "unseating_m",
+    "abutment_transverse_m",
+    "abutment_passive_m",
+)
+#: Modelling choices that may change the effect of skew, and the bridge that they are tried on. The
+#: first changes nothing: the effect under the motions of the others.
+CHOICES: Final[Mapping[str, Mapping[str, Any]]] = {
+    "as above": {},
+    "key faces along the abutment line": {"key_frame": "skewed"},
+    "keys that do not break": {"keys": "monolithic"},
+    "backfill stronger at the acute corner": {"backfill_variation": 0.3},
+}
+CHOSEN: Final = "bridge_b"
+#: Options that change nothing without skew.
+ONLY_SKEWED: Final = {"key_frame", "backfill_variation"}
+
+
+def run_skew(study: Study) -> None:
+    """Run the bridges at their skews and one bridge with other choices; report the effects."""
+    plain = {
+        (bridge, skew, NONE.name): (study_variant(bridge, skew), {})
+        for bridge in SKEW_BRIDGES
+        for skew in SKEWS_DEG
+    }
+    changed = {
+        (CHOSEN, skew, choice): (study_variant(CHOSEN, skew), options)
+        for choice, options in CHOICES.items()
+        for skew in (SKEWS_DEG[0], SKEWS_DEG[-1])
+        if skew or not ONLY_SKEWED & options.keys()
+    }
+    demands = analysed_demands(study, plain, SKEW_MOTIONS)
+    straight = demands[CHOSEN, 0, NONE.name].head(CHOICE_MOTIONS)
+    demands |= analysed_demands(study, changed, CHOICE_MOTIONS)
+    for choice in CHOICES:
+        demands.setdefault((CHOSEN, 0, choice), straight)
+    table = pd.concat(
+        [part.assign(choice=choice) for (*_, choice), part in demands.items()], ignore_index=True
+    )
+    ratios, medians = demand_ratios(table), median_factors(table)
+    study.tables["demands"], study.tables["medians"] = ratios, medians
+    for row in records_of(ratios[ratios["demand"] != "deck_rotation_rad"]):
+        text = f"{_case(row)}: {row['demand']}, ratio to skew 0 {_interval(row)}"
+        study.report(text, row["ratio"], 1.0, "skew 0, same motions")
+    for row in records_of(medians):
+        text = f"{_case(row)}: median of {row['demand']}, factor {_interval(row)}"
+        study.report(text, row["ratio"], hazus_factor(row["skew_deg"]), HAZUS)
+    for (bridge, skew, choice), part in demands.items():
+        done = int((part["status"].isin(RAN)).sum())
+        text = f"{bridge}, skew {skew}, choice {choice}: analyses that ended ok or in collapse"
+        study.absolute(text, done, len(part), 0.0, "every analysis")
+
+
+def hazus_factor(skew_deg: float) -> float:
+    """Return the factor of Hazus on the medians of a skewed bridge."""
+    return sqrt(sin(radians(90.0 - abs(skew_deg))))
+
+
+def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the mean ratio of each demand to that at skew 0 under the same motion.
+
+    The table has rows of analyses, their choice and peaks of whole motions, which count even where
+    a run collapsed. Columns: bridge, choice, skew_deg, demand, mean (geometric, in the unit of the
+    demand), ratio, ratio_low, ratio_high and n_motions. Motions whose demand is zero at either skew
+    are left out.
+    """
+    runs = table.assign(**{"status": OK, COMPLETE: True, BEYOND_MODEL: ""})
+    parts: list[pd.DataFrame] = []
+    for (_, choice), part in runs.groupby(["bridge", "choice"], sort=False):
+        # by their names for whole motions, which are judged by ratios alone
+        effects = effect_tables(part, [f"{WHOLE}{name}" for name in COMPARED], SETTINGS).effects
+        found = _effects_of_skew(effects, choice)
+        found["demand"] = found["demand"].str.removeprefix(WHOLE)
+        parts += [found[found["demand"] == demand] for demand in COMPARED]
+    found = pd.concat(parts, ignore_index=True)
+    return found.assign(mean=found["from_mean"] * found["ratio"])[[*_EFFECT_KEYS, "mean", *_EFFECT]]
+
+
+def median_factors(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the factors of skew on median capacities, paired by motion, with their intervals.
+
+    The table is that of `demand_ratios`; the column `demand` names component/state.
+    """
+    published = published_curves()
+    states = list(capacities(published[published["era"] == 3], DEMANDS).values())
+    parts: list[pd.DataFrame] = []
+    for choice, part in _with_whole_peaks(table).groupby("choice", sort=False):
+        rows = prepared(part, list(DEMANDS.values()), SETTINGS).table
+        effects = median_effects(rows, states, SETTINGS, axes=["skew_deg"])
+        parts.append(_effects_of_skew(effects, choice))
+    return pd.concat(parts, ignore_index=True)[[*_EFFECT_KEYS, *_EFFECT]]
+
+
+_EFFECT_KEYS: Final = ("bridge", "choice", "skew_deg", "demand")
+_EFFECT: Final = ("ratio", "ratio_low", "ratio_high", "n_motions")
+
+
+def _with_whole_peaks(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a table with the peaks of whole motions as its demands, whatever columns fail."""
+    whole = {name: table[f"{WHOLE}{name}"] for name in DEMANDS.values()}
+    return table.assign(**whole | {BEYOND_MODEL: "", COMPLETE: table["status"] == OK})
+
+
+def _effects_of_skew(effects: pd.DataFrame, choice: object) -> pd.DataFrame:
+    """Return the pooled effects of one choice with the names of this study."""
+    pooled = effects[effects["scope"] == "pooled"]
+    names = {"ci_low": "ratio_low", "ci_high": "ratio_high"}
+    return pooled.rename(columns=names).assign(choice=choice, skew_deg=pooled["to_value"])
+
+
+def _case(row: Mapping[str, Any]) -> str:
+    choice = "" if row["choice"] == NONE.name else f", {row['choice']}"
+    return f"{row['bridge']}, skew {row['skew_deg']:g}{choice}"
+
+
+def _interval(row: Mapping[str, Any]) -> str:
+    return f"{row['ratio']:.2f} ({row['ratio_low']:.2f} to {row['ratio_high']:.2f})"

@@ -122,7 +122,6 @@ def run(study: Study) -> None:
     style.legend_above(figure, axes[0])
     study.figures["displacements"] = figure
     study.figures["corners"] = _corners(lines)
-    study.figures["restitution"] = _restitution(bounced, locked)
     study.tables["impacts"] = bounced
     study.tables["locked_rotation"] = locked
 
@@ -206,25 +205,6 @@ def _corners(lines: list[Line]) -> Figure:
         style.label(along, "", "tangential (mm)", f"{name} corner")
         style.label(across, "time (s)", "opening (mm)")
     style.legend_above(figure, axes[0, 0])
-    return figure
-
-
-def _restitution(bounced: pd.DataFrame, locked: pd.DataFrame) -> Figure:
-    figure, axes = style.panels(1, 2, height_in=2.8)
-    left, right = axes[0]
-    left.axhspan(0.45, 0.71, color=style.GREY, alpha=0.25, lw=0, label="reported in the paper")
-    groups = bounced.groupby("step_times_frequency")
-    colours = (style.GREEN, style.BLUE, style.ORANGE, style.PINK)
-    for (step, group), colour in zip(groups, colours, strict=False):
-        style.dots(left, group["approach_mps"], group["restitution"], colour, f"{step:g}")
-    left.set_ylim(-0.3, 3.6)
-    style.label(left, "approach speed (m/s)", "rebound / approach (-)", "every impact of case C1")
-    style.legend(left, title="Houbolt, step x contact frequency", title_fontsize=7, ncols=3)
-    x, y = locked["relative_stiffness"], locked["rms_ratio"]
-    style.line(right, x, y, style.BLUE, marker="o", ms=4)
-    right.set(xscale="log", yscale="log")
-    title = "rotation locked, e = 0.6"
-    style.label(right, "relative stiffness kn* (-)", "RMS of un / scale (-)", title)
     return figure
 
 
