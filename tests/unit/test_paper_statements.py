@@ -8,6 +8,7 @@ import pytest
 from cli_json import run
 from skewbridge.errors import InputError
 from skewbridge.verification import registry
+from skewbridge.verification.registry import COLUMNS, Study
 from skewbridge.verification.statements import (
     RESOLUTION,
     STATEMENTS,
@@ -28,7 +29,6 @@ from skewbridge.verification.statements import (
     smaller,
     some_within,
 )
-from skewbridge.verification.studies.comparison import COLUMNS, Study
 from skewbridge.verification.studies.paper_runs import SCALES
 
 X = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from reference_data import reference_table
-from skewbridge.verification.registry import run_study
-from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.registry import Study, run_study
 from skewbridge.verification.studies.particle_between_lines import (
     FIRST_CONTACT_S,
     LCP_PEAKS,

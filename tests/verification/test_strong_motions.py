@@ -10,8 +10,8 @@ import pytest
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.units import G_MPS2
+from skewbridge.verification.registry import Study
 from skewbridge.verification.studies import strong_motions
-from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.paper_runs import strongest_motions
 from skewbridge.verification.studies.strong_motions import (
     ACCURACY,

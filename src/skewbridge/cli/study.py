@@ -194,7 +194,7 @@ def compare(
 
     from skewbridge.files.tables import records_of
     from skewbridge.fragility.exports import write_csv
-    from skewbridge.study.two_studies import compare_studies
+    from skewbridge.study.results import compare_studies
 
     if out is not None and out.suffix != ".csv":
         raise InputError(f"--out must end with .csv, got {out.name}")

@@ -1,7 +1,8 @@
-"""Results of a finished study as tables, and the same tables from demands made elsewhere."""
+"""Results of a study as tables, the same tables from foreign demands, two studies compared."""
 
 import re
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -9,20 +10,37 @@ from typing import Any, Final
 import pandas as pd
 from joblib import cpu_count
 
-from skewbridge.demands.columns import unit_of
+from skewbridge.demands.columns import demands_for, unit_of
 from skewbridge.demands.completeness import BEYOND_MODEL
 from skewbridge.errors import InputError
-from skewbridge.files.tables import frame_of, read_table, records_of, texts_of
+from skewbridge.files.tables import frame_of, read_frame, read_table, records_of, texts_of
 from skewbridge.files.text import writable_folder
-from skewbridge.fragility import demand_table, paper_table
+from skewbridge.fragility import paper_table
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
+from skewbridge.fragility.demand_table import (
+    BRIDGE_COLUMNS,
+    LOADING_COLUMNS,
+    axis_names,
+    models_of,
+    prepared,
+    read_demands,
+)
+from skewbridge.fragility.effects import (
+    Pairs,
+    demand_effects,
+    effect_table,
+    median_effects,
+    run_pairs,
+)
 from skewbridge.fragility.limit_states import (
     SHEAR_MODEL_DISPERSION,
     LimitState,
     load_limit_states,
+    with_column_failure,
 )
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import PAPER_TABLE, fragility_tables, write_tables
+from skewbridge.study.folder import StudyFolder
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 
 #: Provenance that all tables of one study share.
@@ -111,7 +129,7 @@ def _tables_of(
     """Return the tables, the intensity measure and the limit states whose demand is missing."""
     states = load_limit_states(limit_states)
     names = list(dict.fromkeys(state.demand for state in states))
-    table = demand_table.read_demands(demands, im, names)
+    table = read_demands(demands, im, names)
     usable = [state for state in states if state.demand in table]
     if not usable:
         text = f"{demands.name} has none of the demands of the limit states: {', '.join(names)}"
@@ -127,6 +145,15 @@ def _tables_of(
     return fragility_tables(table, usable, settings, jobs=cpu_count()), chosen, left_out
 
 
+def _margins(margin: float | None) -> dict[str, float]:
+    """Return the settings that a negligible change of demands and medians has, if it is given."""
+    if margin is None:
+        return {}
+    if not 0.0 < margin < 1.0:
+        raise InputError(f"margin must be within 0..1, got {margin:g}", column="margin")
+    return {"margin": margin, "median_margin": margin}
+
+
 def statistics_of(
     demands: Path,
     out: Path,
@@ -140,10 +167,7 @@ def statistics_of(
     Limit states whose demand the table lacks are ``left_out``. An `InputError` names the row and
     column of an unusable value.
     """
-    if margin is not None and not 0.0 < margin < 1.0:
-        raise InputError(f"margin must be within 0..1, got {margin:g}", column="margin")
-    margins = {} if margin is None else {"margin": margin, "median_margin": margin}
-    tables, measure, left_out = _tables_of(demands, limit_states, im, **margins)
+    tables, measure, left_out = _tables_of(demands, limit_states, im, **_margins(margin))
     write_tables(tables, writable_folder(out))
     notes = tables["input_notes"]
     return {
@@ -163,3 +187,113 @@ def paper_rows(demands: Path, limit_states: Path, im: str | None = None) -> dict
     rows = tables[PAPER_TABLE]
     title = f"medians in {measure}"
     return {"rows": records_of(rows), "shown": paper_table.printed_rows(rows), "title": title}
+
+
+# ---- Comparison of two studies
+
+#: In place of an axis in the tables of a comparison: 0 is the first study, 1 the second.
+STUDY: Final = "study"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyComparison:
+    """Changes from a first study to a second one; effects have the columns `effect_columns`.
+
+    Attributes:
+        counts: Pairs, runs of one study alone, variants and motions in both, equal pairs.
+        other_motions: Motions that have one name in both studies but are not the same; their runs
+            are left out.
+    """
+
+    demands: pd.DataFrame
+    medians: pd.DataFrame
+    counts: dict[str, int]
+    other_motions: tuple[str, ...]
+
+
+def compare_studies(
+    first: Path,
+    second: Path,
+    limit_states: Path,
+    *,
+    im: str = DEFAULTS.im,
+    margin: float = DEFAULTS.margin,
+) -> StudyComparison:
+    """Compare two studies, each given by its folder or its demands; the first is divided by.
+
+    Runs are paired where bridge, abutment model, all axes, motion, scale and incidence agree.
+    Motions are matched by the digests of their files if both studies have a suite, otherwise by
+    name. Pairs in which one run ended early count as bounds, as in `demand_effects`. The medians
+    are those of the limit states, with intensity `im`.
+
+    Raises:
+        InputError: A table or column is missing, a value unusable, or nothing in common.
+    """
+    settings = replace(DEFAULTS, im=im, **_margins(margin))
+    states = load_limit_states(limit_states)
+    other = _other_motions(first, second)
+    tables: list[pd.DataFrame] = []
+    for number, study in enumerate((first, second)):
+        path = study if study.is_file() else demands_file(study)
+        table = read_demands(path, im, [state.demand for state in states])
+        if im not in table.columns:
+            raise InputError(f"{path}: no column {im!r}", column=im)
+        tables.append(table[~table["motion_id"].isin(other)].assign(**{STUDY: number}))
+    shared = set(tables[0].columns) & set(tables[1].columns)
+    states = [s for s in with_column_failure(states, shared) if s.demand in shared]
+    names = list(demands_for("effect", sorted(shared)))
+    columns = list(dict.fromkeys([*names, *(state.demand for state in states), im]))
+    both = pd.concat(tables, ignore_index=True)
+    pairs = run_pairs(both, STUDY, columns)
+    if pairs.empty:
+        raise InputError(_nothing_shared(*tables, axis_names(both)))
+    change = {"axis": STUDY, "from_value": 0.0, "to_value": 1.0}
+    effects: list[dict[str, Any]] = []
+    for model, part in models_of(pairs):
+        of_model = Pairs.of(model | change, part)
+        effects += demand_effects(of_model, names=names, settings=settings, reference_im={})[0]
+    variant = [*BRIDGE_COLUMNS, *axis_names(both)]
+    paired = both.merge(pairs[[*variant, *LOADING_COLUMNS]].drop_duplicates())
+    runs = prepared(paired, [state.demand for state in states], settings).table
+    top, bottom = (pairs[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
+    equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
+    return StudyComparison(
+        demands=effect_table(both, effects),
+        medians=median_effects(runs, states, settings, axes=[STUDY]),
+        counts={
+            "pairs": len(pairs),
+            "only_first": len(tables[0]) - len(pairs),
+            "only_second": len(tables[1]) - len(pairs),
+            "variants": len(pairs[variant].drop_duplicates()),
+            "motions": int(pairs["motion_id"].nunique()),
+            "equal_pairs": int(equal.all(axis=1).sum()),
+        },
+        other_motions=other,
+    )
+
+
+def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
+    """Return the motions of one name whose files differ."""
+    suites = [StudyFolder(path).suite for path in (first, second)]
+    if not all(suite.is_file() for suite in suites):
+        return ()
+    tables = [read_frame(suite).drop_duplicates("motion_id") for suite in suites]
+    both = tables[0].merge(tables[1], on="motion_id", suffixes=("", "_other"))
+    return tuple(map(str, both["motion_id"][both["sha256"] != both["sha256_other"]]))
+
+
+def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[str]) -> str:
+    """Return why no runs can be paired: the variants, motions and loadings that tables share."""
+    kinds = {
+        "variants": [*BRIDGE_COLUMNS, *axes],
+        "motions": ["motion_id"],
+        "motions with the same scale and incidence": [*LOADING_COLUMNS],
+    }
+    shared: list[str] = []
+    for name, columns in kinds.items():
+        one, other = (t.reindex(columns=columns).drop_duplicates() for t in (first, second))
+        shared.append(f"{len(one.merge(other))} {name}")
+    return (
+        f"the studies have no run in common; they share {', '.join(shared)} (the scale of a motion "
+        "follows from the number of motions and the range of levels)"
+    )

@@ -31,8 +31,8 @@ from skewbridge.verification.references.blocks import (
 )
 from skewbridge.verification.references.deck_solvers import INTEGRATORS
 from skewbridge.verification.references.live_model import Array, first_crossing_s
+from skewbridge.verification.registry import Study
 from skewbridge.verification.studies import figure_style as style
-from skewbridge.verification.studies.comparison import Study
 
 _LAW: Final = ContactLaw(kn_n_per_m=1.0e5, kt_n_per_m=1.0e5, friction=0.3)
 _DEPTH_M: Final = 0.1

@@ -35,9 +35,9 @@ from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import FrictionAt, ModelOptions
 from skewbridge.variant.variant import Variant
 from skewbridge.verification.references.live_model import Array
+from skewbridge.verification.registry import Study
 from skewbridge.verification.statements import relative_change
 from skewbridge.verification.studies import figure_style as style
-from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.paper_runs import (
     FRICTION_PCT,
     PaperMotion,

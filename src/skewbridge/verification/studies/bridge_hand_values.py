@@ -21,7 +21,7 @@ from skewbridge.bridge.moment_curvature import section_response
 from skewbridge.bridge.shear_capacity import sdc_shear_strength
 from skewbridge.units import KN
 from skewbridge.variant.options import ModelOptions
-from skewbridge.verification.studies.comparison import EARLIER_MODEL, Study
+from skewbridge.verification.registry import EARLIER_MODEL, Study
 from skewbridge.verification.studies.paper_runs import paper_variant
 
 STATES: Final = {

@@ -17,7 +17,7 @@ from skewbridge.verification.references import driven_unit as unit
 from skewbridge.verification.references.cases import deck_case
 from skewbridge.verification.references.deck_solvers import run_deck
 from skewbridge.verification.references.driven_unit import PAPER_LAW, drive_unit
-from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.registry import Study
 
 
 def verify_contact_gate() -> pd.DataFrame:

@@ -19,7 +19,7 @@ from skewbridge.verification.references import deck_solvers as solvers
 from skewbridge.verification.references import driven_unit as unit
 from skewbridge.verification.references.cases import deck_case
 from skewbridge.verification.references.live_model import Array, clean_domain
-from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.registry import Study
 
 IMPLICIT: Final = 0
 IMPLEX: Final = 1

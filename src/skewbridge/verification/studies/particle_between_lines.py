@@ -18,8 +18,8 @@ from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.deck_solvers import BaseAcceleration
 from skewbridge.verification.references.lcp import LcpHistory, RigidContacts, moreau_jean
 from skewbridge.verification.references.live_model import Array
+from skewbridge.verification.registry import Study
 from skewbridge.verification.studies import figure_style as style
-from skewbridge.verification.studies.comparison import Study
 
 _GROUND: Final = 1
 _PARTICLE: Final = 2

@@ -58,8 +58,8 @@ from skewbridge.study.task import Task, outcome_of
 from skewbridge.units import INCH
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.variant import Variant
+from skewbridge.verification.registry import Study
 from skewbridge.verification.studies import figure_style as style
-from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.strong_motions import rows_of_tasks
 
 BRIDGES: Final = {3: "osb1", 1: "osb1_era1"}

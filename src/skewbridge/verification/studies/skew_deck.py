@@ -23,8 +23,8 @@ from skewbridge.verification.references import deck_solvers as solvers
 from skewbridge.verification.references.cases import SCALE_M, deck_case
 from skewbridge.verification.references.deck_solvers import CORNERS, DeckHistory, run_deck
 from skewbridge.verification.references.live_model import Array, cone_excess, rms
+from skewbridge.verification.registry import Study
 from skewbridge.verification.studies import figure_style as style
-from skewbridge.verification.studies.comparison import Study
 from skewbridge.verification.studies.paper_runs import el_centro
 
 _PAGE: Final = "docs/theory/verification.md"

@@ -19,8 +19,8 @@ from skewbridge.verification.references.cases import deck_case
 from skewbridge.verification.references.deck_solvers import pulse_of, run_deck, run_opensees
 from skewbridge.verification.references.driven_unit import PAPER_LAW
 from skewbridge.verification.references.live_model import Array, rms
+from skewbridge.verification.registry import Study
 from skewbridge.verification.studies import figure_style as style
-from skewbridge.verification.studies.comparison import Study
 
 LIMIT_N: Final = 4500.0
 _ROWS_PER_S: Final = 2000

@@ -44,7 +44,7 @@ from skewbridge.study.task import Task, run_key
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
-from skewbridge.verification.studies.comparison import Study
+from skewbridge.verification.registry import Study
 from skewbridge.verification.studies.paper_runs import (
     FRICTION_PCT,
     embedded_entries,
