@@ -5,7 +5,7 @@ import os
 import signal
 import time
 
-from skewbridge.study import ida
+from skewbridge.study import batch
 from skewbridge.study.batch import Alarm, row_of_task
 from skewbridge.study.task import no_result
 
@@ -31,8 +31,8 @@ def searched(search, done, journal, task, key, log_folder):
         row = {**no_result("ok", ""), "cpu_s": 0.0, search.demand: trial.motion.scale}
         return row_of_task(row, trial, trial_key)
 
-    ida.analysed_row = row_of  # of this worker, which ends with the batch
-    return ida.search_capacity(search, done, journal, task, key, log_folder)
+    batch.analysed_row = row_of  # of this worker, which ends with the batch
+    return batch.search_capacity(search, done, journal, task, key, log_folder)
 
 
 def hanging(task, key, log_folder, *, motion_id):

@@ -15,8 +15,7 @@ import pytest
 from fake_work import hanging, searched, signalled, slow
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import LEVEL_MEASURE
-from skewbridge.study.batch import Workers, run_tasks
-from skewbridge.study.ida import Search
+from skewbridge.study.batch import Search, Workers, run_tasks
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.processes import PARENT_VARIABLE, worker_processes
 from study_parts import task_of, wave

@@ -22,9 +22,8 @@ from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import content_digest, prepare_suite, read_suite, write_suite
 from skewbridge.study import task as task_module
 from skewbridge.study.analyses import StudySetup, analyse_variant
-from skewbridge.study.batch import Workers
+from skewbridge.study.batch import Search, Workers, at_factor
 from skewbridge.study.config import parse_config
-from skewbridge.study.ida import Search, at_factor
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.progress import forecast_study, study_state
 from skewbridge.study.task import Task, run_key

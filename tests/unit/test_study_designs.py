@@ -20,11 +20,10 @@ from skewbridge.motions.intensity import IM_COLUMNS
 from skewbridge.motions.levels import LEVEL_MEASURE
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.report.effect_figures import widths_by_analyses
-from skewbridge.study import analyses, ida
-from skewbridge.study.batch import row_of_task
+from skewbridge.study import analyses, batch
+from skewbridge.study.batch import Search, row_of_task, search_capacity
 from skewbridge.study.config import DesignConfig, parse_config
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.ida import Search, search_capacity
 from skewbridge.study.journal import open_journal
 from skewbridge.study.progress import other_work_s
 from skewbridge.study.rounds import limit_of_round, round_line, setup_of_round, tables_of_round
@@ -356,7 +355,7 @@ class Engine:
 @pytest.fixture
 def engine(monkeypatch, tmp_path) -> Engine:
     made = Engine()
-    monkeypatch.setattr(ida, "analysed_row", made.analysed_row)
+    monkeypatch.setattr(batch, "analysed_row", made.analysed_row)
     monkeypatch.chdir(tmp_path)
     return made
 

@@ -20,10 +20,9 @@ from skewbridge.motions.intensity import IM_COLUMNS, scaled_measures
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.statuses import FAILED
-from skewbridge.study.batch import Workers, run_tasks
+from skewbridge.study.batch import Search, Workers, at_factor, run_tasks, search_capacity
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.ida import Search, at_factor, search_capacity
 from skewbridge.study.journal import Row, open_journal, read_content, read_journals
 from skewbridge.study.task import Task, run_key
 from skewbridge.variant.options import ModelOptions

@@ -1,4 +1,4 @@
-"""Analyses in a pool of worker processes; each finished row is written to the journal at once.
+"""Analyses and searches of an IDA in worker processes; rows are written to journals at once.
 
 A worker process imports this module and the packages below it: no tables.
 """
@@ -13,6 +13,7 @@ from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field, replace
 from importlib import import_module
+from math import isclose, sqrt
 from pathlib import Path
 from typing import Any, Final
 
@@ -25,7 +26,10 @@ from skewbridge.demands.completeness import (
     completed,
 )
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS
-from skewbridge.study.journal import JournalWriter, Row
+from skewbridge.motions.intensity import scaled_measures
+from skewbridge.motions.levels import LEVEL_MEASURE, bracket_capacity
+from skewbridge.motions.record import SuiteMotion
+from skewbridge.study.journal import JournalWriter, Row, open_journal
 from skewbridge.study.processes import (
     PARENT_VARIABLE,
     end_with_parent,
@@ -47,6 +51,10 @@ _NO_DEMANDS: Final = {column.name: math.nan for column in DEMAND_COLUMNS}
 _ONE_THREAD: Final = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"
 )
+
+
+#: Time that a worker waits while other workers write to the journal.
+_PATIENCE_S: Final = 60.0
 
 
 # ---- Rows of the demands table, made in a worker
@@ -113,6 +121,79 @@ def _guarded(
     finally:
         Alarm.limit_s = 0.0
         signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+# ---- Incremental dynamic analysis: a search for the capacity of each motion
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Search:
+    """Target of an IDA (demand and its limit) and the range of Sa_avg tried, in g."""
+
+    demand: str
+    threshold: float
+    low_g: float
+    high_g: float
+
+    def limits(self, motion: SuiteMotion) -> tuple[float, float]:
+        """Return the factors of the lowest and highest level."""
+        at_1_g = motion.measures[LEVEL_MEASURE] / motion.scale
+        return self.low_g / at_1_g, self.high_g / at_1_g
+
+    def first_factor(self, motion: SuiteMotion) -> float:
+        """Return the first factor of the search."""
+        low, high = self.limits(motion)
+        return sqrt(low * high)
+
+    def exceeds(self, row: Row) -> bool:
+        """Return whether an analysis exceeds the limit; a failed or incomplete one does as well.
+
+        The search then continues at lower levels, where the model is valid.
+        """
+        is_complete = completed(row["status"], row.get(BEYOND_MODEL) or "")
+        return bool(not is_complete or row[self.demand] >= self.threshold)
+
+
+def search_capacity(
+    search: Search,
+    done: Mapping[str, Row],
+    journal: Path,
+    task: Task,
+    first_key: str,
+    log_folder: Path,
+) -> list[Row]:
+    """Return the rows of all analyses that bracket the capacity of one motion.
+
+    Those in `done`, by `run_key`, are not repeated. Each further one is written to the journal at
+    once, so that a killed search can resume. The batch gives the first task with its key, and
+    writes its row, which marks the search as done.
+    """
+    rows: list[Row] = []
+
+    def exceeds(factor: float) -> bool:
+        # rounding in the first factor must not give the first analysis another key
+        is_first = isclose(factor, task.motion.scale, rel_tol=1e-12)
+        trial = task if is_first else at_factor(task, factor)
+        key = run_key(trial)
+        if key in done:
+            row = row_of_task(done[key], trial, key)
+        else:
+            row = analysed_row(trial, key, log_folder)
+            if key != first_key:
+                with open_journal(journal, _PATIENCE_S) as lines:
+                    lines.append(row)
+        rows.append(row)
+        return search.exceeds(row)
+
+    bracket_capacity(exceeds, limits=search.limits(task.motion))
+    return rows
+
+
+def at_factor(task: Task, factor: float) -> Task:
+    """Return an analysis with another factor of its motion."""
+    motion = task.motion
+    measures = scaled_measures(motion.measures, factor / motion.scale)
+    return replace(task, motion=replace(motion, scale=factor, measures=measures))
 
 
 # ---- The pool

@@ -33,7 +33,7 @@ _ANALYSES: Final = (
     *ENGINE,
     "files",
     "demands",
-    *(f"study/{name}.py" for name in ("analyses", "batch", "ida", "journal")),
+    *(f"study/{name}.py" for name in ("analyses", "batch", "journal")),
 )
 _VERIFICATION: Final = (*ENGINE, "files", "motions", "demands/suspect.py", "verification")
 #: The figure of the modelling choices has their labels.
