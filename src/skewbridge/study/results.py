@@ -246,7 +246,7 @@ def compare_studies(
     both = pd.concat(tables, ignore_index=True)
     pairs = run_pairs(both, STUDY, columns)
     if pairs.empty:
-        raise InputError(_nothing_shared(*tables, axis_names(both)))
+        raise InputError(_nothing_shared(tables[0], tables[1], axis_names(both)))
     change = {"axis": STUDY, "from_value": 0.0, "to_value": 1.0}
     effects: list[dict[str, Any]] = []
     for model, part in models_of(pairs):

@@ -417,7 +417,7 @@ def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
     for (_, choice), part in runs.groupby(["bridge", "choice"], sort=False):
         # by their names for whole motions, which are judged by ratios alone
         effects = effect_tables(part, [f"{WHOLE}{name}" for name in COMPARED], SETTINGS).effects
-        found = _effects_of_skew(effects, choice)
+        found = _effects_of_skew(effects, str(choice))
         found["demand"] = found["demand"].str.removeprefix(WHOLE)
         parts += [found[found["demand"] == demand] for demand in COMPARED]
     found = pd.concat(parts, ignore_index=True)
@@ -435,7 +435,7 @@ def median_factors(table: pd.DataFrame) -> pd.DataFrame:
     for choice, part in _with_whole_peaks(table).groupby("choice", sort=False):
         rows = prepared(part, list(DEMANDS.values()), SETTINGS).table
         effects = median_effects(rows, states, SETTINGS, axes=["skew_deg"])
-        parts.append(_effects_of_skew(effects, choice))
+        parts.append(_effects_of_skew(effects, str(choice)))
     return pd.concat(parts, ignore_index=True)[[*_EFFECT_KEYS, *_EFFECT]]
 
 
@@ -449,7 +449,7 @@ def _with_whole_peaks(table: pd.DataFrame) -> pd.DataFrame:
     return table.assign(**whole | {BEYOND_MODEL: "", COMPLETE: table["status"] == OK})
 
 
-def _effects_of_skew(effects: pd.DataFrame, choice: object) -> pd.DataFrame:
+def _effects_of_skew(effects: pd.DataFrame, choice: str) -> pd.DataFrame:
     """Return the pooled effects of one choice with the names of this study."""
     pooled = effects[effects["scope"] == "pooled"]
     names = {"ci_low": "ratio_low", "ci_high": "ratio_high"}
