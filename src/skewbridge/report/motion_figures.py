@@ -5,7 +5,6 @@ from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
-import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -27,6 +26,7 @@ HISTORIES: Final[Mapping[str, Callable[[Vector, float], Vector]]] = {
     "Arias (m/s)": arias_build_up,
 }
 _WIDTH_IN: Final = 10.0
+_COLOURS: Final = ("#0173b2", "#de8f05")  # source: palette "colorblind" of seaborn 0.13
 
 
 def record_page(title: str, dt_s: float, components: Mapping[str, Vector]) -> Figure:
@@ -39,9 +39,8 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Vector]) -> Fi
     first: Axes = figure.add_subplot(grid[0, 0])
     axes = [first, *(figure.add_subplot(grid[row, 0], sharex=first) for row in range(1, 4))]
     spectra: Axes = figure.add_subplot(grid[:, 1])
-    colors = sns.color_palette("colorblind")
     for axis, (name, series) in zip(axes, HISTORIES.items(), strict=True):
-        for color, accel_mps2 in zip(colors, components.values(), strict=False):
+        for color, accel_mps2 in zip(_COLOURS, components.values(), strict=False):
             time_s = np.arange(accel_mps2.size) * dt_s
             axis.plot(time_s, series(accel_mps2, dt_s), color=color, lw=0.7)
         axis.set_ylabel(name)
@@ -52,13 +51,12 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Vector]) -> Fi
     figure.align_ylabels(axes)
     _draw_record_spectra(spectra, dt_s, components)
     figure.suptitle(title, parse_math=False)
-    sns.despine(figure)
+    _open_frames(figure)
     return figure
 
 
 def _draw_record_spectra(axis: Axes, dt_s: float, components: Mapping[str, Vector]) -> None:
-    colors = sns.color_palette("colorblind")
-    for color, (label, accel_mps2) in zip(colors, components.items(), strict=False):
+    for color, (label, accel_mps2) in zip(_COLOURS, components.items(), strict=False):
         psa_g = component_psa(accel_mps2, dt_s, PERIODS_S) / G_MPS2
         axis.loglog(PERIODS_S, psa_g, color=color, lw=1.0, label=label)
     if len(components) == 2:
@@ -105,7 +103,7 @@ def suite_spectra(
         axis: Axes = panels[0, 0]
         axis.loglog(periods, rotd50_g.T, color="0.8", lw=0.5)
         low, middle, high = np.exp(np.percentile(log_psa, (16, 50, 84), axis=0))
-        color, label = sns.color_palette("colorblind")[0], f"median of {len(rotd50_g)} motions"
+        color, label = _COLOURS[0], f"median of {len(rotd50_g)} motions"
         axis.loglog(periods, middle, color=color, lw=2.0, label=label)
         axis.loglog(periods, low, color=color, lw=1.0, ls="--", label="16 and 84 %")
         axis.loglog(periods, high, color=color, lw=1.0, ls="--")
@@ -116,7 +114,7 @@ def suite_spectra(
         _grid(axis, "0.92")  # last: drawing resets the tick labels
         axis.legend(frameon=False, loc="lower left")
         figure.suptitle(title, x=0.01, ha="left", fontsize=10, parse_math=False)
-        sns.despine(figure)
+        _open_frames(figure)
     return figure
 
 
@@ -127,7 +125,7 @@ def _draw_model(
     log_psa: Vector,
     model: tuple[str, Vector, Vector],
 ) -> None:
-    blue, orange = sns.color_palette("colorblind")[:2]
+    blue, orange = _COLOURS
     name, median_g, sigma = model
     axis.loglog(periods, median_g, color=orange, lw=1.6, label=f"median of {name}")
     for sign, label in ((1.0, None), (-1.0, "its 16 and 84 %")):
@@ -145,3 +143,8 @@ def _grid(axis: Axes, grey: str) -> None:
     plain_log_ticks(axis.xaxis)
     axis.grid(visible=True, which="both", color=grey, lw=0.5)
     axis.yaxis.set_major_formatter("{x:g}")
+
+
+def _open_frames(figure: Figure) -> None:
+    for axes in figure.axes:
+        axes.spines[["top", "right"]].set_visible(False)

@@ -11,7 +11,6 @@ from typing import Any, Final
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
-import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -38,6 +37,9 @@ SPECTRA: Final = {
 
 def run_figures(histories: pd.DataFrame, *, title: str) -> dict[str, Figure]:
     """Return the figures of an analysis by file name, from `skewbridge.analysis.histories`."""
+    # imported here: the figures of a study do without it, and it loads for a second
+    import seaborn as sns  # it has the colours "flare", too
+
     with sns.axes_style("white", rc=dict(STYLE)):
         figures = {
             "displacements": displacement_figure({title: histories}),
