@@ -87,6 +87,7 @@ def fragility_curves(
     rows = curves[curves["component"] == component]
     table, demands = shown_curves(rows), with_derived_columns(demands)
     runs = dict(tuple(demands.groupby("variant")))
+    drawn = dict(zip(table.index, records_of(table), strict=True))
     names = [
         name for name in dict.fromkeys(rows["limit_state"]) if (table.limit_state == name).any()
     ]
@@ -112,7 +113,7 @@ def fragility_curves(
                 first.tick_params(labelleft=column == 0, labelbottom=name == names[-1])
                 row.append(first)
             notes = [
-                _curve_panel(axes, part[part["limit_state"] == name], runs, grid, layout)
+                _curve_panel(axes, part[part["limit_state"] == name], drawn, runs, grid, layout)
                 for axes, (_, part) in zip(row, columns, strict=True)
             ]
             for axes, lines, (title, _) in zip(row, notes, columns, strict=True):
@@ -242,15 +243,20 @@ def methods_note(rows: pd.DataFrame) -> str:
 def _curve_panel(
     axes: Axes,
     rows: pd.DataFrame,
+    drawn: Mapping[Any, Mapping[str, Any]],
     runs: Mapping[Any, pd.DataFrame],
     grid: Floats,
     layout: VariantLayout,
 ) -> list[str]:
-    """Draw the curves of one state, given the runs by variant; return the lines above the panel."""
-    shown = shown_curves(rows)
+    """Draw the curves of one state in a panel; return the lines above it.
+
+    ``rows`` are those of the panel, ``drawn`` has those of `shown_curves` by index, and ``runs``
+    has the demands of each variant.
+    """
+    shown = rows[rows.index.isin(list(drawn))]
     missing = rows[~rows["variant"].isin(shown.loc[shown["preferred"], "variant"])]
     missing = missing.drop_duplicates("variant")
-    for item in shown.to_dict("records"):
+    for item in (drawn[place] for place in shown.index):
         key = layout.values_of(item)
         style = layout.styles[key]
         own = runs[item["variant"]]
@@ -277,8 +283,8 @@ def _curve_panel(
             axes.plot(medians[1:], [0.5] * (len(medians) - 1), "D", ms=4.5, mfc="white",
                       mec=style["color"], zorder=4)  # fmt: skip
     reasons = Counter(
-        "no run exceeds" if item["reach"] else in_words(item["status"])
-        for item in missing.to_dict("records")
+        "no run exceeds" if reach else in_words(status)
+        for reach, status in zip(missing["reach"], missing["status"], strict=True)
     )
     total = rows["variant"].nunique()
     lines = [f"{n} of {total} without a curve: {reason}" for reason, n in reasons.most_common()]
