@@ -142,6 +142,21 @@ def test_a_difference_between_suites_is_found_with_its_interval() -> None:
     assert medians["theta"].between(0.5, 1.5).all()
 
 
+def test_effects_without_a_ratio_are_not_compared() -> None:
+    """Zero demands leave only differences, whose suites were said to differ by infinite errors."""
+    table = demands({"near": 0.95, "far": 0.80})
+    table["abutment_passive_m"] = 0.01 * table["column_drift_ratio"] * (table["friction"] == 0.0)
+    tables = fragility_tables(table, STATES, DEFAULTS)
+    effects = tables["effects"]
+    passive = effects[(effects["demand"] == "abutment_passive_m") & (effects["scope"] == "pooled")]
+    assert passive["status"].eq("ok").all()
+    assert passive["ratio"].isna().all()
+    assert passive["difference"].notna().all()
+    suites = tables["suites"]
+    assert "abutment_passive_m" not in set(suites["demand"])
+    assert np.isfinite(suites.loc[suites["against"] != "", "standard_errors"].astype(float)).all()
+
+
 def test_the_first_screen_states_the_difference() -> None:
     def summary(effects: dict[str, float]) -> tuple[str, str]:
         tables = fragility_tables(demands(effects), STATES, DEFAULTS)

@@ -148,6 +148,7 @@ def suite_tables(
             curves.append(fitted[fitted["preferred"].to_numpy(dtype=bool)])
         for table in tables:
             found = table[(table["scope"] == "pooled") & (table["status"] == verdicts.OK)]
+            found = found[found["ratio"].notna()]  # NaN where zero demands leave only differences
             effects += [{**row, **shared, SUITE: name} for row in records_of(found)]
     if not effects:
         empty = {"suites": SUITE_COLUMNS, "suite_curves": SUITE_CURVE_COLUMNS}
