@@ -8,23 +8,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
 import pandas as pd
 
 from skewbridge.demands.completeness import with_derived_columns
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_frame, records_of
-from skewbridge.fragility.demand_table import (
-    BRIDGE_COLUMNS,
-    IDENTITY_COLUMNS,
-    LOADING_COLUMNS,
-    motion_codes,
-    prepared,
-)
-from skewbridge.fragility.fits import FITTED, NO_EXCEEDANCE, NOT_APPLICABLE, fit_cloud
+from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, LOADING_COLUMNS, prepared
+from skewbridge.fragility.fits import FITTED, NO_EXCEEDANCE, NOT_APPLICABLE
 from skewbridge.fragility.joint import JointModel, joint_table
 from skewbridge.fragility.limit_states import LimitState, load_limit_states, with_column_failure
-from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
+from skewbridge.fragility.paper_table import chosen_curves
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import write_described
 from skewbridge.study.analyses import StudySetup, run_in_journal, sampled
@@ -137,40 +131,23 @@ def check_predict(
         for row in records_of(joint_table(same, limit_states, None, settings))
     }
     rows: list[dict[str, Any]] = []
-    for identity, part in inner.groupby(list(IDENTITY_COLUMNS), sort=True):
-        names = dict(zip(IDENTITY_COLUMNS, identity, strict=True))
-        for states in states_by_demand(limit_states).values():
-            outcomes = demand_outcomes(part, states, settings.im)
-            used, data = outcomes.used, outcomes.behind_line
-            for state in states:
-                row = names | {
-                    "component": state.component,
-                    "limit_state": state.name,
-                    "n_exceed": int(np.sum(outcomes.exceed(state))),
-                    "n_motions": part["motion_id"].nunique(),
-                }
-                model = models.get(tuple(row[name] for name in key), {})
-                stages = [status.get(tuple(row[name] for name in key)), model.get("status")]
-                row["status"] = next((s or NOT_APPLICABLE for s in stages if s != FITTED), FITTED)
-                if row["n_exceed"] == 0:
-                    row["status"] = NO_EXCEEDANCE
-                if row["status"] == FITTED:
-                    cloud = fit_cloud(
-                        part[settings.im].to_numpy(dtype=np.float64)[used],
-                        data.lower[used],
-                        state.threshold,
-                        data.upper[used],
-                        settings=settings,
-                        motions=motion_codes(part)[used],
-                    )
-                    values = {str(name): part[name].iloc[0] for name in part}
-                    predicted = JointModel.of_row(model).median(values)[0]
-                    row |= {
-                        "status": cloud.status,
-                        "theta_predicted": predicted,
-                        "theta_analysed": cloud.theta,
-                        "error": predicted / cloud.theta - 1.0,
-                        "se_analysed": cloud.se_ln_theta,
-                    }
-                rows.append(row)
+    for cloud in records_of(chosen_curves(fit_study(inner, limit_states, settings), "cloud")):
+        row = {name: cloud[name] for name in CHECK_COLUMNS if name in cloud}
+        row |= {"n_motions": cloud["n_records"]}
+        model = models.get(tuple(row[name] for name in key), {})
+        stages = [status.get(tuple(row[name] for name in key)), model.get("status")]
+        unfitted = [stage or NOT_APPLICABLE for stage in stages if stage != FITTED]
+        if row["n_exceed"] == 0:
+            row["status"] = NO_EXCEEDANCE
+        elif unfitted:
+            row["status"] = unfitted[0]
+        else:
+            predicted = JointModel.of_row(model).median(cloud)[0]
+            row |= {
+                "theta_predicted": predicted,
+                "theta_analysed": cloud["theta"],
+                "error": predicted / cloud["theta"] - 1.0,
+                "se_analysed": cloud["var_ln_theta"] ** 0.5,
+            }
+        rows.append(row)
     return pd.DataFrame(rows, columns=list(CHECK_COLUMNS))
