@@ -14,13 +14,13 @@ from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.suspect import LIMITS, SuspectLimits, count_reasons, reasons
 from skewbridge.demands.tables import write_variant
 from skewbridge.errors import SolutionError
+from skewbridge.files.tables import read_frame
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.report.checks import (
     StudyTables,
     check_tables,
-    read_tables,
     require_passed,
     write_checks,
 )
@@ -281,10 +281,9 @@ def test_the_checks_list_the_suspect_rows_and_the_rungs(tmp_path: Path) -> None:
         "effects": {"ratio": [1.0], "ci_low": [0.9], "ci_high": [1.1]},
         "suite": {"motion_id": ["a", "b"]},
     }
-    for name, columns in content.items():
-        pd.DataFrame(columns).to_parquet(tmp_path / f"{name}.parquet")
-    paths = {name: tmp_path / f"{name}.parquet" for name in ("demands", *content)}
-    tables = read_tables(**paths, max_unfinished_share=0.01)
+    frames = {name: pd.DataFrame(columns) for name, columns in content.items()}
+    demands = read_frame(tmp_path / "demands.parquet")
+    tables = StudyTables(demands=demands, **frames, max_unfinished_share=0.01)
     write_checks(tables, tmp_path / "checks.json", suspect=limits)
     checks = json.loads((tmp_path / "checks.json").read_text())
     assert checks["suspect_rows"] == 1

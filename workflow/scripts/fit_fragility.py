@@ -7,7 +7,7 @@ if __name__ == "__main__":
         from skewbridge.files.tables import read_frame
         from skewbridge.fragility.limit_states import load_limit_states
         from skewbridge.fragility.study_tables import fragility_tables, valid_tables, write_tables
-        from skewbridge.report.checks import read_tables, write_checks
+        from skewbridge.report.checks import StudyTables, write_checks
 
         study, paths = job.study, {**job.inputs, **job.outputs}
         demands, suite = (read_frame(paths[name]) for name in ("demands", "suite"))
@@ -17,8 +17,11 @@ if __name__ == "__main__":
             rounds = read_frame(paths["rounds"])
             tables = valid_tables(tables, demands, rounds, study.design.looks, study.fragility)
         write_tables(tables, paths["curves"].parent)
-        checked = read_tables(
-            **{name: paths[name] for name in ("demands", "curves", "effects", "suite")},
+        checked = StudyTables(
+            demands=demands,
+            curves=tables["curves"],
+            effects=tables["effects"],
+            suite=suite,
             max_unfinished_share=study.max_unfinished_share,
             cohesion_n=study.model.cohesion_n,
             searched=study.motions.design == "ida",

@@ -10,12 +10,13 @@ from typer.main import get_group
 
 from skewbridge.study.processes import hush_exit_message
 
-#: imported when one of its commands is called, so that the help takes a tenth of a second.
+#: Module and summary of each command. Modules are imported when a command is called, so that the
+#: help takes a tenth of a second.
 COMMANDS: Final = {
     "doctor": ("checks", "Check the environment: versions, OpenSees, a one-second self-test."),
     "init": ("study", "Write Snakefile, rules, configuration and motions of a study to a folder."),
     "demo": ("study", "Write the report of a small stored study to a folder, in seconds."),
-    "plan": ("study", "Show the variants and analyses of a study, their cost and what is done."),
+    "plan": ("study", "Show the variants, analyses, cost and progress of a study."),
     "status": ("study", "Show how many analyses are done, failed and left, and the last failure."),
     "run": ("run", "Analyse one variant under one motion and draw its histories."),
     "bridge": ("bridge", "List, check, draw and push single bridges."),
@@ -51,7 +52,7 @@ class _Commands(TyperGroup):
 def build_app() -> typer.Typer:
     """Return the application with all commands.
 
-    Its help is plain text: the library that draws boxes takes longer to import than all the rest.
+    Its help is plain text: rich, which draws boxes, takes longer to import than everything else.
     """
     app = typer.Typer(
         cls=_Commands,

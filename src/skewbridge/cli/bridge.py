@@ -7,7 +7,15 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from skewbridge.cli.options import ABUTMENT, BRIDGE, OUT, VARIANT, VariantChoice, known_bridges
+from skewbridge.cli.options import (
+    ABUTMENT,
+    BRIDGE,
+    OUT,
+    VARIANT,
+    known_bridges,
+    model_of,
+    variant_of,
+)
 from skewbridge.cli.output import (
     UNITS,
     Answer,
@@ -15,14 +23,13 @@ from skewbridge.cli.output import (
     Opt,
     Printed,
     command,
-    in_units,
     new_group,
     quantities,
     warn,
 )
 from skewbridge.errors import EXIT_FAILED, InputError
-from skewbridge.files.text import writable_folder
-from skewbridge.units import KN, Units
+from skewbridge.files.text import writable_folder, write_text
+from skewbridge.units import KIP, KN, Units
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES
 from skewbridge.variant.options import ModelOptions
@@ -37,13 +44,12 @@ _MAX_DISP: Final = Opt("max_disp_m", float, "Final displacement of the push, in 
 _PUSH: Final = (
     *VARIANT,
     OUT,
-    Opt(
-        "direction", Literal["x", "y"], "Direction of the push: x longitudinal, y transverse.", "x"
-    ),
+    Opt("direction", Literal["x", "y"], "Direction of the push: x longitudinal, y transverse.",
+        "x"),
     Opt("angle_deg", float | None, "Direction counter-clockwise from x; replaces --direction."),
     _MAX_DISP,
     UNITS,
-)
+)  # fmt: skip
 
 #: Printed columns of the capacities of a bent, with their heads.
 _CAPACITIES: Final = {
@@ -103,13 +109,7 @@ def list_bridges() -> Answer:
     Opt("skew_deg", float, "Skew in the picture.", 30),
     UNITS,
 )  # fmt: skip
-def check(
-    name: str | None,
-    bridge: str,
-    out: Path | None,
-    skew_deg: float,
-    units: Units,
-) -> Answer:
+def check(name: str | None, bridge: str, out: Path | None, skew_deg: float, units: Units) -> Answer:
     """Check a bridge: keys, weight, axial loads, periods, capacities, picture.
 
     Everything that would stop or distort a study is reported; exits with 2 if the file is invalid.
@@ -126,8 +126,11 @@ def check(
     variant = Variant.at(name or bridge, "contact_friction", values)
     geometry = _without_messages(model_geometry, variant, ModelOptions())
     model_figure(geometry).savefig(picture, dpi=150)
-    modes = [asdict(mode) for mode in report.standing.modes]
-    lists = {"modes": modes, "bents": report.bents, "findings": report.findings}
+    lists = {
+        "modes": [asdict(mode) for mode in report.standing.modes],
+        "bents": report.bents,
+        "findings": report.findings,
+    }
     columns = [
         {"of a column": key, **{f"bent {row['bent']}": row[key] for row in report.bents}}
         for key in (report.bents[0] if report.bents else ())
@@ -158,20 +161,18 @@ def modal(out: Path | None, units: Units, **given: Any) -> Answer:
         standing_bridge,
     )
 
-    choice = VariantChoice.of(given)
-    variant = choice.variant()
+    variant = variant_of(given)
     slug = variant.normalised().slug
-    result = asdict(_without_messages(modal_properties, variant, choice.model()))
+    result = asdict(_without_messages(modal_properties, variant, model_of(given)))
     standing = standing_bridge(variant.bridge)
     t1_s = conditioning_period_s(standing)
     if out is not None:
         _write(result["modes"], out, "modal")
-    forces = {"weight_kn": result["weight_kn"], "axial_kn": list(result["column_axial_kn"])}
-    weight, axial = in_units([forces], units)[0].values()
-    unit = "kip" if units == "us" else "kN"
+    unit, unit_kn = ("kip", KIP / KN) if units == "us" else ("kN", 1.0)
+    axial = ", ".join(f"{force / unit_kn:.0f}" for force in result["column_axial_kn"])
     note = (
-        f"weight {weight:.0f} {unit}; column base axial force "
-        f"{', '.join(f'{force:.0f}' for force in axial)} {unit}; T1 {t1_s:.4g} s"
+        f"weight {result['weight_kn'] / unit_kn:.0f} {unit}; column base axial force {axial} "
+        f"{unit}; T1 {t1_s:.4g} s"
     )
     for warning in periods_of_file(variant.bridge, standing):
         warn(warning)
@@ -187,7 +188,7 @@ def pushover(**given: Any) -> Answer:
     """
     from skewbridge.analysis.pushover import push_bridge
 
-    return _pushed(push_bridge, given)
+    return _pushed(partial(push_bridge, max_disp_m=given["max_disp_m"]), given)
 
 
 @command(bridge, *_PUSH)
@@ -200,19 +201,16 @@ def static(**given: Any) -> Answer:
     """
     from skewbridge.analysis.pushover import push_abutment
 
-    push = partial(push_abutment, steps=400)
+    push = partial(push_abutment, max_disp_m=given["max_disp_m"], steps=400)
     return (_pushed_ladder if given["abutment"] == "all" else _pushed)(push, given)
 
 
 def _pushed(push: "Callable[..., PushCurve]", given: Mapping[str, Any]) -> Answer:
     """Push once and write the curve; the command fails if the push stopped early."""
-    choice, limit_m = VariantChoice.of(given), given["max_disp_m"]
     angle_deg = given["angle_deg"]
     if angle_deg is None:
         angle_deg = {"x": 0.0, "y": 90.0}[given["direction"]]
-    curve = _without_messages(
-        push, choice.variant(), choice.model(), angle_deg=angle_deg, max_disp_m=limit_m
-    )
+    curve = _without_messages(push, variant_of(given), model_of(given), angle_deg=angle_deg)
     _write({"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}, given["out"], "curve")
     summary = {
         "peak_kn": curve.peak_n / KN,
@@ -233,25 +231,21 @@ def _pushed_ladder(push: "Callable[..., PushCurve]", given: Mapping[str, Any]) -
 
     from skewbridge.report.bridge_figures import ladder_figure
 
-    choice, folder = VariantChoice.of(given), writable_folder(given["out"])
+    folder = writable_folder(given["out"])
     tables: list[pd.DataFrame] = []
     peaks: list[dict[str, Any]] = []
-    for name, angle_deg in product(ABUTMENTS, LADDER_ANGLES_DEG):
-        variant, case = choice.variant(name), {"abutment": name, "angle_deg": angle_deg}
-        curve = _without_messages(
-            push, variant, choice.model(), angle_deg=angle_deg, max_disp_m=given["max_disp_m"]
-        )
+    for abutment, angle_deg in product(ABUTMENTS, LADDER_ANGLES_DEG):
+        case, variant = {"abutment": abutment, "angle_deg": angle_deg}, variant_of(given, abutment)
+        curve = _without_messages(push, variant, model_of(given), angle_deg=angle_deg)
         columns = {"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}
         tables.append(pd.DataFrame(case | columns))
         peaks.append(case | {"peak_kn": curve.peak_n / KN})
     curves = pd.concat(tables, ignore_index=True)
     _write(curves, folder, "curve")
-    name, skew_deg, gap_mm = (
-        choice.variant("roller").bridge_name,
-        given["skew_deg"],
-        given["gap_mm"],
+    title = (
+        f"{variant_of(given, 'roller').bridge_name}, right abutment, skew {given['skew_deg']:g} "
+        f"degrees, gap {given['gap_mm']:g} mm"
     )
-    title = f"{name}, right abutment, skew {skew_deg:g} degrees, gap {gap_mm:g} mm"
     ladder_figure(curves, title=title).savefig(folder / "ladder.png", dpi=150)
     return Answer({"pushes": peaks}, [Printed(peaks, title)], given["units"])
 
@@ -271,15 +265,15 @@ def model(out: Path, gap_scale: float, **given: Any) -> Answer:
     from skewbridge.bridge.geometry import model_geometry
     from skewbridge.report.bridge_figures import model_figure, model_page
 
-    choice = VariantChoice.of(given)
-    geometry = _without_messages(model_geometry, choice.variant(), choice.model())
-    script = _without_messages(model_script, choice.variant(), choice.model())
+    variant, options = variant_of(given), model_of(given)
+    geometry = _without_messages(model_geometry, variant, options)
+    script = _without_messages(model_script, variant, options)
     picture, page, code = (
         writable_folder(out) / f"model.{ending}" for ending in ("png", "html", "py")
     )
     model_figure(geometry, gap_scale=gap_scale).savefig(picture, dpi=150)
-    page.write_text(model_page(geometry, gap_scale=gap_scale), encoding="utf-8")
-    code.write_text(script, encoding="utf-8")
+    write_text(page, model_page(geometry, gap_scale=gap_scale))
+    write_text(code, script)
     files = [str(picture), str(page), str(code)]
     note = f"{geometry.title}: {', '.join(files)}"
     return Answer({"variant": geometry.title, "files": files}, [], notes=[note])

@@ -37,13 +37,9 @@ commands = new_group()
     Opt("censor_above", float | None, "Censor demands at or above this value (cloud)."),
     Opt("assumed_beta", float, "Dispersion for one-sided bounds.", 0.4),
     Opt("accept_bounds", bool, "Fit even if failed runs decide the result.", False),
-    Opt(
-        "columns",
-        Path | None,
-        "YAML file that maps our column names to those of the data, with unit factors and "
-        "constants.",
-    ),
-)
+    Opt("columns", Path | None, "YAML file that maps our column names to those of the data, with "
+        "unit factors and constants."),
+)  # fmt: skip
 def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answer:
     """Fit a fragility curve: theta, beta, their intervals and a status.
 
@@ -131,23 +127,14 @@ def statistics(demands: Path, out: Path, **given: Any) -> Answer:
     Opt("friction", float | None, "Coefficient of friction."),
     Opt("axis", list[str] | None, "A further axis; repeatable.", None, "NAME=VALUE"),
     STUDY,
-    Opt(
-        "bridge",
-        str | None,
-        "Bridge of the curves; needed if there are several.",
-        None,
-        "NAME",
-        known_bridges,
-    ),
-    ABUTMENT._replace(
-        kind=str | None,
-        help="By default the only model of the study, or contact-friction.",
-        default=None,
-    ),
+    Opt("bridge", str | None, "Bridge of the curves; needed if there are several.", None, "NAME",
+        known_bridges),
+    ABUTMENT._replace(kind=str | None, default=None,
+                      help="By default the only model of the study, or contact-friction."),
     Opt("component", str | None, "Only this component.", None, "NAME"),
     Opt("state", str | None, "Only this limit state.", None, "NAME"),
     Opt("at", float | None, "Intensity at which to give probabilities."),
-)
+)  # fmt: skip
 def predict(axis: list[str] | None, study: Path | None, **given: Any) -> Answer:
     """Predict fragility between the variants of a study.
 

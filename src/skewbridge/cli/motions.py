@@ -16,7 +16,7 @@ motions = new_group("motions", "Read, check, measure, draw and synthesize ground
 commands.add_typer(motions)
 
 _OUT: Final = Opt("out", Path, "Folder to write to.", ...)
-#: What a file may not say of itself.
+#: For files without a time step or a unit.
 _GIVEN: Final = (
     Opt("dt_s", float | None, "Time step for files without one."),
     Opt("unit", str | None, "Unit for files without one.", None, "[g|cm/s2|m/s2]"),
@@ -129,7 +129,7 @@ def plot(paths: list[Path], out: Path, **given: Any) -> Answer:
     Opt("calibrate", Literal["bssa14", "none"], "Ground-motion model that the spectra follow.",
         "bssa14"),
     Opt("orientation", Literal["random", "principal"], "Orientation of the components.", "random"),
-    Opt("shaking_s", float | None, "Keep only the strongest part, of this length in s."),
+    Opt("shaking_s", float | None, "Length of the strongest part to keep, in s."),
     Opt("free_vibration_s", float, "Zeros added at the end.", 0.0),
 )  # fmt: skip
 def synthesize(out: Path, calibrate: Any, orientation: Any, **given: Any) -> Answer:

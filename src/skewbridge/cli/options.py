@@ -1,9 +1,9 @@
 """Options that several commands share: a variant, a study, modelling keys, an output folder."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import TYPE_CHECKING, Any, Final
 
 from skewbridge.analysis.accuracy import under_explicit_keys
 from skewbridge.analysis.settings import AnalysisSettings
@@ -105,7 +105,7 @@ SET: Final = Opt(
 )  # fmt: skip
 
 
-#: Options of a command about one variant, for `VariantChoice`.
+#: Options of a command about one variant.
 VARIANT: Final = (
     BRIDGE,
     ABUTMENT,
@@ -118,58 +118,49 @@ VARIANT: Final = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class VariantChoice:
-    """The variant and the model that the options of a command name."""
+def variant_of(given: Mapping[str, Any], abutment: str | None = None) -> Variant:
+    """Return the variant that the values of `VARIANT` name, or with another abutment model.
 
-    bridge: str  # name or file
-    abutment: str  # as given
-    changes: list[str] | None  # texts of ``--set``
-    values: Mapping[str, float]  # on every core axis
+    Raises:
+        InputError: A value is outside its limits or has too many decimals.
+    """
+    values = {axis.name: given[axis.name] for axis in AXES}
+    model = (abutment or given["abutment"]).replace("-", "_")
+    return Variant.at(given["bridge"], model, values)
 
-    @classmethod
-    def of(cls, given: Mapping[str, Any]) -> Self:
-        """Return the choice that the values of `VARIANT` make."""
-        values = {axis.name: given[axis.name] for axis in AXES}
-        names = ("bridge", "abutment", "changes")
-        return cls(values=values, **{name: given[name] for name in names})
 
-    def variant(self, abutment: str | None = None) -> Variant:
-        """Return the variant, or the same one with another abutment model.
+def model_of(given: Mapping[str, Any]) -> ModelOptions:
+    """Return the modelling options that ``--set`` names.
 
-        Raises:
-            InputError: A value is outside its limits or has too many decimals.
-        """
-        return Variant.at(self.bridge, (abutment or self.abutment).replace("-", "_"), self.values)
+    Raises:
+        InputError: A key is unknown, or a value outside its limits.
+    """
+    return checked(ModelOptions, _keys_and_values(given["changes"]), "--set")
 
-    def model(self) -> ModelOptions:
-        """Return the modelling options.
 
-        Raises:
-            InputError: A key is unknown, or a value outside its limits.
-        """
-        return checked(ModelOptions, _keys_and_values(self.changes), "--set")
+def settings_and_model(
+    given: Mapping[str, Any], names: Sequence[str]
+) -> tuple[AnalysisSettings, ModelOptions]:
+    """Return the settings of the analysis and the modelling options.
 
-    def settings_and_model(
-        self, named: Mapping[str, Any], accuracy: str
-    ) -> tuple[AnalysisSettings, ModelOptions]:
-        """Return the settings of the analysis and the modelling options.
+    Args:
+        given: Values of `VARIANT`, of ``accuracy`` and of the options in ``names``.
+        names: Keys of the analysis that have an option, which may be None; they and ``--set``
+            override the accuracy.
 
-        Args:
-            named: Keys of the analysis that have an option; None where it is not given.
-            accuracy: Set of numerics; explicit keys override it.
-
-        Raises:
-            InputError: A key is unknown, or a value outside its limits.
-        """
-        keys = {field.name for field in fields(AnalysisSettings)}
-        analysis = {key: value for key, value in named.items() if value is not None}
-        model: dict[str, Any] = {}
-        for key, value in _keys_and_values(self.changes).items():
-            (analysis if key in keys else model)[key] = value
-        full = under_explicit_keys({"analysis": analysis, "model": model}, accuracy)
-        settings = checked(AnalysisSettings, full["analysis"], "the options")
-        return settings, checked(ModelOptions, full["model"], "--set")
+    Raises:
+        InputError: A key is unknown, or a value outside its limits.
+    """
+    keys = {field.name for field in fields(AnalysisSettings)}
+    sections: dict[str, dict[str, Any]] = {
+        "analysis": {name: given[name] for name in names if given[name] is not None},
+        "model": {},
+    }
+    for key, value in _keys_and_values(given["changes"]).items():
+        sections["analysis" if key in keys else "model"][key] = value
+    full = under_explicit_keys(sections, given["accuracy"])
+    settings = checked(AnalysisSettings, full["analysis"], "the options")
+    return settings, checked(ModelOptions, full["model"], "--set")
 
 
 def _keys_and_values(pairs: list[str] | None) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM, Units
 
 LONGEST_LIST: Final = 3  # values in one cell of a table
 FILE_WIDTH: Final = 400  # characters of a line in a file or a pipe, so that nothing is cut off
-ROUNDING: Final = 1e-12  # a number smaller than this share of its column is the noise of zero
+ROUNDING: Final = 1e-12  # numbers below this share of the largest in a column count as zero
 NO_VALUE: Final = "-"  # printed for NaN; the reason follows below the table
 
 type Row = Mapping[str, Any]
@@ -35,7 +35,7 @@ def warn(text: str) -> None:
 
 
 class Printed(NamedTuple):
-    """A printed table: its rows, all with the keys of the first, and why a value may be NaN."""
+    """Rows of a printed table, all with the same keys, and the reason for missing values."""
 
     rows: Sequence[Row]
     title: str | None = None
@@ -67,10 +67,11 @@ class Answer:
         """Print the answer and its notes; leave with its exit code."""
         if as_json:
             emit_json(self.payload)
+        show_text = messages.print if as_json else typer.echo
         parts = [Printed(quantities(self.payload))] if self.printed is None else self.printed
         for part in parts:
             if isinstance(part, str):
-                (messages.print if as_json else typer.echo)(part)
+                show_text(part)
             elif not as_json:
                 emit_table(part._replace(rows=in_units(part.rows, self.units)))
         for note in self.notes:
@@ -90,12 +91,14 @@ class Opt(NamedTuple):
     complete: Callable[[], list[str]] | None = None  # returns the values for shell completion
     flags: str = ""  # the option and other names of it, where it is not that of the name
 
-    def parameter(self) -> Parameter:
-        """Return the option as a parameter of a command."""
+    def declared(self, **shown: Any) -> Any:
+        """Return the option with its flags as typer declares it."""
         flags = self.flags or f"--{self.name.replace('_', '-')}"
-        shown: Any = {"help": self.help, "metavar": self.metavar, "autocompletion": self.complete}
-        is_argument = isinstance(self, Arg)
-        given = typer.Argument(**shown) if is_argument else typer.Option(*flags.split(), **shown)
+        return typer.Option(*flags.split(), **shown)
+
+    def parameter(self) -> Parameter:
+        """Return the option as a parameter of the function of a command."""
+        given = self.declared(help=self.help, metavar=self.metavar, autocompletion=self.complete)
         default = Parameter.empty if self.default is ... else self.default
         kind = Annotated[self.kind, given]
         return Parameter(self.name, Parameter.KEYWORD_ONLY, annotation=kind, default=default)
@@ -103,6 +106,10 @@ class Opt(NamedTuple):
 
 class Arg(Opt):
     """One argument of a command, without flags."""
+
+    def declared(self, **shown: Any) -> Any:
+        """Return the argument as typer declares it."""
+        return typer.Argument(**shown)
 
 
 UNITS: Final = Opt(
@@ -128,7 +135,7 @@ def command(
 ) -> Callable[[Callable[..., Answer]], Callable[..., None]]:
     """Add a function to a group as a command, which prints the answer that it returns.
 
-    The function gets its options and arguments by their names.
+    Options and arguments are passed by name.
     """
 
     def decorate(function: Callable[..., Answer]) -> Callable[..., None]:
@@ -163,30 +170,28 @@ class Command(TyperCommand):
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
-        details: Row = {}
+        status, code, details = "error", EXIT_BAD_INPUT, {}
         try:
             return super().invoke(ctx)
         except InputError as error:
-            status, code, details, message = "error", EXIT_BAD_INPUT, error.details, str(error)
+            message, details = str(error), error.details
+        except OSError as error:
+            message = f"{shortened(str(error.filename or ''))}: {error.strerror or error}"
         except SolutionError as error:
             status, code, message = "failed", EXIT_FAILED, str(error)
-        except OSError as error:
-            status, code = "error", EXIT_BAD_INPUT
-            message = f"{shortened(str(error.filename or ''))}: {error.strerror or error}"
         if ctx.params["as_json"]:
             emit_json({"status": status, "message": message, **details})
         messages.print(_printable(f"{status}: {message}"), style="red")
         raise typer.Exit(code)
 
     def _check_pairs(self, args: list[str]) -> None:
-        """Refuse an option of two values whose second value is the next option."""
+        """Refuse an option of two values one of which is the next option."""
         pairs = {name for option in self.params if option.nargs == 2 for name in option.opts}
-        for at in (at for at, argument in enumerate(args) if argument in pairs):
-            values = args[at + 1 : at + 3]
-            given = next((n for n, value in enumerate(values) if value.startswith("--")), None)
-            if given is not None:
-                message = f"{args[at]} takes two values, got {given} before {values[given]}"
-                raise typer.BadParameter(message)
+        for at, argument in enumerate(args):
+            for given, value in enumerate(args[at + 1 : at + 3] if argument in pairs else ()):
+                if value.startswith("--"):
+                    message = f"{argument} takes two values, got {given} before {value}"
+                    raise typer.BadParameter(message)
 
 
 def emit_json(payload: object) -> None:
@@ -196,27 +201,36 @@ def emit_json(payload: object) -> None:
 
 def emit_table(table: Printed) -> None:
     """Print a table on stdout; explain missing values on stderr."""
-    rows, title, missing = table
-    drawn = Table(title=None if title is None else Text(_printable(title)))
-    noise = {column: _noise(rows, column) for column in (rows[0] if rows else ())}
-    for column in noise:
-        side = "left" if isinstance(rows[0][column], str) else "right"
-        drawn.add_column(Text(_printable(column)), justify=side, overflow="fold")
-    cells = [[number(value, noise.get(key, 0.0)) for key, value in row.items()] for row in rows]
-    for row in cells:
+    drawn = Table(title=None if table.title is None else Text(_printable(table.title)))
+    columns: list[list[str]] = []
+    for name, first in (table.rows[0] if table.rows else {}).items():
+        side = "left" if isinstance(first, str) else "right"
+        drawn.add_column(Text(_printable(name)), justify=side, overflow="fold")
+        columns.append(_texts(name, [row[name] for row in table.rows]))
+    for row in zip(*columns, strict=True):
         drawn.add_row(*(Text(_printable(cell)) for cell in row))
     Console(highlight=False, width=None if sys.stdout.isatty() else FILE_WIDTH).print(drawn)
-    if any(NO_VALUE in cell.split("..") for row in cells for cell in row):
-        messages.print(f"{NO_VALUE}: {missing}")
+    if any(NO_VALUE in cell.split("..") for column in columns for cell in column):
+        messages.print(f"{NO_VALUE}: {table.missing}")
+
+
+def _texts(name: str, values: Sequence[Any]) -> list[str]:
+    """Return the values of a column as texts; numbers that are rounding errors of zero become 0."""
+    sizes = [abs(value) for value in values if isinstance(value, float) and isfinite(value)]
+    # in a column named value, each row is a quantity of its own
+    noise = 0.0 if name == "value" else ROUNDING * max(sizes, default=0.0)
+    return [number(value, noise) for value in values]
 
 
 def number(value: object, noise: float = 0.0, form: str = ".5g") -> str:
     """Return a value as text: NaN as `NO_VALUE`, noise of zero as 0, None as nothing."""
     if isinstance(value, list):
         return ", ".join(number(item, noise, form) for item in value)
-    if isinstance(value, float):
-        return NO_VALUE if isnan(value) else "0" if abs(value) < noise else f"{value:{form}}"
-    return "" if value is None else str(value)
+    if not isinstance(value, float):
+        return "" if value is None else str(value)
+    if isnan(value):
+        return NO_VALUE
+    return "0" if abs(value) < noise else f"{value:{form}}"
 
 
 def quantities(payload: Row) -> list[dict[str, Any]]:
@@ -231,21 +245,13 @@ def quantities(payload: Row) -> list[dict[str, Any]]:
     ]
 
 
-def _noise(rows: Sequence[Row], column: str) -> float:
-    """Return the size below which numbers of a column are zero with rounding errors."""
-    if column == "value":  # each row is a quantity of its own
-        return 0.0
-    values = [row.get(column) for row in rows]
-    sizes = [abs(value) for value in values if isinstance(value, float) and isfinite(value)]
-    return ROUNDING * max(sizes, default=0.0)
-
-
 def _printable(text: str) -> str:
     """Return a text without the control characters of a terminal; line breaks are kept."""
     return "".join(sign if sign.isprintable() or sign == "\n" else "?" for sign in text)
 
 
 def _finite(value: Any) -> Any:
+    """Return plain values with None for NaN and infinities."""
     if isinstance(value, Mapping):
         return {str(key): _finite(item) for key, item in value.items()}
     if hasattr(value, "tolist"):
@@ -269,7 +275,7 @@ _US_UNITS: Final = {
     "_m": ("_in", 1.0 / INCH),
     " (m)": (" (in)", 1.0 / INCH),
 }
-#: Columns that name the quantity of a row: its ending is the unit of all others but a few.
+#: Columns that name the quantity of a row; the ending of that name is the unit of its numbers.
 _NAMES: Final = ("quantity", "check", "of a column")
 _WITHOUT_UNIT: Final = ("ratio", "ok")
 
@@ -284,15 +290,17 @@ def in_units(rows: Sequence[Row], units: Units) -> Sequence[Row]:
 
 
 def _in_us_units(row: Row) -> Row:
+    converted: dict[str, Any] = {}
     label = next((key for key in _NAMES if key in row), None)
     if label is None:
-        converted = ((_us_unit(key), value) for key, value in row.items())
-        return {name: _times(value, factor) for (name, factor), value in converted}
+        for key, value in row.items():
+            name, factor = _us_unit(key)
+            converted[name] = _times(value, factor)
+        return converted
     name, factor = _us_unit(str(row[label]))
-    values = {
-        key: value if key in _WITHOUT_UNIT else _times(value, factor) for key, value in row.items()
-    }
-    return values | {label: name}
+    for key, value in row.items():
+        converted[key] = value if key in _WITHOUT_UNIT else _times(value, factor)
+    return converted | {label: name}
 
 
 def _us_unit(name: str) -> tuple[str, float]:
@@ -305,6 +313,5 @@ def _us_unit(name: str) -> tuple[str, float]:
 def _times(value: Any, factor: float) -> Any:
     if isinstance(value, list):
         return [_times(item, factor) for item in value]
-    if factor == 1.0 or isinstance(value, bool) or not isinstance(value, int | float):
-        return value
-    return value * factor
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return value * factor if is_number and factor != 1.0 else value

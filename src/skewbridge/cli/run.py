@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from skewbridge.cli.options import OUT, STUDY, VARIANT, VariantChoice, study_of
+from skewbridge.cli.options import OUT, STUDY, VARIANT, settings_and_model, study_of, variant_of
 from skewbridge.cli.output import UNITS, Answer, Opt, command, in_units, messages, new_group
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder
@@ -47,7 +47,7 @@ def run(out: Path, **given: Any) -> Answer:
     if given["row_key"] is not None:
         task = _task_of_row(given["row_key"], given["study"])
     else:
-        task = _task(VariantChoice.of(given), given)
+        task = _task(given)
     result, row = _analysed(task, writable_folder(out))
     title = f"{task.variant.slug}, {task.motion.motion.motion_id} x {task.motion.scale:g}"
     written = _write(task, result, row, out, figures_title=title if given["figures"] else "")
@@ -66,7 +66,7 @@ def run(out: Path, **given: Any) -> Answer:
     return Answer(row, [text], exit_code=0 if has_result else EXIT_FAILED)
 
 
-def _task(choice: VariantChoice, given: Mapping[str, Any]) -> "Task":
+def _task(given: Mapping[str, Any]) -> "Task":
     """Return the analysis that the options ask for."""
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.motions.intensity import motion_measures, scaled_measures
@@ -76,9 +76,8 @@ def _task(choice: VariantChoice, given: Mapping[str, Any]) -> "Task":
 
     if given["motion"] is None:
         raise InputError("motion: name two component files, or a row of a study with --row")
-    variant, scale = choice.variant().normalised(), given["scale"]
-    named = {name: given[name] for name in ("scheme", "dt_s", "duration_s")}
-    settings, options = choice.settings_and_model(named, given["accuracy"])
+    variant, scale = variant_of(given).normalised(), given["scale"]
+    settings, options = settings_and_model(given, ("scheme", "dt_s", "duration_s"))
     motion = read_motion(*given["motion"])
     measures = scaled_measures(motion_measures(motion, load_bridge(variant.bridge).t1_s), scale)
     return Task(
@@ -94,7 +93,7 @@ def _task_of_row(key: str, study: Path | None) -> "Task":
     """Return the analysis of a row of the demands of a study, finished or not.
 
     Raises:
-        InputError: The study has no results, no such row, or no such analysis any more.
+        InputError: The study has no such row, or its configuration no longer has the analysis.
     """
     from skewbridge.files.tables import read_table
     from skewbridge.study.analyses import StudySetup
@@ -151,7 +150,7 @@ def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]
 def _write(
     task: "Task", result: "AnalysisResult", row: dict[str, Any], out: Path, *, figures_title: str
 ) -> list[str]:
-    """Write the row, the histories and with a title the figures; return the names of files."""
+    """Write the row, the histories and, given a title, the figures; return the file names."""
     import pandas as pd
 
     from skewbridge.demands.tables import to_table

@@ -100,7 +100,7 @@ def demo(out: Path) -> Answer:
         "slurm|FOLDER"),
 )  # fmt: skip
 def plan(study: Path | None, pilot: int | None, profile: str | None) -> Answer:
-    """Show the variants and analyses of a study, their cost and what is done.
+    """Show the variants, analyses, cost and progress of a study.
 
     For a finished study, also show how many motions decide each headline answer.
 

@@ -64,11 +64,12 @@ def model_name(bridge: object, abutment: object) -> str:
 
 def short_names(table: pd.DataFrame) -> dict[tuple[str, str], str]:
     """Return the shortest names that distinguish the models of a table."""
-    models = list(dict.fromkeys(zip(table["bridge"], table["abutment"], strict=True)))
-    one_abutment, one_bridge = (len({model[part] for model in models}) == 1 for part in (1, 0))
-    if one_abutment:
+    models = dict.fromkeys(zip(table["bridge"], table["abutment"], strict=True))
+    if table["abutment"].nunique() == 1:
         return {model: model[0] for model in models}
-    return {m: m[1].replace("_", "-") if one_bridge else model_name(*m) for m in models}
+    if table["bridge"].nunique() == 1:
+        return {model: model[1].replace("_", "-") for model in models}
+    return {model: model_name(*model) for model in models}
 
 
 def listed(words: Iterable[str]) -> str:
@@ -108,18 +109,18 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
     motion), n_failed (a column failed), n_shear, n_flexure, n_collapse, n_bounds (lower bounds).
     """
     kinds, complete = failure_kinds(demands), is_complete(demands)
-    flags = demands.assign(
-        n_runs=1,
-        n_complete=complete,
-        n_failed=kinds != "",
-        n_shear=kinds == "shear",
-        n_flexure=kinds == "flexure",
-        n_collapse=demands["status"] == COLLAPSE,
-        n_bounds=~complete,
-    )
-    counted = ["n_runs", "n_complete", "n_failed", "n_shear", "n_flexure", "n_collapse", "n_bounds"]
+    flags = {
+        "n_runs": 1,
+        "n_complete": complete,
+        "n_failed": kinds != "",
+        "n_shear": kinds == "shear",
+        "n_flexure": kinds == "flexure",
+        "n_collapse": demands["status"] == COLLAPSE,
+        "n_bounds": ~complete,
+    }
+    counted = list(flags)
     rows: list[dict[str, Any]] = []
-    for model, part in models_of(flags):
+    for model, part in models_of(demands.assign(**flags)):
         rows.append({**model, "axis": "", "value": np.nan, **part[counted].sum()})
         for name in axis_names(part):
             if part[name].nunique() > 1:
@@ -204,14 +205,27 @@ def _weaker(effect: Mapping[str, Any], point: "pd.Series[Any]") -> str:
 
 
 def with_limits(table: pd.DataFrame, demands: pd.DataFrame, im: str) -> pd.DataFrame:
-    """Return the answer with what limits its numbers.
+    """Return the answer with the limits of its numbers as columns seat_m and largest_im.
 
-    These are the support length of each bridge, if its file can be read, and the largest intensity
-    of its runs (g).
+    seat_m is the support length of the bridge at its widest gap, NaN if its file cannot be read;
+    largest_im is the largest intensity of its runs (g).
     """
     largest = demands.groupby(list(BRIDGE_COLUMNS))[im].max().to_dict()
     models = zip(*(table[name] for name in BRIDGE_COLUMNS), strict=True)
-    return _with_seats(table, demands).assign(largest_im=[largest[model] for model in models])
+    widest_m = demands.groupby("bridge")["gap_mm"].max() / 1000.0
+    seats_m = {name: _seat_width_m(str(name)) - gap_m for name, gap_m in widest_m.items()}
+    return table.assign(
+        largest_im=[largest[model] for model in models],
+        seat_m=table["bridge"].map(seats_m).where(table["demand"] == _UNSEATING).astype(float),
+    )
+
+
+def _seat_width_m(bridge: str) -> float:
+    """Return the seat width of a bridge; NaN if its file cannot be read."""
+    try:
+        return load_bridge(bridge).abutment.seat_width_m
+    except InputError:
+        return np.nan
 
 
 def extent_of_data(row: Mapping[str, Any]) -> str:
@@ -233,7 +247,7 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
     The keys are bridge, abutment model and state; the table is that of `with_limits`.
     """
     notes: dict[tuple[str, str, str], str] = {}
-    names = short_names(table) if len(table) else {}
+    names = short_names(table)
     rows = table[table["demand"].isin(LEADING_STATES) & (table["status"] == OK)]
     for place, own in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
         sums, start = own.sum(numeric_only=True), f"{names[place[:2]]}, {effect_name(place[2])}"
@@ -250,19 +264,6 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
                 "median too uncertain; the ratios still use their cloud fits."
             )
     return notes
-
-
-def _with_seats(table: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame:
-    """Return the answer with the support length of each bridge, if its file can be read."""
-    seats: dict[str, float] = {}
-    for bridge, part in demands.groupby("bridge"):
-        try:
-            width_m = load_bridge(str(bridge)).abutment.seat_width_m
-        except InputError:
-            continue
-        seats[str(bridge)] = width_m - float(part["gap_mm"].max()) / 1000.0
-    lengths = table["bridge"].map(seats).where(table["demand"] == _UNSEATING)
-    return table.assign(seat_m=lengths.astype(np.float64))
 
 
 def _ends(row: Mapping[str, Any]) -> str:
@@ -370,26 +371,22 @@ def failure_sentences(counts: pd.DataFrame) -> tuple[str, str]:
 
 def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
     """Return kind and scenario of the motions, and the intensities with pairs of runs."""
-    parts: list[str] = []
-    sources = suite["source"].astype(str) if "source" in suite else pd.Series(dtype=str)
+    sources = suite.get("source", pd.Series(dtype=str)).astype(str)
     synthetic = len(sources) > 0 and sources.str.contains("synthetic|simulated", case=False).all()
-    kind = f"The {len(suite)} motions are {'synthetic' if synthetic else 'recorded or mixed'}"
+    text = f"The {len(suite)} motions are {'synthetic' if synthetic else 'recorded or mixed'}"
     if {"magnitude", "distance_km"} <= set(suite.columns) and suite["magnitude"].notna().any():
-        spans = [
-            (number(suite[name].min()), number(suite[name].max()))
-            for name in ("magnitude", "distance_km")
-        ]
-        (m_low, m_high), (r_low, r_high) = spans
-        m, r = (a if a == b else f"{a} to {b}" for a, b in ((m_low, m_high), (r_low, r_high)))
-        one = "of one scenario, " if m_low == m_high and r_low == r_high else "of "
-        parts.append(f"{kind} and {one}magnitude {m} at {r} km")
-    else:
-        parts.append(kind)
-    known = table[table["first_im"].notna()]
-    if len(known):
-        low, high = known["first_im"].min(), known["last_im"].max()
-        parts.append(f"complete pairs of runs exist from {low:.2g} to {intensity(high)}")
-    return "; ".join(parts) + "."
+        magnitude, distance = (_span(suite[name]) for name in ("magnitude", "distance_km"))
+        scenario = "" if " to " in magnitude + distance else "one scenario, "
+        text += f" and of {scenario}magnitude {magnitude} at {distance} km"
+    if table["first_im"].notna().any():
+        low, high = table["first_im"].min(), table["last_im"].max()
+        text += f"; complete pairs of runs exist from {low:.2g} to {intensity(high)}"
+    return f"{text}."
+
+
+def _span(values: "pd.Series[float]") -> str:
+    """Return the range of some values, or the value that all of them have."""
+    return " to ".join(dict.fromkeys((number(values.min()), number(values.max()))))
 
 
 def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]:
@@ -414,7 +411,8 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
         f"exceed {LARGEST_ERRORS:g} standard errors, by chance about {0.05 * len(compared):.0f}"
     )
     row = records_of(compared.sort_values("standard_errors", ascending=False).head(1))[0]
-    effects = {each["suite"]: each for each in records_of(counts[_same(counts, row)])}
+    same = (counts[list(_EFFECT)] == [row[name] for name in _EFFECT]).all(axis=1)
+    effects = {each["suite"]: each for each in records_of(counts[same])}
     change = change_name(row["axis"], row["from_value"], row["to_value"])
     what = f"{change} on {effect_name(row['demand'])} of {names[row['bridge'], row['abutment']]}"
     sizes = listed(
@@ -430,10 +428,6 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
     places = differing[["axis", "bridge"]].drop_duplicates()
     axes = listed(dict.fromkeys(axis(str(name)).title for name in places["axis"]))
     return f"; the effect of {axes} {DEPENDS}", text
-
-
-def _same(table: pd.DataFrame, row: Mapping[str, Any]) -> "pd.Series[bool]":
-    return (table[list(_EFFECT)] == pd.Series({name: row[name] for name in _EFFECT})).all(axis=1)
 
 
 def properties_sentence(demands: pd.DataFrame) -> str:

@@ -29,7 +29,7 @@ from skewbridge.study.folder import StudyFolder, starter_files
 from skewbridge.study.products import origin_of
 from skewbridge.study.results import load_results
 
-#: Patterns of the archived files in the folder of a study, with what they are.
+#: Patterns of the archived files in the folder of a study, with their descriptions.
 TAKEN: Final = {
     "demands.parquet": "demands of every analysis",
     "fragility/*": "fits and effects",

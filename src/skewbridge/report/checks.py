@@ -5,7 +5,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -15,7 +15,6 @@ from skewbridge.demands.columns import KEY, demands_for
 from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.suspect import LIMITS, SUSPECT, SuspectLimits, count_reasons
 from skewbridge.errors import SolutionError
-from skewbridge.files.tables import read_frame
 from skewbridge.files.text import write_text
 from skewbridge.statuses import RAN, STATUSES
 from skewbridge.variant.abutments import ABUTMENTS
@@ -178,14 +177,6 @@ def require_passed(checks: Path) -> None:
             f"{len(failed)} of {len(found)} checks of the tables failed (checks: strict): "
             + "; ".join(failed)
         )
-
-
-def read_tables(
-    *, demands: Path, curves: Path, effects: Path, suite: Path, **asked: Any
-) -> StudyTables:
-    """Return the tables to be checked from their files; ``asked`` as in `StudyTables`."""
-    paths = {"demands": demands, "curves": curves, "effects": effects, "suite": suite}
-    return StudyTables(**{name: read_frame(path) for name, path in paths.items()}, **asked)
 
 
 def contact_differences(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.DataFrame:

@@ -78,14 +78,12 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
         InputError: A bridge or the limit states of the study cannot be read.
     """
     motions, drawn = config.motions, config.uncertainty.drawn
-    sources = (
-        [] if suite is None else list(filter(None, dict.fromkeys(suite["source"].astype(str))))
-    )
+    suite = pd.DataFrame({"source": []}) if suite is None else suite
     count, levels_g, suites = motions.count, motions.level_range_g, {}
-    if suite is not None and {"scale", LEVEL_MEASURE} <= set(suite):
+    if {"scale", LEVEL_MEASURE} <= set(suite):
         applied_g = suite["scale"] * suite[LEVEL_MEASURE]
         count, levels_g = len(suite), (applied_g.min(), applied_g.max())
-    if suite is not None and "suite" in suite:
+    if "suite" in suite:
         suites = suite.groupby("suite", sort=False)["motion_id"].nunique().to_dict()
     bridges = [load_bridge(name) for name in config.grid.bridge]
     model = config.analysis.model_options(config.model)
@@ -103,7 +101,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
         "motions": motions,
         "count": count,
         "levels_g": levels_g,
-        "source": _cited_source("; ".join(sources)),
+        "source": "; ".join(filter(None, suite["source"].astype(str).unique())),
         "suites": suites,
         "random_direction": DIRECTION in drawn,
         "drawn": {property_name(name): what for name, what in drawn.items()},
@@ -116,7 +114,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
         "changed": _changed_settings(config),
     }
     functions = {"counted": counted, "shown_length": shown_length, "version": version}
-    functions |= {"numbers": _listed, "percent": _percent}
+    functions |= {"numbers": _text, "percent": _percent}
     environment = Environment(
         loader=PackageLoader("skewbridge.report.html"), undefined=StrictUndefined
     )
@@ -138,16 +136,17 @@ def _changed_settings(config: StudyConfig) -> list[str]:
     usual = parse_config({"accuracy": config.accuracy}).model_dump(mode="json", exclude=_NO_METHOD)
     accuracy = [f"`accuracy` {config.accuracy}"] if config.accuracy != "default" else []
     return accuracy + [
-        f"`{section}.{key}` {_setting(value)} (default {_setting(usual[section][key])})"
+        f"`{section}.{key}` {_text(value)} (default {_text(usual[section][key])})"
         for section, values in own.items()
         for key, value in (values if isinstance(values, dict) else {}).items()
         if value != usual[section][key]
     ]
 
 
-def _setting(value: object) -> str:
-    if isinstance(value, list):
-        return ", ".join(map(_setting, value))
+def _text(value: object) -> str:
+    """Return a value of the configuration, or a list of them, as text."""
+    if isinstance(value, list | tuple):
+        return ", ".join(map(_text, value))
     if isinstance(value, float):
         return f"{value:g}"
     return "none" if value is None else str(value)
@@ -162,22 +161,11 @@ def _limit_states(config: StudyConfig) -> list[tuple[str, ...]]:
             in_words(component),
             f"`{own[0].demand}`",
             ", ".join(f"{each.name} {threshold_text(each.demand, each.threshold)}" for each in own),
-            _listed(sorted({each.dispersion for each in own})),
+            _text(sorted({each.dispersion for each in own})),
             " ".join(own[0].citation.split()),
         )
         for component, own in rows.items()
     ]
-
-
-def _cited_source(source: str) -> str:
-    """Return the citation of the source of the motions, or the source itself if it has none."""
-    if "Dabaghi and Der Kiureghian (2018)" in source:
-        return "simulated, Dabaghi and Der Kiureghian 2018"
-    return source
-
-
-def _listed(values: Sequence[float]) -> str:
-    return ", ".join(f"{value:g}" for value in values)
 
 
 def _percent(share: float) -> str:

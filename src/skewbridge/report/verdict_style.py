@@ -148,6 +148,10 @@ def signed(value: float, unit: str) -> str:
     """Return a number with its sign and unit, with as many digits as one looks at."""
     if not np.isfinite(value):
         return "–"
-    digits = 0 if abs(value) > 9.5 else 1 if abs(value) > 0.95 or unit == " %" else 2
+    digits = 2
+    if abs(value) > 9.5:
+        digits = 0
+    elif abs(value) > 0.95 or unit == " %":
+        digits = 1
     # adding zero turns a rounded -0.0 into 0.0
     return f"{round(value, digits) + 0:+.{digits}f}{unit}"

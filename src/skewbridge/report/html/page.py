@@ -3,6 +3,7 @@
 import base64
 import json
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
@@ -18,7 +19,6 @@ from PIL import Image
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.demand_columns import SHEAR_MODELS
-from skewbridge.demands.suspect import SUSPECT
 from skewbridge.files.tables import read_frame, read_stamp, records_of
 from skewbridge.files.text import write_text
 from skewbridge.fragility.fits import FITTED
@@ -71,6 +71,14 @@ from skewbridge.variant.axes import axes_of, axis
 _MODEL: Final = ("bridge", "abutment")
 _CHANGE: Final = ("axis", "from_value", "to_value")
 _WIDEST_BAR: Final = 2.5  # largest ratio at the end of the bars of the answer
+#: Heads of the tests whether residuals depend on a property of the motion.
+_PROPERTIES: Final = {
+    "magnitude": "p, magnitude",
+    "ln_distance": "p, source distance",
+    "ln_scale": "p, scale factor",
+    "ln_duration": "p, duration",
+    "ln_shape": "p, spectral shape Sa(T1)/Sa,avg",
+}
 
 
 def write_report(
@@ -97,29 +105,39 @@ def write_report(
     environment = Environment(
         loader=PackageLoader("skewbridge.report.html"), autoescape=True, undefined=StrictUndefined
     )
-    environment.filters |= {"number": _number, "unbroken": _unbroken, "words": in_words}
+    filters: dict[str, Any] = {
+        "groups": groups_of,
+        "median": _median_text,
+        "number": _number,
+        "records": records_of,
+        "shown": shown_rows,
+        "unbroken": _unbroken,
+        "words": in_words,
+    }
+    functions: tuple[Any, ...] = (
+        *(choice_findings, choices_left_out, demand_name, model_name, plain_label),
+        *(axes_of, shown_axes, variant_text),
+    )
+    environment.filters.update(filters)
+    environment.globals.update({function.__name__: function for function in functions})
     with shown_in(study.figures.units):
         page = environment.get_template("report.html.j2").render(
             **_first_screen(frames, study),
             **_effect_parts(frames),
             gallery=pictures_of(read_captions(tables["captions"]), figures),
             explorer=_explorer(frames, study.figures.units),
+            tables=frames,
             paper=paper_rows(curves, medians, frames["joint"]),
             unreached=states_not_reached(curves),
-            system=shown_rows(system_rows(frames["system"])),
-            measures=shown_rows(measure_rows(frames["measures"])),
-            shear_models=shear_model_rows(demands, curves, study.fragility),
-            choices=_choices(read_frame(choices)) if choices else [],
+            n_variants=curves.groupby(list(_MODEL))["variant"].nunique(),
+            properties={k: v for k, v in _PROPERTIES.items() if f"p_{k}" in frames["measures"]},
+            **_shear_models(demands, curves, study.fragility),
+            choices=groups_of(read_frame(choices), _MODEL) if choices else [],
             compared=methods_compared(curves),
             fits=fit_counts(curves),
             checks=checks,
             quality=quality(demands, frames["sensitivity"], frames.get("check_predict")),
             exclude_suspect=study.fragility.exclude_suspect,
-            sensitivity=shown_rows(records_of(frames["sensitivity"]), 4),
-            suspect=shown_rows(checks["suspect"]),
-            input_notes=shown_rows(records_of(frames["input_notes"])),
-            rungs=shown_rows(checks["rungs"]),
-            contact_checks=shown_rows(records_of(frames["contact_checks"]), 6),
             methods=methods_of(study, frames["suite"]),
             state_heads=STATE_HEADS,
             provenance=dict(sorted(read_stamp(tables["demands"]).items())),
@@ -164,39 +182,33 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
 
     It is made from the tables of `answer_table` and `run_counts`.
     """
-    names = answer.short_names(table) if len(table) else {}
+    names, notes = answer.short_names(table), answer.limit_notes(table)
+    signs = {place: number for number, place in enumerate(notes, 1)}
     capacities = table[table["quantity"] == MEDIAN_CAPACITY]
-    known = capacities[capacities["status"] == OK]
-    ends = np.abs(np.log(known[["ci_low", "ci_high"]].to_numpy(dtype=np.float64)))
-    reach = min(float(np.nanmax(ends, initial=0.05)), np.log(_WIDEST_BAR))
-    present = dict.fromkeys(capacities["demand"])
+    present = capacities["demand"].unique()
     states = sorted(present, key=lambda state: state not in answer.LEADING_STATES)[:2]
-    notes = answer.limit_notes(table)
-    signs = {place: str(number) for number, place in enumerate(notes, 1)}
+    ends = capacities.loc[capacities["status"] == OK, ["ci_low", "ci_high"]].to_numpy(np.float64)
+    reach = min(np.nanmax(np.abs(np.log(ends)), initial=0.05), np.log(_WIDEST_BAR))
     rows: list[dict[str, Any]] = []
     for change, part in groups_of(table, _CHANGE):
         for model, own in groups_of(part, _MODEL):
-            records = {row["demand"]: row for row in records_of(own)}
+            effects = {row["demand"]: row for row in records_of(own)}
+            on_demands = [row for name, row in effects.items() if "/" not in name]
+            cells = [
+                _answer_cell(effects.get(state), reach) | {"note": signs.get((*model, state), "")}
+                for state in states
+            ]
             same = (counts[[*_MODEL, "axis"]] == [*model, change[0]]).all(axis=1)
-            runs, failed = (
-                counts[same].sort_values("value")[name].tolist() for name in ("n_runs", "n_failed")
-            )
-            several = f"{failed[0]} to {failed[-1]} of {runs[0]}" if len(runs) > 1 else "–"
-            rows.append(
-                {
-                    "change": change_name(*change),
-                    "model": names[model] if len(names) > 1 else "",
-                    "cells": [
-                        _answer_cell(records.get(state), reach)
-                        | {"note": signs.get((*model, state), "")}
-                        for state in states
-                    ],
-                    "failed": several,
-                    "clearest": answer.clearest_clause(
-                        [row for name, row in records.items() if "/" not in name]
-                    ),
-                }
-            )
+            by_value = counts[same].sort_values("value")
+            failed = by_value["n_failed"].tolist()
+            row = {
+                "change": change_name(*change),
+                "model": names[model] if len(names) > 1 else "",
+                "cells": cells,
+                "failed": f"{failed[0]} to {failed[-1]} of {by_value['n_runs'].iloc[0]}",
+                "clearest": answer.clearest_clause(on_demands),
+            }
+            rows.append(row)
     return {
         "states": [effect_name(state) for state in states],
         "rows": rows,
@@ -211,29 +223,27 @@ def _answer_cell(row: Mapping[str, Any] | None, reach: float) -> dict[str, Any]:
 
     Positions of the bar are in per cent of its width, which spans ln ratios from -reach to reach.
     """
-    if row is None or row["status"] != OK:
-        reached = row is not None and row["status"] != answer.NOT_REACHED
-        return {"text": "not estimable" if reached else "no run reaches it", "sizes": ""}
+    if row is None or row["status"] == answer.NOT_REACHED:
+        return {"text": "no run reaches it", "sizes": ""}
+    if row["status"] != OK:
+        return {"text": "not estimable", "sizes": ""}
+    bar = [np.clip(np.log(row[end]) / reach, -1.0, 1.0) for end in ("ci_low", "ratio", "ci_high")]
     return {
         **_cell({**row, "verdict_family": row["claim"]}),
         "certainty": answer.CERTAINTY[row["claim"]],
         "sizes": f"{row['from_demand']:.2f} → {row['to_demand']:.2f} g",
-        "bar": [
-            round(50.0 + 49.0 * float(np.clip(np.log(row[end]) / reach, -1.0, 1.0)), 1)
-            for end in ("ci_low", "ratio", "ci_high")
-        ],
+        "bar": [round(50.0 + 49.0 * float(share), 1) for share in bar],
     }
 
 
 def _cell(row: Mapping[str, Any]) -> dict[str, Any]:
     """Return style, change and interval of an effect; a mark if its medians leave the data."""
-    interval = interval_text(row) if row["status"] == OK else ""
-    mark = "†" if row["quantity"] == MEDIAN_CAPACITY and answer.extent_of_data(row) else ""
+    leaves_data = row["quantity"] == MEDIAN_CAPACITY and answer.extent_of_data(row)
     return {
         "style": verdict_style(row),
         "text": change_text(row),
-        "interval": interval,
-        "mark": mark,
+        "interval": interval_text(row) if row["status"] == OK else "",
+        "mark": "†" if leaves_data else "",
     }
 
 
@@ -271,21 +281,23 @@ def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, An
     """
     others = [each for each in shown_axes(compared) if compared[each.name].notna().all()]
     keys = ["bridge", "abutment", "axis", "from_value", "to_value", *(a.name for a in others)]
-    order = {each.name: place for place, each in enumerate(axes_of(set(compared["axis"])))}
-    columns = compared[keys].drop_duplicates()
-    columns = columns.assign(_axis=columns["axis"].map(order)).sort_values(
-        ["bridge", "abutment", "_axis", *keys[3:]], kind="stable"
+    order = [each.name for each in axes_of(set(compared["axis"]))]
+    heads = sorted(
+        set(compared[keys].itertuples(index=False, name=None)),
+        key=lambda head: (*head[:2], order.index(head[2]), *head[3:]),
     )
-    heads = list(columns[keys].itertuples(index=False, name=None))
-    models = [model_name(*head[:2]) for head in heads]
     rows: list[dict[str, Any]] = []
     for (demand,), own in groups_of(effects, ["demand"]):
         cells = {tuple(row[name] for name in keys): _cell(row) for row in records_of(own)}
-        name = f"Median, {effect_name(demand)}" if "/" in demand else demand_name(demand)
-        shown = [cells.get(head) for head in heads]
-        rows.append({"label": name, "margin": margin_text(own.iloc[0]), "cells": shown})
+        rows.append(
+            {
+                "label": f"Median, {effect_name(demand)}" if "/" in demand else demand_name(demand),
+                "margin": margin_text(own.iloc[0]),
+                "cells": [cells.get(head) for head in heads],
+            }
+        )
     return {
-        "models": [(model, models.count(model)) for model in dict.fromkeys(models)],
+        "models": Counter(model_name(*head[:2]) for head in heads).items(),
         "heads": [
             ", ".join([change_name(*head[2:5]), *map(named_value, others, head[5:])])
             for head in heads
@@ -294,20 +306,19 @@ def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, An
     }
 
 
-def shown_rows(rows: Sequence[Mapping[str, Any]], digits: int = 3) -> list[dict[str, str]]:
+def shown_rows(
+    table: pd.DataFrame | Sequence[Mapping[str, Any]], digits: int = 3
+) -> list[dict[str, str]]:
     """Return the rows of a table in words: heads with the shown units, numbers in these units."""
-    heads: dict[str, tuple[str, float]] = {}
-    for name in rows[0] if len(rows) else ():
-        words, unit = split_unit(name)
+    frame = pd.DataFrame(table)
+    texts: dict[str, list[str]] = {}
+    for name in frame:
+        words, unit = split_unit(str(name))
         unit, factor = shown_unit(unit)
-        heads[name] = words.replace("_", " ") + ("" if unit == "-" else f" ({unit})"), factor
-    return [
-        {
-            head: _number(row[name] if factor == 1.0 else factor * row[name], digits)
-            for name, (head, factor) in heads.items()
-        }
-        for row in rows
-    ]
+        head = words.replace("_", " ") + ("" if unit == "-" else f" ({unit})")
+        values = frame[name] if factor == 1.0 else factor * frame[name]
+        texts[head] = [_number(value, digits) for value in values.tolist()]
+    return records_of(pd.DataFrame(texts))
 
 
 def _explorer(frames: Mapping[str, pd.DataFrame], units: str) -> dict[str, str]:
@@ -320,28 +331,13 @@ def _explorer(frames: Mapping[str, pd.DataFrame], units: str) -> dict[str, str]:
     return {"data": data, "library": library()}
 
 
-def _choices(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return the findings and the rows of every bridge and abutment model."""
-    return [
-        {
-            "model": model_name(*model),
-            "findings": choice_findings(own),
-            "left_out": choices_left_out(own),
-            "pairs": int(own["n_pairs"].max()),
-            "rows": shown_rows(records_of(own.drop(columns=["bridge", "abutment"]))),
-        }
-        for model, own in groups_of(table, _MODEL)
-    ]
-
-
-def _number(value: object, digits: int = 3) -> str:
-    if value is None or value is pd.NA or value != value:
-        return "–"
-    if isinstance(value, float):
-        return f"{value:.{digits}g}"
+def _number(value: Any, digits: int = 3) -> str:
+    """Return a value of a table as text; a dash for a missing one."""
     if isinstance(value, Sequence) and not isinstance(value, str):
         return ", ".join(str(item) for item in value)
-    return str(value)
+    if pd.isna(value):
+        return "–"
+    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
 
 
 def _unbroken(text: str) -> str:
@@ -376,15 +372,6 @@ def _packed(path: Path) -> dict[str, Any]:
     return {"data": data, "width": picture.width, "height": picture.height}
 
 
-_PROPERTIES: Final = {
-    "magnitude": "magnitude",
-    "ln_distance": "source distance",
-    "ln_scale": "scale factor",
-    "ln_duration": "duration",
-    "ln_shape": "spectral shape Sa(T1)/Sa,avg",
-}
-
-
 def subtitle(demands: pd.DataFrame, im: str, values: Mapping[str, str]) -> str:
     """Return models, axes with their values, motions and their range in one line."""
     bridges = ", ".join(dict.fromkeys(demands["bridge"]))
@@ -410,39 +397,35 @@ def quality(
     name, rubbed = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
     compared = None if check is None else check[check["status"] == OK]
     return {
-        "runs": len(demands),
         "statuses": [(each, int((demands["status"] == each).sum())) for each in STATUSES],
         "recovered": int((demands["recovery_rung"] > 0).sum()),
-        "suspect": int((demands[SUSPECT] != "").sum()),
         "residuals": 100.0 * demands["energy_residual_ratio"].abs(),
         "changes": 100.0 * sensitivity.get("reference_largest_change", pd.Series(dtype=float)),
         "compared": sensitivity[["rows", "analysed_s"]].max() if len(sensitivity) else None,
         "excesses": 100.0 * rubbed.get(name, pd.Series(dtype=float)),
         "predicted": compared,
         "errors": None if compared is None else 100.0 * compared["error"].abs(),
-        "cpu_h": float(demands["cpu_s"].sum()) / 3600.0,
     }
 
 
 def needed_sentences(needed: pd.DataFrame) -> list[str]:
     """Return for each axis how many motions would decide the effects that are undecided."""
-    open_rows = needed[needed["forecast"] == MORE]
-    return [
-        f"{change_name(*change)}: "
-        + listed(
+    sentences: list[str] = []
+    for change, own in groups_of(needed[needed["forecast"] == MORE], _CHANGE):
+        motions = (
             f"{effect_name(row['demand'])} of {row['bridge']} {row['needed_motions']:.0f}"
             for row in records_of(own.sort_values("needed_motions"))
         )
-        + " motions."
-        for change, own in groups_of(open_rows, _CHANGE)
-    ]
+        sentences.append(f"{change_name(*change)}: {listed(motions)} motions.")
+    return sentences
 
 
 def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame) -> dict[str, Any]:
     """Return the fragility table for publication: heads, groups of rows by model and state."""
     table = paper_table(curves, medians, joint)
     ratios = ratio_names(table)
-    names = _variant_names(curves)
+    axes = shown_axes(curves)
+    names = {row["variant"]: variant_text(axes, row) for row in records_of(curves)}
     capacities = {
         (row["component"], row["limit_state"]): threshold_text(row["demand"], row["threshold"])
         for row in records_of(curves.drop_duplicates(["component", "limit_state"]))
@@ -467,13 +450,6 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
     }
 
 
-def _variant_names(table: pd.DataFrame) -> dict[str, str]:
-    """Return a readable description of each variant, keyed by variant name."""
-    axes = shown_axes(table)
-    first = records_of(table.drop_duplicates("variant"))
-    return {row["variant"]: variant_text(axes, row) for row in first}
-
-
 def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
     """Return how often cloud and exceedance medians differ, and which of them is used."""
     both = curves[(curves["method"] == "cloud") & curves["methods_ratio"].notna()]
@@ -486,22 +462,10 @@ def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
     }
 
 
-def states_not_reached(curves: pd.DataFrame) -> list[dict[str, str]]:
-    """Return the states that no run of some variants reached, with the largest demand."""
+def states_not_reached(curves: pd.DataFrame) -> list[tuple[Any, pd.DataFrame]]:
+    """Return the curves of states that no run reached, by bridge, abutment model and state."""
     rows = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
-    counts = curves.groupby(list(_MODEL))["variant"].nunique().to_dict()
-    return [
-        {
-            "model": model_name(*model),
-            "state": in_words(f"{component}, {state}"),
-            "variants": f"{len(own)} of {counts[tuple(model)]}",
-            "where": variant_text(axes_of(own.columns), own.iloc[0]),
-            "reason": str(own["reach"].iloc[0]),
-        }
-        for (*model, component, state), own in groups_of(
-            rows, (*_MODEL, "component", "limit_state")
-        )
-    ]
+    return groups_of(rows, (*_MODEL, "component", "limit_state"))
 
 
 def fit_counts(curves: pd.DataFrame) -> list[tuple[str, int]]:
@@ -511,78 +475,24 @@ def fit_counts(curves: pd.DataFrame) -> list[tuple[str, int]]:
     return [(in_words(name), int(counts[name])) for name in names]
 
 
-def _median_text(row: Mapping[str, Any], otherwise: str) -> str:
-    """Return a median with its interval, or another text where the fit has none."""
+def _median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
+    """Return a median with its interval; without one another text, or the status of the fit."""
     if row["status"] != FITTED:
-        return otherwise
+        return otherwise or in_words(row["status"])
     return with_interval([row[f"theta{end}"] for end in ("", "_low", "_high")])
 
 
-def system_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return the medians of the whole bridge with their bounds."""
-    axes = shown_axes(table)
-    return [
-        {
-            "model": model_name(row["bridge"], row["abutment"]),
-            "variant": variant_text(axes, row),
-            "degree of damage": row["limit_state"],
-            "exceed": f"{row['n_exceed']} of {row['n_runs']}",
-            "θ [interval]": _median_text(row, in_words(row["status"])),
-            "β": row["beta"],
-            "θ, components fully correlated": row["theta_correlated"],
-            "θ, components independent": row["theta_independent"],
-            "weakest component": in_words(row["weakest"]),
-        }
-        for row in records_of(table)
-    ]
-
-
-def shear_model_rows(
-    demands: pd.DataFrame, study_curves: pd.DataFrame, settings: FitSettings
-) -> list[dict[str, str]]:
-    """Return the median capacity for shear failure of each variant under each shear model.
-
-    The first median is that of the study, which takes demands after a failure as lower bounds; the
-    others use the peaks of the whole motion.
-    """
-    curves = shear_model_medians(demands, settings)
-    names = _variant_names(curves)
-    shear = (study_curves["component"] == COLUMN_FAILURE) & (study_curves["limit_state"] == "shear")
-    in_study = {
-        row["variant"]: _median_text(row, in_words(row["status"]))
-        for row in records_of(chosen_curves(study_curves[shear]))
+def _shear_models(
+    demands: pd.DataFrame, curves: pd.DataFrame, settings: FitSettings
+) -> dict[str, Any]:
+    """Return the curves for shear failure under each shear model, and the medians of the study."""
+    table = shear_model_medians(demands, settings)
+    shear = (curves["component"] == COLUMN_FAILURE) & (curves["limit_state"] == "shear")
+    in_study = records_of(chosen_curves(curves[shear]))
+    return {
+        "shear_models": table,
+        "shear_heads": [
+            f"{SHEAR_MODELS[name]}, θ [interval]" for name in table["limit_state"].unique()
+        ],
+        "shear_medians": {row["variant"]: _median_text(row) for row in in_study},
     }
-    return [
-        {
-            "model": model_name(*model),
-            "variant": names[variant],
-            "this study, θ [interval]": in_study.get(variant, "–"),
-        }
-        | {
-            f"{SHEAR_MODELS[row['limit_state']]}, θ [interval]": _median_text(
-                row, f"{row['n_exceed']} of {row['n_runs']} runs fail"
-            )
-            for row in records_of(own)
-        }
-        for (*model, variant), own in groups_of(curves, (*_MODEL, "variant"))
-    ]
-
-
-def measure_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return the intensity measures in the order of their rank for each demand."""
-    return [
-        {
-            "model": model_name(row["bridge"], row["abutment"]),
-            "demand": demand_name(row["demand"]),
-            "measure": plain_label(row["im"]),
-            "recommended": "yes" if row["recommended"] else "",
-            "proficiency s/b": row["proficiency"],
-            "efficiency s": row["efficiency"],
-            "practicality b": row["practicality"],
-            "R²": row["r2"],
-            **{f"p, {text}": row[f"p_{name}"] for name, text in _PROPERTIES.items()
-               if f"p_{name}" in row},
-            "chance of being best": row["p_best_proficiency"],
-        }
-        for row in records_of(table)
-    ]  # fmt: skip

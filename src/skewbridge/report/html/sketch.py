@@ -1,7 +1,7 @@
-"""Sketch of a bridge in plan, and the bridge in words, from its catalogue data."""
+"""Plan and description of a bridge from its catalogue data."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from math import cos, radians, sin, tan
 from typing import Any, Final
 
@@ -13,8 +13,6 @@ from skewbridge.report.axis_layout import shown_length
 _WIDTH, _HEIGHT, _SIDE, _TOP = 520.0, 190.0, 8.0, 52.0
 _GAP_SHARE: Final = 0.035  # of the length of the bridge, for the largest gap
 _FACTORS: Final = (1, 2, 5, 10, 20, 50, 100, 200)
-
-type Point = tuple[float, float]
 
 
 def bridge_words(bridge: BridgeData) -> str:
@@ -44,64 +42,59 @@ def sketch(
         the gaps, ``width`` and ``height``.
     """
     skew = max(skews_deg, key=abs)
-    length, width = bridge.length_m, bridge.deck.width_m
-    gap_m, key_m = max(gaps_mm) / 1000.0, key_gap_mm / 1000.0
+    length, half = bridge.length_m, bridge.deck.width_m / 2
+    gap_m = max(gaps_mm) / 1000.0
     factor = next((f for f in reversed(_FACTORS) if f * gap_m <= _GAP_SHARE * length), _FACTORS[0])
     thickness = max(bridge.abutment.wall_thickness_m, 0.012 * length)
-    reach = length / 2 + width / 2 * abs(tan(radians(skew)))
-    reach += (factor * gap_m + thickness) / cos(radians(skew))
-    scale = min((_WIDTH - 2 * _SIDE) / (2 * reach), (_HEIGHT - 2 * _TOP) / width)
+    cosine, sine = cos(radians(skew)), sin(radians(skew))
+    # along the bridge, on its axis: end of the deck, face and back of the wall
+    end, face = length / 2, length / 2 + factor * gap_m / cosine
+    back = face + thickness / cosine
+    scale = min(
+        (_WIDTH - 2 * _SIDE) / 2 / (back + half * abs(sine / cosine)),
+        (_HEIGHT - 2 * _TOP) / 2 / half,
+    )
 
-    def at(x: float, y: float) -> Point:
+    def at(x: float, y: float) -> tuple[float, float]:
+        """Return the place of a point in the picture."""
         return round(_WIDTH / 2 + scale * x, 1), round(_HEIGHT / 2 - scale * y, 1)
 
-    def points(corners: Iterable[Point]) -> str:
-        return " ".join(f"{x},{y}" for x, y in (at(*corner) for corner in corners))
+    def skewed(x: float, y: float, angle: float = skew) -> str:
+        """Return the place of a point on a line that is parallel to the ends of the deck."""
+        return "{},{}".format(*at(x - y * tan(radians(angle)), y))
 
-    def end(sign: float, away: float, y: float, angle: float = skew) -> Point:
-        """Return the point of a line parallel to an end of the deck, so far outside of it."""
-        return sign * (length / 2 + away / cos(radians(angle))) - y * tan(radians(angle)), y
+    def block(x_from: float, x_to: float, y_from: float, y_to: float, angle: float = skew) -> str:
+        corners = ((x_from, y_from), (x_to, y_from), (x_to, y_to), (x_from, y_to))
+        return " ".join(skewed(x, y, angle) for x, y in corners)
 
-    def line(first: Point, last: Point) -> str:
-        return "M{},{} L{},{}".format(*at(*first), *at(*last))
-
-    def outline(angle: float) -> str:
-        ends = ((1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0))
-        return points(end(sign, 0.0, side * width / 2, angle) for sign, side in ends)
-
-    start, stop = factor * gap_m, factor * gap_m + thickness
-    half, key = width / 2, thickness
-    beyond = half + factor * key_m
-    columns: list[tuple[float, float, float]] = []
-    for x_m, bent in zip(bridge.bent_positions_m, bridge.bents, strict=True):
-        radius = round(scale * bridge.column.diameter_m / 2, 1)
-        for number in range(bent.columns):
-            y = (number - (bent.columns - 1) / 2) * bent.column_spacing_m
-            columns.append((*at(x_m, y), radius))
-    middle = end(-1.0, 0.0, 0.0)
-    upright = middle[0], 0.8 * half
-    x, y = at(middle[0] - 0.8 * half * sin(radians(skew)), 0.8 * half * cos(radians(skew)))
-    radius = 0.8 * half * scale
+    beyond = half + factor * key_gap_mm / 1000.0
+    inside = end - 2.2 * thickness / cosine
+    columns = [
+        (
+            *at(x_m, (number - (bent.columns - 1) / 2) * bent.column_spacing_m),
+            round(scale * bridge.column.diameter_m / 2, 1),
+        )
+        for x_m, bent in zip(bridge.bent_positions_m, bridge.bents, strict=True)
+        for number in range(bent.columns)
+    ]
+    length_of_arms = 0.8 * half
+    radius = scale * length_of_arms
+    x, y = at(-end - length_of_arms * sine, length_of_arms * cosine)
     return {
         "width": _WIDTH,
         "height": _HEIGHT,
-        "deck": outline(skew),
-        "outlines": [outline(angle) for angle in sorted(set(skews_deg) - {skew})],
-        "walls": [
-            points(end(sign, away, side * half) for away, side in
-                   ((start, -1), (start, 1), (stop, 1), (stop, -1)))
-            for sign in (-1.0, 1.0)
-        ],
+        "deck": block(-end, end, -half, half),
+        "outlines": [block(-end, end, -half, half, each) for each in sorted({*skews_deg} - {skew})],
+        "walls": [block(sign * face, sign * back, -half, half) for sign in (-1, 1)],
         "shear_keys": [
-            points((end(sign, -2.2 * key, side * beyond), end(sign, 0.0, side * beyond),
-                    end(sign, 0.0, side * (beyond + key)),
-                    end(sign, -2.2 * key, side * (beyond + key))))
-            for sign in (-1.0, 1.0)
-            for side in (-1.0, 1.0)
+            block(sign * inside, sign * end, side * beyond, side * (beyond + thickness))
+            for sign in (-1, 1)
+            for side in (-1, 1)
         ],
         "columns": columns,
-        "gap": line(end(1.0, 0.0, -0.5 * half), end(1.0, start, -0.5 * half)),
-        "friction": line(end(1.0, start, 0.2 * half), end(1.0, start, 0.8 * half)),
-        "arc": f"{line(middle, upright)} A{radius:.1f} {radius:.1f} 0 0 {int(skew < 0)} {x},{y}",
+        "gap": f"M{skewed(end, -0.5 * half)} L{skewed(face, -0.5 * half)}",
+        "friction": f"M{skewed(face, 0.2 * half)} L{skewed(face, 0.8 * half)}",
+        "arc": f"M{skewed(-end, 0.0)} L{skewed(-end, length_of_arms, 0.0)} "
+        f"A{radius:.1f} {radius:.1f} 0 0 {int(skew < 0)} {x},{y}",
         "factor": factor,
     }  # fmt: skip
