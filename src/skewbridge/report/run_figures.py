@@ -154,6 +154,7 @@ def frequency_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
                     bottom.plot(grid, with_friction / without, **look)
             top.set_title(f"Deck, {SPECTRA[column]}", loc="left", fontsize=9)
             top.set_yscale("log")
+            plain_log_ticks(top.yaxis)
             top.legend(fontsize=7, loc="lower left")
             bottom.axhline(1.0, color="#777777", linewidth=0.8)
             bottom.set_ylim(0.0, 2.0)

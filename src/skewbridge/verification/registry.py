@@ -11,14 +11,16 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from math import isfinite
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import pandas as pd
-from matplotlib.figure import Figure
 
 from skewbridge.errors import InputError
 from skewbridge.files.text import writable_folder
 from skewbridge.verification.statements import STATEMENTS, Run, Verdict, over_runs
+
+if TYPE_CHECKING:  # each workflow runs the gate, which draws nothing
+    from matplotlib.figure import Figure
 
 # Name of the study (figures as in the paper), module and function.
 STUDIES: Final[dict[str, str]] = {
@@ -104,7 +106,7 @@ class Study:
     runs: dict[tuple[str, str], dict[Run, Verdict | None]] = field(
         default_factory=dict[tuple[str, str], dict[Run, Verdict | None]]
     )
-    figures: dict[str, Figure] = field(default_factory=dict[str, Figure])
+    figures: "dict[str, Figure]" = field(default_factory=dict)
     tables: dict[str, pd.DataFrame] = field(default_factory=dict[str, pd.DataFrame])
 
     def relative(

@@ -29,8 +29,6 @@ from math import inf, isclose, isfinite, isnan, nan
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from scipy.stats import binomtest, spearmanr
-
 type Outcome = Literal["agrees", "disagrees", "undecidable"]
 
 # ASSUME a change of a peak within the median error of the default time step is not significant.
@@ -200,6 +198,8 @@ def hardly_changed(value: float, reference: float) -> Verdict:
 
 def more_often(count: int, total: int) -> Verdict:
     """Judge by a one-sided sign test that more cases agree than disagree."""
+    from scipy.stats import binomtest  # here: each study runs the gate, which needs no tests
+
     if total < FEWEST_VALUES:
         return Verdict("undecidable", f"{count} of {total}, too few to test", count, total)
     p_for, p_against = (
@@ -210,6 +210,8 @@ def more_often(count: int, total: int) -> Verdict:
 
 def grows_with(x: Sequence[float], y: Sequence[float]) -> Verdict:
     """Judge that ``y`` grows with ``x``, by Spearman's rank correlation against zero."""
+    from scipy.stats import spearmanr
+
     if len(x) < FEWEST_VALUES:
         return Verdict("undecidable", f"{len(x)} values, too few to test")
     up, down = (spearmanr(x, y, alternative=side) for side in ("greater", "less"))
