@@ -8,6 +8,7 @@ Hausman (1978), Econometrica 46(6):1251-1271, with the variance of the jackknife
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
+from itertools import zip_longest
 from math import inf, nan
 from typing import Any, Final, NamedTuple
 
@@ -16,11 +17,11 @@ import pandas as pd
 
 from skewbridge.demands.columns import label_of
 from skewbridge.errors import InputError
+from skewbridge.files.columns import Floats, Index, Mask, Row
 from skewbridge.fragility import demand_table, motion_means
 from skewbridge.fragility import fits as fitting
-from skewbridge.fragility.columns import Floats, Index, Mask, Row
 from skewbridge.fragility.fits import FITTED, FragilityFit
-from skewbridge.fragility.likelihood import NormalKernel, drop_of, maximise
+from skewbridge.fragility.likelihood import Maximum, NormalKernel, drop_of, maximise
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
 from skewbridge.fragility.lines import FLATTEST_SLOPE, Lines
 from skewbridge.fragility.outcomes import (
@@ -244,8 +245,9 @@ class _DemandFits:
         # - Phi(eta_k), eta_j = a0_j + a1 ln x (ordered probit).
         exceed = np.column_stack([outcomes.exceed(state) for state in self._states])
         known = ~np.column_stack([outcomes.unknown(state) for state in self._states])
-        columns = zip(known.T, exceed.T, strict=True)
-        fits = [self._stripes(*column, whole=intervals) for column in columns]
+        maxima = fitting.exceedance_maxima(self._ln_im, known, exceed) if intervals else ()
+        columns = zip_longest(known.T, exceed.T, maxima)
+        fits = [self._alone(*column, whole=intervals) for column in columns]
         estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
         # states that no run separates share an intercept: the first of them represents all
         first: dict[int, int] = {}
@@ -269,16 +271,17 @@ class _DemandFits:
             common.fits[j] = replace(common.fits[same], details=fits[j].details)
         return common
 
-    def _stripes(self, known: Mask, exceed: Mask, *, whole: bool) -> FragilityFit:
+    def _alone(
+        self, known: Mask, exceed: Mask, best: Maximum | None, *, whole: bool
+    ) -> FragilityFit:
         """Return the fit of one state by itself, or only its status and a start value."""
         im, hits = self._im[known], exceed[known].astype(np.float64)
         if im.size == 0:
             return FragilityFit(method="stripes", status=fitting.NO_RUNS)
-        each, records = np.ones(im.size), int(np.unique(self._motion[known]).size)
+        each, settings = np.ones(im.size), self._settings
         if whole:
-            return fitting.fit_stripes(
-                im, each, hits, settings=self._settings, n_records=records, interval=False
-            )
+            further: Any = {"n_records": int(np.unique(self._motion[known]).size), "maximum": best}
+            return fitting.fit_stripes(im, each, hits, settings=settings, interval=False, **further)
         status = fitting.binomial_status(np.log(im), each, hits)
         middle = float(np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))))
         return FragilityFit(method="stripes", status=status, theta=middle, beta=0.5)

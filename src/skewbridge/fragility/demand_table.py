@@ -23,9 +23,9 @@ from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.demands.suspect import SUSPECT
 from skewbridge.errors import InputError
 from skewbridge.files.checking import checked
+from skewbridge.files.columns import Index, Mask, as_column, require
 from skewbridge.files.tables import read_frame
 from skewbridge.files.text import read_csv, read_yaml
-from skewbridge.fragility.columns import Index, Mask, as_column, require
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.statuses import OK, STATUSES
 from skewbridge.variant.axes import axes_of

@@ -20,8 +20,8 @@ from skewbridge.demands.columns import column_of, demands_for
 from skewbridge.demands.completeness import BEYOND_MODEL, is_beyond_model, is_complete
 from skewbridge.demands.demand_columns import Difference
 from skewbridge.errors import InputError
+from skewbridge.files.columns import Floats, Index, Mask, Row
 from skewbridge.fragility import demand_table, motion_means, verdicts
-from skewbridge.fragility.columns import Floats, Index, Mask, Row
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, average, by_motion

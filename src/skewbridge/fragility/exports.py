@@ -24,9 +24,9 @@ from numpy.typing import ArrayLike
 from scipy import special
 
 from skewbridge.errors import InputError
+from skewbridge.files.columns import positive, require, same_length
 from skewbridge.files.digests import digest_of
 from skewbridge.files.text import no_formula, write_text
-from skewbridge.fragility.columns import positive, require, same_length
 from skewbridge.fragility.curves import METHODS
 from skewbridge.fragility.demand_table import axis_names, need_columns, read_table, variant_columns
 from skewbridge.fragility.fits import FITTED

@@ -10,9 +10,9 @@ import pandas as pd
 
 from skewbridge.demands.completeness import BEYOND_MODEL, failure_kinds, is_complete
 from skewbridge.errors import InputError
+from skewbridge.files.columns import as_column, positive, require, same_length
 from skewbridge.files.text import read_json, shortened, shown_path
 from skewbridge.fragility import fits
-from skewbridge.fragility.columns import as_column, positive, require, same_length
 from skewbridge.fragility.curves import BOUNDS_TOO_WIDE, MAX_BOUNDS_RATIO
 from skewbridge.fragility.demand_table import motion_codes, need_columns, read_mapped, read_table
 from skewbridge.fragility.fits import FITTED, NO_EXCEEDANCE

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import optimize, special
 
+from skewbridge.files.columns import Floats, Index, Mask, as_column, positive, require, same_length
 from skewbridge.fragility import likelihood, lines, motion_means
-from skewbridge.fragility.columns import Floats, Index, as_column, positive, require, same_length
 from skewbridge.fragility.lines import FLATTEST_SLOPE, Lines, TestedLine
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
@@ -173,6 +173,7 @@ def fit_stripes(
     settings: FitSettings = DEFAULTS,
     n_records: int | None = None,
     interval: bool = True,
+    maximum: likelihood.Maximum | None = None,
 ) -> FragilityFit:
     """Fit a fragility curve to k of n exceedances at each intensity, by maximum likelihood.
 
@@ -186,6 +187,7 @@ def fit_stripes(
         settings: Level of the intervals and dispersion assumed for one-sided bounds.
         n_records: Motions behind the runs, if fewer than runs.
         interval: False leaves out the profile intervals.
+        maximum: Maximum of the likelihood, if it is known.
 
     Raises:
         InputError: A value is missing, not positive, or k is outside 0..n; names the row.
@@ -207,11 +209,11 @@ def fit_stripes(
         return replace(blank, details=_stripe_bounds(status, ln_im, runs, exceed, settings))
     kernel = likelihood.exceedance_kernel(ln_im, exceed, runs - exceed)
     # line through the probits of the shares, which are kept off 0 and 1
-    line = np.polyfit(ln_im, special.ndtri((exceed + 0.5) / (runs + 1.0)), 1, w=np.sqrt(runs))
-    whole = bool(np.all(exceed == np.round(exceed)))
-    fit = _maximised(
-        blank, kernel, line[::-1], x, n_records=n_records or total, interval=interval and whole
-    )
+    if maximum is None:
+        line = np.polyfit(ln_im, special.ndtri((exceed + 0.5) / (runs + 1.0)), 1, w=np.sqrt(runs))
+        maximum = likelihood.maximise(kernel, line[None, ::-1])
+    whole, records = bool(np.all(exceed == np.round(exceed))), n_records or total
+    fit = _completed(blank, kernel, maximum, x, n_records=records, interval=interval and whole)
     if fit.status != FITTED:
         return fit
     warnings, loglik = (*fit.warnings, *_overlap_warnings(x, runs, exceed)), fit.loglik
@@ -226,10 +228,27 @@ def fit_stripes(
     return replace(fit, loglik=loglik, warnings=warnings, details=details)
 
 
-def _maximised(
+def exceedance_maxima(
+    ln_im: Floats, known: Mask, exceed: Mask
+) -> Sequence[likelihood.Maximum | None]:
+    """Return the maxima of `fit_stripes` for J states, found together; masks of shape (n, J)."""
+    signs = (np.where(exceed, 1.0, -1.0) * known).T
+    shares = [(np.abs(each), np.maximum(each, 0.0)) for each in signs]
+    usable = [j for j, each in enumerate(shares) if binomial_status(ln_im, *each) == FITTED]
+    found: list[likelihood.Maximum | None] = [None] * len(signs)
+    if usable:
+        ones, low = -np.ones((ln_im.size, 1)), np.full(ln_im.size, -np.inf)
+        kernel = likelihood.NormalKernel(ones, low, ln_im, signs[usable])
+        best = likelihood.maximise(kernel, np.polyfit(ln_im, signs[usable].T, 1)[::-1].T)
+        for j, *values in zip(usable, *best, strict=True):
+            found[j] = likelihood.Maximum(*(np.asarray(value)[None] for value in values))
+    return found
+
+
+def _completed(
     blank: FragilityFit,
     kernel: likelihood.NormalKernel,
-    start: Floats,
+    best: likelihood.Maximum,
     im: Floats,
     *,
     n_records: int,
@@ -237,7 +256,6 @@ def _maximised(
     flattest: float = FLATTEST_SLOPE,
 ) -> FragilityFit:
     """Complete a fit with parameters (a0, a1): estimate, profile intervals and warnings."""
-    best = likelihood.maximise(kernel, start[None])
     a0, a1 = best.params[0].tolist()
     blank = replace(blank, details={**blank.details, "a0": a0, "a1": a1})
     if not best.converged[0]:
@@ -453,10 +471,10 @@ def _fit_distribution(
     kernel = likelihood.NormalKernel(-np.ones((lower.size, 1)), lower, upper)
     guess = np.where(has_high, upper, lower)
     spread = max(float(np.std(guess)), 0.05)
-    start = np.array([-float(np.mean(guess)) / spread, 1.0 / spread])
+    best = likelihood.maximise(kernel, np.array([[-np.mean(guess) / spread, 1.0 / spread]]))
     # a falling curve gives brackets no probability
     flattest = FLATTEST_SLOPE if np.all(censored) else 0.0
-    fit = _maximised(blank, kernel, start, im, n_records=lower.size, flattest=flattest)
+    fit = _completed(blank, kernel, best, im, n_records=lower.size, flattest=flattest)
     return replace(fit, details={**fit.details, "mu": float(np.log(fit.theta))})
 
 

@@ -22,9 +22,9 @@ import pandas as pd
 from scipy import special
 
 from skewbridge.errors import InputError
+from skewbridge.files.columns import Floats, Index, Row
 from skewbridge.files.tables import frame_of, read_table, records_of, texts_of
 from skewbridge.fragility import demand_table
-from skewbridge.fragility.columns import Floats, Index, Row
 from skewbridge.fragility.curves import described_as_curves
 from skewbridge.fragility.fits import FITTED, NON_INCREASING, NOT_APPLICABLE
 from skewbridge.fragility.limit_states import LimitState, States

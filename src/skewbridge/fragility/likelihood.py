@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from scipy import special
 
-from skewbridge.fragility.columns import Floats, Index, Mask
+from skewbridge.files.columns import Floats, Index, Mask
 
 HALF_LOG_2PI: Final = 0.5 * np.log(2.0 * np.pi)
 _SQRT_2_OVER_PI: Final = np.sqrt(2.0 / np.pi)
@@ -23,6 +23,7 @@ _DECREMENT_TOLERANCE: Final = 1e-10  # the last Newton step squares it
 _MAX_ITERATIONS: Final = 80
 _MAX_HALVINGS: Final = 40
 _PROFILE_TOLERANCE: Final = 1e-11
+_FAR: Final = -30.0  # where Phi is close to the smallest double
 
 
 def mills_ratio(eta: Floats) -> Floats:
@@ -40,13 +41,14 @@ def log_normal_tail(eta: Floats) -> tuple[Floats, Floats]:
 
 def log_normal_interval(lower: Floats, upper: Floats) -> Floats:
     """Return ln[Phi(upper) - Phi(lower)] without cancellation; -inf where ``upper <= lower``."""
-    flip = lower > 0.0
-    a = np.where(flip, -upper, lower)
-    b = np.where(flip, -lower, upper)
-    log_a, log_b = special.log_ndtr(a), special.log_ndtr(b)
+    side = np.copysign(1.0, -lower)  # an interval above zero counts as its mirror image
+    a, b = np.minimum(side * lower, side * upper), np.maximum(side * lower, side * upper)
     with np.errstate(divide="ignore", invalid="ignore"):
-        out = log_b + np.log(-np.expm1(np.minimum(log_a - log_b, 0.0)))
-    return np.where(upper > lower, out, -np.inf)
+        out = np.log((special.ndtr(b) - special.ndtr(a)) * (upper > lower))
+        if (far := (b < _FAR) & (upper > lower)).any():
+            log_a, log_b = special.log_ndtr(a[far]), special.log_ndtr(b[far])
+            out[far] = log_b + np.log(-np.expm1(np.minimum(log_a - log_b, 0.0)))
+    return out
 
 
 class Derivatives(NamedTuple):
@@ -68,7 +70,8 @@ class NormalKernel:
     The parameters are (delta_1..delta_q, h) with the mean of Y equal to X delta/h and its standard
     deviation 1/h. With observed rows the log-likelihood is minus infinity for h <= 0; the Jacobian
     ln h per observed row is part of it: without it there is no maximum in h. A column -1 of X in
-    place of 1 gives parameters (a0, a1) with z = a0 + a1 y.
+    place of 1 gives parameters (a0, a1) with z = a0 + a1 y. A negative weight of a row with one end
+    makes Y end there on the other side.
     """
 
     def __init__(
@@ -80,19 +83,19 @@ class NormalKernel:
         upper_covariates: Floats | None = None,  # of ordered states; then no row is observed
     ) -> None:
         self.weights = np.ones(lower.size) if weights is None else weights
-        above = covariates if upper_covariates is None else upper_covariates
+        beyond = covariates if upper_covariates is None else upper_covariates
         seen = (lower == upper) & (upper_covariates is None)
         has_low, has_high = np.isfinite(lower) & ~seen, np.isfinite(upper) & ~seen
-        low, high = np.column_stack([-covariates, lower]), np.column_stack([-above, upper])
-        tails = ((-1.0, low, has_low & ~has_high), (1.0, high, has_high & ~has_low))
-        #: Sign, numbers of the rows, design and its products of rows with one end.
-        self._tails = [
-            (sign, np.flatnonzero(rows), design[rows], _products(design[rows], design[rows]))
-            for sign, design, rows in tails
-            if np.any(rows)
-        ]
-        self._between = np.flatnonzero(has_low & has_high)
-        self._low, self._high = low[self._between], high[self._between]
+        low, high = np.column_stack([-covariates, lower]), np.column_stack([-beyond, upper])
+        below, above = np.flatnonzero(has_low & ~has_high), np.flatnonzero(has_high & ~has_low)
+        #: Rows with one end: design, that of right-censored rows with the other sign, and products.
+        self._tail = np.vstack([-low[below], high[above]])
+        self._tail_tail = _products(self._tail, self._tail)
+        self._of_tail = self.weights[..., np.append(below, above)]
+        self._two_sided = bool(np.any(self._of_tail < 0.0))
+        between = np.flatnonzero(has_low & has_high)
+        self._of_between = self.weights[..., between]
+        self._low, self._high = low[between], high[between]
         self._low_low, self._high_high = (_products(x, x) for x in (self._low, self._high))
         self._cross = _products(self._low, self._high) + _products(self._high, self._low)
         self._any_observed = bool(seen.any())
@@ -107,12 +110,15 @@ class NormalKernel:
 
     def derivatives(self, params: Floats, rows: Index | None = None) -> Derivatives:
         """Evaluate at ``params`` (R, p); ``rows`` are their numbers in the batch of replicates."""
-        weights, sums, count = self.weights, self._sums, self._count
-        if weights.ndim == 2 and rows is not None:
-            weights, sums, count = weights[rows], sums[rows], count[rows]
+        shape, weights = params.shape, [self._of_tail, self._of_between, self._sums, self._count]
+        if self.weights.ndim == 2:
+            if rows is not None and rows.size < len(self.weights):
+                weights = [values[rows] for values in weights]
+            if np.all(params == params[0]):
+                params = params[:1]  # special functions serve all replicates
+        of_tail, of_between, sums, count = weights
         h = params[:, -1]
-        loglik, score = np.zeros(h.size), np.zeros(params.shape)
-        hessian = np.zeros((*params.shape, params.shape[1]))
+        loglik, score, hessian = np.zeros(shape[0]), np.zeros(shape), np.zeros((*shape, shape[1]))
         if self._any_observed:
             safe_h = np.where(h > 0.0, h, 1.0)
             turned = params @ self._onto.T
@@ -122,25 +128,28 @@ class NormalKernel:
             score[:, -1] += count / safe_h
             hessian -= self._onto.T @ sums @ self._onto
             hessian[:, -1, -1] -= count / safe_h**2
-        for sign, index, design, products in self._tails:
-            w = weights[..., index]
-            u = sign * (params @ design.T)
+        if len(self._tail):
+            u, runs = params @ self._tail.T, of_tail
+            if self._two_sided:
+                u, runs = np.copysign(1.0, of_tail) * u, np.abs(of_tail)
             log_p, ratio = log_normal_tail(u)
-            loglik += np.sum(w * log_p, axis=1)
-            w = w * ratio
-            score += (sign * w) @ design
-            hessian -= ((w * (u + ratio)) @ products).reshape(hessian.shape)
-        if self._between.size:
-            w = weights[..., self._between]
+            loglik += np.sum(runs * log_p, axis=1)
+            score += (of_tail * ratio) @ self._tail
+            hessian -= ((runs * (ratio * (u + ratio))) @ self._tail_tail).reshape(hessian.shape)
+        if len(self._low):
             zu, zl = params @ self._high.T, params @ self._low.T
             log_p = log_normal_interval(zl, zu)
-            # a step to where a bracket has no probability is refused: finite derivatives suffice
-            scale = np.where(np.isfinite(log_p), -log_p, -np.inf)
-            pu, pl = (np.exp(-0.5 * z * z - HALF_LOG_2PI + scale) for z in (zu, zl))
-            loglik += np.sum(w * np.where(w > 0.0, log_p, 0.0), axis=1)
-            score += (w * pu) @ self._high - (w * pl) @ self._low
-            second = (-w * pu * (zu + pu)) @ self._high_high + (w * pu * pl) @ self._cross
-            second += (w * pl * (zl - pl)) @ self._low_low
+            counted, scale = log_p, -log_p
+            if not (possible := np.isfinite(log_p)).all():
+                # a step to where a bracket has no probability is refused
+                counted = np.where(of_between > 0.0, log_p, 0.0)
+                scale = np.where(possible, scale, -np.inf)
+            pu, pl = (np.exp(scale - 0.5 * z * z - HALF_LOG_2PI) for z in (zu, zl))
+            loglik += np.sum(of_between * counted, axis=1)
+            score += (of_between * pu) @ self._high - (of_between * pl) @ self._low
+            second = (of_between * (pl * (zl - pl))) @ self._low_low
+            second += (of_between * (pu * pl)) @ self._cross
+            second -= (of_between * (pu * (zu + pu))) @ self._high_high
             hessian += second.reshape(hessian.shape)
         if self._any_observed:
             loglik = np.where(h > 0.0, loglik, -np.inf)
@@ -167,14 +176,14 @@ class Maximum(NamedTuple):
     converged: Mask  # shape (R,)
 
 
-def _newton_step(now: Derivatives) -> Floats:
+def _newton_step(hessian: Floats, score: Floats) -> Floats:
     """Return the Newton steps of a batch; zero where the Hessian is singular."""
     try:
-        step = np.linalg.solve(-now.hessian, now.score[..., None])[..., 0]
+        step = np.linalg.solve(-hessian, score[..., None])[..., 0]
     except np.linalg.LinAlgError:
-        step = np.zeros_like(now.score)
-        good = np.linalg.det(now.hessian) != 0.0
-        step[good] = np.linalg.solve(-now.hessian[good], now.score[good][..., None])[..., 0]
+        step = np.zeros_like(score)
+        good = np.linalg.det(hessian) != 0.0
+        step[good] = np.linalg.solve(-hessian[good], score[good][..., None])[..., 0]
     return np.where(np.isfinite(step).all(axis=1, keepdims=True), step, 0.0)
 
 
@@ -188,9 +197,18 @@ def maximise(
     now = kernel.derivatives(params, active)
     loglik, hessian = now.loglik.copy(), now.hessian.copy()
     for _ in range(_MAX_ITERATIONS):
-        step = _newton_step(now)
+        step = _newton_step(now.hessian, now.score)
         decrement = np.sum(step * now.score, axis=1)
         done = (decrement < _DECREMENT_TOLERANCE) & (decrement >= 0.0)
+        if not covariance and np.any(done):  # the last step needs no derivatives at its end
+            last = active[done]
+            params[last] += step[done]
+            loglik[last] = now.loglik[done] + 0.5 * decrement[done]
+            converged[last] = np.isfinite(loglik[last])
+            now = Derivatives(*(values[~done] for values in now))
+            active, step, done = active[~done], step[~done], done[~done]
+            if active.size == 0:
+                break
         least = now.loglik - 1e-12 * (1.0 + np.abs(now.loglik))
         trial = kernel.derivatives(params[active] + step, active)
         failed = np.flatnonzero(~(trial.loglik >= least))
@@ -292,36 +310,60 @@ class _Profiles:
         shift = np.any(intercepts == 1.0, axis=0).astype(np.float64)
         self._shifts = np.vstack([np.tile(shift, (2 * len(intercepts), 1)), axis, axis])
         self._params = np.tile(best, (len(self._normals), 1))
-        self._score = np.zeros(self._params.shape)  # last one of each row
+        _, self._score, self._hessian = kernel.derivatives(self._params)
+        self._intercepts, self._order = intercepts.T, np.sign(np.diff(intercepts @ best))
+        self._normals[:-2, slope] = np.repeat(-intercepts @ best / best[slope], 2)
 
     def derivatives(self, params: Floats, rows: Index) -> Derivatives:
         """Evaluate some rows at the parameters that are free, as `NormalKernel` does."""
         onto = self._onto[rows]
         now = self._kernel.derivatives(self._offset[rows] + (onto @ params[:, :, None])[..., 0])
-        self._score[rows] = now.score
+        self._score[rows], self._hessian[rows] = now.score, now.hessian
         score = (now.score[:, None, :] @ onto)[:, 0]
         hessian = np.swapaxes(onto, 1, 2) @ now.hessian @ onto
         return Derivatives(now.loglik, score, hessian - self._fixed[rows])
 
     def evaluate(self, psi: Floats) -> tuple[Floats, Floats]:
         """Return the profiles at ``psi`` and their derivatives, shape (rows,)."""
-        normals, right = self._normals.copy(), np.zeros(psi.size)
+        before, right = self._normals.copy(), np.zeros(psi.size)
+        normals = self._normals
         normals[:-2, self._slope] = psi[:-2]
         right[-2:] = np.exp(psi[-2:])
         self._offset = right[:, None] * self._determined
         self._onto = self._eye - self._determined[:, :, None] * normals[:, None, :]
+        start = self._ahead(normals - before, right)
         while True:
             # parameters that are not free get a Hessian of their own
             self._fixed = ~np.any(self._onto, axis=1)[:, :, None] * self._eye
-            miss = right - np.sum(normals * self._params, axis=1)
-            along = miss / np.sum(normals * self._shifts, axis=1)
-            best = maximise(self, self._params + along[:, None] * self._shifts, covariance=False)
+            best = maximise(self, start, covariance=False)
             self._params = self._offset + (self._onto @ best.params[:, :, None])[..., 0]
             falling = self._params[:, self._slope] < 0.0
             if not np.any(falling):
                 break
             # a falling curve is excluded: the best rising one is flat
             self._onto[falling, :, self._slope] = self._params[falling, self._slope] = 0.0
+            start = self._shifted(right)
         rate = -np.sum(self._determined * self._score, axis=1) * self._params[:, self._slope]
         rate[-2:] *= -1.0
         return best.loglik, rate
+
+    def _shifted(self, right: Floats) -> Floats:
+        """Return the last parameters, moved to where the constraints hold."""
+        miss = right - np.sum(self._normals * self._params, axis=1)
+        along = miss / np.sum(self._normals * self._shifts, axis=1)
+        return self._params + along[:, None] * self._shifts
+
+    def _ahead(self, turned: Floats, right: Floats) -> Floats:
+        """Return parameters near the next maxima: along the tangent of the profile, if usable."""
+        # score = multiplier * normal at a maximum; Newton's equations of both
+        count, size = self._params.shape
+        system, of = np.zeros((count, size + 1, size + 1)), np.zeros((count, size + 1))
+        system[:, :-1, :-1], system[:, :-1, -1] = self._hessian, -self._normals
+        system[:, -1, :-1] = self._normals
+        of[:, :-1] = np.sum(self._determined * self._score, axis=1)[:, None] * turned
+        of[:, -1] = right - np.sum(self._normals * self._params, axis=1)
+        step = _newton_step(-system, of)[:, :-1]  # zero without a tangent
+        ahead = self._params + step
+        usable = np.any(step != 0.0, axis=1) & (ahead[:, self._slope] > 0.0)
+        usable &= np.all(np.diff(ahead @ self._intercepts) * self._order > 0.0, axis=1)
+        return np.where(usable[:, None], ahead, self._shifted(right))

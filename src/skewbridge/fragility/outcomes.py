@@ -18,7 +18,7 @@ from skewbridge.demands.completeness import (
     is_beyond_model,
     is_complete,
 )
-from skewbridge.fragility.columns import Floats, Mask
+from skewbridge.files.columns import Floats, Mask
 from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
 from skewbridge.fragility.lines import Lines, fit_lines

@@ -16,11 +16,11 @@ from scipy import special
 
 from skewbridge.demands.columns import SUITE, demands_for
 from skewbridge.demands.completeness import with_derived_columns
+from skewbridge.files.columns import Row
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import records_of, write_frame
 from skewbridge.files.text import write_text
 from skewbridge.fragility import demand_table, paper_table, verdicts
-from skewbridge.fragility.columns import Row
 from skewbridge.fragility.curves import CURVE_COLUMNS, described_as_curves, fit_study
 from skewbridge.fragility.effects import INTENSITY_COLUMNS, effect_tables, median_effects
 from skewbridge.fragility.joint import JOINT_COLUMNS, joint_table
