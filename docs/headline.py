@@ -175,7 +175,7 @@ def write_headline(results: Path, root: Path = ROOT) -> None:
     tables = {EFFECTS: table, RUNS: run_counts(demands), MOTIONS: suite}
     for path, frame in tables.items():
         (root / path).parent.mkdir(parents=True, exist_ok=True)
-        write_text(root / path, frame.to_csv(index=False, float_format="%.6g"))
+        write_text(root / path, frame.to_csv(index=False, float_format="%.9g"))
     readme = (root / "README.md").read_text(encoding="utf-8")
     stored = stored_tables(root)
     write_text(root / "README.md", with_headline(readme, headline_text(*stored)))
