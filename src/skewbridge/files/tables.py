@@ -158,6 +158,8 @@ def stamp(path: Path, metadata: Mapping[str, str]) -> None:
 
 def read_stamp(path: Path) -> dict[str, str]:
     """Return the provenance in a file, by name; `InputError` if it has none."""
+    if not path.is_file():
+        raise InputError(f"there is no file {path}", file=str(path))
     try:
         texts = _texts_in(path)
     except (OSError, ValueError, pa.ArrowException) as error:

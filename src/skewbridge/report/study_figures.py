@@ -25,7 +25,7 @@ from skewbridge.files.text import shortened, write_text
 from skewbridge.fragility.verdicts import DECIDED, HIGHER, LOWER
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
-from skewbridge.report.answer import change_name, effect_name, listed, model_name
+from skewbridge.report.answer import change_name, effect_name, listed, model_name, number
 from skewbridge.report.axis_layout import (
     MAX_BANDS,
     MAX_SHOWN_RUNS,
@@ -370,7 +370,7 @@ def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 def _peaks(what: str, runs: Mapping[str, pd.DataFrame], column: str, unit: str) -> str:
     """Return the largest absolute value of a column in each run as a sentence."""
     shown, factor = shown_unit(unit)
-    peaks = [f"{factor * table[column].abs().max():.3g} {shown}" for table in runs.values()]
+    peaks = [f"{number(factor * table[column].abs().max())} {shown}" for table in runs.values()]
     return f"{what}: {listed(peaks)} with {listed(runs)}."
 
 

@@ -79,7 +79,9 @@ def load_results(folder: Path) -> Results:
         mixed += [f"{key} {', '.join(shown)}"] if len(tables) > 1 else []
     if mixed:
         warnings.warn(
-            f"{folder}: tables were made by different versions or inputs: {'; '.join(mixed)}",
+            f"{folder}: tables were made by different versions or inputs (expected after a change "
+            "that repeats only the fits; `skewbridge provenance FILE` says whether a table is "
+            f"current): {'; '.join(mixed)}",
             stacklevel=3,
         )
     return Results(folder=folder, demands=demands, fragility=fits)
