@@ -86,7 +86,7 @@ def export(curves: Path, form: str, out: Path, method: str | None, **given: Any)
     from skewbridge.fragility.exports import CsvContent, export_curves
 
     report = export_curves(curves, form, out, method=method, content=CsvContent(**given))
-    written = Printed.of(["written"], zip(report["files"], strict=True))
+    written = Printed([{"written": path} for path in report["files"]])
     return Answer(report, [written], notes=report["notes"])
 
 

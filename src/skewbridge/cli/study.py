@@ -55,7 +55,7 @@ def init(folder: Path) -> Answer:
         f"cd {folder}, then: snakemake -j2 --configfile config/smoke.yaml (a small study) or "
         "snakemake -j2 (the default study; skewbridge plan shows its cost)"
     )
-    table = Printed.of(["written"], zip(written, strict=True))
+    table = Printed([{"written": path} for path in written])
     return Answer({"written": written}, [table], notes=[note])
 
 
@@ -386,7 +386,7 @@ def archive(study: Path | None, out: Path, author: list[str] | None, licence: st
         warn(doubt)
     return Answer(
         {"archive": str(out), "bytes": size, "files": written.names, "doubts": written.doubts},
-        [Printed.of(["in the archive"], zip(written.names, strict=True))],
+        [Printed([{"in the archive": name} for name in written.names])],
         notes=[f"{out}: {size / 1e6:.1f} MB"],
     )
 
@@ -437,8 +437,8 @@ def _proposed_levels(config: "StudyConfig", motions: int) -> Answer:
 
 def _pair_names(row: dict[str, Any]) -> dict[str, str]:
     """Return the names of an effect: bridge with abutment model, demand."""
-    bridge = f"{row['bridge']} {row['abutment']}".replace("_", "-")
-    return {"bridge": bridge, "demand": row["demand"]}
+    abutment = row["abutment"].replace("_", "-")
+    return {"bridge": f"{row['bridge']} {abutment}", "demand": row["demand"]}
 
 
 def _comparison_row(row: dict[str, Any]) -> dict[str, str]:

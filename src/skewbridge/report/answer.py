@@ -82,7 +82,9 @@ def counted(number: int, what: str = "") -> str:
     """Return a number up to eight as a word, with what it counts: ``two spans``."""
     words = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight")
     text = words[number] if number < len(words) else f"{number}"
-    return f"{text} {what}{'' if number == 1 else 's'}" if what else text
+    if not what:
+        return text
+    return f"{text} {what}" if number == 1 else f"{text} {what}s"
 
 
 def change_name(name: Any, low: Any, high: Any) -> str:
@@ -186,9 +188,8 @@ def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, 
     usable = pd.DataFrame() if line is None else line[line["ratio"].notna()].sort_values("im")
     if usable.empty:
         return effect | {"claim": effect["verdict_family"]}
-    middle = np.arange(len(usable)) == len(usable) // 2
-    at_reference = usable["at_reference"].to_numpy(dtype=np.bool_)
-    point = usable[at_reference if at_reference.any() else middle].iloc[0]
+    at_reference = usable[usable["at_reference"].astype(bool)]
+    point = usable.iloc[len(usable) // 2] if at_reference.empty else at_reference.iloc[0]
     names = ("im", "ratio", "ci_low", "ci_high", "from_demand", "to_demand")
     ends = {"first_im": usable["im"].iloc[0], "last_im": usable["im"].iloc[-1]}
     return effect | {name: point[name] for name in names} | ends | {"claim": _weaker(effect, point)}
@@ -298,8 +299,9 @@ def clearest_clause(rows: Sequence[Mapping[str, Any]]) -> str:
         verb = "lowers" if row["ratio"] < 1.0 else "raises"
         size = change_text(row).lstrip("+-")
         effect = f"it {verb} {effect_name(row['demand'])} by {size} ({interval_text(row)})"
-        has_ends = np.isfinite([row["from_demand"], row["to_demand"]]).all()
-        return f"at {intensity(row['im'])} {effect}{f': {_ends(row)}' if has_ends else ''}"
+        if np.isfinite([row["from_demand"], row["to_demand"]]).all():
+            effect += f": {_ends(row)}"
+        return f"at {intensity(row['im'])} {effect}"
     return f"none is certain at {intensity(known[0]['im'])}" if known else "not estimable"
 
 

@@ -131,8 +131,9 @@ def _files(
     for pattern, text in TAKEN.items():
         for path in folder.root.glob(pattern):
             found[f"results/{path.relative_to(folder.root).as_posix()}"] = path, text
-    return files | {name: (read_bytes(path, _MAX_BYTES), text) for name, (path, text)
-                    in found.items()}  # fmt: skip
+    for name, (path, text) in found.items():
+        files[name] = read_bytes(path, _MAX_BYTES), text
+    return files
 
 
 def _inside(path: Path) -> str:

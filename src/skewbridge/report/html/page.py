@@ -439,8 +439,9 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
         variant = names.get(row["row"], "all variants, middle of the range")
         more = {"variant": variant, "joint": row["row"] == JOINT}
         capacity = capacities[row["component"], row["limit_state"]]
+        state = f"{in_words(text['state'])} ({capacity})"
         model = model_name(row["bridge"], row["abutment"])
-        group = groups.setdefault(f"{model}: {text['state']} ({capacity})", [])
+        group = groups.setdefault(f"{model}: {state}", [])
         group.append(text | more | {"ratios": [text[name] for name in ratios]})
     return {
         "im": plain_label(str(curves["im"].iloc[0])),
