@@ -86,6 +86,6 @@ def test_dynamic_study_passes_and_judges_its_statements(study):
     found = run_study(study)
     failed = [row.quantity for row in found.comparisons if not row.is_passed]
     assert not failed
-    assert found.figures
+    assert bool(found.figures) is (study != "friction-source")  # that one is no figure of the paper
     judged = {finding.statement for finding in found.verdicts if finding.case}
     assert judged >= {key for key, row in STATEMENTS.items() if row.study == study}

@@ -12,7 +12,7 @@ the cases of the statements.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from itertools import chain, pairwise, product
+from itertools import pairwise, product
 from math import radians
 from typing import Any, Final
 
@@ -29,8 +29,9 @@ from skewbridge.analysis.transient import AnalysisResult, analyse
 from skewbridge.bridge.abutment.backfill import wall_backfill
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.geometry import contact_column
+from skewbridge.report.run_figures import displacement_figure, hysteresis_figure
 from skewbridge.statuses import RAN
-from skewbridge.units import KJ, KN, MM
+from skewbridge.units import KJ, KN, MM, MN
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import FrictionAt, ModelOptions
 from skewbridge.variant.variant import Variant
@@ -129,24 +130,17 @@ def _judge_cycles(states: States, statement: str, case: str, cycles: pd.DataFram
     states(statement, case, int((changes < 0.0).sum()), len(changes))
 
 
-def _pair_figure(
-    pair: Sequence[Mapping[str, Array]],
-    grid: Sequence[Sequence[tuple[str, str, str, str, str]]],
-    title: str,
-    height_in: float,
-) -> Figure:
-    """Draw histories with and without friction, the one with friction on top.
-
-    A panel names the columns of x and y (in m, kN or s), their labels and its title.
-    """
-    figure, axes = style.panels(len(grid), len(grid[0]), height_in=height_in)
-    units = {"m": MM, "kn": 1000.0, "s": 1.0}
-    looks = (style.BLUE, "friction 0.5", 1.0), (style.ORANGE, "no friction", 0.8)
-    for axis, (x, y, x_label, y_label, name) in zip(axes.flat, chain(*grid), strict=True):
-        for table, (colour, text, width) in reversed(list(zip(pair, looks, strict=True))):
-            x_values, y_values = (table[key] / units[key.rsplit("_")[-1]] for key in (x, y))
-            style.line(axis, x_values, y_values, colour, text, lw=width)
-        style.label(axis, x_label, y_label, name)
+def _loop_figure(pair: Pair[AbutmentHistory], title: str) -> Figure:
+    """Draw the force on the deck against its displacement along both axes, friction on top."""
+    figure, axes = style.panels(1, 2, height_in=3.0)
+    without_last = (1, style.ORANGE, "no friction"), (0, style.BLUE, "friction 0.5")
+    for column, (axis, name) in enumerate(
+        zip(axes.flat, ("longitudinal", "transverse"), strict=True)
+    ):
+        for number, colour, text in without_last:
+            disp_m, force_n = pair[number].disp_m[:, column], pair[number].force_n[:, column]
+            style.line(axis, disp_m / MM, force_n / MN, colour, text, lw=0.9)
+        style.label(axis, "displacement (mm)", "force on the deck (MN)", name)
     style.legend(axes[0, 0], loc="best")
     figure.suptitle(title, fontsize=9)
     return figure
@@ -193,15 +187,7 @@ def run_abutment(study: Study) -> None:
             text = f"{case}: both histories reach their end"
             study.holds(text, truth=is_whole, source="this model")
             label = f"skew{skew:02d}_{keys}"
-            columns = [
-                {"u_m": h.disp_m[:, 0], "w_m": h.disp_m[:, 1]}
-                | {"u_kn": h.force_n[:, 0] / KN, "w_kn": h.force_n[:, 1] / KN}
-                for h in pair
-            ]
-            names = "displacement (mm)", "force on the deck (MN)"
-            panels = [("u_m", "u_kn", *names, "longitudinal (u)")]
-            panels.append(("w_m", "w_kn", *names, "transverse (w)"))
-            study.figures[label] = _pair_figure(columns, [panels], motion.label, height_in=3.0)
+            study.figures[label] = _loop_figure(pair, motion.label)
             study.tables[f"{label}_ledger"] = pd.DataFrame(
                 [
                     {
@@ -325,13 +311,7 @@ _FREE: Final = {"walls": "key", "keys": "backwall"}
 _LEAST: Final = {"deck_rotation_rad": 1e-4}
 
 # The five models of the paper.
-_MODEL_COLOURS: Final = {
-    "roller": style.GREY,
-    "simplified": style.PINK,
-    "spring": style.GREEN,
-    "contact": style.ORANGE,
-    "contact_friction": style.BLUE,
-}
+_MODELS: Final = ("roller", "simplified", "spring", "contact", "contact_friction")
 _MODEL_DEMANDS: Final = (
     "deck_disp_m",
     "deck_rotation_rad",
@@ -358,6 +338,10 @@ def _histories(result: AnalysisResult) -> Mapping[str, Array]:
     return result.histories or {}
 
 
+def _table(result: AnalysisResult) -> pd.DataFrame:
+    return pd.DataFrame(_histories(result))
+
+
 def _has_wall_force(runs: Iterable[AnalysisResult], skew_deg: int) -> bool:
     """Return whether the deck pushes a wall in every run with a share of its strength."""
     return _is_pushed(min(run.whole_history["backwall_force_kn"] for run in runs), skew_deg)
@@ -381,31 +365,11 @@ def run(study: Study) -> None:
             _compare(study, f"{scheme} scheme", pair)
         if motion.is_nominal and scheme == SCHEMES[0]:
             study.tables["cycles"] = cycles["transverse"]
-            tables = [_histories(result) for result in pair]
-            study.figures["displacements"] = _pair_figure(
-                tables,
-                [
-                    [("t_s", "deck_ux_m", "", "longitudinal (mm)", "")],
-                    [("t_s", "deck_uy_m", "time (s)", "transverse (mm)", "")],
-                ],
-                f"OSB1, mass centre, skew 0; {motion.label}",
-                height_in=3.8,
-            )
-            loops = [
-                [
-                    (
-                        f"abutment_{side}_{column}_m",
-                        f"abutment_{side}_{column}_kn",
-                        "displacement (mm)",
-                        "force (MN)",
-                        f"{side} abutment, {axis}",
-                    )
-                    for side in _SIDES
-                ]
-                for axis, column in _AXES.items()
-            ]
-            title = f"OSB1, skew 0; {motion.label}"
-            study.figures["hysteresis"] = _pair_figure(tables, loops, title, height_in=5.0)
+            runs = {"no friction": _table(smooth), "friction 0.5": _table(rough)}
+            study.figures["displacements"] = displacement_figure(runs)
+            study.figures["hysteresis"] = hysteresis_figure(runs)
+            for figure in study.figures.values():
+                figure.suptitle(f"OSB1, skew 0; {motion.label}", fontsize=9)
 
 
 def _compare(study: Study, case: str, pair: Pair[AnalysisResult]) -> None:
@@ -526,7 +490,7 @@ def run_models(study: Study) -> None:
     motion = waho()
     runs = {
         (abutment, skew): _analysis(motion, paper_variant(abutment=abutment, skew_deg=skew))
-        for abutment in _MODEL_COLOURS
+        for abutment in _MODELS
         for skew in SKEWS_DEG
     }
     text = "OSB1: every abutment model and skew ends with status ok or collapse"
@@ -550,9 +514,9 @@ def run_models(study: Study) -> None:
         text = f"OSB2S (surrogate), skew 20: {demand}, friction 0.5 against 0"
         study.report(text, rough.whole_history[demand], smooth.whole_history[demand], _WITHOUT)
     for skew in SKEWS_DEG:
-        found = {abutment: _histories(runs[abutment, skew]) for abutment in _MODEL_COLOURS}
-        title = f"OSB1, skew {skew}; {motion.label}"
-        study.figures[f"skew{skew:02d}"] = _model_figure(found, title)
+        found = {model.replace("_", " "): _table(runs[model, skew]) for model in _MODELS}
+        figure = study.figures[f"skew{skew:02d}"] = displacement_figure(found)
+        figure.suptitle(f"OSB1, skew {skew}; {motion.label}", fontsize=9)
     study.tables["demands"] = pd.DataFrame(
         [
             {"abutment": abutment, "skew_deg": skew, "status": result.status}
@@ -575,17 +539,3 @@ def _judge_skew(
     judge("skew bridge rotates", case, *turns)
     judge("acute corner leads", case, peaks["acute_corner_unseating_m"], peaks["unseating_m"])
     judge("skew needs longer seats", case, peaks["unseating_m"], plain["unseating_m"])
-
-
-def _model_figure(tables: Mapping[str, Mapping[str, Array]], title: str) -> Figure:
-    names = ("longitudinal (mm)", "transverse (mm)", "rotation (mrad)")
-    figure, axes = style.time_panels(*names, height_in=5.4)
-    columns = {"deck_ux_m": MM, "deck_uy_m": MM, "deck_rot_rad": 1e-3}
-    for axis, (column, unit) in zip(axes, columns.items(), strict=True):
-        for abutment, table in tables.items():
-            text, colour = abutment.replace("_", " "), _MODEL_COLOURS[abutment]
-            style.line(axis, table["t_s"], table[column] / unit, colour, text, lw=0.9)
-        axis.axhline(0.0, color=style.BLACK, lw=0.4)
-    style.legend(axes[0], loc="upper right", ncols=5)
-    figure.suptitle(title, fontsize=9)
-    return figure
