@@ -224,7 +224,7 @@ def test_only_a_current_table_is_shown(tmp_path: Path) -> None:
         folder=StudyFolder(tmp_path),
         inputs={},
         outputs={},
-        workers=Workers(count=1),
+        threads=1,
         stamp={},
     )
     assert job.current(path, this) is None

@@ -24,6 +24,7 @@ from skewbridge.study.batch import Search, Workers, at_factor, run_tasks, search
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import Row, open_journal, read_content, read_journals
+from skewbridge.study.processes import PROGRESS_LOG
 from skewbridge.study.task import Task, run_key
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.random_properties import DIRECTION, with_draw
@@ -31,8 +32,6 @@ from skewbridge.variant.variant import parse_slug
 
 logger = logging.getLogger(__name__)
 
-#: Its lines are shown in the terminal, so that a piped run shows its progress.
-PROGRESS_LOG: Final = "skewbridge.progress"
 progress_logger = logging.getLogger(PROGRESS_LOG)
 
 LOG_INTERVAL_S: Final = 60.0

@@ -21,6 +21,8 @@ from skewbridge.errors import InputError
 logger = logging.getLogger(__name__)
 
 LOCK_NAME: Final = "study.lock"
+#: Its lines are shown in the terminal, so that a piped run shows its progress.
+PROGRESS_LOG: Final = "skewbridge.progress"
 _EXIT_ORPHANED: Final = 3
 _PR_SET_PDEATHSIG: Final = 1  # source: linux/prctl.h
 _PARENT: Final = os.getppid()

@@ -42,9 +42,10 @@ from skewbridge.fragility.sequential import (
 )
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.verdicts import DECIDED, motions_to_decide
-from skewbridge.study.analyses import PROGRESS_LOG, StudySetup
+from skewbridge.study.analyses import StudySetup
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
+from skewbridge.study.processes import PROGRESS_LOG
 from skewbridge.study.progress import CPU_S_PER_MOTION_S, JOB_START_MOTION_S, other_work_s
 from skewbridge.study.rounds import ALL_DECIDED, CLOCK, OUT_OF_REACH, OUT_OF_TIME, round_line
 from skewbridge.variant.grid import expand_grid

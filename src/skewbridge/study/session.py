@@ -7,17 +7,18 @@ from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
 from skewbridge.files.digests import layer_digest
 from skewbridge.files.tables import read_stamp, stamp
-from skewbridge.study.analyses import PROGRESS_LOG
-from skewbridge.study.batch import Workers
 from skewbridge.study.config import StudyConfig, parse_config
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.processes import end_with_parent, hush_exit_message
+from skewbridge.study.processes import PROGRESS_LOG, end_with_parent, hush_exit_message
 from skewbridge.study.products import RECIPES, rule_digest, stamp_of
+
+if TYPE_CHECKING:  # a job that runs no analysis does without OpenSees
+    from skewbridge.study.batch import Workers
 
 logger = logging.getLogger("skewbridge")
 
@@ -36,8 +37,15 @@ class Job:
     folder: StudyFolder
     inputs: Mapping[str, Path]
     outputs: Mapping[str, Path]
-    workers: Workers
+    threads: int
     stamp: Mapping[str, str]
+
+    @property
+    def workers(self) -> "Workers":
+        """Worker processes for the analyses of the job."""
+        from skewbridge.study.batch import Workers
+
+        return Workers(count=self.threads, no_progress_s=self.study.batches.no_progress_s)
 
     def current(self, path: Path, made: Mapping[str, str]) -> Path | None:
         """Return the path of an optional table, made on request, if its digests are current."""
@@ -99,7 +107,7 @@ def _job(snakemake: Any) -> Job:
         # not those that are lists of files
         inputs={n: Path(path) for n, path in snakemake.input.items() if isinstance(path, str)},
         outputs={name: Path(path) for name, path in snakemake.output.items()},
-        workers=Workers(count=snakemake.threads, no_progress_s=study.batches.no_progress_s),
+        threads=snakemake.threads,
         stamp=stamp_of(snakemake.rule, made, study),
     )
 
