@@ -30,19 +30,15 @@ DEMAND_MODELS = {
     "column_drift_ratio": (np.log(0.035), 1.0, 0.35),
     "column_curvature_ductility": (np.log(6.0), 1.1, 0.40),
     "column_residual_drift_ratio": (np.log(0.004), 1.5, 0.60),
-    "deck_disp_m": (np.log(0.25), 1.0, 0.35),
-    "deck_disp_x_m": (np.log(0.18), 0.9, 0.40),
-    "deck_disp_y_m": (np.log(0.20), 1.0, 0.40),
-    "deck_rotation_rad": (np.log(0.004), 1.0, 0.45),
-    "unseating_m": (np.log(0.15), 1.0, 0.40),
-    "bearing_disp_m": (np.log(0.22), 1.0, 0.38),
+    "deck_disp_m": (np.log(0.25), 1.0, 0.35), "deck_disp_x_m": (np.log(0.18), 0.9, 0.40),
+    "deck_disp_y_m": (np.log(0.20), 1.0, 0.40), "deck_rotation_rad": (np.log(0.004), 1.0, 0.45),
+    "unseating_m": (np.log(0.15), 1.0, 0.40), "bearing_disp_m": (np.log(0.22), 1.0, 0.38),
     "abutment_passive_m": (np.log(0.08), 1.2, 0.50),
     "abutment_active_m": (np.log(0.02), 0.8, 0.50),
     "abutment_transverse_m": (np.log(0.06), 0.9, 0.45),
     "backwall_force_kn": (np.log(4000.0), 0.5, 0.3),
-    "shear_key_force_kn": (np.log(1500.0), 0.4, 0.3),
-    "shear_key_disp_m": (np.log(0.05), 1.0, 0.5),
-}
+    "shear_key_force_kn": (np.log(1500.0), 0.4, 0.3), "shear_key_disp_m": (np.log(0.05), 1.0, 0.5),
+}  # fmt: skip
 
 
 def states_of(component):
@@ -102,19 +98,11 @@ def synthetic_demands(
             bridge=bridge, abutment=abutment, skew_deg=skew, gap_mm=gap, friction_pct=friction
         )
         row = {
-            "variant": variant.slug,
-            "bridge": bridge,
-            "abutment": abutment,
-            "skew_deg": skew,
-            "gap_mm": gap,
-            "friction": friction / 100,
-            "motion_id": f"m{m:02d}",
-            "run_key": f"{variant.slug}-{m:02d}",
-            "scale": scale,
-            "incidence_deg": 0.0,
-            IM: im[m] * scale,
-            "status": "ok",
-        }
+            "variant": variant.slug, "bridge": bridge, "abutment": abutment, "skew_deg": skew,
+            "gap_mm": gap, "friction": friction / 100, "motion_id": f"m{m:02d}",
+            "run_key": f"{variant.slug}-{m:02d}", "scale": scale, "incidence_deg": 0.0,
+            IM: im[m] * scale, "status": "ok",
+        }  # fmt: skip
         for name, (ln_a, b, s) in DEMAND_MODELS.items():
             ln_d = ln_a + b * np.log(im[m] * scale) + s * residual[name][m]
             ln_d += run_scatter * rng.normal()

@@ -144,12 +144,3 @@ def test_a_control_without_effect_says_why(opened):
             "#explorer select:disabled", "all => all.filter(each => !each.title).map(e => e.id)"
         )
         assert silent == []
-
-
-def test_the_legend_stays_in_the_address(opened):
-    page = opened(view="curves", skew_deg=0, gap_mm=25)
-    page.click("#ex-legend button >> nth=0")
-    assert "off=" in page.url
-    page.reload()
-    page.wait_for_selector("#ex-legend button")
-    assert page.get_attribute("#ex-legend button >> nth=0", "aria-pressed") == "false"

@@ -1,7 +1,6 @@
 """Every analysis returns a status and the peaks up to its end."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -110,14 +109,6 @@ def test_a_failed_ladder_is_a_numerical_failure(monkeypatch):
     assert result.status == "numerical_failure"
     assert result.messages[0] == "no attempt at a step converged"
     assert result.failed_attempts == 1
-
-
-def test_a_too_strict_tolerance_uses_later_rungs_and_sub_steps(monkeypatch):
-    strict = tuple(replace(attempt, tolerance_j=0.0) for attempt in LADDER)
-    monkeypatch.setitem(Stepper.__init__.__kwdefaults__, "ladder", strict)
-    result = run(**TOO_STRICT)
-    assert result.recovery_rung > 2
-    assert result.substeps > 0
 
 
 def test_a_too_strict_tolerance_is_loosened_and_reported(capfd):

@@ -52,26 +52,19 @@ WRONG_CONTACT = [
     ({"tangent_stiffness_n_per_m": 0.0}, "tangent_stiffness_n_per_m"),
     ({"normal_stiffness_n_per_m": "2e7"}, "2.0e+7"),
     ({"normal_stiffness_n_per_m": float("nan")}, "normal_stiffness_n_per_m"),
-    ({"gap_m": -0.1}, "gap_m"),
-    ({"scheme": "vectorial"}, "scheme"),
-    ({"coupling": "implicit"}, "coupling"),
-    ({"substeps": 0}, "substeps"),
-    ({"substeps": 1.5}, "substeps"),
-    ({"colour": "red"}, "colour"),
+    ({"gap_m": -0.1}, "gap_m"), ({"scheme": "vectorial"}, "scheme"),
+    ({"coupling": "implicit"}, "coupling"), ({"substeps": 0}, "substeps"),
+    ({"substeps": 1.5}, "substeps"), ({"colour": "red"}, "colour"),
     ({"path": "nowhere.csv"}, "nowhere.csv"),
-]
+]  # fmt: skip
 WRONG_DECK = [
-    ({"skew_deg": 85.0}, "skew_deg"),
-    ({"mass_kg": 0.0}, "mass_kg"),
-    ({"restitution": 1.2}, "restitution"),
-    ({"solver": "magic"}, "solver"),
-    ({"integrator": "euler"}, "integrator"),
-    ({"dt_s": 1.0}, "dt_s"),
-    ({"pulse": None}, "pulse or motion"),
-    ({"motion": ["a.AT2", "b.AT2"]}, "pulse or motion"),
+    ({"skew_deg": 85.0}, "skew_deg"), ({"mass_kg": 0.0}, "mass_kg"),
+    ({"restitution": 1.2}, "restitution"), ({"solver": "magic"}, "solver"),
+    ({"integrator": "euler"}, "integrator"), ({"dt_s": 1.0}, "dt_s"),
+    ({"pulse": None}, "pulse or motion"), ({"motion": ["a.AT2", "b.AT2"]}, "pulse or motion"),
     ({"pulse": None, "motion": ["a.AT2", "b.AT2"]}, "a.AT2"),
     ({"pulse": {"kind": "sine", "amplitude_g": 0.5, "period_s": 0.5}}, "kind"),
-]
+]  # fmt: skip
 WRONG_ROWS = [
     ([[0.0, 0, 0, 0], [0.1, float("nan"), 0, 0]], "line 3"),
     ([[0.0, 0, 0, 0], [0.1, 0, 0, 0], [0.1, 0, 0, 0]], "line 4"),

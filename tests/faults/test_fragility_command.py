@@ -82,23 +82,6 @@ def test_bad_cell_in_a_table_of_runs_is_named(fit, data, found):
     assert found or "columns differ in length" in answer["message"]
 
 
-@pytest.mark.parametrize(
-    ("data", "method", "status"),
-    [
-        ({"im": [0.5, 0.5], "n": [20, 20], "k": [5, 6]}, "stripes", "single_level"),
-        ({"im": [0.5] * 4, "edp": [1, 2, 3, 4], "threshold": 2}, "cloud", "single_level"),
-        ({"im": [0.2, 0.4], "n": [20, 20], "k": [0, 0]}, "stripes", "no_exceedance"),
-        ({"im": [0.2, 0.4], "n": [20, 20], "k": [0, 20]}, "stripes", "complete_separation"),
-        ({"capacity": [1, 1, 1]}, "ida", "zero_dispersion"),
-        ({"capacity": [1, 2], "censored": [1, 1]}, "ida", "all_censored"),
-    ],
-)
-def test_degenerate_data_exits_zero_with_its_status(fit, data, method, status):
-    code, found = fit(data, method)
-    assert (code, found["status"]) == (0, status)
-    assert status == "zero_dispersion" or found["theta"] is None
-
-
 def test_spellings_of_published_data_sets_are_understood(fit):
     names = ("right_censored", "censored")
     first, second = (fit({"capacity": [1, 2, 3, 3], name: [0, 0, 0, 1]}, "ida") for name in names)

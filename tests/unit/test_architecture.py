@@ -11,22 +11,9 @@ import skewbridge
 
 PACKAGE = Path(skewbridge.__file__).parent
 ORDER = (
-    "errors",
-    "statuses",
-    "units",
-    "files",
-    "variant",
-    "motions",
-    "contact",
-    "bridge",
-    "analysis",
-    "demands",
-    "fragility",
-    "study",
-    "report",
-    "verification",
-    "cli",
-)
+    "errors", "statuses", "units", "files", "variant", "motions", "contact", "bridge", "analysis",
+    "demands", "fragility", "study", "report", "verification", "cli",
+)  # fmt: skip
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.parent != PACKAGE)
 
 

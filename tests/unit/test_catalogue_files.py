@@ -5,7 +5,6 @@ import json
 from pathlib import Path
 
 import jsonschema
-import pandas as pd
 import pytest
 from reference_pages import ROOT
 
@@ -15,7 +14,6 @@ from skewbridge.bridge.catalogue import bridge_names, load_bridge, load_bridge_f
 from skewbridge.bridge.catalogue.loading import FOLDER
 from skewbridge.errors import InputError
 from skewbridge.files.text import read_mapping
-from skewbridge.report.checks import contact_differences
 from skewbridge.report.methods import methods_of
 from skewbridge.study.config import parse_config
 from skewbridge.variant.abutments import ABUTMENTS, AbutmentTraits
@@ -198,17 +196,3 @@ def test_the_report_describes_a_further_model_by_its_traits(
         assert part in text
     for part in not_stated:
         assert part not in text
-
-
-def test_a_further_friction_model_is_compared_with_its_model_without_friction(monkeypatch):
-    further = AbutmentTraits(code="fu", description="", without_friction="spring")
-    monkeypatch.setitem(ABUTMENTS, "further", further)
-    run = {"bridge": "osb1", "skew_deg": 30, "gap_mm": 51, "friction": 0.0}
-    run |= {"motion_id": "a", "scale": 1.0, "incidence_deg": 0.0}
-    rows = [
-        run | {"abutment": "further", "deck_disp_m": 0.2},
-        run | {"abutment": "spring", "deck_disp_m": 0.3},
-    ]
-    table = pd.DataFrame(rows)
-    assert contact_differences(table, table)["abutment"].tolist() == ["further"]
-    assert contact_differences(table, table.assign(deck_disp_m=0.2)).empty

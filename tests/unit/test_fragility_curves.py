@@ -357,13 +357,9 @@ def test_a_shear_model_with_a_smaller_capacity_fails_at_a_smaller_intensity() ->
 
 
 ENTRY = {
-    "component": "deck",
-    "demand": "deck_disp_m",
-    "unit": "mm",
-    "dispersion": 0.35,
-    "citation": "somebody",
-    "states": {"slight": 102.0},
-}
+    "component": "deck", "demand": "deck_disp_m", "unit": "mm", "dispersion": 0.35,
+    "citation": "somebody", "states": {"slight": 102.0},
+}  # fmt: skip
 
 
 def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():

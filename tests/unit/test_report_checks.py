@@ -32,26 +32,17 @@ from skewbridge.study.progress import study_state
 SLUG = "osb1_cf_skew00_gap025_mu000"
 CURVES = pd.DataFrame(
     {
-        "variant": SLUG,
-        "component": "column_drift",
-        "demand": "column_drift_ratio",
-        "limit_state": ["slight", "moderate"],
-        "method": "cloud",
-        "threshold": [0.01, 0.025],
-        "status": ["ok", "no_exceedance"],
-        "theta": [0.5, float("nan")],
+        "variant": SLUG, "component": "column_drift", "demand": "column_drift_ratio",
+        "limit_state": ["slight", "moderate"], "method": "cloud", "threshold": [0.01, 0.025],
+        "status": ["ok", "no_exceedance"], "theta": [0.5, float("nan")],
     }
-)
+)  # fmt: skip
 EFFECTS = pd.DataFrame(
     {
-        "variant": SLUG,
-        "axis": "friction",
-        "demand": "deck_disp_m",
-        "ratio": [1.0, 1.1],
-        "ci_low": [0.9, None],
-        "ci_high": [1.1, None],
+        "variant": SLUG, "axis": "friction", "demand": "deck_disp_m", "ratio": [1.0, 1.1],
+        "ci_low": [0.9, None], "ci_high": [1.1, None],
     }
-)
+)  # fmt: skip
 WAVE = np.array([0.0, 1.0, -2.0, 0.5])
 SUITE = pd.DataFrame(
     {
@@ -65,23 +56,11 @@ SUITE = pd.DataFrame(
 def demands(**changed):
     """Return two good runs; a changed column replaces the values of the first."""
     row = {
-        "variant": SLUG,
-        "bridge": "osb1",
-        "abutment": "contact_friction",
-        "skew_deg": 0,
-        "gap_mm": 25,
-        "scale": 1.0,
-        "incidence_deg": 0.0,
-        "friction": 0.0,
-        "status": "ok",
-        "suspect": "",
-        "steps_by_rung": "10",
-        "column_shear_kn": 100.0,
-        "column_shear_x_kn": 80.0,
-        "column_shear_y_kn": 70.0,
-        "slip_work_kj": 0.0,
-        "unseating_m": 0.1,
-    }
+        "variant": SLUG, "bridge": "osb1", "abutment": "contact_friction", "skew_deg": 0,
+        "gap_mm": 25, "scale": 1.0, "incidence_deg": 0.0, "friction": 0.0, "status": "ok",
+        "suspect": "", "steps_by_rung": "10", "column_shear_kn": 100.0, "column_shear_x_kn": 80.0,
+        "column_shear_y_kn": 70.0, "slip_work_kj": 0.0, "unseating_m": 0.1,
+    }  # fmt: skip
     return pd.DataFrame([{**row, "motion_id": "m00", **changed}, {**row, "motion_id": "m01"}])
 
 
@@ -203,15 +182,10 @@ def test_a_failed_check_stops_the_study_only_when_asked(tmp_path: Path, caplog):
 
 
 HEALTHY = {
-    "loosened_ratio": 0.0,
-    "recovery_rung": 1,
-    "energy_residual_ratio": -0.004,
-    "contact_energy_ratio": 0.002,
-    "cone_excess_wall_ratio": 0.009,
-    "cone_excess_key_ratio": 0.002,
-    "contact_force_ratio": 0.1,
-    "houbolt_failures": 0,
-}
+    "loosened_ratio": 0.0, "recovery_rung": 1, "energy_residual_ratio": -0.004,
+    "contact_energy_ratio": 0.002, "cone_excess_wall_ratio": 0.009, "cone_excess_key_ratio": 0.002,
+    "contact_force_ratio": 0.1, "houbolt_failures": 0,
+}  # fmt: skip
 NAN = float("nan")
 
 
