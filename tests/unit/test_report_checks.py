@@ -279,7 +279,7 @@ def test_the_state_of_a_study_counts_them_by_the_limits_of_its_configuration(tmp
 
 
 def test_excluded_rows_are_unknown_in_the_fits_and_have_no_ratio() -> None:
-    demands = synthetic_demands().assign(suspect="", beyond_model="")
+    demands = synthetic_demands(skews=(0,), gaps=(51,)).assign(suspect="", beyond_model="")
     strong = demands["motion_id"] == "m15"
     demands.loc[strong, "suspect"] = "recovery rung 6"
     states = states_of("unseating")

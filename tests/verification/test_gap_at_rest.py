@@ -21,7 +21,7 @@ def at_rest(skew_deg, abutment, bridge="osb1", gap_mm=GAP_MM):
 
 @pytest.mark.parametrize("bridge", bridge_names())
 @pytest.mark.parametrize("abutment", ["contact", "contact_friction", "spring", "simplified"])
-@pytest.mark.parametrize("skew_deg", [0, 30, 60, -30])
+@pytest.mark.parametrize("skew_deg", [0, 60, -30])
 def test_gaps_are_open_by_their_width_under_dead_load(bridge, abutment, skew_deg):
     with domain():
         model = build(at_rest(skew_deg, abutment, bridge), ModelOptions())
