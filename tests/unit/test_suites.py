@@ -1,5 +1,6 @@
-"""Suites of motions as a factor: sources, names, rows, effects by suite and their differences."""
+"""Suites of motions as a factor, and the shipped suite: what its generator makes."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,23 +8,44 @@ import pandas as pd
 import pytest
 from scipy import stats
 
+from cli_json import run
 from fragility_tables import synthetic_demands
 from motions_files import index_of, make_pairs
+from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import ALL_SUITES, DEPENDS, NO_DIFFERENCE, fragility_tables
 from skewbridge.motions.folder import list_motions
+from skewbridge.motions.formats import at2_text, write_at2
+from skewbridge.motions.levels import FACTOR_LIMITS, LEVEL_RANGE_G
+from skewbridge.motions.read import read_motion
+from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.suite import (
+    content_digest,
+    prepare_suite,
     prepare_suites,
     read_entry,
     read_suite,
     suite_sources,
     write_suite,
 )
-from skewbridge.motions.synthesis.generate import SUITES
+from skewbridge.motions.synthesis import generate
+from skewbridge.motions.synthesis.ddk18 import meets_its_times
+from skewbridge.motions.synthesis.generate import (
+    SUITES,
+    default_motions,
+    drawn_parameters,
+    made_motion,
+)
 from skewbridge.report.answer import answer_table, suites_summary
-from skewbridge.study.config import parse_config
+from skewbridge.study.analyses import StudySetup
+from skewbridge.study.config import CONDITIONING_BRIDGE, parse_config
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.inputs import prepare_motions
+from skewbridge.study.task import run_key
+from skewbridge.units import G_MPS2
+from skewbridge.variant.grid import expand_grid
 
 ROOT = Path(__file__).parents[2]
 
@@ -176,3 +198,229 @@ def test_the_first_screen_states_the_difference() -> None:
     assert title == ""
     assert text.startswith("Suites near (16) and far (16): 0 of ")
     assert summary({"near": 0.95}) == ("", "")
+
+
+# --- the shipped suite: what its generator makes, within its promises; more motions change nothing
+
+
+MOTIONS = Path(__file__).parents[2] / "motions"
+COUNT, STORED = SUITES["near"].count, SUITES["near"].stored
+SOME = STORED + 8  # a block of those that are made, too
+MADE = [entry for entry in list_motions(MOTIONS) if not entry.components]
+
+
+@pytest.fixture(scope="module")
+def suite() -> pd.DataFrame:
+    index = pd.read_csv(MOTIONS / "index.csv")
+    return prepare_suite(MOTIONS, count=SOME, t1_s=float(index["scale_t1_s"][0]))
+
+
+def test_generating_again_gives_the_shipped_files():
+    """Same bytes on the processor the files were made on.
+
+    Elsewhere the last digits of exp and sin may differ: values agree to 1e-6 of the peak.
+    """
+    for each, entry in zip(default_motions(3), list_motions(MOTIONS), strict=False):
+        motion = each.cut
+        assert motion.motion_id == entry.motion_id
+        for component, (path, _) in enumerate(entry.components, start=1):
+            made = at2_text(motion, component).splitlines()
+            kept = path.read_text().splitlines()
+            assert made[:4] == kept[:4]
+            values = [np.array(" ".join(lines[4:]).split(), float) for lines in (made, kept)]
+            assert np.abs(values[0] - values[1]).max() <= 1e-6 * np.abs(values[1]).max()
+
+
+def test_suite_has_40_stored_and_88_generated_motions():
+    entries = list_motions(MOTIONS)
+    assert [bool(entry.components) for entry in entries] == [True] * STORED + [False] * 88
+    assert len(entries) == COUNT
+    assert len({entry.sha256 for entry in entries}) == COUNT
+    numbers = [entry.made_from_number for entry in MADE]
+    assert numbers == sorted(set(numbers))
+
+
+def test_motions_end_with_5_s_at_rest_and_components_are_equally_strong_on_average(suite):
+    assert len(suite) == SOME
+    assert ((suite["npts"] - 1) * suite["dt_s"] <= 25.0).all()
+    for _, row in suite.iterrows():
+        for name in ("accel_1_mps2", "accel_2_mps2"):
+            tail = round(5.0 / row["dt_s"])
+            assert np.all(row[name][-tail:] == 0.0)
+            velocity = np.cumsum(row[name]) * row["dt_s"]
+            if row["motion_id"] in {entry.motion_id for entry in MADE}:
+                # a sum of 2000 values rounded to 1e-7 g, four standard deviations of it
+                rest = 4.0 * 1e-7 * G_MPS2 * row["dt_s"] * np.sqrt(2000 / 12)
+            else:
+                rest = 1e-6 * np.abs(velocity).max()
+            assert abs(velocity[-1]) < rest
+    peaks = suite[["accel_1_mps2", "accel_2_mps2"]].map(lambda accel: np.abs(accel).max())
+    # standard error of the mean ratio is about 0.3 / sqrt(40) = 0.05
+    assert abs(np.log(peaks.iloc[:, 0] / peaks.iloc[:, 1]).mean()) < 0.15
+
+
+def test_factors_stay_moderate_and_spread_the_levels(suite):
+    """Other period or levels: `skewbridge motions default-suite --out motions`."""
+    assert suite["scale"].between(*FACTOR_LIMITS).all()
+    low_g, high_g = LEVEL_RANGE_G
+    for count in (8, 16, SOME):
+        level_g = np.sort((suite["scale"] * suite["im_saavg_rotd50_g"])[:count])
+        share = np.log(level_g / low_g) / np.log(high_g / low_g)
+        # even spread: no quarter of the range holds more than its share by one step of a block
+        counts, _ = np.histogram(share, bins=4, range=(0.0, 1.0))
+        assert (np.abs(counts - count / 4) <= 1).all()
+    index = pd.read_csv(MOTIONS / "index.csv")
+    assert index["scale_t1_s"].nunique() == 1
+    assert load_bridge("osb1").t1_s == pytest.approx(index["scale_t1_s"][0], rel=1e-3)
+    assert index["scale"].between(*FACTOR_LIMITS).all()
+    assert {*index["scale_low_g"], *index["scale_high_g"]} == set(LEVEL_RANGE_G)
+
+
+def test_generated_motion_equals_its_files_and_has_the_digest_of_the_index(tmp_path):
+    made = read_entry(MADE[0])
+    read = read_motion(*write_at2(made, tmp_path))
+    assert made.sha256 == read.sha256 == MADE[0].sha256
+    assert (made.motion_id, made.dt_s) == (read.motion_id, read.dt_s)
+    for one, other in zip(made.components, read.components, strict=True):
+        assert one.tobytes() == other.tobytes()
+    with pytest.raises(InputError, match="other libraries"):
+        read_entry(replace(MADE[0], sha256="0" * 64))
+
+
+def test_generated_motion_does_not_depend_on_the_last_digits_of_the_processor(monkeypatch):
+    """They differ by 1e-14 g between processors; here by ten times as much."""
+    synthesize = generate.synthesize
+    rng = np.random.default_rng(1)
+
+    def elsewhere(*arguments: object, **options: object) -> GroundMotion:
+        motion = synthesize(*arguments, **options)
+        return motion.mapped(lambda accel: accel + rng.uniform(-1, 1, accel.size) * 1e-13 * G_MPS2)
+
+    number = MADE[-1].made_from_number
+    here = made_motion(number)
+    monkeypatch.setattr(generate, "synthesize", elsewhere)
+    there = made_motion(number)
+    assert there.sha256 == here.sha256 == MADE[-1].sha256
+    for one, other in zip(here.components, there.components, strict=True):
+        assert one.tobytes() == other.tobytes()
+
+
+def test_motions_with_an_inexact_envelope_are_not_generated():
+    """Where a search stops that meets nothing differs between processors: 6 and 7 are stored."""
+
+    def is_exact(number: int) -> bool:
+        drawn, _ = drawn_parameters(generate.SCENARIO, index=number - 1, seed=generate.SEED)
+        return meets_its_times(drawn.component_1) and meets_its_times(drawn.component_2)
+
+    assert not is_exact(6)
+    assert not is_exact(7)
+    assert all(is_exact(entry.made_from_number) for entry in MADE[::10])
+
+
+@pytest.mark.slow
+def test_every_generated_motion_has_the_digest_of_the_index():
+    for entry in MADE:
+        read_entry(entry)
+
+
+T1_S = load_bridge(CONDITIONING_BRIDGE).t1_s
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """The end of the stored motions and the beginning of those that are made."""
+    folder = tmp_path / "motions"
+    folder.mkdir()
+    index = pd.read_csv(MOTIONS / "index.csv", dtype=str, keep_default_na=False)
+    for name in (*index["file_1"][39:40], *index["file_2"][39:40]):
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_bytes((MOTIONS / name).read_bytes())
+    index[39:42].to_csv(folder / "index.csv", index=False)
+    return folder
+
+
+@pytest.fixture
+def made(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Numbers of the motions that were made."""
+    numbers: list[int] = []
+    make = generate.made_motion
+
+    def counted(number: int, suite: str) -> object:
+        numbers.append(number)
+        return make(number, suite)
+
+    monkeypatch.setattr(generate, "made_motion", counted)
+    return numbers
+
+
+def keys_of(folder: Path, count: int, results: Path) -> list[list[str]]:
+    """Run keys by variant, as the rules prepare, plan and know them."""
+    study = parse_config(
+        {
+            "results": str(results),
+            "grid": {"bridge": ["osb1"], "skew_deg": [30]},
+            "motions": {"folder": str(folder), "count": count},
+        }
+    )
+    place = StudyFolder(results)
+    prepare_motions(study)
+    setup = StudySetup.of(study, place)
+    return [
+        [run_key(task) for task in setup.tasks(variant.slug)] for variant in expand_grid(study.grid)
+    ]
+
+
+def test_more_motions_preserve_keys_and_generate_only_new_ones(folder, tmp_path, made):
+    few = keys_of(folder, 1, tmp_path / "few")
+    assert made == []
+    many = keys_of(folder, 3, tmp_path / "many")
+    assert made == [48, 49]
+    assert [keys[:1] for keys in many] == few
+    assert all(len(set(keys)) == 3 for keys in many)
+
+
+def test_other_levels_preserve_the_factors_of_full_blocks(made: list[int]) -> None:
+    """Without a factor in the index for these levels, whole blocks are measured, and no more."""
+    few, many = (
+        prepare_suite(MOTIONS, count=count, t1_s=T1_S, level_range_g=(0.2, 1.0)) for count in (1, 9)
+    )
+    assert few["scale"][0] == many["scale"][0]
+    assert made == []
+
+
+def test_digest_of_the_suite_needs_no_generated_motion(folder, tmp_path, made):
+    def digest() -> str:
+        return content_digest(
+            folder, 3, t1_s=T1_S, level_range_g=LEVEL_RANGE_G, cache=tmp_path / "digest.json"
+        )
+
+    before = digest()
+    index = folder / "index.csv"
+    index.write_text(index.read_text().replace(",48\n", ",51\n"))
+    assert digest() != before
+    assert made == []
+
+
+def test_check_generates_the_motion_and_preserves_its_index_row(folder: Path) -> None:
+    index = folder / "index.csv"
+    before = index.read_text()
+    code, found = run("motions", "check", folder, "--write")
+    assert code == 0
+    assert "made" in {item["format"] for item in found["files"]}
+    assert index.read_text().splitlines()[2:] == before.splitlines()[2:]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (",48\n", ",51\n", "other libraries"),
+        (",48\n", ",0\n", "made_from_number"),
+        ("syn048,,", "syn048,a.AT2,", "made_from_number"),  # number and files together
+    ],
+)
+def test_another_number_in_the_index_is_refused(folder, old, new, words) -> None:
+    index = folder / "index.csv"
+    index.write_text(index.read_text().replace(old, new))
+    code, found = run("motions", "check", folder)
+    assert code == 2
+    assert words in str(found)

@@ -45,7 +45,8 @@ def test_contact_equals_contact_friction_without_friction(frictionless):
         assert bare.demands[name] == pytest.approx(frictionless.demands[name], rel=0.01), name
 
 
-def test_opposite_skew_mirrors_the_response(skew_deg=60):
+def test_opposite_skew_mirrors_the_response():
+    skew_deg = 60
     # steps of one size and a tight test: rounding, which differs between processors, then decides
     # neither on the size of a step nor on an iteration
     tight = {"tolerance_j": 1e-8, "reuse_tangent": False, "dt_s": 0.001, "contact_dt_s": 0.001}

@@ -1,9 +1,16 @@
-"""Figures 3 and 4 of the paper: the unit in space, the particle between two lines."""
+"""Figures 3 to 6 of the paper: unit in space, particle between two lines, skew deck."""
 
 import numpy as np
 import pytest
 
 from reference_data import reference_table
+from skewbridge.verification.references.cases import SCALE_M, deck_case
+from skewbridge.verification.references.deck_solvers import (
+    make_deck,
+    pulse_of,
+    run_deck,
+    run_opensees,
+)
 from skewbridge.verification.registry import Study, run_study
 from skewbridge.verification.studies.particle_between_lines import (
     FIRST_CONTACT_S,
@@ -13,6 +20,14 @@ from skewbridge.verification.studies.particle_between_lines import (
     peaks_m,
     run_particle,
     run_particle_lcp,
+)
+from skewbridge.verification.studies.skew_deck import (
+    LCP_PEAKS as DECK_LCP_PEAKS,
+)
+from skewbridge.verification.studies.skew_deck import (
+    PENALTY_PEAKS,
+    locked_rotation,
+    perimeter_beams,
 )
 
 
@@ -56,3 +71,128 @@ def test_penalty_particle_stays_between_the_lines_and_near_the_rigid_one(rigid):
     history = run_particle(5e-5, 2.0, keep=lambda k: k % 10 == 0)
     compare_with_lcp(study, history, rigid)
     assert [found.quantity for found in study.comparisons if not found.is_passed] == []
+
+
+# --- the rigid skew deck of Dimitrakopoulos (2011), Engineering Structures 33: cases C1 to C5
+
+
+def assert_peaks(history, exact, displacement, rotation):
+    """Compare the peaks ux, uy, theta with relative tolerances."""
+    *moves_m, theta_rad, _ = history.peaks().values()
+    assert moves_m == pytest.approx(exact[:2], rel=displacement)
+    assert theta_rad == pytest.approx(exact[2], rel=rotation)
+
+
+def test_lever_arms_are_those_of_the_plan():
+    deck = make_deck(deck_case("C1"))
+    rows = deck.normal_rows
+    assert np.abs(rows[:, 2]) == pytest.approx([16.1603, 1.1603, 1.1603, 16.1603], abs=1e-4)
+    assert np.abs(deck.tangent_rows[:, 2]) == pytest.approx([12.990] * 4, abs=1e-3)
+    assert deck.mass[2] / deck.mass[0] == pytest.approx(100.0)
+    assert deck_case("C1").period_theta_s == pytest.approx(0.31623, abs=1e-5)
+    assert pytest.approx(0.0310613, abs=1e-7) == SCALE_M
+
+
+# 1 % for displacements and 2 % for the rotation: two integrations of the same equations, the peaks
+# of an elastic contact depend on the phase of its impacts.
+@pytest.mark.parametrize("name", ["C1", "C3"])
+@pytest.mark.parametrize("solver", ["opensees", "penalty"])
+def test_elastic_penalty_peaks(name, solver):
+    history = run_deck(deck_case(name, solver=solver, duration_s=1.5))
+    exact = PENALTY_PEAKS[name]
+    assert_peaks(history, exact, 0.01, 0.02)
+    assert history.peaks()["penetration_m"] == pytest.approx(exact[3], rel=0.01)
+    assert history.first_contact_s() == pytest.approx(0.036500, abs=1e-4)
+    assert abs(history.energy_residual_ratio) < 1e-4
+
+
+@pytest.mark.parametrize("solver", ["opensees", "penalty"])
+def test_damped_penalty_peaks_of_c1(solver):
+    history = run_deck(deck_case("C1", solver=solver, restitution=0.6, duration_s=1.0))
+    # Reference with 25577.5 N s/m per corner.
+    assert_peaks(history, (20.624e-3, 33.027e-3, 2.6011e-4), 0.01, 0.02)
+
+
+@pytest.mark.parametrize("integrator", ["houbolt", "hht"])
+def test_other_integrators_agree_where_the_contact_is_resolved(integrator):
+    # Houbolt and HHT at w_c dt = 0.014: 1.5 % for what they damp themselves.
+    found = run_deck(deck_case("C1", integrator=integrator, duration_s=0.7)).peaks()
+    assert found["ux_m"] == pytest.approx(PENALTY_PEAKS["C1"][0], rel=0.015)
+    assert found["theta_rad"] == pytest.approx(PENALTY_PEAKS["C1"][2], rel=0.015)
+
+
+# Largest difference over the scale: 1 % for the penalty, 0.2 % for the first-order LCP.
+@pytest.mark.parametrize(
+    ("name", "solver", "limit"),
+    [("C1", "penalty", 0.01), *((name, "lcp", 2e-3) for name in ("C1", "C2", "C3", "C5"))],
+)
+def test_histories_meet_the_tabulated_ones(name, solver, limit):
+    reference = reference_table("deck_histories")
+    if solver == "penalty":
+        history, rows = run_deck(deck_case("C1")), slice(None)
+    else:
+        case = deck_case(name, solver="lcp", restitution=0.6, duration_s=1.0)
+        history, rows = run_deck(case), reference["t_s"] <= 1.0
+    for column, label in enumerate(("ux_m", "uy_m")):
+        found = np.interp(reference["t_s"][rows], history.t_s, history.q[:, column])
+        exact = reference[f"{name}_{solver}_{label}"][rows].to_numpy()
+        assert np.abs(found - exact).max() <= limit * SCALE_M
+
+
+@pytest.mark.parametrize("name", ["C2", "C4", "C5"])
+def test_frictional_decks_agree_with_the_penalty_equation(name):
+    # tan(skew) exceeds the friction by 0.38 or more; step x contact frequency is 0.014.
+    exact = run_deck(deck_case(name, solver="penalty", duration_s=1.0)).peaks()
+    assert_peaks(run_deck(deck_case(name, duration_s=1.0)), [*exact.values()], 0.01, 0.02)
+
+
+@pytest.mark.parametrize(
+    "key", [("C1", 0.6), ("C1", 0.45), ("C2", 0.6), ("C3", 0.6), ("C4", 0.6), ("C5", 0.6)], ids=str
+)
+def test_moreau_jean_peaks(key):
+    history = run_deck(deck_case(key[0], solver="lcp", restitution=key[1], duration_s=1.2))
+    over_scale = np.array([*history.peaks().values()])[:3] * (1.0, 1.0, 30.0) / SCALE_M
+    assert over_scale == pytest.approx(DECK_LCP_PEAKS[key], rel=1e-3, abs=1e-9)
+    assert abs(history.energy_residual_ratio) < 1e-9
+
+
+def test_beams_around_the_deck_give_the_peaks_of_rigid_links():
+    case = deck_case("C3", duration_s=0.6)
+    links = run_deck(case).peaks()
+    beams = run_opensees(case, pulse_of(case), connect=perimeter_beams).peaks()
+    assert beams == pytest.approx(links, rel=2e-3)
+
+
+def test_opposite_skews_mirror_each_other():
+    left = run_deck(deck_case("C3", duration_s=0.6))
+    right = run_deck(deck_case("C3", skew_deg=-30.0, duration_s=0.6))
+    assert right.q * [1, -1, -1] == pytest.approx(left.q, abs=1e-9)
+    assert right.normals_n == pytest.approx(left.normals_n, abs=1e-3)
+
+
+def test_a_damped_penalty_deck_that_cannot_rotate_converges_to_the_rigid_one():
+    table = locked_rotation((1e3, 1e4))
+    # Reference values 0.0490 and 0.0136: the rate is that of the penalty, not of the step.
+    assert table["rms_ratio"].to_numpy() == pytest.approx([0.049, 0.0136], rel=0.1)
+    assert table["first_contact_s"].to_numpy() == pytest.approx(0.0365, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("gap_m", "friction", "cohesion_n", "restitution"),
+    [
+        (0.0, 0.8, 0.0, 0.5),
+        (0.0, 0.05, 200.0, 0.9),
+        (1e-3, 0.65, 0.0, 0.3),
+        (7e-5, 0.97, 0.0, 0.6),
+        (3e-4, 0.001, 200.0, 0.8),
+    ],
+)
+def test_moreau_jean_always_finds_a_contact_state(gap_m, friction, cohesion_n, restitution):
+    """Sticking, chattering and both ends at once: the balance of energy closes."""
+    changes = {"friction": friction, "cohesion_n": cohesion_n, "restitution": restitution}
+    case = deck_case("C3", solver="lcp", gap_normal_m=gap_m, duration_s=0.15, **changes)
+    history = run_deck(case)
+    assert abs(history.energy_residual_ratio) < 1e-9
+    assert history.openings_m.min() > -1e-5
+    limit = friction * history.normals_n.sum(axis=1) + 4.0 * cohesion_n
+    assert (np.abs(history.tangentials_n.sum(axis=1)) <= limit * (1 + 1e-6) + 1e-6).all()

@@ -1,0 +1,433 @@
+"""Studies of many analyses: strong motions, published curves, the paper's bridges."""
+
+from dataclasses import replace
+from itertools import product
+from math import inf, nan
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from fragility_tables import runs_of_one_variant
+from skewbridge.analysis.abutment_history import abutment_history
+from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.errors import InputError
+from skewbridge.motions.spectrum import orbit_rotd50
+from skewbridge.units import G_MPS2
+from skewbridge.variant.options import ModelOptions
+from skewbridge.verification.registry import Study, run_study
+from skewbridge.verification.statements import STATEMENTS
+from skewbridge.verification.studies import paper_runs, strong_motions
+from skewbridge.verification.studies.bridge_friction import half_cycles, stick_slip_changes
+from skewbridge.verification.studies.paper_runs import paper_variant, strongest_motions
+from skewbridge.verification.studies.published import (
+    COMPARED,
+    NONE,
+    SYSTEM,
+    WHOLE,
+    Change,
+    compared,
+    demand_ratios,
+    explanations,
+    hazus_factor,
+    median_factors,
+    medians,
+    outside,
+    published_curves,
+)
+from skewbridge.verification.studies.published import (
+    DEMANDS as PUBLISHED_DEMANDS,
+)
+from skewbridge.verification.studies.strong_motions import (
+    ACCURACY,
+    ALL_PLACES,
+    CHANGES,
+    CONVERGENCE,
+    DEMANDS,
+    HARD_SET,
+    PGA_G,
+    REFINEMENTS,
+    compare_with_finer,
+    judge_changes,
+    pairs,
+    pooled_ratios,
+    relative_changes,
+    run_accuracy,
+    run_hard_set,
+)
+from strong_motion import strong_motion
+
+ONE = replace(
+    HARD_SET, bridges=("osb1",), abutments=("roller",), skews_deg=(0,), motion_count=1, processes=1
+)
+# two motions cut to 2 s of shaking beyond their tapers, friction alone, coarse against default
+TINY = replace(
+    ACCURACY["accuracy"],
+    skews_deg=(0,),
+    gaps_mm=(25,),
+    motion_count=2,
+    window_s=2.1,
+    processes=1,
+)
+
+
+def test_the_hard_set_has_every_bridge_abutment_and_skew():
+    assert len({variant.slug for variant in HARD_SET.variants()}) == len(HARD_SET.variants()) == 45
+
+
+def test_motions_are_the_strongest_and_reach_the_peak():
+    motions = strongest_motions(3, PGA_G)
+    assert len({motion.motion_id for motion in motions}) == 3
+    for motion in motions:
+        peak_g = orbit_rotd50(motion.accel_1_mps2, motion.accel_2_mps2) / G_MPS2
+        assert peak_g == pytest.approx(1.2)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sound"), [({}, 1.0), ({"max_iterations": 2, "mean_iterations": 1.0}, 0.0)]
+)
+def test_analyses_of_the_hard_set_count_if_they_end_well(changes, sound):
+    study, settings = Study("hard-set"), AnalysisSettings(duration_s=3.0, **changes)
+    run_hard_set(study, ONE, settings)
+    (row,) = study.comparisons
+    assert (row.value, row.reference, row.is_passed) == (sound, 1.0, bool(sound))
+    failed = f"{study.tables['rows']['motion_id'].iloc[0]}: timeout"
+    assert study.tables["statuses"]["analyses"].tolist() == [1]
+    rungs = study.tables["rungs"].set_index("rung")
+    assert rungs["analyses"].sum() == 1
+    assert rungs["steps_share"].sum() == pytest.approx(1.0)
+    assert sound or all(word in row.quantity for word in failed.split(": "))
+
+
+def test_resume_of_the_accuracy_repeats_only_the_line_cut_short(monkeypatch, tmp_path):
+    first = Study("accuracy", tmp_path)
+    run_accuracy(first, TINY, ("fast", "default"))
+    table = first.tables["ratios"]
+    assert len(table) == 2 * len(DEMANDS)  # one place, and all of them
+    assert set(table["count"]) == {2}
+    assert (tmp_path / "accuracy.jsonl").read_text().count('"run_key"') == 8
+    summary, failed = first.comparisons[-2:]
+    assert summary.value == pytest.approx(table["difference_percent"].abs().max())
+    assert "largest difference of 8 pooled ratios" in summary.quantity
+    assert failed.value == 0.0
+    journal = tmp_path / "accuracy.jsonl"
+    journal.write_bytes(journal.read_bytes().rstrip()[:-20])  # as a kill leaves the last line
+    slugs, lines, analyse = [], [], strong_motions.analyse
+    monkeypatch.setattr(strong_motions, "REPORT_EACH", 1)
+    monkeypatch.setattr(
+        strong_motions, "analyse", lambda *given: slugs.append(given[0].slug) or analyse(*given)
+    )
+    second = Study("accuracy", tmp_path, lines.append)
+    run_accuracy(second, TINY, ("fast", "default"))
+    assert len(slugs) == 1
+    assert lines[0].startswith(f"8 of 8 analyses, 0 min left; last: {slugs[0]}")
+    assert second.tables["ratios"].equals(table)
+    assert second.comparisons == first.comparisons
+
+
+def judged(demand, changes, refinement=REFINEMENTS[0]):
+    """Return whether the largest change of a demand and the share above its limit pass."""
+    study = Study("convergence")
+    table = pd.DataFrame(dict.fromkeys(CHANGES, 0.0), index=range(len(changes)))
+    judge_changes(study, table.assign(**{demand: changes}), refinement)
+    rows = [row for row in study.comparisons if row.quantity.startswith(demand)]
+    assert all(row.is_passed for row in study.comparisons if row not in rows)
+    return [row.is_passed for row in rows if row.tolerance is not None]
+
+
+@pytest.mark.parametrize(
+    ("demand", "changes", "passed"),
+    [
+        ("column_shear_kn", [0.01] * 20, [True, True]),
+        ("column_shear_kn", [-0.014] + [0.0] * 19, [True, True]),  # one case of twenty
+        ("column_shear_kn", [0.016] + [0.0] * 19, [False, True]),  # by more than half
+        ("column_shear_kn", [0.014, -0.014] + [0.0] * 18, [True, False]),
+        ("column_shear_kn", [inf] + [0.0] * 19, [False, True]),
+        ("deck_rotation_rad", [0.03] * 20, [True, True]),
+        ("deck_rotation_rad", [0.031] + [0.0] * 19, [False, True]),  # without exception
+        ("slip_work_kj", [0.5] * 20, []),
+    ],
+)
+def test_changes_are_judged_by_their_size_and_their_share(demand, changes, passed):
+    assert judged(demand, changes) == passed
+
+
+def test_changes_of_the_reference_itself_are_reported_only():
+    assert judged("column_shear_kn", [0.5] * 20, REFINEMENTS[1]) == []
+
+
+def test_changes_up_to_the_floor_count_as_none():
+    exact = pd.Series([1.0e-3, 1.0e-3, 0.0, nan, 1.0e-3])
+    values = pd.Series([1.09e-3, 1.2e-3, 0.9e-4, nan, nan])
+    found = relative_changes("deck_rotation_rad", values, exact)
+    assert found.tolist() == pytest.approx([0.0, 0.2, 0.0, 0.0, inf])
+    assert relative_changes("unseating_m", values, exact).iloc[0] == pytest.approx(0.09)
+
+
+def test_each_case_is_compared_with_finer_steps_and_meshes():
+    one = replace(
+        CONVERGENCE, bridges=("osb1",), skews_deg=(30,), gaps_mm=(25,), motion_count=1, window_s=2.1
+    )
+    meshes = [each for each in REFINEMENTS if each.kind == "mesh"]
+    study = Study("convergence-mesh")
+    compare_with_finer(study, replace(one, processes=1), meshes)
+    changes = study.tables["changes"].set_index("against")
+    assert list(changes.index) == ["9 wall points", "17 wall points", "fine fibers"]
+    assert (changes["numerics"] == "default").all()
+    # every mesh changes the forces a little
+    assert (changes["column_shear_kn"].abs() > 0.0).all()
+    assert (changes["column_shear_kn"].abs() < 0.01).all()
+
+
+def test_accuracy_pairs_neighbours_on_every_axis():
+    found = pairs(ACCURACY["accuracy"])
+    axes = ("friction_pct", "gap_mm", "skew_deg")
+    assert [sum(name == axis for name, *_ in found) for axis in axes] == [6, 6, 8]
+    for axis, before, after in found:
+        assert replace(before, **{axis: getattr(after, axis)}) == after
+        assert getattr(after, axis) > getattr(before, axis)
+
+
+BOTH = ("default", "reference")
+
+
+def made_up(chosen, ratios):
+    """Return peaks that grow by a ratio per motion and accuracy wherever there is friction."""
+    size = {"default": 1.0, "reference": 2.0}
+    return {
+        (accuracy, variant, motion): dict.fromkeys(
+            DEMANDS, size[accuracy] * (ratio if variant.friction_pct else 1.0)
+        )
+        for (accuracy, motion), ratio in ratios.items()
+        for variant in chosen.variants()
+    }
+
+
+def test_ratios_are_geometric_means_over_motions_and_over_places():
+    chosen = replace(ACCURACY["accuracy"], skews_deg=(0, 30))
+    ratios = dict(zip(product(BOTH, "ab"), (1.2, 0.9, 1.1, 0.9), strict=True))
+    table = pooled_ratios(chosen, made_up(chosen, ratios), "ab", BOTH)
+    friction = table[table["axis"] == "friction_pct"]
+    assert len(friction) == len(DEMANDS) * (4 + 1)
+    assert set(friction.loc[friction["place"] == ALL_PLACES, "count"]) == {8}
+    assert friction["ratio"].to_numpy() == pytest.approx((1.2 * 0.9) ** 0.5)
+    assert friction["exact_ratio"].to_numpy() == pytest.approx((1.1 * 0.9) ** 0.5)
+    difference = 100 * ((1.2 / 1.1) ** 0.5 - 1)
+    assert friction["difference_percent"].to_numpy() == pytest.approx(difference)
+    others = table[table["axis"] != "friction_pct"]
+    assert others["ratio"].to_numpy() == pytest.approx(1.0)
+
+
+def test_motion_without_the_demand_is_left_out_of_both():
+    chosen = replace(ACCURACY["accuracy"], skews_deg=(0,), gaps_mm=(25,))
+    found = made_up(chosen, dict.fromkeys(product(BOTH, "ab"), 1.5))
+    found["reference", chosen.variants()[0], "b"]["unseating_m"] = 0.0
+    table = pooled_ratios(chosen, found, "ab", BOTH).query(f"place == '{ALL_PLACES}'")
+    assert table.set_index("demand")["count"].to_dict() == {
+        demand: 1 if demand == "unseating_m" else 2 for demand in DEMANDS
+    }
+
+
+# --- published curves and effects of skew: the stored table, our medians, ratios and reasons
+
+
+PUBLISHED = published_curves()
+
+
+def line_error(part: pd.DataFrame, capacity: str) -> float:
+    """Largest distance of ln capacity from a line of ln median."""
+    x, y = np.log(part["median_g"]), np.log(part[capacity].astype(float))
+    return float(np.abs(y - np.polyval(np.polyfit(x, y, 1), x)).max())
+
+
+def test_medians_of_a_component_lie_on_a_line_of_its_capacities():
+    """The source fits ln demand by a line; medians are printed with two or three digits."""
+    parts = PUBLISHED[PUBLISHED["component"] != SYSTEM].groupby(["era", "component"])
+    four = {key: part for key, part in parts if len(part) == 4}
+    assert len(four) == 4
+    for part in four.values():
+        assert line_error(part, "capacity_of_curve") < 0.05
+    # the doubt about joint opening of era 3: its own capacities do not make its curve
+    assert line_error(four[3, "unseating"], "capacity") > 0.1
+    keys = set(zip(PUBLISHED["era"], PUBLISHED["component"], strict=True))
+    assert keys >= {(era, name) for era in (1, 3) for name in (*PUBLISHED_DEMANDS, SYSTEM)}
+    assert not PUBLISHED.duplicated(["era", "component", "state"]).any()
+    assert (PUBLISHED["row"].str.extract(r"CRCB\.E(\d)")[0].astype(int) == PUBLISHED["era"]).all()
+
+
+def scattered_demands(slope: float = 1.0, sigma: float = 0.3) -> pd.DataFrame:
+    """40 runs whose demands are the capacities of era 3 at the published medians, with scatter."""
+    random = np.random.default_rng(5)
+    im = np.geomspace(0.05, 2.5, 40)
+    table = runs_of_one_variant("osb1_cf_skew00_gap025_mu050", "osb1", 0, im)
+    table["beyond_model"] = ""
+    era = PUBLISHED[(PUBLISHED["era"] == 3) & (PUBLISHED["state"] == "slight")]
+    for row in era.to_dict("records"):
+        if row["component"] in PUBLISHED_DEMANDS:
+            capacity = row["capacity"] * (0.0254 if row["unit"] == "in" else 1.0)
+            scatter = np.exp(sigma * random.standard_normal(im.size))
+            table["whole_" + PUBLISHED_DEMANDS[row["component"]]] = (
+                capacity * (im / row["median_g"]) ** slope * scatter
+            )
+    for name in PUBLISHED_DEMANDS.values():  # columns fail at once
+        table[name] = 1e-3
+    return table
+
+
+def test_medians_of_demands_that_follow_the_published_line_are_the_published_ones():
+    curves = PUBLISHED[PUBLISHED["era"] == 3]
+    found = medians(curves, scattered_demands(), 3, NONE)
+    table = compared(PUBLISHED, found).set_index(["component", "state"])
+    slight = table.xs("slight", level="state")
+    assert slight["ratio"].drop(SYSTEM).to_numpy() == pytest.approx(1.0, rel=0.15)
+    assert (slight["ratio_low"] < slight["ratio"]).all()
+    # the smaller capacity of the curve lowers the median by as much as the line is steep
+    change = Change(name="capacity", capacity="capacity_of_curve")
+    lower = medians(curves, scattered_demands(), 3, change).set_index(["component", "state"])
+    key = "unseating", "slight"
+    assert lower.loc[key, "theta"] / table.loc[key, "theta"] == pytest.approx(1 / 1.5, rel=0.1)
+
+
+def test_a_state_that_no_run_reaches_has_a_lower_bound_of_its_median():
+    curves, demands = PUBLISHED[PUBLISHED["era"] == 3], scattered_demands()
+    columns = [f"{WHOLE}{name}" for name in PUBLISHED_DEMANDS.values()]
+    found = medians(curves, demands.assign(**(demands[columns] * 1e-3)), 3, NONE)
+    found = found[found["component"] != SYSTEM]
+    assert found["theta"].isna().all()
+    # 40 runs up to 2.5 g, assumed dispersion 0.4
+    assert found["theta_bound"].between(1.0, 2.5).all()
+    assert medians(curves, demands, 3, NONE)["theta_bound"].isna().any()
+
+
+def test_a_change_explains_a_ratio_if_it_closes_half_of_its_distance_from_the_range():
+    assert outside(1.0) == outside(1.33) == 0.0
+    assert outside(0.75 / 2.0) == pytest.approx(np.log(2.0))
+    rows = [
+        ("bearing", "none", 1.1), ("bearing", "gap", 1.0),
+        ("unseating", "none", 1.33 * 2.0), ("unseating", "gap", 1.33 * 1.3),
+        ("unseating", "bridge", 1.33 * 1.8), ("column_curvature", "none", 1.33 * 2.0),
+        ("column_curvature", "gap", 1.33 * 1.6), ("column_curvature", "bridge", np.nan),
+    ]  # fmt: skip
+    table = pd.DataFrame(rows, columns=["component", "change", "ratio"])
+    found = explanations(table.assign(era=3, state="slight")).set_index("component")
+    assert found[["change", "is_explained"]].T.to_dict("list") == {
+        "bearing": ["none", True],
+        "unseating": ["gap", True],
+        "column_curvature": ["gap", False],
+    }
+
+
+# --- effects of skew: paired ratios of demands and factors on medians
+
+
+def test_factor_of_hazus_at_known_skews():
+    """Hazus tables round 0.983, 0.931, 0.841 and 0.707 for 15, 30, 45 and 60 degrees."""
+    factors = [hazus_factor(skew) for skew in (0, 15, 30, 45, -60)]
+    assert factors == pytest.approx([1.0, 0.983, 0.931, 0.841, 0.707], abs=5e-4)
+
+
+def test_effects_of_skew_are_those_of_demands_that_grow_by_a_fifth():
+    """24 motions, of which one has not the demand of one column."""
+    random = np.random.default_rng(3)
+    im = np.geomspace(0.05, 2.5, 24)
+    parts = []
+    for skew, factor in ((0, 1.0), (60, 1.2)):
+        variant = f"bridge_b_cf_skew{skew:02d}_gap025_mu050"
+        part = runs_of_one_variant(variant, "bridge_b", skew, im).assign(choice="none")
+        for name in sorted({*COMPARED, *PUBLISHED_DEMANDS.values()}):
+            scatter = np.exp(0.02 * random.standard_normal(im.size))
+            part[f"{WHOLE}{name}"] = factor * 8.0 * im * scatter
+        parts.append(part)
+    table = pd.concat(parts, ignore_index=True)
+    factors = median_factors(table).set_index("demand")
+    assert factors.loc["column_curvature/moderate", "ratio"] == pytest.approx(1 / 1.2, rel=0.03)
+    lacks = (table["motion_id"] == "m00") & (table["skew_deg"] == 60)
+    table.loc[lacks, f"{WHOLE}abutment_passive_m"] = 0.0
+    found = demand_ratios(table)
+    assert set(found["demand"]) == set(COMPARED)
+    assert (found["skew_deg"] == 60).all()
+    assert found["ratio"].to_numpy() == pytest.approx(1.2, rel=0.03)
+    assert (found["ratio_low"] < 1.2 * 1.03).all()
+    assert (found["ratio_high"] > 1.2 * 0.97).all()
+    count = found.set_index("demand")["n_motions"]
+    assert (count["abutment_passive_m"], count["unseating_m"]) == (23, 24)
+
+
+# --- the paper's dynamic studies (figures 10 to 12, abutment models), and how they compare runs
+
+
+T_S = np.linspace(0.0, 4.0, 401)
+
+
+def test_half_cycles_lie_between_zero_crossings_and_notice_contact():
+    plain, no_contact = np.sin(2 * np.pi * T_S), np.zeros(T_S.size, dtype=bool)
+    both = np.column_stack([plain, plain])
+    cycles = half_cycles(T_S, both, 0.9 * both, 0, [no_contact])
+    assert cycles["change"].tolist() == pytest.approx([-0.1] * 8)
+    assert cycles["together"].tolist() == pytest.approx([1.0] * 8)
+    assert not cycles["has_contact"].any()
+    both *= np.where(T_S < 2.0, 1.0, 0.1)[:, None]  # small half cycles are left out
+    contact = (T_S > 0.2) & (T_S < 0.3)
+    cycles = half_cycles(T_S, both, both, 1, [contact, no_contact])
+    assert cycles["has_contact"].tolist() == [True, False, False, False]
+
+
+def test_changes_between_sticking_and_slipping_count_while_closed():
+    normal = np.array([[0.0], [10.0], [10.0], [10.0], [10.0], [0.0], [10.0]])
+    friction = np.array([[0.0], [5.0], [2.0], [5.0], [5.0], [0.0], [1.0]])
+    assert stick_slip_changes(normal, friction, 0.5) == 2
+
+
+def test_missing_record_is_replaced_and_named(tmp_path, monkeypatch):
+    monkeypatch.setenv("SKEWBRIDGE_RECORDS", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    for found in (paper_runs.waho(), paper_runs.tarzana()):
+        assert not found.is_paper_record
+        assert found.label.startswith("synthetic")
+    # without any motion the message states where to put one
+    monkeypatch.setattr(paper_runs, "PACKAGE", tmp_path / "src" / "skewbridge")
+    with pytest.raises(InputError, match="SKEWBRIDGE_RECORDS"):
+        paper_runs.waho()
+
+
+def abutment_run(variant, **options):
+    excitation = Excitation(motion=strong_motion(duration_s=4.0))
+    return abutment_history(variant, excitation, AnalysisSettings(), ModelOptions(**options))
+
+
+def test_abutment_alone_closes_and_slips():
+    rough, smooth = (abutment_run(paper_variant(friction_pct=friction)) for friction in (50, 0))
+    for history in (rough, smooth):
+        assert history.is_complete
+        assert history.disp_m[0].tolist() == [0.0, 0.0]
+        assert history.disp_m[:, 0].max() > 0.051
+        assert sum(unit.closures for unit in history.ledger) > 2
+        # Hysteresis: the pads act in the gap, and the backfill behind it as well.
+        pushed = history.disp_m[:, 0].argmax()
+        assert history.force_n[pushed, 0] > 1.0e6
+    assert sum(unit.slip_work_j for unit in rough.ledger) > 1.0e3
+    assert not smooth.friction_n.any()
+    # The bound is a prediction to the end of the step: it is exceeded where the normal force turns.
+    assert rough.friction_n.max() <= 0.5 * rough.normals_n.max() * 1.01
+
+
+@pytest.mark.parametrize(("place", "free"), [("walls", "key"), ("keys", "backwall")])
+def test_contacts_without_friction_carry_none_while_the_others_slip(place, free):
+    history = abutment_run(paper_variant(skew_deg=25), friction_at=place)
+    by_unit = dict(zip(history.unit_names, history.friction_n.T, strict=True))
+    without = [peaks.max() for name, peaks in by_unit.items() if free in name]
+    others = [peaks.max() for name, peaks in by_unit.items() if free not in name]
+    assert max(without) == 0.0
+    assert max(others) > 1.0e4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("study", ["fig10", "fig11-12", "friction-source", "ladder"])
+def test_dynamic_study_passes_and_judges_its_statements(study):
+    found = run_study(study)
+    failed = [row.quantity for row in found.comparisons if not row.is_passed]
+    assert not failed
+    assert bool(found.figures) is (study != "friction-source")  # that one is no figure of the paper
+    judged = {finding.statement for finding in found.verdicts if finding.case}
+    assert judged >= {key for key, row in STATEMENTS.items() if row.study == study}
