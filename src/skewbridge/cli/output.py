@@ -51,7 +51,7 @@ class Printed(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """The answer of a command: a JSON value, and tables or texts that are printed otherwise.
+    """The answer of a command: a JSON value for ``--json``, else tables or texts.
 
     Without ``printed``, a table has a row per number or text of the JSON value. With ``--json``
     texts go to stderr, and tables are left out.
@@ -133,7 +133,7 @@ def new_group(name: str | None = None, summary: str = "") -> typer.Typer:
 def command(
     group: typer.Typer, *options: Opt, name: str | None = None
 ) -> Callable[[Callable[..., Answer]], Callable[..., None]]:
-    """Add a function to a group as a command, which prints the answer that it returns.
+    """Add a function to a group as a command that prints its answer.
 
     Options and arguments are passed by name.
     """
@@ -185,7 +185,7 @@ class Command(TyperCommand):
         raise typer.Exit(code)
 
     def _check_pairs(self, args: list[str]) -> None:
-        """Refuse an option of two values one of which is the next option."""
+        """Refuse an option of two values if the next option follows too early."""
         pairs = {name for option in self.params if option.nargs == 2 for name in option.opts}
         for at, argument in enumerate(args):
             for given, value in enumerate(args[at + 1 : at + 3] if argument in pairs else ()):

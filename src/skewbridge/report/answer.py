@@ -230,7 +230,7 @@ def _seat_width_m(bridge: str) -> float:
 
 
 def extent_of_data(row: Mapping[str, Any]) -> str:
-    """Return in a few words how far the medians of a ratio leave the data; empty if they do not."""
+    """Return whether medians of a ratio are extrapolated or lack a curve, as text; else empty."""
     # tables of earlier versions have no such counts
     names = ("n_cells", "n_without_curve", "n_extrapolated")
     pairs, missing, outside = (row.get(name) for name in names)
@@ -243,7 +243,7 @@ def extent_of_data(row: Mapping[str, Any]) -> str:
 
 
 def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
-    """Return a sentence for each leading state of a bridge whose medians leave the data.
+    """Return a sentence for each leading state whose medians are extrapolated or lack a curve.
 
     The keys are bridge, abutment model and state; the table is that of `with_limits`.
     """

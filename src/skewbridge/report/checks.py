@@ -165,7 +165,7 @@ def write_checks(tables: StudyTables, output: Path, suspect: SuspectLimits = LIM
 
 
 def require_passed(checks: Path) -> None:
-    """Stop where a check of the tables failed (``checks: strict`` of the configuration).
+    """Raise an error if a check of the tables failed (``checks: strict`` of the configuration).
 
     Raises:
         SolutionError: A check in the file of `write_checks` failed.

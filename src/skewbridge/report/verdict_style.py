@@ -145,7 +145,7 @@ def margin_text(item: Row) -> str:
 
 
 def signed(value: float, unit: str) -> str:
-    """Return a number with its sign and unit, with as many digits as one looks at."""
+    """Return a number with its sign and unit, with up to two decimals for small numbers."""
     if not np.isfinite(value):
         return "–"
     digits = 2

@@ -237,7 +237,7 @@ def _answer_cell(row: Mapping[str, Any] | None, reach: float) -> dict[str, Any]:
 
 
 def _cell(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return style, change and interval of an effect; a mark if its medians leave the data."""
+    """Return style, change and interval of an effect, marked if medians are extrapolated."""
     leaves_data = row["quantity"] == MEDIAN_CAPACITY and answer.extent_of_data(row)
     return {
         "style": verdict_style(row),
