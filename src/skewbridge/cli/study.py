@@ -251,7 +251,7 @@ def provenance(file: Path, study: Path | None) -> Answer:
     if not origin.is_current:
         notes = ["not current: the present sources or configuration give another result"]
         if "config_digest" in origin.differences:
-            notes.append(f"compared with {config}; name another study with --study")
+            notes.append(f"compared with {config}; for another study add --study RESULTS_FOLDER")
     elif origin.differences:
         unused = ", ".join(origin.differences)
         notes = [f"current: the file does not depend on what differs ({unused})"]
