@@ -228,9 +228,7 @@ def fit_stripes(
     return replace(fit, loglik=loglik, warnings=warnings, details=details)
 
 
-def exceedance_maxima(
-    ln_im: Floats, known: Mask, exceed: Mask
-) -> Sequence[likelihood.Maximum | None]:
+def exceedance_maxima(ln_im: Floats, known: Mask, exceed: Mask) -> list[likelihood.Maximum | None]:
     """Return the maxima of `fit_stripes` for J states, found together; masks of shape (n, J)."""
     signs = (np.where(exceed, 1.0, -1.0) * known).T
     shares = [(np.abs(each), np.maximum(each, 0.0)) for each in signs]

@@ -325,8 +325,7 @@ class _Profiles:
 
     def evaluate(self, psi: Floats) -> tuple[Floats, Floats]:
         """Return the profiles at ``psi`` and their derivatives, shape (rows,)."""
-        before, right = self._normals.copy(), np.zeros(psi.size)
-        normals = self._normals
+        before, normals, right = self._normals.copy(), self._normals, np.zeros(psi.size)
         normals[:-2, self._slope] = psi[:-2]
         right[-2:] = np.exp(psi[-2:])
         self._offset = right[:, None] * self._determined
