@@ -78,7 +78,13 @@ RECIPES: Final[Mapping[str, Recipe]] = {
         inputs=("motions", "periods"),
     ),
     "verify_contact": Recipe(sources=_VERIFICATION, inputs=("opensees",)),
-    "verification": Recipe(sources=_VERIFICATION, inputs=("opensees",)),
+    "verification": Recipe(
+        sources=(
+            *(*_VERIFICATION, "fragility", "report/run_figures.py"),
+            *(f"study/{name}.py" for name in ("analyses", "batch", "inputs", "journal")),
+        ),
+        inputs=("opensees",),
+    ),
     "analyse": _analyses(sections=("suspect",)),
     "plan_round": Recipe(
         sources=(
