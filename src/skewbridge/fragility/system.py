@@ -231,7 +231,9 @@ def _correlation(members: Sequence[_Member], ln_im: Floats, weights: Floats) -> 
 def _failures(ln_theta: Floats, beta: Floats, rho: Floats, points: int, seed: int) -> Floats:
     """Return ln of the intensity at which each component fails, shape (m, R, points)."""
     values, vectors = np.linalg.eigh(rho)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] * beta[:, :, None]
+    # the symmetric root: another would follow the arbitrary signs of the vectors by replicate
+    root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] @ np.swapaxes(vectors, 1, 2)
+    root *= beta[:, :, None]
     normals = _normals(ln_theta.shape[1], points, seed).T
     return ln_theta.T[:, :, None] + np.swapaxes(root, 0, 1) @ normals
 
