@@ -68,14 +68,14 @@ def opened(browser, study):
     """Return a function that opens the page, and fails the test on an error or a request."""
     contexts, messages = [], []
 
-    def open_page(width=1280, *, height=900, **chosen):
+    def open_page(width=1280, *, height=900, file=study.page, **chosen):
         context = browser.new_context(viewport={"width": width, "height": height})
         contexts.append(context)
         page = context.new_page()
         page.on("console", lambda message: messages.append(message.text))
         page.on("pageerror", lambda error: messages.append(str(error)))
         page.on("request", lambda request: messages.append(request.url) if away(request) else None)
-        page.goto(f"{study.page.as_uri()}#explorer?{urlencode(chosen)}")
+        page.goto(f"{file.as_uri()}#explorer?{urlencode(chosen)}")
         page.wait_for_selector("#explorer")  # it unpacks its data first
         return page
 

@@ -1,7 +1,9 @@
 """The page as a whole: widths, print, accessibility, without JavaScript."""
 
 import pytest
+from typer.testing import CliRunner
 
+from skewbridge.cli import build_app
 from skewbridge.report.study_figures import CLOUDS, CURVES, MOTIONS
 
 pytestmark = pytest.mark.browser
@@ -31,6 +33,19 @@ def test_nothing_is_wider_than_the_screen_and_axe_finds_nothing(opened, width, v
     page.evaluate(OPEN_DETAILS)
     found = axe.run(page)
     assert found.violations_count == 0, found.generate_report()
+
+
+def test_the_demo_fits_the_screen_and_its_gallery_opens(opened, width, tmp_path):
+    result = CliRunner().invoke(build_app(), ["demo", "--out", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    file = tmp_path / "report.html"
+    assert file.stat().st_size < 4e6
+    page = opened(width, file=file)
+    assert page.evaluate(TOO_WIDE) == []
+    page.click("text=Figures")
+    assert page.locator("figure:visible").count() == 1
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    assert axe.run(page).violations_count == 0
 
 
 def test_print_cuts_nothing_off_and_leaves_the_explorer_out(opened):
