@@ -172,7 +172,7 @@ def read_foreign(
 
 
 def read_demands(path: Path, im: str | None, further: Sequence[str]) -> pd.DataFrame:
-    """Read a demands table as `read_foreign`, with the columns of ours that it has."""
+    """Read a demands table as `read_foreign`, and keep the known columns that it has."""
     source = read_table(path)
     need_columns(source, ["status"], path.name)
     named = {*_TEXTS, *KEY_COLUMNS, *axis_names(source), COMPLETE, *further, im}

@@ -98,7 +98,7 @@ def inner_variants(grid: Mapping[str, Sequence[float]]) -> list[dict[str, float]
             name = next((name for name, values in grid.items() if len(set(values)) > 1), None)
             if name is None:
                 raise InputError(
-                    "the grid has one variant and nothing inside: add values to an axis"
+                    "the grid has one value on every axis, so no variant lies inside it: add values"
                 )
             levels = sorted(set(grid[name]))
             at = min(levels.index(point[name]), len(levels) - 2)
