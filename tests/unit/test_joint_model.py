@@ -189,7 +189,7 @@ def test_inner_variants_are_inside_the_grid_and_not_among_its_variants():
         for point in found:
             assert any(value not in own[name] for name, value in point.items())
             assert all(min(own[name]) <= value <= max(own[name]) for name, value in point.items())
-    with pytest.raises(InputError, match="has one variant"):
+    with pytest.raises(InputError, match="one value on every axis"):
         inner_variants({"skew_deg": [30]})
 
 
