@@ -294,7 +294,7 @@ def setup(tmp_path: Path) -> StudySetup:
 
 
 def text(value: object) -> str:
-    """Return what can be compared: a time that never came is no number and equals nothing."""
+    """Return a value as text, in which NaN equals NaN."""
     return json.dumps(value, sort_keys=True)
 
 
@@ -353,7 +353,7 @@ def test_sensitivity_rows_differ_and_both_sides_are_analysed_for_the_window(setu
     assert reference.settings.dt_s == NUMERICS["reference"]["analysis"]["dt_s"]
     assert reference.settings.event_halvings == 0
     assert reference.options.backwall_points > rows[0].options.backwall_points
-    # a row no longer than its window is that of the study, whose journal has it
+    # an analysis that is shorter than the window keeps the key that it has in the study
     for window_s, duration_s in ((None, None), (30.0, None), (6.0, 0.5)):
         short = replace(setup, settings=AnalysisSettings(duration_s=duration_s))
         row = sampled_rows(short, [SLUG], 1, window_s)[0]

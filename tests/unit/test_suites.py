@@ -149,7 +149,7 @@ def test_a_difference_between_suites_is_found_with_its_interval() -> None:
         effects.loc["far", "ratio"] / effects.loc["near", "ratio"], rel=1e-9
     )
     assert row["ci_low"] < 0.80 / 0.95 < row["ci_high"]
-    # the interval of Welch from those of both effects, of 16 motions each
+    # Welch's interval, from the intervals of both effects with 16 motions each
     both = effects.loc[["far", "near"]]
     errors = np.log(both["ci_high"] / both["ratio"]) / stats.t.ppf(0.5 + 0.5 * row["level"], 15)
     error, dof = np.hypot(*errors), 15 * (errors**2).sum() ** 2 / (errors**4).sum()
@@ -306,7 +306,7 @@ def test_generated_motion_does_not_depend_on_the_last_digits_of_the_processor(mo
 
 
 def test_motions_with_an_inexact_envelope_are_not_generated():
-    """Where a search stops that meets nothing differs between processors: 6 and 7 are stored."""
+    """A search without a solution ends differently on each processor: 6 and 7 are stored."""
 
     def is_exact(number: int) -> bool:
         drawn, _ = drawn_parameters(generate.SCENARIO, index=number - 1, seed=generate.SEED)

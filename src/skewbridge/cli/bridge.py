@@ -23,13 +23,14 @@ from skewbridge.cli.output import (
     Opt,
     Printed,
     command,
+    in_units,
     new_group,
     quantities,
     warn,
 )
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder, write_text
-from skewbridge.units import KIP, KN, Units
+from skewbridge.units import KN, Units
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES
 from skewbridge.variant.options import ModelOptions
@@ -168,11 +169,12 @@ def modal(out: Path | None, units: Units, **given: Any) -> Answer:
     t1_s = conditioning_period_s(standing)
     if out is not None:
         _write(result["modes"], out, "modal")
-    unit, unit_kn = ("kip", KIP / KN) if units == "us" else ("kN", 1.0)
-    axial = ", ".join(f"{force / unit_kn:.0f}" for force in result["column_axial_kn"])
+    forces = {"weight_kn": result["weight_kn"], "axial_kn": list(result["column_axial_kn"])}
+    weight, axial = in_units([forces], units)[0].values()
+    unit = "kip" if units == "us" else "kN"
     note = (
-        f"weight {result['weight_kn'] / unit_kn:.0f} {unit}; column base axial force {axial} "
-        f"{unit}; T1 {t1_s:.4g} s"
+        f"weight {weight:.0f} {unit}; column base axial force "
+        f"{', '.join(f'{force:.0f}' for force in axial)} {unit}; T1 {t1_s:.4g} s"
     )
     for warning in periods_of_file(variant.bridge, standing):
         warn(warning)

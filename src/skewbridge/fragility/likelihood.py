@@ -88,7 +88,7 @@ class NormalKernel:
         has_low, has_high = np.isfinite(lower) & ~seen, np.isfinite(upper) & ~seen
         low, high = np.column_stack([-covariates, lower]), np.column_stack([-beyond, upper])
         below, above = np.flatnonzero(has_low & ~has_high), np.flatnonzero(has_high & ~has_low)
-        #: Rows with one end: design, that of right-censored rows with the other sign, and products.
+        #: Design of the rows with one end, negated where right-censored, and its products.
         self._tail = np.vstack([-low[below], high[above]])
         self._tail_tail = _products(self._tail, self._tail)
         self._of_tail = self.weights[..., np.append(below, above)]

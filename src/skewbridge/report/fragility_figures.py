@@ -250,8 +250,8 @@ def _curve_panel(
 ) -> list[str]:
     """Draw the curves of one state in a panel; return the lines above it.
 
-    ``rows`` are those of the panel, ``drawn`` has those of `shown_curves` by index, and ``runs``
-    has the demands of each variant.
+    ``rows`` are the fits of the panel, ``drawn`` the rows of `shown_curves` by index, and ``runs``
+    the demands by variant.
     """
     shown = rows[rows.index.isin(list(drawn))]
     missing = rows[~rows["variant"].isin(shown.loc[shown["preferred"], "variant"])]

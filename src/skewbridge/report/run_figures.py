@@ -37,8 +37,8 @@ SPECTRA: Final = {
 
 def run_figures(histories: pd.DataFrame, *, title: str) -> dict[str, Figure]:
     """Return the figures of an analysis by file name, from `skewbridge.analysis.histories`."""
-    # imported here: the figures of a study do without it, and it loads for a second
-    import seaborn as sns  # it has the colours "flare", too
+    # imported here: it takes a second to load, and the figures of a study do not need it
+    import seaborn as sns  # also registers the colour map "flare"
 
     with sns.axes_style("white", rc=dict(STYLE)):
         figures = {

@@ -38,12 +38,6 @@ def time_panels(*names: str, height_in: float, title: str = "") -> tuple[Figure,
     return figure, axes
 
 
-def panel(*, height_in: float) -> tuple[Figure, Axes]:
-    """Return a figure and its only axes."""
-    figure, axes = panels(1, 1, height_in=height_in)
-    return figure, axes[0, 0]
-
-
 def line(axis: Axes, x: ArrayLike, y: ArrayLike, colour: str, text: str = "", **look: Any) -> None:
     """Draw a line; `text` is its entry in the legend, `look` further matplotlib keywords."""
     options: dict[str, Any] = {"color": colour, "label": text or None, "lw": 1.0} | look

@@ -362,6 +362,8 @@ CHOICES: Final[Mapping[str, Mapping[str, Any]]] = {
 CHOSEN: Final = "bridge_b"
 #: Options that change nothing without skew.
 ONLY_SKEWED: Final = {"key_frame", "backfill_variation"}
+_EFFECT_KEYS: Final = ("bridge", "choice", "skew_deg", "demand")
+_EFFECT: Final = ("ratio", "ratio_low", "ratio_high", "n_motions")
 
 
 def run_skew(study: Study) -> None:
@@ -437,10 +439,6 @@ def median_factors(table: pd.DataFrame) -> pd.DataFrame:
         effects = median_effects(rows, states, SETTINGS, axes=["skew_deg"])
         parts.append(_effects_of_skew(effects, str(choice)))
     return pd.concat(parts, ignore_index=True)[[*_EFFECT_KEYS, *_EFFECT]]
-
-
-_EFFECT_KEYS: Final = ("bridge", "choice", "skew_deg", "demand")
-_EFFECT: Final = ("ratio", "ratio_low", "ratio_high", "n_motions")
 
 
 def _with_whole_peaks(table: pd.DataFrame) -> pd.DataFrame:
