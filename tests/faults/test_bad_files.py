@@ -14,9 +14,8 @@ from skewbridge.bridge.catalogue import load_bridge, load_bridge_file
 from skewbridge.cli import build_app
 from skewbridge.cli.output import Printed, emit_table
 from skewbridge.errors import InputError
-from skewbridge.files.tables import read_frame, read_table, stamp, write_frame
+from skewbridge.files.tables import read_frame, read_table, stamp, write_csv, write_frame
 from skewbridge.files.text import read_csv, read_json, read_yaml
-from skewbridge.fragility.exports import write_csv
 from skewbridge.fragility.fit_data import read_data
 from skewbridge.motions.folder import list_motions, write_index
 from skewbridge.motions.read import read_trace

@@ -143,7 +143,7 @@ def predict(axis: list[str] | None, study: Path | None, **given: Any) -> Answer:
 
     Example: skewbridge predict --bridge osb1 --skew-deg 45 --gap-mm 51 --friction 0.5 --at 0.6
     """
-    from skewbridge.fragility.joint import predict_states
+    from skewbridge.study.results import predict_states
 
     named = {name: given.pop(name) for name in ("skew_deg", "gap_mm", "friction")}
     values = {name: value for name, value in named.items() if value is not None}

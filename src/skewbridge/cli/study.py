@@ -192,8 +192,7 @@ def compare(
     """
     import pandas as pd
 
-    from skewbridge.files.tables import records_of
-    from skewbridge.fragility.exports import write_csv
+    from skewbridge.files.tables import records_of, write_csv
     from skewbridge.study.results import compare_studies
 
     if out is not None and out.suffix != ".csv":

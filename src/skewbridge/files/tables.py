@@ -13,7 +13,15 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from skewbridge.errors import InputError
-from skewbridge.files.text import file_fault, printable, read_bytes, write_text, written_aside
+from skewbridge.files.text import (
+    file_fault,
+    no_formula,
+    printable,
+    read_bytes,
+    read_csv,
+    write_text,
+    written_aside,
+)
 
 #: Version of the format, raised when the meaning of a column changes; others are refused.
 TABLE_FORMAT: Final = 2
@@ -117,6 +125,11 @@ def read_frame(path: Path) -> pd.DataFrame:
     return frame_of(read_table(path))
 
 
+def read_any(path: Path) -> pd.DataFrame:
+    """Read a parquet table, or CSV with any other suffix; an `InputError` if it is unreadable."""
+    return read_frame(path) if path.suffix == ".parquet" else read_csv(path)
+
+
 def frame_of(table: pa.Table) -> pd.DataFrame:
     """Return a table that was read as a data frame."""
     try:
@@ -129,6 +142,14 @@ def frame_of(table: pa.Table) -> pd.DataFrame:
 def records_of(frame: pd.DataFrame) -> list[dict[str, Any]]:
     """Return the rows of a table as dictionaries by column name."""
     return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
+
+
+def write_csv(frame: pd.DataFrame, path: Path) -> None:
+    """Write a CSV file in which no text is a formula to a spreadsheet: such texts get a ``'``."""
+    texts = frame.select_dtypes(exclude=["number", "bool"]).columns
+    safe = {name: frame[name].map(no_formula) for name in texts}
+    named = {name: no_formula(str(name)) for name in frame.columns}
+    frame.assign(**safe).rename(columns=named).to_csv(path, index=False)
 
 
 def figure_metadata(metadata: Mapping[str, str]) -> dict[str, str]:

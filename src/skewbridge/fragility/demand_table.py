@@ -24,12 +24,11 @@ from skewbridge.demands.suspect import SUSPECT
 from skewbridge.errors import InputError
 from skewbridge.files.checking import checked
 from skewbridge.files.columns import Index, Mask, as_column, require
-from skewbridge.files.tables import read_frame
-from skewbridge.files.text import read_csv, read_yaml
+from skewbridge.files.tables import read_any
+from skewbridge.files.text import read_yaml
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.statuses import OK, STATUSES
 from skewbridge.variant.axes import axes_of
-from skewbridge.variant.random_properties import DRAW_PREFIX
 
 BRIDGE_COLUMNS: Final = ("bridge", "abutment")
 IDENTITY_COLUMNS: Final = ("variant", *BRIDGE_COLUMNS)
@@ -40,7 +39,7 @@ _NEUTRAL: Final[dict[str, Any]] = {
     **dict.fromkeys(BRIDGE_COLUMNS, "foreign"),
     **{"scale": 1.0, "incidence_deg": 0.0, "status": OK},
 }
-_TEXTS: Final = (
+TEXT_COLUMNS: Final = (
     *IDENTITY_COLUMNS, "motion_id", "status", "collapse_criterion", BEYOND_MODEL, SUITE
 )  # fmt: skip
 # ASSUME starting a process takes about a second and an item some tenths
@@ -100,11 +99,6 @@ def need_columns(
             raise InputError(f"{what} has no column {column!r}", column=column)
 
 
-def read_table(path: Path) -> pd.DataFrame:
-    """Read a parquet table, or CSV with any other suffix; an `InputError` if it is unreadable."""
-    return read_frame(path) if path.suffix == ".parquet" else read_csv(path)
-
-
 class ColumnMap(BaseModel):
     """A file that maps the columns of a foreign table to ours."""
 
@@ -138,7 +132,7 @@ def read_foreign(
     ``beyond_model``, unless the file has them. Missing intensities and demands stay NaN: `prepared`
     rejects such rows one by one. An `InputError` names row and column of an unusable value.
     """
-    source, factors = read_table(path), factors or {}
+    source, factors = read_any(path), factors or {}
     need_columns(source, columns.values(), path.name)
     out = pd.DataFrame({ours: source[theirs] for ours, theirs in columns.items()})
     if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):
@@ -146,7 +140,7 @@ def read_foreign(
     for name, value in (_NEUTRAL | dict(constants or {})).items():
         if name not in out:
             out[name] = value
-    for name in out.columns.difference(list(_TEXTS)):
+    for name in out.columns.difference(list(TEXT_COLUMNS)):
         numbers = as_column(out[name].to_numpy(), columns.get(name, name))
         out[name] = numbers > 0.0 if name == COMPLETE else numbers * factors.get(name, 1.0)
     for name in (*LOADING_COLUMNS, *axis_names(out), "status"):
@@ -154,7 +148,7 @@ def read_foreign(
     if "variant" not in out:
         parts = [out[name].map(str).tolist() for name in variant_columns(out)[1:]]
         out["variant"] = ["_".join(values) for values in zip(*parts, strict=True)]
-    for name in set(_TEXTS) & set(out.columns):
+    for name in set(TEXT_COLUMNS) & set(out.columns):
         out[name] = (out[name].fillna("") if name == BEYOND_MODEL else out[name]).astype(str)
     known = out["status"].isin(STATUSES).to_numpy()
     wrong = repr(out["status"].iloc[int(np.argmin(known))]) if len(out) else ""
@@ -169,17 +163,6 @@ def read_foreign(
         out[COMPLETE] = is_complete(out)
     first = [*variant_columns(out), *LOADING_COLUMNS, "status"]
     return out[[*first, *(name for name in out if name not in first)]].reset_index(drop=True)
-
-
-def read_demands(path: Path, im: str | None, further: Sequence[str]) -> pd.DataFrame:
-    """Read a demands table as `read_foreign`, and keep the known columns that it has."""
-    source = read_table(path)
-    need_columns(source, ["status"], path.name)
-    named = {*_TEXTS, *KEY_COLUMNS, *axis_names(source), COMPLETE, *further, im}
-    named |= {column.name for column in DEMAND_COLUMNS}
-    prefixes = ("im_", DRAW_PREFIX)
-    kept = (name for name in map(str, source) if name in named or name.startswith(prefixes))
-    return read_foreign(path, {name: name for name in kept})
 
 
 NOTE_COLUMNS: Final[dict[str, str]] = {

@@ -26,9 +26,10 @@ from scipy import special
 from skewbridge.errors import InputError
 from skewbridge.files.columns import positive, require, same_length
 from skewbridge.files.digests import digest_of
-from skewbridge.files.text import no_formula, write_text
+from skewbridge.files.tables import read_any, write_csv
+from skewbridge.files.text import write_text
 from skewbridge.fragility.curves import METHODS
-from skewbridge.fragility.demand_table import axis_names, need_columns, read_table, variant_columns
+from skewbridge.fragility.demand_table import axis_names, need_columns, variant_columns
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.paper_table import chosen_curves, latex_table, paper_table
 
@@ -118,7 +119,7 @@ def export_curves(
     if form != "csv" and only_csv:
         options = "--im-range and --hazard need --format csv, --skew-factors csv or pelicun"
         raise InputError(f"{form} has only parameters of curves: {options}")
-    curves = exported_curves(read_table(source), method)
+    curves = exported_curves(read_any(source), method)
     has_estimate = curves["status"] == FITTED
     if not has_estimate.any() and form != "csv":
         raise InputError(f"{source.name}: no curve has an estimate: nothing to write")
@@ -198,7 +199,7 @@ def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.D
 def _table_next_to(source: Path, name: str) -> pd.DataFrame:
     """Return another table of the folder of the curves; without rows where there is none."""
     path = source.parent / f"{name}.parquet"
-    return read_table(path) if path.is_file() else pd.DataFrame({"scope": [], "status": []})
+    return read_any(path) if path.is_file() else pd.DataFrame({"scope": [], "status": []})
 
 
 def csv_table(curves: pd.DataFrame, content: CsvContent, medians: pd.DataFrame) -> pd.DataFrame:
@@ -215,7 +216,7 @@ def csv_table(curves: pd.DataFrame, content: CsvContent, medians: pd.DataFrame) 
     table = curves[[name for name in (*variant_columns(curves), *PARAMETERS) if name in curves]]
     if content.hazard is None:
         return table
-    hazard = read_table(content.hazard)
+    hazard = read_any(content.hazard)
     need_columns(hazard, ("im", "rate"), content.hazard.name)
     if fitted["im"].nunique() > 1:
         raise InputError(f"one hazard table cannot serve {', '.join(fitted['im'].unique())}")
@@ -301,14 +302,6 @@ def annual_frequency(theta: float, beta: float, im: ArrayLike, rate: ArrayLike) 
     total = float(np.sum(curve[:-1] * h[:-1] - curve[1:] * h[1:] + scale * weight))
     values = (total, -np.expm1(-50.0 * total), curve[-1] * h[-1], h[-1], curve[0])
     return dict(zip(FREQUENCY_COLUMNS, map(float, values), strict=True))
-
-
-def write_csv(frame: pd.DataFrame, path: Path) -> None:
-    """Write a CSV file in which no text is a formula to a spreadsheet: such texts get a ``'``."""
-    texts = frame.select_dtypes(exclude=["number", "bool"]).columns
-    safe = {name: frame[name].map(no_formula) for name in texts}
-    named = {name: no_formula(str(name)) for name in frame.columns}
-    frame.assign(**safe).rename(columns=named).to_csv(path, index=False)
 
 
 def identifier(name: str, signs: str, longest: int) -> str:

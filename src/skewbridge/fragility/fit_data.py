@@ -11,10 +11,11 @@ import pandas as pd
 from skewbridge.demands.completeness import BEYOND_MODEL, failure_kinds, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.columns import as_column, positive, require, same_length
+from skewbridge.files.tables import read_any
 from skewbridge.files.text import read_json, shortened, shown_path
 from skewbridge.fragility import fits
 from skewbridge.fragility.curves import BOUNDS_TOO_WIDE, MAX_BOUNDS_RATIO
-from skewbridge.fragility.demand_table import motion_codes, need_columns, read_mapped, read_table
+from skewbridge.fragility.demand_table import motion_codes, need_columns, read_mapped
 from skewbridge.fragility.fits import FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import MAX_DISPERSION, LimitState
 from skewbridge.fragility.motion_means import motion_weights
@@ -94,7 +95,7 @@ def fit_file(path: Path, options: FitOptions) -> fits.FragilityFit:
 def read_data(path: Path) -> pd.DataFrame | Mapping[str, Any]:
     """Read a CSV or parquet table, or a JSON object of columns or list of rows."""
     if path.suffix in {".csv", ".parquet"}:
-        return read_table(path)
+        return read_any(path)
     if path.suffix != ".json":
         raise InputError(f"{shown_path(path)}: expected .json, .csv or .parquet", file=str(path))
     data: Any = read_json(path)

@@ -14,7 +14,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from math import nan
-from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -23,7 +22,6 @@ from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.files.columns import Floats, Index, Row
-from skewbridge.files.tables import frame_of, read_table, records_of, texts_of
 from skewbridge.fragility import demand_table
 from skewbridge.fragility.curves import described_as_curves
 from skewbridge.fragility.fits import FITTED, NON_INCREASING, NOT_APPLICABLE
@@ -34,7 +32,6 @@ from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, state
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.variant.abutments import lacking_axes
 from skewbridge.variant.axes import AXES, axis
-from skewbridge.variant.random_properties import RANDOM_PROPERTIES
 
 TOO_FEW_MOTIONS: Final = "too_few_motions"
 NO_AXIS: Final = "no_axis_varies"
@@ -50,9 +47,6 @@ _CLOUD_COLUMNS: Final = ["variant", "component", "limit_state", "theta", "var_ln
 _FLATTEST_SLOPE: Final = 1e-3
 _THINNEST: Final = 1e-10
 _CLEARLY_BETTER: Final = 1e-6
-_USUAL_ABUTMENT: Final = "contact_friction"
-#: Path of the table in the folder of a study, and in one that `skewbridge statistics` wrote.
-_PATHS: Final = ("fragility/joint.parquet", "joint.parquet")
 _WORTH_PROCESSES: Final = 8  # ASSUME a demand takes about a second
 
 JOINT_COLUMNS: Final[dict[str, str]] = {
@@ -417,58 +411,3 @@ def _state_parameters(parameters: Floats, motions: int, state: LimitState) -> Fl
     total = variance + state.dispersion**2
     spread_terms = 0.5 * np.log(np.column_stack([variance, total])) - np.log(slope)
     return np.column_stack([level / slope, spread_terms])
-
-
-def predict_states(
-    results: Path,  # folder of the study, or one that `skewbridge statistics` wrote
-    values: Mapping[str, float],  # of each axis
-    *,
-    bridge: str | None = None,  # None if the study has only one
-    abutment: str | None = None,  # None for the only one, or contact-friction
-    component: str | None = None,
-    state: str | None = None,
-    at: float | None = None,  # intensity of `p` (with beta_total) and `p_records` (with beta)
-) -> list[Row]:
-    """Return a row per limit state that has a joint model, at a point in the range of a study.
-
-    An `InputError` names a missing table, bridge, model or state, or an axis outside the range.
-    """
-    path = next((results / name for name in _PATHS if (results / name).is_file()), None)
-    if path is None:
-        advice = "run the study or skewbridge statistics, or name another folder (--study)"
-        text = f"{results} has neither {' nor '.join(_PATHS)}: {advice}"
-        raise InputError(text, file=str(results))
-    if at is not None and not 0.0 < at < np.inf:
-        raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
-    stored = read_table(path)
-    drawn = texts_of(stored.schema).get(RANDOM_PROPERTIES, "none")
-    table = _chosen(frame_of(stored), "bridge", bridge)
-    table = _chosen(table, "abutment", abutment and abutment.replace("-", "_"), _USUAL_ABUTMENT)
-    for column, name in (("component", component), ("limit_state", state)):
-        table = table if name is None else _chosen(table, column, name)
-    usable = records_of(table[table["status"] == FITTED])
-    if not usable:
-        why = ", ".join(sorted(set(table["status"])))
-        raise InputError(f"no joint model of these limit states has an estimate: {why}")
-    rows: list[Row] = []
-    for row in usable:
-        model = JointModel.of_row(row)
-        model.axis_range.check(values)
-        theta, *ends = model.median(values)
-        found = {"component": row["component"], "state": row["limit_state"], "theta": theta}
-        found |= {"beta": model.beta, "beta_total": model.beta_total, "ci_theta": ends}
-        for name, beta in (("p", model.beta_total), ("p_records", model.beta)):
-            found[name] = None if at is None else float(special.ndtr(np.log(at / theta) / beta))
-        found |= {"loo_error": row["loo_error"], "im": row["im"], RANDOM_PROPERTIES: drawn}
-        rows.append(found)
-    return rows
-
-
-def _chosen(table: pd.DataFrame, column: str, name: str | None, usual: str = "") -> pd.DataFrame:
-    names = sorted(set(table[column].astype(str)))
-    if name is None:
-        name = names[0] if len(names) == 1 else usual
-    if name not in names:
-        problem = f"got {name!r}" if name else "is missing"
-        raise InputError(f"{column} must be one of {', '.join(names)}; {problem}", column=column)
-    return table[table[column] == name]

@@ -59,7 +59,7 @@ class Derivatives(NamedTuple):
     hessian: Floats  # shape (R, p, p)
 
 
-def _products(first: Floats, second: Floats) -> Floats:
+def row_products(first: Floats, second: Floats) -> Floats:
     """Return x y' of the rows of two designs of shape (J, p), shape (J, p p)."""
     return (first[:, :, None] * second[:, None, :]).reshape(-1, first.shape[1] ** 2)
 
@@ -90,14 +90,14 @@ class NormalKernel:
         below, above = np.flatnonzero(has_low & ~has_high), np.flatnonzero(has_high & ~has_low)
         #: Design of the rows with one end, negated where right-censored, and its products.
         self._tail = np.vstack([-low[below], high[above]])
-        self._tail_tail = _products(self._tail, self._tail)
+        self._tail_tail = row_products(self._tail, self._tail)
         self._of_tail = self.weights[..., np.append(below, above)]
         self._two_sided = bool(np.any(self._of_tail < 0.0))
         between = np.flatnonzero(has_low & has_high)
         self._of_between = self.weights[..., between]
         self._low, self._high = low[between], high[between]
-        self._low_low, self._high_high = (_products(x, x) for x in (self._low, self._high))
-        self._cross = _products(self._low, self._high) + _products(self._high, self._low)
+        self._low_low, self._high_high = (row_products(x, x) for x in (self._low, self._high))
+        self._cross = row_products(self._low, self._high) + row_products(self._high, self._low)
         self._any_observed = bool(seen.any())
         # z = d onto params with d = (-x, residual of y about a line): nothing cancels
         x, y, w = covariates[seen], lower[seen], self.weights[..., seen]
@@ -105,7 +105,7 @@ class NormalKernel:
         self._onto = np.eye(line.size + 1)
         self._onto[:-1, -1] = -line
         rows = np.column_stack([-x, y - x @ line])
-        self._count, sums = np.sum(w, axis=-1), w @ _products(rows, rows)
+        self._count, sums = np.sum(w, axis=-1), w @ row_products(rows, rows)
         self._sums = sums.reshape(*w.shape[:-1], line.size + 1, line.size + 1)
 
     def derivatives(self, params: Floats, rows: Index | None = None) -> Derivatives:
@@ -155,6 +155,23 @@ class NormalKernel:
             loglik = np.where(h > 0.0, loglik, -np.inf)
         return Derivatives(loglik, score, hessian)
 
+    def bend(self, params: Floats, step: Floats) -> Floats:
+        """Return T step step / 2 with T the mean third derivatives at ``params`` (p,), (R, p)."""
+        if self._two_sided:
+            return np.zeros_like(step)
+        u, zl, zu = (design @ params for design in (self._tail, self._low, self._high))
+        r, scale = mills_ratio(u), -log_normal_interval(zl, zu) - HALF_LOG_2PI
+        a, b = (np.exp(scale - 0.5 * z * z) for z in (zu, zl))
+        third = np.mean(self._of_tail, axis=0) * r * ((u + r) * (u + 2.0 * r) - 1.0)
+        cube = (self._tail_tail * third[:, None]).T @ self._tail
+        cube[-1, -1] += 2.0 * np.mean(self._count) / params[-1] ** 3
+        uul, ull = -a * b * (zu + 2.0 * a), a * b * (2.0 * b - zl)
+        uuu, lll = a * ((zu + a) * (zu + 2.0 * a) - 1.0), b * (1.0 - (b - zl) * (2.0 * b - zl))
+        for design, *by in ((self._high, uuu, uul, ull), (self._low, uul, ull, lll)):
+            hh, hl, ll = (np.mean(self._of_between, axis=0)[:, None] * x[:, None] for x in by)
+            cube += (self._high_high * hh + self._cross * hl + self._low_low * ll).T @ design
+        return 0.5 * (row_products(step, step) @ cube)
+
 
 def exceedance_kernel(ln_im: Floats, exceed: Floats, remain: Floats) -> NormalKernel:
     """Return the kernel of counts of exceedance: eta = a0 + a1 ln x, parameters (a0, a1).
@@ -194,9 +211,10 @@ def maximise(
     params = np.array(start, dtype=np.float64)
     active = np.arange(len(params))
     converged = np.zeros(active.size, dtype=np.bool_)
+    shared = covariance is False and active.size > 1 and bool(np.all(params == params[0]))
     now = kernel.derivatives(params, active)
     loglik, hessian = now.loglik.copy(), now.hessian.copy()
-    for _ in range(_MAX_ITERATIONS):
+    for count in range(_MAX_ITERATIONS):
         step = _newton_step(now.hessian, now.score)
         decrement = np.sum(step * now.score, axis=1)
         done = (decrement < _DECREMENT_TOLERANCE) & (decrement >= 0.0)
@@ -209,6 +227,11 @@ def maximise(
             active, step, done = active[~done], step[~done], done[~done]
             if active.size == 0:
                 break
+        if count == 0 and shared and isinstance(kernel, NormalKernel):
+            # replicates near the maximum of all rows: the second term of the series of their step
+            further = _newton_step(now.hessian, kernel.bend(params[-1], step))
+            small = np.sum(further**2, axis=1) < 0.01 * np.sum(step**2, axis=1)
+            step += np.where(small[:, None], further, 0.0)
         least = now.loglik - 1e-12 * (1.0 + np.abs(now.loglik))
         trial = kernel.derivatives(params[active] + step, active)
         failed = np.flatnonzero(~(trial.loglik >= least))

@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 
 from skewbridge.files.columns import Floats, Index, Mask
-from skewbridge.fragility.likelihood import log_normal_tail, mills_ratio
+from skewbridge.fragility.likelihood import log_normal_tail, mills_ratio, row_products
 
 # Panels of the integral: nodes of each, and their ends in widths about the mode and in sigma about
 # the bounds of censored values, where the integrand changes fastest.
@@ -170,21 +170,53 @@ class _Likelihood:
     """Log-likelihood of the data by motion, with first and second derivatives."""
 
     def __init__(self, data: MixedData) -> None:
-        count = int(np.max(data.motion)) + 1
-        known = data.lower == data.upper
-        motion, x, y = data.motion[known], data.design[known], data.lower[known]
-        sums = outer_by(motion, np.column_stack([np.ones(y.size), x, y]), count)
-        self._n, self._x, self._y = sums[:, 0, 0], sums[:, 0, 1:-1], sums[:, 0, -1]
-        self._xx, self._xy, self._yy = sums[:, 1:-1, 1:-1], sums[:, 1:-1, -1], sums[:, -1, -1]
-        self._values, self._rows = data.bound, np.flatnonzero(~known)  # rows that are censored
-        self._design, self._bound = data.design[self._rows], data.bound[self._rows]
-        self._sign = np.where(np.isinf(data.upper[self._rows]), 1.0, -1.0)
-        self._motion = data.motion[self._rows]
-        #: Sums over the censored rows of each motion, shape (G, h).
-        self._sum = (np.arange(count)[:, None] == self._motion).astype(np.float64)
+        self._values, self._count = data.bound, int(np.max(data.motion)) + 1
+        censored = np.bincount(data.motion, data.lower != data.upper) > 0.0
+        # motions without and with censored runs, their runs and their integrals
+        self._parts: list[tuple[Mask, Mask, _Integrals]] = []
+        for motions in (~censored, censored):
+            if np.any(motions):
+                runs = motions[data.motion]
+                self._parts.append((motions, runs, _Integrals(data, runs)))
 
     def at(self, parameters: Floats) -> MixedFit:
         """Return the log-likelihood, its derivatives and expected values at parameters (m,)."""
+        shape = self._count, parameters.size
+        fit = MixedFit(
+            parameters,
+            score=np.empty(shape),
+            information=np.empty((*shape, parameters.size)),
+            logliks=np.empty(self._count),
+            expected=self._values.copy(),
+        )
+        for motions, runs, part in self._parts:
+            found = part.at(parameters)
+            fit.score[motions], fit.information[motions], fit.logliks[motions] = found[:3]
+            fit.expected[runs] = found[3]
+        return fit
+
+
+class _Integrals:
+    """Integrals over the effect u of some motions, without any censored run or with some each."""
+
+    def __init__(self, data: MixedData, runs: Mask) -> None:
+        lower, upper, design = data.lower[runs], data.upper[runs], data.design[runs]
+        motions, motion = np.unique(data.motion[runs], return_inverse=True)
+        known, count = lower == upper, motions.size
+        x, y = design[known], lower[known]
+        sums = outer_by(motion[known], np.column_stack([np.ones(y.size), x, y]), count)
+        self._n, self._x, self._y = sums[:, 0, 0], sums[:, 0, 1:-1], sums[:, 0, -1]
+        self._xx, self._xy, self._yy = sums[:, 1:-1, 1:-1], sums[:, 1:-1, -1], sums[:, -1, -1]
+        self._values, self._rows = data.bound[runs], np.flatnonzero(~known)  # of censored runs
+        self._design, self._bound = design[~known], self._values[~known]
+        self._sign = np.where(np.isinf(upper[~known]), 1.0, -1.0)
+        self._motion = motion[~known]
+        #: Sums over the censored rows of each motion, shape (G, h), and x x' of these rows.
+        self._sum = (np.arange(count)[:, None] == self._motion).astype(np.float64)
+        self._products = row_products(self._design, self._design)
+
+    def at(self, parameters: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return score, information and log-likelihood by motion, and expected values of runs."""
         delta, (tau, sigma) = parameters[:-2], np.exp(parameters[-2:])
         residual = self._y - self._x @ delta
         square = self._yy - 2.0 * self._xy @ delta
@@ -204,16 +236,16 @@ class _Likelihood:
         loglik += 0.5 * (mean**2 / variance - square / sigma**2)
         loglik -= 0.5 * (self._n + 1.0) * np.log(2.0 * np.pi)
 
-        # score at each node, shape (G, Q, m), and the mean of the information there, (G, m, m)
+        # score at each node, shape (G, m, Q), and the mean of the information there, (G, m, m)
         squares = square[:, None] - 2.0 * residual[:, None] * u + self._n[:, None] * u**2
-        pull = (self._xy - self._xx @ delta)[:, None, :] - self._x[:, None, :] * u[:, :, None]
-        at_node = np.empty((*u.shape, parameters.size))
-        at_node[:, :, :-2] = pull / sigma**2
-        at_node[:, :, -2] = (u / tau) ** 2 - 1.0
-        at_node[:, :, -1] = squares / sigma**2 - self._n[:, None]
+        pull = (self._xy - self._xx @ delta) / sigma**2
+        at_node = np.empty((u.shape[0], parameters.size, u.shape[1]))
+        at_node[:, :-2] = pull[:, :, None] - (self._x / sigma**2)[:, :, None] * u[:, None, :]
+        at_node[:, -2] = (u / tau) ** 2 - 1.0
+        at_node[:, -1] = squares / sigma**2 - self._n[:, None]
         held = np.zeros((u.shape[0], parameters.size, parameters.size))
         held[:, :-2, :-2] = self._xx / sigma**2
-        held[:, :-2, -1] = 2.0 * np.einsum("gq,gqp->gp", weights, at_node[:, :, :-2])
+        held[:, :-2, -1] = 2.0 * (at_node[:, :-2] @ weights[:, :, None])[:, :, 0]
         held[:, -2, -2] = 2.0 * np.sum(weights * (u / tau) ** 2, axis=1)
         held[:, -1, -1] = 2.0 * np.sum(weights * squares, axis=1) / sigma**2
         expected = self._values.copy()
@@ -221,20 +253,19 @@ class _Likelihood:
             p, curve = weights[self._motion], ratio * (t + ratio)
             signed = self._design * self._sign[:, None] / sigma
             for column, values in enumerate(signed.T):
-                at_node[:, :, column] += self._sum @ (values[:, None] * ratio)
-            at_node[:, :, -1] -= self._sum @ (t * ratio)
-            root = np.sqrt(np.sum(p * curve, axis=1))
-            held[:, :-2, :-2] += outer_by(self._motion, signed * root[:, None], u.shape[0])
+                at_node[:, column] += self._sum @ (values[:, None] * ratio)
+            at_node[:, -1] -= self._sum @ (t * ratio)
+            of_rows = self._products * np.sum(p * curve, axis=1)[:, None]
+            held[:, :-2, :-2] += (self._sum @ of_rows).reshape(self._xx.shape) / sigma**2
             cross = np.sum(p * (ratio - curve * t), axis=1)
             held[:, :-2, -1] += self._sum @ (signed * cross[:, None])
             held[:, -1, -1] += self._sum @ np.sum(p * (curve * t**2 - t * ratio), axis=1)
             moved = u[self._motion] + sigma * self._sign[:, None] * ratio
             expected[self._rows] = self._design @ delta + np.sum(p * moved, axis=1)
         held[:, -1, :-2] = held[:, :-2, -1]
-        score = np.einsum("gq,gqm->gm", weights, at_node)
-        apart = (at_node - score[:, None, :]) * np.sqrt(weights)[:, :, None]
-        information = held - np.swapaxes(apart, 1, 2) @ apart
-        return MixedFit(parameters, score, information, loglik, expected)
+        score = (at_node @ weights[:, :, None])[:, :, 0]
+        apart = (at_node - score[:, :, None]) * np.sqrt(weights)[:, None, :]
+        return score, held - apart @ np.swapaxes(apart, 1, 2), loglik, expected
 
     def _panels(
         self, mean: Floats, variance: Floats, above: Floats, sigma: float

@@ -1,29 +1,36 @@
-"""Results of a study as tables, the same tables from foreign demands, two studies compared."""
+"""Results of a study: its tables, those from foreign demands, predictions, a comparison."""
 
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
 import pandas as pd
 from joblib import cpu_count
+from scipy import special
 
 from skewbridge.demands.columns import demands_for, unit_of
-from skewbridge.demands.completeness import BEYOND_MODEL
+from skewbridge.demands.completeness import BEYOND_MODEL, COMPLETE
+from skewbridge.demands.demand_columns import DEMAND_COLUMNS
 from skewbridge.errors import InputError
-from skewbridge.files.tables import frame_of, read_frame, read_table, records_of, texts_of
+from skewbridge.files.columns import Row
+from skewbridge.files.tables import frame_of, read_any, read_frame, read_table, records_of, texts_of
 from skewbridge.files.text import writable_folder
 from skewbridge.fragility import paper_table
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
 from skewbridge.fragility.demand_table import (
     BRIDGE_COLUMNS,
+    KEY_COLUMNS,
     LOADING_COLUMNS,
+    TEXT_COLUMNS,
     axis_names,
     models_of,
+    need_columns,
     prepared,
-    read_demands,
+    read_foreign,
 )
 from skewbridge.fragility.effects import (
     Pairs,
@@ -32,6 +39,8 @@ from skewbridge.fragility.effects import (
     median_effects,
     run_pairs,
 )
+from skewbridge.fragility.fits import FITTED
+from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import (
     SHEAR_MODEL_DISPERSION,
     LimitState,
@@ -42,9 +51,13 @@ from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import PAPER_TABLE, fragility_tables, write_tables
 from skewbridge.study.folder import StudyFolder
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
+from skewbridge.variant.random_properties import DRAW_PREFIX, RANDOM_PROPERTIES
 
 #: Provenance that all tables of one study share.
 _STUDY_KEYS: Final = ("config_digest", "suite_digest", "git_commit", "skewbridge_version")
+#: Table of joint models in the folder of a study, and in one that `skewbridge statistics` wrote.
+_JOINT_TABLES: Final = ("fragility/joint.parquet", "joint.parquet")
+_USUAL_ABUTMENT: Final = "contact_friction"
 #: Columns of a table of fits that are values of its intensity measure.
 _MEDIAN: Final = re.compile(r"theta(_(?!bound_beta)\w+)?")
 
@@ -125,13 +138,24 @@ def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS)
     return paper_table.chosen_curves(fit_study(rows.assign(**{BEYOND_MODEL: ""}), states, settings))
 
 
+def _read_demands(path: Path, im: str | None, further: Sequence[str]) -> pd.DataFrame:
+    """Read a demands table as `read_foreign`, with the columns of ours that it has."""
+    source = read_any(path)
+    need_columns(source, ["status"], path.name)
+    named = {*TEXT_COLUMNS, *KEY_COLUMNS, *axis_names(source), COMPLETE}
+    named |= {*further, im, *(column.name for column in DEMAND_COLUMNS)}
+    prefixes = ("im_", DRAW_PREFIX)
+    kept = (name for name in map(str, source) if name in named or name.startswith(prefixes))
+    return read_foreign(path, {name: name for name in kept})
+
+
 def _tables_of(
     demands: Path, limit_states: Path, im: str | None, **margins: float
 ) -> tuple[dict[str, pd.DataFrame], str, list[str]]:
     """Return the tables, the intensity measure and the limit states whose demand is missing."""
     states = load_limit_states(limit_states)
     names = list(dict.fromkeys(state.demand for state in states))
-    table = read_demands(demands, im, names)
+    table = _read_demands(demands, im, names)
     usable = [state for state in states if state.demand in table]
     if not usable:
         text = f"{demands.name} has none of the demands of the limit states: {', '.join(names)}"
@@ -237,7 +261,7 @@ def compare_studies(
     tables: list[pd.DataFrame] = []
     for number, study in enumerate((first, second)):
         path = study if study.is_file() else demands_file(study)
-        table = read_demands(path, im, [state.demand for state in states])
+        table = _read_demands(path, im, [state.demand for state in states])
         if im not in table.columns:
             raise InputError(f"{path}: no column {im!r}", column=im)
         tables.append(table[~table["motion_id"].isin(other)].assign(**{STUDY: number}))
@@ -299,3 +323,58 @@ def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[st
         f"the studies have no run in common; they share {', '.join(shared)} (the scale of a motion "
         "follows from the number of motions and the range of levels)"
     )
+
+
+def predict_states(
+    results: Path,  # folder of the study, or one that `skewbridge statistics` wrote
+    values: Mapping[str, float],  # of each axis
+    *,
+    bridge: str | None = None,  # None if the study has only one
+    abutment: str | None = None,  # None for the only one, or contact-friction
+    component: str | None = None,
+    state: str | None = None,
+    at: float | None = None,  # intensity of `p` (with beta_total) and `p_records` (with beta)
+) -> list[Row]:
+    """Return a row per limit state that has a joint model, at a point in the range of a study.
+
+    An `InputError` names a missing table, bridge, model or state, or an axis outside the range.
+    """
+    path = next((results / name for name in _JOINT_TABLES if (results / name).is_file()), None)
+    if path is None:
+        advice = "run the study or skewbridge statistics, or name another folder (--study)"
+        text = f"{results} has neither {' nor '.join(_JOINT_TABLES)}: {advice}"
+        raise InputError(text, file=str(results))
+    if at is not None and not 0.0 < at < np.inf:
+        raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
+    stored = read_table(path)
+    drawn = texts_of(stored.schema).get(RANDOM_PROPERTIES, "none")
+    table = _chosen(frame_of(stored), "bridge", bridge)
+    table = _chosen(table, "abutment", abutment and abutment.replace("-", "_"), _USUAL_ABUTMENT)
+    for column, name in (("component", component), ("limit_state", state)):
+        table = table if name is None else _chosen(table, column, name)
+    usable = records_of(table[table["status"] == FITTED])
+    if not usable:
+        why = ", ".join(sorted(set(table["status"])))
+        raise InputError(f"no joint model of these limit states has an estimate: {why}")
+    rows: list[Row] = []
+    for row in usable:
+        model = JointModel.of_row(row)
+        model.axis_range.check(values)
+        theta, *ends = model.median(values)
+        found = {"component": row["component"], "state": row["limit_state"], "theta": theta}
+        found |= {"beta": model.beta, "beta_total": model.beta_total, "ci_theta": ends}
+        for name, beta in (("p", model.beta_total), ("p_records", model.beta)):
+            found[name] = None if at is None else float(special.ndtr(np.log(at / theta) / beta))
+        found |= {"loo_error": row["loo_error"], "im": row["im"], RANDOM_PROPERTIES: drawn}
+        rows.append(found)
+    return rows
+
+
+def _chosen(table: pd.DataFrame, column: str, name: str | None, usual: str = "") -> pd.DataFrame:
+    names = sorted(set(table[column].astype(str)))
+    if name is None:
+        name = names[0] if len(names) == 1 else usual
+    if name not in names:
+        problem = f"got {name!r}" if name else "is missing"
+        raise InputError(f"{column} must be one of {', '.join(names)}; {problem}", column=column)
+    return table[table[column] == name]
