@@ -133,6 +133,7 @@ def variant_in_words(row: Mapping[str, Any]) -> str:
 
 def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
     """Return the rows as texts; an asterisk marks medians on which the methods differ."""
+    ratios = ratio_names(table)
     return [
         {
             "model": f"{row['bridge']} {row['abutment']}".replace("_", " "),
@@ -142,7 +143,7 @@ def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
             "total": _interval(row, "beta_total"),
             "beta": _number(row["beta"]),
             "exceed": f"{row['n_exceed']:.0f} of {row['n_runs']:.0f}",
-            **{name: _interval(row, f"{name}_ratio") for name in ratio_names(table)},
+            **{name: _interval(row, f"{name}_ratio") for name in ratios},
         }
         for row in records_of(table)
     ]
