@@ -48,7 +48,7 @@ class StudyState:
     Attributes:
         counts: Variants, analyses, those done (with a row, whatever its status), failed (without a
             usable result), suspect (to be checked by the user) and left, by name.
-        cpu_s: Mean processor time of the finished analyses; None before the first.
+        cpu_s: Mean processor time of the finished analyses that have one; None before the first.
         ledger: Finished analyses by status, and by the highest recovery step they used.
         variants_left: Number of variants with analyses that are not done.
         notes: Sentences about lines of the journals that do not count, and about analyses that
@@ -83,7 +83,7 @@ def study_state(
             "suspect": sum(bool(reasons(row, limits)) for row in rows),
             "left": analyses - len(rows),
         },
-        cpu_s=sum(times_s) / len(rows) if rows else None,
+        cpu_s=sum(times_s) / len(times_s) if times_s else None,
         ledger={
             name: dict(sorted(Counter(row[column] for row in rows).items()))
             for name, column in (("status", "status"), ("recovery_step", "recovery_rung"))
