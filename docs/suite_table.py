@@ -26,7 +26,7 @@ DEMANDS: Final = (
     *("column_drift_ratio", "column_shear_dcr", "unseating_m", "bearing_disp_m"),
     *("column_failure/any", "unseating/slight", "bearing/slight"),
 )
-_EFFECT: Final = ["bridge", "axis", "from_value", "to_value", "demand"]
+_CHANGE: Final = ["bridge", "axis", "from_value", "to_value"]
 
 
 def stored_page() -> str:
@@ -37,33 +37,33 @@ def stored_page() -> str:
 
 
 def table_text(suites: pd.DataFrame) -> str:
-    """Return the table as Markdown: a row per effect, a column per suite and for all motions."""
+    """Return tables in Markdown by bridge and change: a column per suite and for all motions."""
     names = list(dict.fromkeys(suites.loc[suites["against"] == "", "suite"]))
     titles = ["all motions" if name == ALL_SUITES else name for name in names]
-    head = ["bridge", "change", "of", *titles, "suites that differ"]
-    lines = [f"| {' | '.join(head)} |", f"|{'---|' * len(head)}"]
+    head = ["change of", *titles, "suites that differ"]
     shown = suites[suites["demand"].isin(DEMANDS)]
     order = shown.assign(place=shown["demand"].map(DEMANDS.index)).sort_values(
         ["bridge", "axis", "place"], kind="stable"
     )
-    for _, part in order.groupby(_EFFECT, sort=False):
-        effects = {row["suite"]: row for row in records_of(part[part["against"] == ""])}
-        differing = part[part["verdict"] == DEPENDS]
-        row = records_of(part)[0]
-        pairs = [
-            f"{each['suite']}/{each['against']} ({each['standard_errors']:.1f})"
-            for each in records_of(differing)
-        ]
-        what = effect_name(str(row["demand"]))
-        cells = [
-            str(row["bridge"]),
-            change_name(str(row["axis"]), float(row["from_value"]), float(row["to_value"])),
-            f"median of {what}" if "/" in str(row["demand"]) else what,
-            *(_cell(effects[name]) if name in effects else "-" for name in names),
-            ", ".join(pairs) or "none",
-        ]
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
+    lines: list[str] = []
+    for (bridge, *change), group in order.groupby(_CHANGE, sort=False):
+        lines += [f"## {bridge}: {change_name(*change)}", ""]
+        lines += [f"| {' | '.join(head)} |", f"|{'---|' * len(head)}"]
+        for demand, part in group.groupby("demand", sort=False):
+            effects = {row["suite"]: row for row in records_of(part[part["against"] == ""])}
+            pairs = [
+                f"{each['suite']}/{each['against']} ({each['standard_errors']:.1f})"
+                for each in records_of(part[part["verdict"] == DEPENDS])
+            ]
+            what = effect_name(str(demand))
+            cells = [
+                f"median of {what}" if "/" in str(demand) else what,
+                *(_cell(effects[name]) if name in effects else "-" for name in names),
+                ", ".join(pairs) or "none",
+            ]
+            lines.append(f"| {' | '.join(cells)} |")
+        lines.append("")
+    return "\n".join(lines).rstrip()
 
 
 def _cell(row: dict[str, Any]) -> str:
