@@ -10,7 +10,7 @@ import pytest
 from effect_simulations import BOUNDS, MOTIONS, STUDIES
 from fragility_coverage import SAMPLING_PLANS, measure_coverage
 from scipy import stats
-from sequential_verdicts import EFFECTS, verdicts_at_stopping
+from sequential_verdicts import EFFECTS, LOOKS, verdicts_at_stopping
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 
@@ -28,13 +28,12 @@ def rows_of(start):
 
 
 def test_every_case_is_simulated_often_enough():
-    demands = [row for row in STOPPING if row["kind"] == "demand"]
-    cases = {(row["bounds"], row["effect_margins"]) for row in demands}
-    assert cases == set(product(BOUNDS, EFFECTS))
+    cases = {(row["kind"], row["bounds"], row["effect_margins"]) for row in STOPPING}
+    assert cases == set(product(LOOKS, BOUNDS, EFFECTS))
     for start in ("coverage 90%, pooled", "coverage 95%, at the", "type I at the margin"):
         cases = {(row["motions"], row["bounds"]) for row in rows_of(start)}
         assert cases == set(product(MOTIONS, BOUNDS))
-    assert all(row["simulations"] >= 500 for row in (*demands, *OF_EFFECTS))
+    assert all(row["simulations"] >= 500 for row in (*STOPPING, *OF_EFFECTS))
     assert JOINT["replicates"] >= 500
     assert JOINT["motions"] >= 32
     assert JOINT["variants"] == 12
