@@ -34,12 +34,10 @@ DISK_KB_PER_ANALYSIS: Final = 6.0  # journal line, parquet row and solver log
 PROFILES: Final = Path("workflow/profiles")
 # Other work of a study, as seconds of motion whose analysis takes as long: the measured rate of the
 # analyses then forecasts all of it, on a slow or busy machine too.
-# source: 24 variants under 3 and under 32 motions, two processors
+# source: 24 variants under 12 and under 32 motions, two processors
 JOB_START_MOTION_S: Final = 40.0  # start of a job
 TAIL_MOTION_S: Final = 210.0  # tables, friction pair and page
-# fits and figures; up to two processors share them
-TAIL_MOTION_S_PER_VARIANT: Final = 15.0
-TAIL_MOTION_S_PER_ANALYSIS: Final = 1.0
+TAIL_MOTION_S_PER_VARIANT: Final = 47.0  # fits and figures; up to two processors share them
 CHECK_MOTION_S: Final = 55.0  # numerical check of a second of a row
 
 
@@ -177,16 +175,14 @@ def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast
     return Forecast(summary=summary, analyses_by_variant=by_variant, notes=notes)
 
 
-def other_work_s(study: StudyConfig, per_s: float, cores: float, motions: int) -> float:
+def other_work_s(study: StudyConfig, per_s: float, cores: float) -> float:
     """Return the time that a study needs besides the analyses of its variants.
 
     It is that of the numerical checks that are not in their journal, and of fits, figures and page.
-    `per_s` is the wall time of an analysis per second of its motion, `motions` the largest number
-    of analyses of a variant.
+    `per_s` is the wall time of an analysis per second of its motion.
     """
     folder, variants = StudyFolder(Path(study.results)), len(expand_grid(study.grid))
-    each_s = TAIL_MOTION_S_PER_VARIANT + TAIL_MOTION_S_PER_ANALYSIS * motions
-    tail_s = TAIL_MOTION_S + each_s * variants / min(cores, 2.0)
+    tail_s = TAIL_MOTION_S + TAIL_MOTION_S_PER_VARIANT * variants / min(cores, 2.0)
     checks_s = 0.0
     if not folder.sensitivity.is_file():
         checked_s = study.sensitivity.rows * (study.sensitivity.window_s or TYPICAL_MOTION_S)

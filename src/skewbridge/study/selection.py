@@ -210,8 +210,7 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     planning_s = time.monotonic() - entered_s
     starts_s = JOB_START_MOTION_S * per_s * (1.0 + len(slugs) / cores)
     left_s = began_s + 3600.0 * design.hours - time.time() - planning_s - starts_s
-    most = design.first if is_first else max(motions.values()) + design.step
-    left_s -= other_work_s(study, per_s, cores, round(most * per_motion))
+    left_s -= other_work_s(study, per_s, cores)
     if is_first:
         after = first_motions(motions, cost_s, design.first, left_s if earlier else TRIED * left_s)
         if not earlier:  # a study has at least one motion
