@@ -172,9 +172,9 @@ def modal(out: Path | None, units: Units, **given: Any) -> Answer:
     forces = {"weight_kn": result["weight_kn"], "axial_kn": list(result["column_axial_kn"])}
     weight, axial = in_units([forces], units)[0].values()
     unit = "kip" if units == "us" else "kN"
-    forces = ", ".join(f"{force:.0f}" for force in axial)
+    listed = ", ".join(f"{force:.0f}" for force in axial)
     note = (
-        f"weight {weight:.0f} {unit}; column base axial force {forces} {unit}; "
+        f"weight {weight:.0f} {unit}; column base axial force {listed} {unit}; "
         f"conditioning period T1 {t1_s:.4g} s"
     )
     for warning in periods_of_file(variant.bridge, standing):

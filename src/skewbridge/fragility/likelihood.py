@@ -211,10 +211,12 @@ def maximise(
     params = np.array(start, dtype=np.float64)
     active = np.arange(len(params))
     converged = np.zeros(active.size, dtype=np.bool_)
-    shared = covariance is False and active.size > 1 and bool(np.all(params == params[0]))
+    bend = None  # of the first step, where replicates start at the maximum of all rows
+    if isinstance(kernel, NormalKernel) and not covariance and active.size > 1:
+        bend = kernel.bend if np.all(params == params[0]) else None
     now = kernel.derivatives(params, active)
     loglik, hessian = now.loglik.copy(), now.hessian.copy()
-    for count in range(_MAX_ITERATIONS):
+    for _ in range(_MAX_ITERATIONS):
         step = _newton_step(now.hessian, now.score)
         decrement = np.sum(step * now.score, axis=1)
         done = (decrement < _DECREMENT_TOLERANCE) & (decrement >= 0.0)
@@ -227,11 +229,12 @@ def maximise(
             active, step, done = active[~done], step[~done], done[~done]
             if active.size == 0:
                 break
-        if count == 0 and shared and isinstance(kernel, NormalKernel):
-            # replicates near the maximum of all rows: the second term of the series of their step
-            further = _newton_step(now.hessian, kernel.bend(params[-1], step))
+        if bend is not None:
+            # the second term of the series of the step, if it is below a tenth of the first
+            further = _newton_step(now.hessian, bend(params[-1], step))
             small = np.sum(further**2, axis=1) < 0.01 * np.sum(step**2, axis=1)
             step += np.where(small[:, None], further, 0.0)
+            bend = None
         least = now.loglik - 1e-12 * (1.0 + np.abs(now.loglik))
         trial = kernel.derivatives(params[active] + step, active)
         failed = np.flatnonzero(~(trial.loglik >= least))

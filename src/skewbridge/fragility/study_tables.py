@@ -56,7 +56,7 @@ SUITE_COLUMNS: Final[dict[str, str]] = {
     "standard_errors": "difference of the ln effects over its standard error; NaN for an effect",
     "verdict": f"{DEPENDS} (more than {LARGEST_ERRORS:g} standard errors) | {NO_DIFFERENCE}; empty "
     "for an effect",
-    "n_motions": "motions behind the effect; for a difference, those of both suites",
+    "n_motions": "number of motions; for a difference between suites, of both together",
 }
 SUITE_CURVE_COLUMNS: Final = (
     *("variant", "bridge", "abutment", "component", "limit_state", SUITE),
