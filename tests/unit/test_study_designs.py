@@ -220,6 +220,9 @@ def test_a_round_has_the_cheapest_decisions_that_fit_into_the_time() -> None:
     assert first_motions(none, cost, 12, 130.0) == dict.fromkeys(EVEN, 3)
     assert first_motions(none, cost, 12, -1.0) == none
     assert first_motions(dict.fromkeys(EVEN, 3), cost, 12, 90.0) == dict.fromkeys(EVEN, 5)
+    # nine more motions would take 360 of 400 s: half of them first
+    assert first_motions(dict.fromkeys(EVEN, 3), cost, 12, 400.0) == dict.fromkeys(EVEN, 8)
+    assert first_motions(dict.fromkeys(EVEN, 3), cost, 12, 800.0) == EVEN
 
 
 def test_checks_fits_and_page_are_forecast_from_the_rate_of_the_analyses(tmp_path) -> None:

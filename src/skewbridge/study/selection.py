@@ -56,6 +56,8 @@ progress_logger = logging.getLogger(PROGRESS_LOG)
 LEAST_CHANCE: Final = 0.2
 # ASSUME analyses take at most ten times as long as forecast before any is measured
 TRIED: Final = 0.1
+# A round of so many motions is not made in two: each round costs a start of all its jobs.
+FEW_MOTIONS: Final = 3
 
 
 def headline_effects(
@@ -170,10 +172,16 @@ def next_motions(
 def first_motions(
     motions: Mapping[str, int], cost_s: Mapping[str, float], first: int, time_s: float
 ) -> dict[str, int]:
-    """Return the motions of the first round; fewer than ``first`` where the time is short."""
+    """Return the motions of the next round on the way to ``first``; fewer if the time is short.
+
+    Motions differ in cost, so a round that would take most of the time is made in two: the second
+    one knows the cost better.
+    """
     of_one = sum(cost_s.values())
-    fits = max(int(time_s / of_one), 0)
-    return {name: max(n, min(first, n + fits)) for name, n in motions.items()}
+    more = min(first - min(motions.values()), max(int(time_s / of_one), 0))
+    if more > FEW_MOTIONS and more * of_one > time_s / 2:
+        more = (more + 1) // 2
+    return {name: max(n, min(first, n + more)) for name, n in motions.items()}
 
 
 def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output: Path) -> None:
