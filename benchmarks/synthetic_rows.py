@@ -10,16 +10,15 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 
-from skewbridge.demands.columns import COLUMNS
-from skewbridge.demands.completeness import (
+from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS, INTENSITY_COLUMNS
+from skewbridge.demands.tables import demands_schema
+from skewbridge.demands.validity import (
     BEYOND_MODEL,
     COLUMN_FAILURE_RATIO,
     COMPLETE,
     column_failure_ratio,
     completed,
 )
-from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS
-from skewbridge.demands.tables import demands_schema
 from skewbridge.statuses import COLLAPSE, OK
 from skewbridge.variant.variant import Variant
 

@@ -19,8 +19,8 @@ from common import show
 from synthetic_rows import arrow_table, synthetic_rows
 
 from skewbridge.demands.columns import demands_for
-from skewbridge.demands.suspect import LIMITS
 from skewbridge.demands.tables import join_variants, write_variant
+from skewbridge.demands.validity import LIMITS
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.effects import effect_tables, median_effects

@@ -9,8 +9,8 @@ import pandas as pd
 import yaml
 from matplotlib.image import imsave
 
-from skewbridge.files.checking import merged
 from skewbridge.files.tables import write_frame
+from skewbridge.files.text import merged
 from skewbridge.fragility.limit_states import limit_states_of
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import fragility_tables

@@ -7,7 +7,7 @@ import numpy as np
 
 from bridge_variants import variant
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.demands.columns import DEMAND_COLUMNS
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study.analyses import StudySetup

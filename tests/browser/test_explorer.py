@@ -6,7 +6,7 @@ import pytest
 from scipy import stats
 
 from fragility_tables import IM
-from skewbridge.demands.completeness import is_complete
+from skewbridge.demands.validity import is_complete
 from skewbridge.fragility.effects import run_pairs
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.verdicts import judged

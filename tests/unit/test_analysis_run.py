@@ -14,8 +14,7 @@ from cli_json import run as run_json
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.cli import build_app
-from skewbridge.demands.columns import COLUMNS
-from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS
 from skewbridge.demands.tables import to_table
 from skewbridge.files.tables import write_table
 from skewbridge.motions.intensity import motion_measures

@@ -23,10 +23,9 @@ from skewbridge.cli import build_app
 from skewbridge.cli.options import config_of, folder_of
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.errors import InputError
-from skewbridge.files.checking import merged
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
-from skewbridge.files.text import read_mapping, writable_folder, written_aside
+from skewbridge.files.text import merged, read_mapping, writable_folder, written_aside
 from skewbridge.report.methods import REFERENCES, methods_of
 from skewbridge.study.analyses import JobProgress, StudySetup
 from skewbridge.study.config import load_config, parse_config

@@ -44,7 +44,7 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     "contact/law.py": ({ANALYSES, *ANALYSING, *VERIFYING}, {"prepare_motions", "fit_fragility"}),
     "bridge/deck.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
     "analysis/peaks.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
-    "demands/columns.py": ({"analyse", "collect_demands", *FITS, *PAGES}, {ANALYSES}),
+    "demands/columns.csv": ({"analyse", "collect_demands", *FITS, *PAGES}, {ANALYSES}),
     "fragility/effects.py": (
         {*FITS, *PAGES, "verification"},
         {ANALYSES, "analyse", "collect_demands"},

@@ -9,8 +9,7 @@ import pandas as pd
 import pytest
 
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.demands.columns import demands_for
-from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
 from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import read_frame, write_frame

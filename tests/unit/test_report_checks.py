@@ -11,8 +11,8 @@ import pytest
 from fragility_tables import paired_effects, states_of, synthetic_demands
 from skewbridge.analysis.recovery import rung_shares, steps_as_text, steps_from_text
 from skewbridge.demands.columns import COLUMNS
-from skewbridge.demands.suspect import LIMITS, SuspectLimits, count_reasons, reasons
 from skewbridge.demands.tables import write_variant
+from skewbridge.demands.validity import LIMITS, SuspectLimits, count_reasons, reasons
 from skewbridge.errors import SolutionError
 from skewbridge.files.tables import read_frame
 from skewbridge.fragility.curves import fit_study

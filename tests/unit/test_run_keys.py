@@ -16,14 +16,13 @@ from skewbridge.analysis.accuracy import NUMERICS
 from skewbridge.analysis.keys import bridge_digest
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue.loading import FOLDER
-from skewbridge.demands.suspect import SUSPECT, SuspectLimits, reasons
 from skewbridge.demands.tables import join_variants, to_table
+from skewbridge.demands.validity import SUSPECT, SuspectLimits, reasons
 from skewbridge.errors import InputError
 from skewbridge.files import tables
 from skewbridge.files import tables as provenance_tables
-from skewbridge.files.checking import merged
 from skewbridge.files.digests import provenance
-from skewbridge.files.text import written_aside
+from skewbridge.files.text import merged, written_aside
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import content_digest, prepare_suite, read_suite, write_suite
 from skewbridge.study import batch

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from motions_files import make_pairs
 from skewbridge.cli import build_app
-from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.demands.columns import DEMAND_COLUMNS
 from skewbridge.errors import InputError
 from skewbridge.fragility.effects import effect_table
 from skewbridge.fragility.sequential import rounds_table

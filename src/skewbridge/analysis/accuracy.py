@@ -6,7 +6,7 @@ from typing import Any, Final, Literal, get_args
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
-from skewbridge.files.checking import merged
+from skewbridge.files.text import merged
 from skewbridge.variant.options import ModelOptions
 
 type Accuracy = Literal["reference", "default", "fast"]

@@ -8,7 +8,7 @@ from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 from pydantic_core import ArgsKwargs
 
-from skewbridge.files.checking import Flag, Number, Whole
+from skewbridge.files.text import Flag, Number, Whole
 from skewbridge.variant.options import ModelOptions
 
 type AnalysisScheme = Literal["default", "paper"]
@@ -28,7 +28,7 @@ class AnalysisSettings:
     """Numbers of the transient analysis; each field is a key of the configuration.
 
     Raises:
-        ValidationError: A value is outside its limits (`files.checking.checked` turns it into
+        ValidationError: A value is outside its limits (`files.text.checked` turns it into
             an `InputError`).
     """
 

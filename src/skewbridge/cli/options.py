@@ -9,8 +9,7 @@ from skewbridge.analysis.accuracy import under_explicit_keys
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.cli.output import Opt
 from skewbridge.errors import InputError
-from skewbridge.files.checking import checked
-from skewbridge.files.text import parse_yaml, read_yaml, shortened
+from skewbridge.files.text import checked, parse_yaml, read_yaml, shortened
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES
 from skewbridge.variant.options import ModelOptions

@@ -126,7 +126,7 @@ def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]
     from rich.progress import Progress
 
     from skewbridge.analysis.transient import analyse
-    from skewbridge.demands.suspect import LIMITS, SUSPECT, reasons
+    from skewbridge.demands.validity import LIMITS, SUSPECT, reasons
     from skewbridge.study.batch import row_of_task
     from skewbridge.study.task import outcome_of, run_key
 

@@ -321,7 +321,7 @@ def plot(names: list[str] | None, out: Path, study: Path | None, **given: Any) -
 
     Example: skewbridge study plot '*_curves_*' --width-mm 90 --out paper
     """
-    from skewbridge.files.checking import checked
+    from skewbridge.files.text import checked
     from skewbridge.report.study_figures import draw_figures, finished_figures
     from skewbridge.study.config import FigureSettings, check_font
 

@@ -1,12 +1,11 @@
 """All columns of the demands table, the key of its rows, and lookups of columns by name."""
 
+import csv
 from collections.abc import Iterable
-from typing import Any, Final
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, Literal
 
-from skewbridge.demands.completeness import BEYOND_MODEL, COMPLETE
-from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column, Role
-from skewbridge.demands.suspect import SEPARATOR, SUSPECT
-from skewbridge.statuses import STATUSES
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import AXES, Axis, axes_of
 from skewbridge.variant.random_properties import DRAW_PREFIX
@@ -15,90 +14,113 @@ from skewbridge.variant.variant import Variant
 SUITE: Final = "suite"
 KEY: Final = ("variant", "motion_id", "scale", "incidence_deg")
 
-
-def axis_column(axis: Axis) -> Column:
-    """Return the column of an axis of the grid."""
-    return Column(
-        axis.name,
-        kind="integer" if axis.is_whole else "number",
-        unit=axis.unit,
-        label=axis.label,
-        description=axis.description,
-    )
+type Kind = Literal["text", "integer", "number", "boolean"]
+#: What a study does with a demand. ``effect``: paired effects. ``headline``: also needed motions,
+#: effects along the intensity, the ranking of measures and a place in the family of verdicts, so
+#: that another headline demand may change adjusted verdicts. ``sensitivity``: comparison of the
+#: numerics. Curves and clouds belong to limit states (``config/limit_states.yaml``).
+type Role = Literal["effect", "headline", "sensitivity"]
 
 
-COLUMNS: Final = (
-    Column("variant", kind="text", description="bridge variant"),
-    Column("bridge", kind="text", description="bridge"),
-    Column("abutment", kind="text", description="abutment model"),
-    *(axis_column(axis) for axis in AXES),
-    Column("motion_id", kind="text", description="ground motion"),
-    Column(SUITE, kind="text", description="suite of the ground motion"),
-    Column("scale", description="factor on both components"),
-    Column("incidence_deg", unit="deg", description="angle from bridge x to component 1"),
-    *INTENSITY_COLUMNS,
-    *DEMAND_COLUMNS,
-    Column("status", kind="text", description=f"one of {', '.join(STATUSES)}"),
-    Column(
-        COMPLETE,
-        kind="boolean",
-        description="whether demands are peaks of the whole motion: status ok, no column failed",
-    ),
-    Column(
-        "collapse_criterion",
-        kind="text",
-        description="limit that the collapse exceeded, or reason of the failure",
-    ),
-    Column(
-        BEYOND_MODEL,
-        kind="text",
-        description="failure of a column: shear (demand/capacity 1), flexure (drift over "
-        "capacity 1) or empty; demands are the peaks up to it",
-    ),
-    Column(
-        "beyond_model_s", unit="s", description="time of the column failure; histories continue"
-    ),
-    Column("time_reached_s", unit="s", description="time that the analysis reached"),
-    Column("duration_s", unit="s", description="time of the end of the motion"),
-    Column(
-        "recovery_rung",
-        kind="integer",
-        description="highest recovery step with which a step converged",
-    ),
-    Column(
-        "steps_by_rung",
-        kind="text",
-        description="(sub-)steps that converged with each recovery step, from 0",
-    ),
-    Column("loosened_ratio", description="share of these steps that met only a looser test"),
-    Column("houbolt_failures", kind="integer", description="failed attempts under Houbolt"),
-    Column("substeps", kind="integer", description="sub-steps besides the regular steps"),
-    Column(
-        SUSPECT,
-        kind="text",
-        description="reasons to doubt the row (section suspect of the configuration), joined by "
-        f"'{SEPARATOR}'; empty without any",
-    ),
-    Column("wall_s", unit="s", description="wall time of the analysis"),
-    Column("cpu_s", unit="s", description="processor time of the analysis"),
-    Column("run_key", kind="text", description="digest of everything that the row depends on"),
-)
-_BY_NAME: Final = {column.name: column for column in COLUMNS}
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """Absolute judgement of the change of a demand whose values are often near zero.
+
+    Attributes:
+        unit: Unit of the difference.
+        per_unit: Its units in one unit of the column.
+        margin: Difference that counts as negligible, in that unit.
+    """
+
+    unit: str
+    per_unit: float
+    margin: float
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column of the table.
+
+    Attributes:
+        name: Name, with the unit unless it is SI and obvious.
+        kind: Type of the values.
+        unit: Unit, ``-`` for ratios and texts.
+        label: Short name in figures, without unit.
+        description: What the number is, with its sign.
+        roles: What a study does with it.
+        difference: How its change is judged if not by the ratio.
+    """
+
+    name: str
+    kind: Kind = "number"
+    unit: str = "-"
+    label: str = ""
+    description: str = ""
+    roles: tuple[Role, ...] = ()
+    difference: Difference | None = None
+
+    @property
+    def label_with_unit(self) -> str:
+        """Label of a figure axis."""
+        text = self.label or self.name.replace("_", " ")
+        return text if self.unit == "-" else f"{text} ({self.unit})"
+
+
+# ASSUME 5 mm at an abutment, a fifth of a narrow joint, is below what a designer would act on;
+# a rotation of 0.1 mrad moves the end of a deck of 90 m by as much
+_DIFFERENCES: Final = {
+    each.unit: each for each in (Difference("mrad", 1e3, 0.1), Difference("mm", 1e3, 5.0))
+}
+
+
+def _listed() -> dict[str, tuple[Column, ...]]:
+    """Return the columns of ``columns.csv`` by their group, each in the order of the table."""
+    groups: dict[str, list[Column]] = {}
+    with Path(__file__).with_name("columns.csv").open(encoding="utf-8", newline="") as lines:
+        for row in csv.DictReader(lines):
+            values: dict[str, Any] = dict(row)
+            values["unit"] = row["unit"] or "-"
+            values["roles"] = tuple(row["roles"].split())
+            values["difference"] = _DIFFERENCES.get(row["difference"])
+            groups.setdefault(values.pop("group"), []).append(Column(**values))
+    return {group: tuple(columns) for group, columns in groups.items()}
+
+
+_COLUMNS: Final = _listed()
+INTENSITY_COLUMNS: Final = _COLUMNS["intensity"]
+DEMAND_COLUMNS: Final = _COLUMNS["demand"]
 
 
 def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
     """Return the columns of a study whose rows have these, with axes and random properties."""
     names = list(present)
-    extra = tuple(axis_column(axis) for axis in axes_of(names) if axis.name not in _BY_NAME)
-    after = 1 + next(i for i, column in enumerate(COLUMNS) if column.name == AXES[-1].name)
-    draws = [_draw_column(name) for name in names if name.startswith(DRAW_PREFIX)]
-    return (*COLUMNS[:after], *extra, *COLUMNS[after:-1], *draws, COLUMNS[-1])
+    axes = dict.fromkeys((*AXES, *axes_of(names)))
+    draws = [name for name in names if name.startswith(DRAW_PREFIX)]
+    return (
+        *_COLUMNS["variant"],
+        *map(_axis_column, axes),
+        *_COLUMNS["run"],
+        *INTENSITY_COLUMNS,
+        *DEMAND_COLUMNS,
+        *_COLUMNS["outcome"],
+        *map(_draw_column, draws),
+        *_COLUMNS["key"],
+    )
+
+
+def _axis_column(axis: Axis) -> Column:
+    kind = "integer" if axis.is_whole else "number"
+    return Column(axis.name, kind, axis.unit, axis.label, axis.description)
 
 
 def _draw_column(name: str) -> Column:
     what = name.removeprefix(DRAW_PREFIX)
     unit = split_unit(what)[1]
     return Column(name, unit=unit, description=f"random property of the motion: {what}")
+
+
+COLUMNS: Final = columns_with(())
+_BY_NAME: Final = {column.name: column for column in COLUMNS}
 
 
 def key_values(
@@ -118,24 +140,22 @@ def key_values(
 
 def demands_for(role: Role, present: Iterable[str] | None = None) -> tuple[str, ...]:
     """Return the demand columns with a role, in the order of the table, of those present."""
-    names = [column.name for column in DEMAND_COLUMNS if role in column.roles]
-    known = set(names if present is None else present)
-    return tuple(name for name in names if name in known)
+    names = (column.name for column in DEMAND_COLUMNS if role in column.roles)
+    known = None if present is None else set(present)
+    return tuple(name for name in names if known is None or name in known)
 
 
 def column_of(name: str) -> Column | None:
     """Return the column or axis of the grid with a name, None for a foreign column."""
     axes = axes_of([name])
-    return _BY_NAME.get(name) or (axis_column(axes[0]) if axes else None)
+    return _BY_NAME.get(name) or (_axis_column(axes[0]) if axes else None)
 
 
 def label_of(name: str) -> str:
     """Return the label of a column with its unit; for a foreign column, its name in words."""
-    known = column_of(name)
-    return known.label_with_unit if known else name.replace("_", " ")
+    return (column_of(name) or Column(name)).label_with_unit
 
 
 def unit_of(name: str) -> str:
     """Return the unit of a column; empty for a ratio and for a foreign column."""
-    column = column_of(name)
-    return "" if column is None or column.unit == "-" else column.unit
+    return (column_of(name) or Column(name)).unit.strip("-")

@@ -8,9 +8,8 @@ from typing import Any, Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from skewbridge.demands.columns import COLUMNS, KEY, columns_with
-from skewbridge.demands.demand_columns import Column
-from skewbridge.demands.suspect import SUSPECT, SuspectLimits, reasons
+from skewbridge.demands.columns import COLUMNS, KEY, Column, columns_with
+from skewbridge.demands.validity import SUSPECT, SuspectLimits, reasons
 from skewbridge.files.digests import digest_of, provenance
 from skewbridge.files.tables import read_table, write_joined, write_table
 from skewbridge.statuses import STATUSES
@@ -23,20 +22,15 @@ _TYPES: Final = {
 }
 
 
-def demands_schema(
-    provenance: Mapping[str, str] | None = None, columns: Iterable[Column] = COLUMNS
-) -> pa.Schema:
-    """Return the Arrow schema with unit and description of each field and the provenance."""
+def demands_schema(columns: Iterable[Column] = COLUMNS) -> pa.Schema:
+    """Return the Arrow schema with unit and description in the metadata of each field."""
     fields = [
-        pa.field(
-            column.name,
-            _TYPES[column.kind],
-            metadata={"unit": column.unit, "description": column.description},
+        pa.field(column.name, _TYPES[column.kind]).with_metadata(
+            {"unit": column.unit, "description": column.description}
         )
         for column in columns
     ]
-    metadata: dict[bytes | str, bytes | str] = dict((provenance or {}).items())
-    return pa.schema(fields, metadata=metadata)
+    return pa.schema(fields)
 
 
 def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -> pa.Table:
@@ -45,19 +39,22 @@ def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -
     Raises:
         ValueError: A row lacks a column, has an unknown column or status, or repeats a key.
     """
-    ordered = sorted(rows, key=lambda row: tuple(row[name] for name in KEY))
-    columns = columns_with(ordered[0] if ordered else ())
-    names = [column.name for column in columns]
-    keys = [tuple(row[name] for name in KEY) for row in ordered]
-    if len(set(keys)) != len(keys):
-        raise ValueError(f"an analysis appears twice: {next(k for k in keys if keys.count(k) > 1)}")
-    for row, key in zip(ordered, keys, strict=True):
-        if set(row) != set(names):
-            raise ValueError(f"row {key}: wrong columns {sorted(set(row) ^ set(names))}")
+    by_key: dict[tuple[Any, ...], dict[str, Any]] = {}
+    for row in rows:
+        key = tuple(row[name] for name in KEY)
+        if key in by_key:
+            raise ValueError(f"an analysis appears twice: {key}")
         if row["status"] not in STATUSES:
             raise ValueError(f"row {key}: unknown status {row['status']!r}")
-    schema = demands_schema(provenance, columns)
-    return pa.table({name: [row[name] for row in ordered] for name in names}, schema=schema)
+        by_key[key] = dict(row)
+    ordered = [by_key[key] for key in sorted(by_key)]
+    columns = columns_with(ordered[0] if ordered else ())
+    names = {column.name for column in columns}
+    for row in ordered:
+        if row.keys() != names:
+            raise ValueError(f"row {row['run_key']}: wrong columns {sorted(row.keys() ^ names)}")
+    table = pa.Table.from_pylist(ordered, schema=demands_schema(columns))
+    return table.replace_schema_metadata(dict(provenance))
 
 
 def write_variant(rows: Sequence[Mapping[str, Any]], path: Path, limits: SuspectLimits) -> None:
@@ -86,12 +83,8 @@ def join_variants(paths: Sequence[Path], output: Path) -> None:
     for path in paths:
         keys += pq.read_table(path, columns=["run_key"])["run_key"].to_pylist()
     rounds = groupby(paths, key=lambda path: path.name)
-    tables = (_sorted_table(list(of_variant)) for _, of_variant in rounds)
+    order = [(name, "ascending") for name in KEY]
+    tables = (
+        pa.concat_tables(map(read_table, of_variant)).sort_by(order) for _, of_variant in rounds
+    )
     write_joined(tables, output, provenance(analyses_digest=digest_of(*sorted(keys))))
-
-
-def _sorted_table(paths: Sequence[Path]) -> pa.Table:
-    tables = list(map(read_table, paths))
-    if len(tables) == 1:
-        return tables[0]
-    return pa.concat_tables(tables).sort_by([(name, "ascending") for name in KEY])

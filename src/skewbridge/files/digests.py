@@ -20,7 +20,6 @@ ENGINE: Final = (
     "statuses.py",
     "units.py",
     "files/text.py",
-    "files/checking.py",
     "variant",
     "motions/record.py",
     "contact",

@@ -17,7 +17,7 @@ import pandas as pd
 
 from skewbridge.demands.columns import label_of
 from skewbridge.errors import InputError
-from skewbridge.files.columns import Floats, Index, Mask, Row
+from skewbridge.files.tables import Floats, Index, Mask, Row
 from skewbridge.fragility import demand_table, motion_means
 from skewbridge.fragility import fits as fitting
 from skewbridge.fragility.fits import FITTED, FragilityFit

@@ -10,22 +10,19 @@ import pandas as pd
 from joblib import Parallel, delayed
 from pydantic import BaseModel, ConfigDict, Field
 
-from skewbridge.demands.columns import SUITE
-from skewbridge.demands.completeness import (
+from skewbridge.demands.columns import DEMAND_COLUMNS, SUITE
+from skewbridge.demands.validity import (
     BEYOND_MODEL,
     COLUMN_FAILURE_RATIO,
     COMPLETE,
     FAILURE_DEMANDS,
+    SUSPECT,
     is_complete,
     with_derived_columns,
 )
-from skewbridge.demands.demand_columns import DEMAND_COLUMNS
-from skewbridge.demands.suspect import SUSPECT
 from skewbridge.errors import InputError
-from skewbridge.files.checking import checked
-from skewbridge.files.columns import Index, Mask, as_column, require
-from skewbridge.files.tables import read_any
-from skewbridge.files.text import read_yaml
+from skewbridge.files.tables import Index, Mask, as_column, read_any, require
+from skewbridge.files.text import checked, read_yaml
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.statuses import OK, STATUSES
 from skewbridge.variant.axes import axes_of

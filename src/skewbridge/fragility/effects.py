@@ -16,11 +16,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from skewbridge.demands.columns import column_of, demands_for
-from skewbridge.demands.completeness import BEYOND_MODEL, is_beyond_model, is_complete
-from skewbridge.demands.demand_columns import Difference
+from skewbridge.demands.columns import Difference, column_of, demands_for
+from skewbridge.demands.validity import BEYOND_MODEL, is_beyond_model, is_complete
 from skewbridge.errors import InputError
-from skewbridge.files.columns import Floats, Index, Mask, Row
+from skewbridge.files.tables import Floats, Index, Mask, Row
 from skewbridge.fragility import demand_table, motion_means, verdicts
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import LimitState, States

@@ -24,9 +24,8 @@ from numpy.typing import ArrayLike
 from scipy import special
 
 from skewbridge.errors import InputError
-from skewbridge.files.columns import positive, require, same_length
 from skewbridge.files.digests import digest_of
-from skewbridge.files.tables import read_any, write_csv
+from skewbridge.files.tables import positive, read_any, require, same_length, write_csv
 from skewbridge.files.text import write_text
 from skewbridge.fragility.curves import METHODS
 from skewbridge.fragility.demand_table import axis_names, need_columns, variant_columns

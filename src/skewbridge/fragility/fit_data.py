@@ -8,10 +8,9 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from skewbridge.demands.completeness import BEYOND_MODEL, failure_kinds, is_complete
+from skewbridge.demands.validity import BEYOND_MODEL, failure_kinds, is_complete
 from skewbridge.errors import InputError
-from skewbridge.files.columns import as_column, positive, require, same_length
-from skewbridge.files.tables import read_any
+from skewbridge.files.tables import as_column, positive, read_any, require, same_length
 from skewbridge.files.text import read_json, shortened, shown_path
 from skewbridge.fragility import fits
 from skewbridge.fragility.curves import BOUNDS_TOO_WIDE, MAX_BOUNDS_RATIO

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import optimize, special
 
-from skewbridge.files.columns import Floats, Index, Mask, as_column, positive, require, same_length
+from skewbridge.files.tables import Floats, Index, Mask, as_column, positive, require, same_length
 from skewbridge.fragility import likelihood, lines, motion_means
 from skewbridge.fragility.lines import FLATTEST_SLOPE, Lines, TestedLine
 from skewbridge.fragility.settings import DEFAULTS, FitSettings

@@ -21,7 +21,7 @@ import pandas as pd
 from scipy import special
 
 from skewbridge.errors import InputError
-from skewbridge.files.columns import Floats, Index, Row
+from skewbridge.files.tables import Floats, Index, Row
 from skewbridge.fragility import demand_table
 from skewbridge.fragility.curves import described_as_curves
 from skewbridge.fragility.fits import FITTED, NON_INCREASING, NOT_APPLICABLE

@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from scipy import special
 
-from skewbridge.files.columns import Floats, Index, Mask
+from skewbridge.files.tables import Floats, Index, Mask
 
 HALF_LOG_2PI: Final = 0.5 * np.log(2.0 * np.pi)
 _SQRT_2_OVER_PI: Final = np.sqrt(2.0 / np.pi)

@@ -10,10 +10,9 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
 
 from skewbridge.demands.columns import column_of
-from skewbridge.demands.completeness import COLUMN_FAILURE_RATIO, FAILURE_DEMANDS
+from skewbridge.demands.validity import COLUMN_FAILURE_RATIO, FAILURE_DEMANDS
 from skewbridge.errors import InputError, raise_all
-from skewbridge.files.checking import checked
-from skewbridge.files.text import read_yaml, shortened, shown_path
+from skewbridge.files.text import checked, read_yaml, shortened, shown_path
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
 
 COLLAPSE_EXCEEDS: Final = "exceeds"

@@ -14,7 +14,7 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 from scipy import special
 
-from skewbridge.files.columns import Floats, Mask
+from skewbridge.files.tables import Floats, Mask
 from skewbridge.fragility.likelihood import NormalKernel, maximise
 
 #: A curve with beta above 50 does not rise over any range of intensities.

@@ -13,8 +13,8 @@ import pandas as pd
 from scipy import special
 
 from skewbridge.demands.columns import demands_for
-from skewbridge.demands.completeness import is_complete
-from skewbridge.files.columns import Floats, Index, require
+from skewbridge.demands.validity import is_complete
+from skewbridge.files.tables import Floats, Index, require
 from skewbridge.fragility.curves import described_as_curves
 from skewbridge.fragility.demand_table import models_of, motion_codes, need_columns
 from skewbridge.fragility.fits import FITTED, SINGLE_LEVEL

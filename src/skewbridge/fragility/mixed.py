@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from skewbridge.files.columns import Floats, Index, Mask
+from skewbridge.files.tables import Floats, Index, Mask
 from skewbridge.fragility.likelihood import log_normal_tail, mills_ratio, row_products
 
 # Panels of the integral: nodes of each, and their ends in widths about the mode and in sigma about

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from skewbridge.files.columns import Floats, Index, Mask
+from skewbridge.files.tables import Floats, Index, Mask
 from skewbridge.fragility.likelihood import mills_ratio
 
 # ASSUME the variance of 100 groups is close enough to that of all motions

@@ -11,14 +11,14 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from skewbridge.demands.completeness import (
+from skewbridge.demands.validity import (
     COLUMN_FAILURE_RATIO,
     FAILURE_DEMANDS,
     failure_kinds,
     is_beyond_model,
     is_complete,
 )
-from skewbridge.files.columns import Floats, Mask
+from skewbridge.files.tables import Floats, Mask
 from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
 from skewbridge.fragility.lines import Lines, fit_lines

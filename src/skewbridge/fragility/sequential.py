@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 from scipy import optimize, special
 
-from skewbridge.files.columns import Floats
+from skewbridge.files.tables import Floats
 from skewbridge.fragility.verdicts import DIFFERENCES, NEEDED_COLUMNS, RATIOS, judged
 
 #: Power of time in the spending of the error probability: 1 spends evenly over the motions.

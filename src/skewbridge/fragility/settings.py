@@ -5,8 +5,8 @@ from typing import Annotated, Final, Self
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from skewbridge.demands.demand_columns import DEMAND_COLUMNS
-from skewbridge.files.checking import FileName, Flag, Number, Whole
+from skewbridge.demands.columns import DEMAND_COLUMNS
+from skewbridge.files.text import FileName, Flag, Number, Whole
 
 _COLUMNS: Final = {column.name: column for column in DEMAND_COLUMNS}
 

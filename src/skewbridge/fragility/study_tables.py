@@ -15,10 +15,9 @@ import pandas as pd
 from scipy import special
 
 from skewbridge.demands.columns import SUITE, demands_for
-from skewbridge.demands.completeness import with_derived_columns
-from skewbridge.files.columns import Row
+from skewbridge.demands.validity import with_derived_columns
 from skewbridge.files.digests import provenance
-from skewbridge.files.tables import records_of, write_frame
+from skewbridge.files.tables import Row, records_of, write_frame
 from skewbridge.files.text import write_text
 from skewbridge.fragility import demand_table, paper_table, verdicts
 from skewbridge.fragility.curves import CURVE_COLUMNS, described_as_curves, fit_study

@@ -20,7 +20,7 @@ import pandas as pd
 from scipy import special
 
 from skewbridge.errors import InputError
-from skewbridge.files.columns import Floats, Row
+from skewbridge.files.tables import Floats, Row
 from skewbridge.fragility.curves import described_as_curves
 from skewbridge.fragility.demand_table import motion_codes, spread, variant_values, variants_of
 from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_bound

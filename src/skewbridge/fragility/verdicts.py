@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from skewbridge.demands.columns import demands_for
-from skewbridge.files.columns import Floats, Mask
+from skewbridge.files.tables import Floats, Mask
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, models_of
 from skewbridge.fragility.limit_states import HEADLINE_STATES
 from skewbridge.variant.axes import AXES, Axis

@@ -13,9 +13,8 @@ import pandas as pd
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from skewbridge.errors import InputError
-from skewbridge.files.checking import checked
 from skewbridge.files.tables import records_of
-from skewbridge.files.text import file_fault, no_formula, read_csv, shortened, shown_path
+from skewbridge.files.text import checked, file_fault, no_formula, read_csv, shortened, shown_path
 from skewbridge.motions.formats import Given, Trace
 from skewbridge.motions.read import files_digest, is_vertical, read_trace, split_name
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion

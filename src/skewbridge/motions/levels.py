@@ -15,7 +15,7 @@ from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.errors import InputError
-from skewbridge.files.checking import FileName, Number, Whole
+from skewbridge.files.text import FileName, Number, Whole
 from skewbridge.motions.record import Vector
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ import pandas as pd
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.demands.columns import demands_for
-from skewbridge.demands.completeness import failure_kinds, is_complete
+from skewbridge.demands.validity import failure_kinds, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, axis_names, models_of

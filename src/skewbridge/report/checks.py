@@ -11,9 +11,8 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.analysis.recovery import rung_shares, steps_from_text
-from skewbridge.demands.columns import KEY, demands_for
-from skewbridge.demands.demand_columns import DEMAND_COLUMNS
-from skewbridge.demands.suspect import LIMITS, SUSPECT, SuspectLimits, count_reasons
+from skewbridge.demands.columns import DEMAND_COLUMNS, KEY, demands_for
+from skewbridge.demands.validity import LIMITS, SUSPECT, SuspectLimits, count_reasons
 from skewbridge.errors import SolutionError
 from skewbridge.files.text import write_text
 from skewbridge.statuses import RAN, STATUSES

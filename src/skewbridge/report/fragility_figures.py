@@ -14,9 +14,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from scipy import special
 
-from skewbridge.demands.completeness import is_complete, with_derived_columns
-from skewbridge.files.columns import Floats
-from skewbridge.files.tables import records_of
+from skewbridge.demands.validity import is_complete, with_derived_columns
+from skewbridge.files.tables import Floats, records_of
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.outcomes import demand_outcomes
 from skewbridge.fragility.verdicts import OK

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from skewbridge.errors import InputError
-from skewbridge.files.columns import Floats
+from skewbridge.files.tables import Floats
 from skewbridge.report.axis_layout import STYLE, VARIANT_COLOURS, plain_log_ticks, shown_unit
 from skewbridge.units import KN, MM, MN
 

@@ -18,7 +18,7 @@ from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
 from skewbridge.demands.columns import label_of
-from skewbridge.demands.completeness import with_derived_columns
+from skewbridge.demands.validity import with_derived_columns
 from skewbridge.errors import InputError
 from skewbridge.files.tables import figure_metadata, read_frame, records_of
 from skewbridge.files.text import shortened, write_text

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.demands.suspect import SuspectLimits
 from skewbridge.demands.tables import write_variant
+from skewbridge.demands.validity import SuspectLimits
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_table
 from skewbridge.motions.intensity import IM_COLUMNS, scaled_measures

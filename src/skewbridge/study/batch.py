@@ -17,15 +17,14 @@ from math import isclose, sqrt
 from pathlib import Path
 from typing import Any, Final
 
-from skewbridge.demands.columns import SUITE, key_values
-from skewbridge.demands.completeness import (
+from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, SUITE, key_values
+from skewbridge.demands.validity import (
     BEYOND_MODEL,
     COLUMN_FAILURE_RATIO,
     COMPLETE,
     column_failure_ratio,
     completed,
 )
-from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import LEVEL_MEASURE, bracket_capacity
 from skewbridge.motions.record import SuiteMotion

@@ -9,10 +9,9 @@ from pydantic.dataclasses import dataclass
 
 from skewbridge.analysis.accuracy import NUMERICS, Accuracy, under_explicit_keys
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.demands.suspect import SuspectLimits
+from skewbridge.demands.validity import SuspectLimits
 from skewbridge.errors import InputError, did_you_mean
-from skewbridge.files.checking import FileName, Number, Whole, checked, merged
-from skewbridge.files.text import read_mapping, shortened
+from skewbridge.files.text import FileName, Number, Whole, checked, merged, read_mapping, shortened
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.levels import MotionsConfig
 from skewbridge.study.folder import DEFAULT_ROOT, default_root

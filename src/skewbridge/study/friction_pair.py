@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import pandas as pd
 
-from skewbridge.demands.completeness import is_complete
+from skewbridge.demands.validity import is_complete
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.variant.variant import Variant, parse_slug

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.demands.demand_columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column
+from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column
 from skewbridge.errors import InputError, raise_all
 from skewbridge.files.digests import digest_of, provenance
 from skewbridge.files.tables import write_frame

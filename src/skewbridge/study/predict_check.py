@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import pandas as pd
 
-from skewbridge.demands.completeness import with_derived_columns
+from skewbridge.demands.validity import with_derived_columns
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_frame, records_of
 from skewbridge.fragility.curves import fit_study

@@ -35,7 +35,7 @@ _ANALYSES: Final = (
     "demands",
     *(f"study/{name}.py" for name in ("analyses", "batch", "journal")),
 )
-_VERIFICATION: Final = (*ENGINE, "files", "motions", "demands/suspect.py", "verification")
+_VERIFICATION: Final = (*ENGINE, "files", "motions", "demands/validity.py", "verification")
 #: The figure of the modelling choices has their labels.
 _SCREEN: Final = (
     *(*_TABLES, "motions", "fragility", "report"),

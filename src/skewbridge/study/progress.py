@@ -10,7 +10,7 @@ from typing import Any, Final, Self
 import yte
 from yte.exceptions import YteError
 
-from skewbridge.demands.suspect import LIMITS, SuspectLimits, reasons
+from skewbridge.demands.validity import LIMITS, SuspectLimits, reasons
 from skewbridge.errors import InputError
 from skewbridge.motions.folder import list_motions
 from skewbridge.motions.levels import most_trials

@@ -12,12 +12,18 @@ import pandas as pd
 from joblib import cpu_count
 from scipy import special
 
-from skewbridge.demands.columns import demands_for, unit_of
-from skewbridge.demands.completeness import BEYOND_MODEL, COMPLETE
-from skewbridge.demands.demand_columns import DEMAND_COLUMNS
+from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for, unit_of
+from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE
 from skewbridge.errors import InputError
-from skewbridge.files.columns import Row
-from skewbridge.files.tables import frame_of, read_any, read_frame, read_table, records_of, texts_of
+from skewbridge.files.tables import (
+    Row,
+    frame_of,
+    read_any,
+    read_frame,
+    read_table,
+    records_of,
+    texts_of,
+)
 from skewbridge.files.text import writable_folder
 from skewbridge.fragility import paper_table
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study

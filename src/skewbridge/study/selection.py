@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.demands.columns import demands_for
-from skewbridge.demands.completeness import with_derived_columns
+from skewbridge.demands.validity import with_derived_columns
 from skewbridge.files.tables import read_frame
 from skewbridge.files.text import read_json, write_text
 from skewbridge.fragility.demand_table import axis_names, prepared

@@ -18,7 +18,7 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from skewbridge.files.checking import Number
+from skewbridge.files.text import Number
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES, OPTION_AXES
 from skewbridge.variant.variant import BRIDGE_PATTERN, Variant

@@ -8,7 +8,7 @@ from typing import Annotated, Final, Literal, get_args
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from skewbridge.files.checking import Flag, Number, Whole
+from skewbridge.files.text import Flag, Number, Whole
 from skewbridge.units import MM
 
 Fibers = Annotated[Whole, Field(ge=1, le=200)]

@@ -22,7 +22,7 @@ import numpy as np
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from skewbridge.files.checking import Flag, Number, Whole
+from skewbridge.files.text import Flag, Number, Whole
 from skewbridge.variant.options import ModelOptions
 
 #: Draws of a property in the demands table are in columns with this prefix.

@@ -17,8 +17,7 @@ from typing import Any, Final
 
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.errors import InputError, did_you_mean
-from skewbridge.files.checking import checked
-from skewbridge.files.text import read_mapping, shortened, shown_path
+from skewbridge.files.text import checked, read_mapping, shortened, shown_path
 
 FOLDER: Final = Path(__file__).parent
 #: Bridges of the user, next to the configuration.

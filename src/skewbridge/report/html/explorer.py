@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.demands.columns import KEY, column_of, demands_for
-from skewbridge.demands.completeness import is_complete, with_derived_columns
+from skewbridge.demands.validity import is_complete, with_derived_columns
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.fits import FITTED

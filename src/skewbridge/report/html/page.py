@@ -17,8 +17,7 @@ from joblib import Parallel, delayed
 from PIL import Image
 
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.demands.columns import demands_for
-from skewbridge.demands.demand_columns import SHEAR_MODELS
+from skewbridge.demands.columns import demands_for, label_of
 from skewbridge.files.tables import read_frame, read_stamp, records_of
 from skewbridge.files.text import write_text
 from skewbridge.fragility.fits import FITTED
@@ -67,6 +66,7 @@ from skewbridge.study.config import StudyConfig, parse_config
 from skewbridge.study.results import shear_model_medians
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of, axis
+from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 
 _MODEL: Final = ("bridge", "abutment")
 _CHANGE: Final = ("axis", "from_value", "to_value")
@@ -493,7 +493,8 @@ def _shear_models(
     return {
         "shear_models": table,
         "shear_heads": [
-            f"{SHEAR_MODELS[name]}, θ [interval]" for name in table["limit_state"].unique()
+            f"{label_of(SHEAR_MODEL_DEMANDS[name]).partition(', ')[2]}, θ [interval]"
+            for name in table["limit_state"].unique()
         ],
         "shear_medians": {row["variant"]: _median_text(row) for row in in_study},
     }

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from skewbridge.errors import InputError
-from skewbridge.files.checking import FileName, checked
-from skewbridge.files.text import read_csv, read_mapping
+from skewbridge.files.text import FileName, checked, read_csv, read_mapping
 from skewbridge.units import G_MPS2
 
 # Limits far outside physical cases, so that no power of a number overflows.

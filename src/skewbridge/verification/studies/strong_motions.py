@@ -33,7 +33,7 @@ from skewbridge.analysis.accuracy import NUMERICS, Accuracy, at_accuracy
 from skewbridge.analysis.recovery import rung_shares, steps_as_text, steps_from_text
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
-from skewbridge.demands.suspect import LIMITS
+from skewbridge.demands.validity import LIMITS
 from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.motions.suite import read_entry

@@ -1,25 +1,95 @@
-"""Suspect analyses: limits on the quality of a solution, and the rows that exceed them.
+"""Validity of rows: column failures, peaks of the whole motion, limits of suspect analyses.
+
+After the failure of a column the model of the bridge no longer holds, so the demands of such a run
+are peaks up to the failure. They are lower bounds of the peaks over the whole motion, as are those
+of a run that collapsed or stopped early.
 
 A suspect row is not wrong, but someone should look at it. The limits change no analysis, so they
 are applied where rows are collected and are not part of the key of an analysis.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass as plain_dataclass
 from operator import neg, pos
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from skewbridge.files.checking import Number, Whole
+from skewbridge.files.text import Number, Whole
+from skewbridge.statuses import OK
 
 if TYPE_CHECKING:
     import pandas as pd
 
-SUSPECT: Final = "suspect"  # column of the demands table with the reasons
-SEPARATOR: Final = "; "  # between reasons
+#: Column of the demands table with the failure mode of a column; empty where none failed.
+BEYOND_MODEL: Final = "beyond_model"
+#: Demand over capacity of a column by failure mode; a column fails at 1.
+FAILURE_DEMANDS: Final = {"shear": "column_shear_dcr", "flexure": "drift_over_capacity"}
+#: Column of the demands table that is true where all demands are peaks of the whole motion.
+COMPLETE: Final = "complete"
+#: Column of the demands table with the demand over capacity of a column, whatever the mode.
+COLUMN_FAILURE_RATIO: Final = "column_failure_ratio"
+#: Column of the demands table with the reasons to doubt a row, and what joins them.
+SUSPECT: Final = "suspect"
+SEPARATOR: Final = "; "
+
+
+def failure_kinds(table: "pd.DataFrame") -> NDArray[np.str_]:
+    """Return the failure mode of a column in each row, or an empty text, shape (n,).
+
+    No column failed in a table without the column `BEYOND_MODEL`.
+    """
+    if BEYOND_MODEL not in table.columns:
+        return np.full(len(table), "", dtype=np.str_)
+    return table[BEYOND_MODEL].fillna("").to_numpy(dtype=str)
+
+
+def is_beyond_model(table: "pd.DataFrame") -> NDArray[np.bool_]:
+    """Return for each row whether a column failed, shape (n,)."""
+    return np.asarray(failure_kinds(table) != "", dtype=np.bool_)
+
+
+def completed(status: ArrayLike, failure_kind: ArrayLike) -> NDArray[np.bool_]:
+    """Return whether demands are peaks of the whole motion: by status, no column failure."""
+    return np.asarray((np.asarray(status) == OK) & (np.asarray(failure_kind) == ""), dtype=np.bool_)
+
+
+def is_complete(table: "pd.DataFrame") -> NDArray[np.bool_]:
+    """Return for each row whether its demands are peaks over the whole motion, shape (n,).
+
+    This follows from the status and the failure of columns. A row is also incomplete if its table
+    has the column `COMPLETE` and it is false there.
+    """
+    derived = completed(table["status"].to_numpy(), failure_kinds(table))
+    if COMPLETE not in table.columns:
+        return derived
+    return derived & table[COMPLETE].ne(other=False).to_numpy(dtype=np.bool_, na_value=True)
+
+
+def column_failure_ratio(table: "pd.DataFrame | Mapping[str, Any]") -> NDArray[np.float64]:
+    """Return the larger demand over capacity of a column, in shear or in flexure, shape (n,).
+
+    Where one of them is unknown it is the other, and NaN where both are.
+    """
+    names = FAILURE_DEMANDS.values()
+    return np.fmax(*(np.asarray(table.get(name, np.nan), float) for name in names))
+
+
+def with_derived_columns(table: "pd.DataFrame") -> "pd.DataFrame":
+    """Return a demands table with the columns that follow from others, unless it has them.
+
+    Older studies and foreign tables lack `COMPLETE` and `COLUMN_FAILURE_RATIO`; the latter is added
+    where a demand over capacity of columns is known.
+    """
+    derived: dict[str, Any] = {}
+    if COMPLETE not in table.columns:
+        derived[COMPLETE] = is_complete(table)
+    has_ratios = any(name in table for name in FAILURE_DEMANDS.values())
+    if COLUMN_FAILURE_RATIO not in table.columns and has_ratios:
+        derived[COLUMN_FAILURE_RATIO] = column_failure_ratio(table)
+    return table.assign(**derived)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
@@ -55,8 +125,7 @@ class SuspectLimits:
 LIMITS: Final = SuspectLimits()
 
 
-@plain_dataclass(frozen=True, slots=True)
-class _Check:
+class _Check(NamedTuple):
     """One limit of `SuspectLimits`, its column of the demands table, and the function compared."""
 
     reason: str
@@ -94,9 +163,7 @@ def reasons(row: Mapping[str, Any], limits: SuspectLimits) -> str:
 def count_reasons(table: "pd.DataFrame", limits: SuspectLimits) -> list[dict[str, Any]]:
     """Return each reason that applies: ``reason``, ``rows`` (number), ``worst``, ``at``."""
     counts: list[dict[str, Any]] = []
-    for check in _CHECKS:
-        if check.column not in table:
-            continue
+    for check in (check for check in _CHECKS if check.column in table):
         sizes = check.size(table[check.column].to_numpy(dtype=np.float64))
         rows = int((sizes > getattr(limits, check.limit)).sum())
         if rows:
