@@ -4,8 +4,8 @@ import hashlib
 import os
 import platform
 import subprocess
-from collections.abc import Iterable, Mapping, Sequence
-from functools import cache
+from collections.abc import Mapping, Sequence
+from functools import cache, partial
 from importlib.metadata import PackageMetadata, version
 from pathlib import Path
 from typing import Any, Final
@@ -30,8 +30,6 @@ ENGINE: Final = (
 #: Bridges are digested by their numbers (`analysis.keys.bridge_digest`), for studies that use them.
 _CATALOGUE: Final = Path("bridge", "catalogue")
 _PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "skewbridge")
-_CPU_INFO: Final = Path("/proc/cpuinfo")
-_LONGEST_LICENCE: Final = 80  # characters of a licence that is given as text
 
 
 def layer_digest(parts: Sequence[str], package: Path = PACKAGE) -> str:
@@ -41,36 +39,26 @@ def layer_digest(parts: Sequence[str], package: Path = PACKAGE) -> str:
 
 def layer_digests(layers: Mapping[str, Sequence[str]], package: Path = PACKAGE) -> dict[str, str]:
     """Return the `layer_digest` of several layers by their names; shared parts are read once."""
-    distinct = dict.fromkeys(part for parts in layers.values() for part in parts)
-    contents = {part: _contents(part, package) for part in distinct}
+    content = cache(partial(_contents, package=package))
     return {
-        name: hashlib.sha256(b"".join(contents[part] for part in parts)).hexdigest()[:16]
+        name: hashlib.sha256(b"".join(map(content, parts))).hexdigest()[:16]
         for name, parts in layers.items()
     }
 
 
 def _contents(part: str, package: Path) -> bytes:
     """Return names and contents of the sources and data files of one part."""
-    names = [path.relative_to(package) for path in _sources_of(package / part)]
+    top = package / part
+    if not top.exists():
+        raise FileNotFoundError(f"{top} is not a part of the package")
+    paths = sorted(top.rglob("*")) if top.is_dir() else [top]
+    names = [path.relative_to(package) for path in paths if path.is_file()]
     return b"".join(
         f"\n{name.as_posix()}\n".encode() + (package / name).read_bytes()
         for name in names
-        if not (name.parent == _CATALOGUE and name.suffix == ".yaml")
-    )
-
-
-def _sources_of(part: Path) -> Iterable[Path]:
-    if part.is_file():
-        return [part]
-    if not part.is_dir():
-        raise FileNotFoundError(f"{part} is not a part of the package")
-    return sorted(
-        path
-        for path in part.rglob("*")
-        if path.is_file()
-        and path.suffix != ".pyc"
-        and not path.name.endswith("~")
-        and not any(name.startswith(".") for name in path.relative_to(part).parts)
+        if not name.name.endswith((".pyc", "~"))
+        and not any(folder.startswith(".") for folder in name.parts)
+        and not (name.parent == _CATALOGUE and name.suffix == ".yaml")
     )
 
 
@@ -132,20 +120,18 @@ def _git(*arguments: str) -> str | None:
 
 def _processor() -> str:
     """Return the kind of the processors, as named by the system."""
-    try:
-        lines = _CPU_INFO.read_text(encoding="utf-8").splitlines()
-    except OSError:
-        lines = []
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text(encoding="utf-8").splitlines() if info.is_file() else []
     models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return models[0] if models else platform.processor() or platform.machine()
 
 
 def licence_of(package: PackageMetadata) -> str:
     """Return the licence of a package: its expression, else its classifiers, else its text."""
-    classified = [
+    classifiers = [
         text.rpartition(" :: ")[2]
         for text in package.get_all("Classifier") or []
-        if text.startswith("License :: ") and text != "License :: OSI Approved"
+        if text.startswith("License :: ")
     ]
-    text = (package.get("License") or "").strip().split("\n")[0][:_LONGEST_LICENCE]
-    return package.get("License-Expression") or ", ".join(classified) or text or "not stated"
+    text = (package.get("License") or "").strip().split("\n")[0][:80]
+    return package.get("License-Expression") or ", ".join(classifiers) or text or "not stated"

@@ -30,9 +30,8 @@ from skewbridge.files.text import (
 TABLE_FORMAT: Final = 2
 MAX_TABLE_BYTES: Final = 2_000_000_000
 MAX_TABLE_CELLS: Final = 200_000_000
-MAX_TABLE_COLUMNS: Final = 10_000
 _GROUP_ROWS: Final = 65_536
-_FORMAT_KEY: Final = b"skewbridge_table_format"
+_FORMAT_KEY: Final = "skewbridge_table_format"
 _OF_LIBRARIES: Final = frozenset({b"pandas", b"ARROW:schema"})
 #: Key of a JSON object and identifier of an HTML element.
 MARK: Final = "skewbridge-provenance"
@@ -50,8 +49,7 @@ def write_joined(tables: Iterable[pa.Table], path: Path, metadata: Mapping[str, 
     """Write tables of equal columns below each other atomically, one row group at a time."""
     rest = iter(tables)
     first = next(rest)
-    texts: dict[bytes | str, bytes | str] = {_FORMAT_KEY: str(TABLE_FORMAT)}
-    schema = first.schema.with_metadata(texts | dict(metadata.items()))
+    schema = first.schema.with_metadata({**metadata, _FORMAT_KEY: str(TABLE_FORMAT)})
     with (
         written_aside(path) as aside,
         pq.ParquetWriter(aside, schema, compression="zstd", write_page_checksum=True) as writer,
@@ -100,9 +98,8 @@ def read_table(path: Path) -> pa.Table:
     content = pa.BufferReader(read_bytes(path, MAX_TABLE_BYTES))
     try:
         file = pq.ParquetFile(content, page_checksum_verification=True)
-        columns = file.metadata.num_columns
-        cells = file.metadata.num_rows * columns
-        if not 0 <= cells <= MAX_TABLE_CELLS or columns > MAX_TABLE_COLUMNS:
+        cells = file.metadata.num_rows * file.metadata.num_columns
+        if not 0 <= cells <= MAX_TABLE_CELLS:
             raise file_fault(path, f": {cells} cells, at most {MAX_TABLE_CELLS} are read")
         table = file.read()
         table.validate(full=True)
@@ -113,7 +110,7 @@ def read_table(path: Path) -> pa.Table:
         raise file_fault(path, f" is not an intact parquet table: {problem}") from None
     metadata = table.schema.metadata or {}
     unmarked = b"1" if b"skewbridge_version" in metadata else str(TABLE_FORMAT).encode()
-    written_as = metadata.get(_FORMAT_KEY, unmarked).decode(errors="replace")
+    written_as = metadata.get(_FORMAT_KEY.encode(), unmarked).decode(errors="replace")
     if written_as != str(TABLE_FORMAT):
         raise file_fault(
             path,
@@ -189,11 +186,7 @@ def read_stamp(path: Path) -> dict[str, str]:
     except (OSError, ValueError, pa.ArrowException) as error:
         raise InputError(f"cannot read {path}: {error}", file=str(path)) from None
     if not texts:
-        raise file_fault(
-            path,
-            " has no provenance: skewbridge did not write it, or a version from before results "
-            "were marked",
-        )
+        raise file_fault(path, " has no provenance: this version of skewbridge did not write it")
     return texts
 
 
@@ -205,12 +198,11 @@ def _texts_in(path: Path) -> dict[str, str]:
 
         with Image.open(path) as image:
             return json.loads(image.info.get("Description", "{}"))
-    content = path.read_bytes()  # a missing file is reported as such
     if path.suffix == ".json":
-        values = json.loads(content)
+        values = json.loads(path.read_bytes())
         return values.get(MARK, {}) if isinstance(values, dict) else {}
-    places = {".html": _ELEMENT, ".svg": _SVG_DESCRIPTION}
-    element = path.suffix in places and places[path.suffix].search(content.decode())
+    pattern = {".html": _ELEMENT, ".svg": _SVG_DESCRIPTION}.get(path.suffix)
+    element = pattern and pattern.search(path.read_text(encoding="utf-8"))
     return json.loads(unescape(element[1])) if element else {}
 
 
