@@ -83,8 +83,8 @@ def join_variants(paths: Sequence[Path], output: Path) -> None:
     for path in paths:
         keys += pq.read_table(path, columns=["run_key"])["run_key"].to_pylist()
     rounds = groupby(paths, key=lambda path: path.name)
-    order = [(name, "ascending") for name in KEY]
     tables = (
-        pa.concat_tables(map(read_table, of_variant)).sort_by(order) for _, of_variant in rounds
+        pa.concat_tables(map(read_table, of_variant)).sort_by([(name, "ascending") for name in KEY])
+        for _, of_variant in rounds
     )
     write_joined(tables, output, provenance(analyses_digest=digest_of(*sorted(keys))))
