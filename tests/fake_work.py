@@ -6,7 +6,7 @@ import signal
 import time
 
 from skewbridge.study import batch
-from skewbridge.study.batch import Alarm, row_of_task
+from skewbridge.study.batch import restart_alarm, row_of_task
 from skewbridge.study.task import no_result
 
 
@@ -24,15 +24,15 @@ def signalled(task, key, log_folder, *, motion_id, sent, first):
     return done_at_once(task, key, log_folder)
 
 
-def searched(search, done, journal, task, key, log_folder):
+def searched(ida, done, journal, task, key, log_folder):
     """Search a capacity without analyses; the demand is the factor."""
 
     def row_of(trial, trial_key, _log_folder):
-        row = {**no_result("ok", ""), "cpu_s": 0.0, search.demand: trial.motion.scale}
+        row = {**no_result("ok", ""), "cpu_s": 0.0, ida.ida_demand: trial.motion.scale}
         return row_of_task(row, trial, trial_key)
 
     batch.analysed_row = row_of  # of this worker, which ends with the batch
-    return batch.search_capacity(search, done, journal, task, key, log_folder)
+    return batch.search_capacity(ida, done, journal, task, key, log_folder)
 
 
 def hanging(task, key, log_folder, *, motion_id):
@@ -48,5 +48,5 @@ def slow(task, key, log_folder, *, seconds):
     ends_s = time.monotonic() + seconds
     while time.monotonic() < ends_s:
         time.sleep(0.1)
-        Alarm.restart()
+        restart_alarm()
     return done_at_once(task, key, log_folder)

@@ -253,7 +253,7 @@ class Study:
         (self.motions / "q1_h2.AT2").unlink()
 
     def prepare(self):
-        prepare_motions(self.config, self.folder)
+        prepare_motions(self.config)
 
     def digest(self):
         return motions_digest(self.config, self.folder.motions_digest)

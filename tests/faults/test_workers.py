@@ -23,11 +23,12 @@ from fake_work import hanging, searched, signalled, slow
 from skewbridge.errors import InputError
 from skewbridge.files.text import writable_folder
 from skewbridge.motions.intensity import scaled_measures
-from skewbridge.motions.levels import LEVEL_MEASURE
-from skewbridge.study.batch import Search, Workers, run_tasks
+from skewbridge.motions.levels import LEVEL_MEASURE, MotionsConfig
+from skewbridge.study.batch import Workers, run_tasks, search_limits
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import compact_journals, forget, open_journal, read_content
 from skewbridge.study.processes import PARENT_VARIABLE, worker_processes
+from skewbridge.study.task import run_key
 from study_parts import task_of, wave
 
 STILL_S = 2.0
@@ -40,9 +41,10 @@ def task(number):
 def batch(folder, work, count=2, tasks=(), **options):
     """Rows of five analyses, or of the tasks, which are those of the journal."""
     path = folder / "v.jsonl"
+    keyed = {run_key(each): each for each in tasks or map(task, range(1, 6))}
     with open_journal(path) as journal:
-        rows = run_tasks(
-            tasks or [task(number) for number in range(1, 6)],
+        by_key = run_tasks(
+            keyed,
             journal,
             options.get("done", {}),
             workers=Workers(count=count, no_progress_s=options.get("still_s", STILL_S)),
@@ -50,6 +52,7 @@ def batch(folder, work, count=2, tasks=(), **options):
             on_finished=options.get("on_finished", lambda _row: None),
             search=work,
         )
+    rows = [row for key in keyed for row in by_key[key]]
     written = read_content([path, *folder.glob("*_searches.jsonl")]).rows
     assert {row["run_key"]: row["status"] for row in rows}.items() <= {
         key: row["status"] for key, row in written.items()
@@ -100,8 +103,9 @@ def test_a_worker_without_progress_is_ended_and_its_analysis_recorded(work, tmp_
 
 def test_an_unfinished_search_resumes_from_its_journal(tmp_path):
     at_1_g = task(1).motion.measures[LEVEL_MEASURE]
-    search = Search(demand="deck_disp_m", threshold=1.0, low_g=0.5 * at_1_g, high_g=1.5 * at_1_g)
-    factor = search.first_factor(task(1).motion)
+    levels_g = (0.5 * at_1_g, 1.5 * at_1_g)
+    ida = MotionsConfig(ida_demand="deck_disp_m", ida_threshold=1.0, level_range_g=levels_g)
+    factor = math.sqrt(math.prod(search_limits(ida, task(1).motion)))
     measures = scaled_measures(task(1).motion.measures, factor)
     first = replace(task(1), motion=replace(task(1).motion, scale=factor, measures=measures))
     own, trials = tmp_path / "v.jsonl", tmp_path / "v_searches.jsonl"
@@ -109,7 +113,7 @@ def test_an_unfinished_search_resumes_from_its_journal(tmp_path):
     def run():
         """Keys of the search, and how many analyses it took."""
         done, new = read_content([own, trials]).rows, []
-        work = partial(searched, search, done, trials)
+        work = partial(searched, ida, done, trials)
         given = {"done": done, "on_finished": new.append, "still_s": 600.0}
         rows = batch(tmp_path, work, 2, [first], **given)
         return [row["run_key"] for row in rows], len(new)

@@ -23,8 +23,8 @@ from skewbridge.study.analyses import StudySetup
 from skewbridge.study.batch import row_of_task
 from skewbridge.study.config import load_config
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.friction_pair import write_friction_pair
 from skewbridge.study.inputs import prepare_motions
+from skewbridge.study.repeats import write_friction_pair
 from skewbridge.study.task import outcome_of, run_key
 from skewbridge.units import G_MPS2
 from strong_motion import DT_S, strong_motion

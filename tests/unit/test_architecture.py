@@ -12,7 +12,7 @@ import yaml
 from vulture import Vulture
 
 import skewbridge
-from skewbridge.study.products import RECIPES
+from skewbridge.study.jobs import RECIPES
 
 PACKAGE = Path(skewbridge.__file__).parent
 ORDER = (

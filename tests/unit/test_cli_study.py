@@ -27,14 +27,14 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.files.text import merged, read_mapping, writable_folder, written_aside
 from skewbridge.report.methods import REFERENCES, methods_of
-from skewbridge.study.analyses import JobProgress, StudySetup
+from skewbridge.study.analyses import StudySetup, job_progress
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import write_starter
 from skewbridge.study.inputs import prepare_motions
+from skewbridge.study.jobs import for_terminal
 from skewbridge.study.journal import open_journal
 from skewbridge.study.processes import cancel_left_behind
-from skewbridge.study.progress import JobSize, forecast_study
-from skewbridge.study.session import for_terminal
+from skewbridge.study.progress import forecast_study, job_size
 from skewbridge.study.task import run_key
 from skewbridge.variant.grid import expand_grid
 
@@ -173,9 +173,9 @@ def test_a_run_reports_the_progress_of_each_variant(capsys: pytest.CaptureFixtur
     logger.setLevel(logging.INFO)
     logger.addHandler(terminal)
     try:
-        with JobProgress("osb1_v", list("abcdef"), 4) as progress:
-            progress.advance({"run_key": "a", "status": "ok"})
-            progress.advance({"run_key": "of a search", "status": "ok"})
+        with job_progress("osb1_v", 6, 4) as advance:
+            advance(True)
+            advance(False)  # an analysis that a search adds
         logging.getLogger("skewbridge.other").info("for the log file alone")
     finally:
         logger.removeHandler(terminal)
@@ -354,13 +354,13 @@ def test_size_of_a_job_and_status_of_jobs_come_from_profile_and_accounting(progr
     monkeypatch.chdir(ROOT)
     monkeypatch.setenv("SKEWBRIDGE_JOB_CORES", "8")
     monkeypatch.setenv("SKEWBRIDGE_JOBS", "7")
-    assert JobSize.of_profile("slurm") == JobSize(cores=8, jobs=7)
-    assert JobSize.of_profile("profiles/default") is None
+    assert job_size("slurm") == {"cores": 8, "jobs": 7}
+    assert job_size("profiles/default") is None
     with pytest.raises(InputError, match="no profile 'nowhere'"):
-        JobSize.of_profile("nowhere")
+        job_size("nowhere")
     (programs / "config.yaml").write_text("executor: slurm\njobs: 3\n")
     with pytest.raises(InputError, match="not a valid cluster profile"):
-        JobSize.of_profile(str(programs))
+        job_size(str(programs))
     # An account is named only where there is accounting, or the executor would look it up.
     monkeypatch.setenv("SBATCH_ACCOUNT", "mine")
     program(programs, "sacct", "echo 'Slurm accounting storage is disabled' >&2; exit 1")
@@ -377,7 +377,7 @@ def test_forecast_of_jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     over = {"results": str(tmp_path), "grid": {"bridge": ["osb1"]}, "motions": {"count": 32}}
     config = parse_config(merged(read_mapping(Path("config/config.yaml")), over))
     for at_once, hours in ((100, 0.0), (2, 0.03)):
-        found = forecast_study(config, JobSize(cores=4, jobs=at_once)).summary
+        found = forecast_study(config, {"cores": 4, "jobs": at_once}).summary
         expected = {"jobs": 12, "job_cores": 4, "job_hours": 0.0, "hours": hours}
         assert found.items() >= expected.items()
     assert "jobs" not in forecast_study(config).summary

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 import skewbridge
 from skewbridge.cli import COMMANDS, build_app
 from skewbridge.files.digests import ENGINE, digest_of, layer_digest
-from skewbridge.study.products import RECIPES
+from skewbridge.study.jobs import RECIPES
 
 PACKAGE = Path(skewbridge.__file__).parent
 ANALYSES = "the analyses themselves"
@@ -50,8 +50,8 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
         {ANALYSES, "analyse", "collect_demands"},
     ),
     "study/journal.py": (ANALYSING, {ANALYSES, "fit_fragility"}),
-    "study/session.py": (set(), ALL),
-    "study/sensitivity.py": ({"sensitivity"}, ALL - {"sensitivity"}),
+    "study/jobs.py": (set(), ALL),
+    "study/repeats.py": ({"sensitivity", "friction_pair"}, ALL - {"sensitivity", "friction_pair"}),
     "study/analyses.py": ({*ANALYSING, "verification"}, {ANALYSES}),
     "study/modelling_choices.py": ({"modelling_choices", *PAGES}, {"analyse", "check_predict"}),
     "report/checks.py": ({"fit_fragility", *PAGES}, {ANALYSES, *ANALYSING}),
@@ -122,7 +122,7 @@ PERIODS_IN_LOG = "analysis/modal.py"
 NOT_IN_RESULTS = {
     "__init__.py", "fragility/settings.py", "analysis/settings.py", "analysis/accuracy.py",
     "motions/levels.py", "study/config.py", "study/folder.py", "study/inputs.py",
-    "study/processes.py", "study/products.py", "study/session.py",
+    "study/processes.py", "study/jobs.py",
 }  # fmt: skip
 
 

@@ -23,6 +23,7 @@ from skewbridge.study.analyses import StudySetup, sampled
 from skewbridge.study.batch import Workers
 from skewbridge.study.config import chosen_variants, parse_config
 from skewbridge.study.folder import StudyFolder
+from skewbridge.study.jobs import Job, rule_digest
 from skewbridge.study.modelling_choices import (
     CHOICE_COLUMNS,
     CHOICES,
@@ -32,11 +33,9 @@ from skewbridge.study.modelling_choices import (
     friction_split,
     write_choices,
 )
-from skewbridge.study.products import rule_digest
-from skewbridge.study.session import Job
 from skewbridge.study.task import Task, run_key
 from skewbridge.variant.grid import GridConfig, expand_grid
-from study_parts import study_of, wave
+from study_parts import row_of, study_of, wave
 
 SLUG = "osb1_cf_skew30_gap025_mu050"
 AXES = {"skew_deg": (0.0, 30.0), "gap_mm": (25.0,), "friction": (0.0, 0.5)}
@@ -59,7 +58,7 @@ def at(task: Task, **changes: object) -> Task:
 
 
 def tried(task: Task) -> set[str]:
-    return {pair.name for pair in choice_pairs([task])}
+    return {labels["name"] for labels, *_ in choice_pairs([task])}
 
 
 @pytest.mark.parametrize("choice", CHOICES, ids=lambda choice: choice.key)
@@ -111,12 +110,13 @@ def test_motions_are_spread_over_their_strength(tmp_path: Path) -> None:
 def test_axes_go_from_end_to_end_and_one_value_is_none(tmp_path: Path) -> None:
     setup = setup_in(tmp_path)
     pairs = list(axis_pairs(setup, SLUG, AXES, 1))
-    ends = [(pair.name, pair.before.variant.slug, pair.after.variant.slug) for pair in pairs]
+    ends = [(labels["name"], *(each.variant.slug for each in both)) for labels, *both in pairs]
     assert ends == [
         ("skew_deg", "osb1_cf_skew00_gap025_mu050", SLUG),
         ("friction", "osb1_cf_skew30_gap025_mu000", SLUG),
     ]
-    assert (pairs[0].from_value, pairs[0].to_value) == ("0 deg", "30 deg")
+    labels = {"kind": "axis", "name": "skew_deg", "from_value": "0 deg", "to_value": "30 deg"}
+    assert pairs[0][0] == labels
     one_skew = AXES | {"skew_deg": (0.0,)}
     assert not list(axis_pairs(setup, "osb1_ro_skew00_gap000_mu000", one_skew, 1))
     assert not list(friction_split(setup, SLUG, {"friction": (0.2, 0.5)}, 1))
@@ -144,15 +144,15 @@ def frame_pairs(folder: Path, outcomes: Sequence[tuple]) -> tuple[list, dict[str
     frame = next(choice for choice in CHOICES if choice.key == "key_frame")
     pairs = list(choice_pairs(setup_in(folder, motions=len(outcomes)).tasks(SLUG), [frame]))
     rows = {}
-    for pair, (before, *after) in zip(pairs, outcomes, strict=True):
-        rows |= {run_key(pair.before): outcome(before), run_key(pair.after): outcome(*after)}
+    for (_, one, other), (before, *after) in zip(pairs, outcomes, strict=True):
+        rows |= {run_key(one): outcome(before), run_key(other): outcome(*after)}
     return pairs, rows
 
 
 def test_ratios_are_paired_by_motion_with_the_interval_of_the_means_of_motions(tmp_path) -> None:
     outcomes = ((1.0, 2.0), (10.0, 5.0), (3.0, 12.0), (1.0, 9.0, "collapse"))
     pairs, rows = frame_pairs(tmp_path, outcomes)
-    rows[run_key(pairs[2].after)]["unseating_m"] = 0.0
+    rows[run_key(pairs[2][2])]["unseating_m"] = 0.0
     table = choices_table([*pairs, pairs[0]], rows)
     assert list(table.columns) == list(CHOICE_COLUMNS)
     assert list(table["demand"]) == list(demands_for("effect"))
@@ -178,17 +178,16 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Keys of the analyses that workers were asked for; their demands depend on the variant."""
     asked: list[str] = []
 
-    def stream(_pool: object, pending: Sequence[tuple[int, Task, str]]):
-        for number, task, key in pending:
-            asked.append(str(key))
+    def stream(_work: object, tasks: dict[str, Task], _count: int):
+        for key, task in tasks.items():
+            asked.append(key)
             value = 1.1 if task.variant.friction_pct else 1.0
             if task.variant.friction_pct:
                 value = {"walls": 1.02, "keys": 1.08}.get(task.options.friction_at, value)
             value *= 0.8 if task.options.key_frame == "deck_edge" else 1.0
-            row = outcome(value) | {"run_key": key, "variant": task.variant.slug}
-            yield number, [row]
+            yield key, [row_of(task, value)]
 
-    monkeypatch.setattr("skewbridge.study.batch._Pool.stream", stream)
+    monkeypatch.setattr("skewbridge.study.batch.in_workers", stream)
     return asked
 
 

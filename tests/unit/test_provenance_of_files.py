@@ -27,10 +27,9 @@ from skewbridge.files.tables import (
     write_frame,
     write_table,
 )
-from skewbridge.study import products
+from skewbridge.study import jobs
 from skewbridge.study.config import load_config
-from skewbridge.study.products import RECIPES, made_from, rule_digest
-from skewbridge.study.session import script_session
+from skewbridge.study.jobs import RECIPES, made_from, rule_digest, script_session
 
 ROOT = Path(__file__).parents[2]
 STAMP = {"rule": "fit_fragility", "title": 'a <script> & "quotes"', "rule_digest": "0" * 16}
@@ -198,7 +197,7 @@ def of_study(tmp_path, monkeypatch) -> Path:
     given = job(tmp_path, table)
     with script_session(given):
         write_frame(FRAME, table, {})
-    monkeypatch.setattr(products, "made_from", lambda _: {RULE: given.params.made_from})
+    monkeypatch.setattr(jobs, "made_from", lambda _: {RULE: given.params.made_from})
     return table
 
 
@@ -219,7 +218,7 @@ def test_a_table_is_current_until_its_rule_would_make_another(of_study, monkeypa
     wider = "motions: {count: 3}\nfigures: {width_mm: 85}"
     assert current(wider) == [0, True, ["config_digest"]]
     made = {"motions": "suite", "sources": "edited"}
-    monkeypatch.setattr(products, "made_from", lambda _: {RULE: made})
+    monkeypatch.setattr(jobs, "made_from", lambda _: {RULE: made})
     assert current() == [1, False, ["rule_digest"]]
     # a file of another configuration asks for it
     result = runner.invoke(build_app(), ["provenance", str(of_study)])

@@ -27,7 +27,7 @@ from skewbridge.report.checks import (
 from skewbridge.study.config import parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import open_journal, read_content
-from skewbridge.study.progress import study_state
+from skewbridge.study.progress import study_progress
 
 SLUG = "osb1_cf_skew00_gap025_mu000"
 CURVES = pd.DataFrame(
@@ -273,9 +273,9 @@ def test_the_state_of_a_study_counts_them_by_the_limits_of_its_configuration(tmp
         for number in range(3):
             journal.append(row(run_key=str(number), recovery_rung=number))
     keys, content = {"v": ["0", "1", "2"]}, read_content(folder.journals)
-    assert study_state(keys, content).counts["suspect"] == 0
+    assert study_progress(keys, content).summary["suspect"] == 0
     limits = parse_config({"suspect": {"max_rung": 0}}).suspect
-    assert study_state(keys, content, limits).counts["suspect"] == 2
+    assert study_progress(keys, content, limits).summary["suspect"] == 2
 
 
 def test_excluded_rows_are_unknown_in_the_fits_and_have_no_ratio() -> None:

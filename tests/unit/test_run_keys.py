@@ -23,16 +23,17 @@ from skewbridge.files import tables
 from skewbridge.files import tables as provenance_tables
 from skewbridge.files.digests import provenance
 from skewbridge.files.text import merged, written_aside
+from skewbridge.motions.levels import MotionsConfig
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import content_digest, prepare_suite, read_suite, write_suite
 from skewbridge.study import batch
 from skewbridge.study import task as task_module
-from skewbridge.study.analyses import StudySetup, analyse_variant
-from skewbridge.study.batch import Search, Workers, at_factor, run_tasks
+from skewbridge.study.analyses import StudySetup, analyse_variant, run_in_journal
+from skewbridge.study.batch import Workers, at_factor
 from skewbridge.study.config import parse_config
 from skewbridge.study.journal import open_journal, read_content
-from skewbridge.study.progress import forecast_study, study_state
-from skewbridge.study.sensitivity import (
+from skewbridge.study.progress import forecast_study, study_progress
+from skewbridge.study.repeats import (
     REPEATS,
     demands_for,
     in_window,
@@ -155,8 +156,8 @@ def setup_in(folder: Path, lengths_s: Sequence[float] = (1.0, 3.0, 2.0)) -> Stud
 
 def test_the_analysis_of_a_row_is_found_also_in_a_search(tmp_path: Path) -> None:
     plain = setup_in(tmp_path)
-    search = Search(demand="deck_disp_m", threshold=0.1, low_g=0.1, high_g=2.0)
-    searching = replace(plain, search=search)
+    ida = MotionsConfig(ida_demand="deck_disp_m", ida_threshold=0.1, level_range_g=(0.1, 2.0))
+    searching = replace(plain, search=ida)
     first = searching.tasks(SLUGS[1])[1]
     for setup, task in (
         (plain, plain.tasks(SLUGS[1])[2]),
@@ -177,11 +178,11 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Names of the motions that workers were asked for, in their order."""
     asked: list[str] = []
 
-    def stream(_pool: object, pending: Sequence[tuple[int, Task, str]]) -> Iterator[tuple]:
-        asked.extend(task.motion.motion.motion_id for _, task, _ in pending)
-        yield from ((number, [row_of(task)]) for number, task, _ in reversed(pending))
+    def stream(_work: object, tasks: dict[str, Task], _count: int) -> Iterator[tuple]:
+        asked.extend(task.motion.motion.motion_id for task in tasks.values())
+        yield from ((key, [row_of(task)]) for key, task in reversed(tasks.items()))
 
-    monkeypatch.setattr("skewbridge.study.batch._Pool.stream", stream)
+    monkeypatch.setattr(batch, "in_workers", stream)
     return asked
 
 
@@ -238,8 +239,8 @@ def test_every_journal_of_the_folder_counts(tmp_path: Path) -> None:
         with open_journal(setup.folder.journal(name)) as journal:
             journal.append(row_of(task))
     keys = {slug: [run_key(task) for task in setup.tasks(slug)] for slug in SLUGS[:2]}
-    state = study_state(keys, read_content(setup.folder.journals))
-    assert [state.counts[name] for name in ("analyses", "done", "left")] == [6, 3, 3]
+    state = study_progress(keys, read_content(setup.folder.journals))
+    assert [state.summary[name] for name in ("analyses", "done", "left")] == [6, 3, 3]
     assert state.variants_left == 1
 
 
@@ -302,26 +303,20 @@ def no_analyses(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
         raise AssertionError("an analysis runs though the journal has it")
 
-    monkeypatch.setattr("skewbridge.study.batch._Pool.stream", refuse)
+    monkeypatch.setattr(batch, "in_workers", refuse)
 
 
 @pytest.mark.usefixtures("no_analyses")
-def test_names_and_measures_of_a_row_come_from_the_task(setup: StudySetup, tmp_path: Path) -> None:
+def test_names_and_measures_of_a_row_come_from_the_task(setup: StudySetup) -> None:
     """The journal has the result of an analysis; the task states which analysis it is."""
     task = setup.tasks(SLUG)[0]
     twin = replace(
         task, motion=replace(task.motion, motion=replace(task.motion.motion, motion_id="twin"))
     )
     old = row_of(task) | {"im_pga_rotd50_g": 99.0, "motion_id": "an older name"}
-    with open_journal(tmp_path / "v.jsonl") as journal:
-        rows = run_tasks(
-            [task, twin],
-            journal,
-            {run_key(task): old},
-            workers=Workers(count=1),
-            log_folder=tmp_path,
-            on_finished=print,
-        )
+    with open_journal(setup.folder.journal("another")) as journal:
+        journal.append(old)
+    rows = run_in_journal(setup, "v", [task, twin], Workers(count=1))
     assert text(rows[0]) == text(row_of(task))
     assert [row["motion_id"] for row in rows] == ["pulse", "twin"]
 
@@ -381,8 +376,9 @@ def test_journal_lines_of_another_version_are_reported_and_not_used(setup, caplo
     path.write_text(json.dumps(row_of(task)) + "\n")
     assert read_content([path]).rows == {}
     monkeypatch.setattr(
-        "skewbridge.study.batch._Pool.stream",
-        lambda _, pending: ((number, [row_of(task)]) for number, task, _ in pending),
+        batch,
+        "in_workers",
+        lambda _work, tasks, _count: ((key, [row_of(task)]) for key, task in tasks.items()),
     )
     output = setup.folder.variant_demands(SLUG)
     with caplog.at_level(logging.WARNING, logger="skewbridge"):

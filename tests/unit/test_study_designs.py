@@ -1,154 +1,34 @@
-"""Designs of a study: trial runs, analyses of the next round, searches of an IDA."""
+"""Designs of a study: analyses of the next round, searches of an IDA."""
 
 import json
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-from typer.testing import CliRunner
 
-from motions_files import make_pairs
-from skewbridge.cli import build_app
-from skewbridge.demands.columns import DEMAND_COLUMNS
-from skewbridge.errors import InputError
 from skewbridge.fragility.effects import effect_table
 from skewbridge.fragility.sequential import rounds_table
 from skewbridge.motions.intensity import IM_COLUMNS
-from skewbridge.motions.levels import LEVEL_MEASURE
+from skewbridge.motions.levels import LEVEL_MEASURE, MotionsConfig
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.report.effect_figures import widths_by_analyses
-from skewbridge.study import analyses, batch
-from skewbridge.study.batch import Search, row_of_task, search_capacity
+from skewbridge.study import batch
+from skewbridge.study.batch import row_of_task, search_capacity, search_limits
 from skewbridge.study.config import DesignConfig, parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import open_journal
 from skewbridge.study.progress import other_work_s
-from skewbridge.study.rounds import limit_of_round, round_line, setup_of_round, tables_of_round
-from skewbridge.study.selection import first_motions, next_motions, targets
-from skewbridge.study.task import Task, no_result, run_key
-from skewbridge.study.trial_runs import Strengths, corner_variants, propose, run_trials
-from skewbridge.variant.variant import parse_slug
-from study_parts import study_of, task_of, wave
-
-IM = "im_saavg_rotd50_g"
-STRENGTHS = Strengths(level_g=np.full(16, 0.4), measures={"osb1": [{IM: 0.4}] * 16})
-
-
-def curves(thetas_g: Sequence[float], **columns: object) -> pd.DataFrame:
-    """Lines of demands in whose cloud these are the medians, with a dispersion of 0.3."""
-    return pd.DataFrame(
-        {
-            "variant": "v", "bridge": "osb1", "component": "c", "method": "cloud", "im": IM,
-            "limit_state": [f"s{n}" for n in range(len(thetas_g))], "threshold": 1.0,
-            "ln_a": -np.log(thetas_g), "b": 1.0, "sigma": 0.3, "warnings": "", "n_exceed": 0,
-            "n_unknown": 0,
-        }
-        | columns
-    )  # fmt: skip
-
-
-def test_no_two_axes_change_together_from_corner_to_corner() -> None:
-    grid = {"skew_deg": [0, 30, 60], "gap_mm": [25, 38, 51], "friction": [0.0, 0.2, 0.5]}
-    corners = [parse_slug(slug) for slug in corner_variants(parse_config({"grid": grid}).grid)]
-    assert len(corners) == 8
-    own = [each for each in corners if each.bridge == "osb1"]
-    axes = [[each.skew_deg == 60, each.gap_mm == 51, each.friction_pct == 50] for each in own]
-    signs = 2 * np.array(axes, dtype=int) - 1
-    np.testing.assert_array_equal(signs.T @ signs, 4 * np.eye(3))
-    roller = {"bridge": ["osb1"], "abutment": ["roller"]}  # a corner is there once
-    assert len(corner_variants(parse_config({"grid": roller}).grid)) == 2
-
-
-def test_levels_go_up_where_the_medians_are_within_the_limits_of_factors() -> None:
-    found = propose(curves([0.9, 1.2, 1.4, 1.6]), STRENGTHS, (0.1, 1.0))
-    assert found.in_reach == 3  # beyond 1.5 times the strongest level a line is not followed
-    assert found.level_range_g[1] == 1.5
-    assert found.share > found.configured_share + 0.3
-    found = propose(curves([0.3, 0.4, 0.5]), STRENGTHS, (0.1, 1.5))  # levels as good stay
-    assert found.level_range_g == found.configured_g == (0.1, 1.5)
-    assert found.share == found.configured_share > 0.99
-    # at 0.3 g of their own the motions reach 1.2 g
-    weak = Strengths(level_g=np.full(16, 0.3), measures={"osb1": [{IM: 0.3}] * 16})
-    assert propose(curves([1.1, 1.2, 1.3]), weak, (0.1, 1.0)).level_range_g[1] <= 1.25
-
-
-@pytest.mark.parametrize(
-    "columns", [{"warnings": ["", "saturating"]}, {"n_unknown": [0, 1]}, {"b": [1.0, -1.0]}]
+from skewbridge.study.rounds import (
+    first_motions,
+    limit_of_round,
+    next_motions,
+    round_line,
+    tables_of_round,
+    targets,
 )
-def test_unreachable_states_move_no_level(columns: dict[str, object]) -> None:
-    found = propose(curves([0.4, 1.4], **columns), STRENGTHS, (0.1, 1.0))
-    assert (found.in_reach, found.n_states) == (1, 2)
-    assert found.level_range_g == (0.1, 1.0)
-
-
-def test_the_forecast_is_the_probability_of_two_on_both_sides() -> None:
-    """Two coins that are thrown 16 times: 1 - 2 (1 + 16)/2^16."""
-    found = propose(curves([0.4], sigma=1.0e6), STRENGTHS, (0.1, 1.0))
-    assert found.share == pytest.approx(1.0 - 2.0 * 17.0 / 2.0**16, abs=1e-5)
-
-
-@pytest.fixture
-def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Keys of what was analysed; demands grow with the intensity, by motion more or less."""
-    keys: list[str] = []
-
-    def fake(tasks: Sequence[Task], journal: Any, done: Any, **_: object) -> list[dict[str, Any]]:
-        rows: list[dict[str, Any]] = []
-        for number, task in enumerate(tasks):
-            key = run_key(task)
-            level = task.motion.measures[IM] * (1.0 + 0.2 * (number % 3))
-            demands = {column.name: 0.05 * level for column in DEMAND_COLUMNS}
-            outcome = no_result("ok", "") | demands | {"wall_s": 1.0, "cpu_s": 1.0}
-            rows.append(done[key] if key in done else row_of_task(outcome, task, key))
-            if key not in done:
-                keys.append(key)
-                journal.append(rows[-1])
-        return rows
-
-    monkeypatch.setattr(analyses, "run_tasks", fake)
-    return keys
-
-
-@pytest.fixture
-def config(tmp_path: Path) -> Path:
-    folder = tmp_path / "motions"
-    folder.mkdir()
-    make_pairs(folder, 8)
-    path = tmp_path / "study.yaml"
-    path.write_text(
-        f"results: {tmp_path / 'results'}\n"
-        "grid: {bridge: [osb1], gap_mm: [51]}\n"
-        f"motions: {{folder: {folder}, count: 8}}\n"
-    )
-    return path
-
-
-def test_the_command_prints_lines_to_paste_and_repeats_no_analysis(config, ran):
-    arguments = ["plan", "--config", str(config), "--pilot", "4"]
-    first = CliRunner().invoke(build_app(), arguments)
-    assert first.exit_code == 0, first.output
-    assert "motions:\n  level_range_g: [" in first.stderr
-    assert len(ran) == len(set(ran)) == 16
-    again = CliRunner().invoke(build_app(), [*arguments, "--json"])
-    assert again.exit_code == 0, again.output
-    assert len(ran) == 16
-    study = config.parent / "results"
-    assert (study / "journal/trial_runs.jsonl").exists()
-    assert not (study / "motions").exists(), "the suite of the study is not that of its pilot"
-
-
-def test_a_pilot_asks_for_levels_and_motions(config: Path, ran: list[str]) -> None:
-    raw = {"results": str(config.parent / "results"), "motions": {"design": "stripes"}}
-    with pytest.raises(InputError, match="not of stripes"):
-        run_trials(parse_config(raw), 8)
-    result = CliRunner().invoke(build_app(), ["plan", "--config", str(config), "--pilot", "9"])
-    assert result.exit_code == 2
-    assert "got 9" in result.stderr
-    assert ran == []
-
+from skewbridge.study.task import Task, run_key
+from study_parts import study_of, task_of, wave
 
 # --- rounds: selection, plan and demands
 
@@ -269,9 +149,7 @@ def test_a_plan_has_a_line_its_demands_and_the_motions_of_a_variant(tmp_path) ->
     path.write_text(json.dumps(plan(None)))
     assert tables_of_round(folder, path) == [folder.round_demands(3, "a")]
     setup = study_of(tmp_path, *(wave(f"m{n}", duration_s=1.0, number=n) for n in range(1, 6)))
-    path.write_text(json.dumps(plan(None, motions={"a": [1, 3]})))
-    chosen = setup_of_round(setup, path, "a").suite
-    assert [each.motion.motion_id for each in chosen] == ["m2", "m3"]
+    assert [each.motion.motion_id for each in setup.of_motions(1, 3).suite] == ["m2", "m3"]
 
 
 @pytest.mark.parametrize(
@@ -318,7 +196,7 @@ def test_cells_of_all_rounds_are_one_table_and_one_figure() -> None:
 # --- searches of capacities
 
 
-SEARCH = Search(demand="column_drift_ratio", threshold=0.025, low_g=0.1, high_g=2.0)
+IDA = MotionsConfig(level_range_g=(0.1, 2.0))  # of the column drift ratio, to 0.025
 LOGS = Path("unused")
 JOURNAL = Path("searches.jsonl")
 AT_1_G = 0.4  # Sa_avg of the motion at factor 1
@@ -343,7 +221,7 @@ class Engine:
     def analysed_row(self, task: Task, key: str, _log_folder: Path) -> dict:
         factor = task.motion.scale
         self.factors.append(factor)
-        drift = SEARCH.threshold * factor / self.capacity
+        drift = IDA.ida_threshold * factor / self.capacity
         status = "collapse" if factor > self.collapse else "ok"
         row = {
             "column_drift_ratio": drift,
@@ -362,24 +240,28 @@ def engine(monkeypatch, tmp_path) -> Engine:
     return made
 
 
+def first_factor(task: Task) -> float:
+    return float(np.sqrt(np.prod(search_limits(IDA, task.motion))))
+
+
 def searched(known=None, scale: float = 2.0) -> list[dict]:
     task = first_task(scale)
-    first_key = run_key(first_task(SEARCH.first_factor(task.motion)))
-    return search_capacity(SEARCH, known or {}, JOURNAL, task, first_key, LOGS)
+    first_key = run_key(first_task(first_factor(task)))
+    return search_capacity(IDA, known or {}, JOURNAL, task, first_key, LOGS)
 
 
 @pytest.mark.parametrize("scale", [0.5, 2.0])
 def test_the_capacity_is_bracketed_within_a_percent_whatever_factor_it_starts_from(engine, scale):
     rows = searched(scale=scale)
     levels_g = np.array([row[LEVEL_MEASURE] for row in rows])
-    below = levels_g[[row["column_drift_ratio"] < SEARCH.threshold for row in rows]].max()
-    above = levels_g[[row["column_drift_ratio"] >= SEARCH.threshold for row in rows]].min()
+    exceeds = np.array([row["column_drift_ratio"] >= IDA.ida_threshold for row in rows])
+    below, above = levels_g[~exceeds].max(), levels_g[exceeds].min()
     assert below < CAPACITY_G <= above <= 1.01 * below
     np.testing.assert_allclose(levels_g, AT_1_G * np.array(engine.factors))
-    assert levels_g.min() >= SEARCH.low_g
-    assert levels_g.max() <= SEARCH.high_g
-    assert levels_g[0] == pytest.approx(np.sqrt(SEARCH.low_g * SEARCH.high_g))
-    assert SEARCH.first_factor(first_task(scale).motion) == pytest.approx(engine.factors[0])
+    low_g, high_g = IDA.level_range_g
+    assert low_g <= levels_g.min() <= levels_g.max() <= high_g
+    assert levels_g[0] == pytest.approx(np.sqrt(low_g * high_g))
+    assert first_factor(first_task(scale)) == pytest.approx(engine.factors[0])
     assert len(rows) <= 11
 
 
@@ -404,11 +286,11 @@ def test_a_collapse_counts_as_exceedance_below_the_threshold(engine):
     assert max(stood) <= 0.3 <= min(ended) <= 1.01 * max(stood)
 
 
-@pytest.mark.parametrize(("capacity_g", "side"), [(0.01, "low_g"), (50.0, "high_g")])
+@pytest.mark.parametrize(("capacity_g", "side"), [(0.01, 0), (50.0, 1)])
 def test_a_capacity_outside_the_range_ends_the_search_at_the_limit(engine, capacity_g, side):
     engine.capacity = capacity_g / AT_1_G
     levels_g = [row[LEVEL_MEASURE] for row in searched()]
-    assert levels_g[-1] == pytest.approx(getattr(SEARCH, side))
+    assert levels_g[-1] == pytest.approx(IDA.level_range_g[side])
 
 
 @pytest.mark.parametrize(
@@ -422,5 +304,9 @@ def test_a_capacity_outside_the_range_ends_the_search_at_the_limit(engine, capac
         ({"status": "crash", "column_drift_ratio": float("nan")}, True),
     ],
 )
-def test_the_search_goes_down_after_an_analysis_without_a_usable_result(row, exceeds):
-    assert SEARCH.exceeds(row) is exceeds
+def test_the_search_goes_down_after_an_analysis_without_a_usable_result(
+    row, exceeds, engine, monkeypatch
+):
+    monkeypatch.setattr(batch, "analysed_row", lambda task, key, _: row_of_task(row, task, key))
+    first, second, *_ = (each["scale"] for each in searched())
+    assert (second < first) is exceeds

@@ -41,7 +41,6 @@ from skewbridge.motions.synthesis.generate import (
 from skewbridge.report.answer import answer_table, suites_summary
 from skewbridge.study.analyses import StudySetup
 from skewbridge.study.config import CONDITIONING_BRIDGE, parse_config
-from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.task import run_key
 from skewbridge.units import G_MPS2
@@ -362,9 +361,8 @@ def keys_of(folder: Path, count: int, results: Path) -> list[list[str]]:
             "motions": {"folder": str(folder), "count": count},
         }
     )
-    place = StudyFolder(results)
     prepare_motions(study)
-    setup = StudySetup.of(study, place)
+    setup = StudySetup.of(study)
     return [
         [run_key(task) for task in setup.tasks(variant.slug)] for variant in expand_grid(study.grid)
     ]

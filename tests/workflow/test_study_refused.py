@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from skewbridge.study.products import RECIPES
+from skewbridge.study.jobs import RECIPES
 from small_study import ROOT, SNAKEMAKE, copy_sources, done, run
 
 

@@ -11,8 +11,8 @@ from skewbridge.files.text import read_mapping
 from skewbridge.study.config import chosen_variants, parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import check_inputs
+from skewbridge.study.jobs import made_from
 from skewbridge.study.processes import hold_tree
-from skewbridge.study.products import made_from
 from skewbridge.variant.grid import expand_grid
 
 RESUME = "What is finished is kept: give the same command again to resume."

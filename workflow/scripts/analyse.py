@@ -1,6 +1,6 @@
 """Analyse one variant under all motions; each finished analysis goes to the journal at once."""
 
-from skewbridge.study.session import script_session
+from skewbridge.study.jobs import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:

@@ -1,15 +1,16 @@
 """Analyse one variant under the motions of one round; the journal has each finished analysis."""
 
-from skewbridge.study.session import script_session
+from skewbridge.study.jobs import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:
+        from skewbridge.files.text import read_json
         from skewbridge.study.analyses import StudySetup, analyse_variant
-        from skewbridge.study.rounds import setup_of_round
 
         variant = snakemake.wildcards.variant
+        first, end = read_json(job.inputs["plan"])["motions"][variant]
         analyse_variant(
-            setup_of_round(StudySetup.of(job.study), job.inputs["plan"], variant),
+            StudySetup.of(job.study).of_motions(first, end),
             variant,
             workers=job.workers,
             limits=job.study.suspect,

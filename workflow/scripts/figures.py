@@ -1,6 +1,6 @@
 """Draw the figures of the report."""
 
-from skewbridge.study.session import script_session
+from skewbridge.study.jobs import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:

@@ -1,11 +1,11 @@
 """Repeat one analysis without and with friction, with its histories."""
 
-from skewbridge.study.session import script_session
+from skewbridge.study.jobs import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:
         from skewbridge.study.analyses import StudySetup
-        from skewbridge.study.friction_pair import write_friction_pair
+        from skewbridge.study.repeats import write_friction_pair
 
         write_friction_pair(
             StudySetup.of(job.study), job.inputs["demands"], job.outputs["histories"]

@@ -1,6 +1,6 @@
 """Compare other choices of the modeller with the configured model on a few motions."""
 
-from skewbridge.study.session import script_session
+from skewbridge.study.jobs import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from skewbridge.study.session import script_session
+from skewbridge.study.jobs import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:
-        from skewbridge.study.selection import plan_round
+        from skewbridge.study.rounds import plan_round
 
         plan_round(
             job.study,

@@ -1,6 +1,6 @@
 """Read the motions, choose their factors and measure their intensity."""
 
-from skewbridge.study.session import script_session
+from skewbridge.study.jobs import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:

@@ -1,6 +1,6 @@
 """Join tables and figures in one self-contained page."""
 
-from skewbridge.study.session import script_session
+from skewbridge.study.jobs import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:

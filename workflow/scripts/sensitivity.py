@@ -1,11 +1,11 @@
 """Repeat a few analyses at the reference accuracy and with other penalties."""
 
-from skewbridge.study.session import script_session
+from skewbridge.study.jobs import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:
         from skewbridge.study.analyses import StudySetup
-        from skewbridge.study.sensitivity import write_sensitivity
+        from skewbridge.study.repeats import write_sensitivity
         from skewbridge.variant.grid import expand_grid
 
         variants = expand_grid(job.study.grid)
@@ -13,8 +13,8 @@ if __name__ == "__main__":
         write_sensitivity(
             StudySetup.of(job.study),
             [each.slug for each in variants if each.friction_pct == most_friction],
-            count=job.study.sensitivity.rows,
-            window_s=job.study.sensitivity.window_s,
+            count=job.study.repeats.rows,
+            window_s=job.study.repeats.window_s,
             workers=job.workers,
             output=job.outputs["table"],
         )

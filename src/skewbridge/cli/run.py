@@ -97,11 +97,11 @@ def _task_of_row(key: str, study: Path | None) -> "Task":
     """
     from skewbridge.files.tables import read_table
     from skewbridge.study.analyses import StudySetup
-    from skewbridge.study.journal import read_journals
+    from skewbridge.study.journal import read_content
     from skewbridge.study.task import run_key
 
     config, folder = study_of(study)
-    row = read_journals(folder).get(key)
+    row = read_content(folder.journals).rows.get(key)
     if row is None and folder.demands.is_file():
         rows: list[dict[str, Any]] = read_table(folder.demands).to_pylist()
         row = next((row for row in rows if row["run_key"] == key), None)

@@ -94,12 +94,10 @@ def demo(out: Path) -> Answer:
 @command(
     commands,
     PLANNED_STUDY,
-    Opt("pilot", int | None,
-        "Run this many motions on corner variants and propose a range of levels.", None, "MOTIONS"),
     Opt("profile", str | None, "Profile of a cluster: adds the jobs and hours there.", None,
         "slurm|FOLDER"),
 )  # fmt: skip
-def plan(study: Path | None, pilot: int | None, profile: str | None) -> Answer:
+def plan(study: Path | None, profile: str | None) -> Answer:
     """Show the variants, analyses, cost and progress of a study.
 
     For a finished study, also show how many motions decide each headline answer.
@@ -115,8 +113,6 @@ def plan(study: Path | None, pilot: int | None, profile: str | None) -> Answer:
     for name in config.bridges_with_periods():
         for warning in periods_of_file(name, standing_bridge(name)):
             warn(warning)
-    if pilot is not None:
-        return _proposed_levels(config, pilot)
     summary, variants = _forecast(config, profile)
     table = folder.fragility("needed_motions")
     needed = records_of(read_frame(table)) if table.is_file() else []
@@ -237,32 +233,27 @@ def provenance(file: Path, study: Path | None) -> Answer:
 
     Example: skewbridge provenance results/smoke/demands.parquet --study results/smoke
     """
-    from skewbridge.study.products import origin_of
+    from skewbridge.study.jobs import origin_of
 
     config = config_of(study)
     origin = origin_of(file, config, DEFAULT_CONFIG)
-    now = origin.now
+    now = origin["now"]
     rows = [
         {"provenance": name, "of the file": value,
          "now": "same" if now.get(name) == value else now.get(name, "")}
-        for name, value in sorted(origin.recorded.items())
+        for name, value in sorted(origin["provenance"].items())
     ]  # fmt: skip
-    if not origin.is_current:
+    if not origin["current"]:
         notes = ["not current: the present sources or configuration give another result"]
-        if "config_digest" in origin.differences:
+        if "config_digest" in origin["differences"]:
             notes.append(f"compared with {config}; for another study add --study RESULTS_FOLDER")
-    elif origin.differences:
-        unused = ", ".join(origin.differences)
+    elif origin["differences"]:
+        unused = ", ".join(origin["differences"])
         notes = [f"current: the file does not depend on what differs ({unused})"]
     else:
         notes = ["current: the present sources and configuration give this result"]
-    answer = {"current": origin.is_current, "provenance": origin.recorded, "now": now}
-    return Answer(
-        answer | {"differences": origin.differences},
-        [Printed(rows)],
-        notes=notes,
-        exit_code=0 if origin.is_current else EXIT_FAILED,
-    )
+    exit_code = 0 if origin["current"] else EXIT_FAILED
+    return Answer(origin, [Printed(rows)], notes=notes, exit_code=exit_code)
 
 
 @command(
@@ -394,13 +385,12 @@ def _forecast(
     config: "StudyConfig", profile: str | None = None
 ) -> tuple[dict[str, Any], dict[str, int]]:
     """Return the forecast of a study and the number of analyses of each variant."""
-    from skewbridge.study.progress import JobSize, forecast_study
+    from skewbridge.study.progress import forecast_study, job_size
 
-    size = None if profile is None else JobSize.of_profile(profile)
-    forecast = forecast_study(config, size)
+    forecast = forecast_study(config, job_size(profile) if profile else None)
     for note in forecast.notes:
         messages.print(note)
-    return forecast.summary, forecast.analyses_by_variant
+    return forecast.summary, forecast.variants
 
 
 def _study_table(summary: dict[str, Any], title: str | None = None) -> Printed:
@@ -410,28 +400,6 @@ def _study_table(summary: dict[str, Any], title: str | None = None) -> Printed:
     rows |= {f"status {name}": count for name, count in ledger["status"].items()}
     rows |= {f"recovery step {step}": count for step, count in ledger["recovery_step"].items()}
     return Printed.of(["study", "value"], rows.items(), title=title)
-
-
-def _proposed_levels(config: "StudyConfig", motions: int) -> Answer:
-    """Run a few motions of a study; return the range of levels that they suggest."""
-    from skewbridge.study.trial_runs import run_trials
-
-    proposal, rows = run_trials(config, motions)
-    variants = len({row["variant"] for row in rows})
-    title = f"{len(rows)} analyses of {variants} variants; share = with outcomes on both sides"
-    notes = [
-        f"levels {low_g:g} to {high_g:g} g: at least two motions on both sides of {share:.1%} "
-        f"of the {proposal.in_reach} states in reach (of {proposal.n_states})"
-        for (low_g, high_g), share in (
-            (proposal.configured_g, proposal.configured_share),
-            (proposal.level_range_g, proposal.share),
-        )
-    ]
-    same = proposal.level_range_g == proposal.configured_g
-    words = "the configuration can stay:" if same else "to paste into the configuration:"
-    notes.append(f"{words}\n{proposal.config_lines}")
-    answer = asdict(proposal) | {"analyses": len(rows), "variants": variants}
-    return Answer(answer, [Printed(proposal.states, title)], notes=notes)
 
 
 def _pair_names(row: dict[str, Any]) -> dict[str, str]:

@@ -25,7 +25,7 @@ logger = logging.getLogger(__name__)
 
 #: Intensity measure of ``level_range_g`` and ``stripes_g``.
 LEVEL_MEASURE: Final = "im_saavg_rotd50_g"
-#: source: trial runs of the default study (`skewbridge plan --pilot 8`), see config/config.yaml
+#: source: trial runs of the default study, see config/config.yaml
 LEVEL_RANGE_G: Final = (0.07, 2.25)
 BLOCK: Final = 8
 # ASSUME a motion stays credible when scaled by 0.25 to 4; larger factors distort spectral shape

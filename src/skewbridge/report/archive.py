@@ -26,7 +26,7 @@ from skewbridge.files.text import read_bytes, writable_file, written_aside
 from skewbridge.report.methods import methods_of
 from skewbridge.study.config import StudyConfig, load_config
 from skewbridge.study.folder import StudyFolder, starter_files
-from skewbridge.study.products import origin_of
+from skewbridge.study.jobs import origin_of
 from skewbridge.study.results import load_results
 
 #: Patterns of the archived files in the folder of a study, with their descriptions.
@@ -162,8 +162,8 @@ def _doubts(folder: StudyFolder, config: Path, base: Path) -> tuple[str, ...]:
         origin = origin_of(folder.demands, config, base)
     except (InputError, SolutionError) as error:
         return (*doubts, f"not compared with the present sources and configuration: {error}")
-    if not origin.is_current:
-        differing = ", ".join(origin.differences)
+    if not origin["current"]:
+        differing = ", ".join(origin["differences"])
         doubts.append(f"the present sources or configuration give other demands ({differing})")
     return tuple(doubts)
 

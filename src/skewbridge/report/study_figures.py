@@ -65,10 +65,11 @@ from skewbridge.report.run_figures import (
 from skewbridge.report.verdict_style import change_text, demand_name, interval_text, margin_text
 from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.friction_pair import FrictionPair, read_friction_pair
+from skewbridge.study.repeats import read_friction_pair
 from skewbridge.units import INCH, MM
 from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES
+from skewbridge.variant.variant import Variant
 
 #: What figures show; the gallery of the page has them in this order.
 CURVES, CLOUDS, EFFECTS, CHOICES, HISTORIES, MOTIONS = SECTIONS = (
@@ -120,7 +121,7 @@ class FigureTables:
     effects: pd.DataFrame  # effects on demands
     intensity_effects: pd.DataFrame
     suite: Sequence[SuiteMotion]
-    pair: FrictionPair | None  # histories of one bridge without and with friction
+    pair: tuple[Variant, str, dict[str, pd.DataFrame]] | None  # see `read_friction_pair`
     choices: pd.DataFrame | None = None  # None before `make choices`
     rounds: pd.DataFrame | None = None  # headline effects after each round
 
@@ -322,12 +323,10 @@ def _round_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     if tables.pair is None:
         return
-    variant, runs = tables.pair.variants[0], tables.pair.by_friction
+    variant, motion_id, runs = tables.pair
     skew, gap = (value_text(axis, variant.values()[axis.name]) for axis in AXES[:2])
-    pair = (
-        f"without and with friction: {variant.bridge_name}, skew {skew}, gap {gap}, motion "
-        f"{tables.pair.motion_id}"
-    )
+    place = f"{variant.bridge_name}, skew {skew}, gap {gap}, motion {motion_id}"
+    pair = f"without and with friction: {place}"
     yield (
         Caption(
             name="hysteresis",

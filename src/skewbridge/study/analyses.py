@@ -5,9 +5,11 @@ The journal of a job is its cache: an analysis that a journal of the study has i
 
 import logging
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
+from math import sqrt
 from pathlib import Path
 from typing import Any, Final, Self
 
@@ -17,13 +19,21 @@ from skewbridge.demands.validity import SuspectLimits
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_table
 from skewbridge.motions.intensity import IM_COLUMNS, scaled_measures
+from skewbridge.motions.levels import MotionsConfig
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.statuses import FAILED
-from skewbridge.study.batch import Search, Workers, at_factor, run_tasks, search_capacity
+from skewbridge.study.batch import (
+    Workers,
+    at_factor,
+    row_of_task,
+    run_tasks,
+    search_capacity,
+    search_limits,
+)
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.journal import Row, open_journal, read_content, read_journals
+from skewbridge.study.journal import Row, open_journal, read_content
 from skewbridge.study.processes import PROGRESS_LOG
 from skewbridge.study.task import Task, run_key
 from skewbridge.variant.options import ModelOptions
@@ -50,7 +60,7 @@ class StudySetup:
         suite: The ground motions with their factors.
         measures: Intensity measures at factor 1, by bridge (as the grid names it) and motion.
         draws: Random properties by motion; empty where they are not drawn.
-        search: Target of an IDA; None where the factors are given.
+        search: Demand, limit and levels of an IDA; None where the factors are given.
     """
 
     folder: StudyFolder
@@ -60,21 +70,12 @@ class StudySetup:
     settings: AnalysisSettings
     options: ModelOptions
     draws: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    search: Search | None = None
+    search: MotionsConfig | None = None
 
     @classmethod
-    def of(cls, study: StudyConfig, folder: StudyFolder | None = None) -> Self:
+    def of(cls, study: StudyConfig) -> Self:
         """Return the setup of a study; `InputError` unless this version prepared its motions."""
-        folder = folder or StudyFolder(Path(study.results))
-        motions = study.motions
-        low_g, high_g = motions.level_range_g
-        search = Search(
-            demand=motions.ida_demand, threshold=motions.ida_threshold, low_g=low_g, high_g=high_g
-        )
-        measures = {
-            (row["bridge"], row["motion_id"]): {name: row[name] for name in IM_COLUMNS}
-            for row in read_table(folder.intensities).to_pylist()
-        }
+        folder, motions = StudyFolder(Path(study.results)), study.motions
         suite = tuple(read_suite(folder.suite))
         draws: dict[str, dict[str, float]] = {}
         for place, name in enumerate(dict.fromkeys(motion.suite for motion in suite)):
@@ -85,18 +86,26 @@ class StudySetup:
         return cls(
             folder=folder,
             suite=suite,
-            measures=measures,
+            measures={
+                (row["bridge"], row["motion_id"]): {name: row[name] for name in IM_COLUMNS}
+                for row in read_table(folder.intensities).to_pylist()
+            },
             incidence_deg=motions.incidence_deg,
             settings=study.analysis,
             options=study.model,
             draws=draws,
-            search=search if motions.design == "ida" else None,
+            search=motions if motions.design == "ida" else None,
         )
 
     @property
     def motion_ids(self) -> list[str]:
         """Motions of the suite in its order; a motion with several levels is named once."""
         return list(dict.fromkeys(each.motion.motion_id for each in self.suite))
+
+    def of_motions(self, first: int, end: int) -> Self:
+        """Return the setup with the motions from one number up to another, counted from 0."""
+        names = self.motion_ids[first:end]
+        return replace(self, suite=tuple(m for m in self.suite if m.motion.motion_id in names))
 
     def tasks(self, slug: str) -> list[Task]:
         """Return the analyses of one variant; `InputError` without motions for its bridge.
@@ -138,11 +147,11 @@ class StudySetup:
         return None
 
     def _for_bridge(self, bridge: str, motion: SuiteMotion) -> SuiteMotion:
-        at_1 = self.measures[bridge, motion.motion.motion_id]
-        scale = motion.scale
+        at_1, scale = self.measures[bridge, motion.motion.motion_id], motion.scale
         if self.search is not None:
-            scale = self.search.first_factor(replace(motion, scale=1.0, measures=dict(at_1)))
-        return replace(motion, scale=scale, measures=scaled_measures(dict(at_1), scale))
+            low, high = search_limits(self.search, replace(motion, scale=1.0, measures=at_1))
+            scale = sqrt(low * high)
+        return replace(motion, scale=scale, measures=scaled_measures(at_1, scale))
 
 
 def sampled(tasks: Sequence[Task], count: int) -> list[Task]:
@@ -165,89 +174,83 @@ def analyse_variant(
     Raises:
         InputError: Another process analyses this variant, or its files cannot be written.
     """
-    folder, search = setup.folder, setup.search
-    tasks = sorted(setup.tasks(slug), key=lambda task: -task.analysed_s)
-    keys = [run_key(task) for task in tasks]
-    searches = folder.journal(f"{slug}_searches")
-    with open_journal(folder.journal(slug), PREDECESSOR_S) as journal:
-        content = read_content([journal.path, searches])
-        for sentence in content.sentences:
-            logger.warning("%s: %s", slug, sentence)
-        done = content.rows
-        with JobProgress(slug, keys, sum(key in done for key in keys)) as progress:
-            rows = run_tasks(
-                tasks,
-                journal,
-                done,
-                workers=workers,
-                log_folder=folder.solver_logs,
-                on_finished=progress.advance,
-                search=None if search is None else partial(search_capacity, search, done, searches),
-            )
+    rows = run_in_journal(setup, slug, setup.tasks(slug), workers, of_variant=True)
     write_variant(rows, output, limits)
 
 
 def run_in_journal(
-    setup: StudySetup, name: str, tasks: Sequence[Task], workers: Workers
+    setup: StudySetup, name: str, tasks: Sequence[Task], workers: Workers, of_variant: bool = False
 ) -> list[Row]:
-    """Run the tasks that no journal of the study has; return the rows of all in order.
+    """Run the analyses that no journal of the study has, longest first; return all rows in order.
 
     The name is that of the journal for new rows and of the folder for messages of the solver.
-    Equal tasks are analysed once.
+    Equal tasks are analysed once. Of a variant, only its own journals are read, and in an IDA each
+    task begins a search.
 
     Raises:
         InputError: The journal is being written by another process, or cannot be written.
     """
-    once = {run_key(task): task for task in tasks}
-    done = read_journals(setup.folder)
-    logger.info("%d analyses, %d of them done", len(once), len(once.keys() & done.keys()))
-    with open_journal(setup.folder.journal(name)) as journal:
-        rows = run_tasks(
-            list(once.values()),
-            journal,
-            done,
-            workers=workers,
-            log_folder=setup.folder.solver_logs / name,
-            on_finished=log_failure,
-        )
-    by_key = dict(zip(once, rows, strict=True))
-    return [by_key[run_key(task)] for task in tasks]
+    folder, ida = setup.folder, setup.search if of_variant else None
+    own, searches = folder.journal(name), folder.journal(f"{name}_searches")
+    by_key = {run_key(task): task for task in sorted(tasks, key=lambda task: -task.analysed_s)}
+    with open_journal(own, PREDECESSOR_S) as journal:
+        content = read_content([own, searches] if of_variant else folder.journals)
+        for sentence in content.sentences:
+            logger.warning("%s: %s", name, sentence)
+        done = content.rows
+        with job_progress(name, len(by_key), len(by_key.keys() & done.keys())) as advance:
+
+            def on_finished(row: Row) -> None:
+                log_failure(row)
+                advance(row["run_key"] in by_key)  # not for analyses that a search adds
+
+            rows = run_tasks(
+                by_key,
+                journal,
+                done,
+                workers=workers,
+                log_folder=folder.solver_logs / name,
+                on_finished=on_finished,
+                search=ida and partial(search_capacity, ida, done, searches),
+            )
+    # names and measures of the task, for rows of the journals and of equal tasks
+    return [
+        row_of_task(row, at_factor(task, row["scale"]) if ida else task, row["run_key"])
+        for task in tasks
+        for row in rows[run_key(task)]
+    ]
 
 
-class JobProgress:
-    """Logs a line a minute on one job, and one at its end, without analyses that a search adds."""
+@contextmanager
+def job_progress(name: str, count: int, before: int) -> Generator[Callable[[bool], None]]:
+    """Log a line a minute on a job of so many analyses, and one at its end.
 
-    def __init__(self, name: str, keys: Sequence[str], done: int) -> None:
-        self._name, self._keys = name, frozenset(keys)
-        self._before = self._done = done
-        self._began_s = self._logged_s = time.monotonic()
+    Yields a function that counts a finished analysis if it is true.
+    """
+    done = before
+    began_s = logged_s = time.monotonic()
 
-    def __enter__(self) -> Self:
-        return self
+    def log() -> None:
+        nonlocal logged_s
+        logged_s = time.monotonic()
+        new, left = done - before, count - done
+        per_min = new / max(logged_s - began_s, 1e-9) * 60
+        text = f"{name}: {done} of {count} analyses done"
+        text += f" ({before} of them before)" if before else ""
+        text += f", {per_min:.1f} per minute" if new else ""
+        text += f", {left / per_min:.0f} min left" if new and left else ""
+        progress_logger.info("%s", text)
 
-    def __exit__(self, *_: object) -> None:
-        self._log()
+    def advance(counts: bool) -> None:
+        nonlocal done
+        done += counts
+        if time.monotonic() - logged_s > LOG_INTERVAL_S:
+            log()
 
-    def advance(self, row: Mapping[str, Any]) -> None:
-        """Count one finished analysis."""
-        log_failure(row)
-        self._done += row["run_key"] in self._keys
-        if time.monotonic() - self._logged_s > LOG_INTERVAL_S:
-            self._log()
-
-    def _log(self) -> None:
-        self._logged_s = time.monotonic()
-        new, left = self._done - self._before, len(self._keys) - self._done
-        per_min = new / max(self._logged_s - self._began_s, 1e-9) * 60
-        progress_logger.info(
-            "%s: %d of %d analyses done%s%s%s",
-            self._name,
-            self._done,
-            len(self._keys),
-            f" ({self._before} of them before)" if self._before else "",
-            f", {per_min:.1f} per minute" if new else "",
-            f", {left / per_min:.0f} min left" if new and left else "",
-        )
+    try:
+        yield advance
+    finally:
+        log()
 
 
 def log_failure(row: Mapping[str, Any]) -> None:

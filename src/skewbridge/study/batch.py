@@ -8,12 +8,13 @@ import math
 import os
 import signal
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import partial
 from importlib import import_module
-from math import isclose, sqrt
+from math import isclose
 from pathlib import Path
 from typing import Any, Final
 
@@ -26,7 +27,7 @@ from skewbridge.demands.validity import (
     completed,
 )
 from skewbridge.motions.intensity import scaled_measures
-from skewbridge.motions.levels import LEVEL_MEASURE, bracket_capacity
+from skewbridge.motions.levels import LEVEL_MEASURE, MotionsConfig, bracket_capacity
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.study.journal import JournalWriter, Row, open_journal
 from skewbridge.study.processes import (
@@ -42,16 +43,12 @@ logger = logging.getLogger(__name__)
 
 #: Makes the rows of a task with a key; the folder is for messages of the solver.
 type Work = Callable[[Task, str, Path], list[Row]]
-#: A task with its number and its key.
-type Pending = tuple[int, Task, str]
 
 _NO_DEMANDS: Final = {column.name: math.nan for column in DEMAND_COLUMNS}
 #: One thread in each worker: more threads would compete with the other workers.
 _ONE_THREAD: Final = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"
 )
-
-
 #: Time that a worker waits while other workers write to the journal.
 _PATIENCE_S: Final = 60.0
 
@@ -59,19 +56,14 @@ _PATIENCE_S: Final = 60.0
 # ---- Rows of the demands table, made in a worker
 
 
-class Alarm:
-    """Ends this process by SIGALRM when it takes no step for some time.
+def restart_alarm(*_: object) -> None:
+    """Restart the timer that ends a worker by SIGALRM when it takes no step for some time.
 
-    Time during which the machine sleeps does not count.
+    The interval of the timer is its limit; a process without a timer has none. Time during which
+    the machine sleeps does not count.
     """
-
-    limit_s: float = 0.0
-
-    @classmethod
-    def restart(cls, *_: object) -> None:
-        """Restart the timer; call this at every step. Without a limit it does nothing."""
-        if cls.limit_s:
-            signal.setitimer(signal.ITIMER_REAL, cls.limit_s)
+    limit_s = signal.getitimer(signal.ITIMER_REAL)[1]
+    signal.setitimer(signal.ITIMER_REAL, limit_s, limit_s)
 
 
 def analysed_row(task: Task, key: str, log_folder: Path) -> Row:
@@ -82,7 +74,7 @@ def analysed_row(task: Task, key: str, log_folder: Path) -> Row:
     log_folder.mkdir(parents=True, exist_ok=True)
     wall_s, cpu_s = time.perf_counter(), time.process_time()
     log = log_folder / f"{task.motion.motion.motion_id}_{key}.log"
-    outcome = analyse_task(task, log, Alarm.restart)
+    outcome = analyse_task(task, log, restart_alarm)
     if log.is_file() and log.stat().st_size == 0:  # OpenSees wrote no message
         log.unlink()
     if outcome["status"] in ("invalid_input", "crash"):
@@ -107,54 +99,31 @@ def row_of_task(row: Row, task: Task, key: str) -> Row:
 
 
 def _guarded(
-    work: Work | None, task: Task, key: str, log_folder: Path, no_progress_s: float
+    work: Work | None, log_folder: Path, no_progress_s: float, task: Task, key: str
 ) -> list[Row]:
     """Return the rows of a task in a worker process that ends with its parent or when it hangs."""
     hush_exit_message()
     end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
-    Alarm.limit_s = no_progress_s
-    Alarm.restart()
+    signal.setitimer(signal.ITIMER_REAL, no_progress_s, no_progress_s)
     try:
         return work(task, key, log_folder) if work else [analysed_row(task, key, log_folder)]
     finally:
-        Alarm.limit_s = 0.0
         signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
 # ---- Incremental dynamic analysis: a search for the capacity of each motion
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Search:
-    """Target of an IDA (demand and its limit) and the range of Sa_avg tried, in g."""
-
-    demand: str
-    threshold: float
-    low_g: float
-    high_g: float
-
-    def limits(self, motion: SuiteMotion) -> tuple[float, float]:
-        """Return the factors of the lowest and highest level."""
-        at_1_g = motion.measures[LEVEL_MEASURE] / motion.scale
-        return self.low_g / at_1_g, self.high_g / at_1_g
-
-    def first_factor(self, motion: SuiteMotion) -> float:
-        """Return the first factor of the search."""
-        low, high = self.limits(motion)
-        return sqrt(low * high)
-
-    def exceeds(self, row: Row) -> bool:
-        """Return whether an analysis exceeds the limit; a failed or incomplete one does as well.
-
-        The search then continues at lower levels, where the model is valid.
-        """
-        is_complete = completed(row["status"], row.get(BEYOND_MODEL) or "")
-        return bool(not is_complete or row[self.demand] >= self.threshold)
+def search_limits(ida: MotionsConfig, motion: SuiteMotion) -> tuple[float, float]:
+    """Return the factors of a motion at the lowest and highest level of a search."""
+    at_1_g = motion.measures[LEVEL_MEASURE] / motion.scale
+    low_g, high_g = ida.level_range_g
+    return low_g / at_1_g, high_g / at_1_g
 
 
 def search_capacity(
-    search: Search,
+    ida: MotionsConfig,
     done: Mapping[str, Row],
     journal: Path,
     task: Task,
@@ -165,7 +134,8 @@ def search_capacity(
 
     Those in `done`, by `run_key`, are not repeated. Each further one is written to the journal at
     once, so that a killed search can resume. The batch gives the first task with its key, and
-    writes its row, which marks the search as done.
+    writes its row, which marks the search as done. A failed or incomplete analysis counts as an
+    exceedance: the search continues at lower levels, where the model is valid.
     """
     rows: list[Row] = []
 
@@ -182,9 +152,9 @@ def search_capacity(
                 with open_journal(journal, _PATIENCE_S) as lines:
                     lines.append(row)
         rows.append(row)
-        return search.exceeds(row)
+        return not row[COMPLETE] or row[ida.ida_demand] >= ida.ida_threshold
 
-    bracket_capacity(exceeds, limits=search.limits(task.motion))
+    bracket_capacity(exceeds, limits=search_limits(ida, task.motion))
     return rows
 
 
@@ -207,7 +177,7 @@ class Workers:
 
 
 def run_tasks(
-    tasks: Sequence[Task],
+    tasks: Mapping[str, Task],
     journal: JournalWriter,
     done: Mapping[str, Row],
     *,
@@ -215,101 +185,82 @@ def run_tasks(
     log_folder: Path,
     on_finished: Callable[[Row], None],
     search: Work | None = None,
-) -> list[Row]:
-    """Run the tasks without a row in the journals, and return the rows of all tasks in order.
+) -> dict[str, list[Row]]:
+    """Run the tasks without a row in the journals, and return the rows of each task by its key.
 
     A worker that dies (a fault inside the solver) or hangs affects only its analysis: it is tried
     once more alone, and where that ends a second worker it is recorded with status ``crash``.
 
     Args:
-        tasks: Tasks of any variants, in the order in which to start them.
+        tasks: Tasks by `run_key`, in the order in which to start them.
         journal: Open journal for the new rows.
         done: Rows that the journals have already, by `run_key`.
         workers: The worker processes.
-        log_folder: Folder for the messages of the solver, in a folder of each variant.
+        log_folder: Folder for the messages of the solver.
         on_finished: Called with each new row.
         search: Makes the rows of a task that begins a search, whatever the journals have. By
             default a task is one analysis, run if it is new.
     """
-    every = [(number, task, run_key(task)) for number, task in enumerate(tasks)]
-    rows: dict[int, list[Row]] = {}
-    if search is None:
-        rows = {n: [row_of_task(done[key], task, key)] for n, task, key in every if key in done}
+    rows = {key: [done[key]] for key in tasks if key in done and search is None}
+    work = partial(_guarded, search, log_folder, workers.no_progress_s)
 
-    def finish(number: int, new: list[Row]) -> None:
-        rows[number] = new
+    def keep(key: str, new: list[Row]) -> None:
+        rows[key] = new
         for row in new:
             if row["run_key"] in done:
                 continue
-            # a search has already written the rows that it added
-            if row["run_key"] == every[number][2]:
+            if row["run_key"] == key:  # a search has already written the rows that it added
                 journal.append(row)
             on_finished(row)
 
-    with stopped_workers_ended(workers.no_progress_s) as ended:
-        pool = _Pool(workers=workers, log_folder=log_folder, search=search, ended=ended)
+    def run(keys: Sequence[str], count: int) -> None:
+        for key, new in in_workers(work, {key: tasks[key] for key in keys}, count):
+            keep(key, new)
+
+    def run_alone(key: str) -> None:
+        """Run a task that may have ended a worker; it is a crash if it ends another one."""
+        ended_before = len(ended)
         try:
-            while pending := [item for item in every if item[0] not in rows]:
+            run([key], 1)
+        except BrokenProcessPool as error:
+            hung = len(ended) > ended_before or signal.SIGALRM.name in str(error)
+            died = "two worker processes died in this analysis"
+            reason = f"no progress for {workers.no_progress_s:g} s" if hung else died
+            row = _NO_DEMANDS | no_result("crash", reason) | {"wall_s": math.nan, "cpu_s": math.nan}
+            keep(key, [row_of_task(row, tasks[key], key)])
+
+    with stopped_workers_ended(workers.no_progress_s) as ended:
+        try:
+            while pending := [key for key in tasks if key not in rows]:
                 try:
-                    for number, new in pool.stream(pending):
-                        finish(number, new)
+                    run(pending, workers.count)
                 except BrokenProcessPool:
-                    left = [item for item in pending if item[0] not in rows]
-                    for number, new in pool.one_by_one(left[: workers.count + 1]):
-                        finish(number, new)
+                    # Workers take tasks in their order: the first without rows were under way.
+                    left = [key for key in pending if key not in rows][: workers.count + 1]
+                    logger.warning(
+                        "a worker died; the %d analyses in progress are repeated one at a time",
+                        len(left),
+                    )
+                    for key in left:
+                        run_alone(key)
         finally:
             # at once: a worker that is stopped or hangs would never end
             _loky().get_reusable_executor(reuse=True).shutdown(kill_workers=True)
-    return [row for number in range(len(tasks)) for row in rows[number]]
+    return rows
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Pool:
-    """The workers of a batch; `ended` has the processes ended because they had been stopped."""
-
-    workers: Workers
-    log_folder: Path
-    search: Work | None
-    ended: set[int] = field(default_factory=set[int])
-
-    def stream(self, pending: Sequence[Pending]) -> Iterator[tuple[int, list[Row]]]:
-        """Yield rows of finished tasks with their numbers; `BrokenProcessPool` if a worker died."""
-        executor = _loky().get_reusable_executor(
-            max_workers=min(self.workers.count, len(pending)),
-            env={**_ONE_THREAD, PARENT_VARIABLE: str(os.getpid())},
-            initializer=end_with_parent,
-        )
-        limit_s = self.workers.no_progress_s
-        futures = {
-            executor.submit(
-                _guarded, self.search, task, key, self.log_folder / task.variant.slug, limit_s
-            ): number
-            for number, task, key in pending
-        }
-        for future in as_completed(futures):
-            yield futures[future], future.result()
-
-    def one_by_one(self, suspects: Sequence[Pending]) -> Iterable[tuple[int, list[Row]]]:
-        """Yield the rows of tasks that may have ended a worker, one worker per task.
-
-        Workers take the tasks in their order, so that the first ones without rows were under way.
-        """
-        logger.warning(
-            "a worker died; the %d analyses in progress are repeated one at a time", len(suspects)
-        )
-        alone = replace(self, workers=replace(self.workers, count=1))
-        for number, task, key in suspects:
-            ended_before = len(self.ended)
-            try:
-                yield number, next(alone.stream([(0, task, key)]))[1]
-            except BrokenProcessPool as error:
-                hung = len(self.ended) > ended_before or signal.SIGALRM.name in str(error)
-                reason = "two worker processes died in this analysis"
-                if hung:
-                    reason = f"no progress for {self.workers.no_progress_s:g} s"
-                row = _NO_DEMANDS | no_result("crash", reason)
-                row |= {"wall_s": math.nan, "cpu_s": math.nan}
-                yield number, [row_of_task(row, task, key)]
+def in_workers(
+    work: Callable[[Task, str], list[Row]], tasks: Mapping[str, Task], count: int
+) -> Iterator[tuple[str, list[Row]]]:
+    """Yield the rows of finished tasks with their keys; `BrokenProcessPool` if a worker died."""
+    executor = _loky().get_reusable_executor(
+        max_workers=min(count, len(tasks)),
+        env={**_ONE_THREAD, PARENT_VARIABLE: str(os.getpid())},
+        initializer=end_with_parent,
+    )
+    keys = {executor.submit(work, task, key): key for key, task in tasks.items()}
+    for future in as_completed(keys):
+        yield keys[future], future.result()
 
 
 def _loky() -> Any:

@@ -80,11 +80,6 @@ def read_content(paths: Sequence[Path]) -> JournalContent:
     return JournalContent(rows=rows, repeated=repeated, outdated=outdated, damaged=damaged)
 
 
-def read_journals(folder: StudyFolder) -> dict[str, Row]:
-    """Return the rows of all journals of a study by `run_key`."""
-    return read_content(folder.journals).rows
-
-
 def _row(line: bytes) -> Row | None:
     """Return the row of a line; None for an altered or foreign line."""
     checksum = _CHECKSUM.search(line)
@@ -200,7 +195,7 @@ def forget(folder: StudyFolder, statuses: Collection[str]) -> list[Row]:
     Raises:
         InputError: The study runs.
     """
-    rows = read_journals(folder).values()
+    rows = read_content(folder.journals).rows.values()
     forgotten = [row for row in rows if row["status"] in statuses]
     if forgotten:
         compact_journals(folder, dropped=statuses)

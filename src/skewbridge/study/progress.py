@@ -2,10 +2,10 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 from pathlib import Path
-from typing import Any, Final, Self
+from typing import Any, Final
 
 import yte
 from yte.exceptions import YteError
@@ -19,7 +19,7 @@ from skewbridge.statuses import FAILED
 from skewbridge.study.analyses import StudySetup, failure_note, run_command
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.journal import JournalContent, read_content, read_journals
+from skewbridge.study.journal import JournalContent, read_content
 from skewbridge.study.task import run_key
 from skewbridge.variant.grid import expand_grid
 
@@ -42,29 +42,30 @@ CHECK_MOTION_S: Final = 55.0  # numerical check of a second of a row
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StudyState:
-    """Progress of a study.
+class StudyProgress:
+    """Progress of a study, and its cost.
 
     Attributes:
-        counts: Variants, analyses, those done (with a row, whatever its status), failed (without a
-            usable result), suspect (to be checked by the user) and left, by name.
+        summary: Variants, analyses, those done (with a row, whatever its status), failed (without a
+            usable result), suspect (to be checked by the user) and left; `ledger`, finished
+            analyses by status and by the highest recovery step they used; the forecast.
         cpu_s: Mean processor time of the finished analyses that have one; None before the first.
-        ledger: Finished analyses by status, and by the highest recovery step they used.
+        variants: Number of analyses of each variant.
         variants_left: Number of variants with analyses that are not done.
         notes: Sentences about lines of the journals that do not count, and about analyses that
             ended their workers.
     """
 
-    counts: dict[str, int]
+    summary: dict[str, Any]
     cpu_s: float | None
-    ledger: dict[str, dict[Any, int]]
+    variants: dict[str, int]
     variants_left: int
     notes: tuple[str, ...]
 
 
-def study_state(
+def study_progress(
     run_keys: Mapping[str, Sequence[str]], content: JournalContent, limits: SuspectLimits = LIMITS
-) -> StudyState:
+) -> StudyProgress:
     """Count the finished analyses of a study, from its `run_keys` by variant and its journals."""
     done, analyses = content.rows, sum(map(len, run_keys.values()))
     rows = [done[key] for keys in run_keys.values() for key in keys if key in done]
@@ -74,70 +75,55 @@ def study_state(
     if crashes:
         crashes.append("`skewbridge study retry` lets the study try them again.")
     times_s = [row["cpu_s"] for row in rows if row["cpu_s"] == row["cpu_s"]]
-    return StudyState(
-        counts={
+    return StudyProgress(
+        summary={
             "variants": len(run_keys),
             "analyses": analyses,
             "done": len(rows),
             "failed": sum(row["status"] in FAILED for row in rows),
             "suspect": sum(bool(reasons(row, limits)) for row in rows),
             "left": analyses - len(rows),
+            "ledger": {
+                name: dict(sorted(Counter(row[column] for row in rows).items()))
+                for name, column in (("status", "status"), ("recovery_step", "recovery_rung"))
+            },
         },
         cpu_s=sum(times_s) / len(times_s) if times_s else None,
-        ledger={
-            name: dict(sorted(Counter(row[column] for row in rows).items()))
-            for name, column in (("status", "status"), ("recovery_step", "recovery_rung"))
-        },
+        variants={slug: len(keys) for slug, keys in run_keys.items()},
         variants_left=sum(not done.keys() >= set(keys) for keys in run_keys.values()),
         notes=(*content.sentences, *crashes),
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JobSize:
-    """Processors of a cluster's jobs, one for each variant, and most jobs in the queue at once."""
+def job_size(profile: str) -> dict[str, int] | None:
+    """Return the processors of a cluster's job (`cores`) and the most `jobs` in the queue at once.
 
-    cores: int
-    jobs: int
-
-    @classmethod
-    def of_profile(cls, name: str) -> Self | None:
-        """Return the size of a Snakemake profile's jobs; None for a profile of one machine.
-
-        The profile is a folder of `PROFILES` or a path; `InputError` if it is missing or invalid.
-        """
-        folders = [Path(name), PROFILES / name]
-        file = next((f / "config.yaml" for f in folders if (f / "config.yaml").is_file()), None)
-        if file is None:
-            raise InputError(
-                f"no profile {name!r}: neither {folders[0]} nor {folders[1]} is a profile"
-            )
-        try:
-            with file.open(encoding="utf-8") as text:
-                profile: Any = yte.process_yaml(text, require_use_yte=True)
-            if "executor" not in profile:
-                return None
-            return cls(cores=profile["set-threads"]["analyse"], jobs=profile["jobs"])
-        except (YteError, KeyError, TypeError) as error:
-            raise InputError(f"{file} is not a valid cluster profile: {error}") from None
+    They are those of a Snakemake profile, a folder of `PROFILES` or a path; None for a profile of
+    one machine. `InputError` if it is missing or invalid.
+    """
+    folders = [Path(profile), PROFILES / profile]
+    file = next((f / "config.yaml" for f in folders if (f / "config.yaml").is_file()), None)
+    if file is None:
+        raise InputError(
+            f"no profile {profile!r}: neither {folders[0]} nor {folders[1]} is a profile"
+        )
+    try:
+        with file.open(encoding="utf-8") as text:
+            content: Any = yte.process_yaml(text, require_use_yte=True)
+        if "executor" not in content:
+            return None
+        return {"cores": content["set-threads"]["analyse"], "jobs": content["jobs"]}
+    except (YteError, KeyError, TypeError) as error:
+        raise InputError(f"{file} is not a valid cluster profile: {error}") from None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Forecast:
-    """Summary by name, analyses by variant, and notes for the user."""
-
-    summary: dict[str, Any]
-    analyses_by_variant: dict[str, int]
-    notes: tuple[str, ...] = ()
-
-
-def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast:
-    """Return the cost of a study and its progress.
+def forecast_study(config: StudyConfig, size: Mapping[str, int] | None = None) -> StudyProgress:
+    """Return the progress of a study with its cost in the summary.
 
     An analysis is done if a journal has its key. The keys are those of the prepared motions; before
-    motions are prepared nothing is done, and their number is the configured one. With the size of
-    a cluster's jobs the summary has `jobs`, `job_cores` and the wall time of one job and of all,
-    `job_hours` and `hours`, without waiting in the queue.
+    motions are prepared nothing is done, and their number is the configured one. With the
+    `job_size` of a cluster the summary has `jobs`, `job_cores` and the wall time of one job and of
+    all, `job_hours` and `hours`, without waiting in the queue.
     """
     keys = analysis_keys(config)
     if not keys:
@@ -146,33 +132,28 @@ def forecast_study(config: StudyConfig, size: JobSize | None = None) -> Forecast
         each = ("",) * (motions * len(config.motions.incidence_deg))
         keys = {variant.slug: each for variant in expand_grid(config.grid)}
     journals = StudyFolder(Path(config.results)).journals
-    state = study_state(keys, read_content(journals), config.suspect)
+    state = study_progress(keys, read_content(journals), config.suspect)
     notes, trials = state.notes, 1
     if config.motions.design == "ida":
-        low_g, high_g = config.motions.level_range_g
-        trials = most_trials((low_g, high_g))
+        trials = most_trials(config.motions.level_range_g)
         notes = (*notes, f"Counted are searches of up to {trials} analyses; the cost is of all.")
     cpu_s = TYPICAL_MOTION_S * CPU_S_PER_MOTION_S if state.cpu_s is None else state.cpu_s
-    every, left = trials * state.counts["analyses"], trials * state.counts["left"]
+    every, left = (trials * state.summary[name] for name in ("analyses", "left"))
     left_s = round(left * cpu_s / CORES, 1)
-    summary: dict[str, Any] = {
-        **state.counts,
+    summary = state.summary | {
         "core_hours": round(every * cpu_s / 3600, 3),
         "eta_s": left_s,
         "disk_mb": round(every * DISK_KB_PER_ANALYSIS / 1024, 1),
-        "ledger": state.ledger,
     }
     if size is not None:
-        jobs = state.variants_left
-        job_hours = left_s * CORES / 3600 / size.cores / max(jobs, 1)
+        job_hours = left_s * CORES / 3600 / size["cores"] / max(state.variants_left, 1)
         summary |= {
-            "jobs": jobs,
-            "job_cores": size.cores,
+            "jobs": state.variants_left,
+            "job_cores": size["cores"],
             "job_hours": round(job_hours, 2),
-            "hours": round(job_hours * ceil(jobs / size.jobs), 2),
+            "hours": round(job_hours * ceil(state.variants_left / size["jobs"]), 2),
         }
-    by_variant = {slug: len(of_variant) for slug, of_variant in keys.items()}
-    return Forecast(summary=summary, analyses_by_variant=by_variant, notes=notes)
+    return replace(state, summary=summary, notes=notes)
 
 
 def other_work_s(study: StudyConfig, per_s: float, cores: float) -> float:
@@ -207,7 +188,7 @@ def analysis_keys(config: StudyConfig) -> Mapping[str, Sequence[str]]:
 
 def failed_analyses(config: StudyConfig) -> list[dict[str, Any]]:
     """Return the analyses of a study without a usable result, with the command of each alone."""
-    rows = read_journals(StudyFolder(Path(config.results)))
+    rows = read_content(StudyFolder(Path(config.results)).journals).rows
     wanted = [key for keys in analysis_keys(config).values() for key in keys]
     return [
         {

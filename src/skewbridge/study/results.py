@@ -94,8 +94,9 @@ def load_results(folder: Path) -> Results:
         tables: dict[str, list[str]] = {}
         for name, table in {"demands": demands, **fits}.items():
             tables.setdefault(table.attrs["provenance"].get(key, "unknown"), []).append(name)
-        shown = (f"{value[:12]} ({', '.join(names)})" for value, names in tables.items())
-        mixed += [f"{key} {', '.join(shown)}"] if len(tables) > 1 else []
+        if len(tables) > 1:
+            shown = (f"{value[:12]} ({', '.join(names)})" for value, names in tables.items())
+            mixed.append(f"{key} {', '.join(shown)}")
     if mixed:
         warnings.warn(
             f"{folder}: tables were made by different versions or inputs (expected after a change "
@@ -144,46 +145,49 @@ def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS)
     return paper_table.chosen_curves(fit_study(rows.assign(**{BEYOND_MODEL: ""}), states, settings))
 
 
-def _read_demands(path: Path, im: str | None, further: Sequence[str]) -> pd.DataFrame:
-    """Read a demands table as `read_foreign`, with the columns of ours that it has."""
+def _read_demands(
+    path: Path, im: str | None, states: Sequence[LimitState]
+) -> tuple[pd.DataFrame, str]:
+    """Return a table as `read_foreign`, with its columns of ours, and its intensity measure."""
     source = read_any(path)
     need_columns(source, ["status"], path.name)
-    named = {*TEXT_COLUMNS, *KEY_COLUMNS, *axis_names(source), COMPLETE}
-    named |= {*further, im, *(column.name for column in DEMAND_COLUMNS)}
-    prefixes = ("im_", DRAW_PREFIX)
-    kept = (name for name in map(str, source) if name in named or name.startswith(prefixes))
-    return read_foreign(path, {name: name for name in kept})
-
-
-def _tables_of(
-    demands: Path, limit_states: Path, im: str | None, **margins: float
-) -> tuple[dict[str, pd.DataFrame], str, list[str]]:
-    """Return the tables, the intensity measure and the limit states whose demand is missing."""
-    states = load_limit_states(limit_states)
-    names = list(dict.fromkeys(state.demand for state in states))
-    table = _read_demands(demands, im, names)
-    usable = [state for state in states if state.demand in table]
-    if not usable:
-        text = f"{demands.name} has none of the demands of the limit states: {', '.join(names)}"
-        raise InputError(text)
-    measures = list(map(str, table.filter(regex="^im_")))
+    measures = list(map(str, source.filter(regex="^im_")))
     chosen = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
     if im is None and chosen not in measures:
         raise InputError(f"choose --im: one of {', '.join(measures)}", column="im")
-    if chosen not in table:
-        raise InputError(f"no column {chosen!r}; intensities: {', '.join(measures)}", column=chosen)
-    settings = replace(DEFAULTS, im=chosen, **margins)
+    if chosen not in source:
+        text = f"{path.name}: no column {chosen!r}; intensities: {', '.join(measures)}"
+        raise InputError(text, column=chosen)
+    named = {*TEXT_COLUMNS, *KEY_COLUMNS, *axis_names(source), COMPLETE, chosen}
+    named |= {state.demand for state in states} | {column.name for column in DEMAND_COLUMNS}
+    prefixes = ("im_", DRAW_PREFIX)
+    kept = (name for name in map(str, source) if name in named or name.startswith(prefixes))
+    return read_foreign(path, {name: name for name in kept}), chosen
+
+
+def _tables_of(
+    demands: Path, limit_states: Path, im: str | None, margin: float | None = None
+) -> tuple[dict[str, pd.DataFrame], str, list[str]]:
+    """Return the tables, the intensity measure and the limit states whose demand is missing."""
+    states = load_limit_states(limit_states)
+    table, chosen = _read_demands(demands, im, states)
+    usable = [state for state in states if state.demand in table]
+    if not usable:
+        names = ", ".join(dict.fromkeys(state.demand for state in states))
+        text = f"{demands.name} has none of the demands of the limit states: {names}"
+        raise InputError(text)
     left_out = [f"{state.key} ({state.demand})" for state in states if state not in usable]
+    settings = _settings(chosen, margin)
     return fragility_tables(table, usable, settings, jobs=cpu_count()), chosen, left_out
 
 
-def _margins(margin: float | None) -> dict[str, float]:
-    """Return the settings that a negligible change of demands and medians has, if it is given."""
+def _settings(im: str, margin: float | None) -> FitSettings:
+    """Return settings with the negligible change of demands and medians, if it is given."""
     if margin is None:
-        return {}
+        return replace(DEFAULTS, im=im)
     if not 0.0 < margin < 1.0:
         raise InputError(f"margin must be within 0..1, got {margin:g}", column="margin")
-    return {"margin": margin, "median_margin": margin}
+    return replace(DEFAULTS, im=im, margin=margin, median_margin=margin)
 
 
 def statistics_of(
@@ -199,7 +203,7 @@ def statistics_of(
     Limit states whose demand the table lacks are ``left_out``. An `InputError` names the row and
     column of an unusable value.
     """
-    tables, measure, left_out = _tables_of(demands, limit_states, im, **_margins(margin))
+    tables, measure, left_out = _tables_of(demands, limit_states, im, margin)
     write_tables(tables, writable_folder(out))
     notes = tables["input_notes"]
     return {
@@ -229,18 +233,12 @@ STUDY: Final = "study"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyComparison:
-    """Changes from a first study to a second one; effects have the columns `effect_columns`.
-
-    Attributes:
-        counts: Pairs, runs of one study alone, variants and motions in both, equal pairs.
-        other_motions: Motions that have one name in both studies but are not the same; their runs
-            are left out.
-    """
+    """Changes from a first study to a second one; effects have the columns `effect_columns`."""
 
     demands: pd.DataFrame
     medians: pd.DataFrame
-    counts: dict[str, int]
-    other_motions: tuple[str, ...]
+    counts: dict[str, int]  # pairs, runs of one alone, variants and motions in both, equal pairs
+    other_motions: tuple[str, ...]  # left out: of one name in both studies, but not the same
 
 
 def compare_studies(
@@ -261,15 +259,12 @@ def compare_studies(
     Raises:
         InputError: A table or column is missing, a value unusable, or nothing in common.
     """
-    settings = replace(DEFAULTS, im=im, **_margins(margin))
-    states = load_limit_states(limit_states)
+    settings, states = _settings(im, margin), load_limit_states(limit_states)
     other = _other_motions(first, second)
     tables: list[pd.DataFrame] = []
     for number, study in enumerate((first, second)):
         path = study if study.is_file() else demands_file(study)
-        table = _read_demands(path, im, [state.demand for state in states])
-        if im not in table.columns:
-            raise InputError(f"{path}: no column {im!r}", column=im)
+        table, _ = _read_demands(path, im, states)
         tables.append(table[~table["motion_id"].isin(other)].assign(**{STUDY: number}))
     shared = set(tables[0].columns) & set(tables[1].columns)
     states = [s for s in with_column_failure(states, shared) if s.demand in shared]
@@ -321,13 +316,14 @@ def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[st
         "motions": ["motion_id"],
         "motions with the same scale and incidence": [*LOADING_COLUMNS],
     }
-    shared: list[str] = []
-    for name, columns in kinds.items():
-        one, other = (t.reindex(columns=columns).drop_duplicates() for t in (first, second))
-        shared.append(f"{len(one.merge(other))} {name}")
+    distinct = {
+        name: [table.reindex(columns=columns).drop_duplicates() for table in (first, second)]
+        for name, columns in kinds.items()
+    }
+    shared = ", ".join(f"{len(one.merge(two))} {name}" for name, (one, two) in distinct.items())
     return (
-        f"the studies have no run in common; they share {', '.join(shared)} (the scale of a motion "
-        "follows from the number of motions and the range of levels)"
+        f"the studies have no run in common; they share {shared} (the scale of a motion follows "
+        "from the number of motions and the range of levels)"
     )
 
 

@@ -1,13 +1,55 @@
-"""Plans of the rounds of a study that runs until its effects are decided, and their files."""
+"""Rounds of a study that runs until its question is answered: their plans and files.
 
-from collections.abc import Mapping
-from dataclasses import replace
+A round adds motions of the ordered suite to the variants that can decide open cells. A cell is a
+pooled effect on a headline demand or on a median capacity of a headline state. The plan of a round
+lists the motions of every variant; it is made from the demands of the earlier rounds.
+
+References:
+    Neyman (1934), J. R. Stat. Soc. 97(4):558-625: allocation in proportion to scatter over the
+    root of the cost.
+"""
+
+import json
+import logging
+import os
+import time
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from skewbridge.files.text import read_json
+import numpy as np
+import pandas as pd
+
+from skewbridge.demands.columns import demands_for
+from skewbridge.demands.validity import with_derived_columns
+from skewbridge.files.tables import read_frame
+from skewbridge.files.text import read_json, write_text
+from skewbridge.fragility.demand_table import axis_names, prepared
+from skewbridge.fragility.effects import effect_tables, median_effects
+from skewbridge.fragility.limit_states import (
+    HEADLINE_STATES,
+    LimitState,
+    load_limit_states,
+    with_column_failure,
+)
+from skewbridge.fragility.sequential import (
+    CELL,
+    ROUND_COLUMNS,
+    at_looks,
+    kept,
+    levels_at,
+    runs_per_motion,
+)
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.verdicts import DECIDED, motions_to_decide
 from skewbridge.study.analyses import StudySetup
+from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
+from skewbridge.study.processes import PROGRESS_LOG
+from skewbridge.study.progress import CPU_S_PER_MOTION_S, JOB_START_MOTION_S, other_work_s
+from skewbridge.variant.grid import expand_grid
+
+progress_logger = logging.getLogger(PROGRESS_LOG)
 
 #: Environment variable with the time at which the command began and its processors (rounds.smk).
 CLOCK: Final = "SKEWBRIDGE_CLOCK"
@@ -15,6 +57,224 @@ CLOCK: Final = "SKEWBRIDGE_CLOCK"
 ALL_DECIDED: Final = "decided"
 OUT_OF_REACH: Final = "most"
 OUT_OF_TIME: Final = "hours"
+# ASSUME a cell is worth its analyses if it has this chance to be decided
+LEAST_CHANCE: Final = 0.2
+# ASSUME analyses take at most ten times as long as forecast before any is measured
+TRIED: Final = 0.1
+# A round of so many motions is not made in two: each round costs a start of all its jobs.
+FEW_MOTIONS: Final = 3
+
+
+def headline_effects(
+    demands: pd.DataFrame, states: Sequence[LimitState], settings: FitSettings
+) -> pd.DataFrame:
+    """Return the effects of the headline in `prepared` demands, pooled and of pairs of variants."""
+    names = demands_for("headline", demands.columns)
+    chosen = [state for state in states if state.key in HEADLINE_STATES]
+    effects = effect_tables(demands, names, settings).effects
+    return pd.concat([effects, median_effects(demands, chosen, settings)], ignore_index=True)
+
+
+def targets(
+    effects: pd.DataFrame,
+    motions: Mapping[str, int],
+    cost_s: Mapping[str, float],
+    places: pd.DataFrame,
+    looks: Sequence[int],
+    level: float,
+) -> tuple[pd.DataFrame, list[dict[str, int]]]:
+    """Return the pooled cells, and the number of motions that each needs of its variants.
+
+    An open cell needs N motions if all of its pairs of variants have the same number. Pairs with
+    little scatter or long analyses get fewer, the others more, for the same error (Neyman 1934). A
+    cell that the last look would decide with a probability below `LEAST_CHANCE` is not asked, until
+    a later round finds a better chance.
+
+    Args:
+        effects: Effects of the headline at the looks so far, with their verdicts.
+        motions: Motions of each variant so far, from the first of the suite.
+        cost_s: Processor time of an analysis, by variant.
+        places: Bridge, abutment model and axes of each variant, indexed by its name.
+        looks: Motions at each look.
+        level: Two-sided level of all intervals of a cell together.
+    """
+    axes = axis_names(places)
+    pooled = effects[effects["scope"] == "pooled"].reset_index(drop=True)
+    own = effects[effects["scope"] == "variant"]
+    names = dict(zip(_keys(places, axes), map(str, places.index), strict=True))
+    for end in ("from_value", "to_value"):
+        at = own[["bridge", "abutment", *axes]].copy()
+        for axis in axes:
+            at[axis] = at[axis].where(own["axis"] != axis, own[end])
+        own = own.assign(**{f"{end}_variant": [names[key] for key in _keys(at, axes)]})
+    pairs = dict(iter(own.groupby(list(CELL))))
+    cells = [pairs[key] for key in pooled[list(CELL)].itertuples(index=False, name=None)]
+    at_last = float(levels_at(np.array([float(looks[-1])]), looks, level)[0])
+    needed: list[float] = []
+    wanted: list[dict[str, int]] = []
+    for row, cell in zip(pooled.to_dict("records"), cells, strict=True):
+        ends = list(zip(cell["from_value_variant"], cell["to_value_variant"], strict=True))
+        now = max(min(motions[a], motions[b]) for a, b in ends)
+        # motions without an exact pair stay as frequent as they are now
+        per_exact = now / (row["dof"] + 1)
+        number = motions_to_decide(row | {"level": at_last}) * per_exact
+        least = motions_to_decide(row | {"level": at_last}, LEAST_CHANCE) * per_exact
+        needed.append(float(np.ceil(number)))
+        wanted.append({})
+        if row["verdict"] in DECIDED or not least <= looks[-1]:
+            continue
+        number = min(number, looks[-1])
+        scatter = cell["scatter"].fillna(0.0).to_numpy(dtype=np.float64)
+        scatter = np.maximum(scatter, 1e-3 * scatter.max() + 1e-12)
+        root = np.sqrt([cost_s[a] + cost_s[b] for a, b in ends])
+        shares = scatter / root * np.sum(scatter * root) / np.sum(scatter**2)
+        for pair, share in zip(ends, shares.tolist(), strict=True):
+            for name in pair:
+                most = max(wanted[-1].get(name, 0), int(np.ceil(max(number, now + 1) * share)))
+                wanted[-1][name] = min(most, looks[-1])
+    asked = [any(n > motions[name] for name, n in cell.items()) for cell in wanted]
+    return pooled.assign(needed=needed, asked=asked), wanted
+
+
+def _keys(table: pd.DataFrame, axes: Sequence[str]) -> list[tuple[Any, ...]]:
+    columns = ["bridge", "abutment", *axes]
+    return list(table[columns].itertuples(index=False, name=None))
+
+
+def next_motions(
+    wanted: Iterable[Mapping[str, int]],
+    motions: Mapping[str, int],
+    cost_s: Mapping[str, float],
+    looks: Sequence[int],
+    time_s: float,
+) -> dict[str, int]:
+    """Return the motions that each variant has after the next round.
+
+    The cells that cost least to decide come first, as long as the round fits into the time.
+
+    Args:
+        wanted: Motions that each cell needs of its variants, see `targets`.
+        motions: Motions of each variant so far.
+        cost_s: Time that one more motion of a variant adds to the round.
+        looks: Motions at each look.
+        time_s: Time for the round.
+    """
+
+    def left_s(cell: Mapping[str, int]) -> float:
+        return sum(max(n - motions[name], 0) * cost_s[name] for name, n in cell.items())
+
+    following = dict(motions)
+    for cell in sorted(wanted, key=left_s):
+        more = dict(following)
+        for name, number in cell.items():
+            if number > motions[name]:
+                more[name] = next(look for look in looks if look > motions[name])
+        if sum((n - motions[name]) * cost_s[name] for name, n in more.items()) <= time_s:
+            following = more
+    return following
+
+
+def first_motions(
+    motions: Mapping[str, int], cost_s: Mapping[str, float], first: int, time_s: float
+) -> dict[str, int]:
+    """Return the motions of the next round on the way to ``first``; fewer if the time is short.
+
+    Motions differ in cost, so a round that would take most of the time is made in two: the second
+    one knows the cost better.
+    """
+    of_one = sum(cost_s.values())
+    more = min(first - min(motions.values()), max(int(time_s / of_one), 0))
+    if more > FEW_MOTIONS and more * of_one > time_s / 2:
+        more = (more + 1) // 2
+    return {name: max(n, min(first, n + more)) for name, n in motions.items()}
+
+
+def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output: Path) -> None:
+    """Write the plan of a round and log one line about it.
+
+    The plan is a JSON object: ``motions`` of each variant before and after the round, ``analyses``
+    of the round, ``decided`` and ``cells`` of the rounds before, ``ended`` (why no analyses follow:
+    decided, most or hours; null where the study continues). Rounds are numbered from 1; `earlier`
+    has the demands of all earlier ones.
+    """
+    entered_s = time.monotonic()
+    design, folder = study.design, StudyFolder(Path(study.results))
+    setup = StudySetup.of(study)
+    plans = [read_json(folder.round(n)) for n in range(1, number)]
+    slugs = sorted(variant.slug for variant in expand_grid(study.grid))
+    motions = {slug: plans[-1]["motions"][slug][1] if plans else 0 for slug in slugs}
+    per_motion = len(setup.tasks(slugs[0])) / len(setup.motion_ids)
+    demands = pd.concat(map(read_frame, earlier), ignore_index=True) if earlier else pd.DataFrame()
+    if earlier:
+        mean_s = demands.groupby("variant")["wall_s"].mean()
+        per_s = float(demands["wall_s"].sum() / demands["duration_s"].sum())
+    else:
+        per_s = CPU_S_PER_MOTION_S
+        lasting_s = float(np.mean([task.analysed_s for task in setup.tasks(slugs[0])]))
+        mean_s = pd.Series(per_s * lasting_s, index=slugs)
+    began_s, cores = map(float, os.environ.get(CLOCK, f"{time.time()} 1").split())
+    own_s = {slug: float(mean_s[slug]) for slug in slugs}
+    cost_s = {slug: own_s[slug] * per_motion / cores for slug in slugs}
+    cells, wanted, ended = pd.DataFrame(), [], None
+    is_first = min(motions.values()) < design.first
+    if not is_first:
+        cells, wanted = _looked_at(study, demands, plans, motions, own_s)
+    # the next plan takes as long as this one did
+    planning_s = time.monotonic() - entered_s
+    starts_s = JOB_START_MOTION_S * per_s * (1.0 + len(slugs) / cores)
+    left_s = began_s + 3600.0 * design.hours - time.time() - planning_s - starts_s
+    left_s -= other_work_s(study, per_s, cores)
+    if is_first:
+        after = first_motions(motions, cost_s, design.first, left_s if earlier else TRIED * left_s)
+        if not earlier:  # a study has at least one motion
+            after = {slug: max(n, 1) for slug, n in after.items()}
+        ended = OUT_OF_TIME if after == motions else None
+    else:
+        after = next_motions(wanted, motions, cost_s, design.looks, left_s)
+        if after == motions:
+            is_open = ~cells["verdict"].isin(DECIDED)
+            ended = OUT_OF_TIME if cells["asked"].any() else OUT_OF_REACH
+            ended = ended if is_open.any() else ALL_DECIDED
+    analyses = round(sum(after[slug] - motions[slug] for slug in slugs) * per_motion)
+    forecast_s = sum((after[slug] - motions[slug]) * cost_s[slug] for slug in slugs)
+    decided = int(cells["verdict"].isin(DECIDED).sum()) if len(cells) else 0
+    plan = {
+        "round": number,
+        "ended": ended,
+        "hours": design.hours,
+        "motions": {slug: [motions[slug], after[slug]] for slug in slugs},
+        "analyses": analyses,
+        "analyses_before": len(demands),
+        "forecast_s": round(forecast_s, 1),
+        "decided": decided,
+        "cells": json.loads(cells.to_json(orient="records")),
+    }
+    write_text(output, json.dumps(plan, indent=1) + "\n")
+    progress_logger.info("%s", round_line(plan))
+
+
+def _looked_at(
+    study: StudyConfig,
+    demands: pd.DataFrame,
+    plans: Sequence[Mapping[str, Any]],
+    motions: Mapping[str, int],
+    mean_s: Mapping[str, float],
+) -> tuple[pd.DataFrame, list[dict[str, int]]]:
+    """Return the pooled cells after the earlier rounds, and the motions that would decide each."""
+    states = load_limit_states(Path(study.fragility.limit_states))
+    states = with_column_failure(states, with_derived_columns(demands.head(0)).columns)
+    names = list(dict.fromkeys(state.demand for state in states))
+    rows = prepared(demands, names, study.fragility).table
+    effects = headline_effects(rows, states, study.fragility)
+    history = pd.DataFrame([cell for plan in plans for cell in plan["cells"]])
+    looks = study.design.looks
+    effects = kept(at_looks(effects, looks, runs_per_motion(demands)), history)
+    axes = axis_names(rows)
+    places = rows.drop_duplicates("variant").set_index("variant")[["bridge", "abutment", *axes]]
+    cells, wanted = targets(
+        effects, motions, mean_s, places, looks, study.fragility.effect_confidence
+    )
+    return cells[[name for name in ROUND_COLUMNS if name in cells]], wanted
 
 
 def round_line(plan: Mapping[str, Any]) -> str:
@@ -52,10 +312,3 @@ def limit_of_round(plan: Path, hours: float) -> float:
         return hours
     made = read_json(plan)
     return max(made["hours"], hours) if made["ended"] == OUT_OF_TIME else made["hours"]
-
-
-def setup_of_round(setup: StudySetup, plan: Path, slug: str) -> StudySetup:
-    """Return the setup of a study with the motions of one variant in a round."""
-    start, end = read_json(plan)["motions"][slug]
-    names = setup.motion_ids[start:end]
-    return replace(setup, suite=tuple(m for m in setup.suite if m.motion.motion_id in names))

@@ -52,7 +52,7 @@ from skewbridge.statuses import OK, RAN
 from skewbridge.study.analyses import StudySetup
 from skewbridge.study.batch import row_of_task
 from skewbridge.study.config import StudyConfig
-from skewbridge.study.folder import StudyFolder, starter_files
+from skewbridge.study.folder import starter_files
 from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.task import Task, outcome_of
 from skewbridge.units import INCH
@@ -194,14 +194,14 @@ def analysed_demands[Key](
     with the peaks of whole motions as well (prefix ``whole_``).
     """
     bridges = tuple(dict.fromkeys(variant.bridge for variant, _ in cases.values()))
-    config = StudyConfig(
-        grid=GridConfig(bridge=bridges),
-        motions=MotionsConfig(folder=str(starter_files() / "motions"), count=motions),
-    )
-    with TemporaryDirectory() as name:
-        folder = StudyFolder(Path(name))
-        prepare_motions(config, folder)
-        setup = StudySetup.of(config, folder)
+    with TemporaryDirectory() as results:
+        config = StudyConfig(
+            results=results,
+            grid=GridConfig(bridge=bridges),
+            motions=MotionsConfig(folder=str(starter_files() / "motions"), count=motions),
+        )
+        prepare_motions(config)
+        setup = StudySetup.of(config)
     tasks = [
         (key, replace(task, options=replace(task.options, **options)))
         for key, (variant, options) in cases.items()

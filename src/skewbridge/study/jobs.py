@@ -1,31 +1,45 @@
-"""Products of a study: digests of their sources and inputs, and whether a file is current."""
+"""Jobs of the workflow: what each depends on, its script, and whether its outputs are current."""
 
-from collections.abc import Mapping
+import errno
+import logging
+import sys
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Any, Final
 
 from skewbridge.analysis.keys import bridge_digest
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.errors import InputError
+from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
 from skewbridge.files.digests import (
     ENGINE,
     canonical,
     digest_of,
     engine_digest,
+    layer_digest,
     layer_digests,
     opensees_version,
     provenance,
 )
-from skewbridge.files.tables import read_stamp
+from skewbridge.files.tables import read_stamp, stamp
 from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, load_config
+from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, load_config, parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import motions_digest
+from skewbridge.study.processes import PROGRESS_LOG, end_with_parent, hush_exit_message
 from skewbridge.variant.grid import expand_grid
 
-type MadeFrom = dict[str, str]
+if TYPE_CHECKING:  # a job that runs no analysis does without OpenSees
+    from skewbridge.study.batch import Workers
 
+logger = logging.getLogger("skewbridge")
+
+EXIT_INTERRUPTED: Final = 130
+#: Errors of the disk or its access rights, not of the program.
+_OF_THE_DISK: Final = frozenset(
+    {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EFBIG, errno.EIO}
+)
 #: Keys of the configuration that influence no result.
 _NO_RESULT: Final = {"results", "batches"}
 _TABLES: Final = ("errors.py", "units.py", "files", "variant", "demands")
@@ -36,11 +50,9 @@ _ANALYSES: Final = (
     *(f"study/{name}.py" for name in ("analyses", "batch", "journal")),
 )
 _VERIFICATION: Final = (*ENGINE, "files", "motions", "demands/validity.py", "verification")
+_CHOICES: Final = ("study/modelling_choices.py", "study/modelling_choices.yaml")
 #: The figure of the modelling choices has their labels.
-_SCREEN: Final = (
-    *(*_TABLES, "motions", "fragility", "report"),
-    *("study/config.py", "study/modelling_choices.py"),
-)
+_SCREEN: Final = (*_TABLES, "motions", "fragility", "report", "study/config.py", *_CHOICES)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,24 +101,18 @@ RECIPES: Final[Mapping[str, Recipe]] = {
     "plan_round": Recipe(
         sources=(
             *(*_ANALYSES, "fragility"),
-            *(f"study/{name}.py" for name in ("progress", "rounds", "selection")),
+            *(f"study/{name}.py" for name in ("progress", "rounds")),
         ),
         sections=("fragility",),
         after=("prepare_motions",),
         inputs=("variants", "limit_states", "bridges"),
     ),
-    "analyse_round": _analyses("study/rounds.py", sections=("suspect",)),
+    "analyse_round": _analyses(sections=("suspect",)),
     "collect_rounds": Recipe(sources=(*_TABLES, "fragility"), after=("plan_round",)),
     "collect_demands": Recipe(sources=_TABLES, after=("analyse",), inputs=("variants",)),
-    "sensitivity": _analyses(
-        "study/sensitivity.py", sections=("sensitivity",), inputs=("variants",)
-    ),
-    "modelling_choices": _analyses(
-        "study/modelling_choices.py", sections=("grid", "modelling_choices")
-    ),
-    "friction_pair": Recipe(
-        sources=(*_ANALYSES, "study/friction_pair.py"), after=("collect_demands",)
-    ),
+    "sensitivity": _analyses("study/repeats.py", sections=("sensitivity",), inputs=("variants",)),
+    "modelling_choices": _analyses(*_CHOICES, sections=("grid", "modelling_choices")),
+    "friction_pair": Recipe(sources=(*_ANALYSES, "study/repeats.py"), after=("collect_demands",)),
     "fit_fragility": Recipe(
         sources=(*_TABLES, "fragility", "report/checks.py"),
         sections=("fragility", "max_unfinished_share", "suspect"),
@@ -129,7 +135,7 @@ RECIPES: Final[Mapping[str, Recipe]] = {
 }
 
 
-def made_from(study: StudyConfig) -> dict[str, MadeFrom]:
+def made_from(study: StudyConfig) -> dict[str, dict[str, str]]:
     """Return the digests of everything that the outputs of each rule depend on, by name.
 
     Equal digests mean equal outputs. They are parameters of the rules, so that Snakemake repeats
@@ -138,7 +144,7 @@ def made_from(study: StudyConfig) -> dict[str, MadeFrom]:
     inputs = _input_digests(study)
     sources = layer_digests({rule: recipe.sources for rule, recipe in RECIPES.items()})
     values = study.model_dump(mode="json")
-    made: dict[str, MadeFrom] = {}
+    made: dict[str, dict[str, str]] = {}
     for rule, recipe in RECIPES.items():
         made[rule] = {
             "sources": sources[rule],
@@ -180,26 +186,16 @@ def stamp_of(rule: str, made: Mapping[str, str], study: StudyConfig) -> dict[str
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Origin:
-    """Provenance recorded in a file, that which it would have now, and whether it is current."""
-
-    recorded: dict[str, str]
-    now: dict[str, str]
-    is_current: bool
-
-    @property
-    def differences(self) -> list[str]:
-        """Names of the entries that differ now."""
-        return [name for name, value in self.now.items() if self.recorded.get(name) != value]
-
-
-def origin_of(path: Path, config: Path, base: Path | None = None) -> Origin:
-    """Return the provenance of a file of a study or of ``skewbridge run``: is it still current?
+def origin_of(path: Path, config: Path, base: Path | None = None) -> dict[str, Any]:
+    """Return where a file of a study or of ``skewbridge run`` comes from: is it still current?
 
     A product of the workflow is current if its rule would make it from the same sources, motions
     and sections of the configuration; what its rule does not use may differ. A result of
     ``skewbridge run`` is current if the sources of an analysis and OpenSees are the same.
+
+    Returns:
+        Whether it is ``current``, its ``provenance`` and that which it would have ``now``, by name,
+        and the names of the ``differences``.
 
     Raises:
         InputError: The file has no provenance, or the configuration is bad.
@@ -209,7 +205,7 @@ def origin_of(path: Path, config: Path, base: Path | None = None) -> Origin:
     decisive = ["openseespy_version"]
     if "rule" in recorded:
         study = load_config(config, base=base)
-        made: MadeFrom = made_from(study).get(recorded["rule"], {"motions": "unknown"})
+        made = made_from(study).get(recorded["rule"], {"motions": "unknown"})
         present = stamp_of(recorded["rule"], made, study)
         now |= {name: present[name] for name in ("rule_digest", "config_digest", "suite_digest")}
         decisive = ["rule_digest"]
@@ -222,5 +218,110 @@ def origin_of(path: Path, config: Path, base: Path | None = None) -> Origin:
             "before results recorded one",
             file=str(path),
         )
-    is_current = all(recorded.get(name) == now[name] for name in decisive)
-    return Origin(recorded=recorded, now=now, is_current=is_current)
+    differences = [name for name, value in now.items() if recorded.get(name) != value]
+    current = not set(decisive) & set(differences)
+    return {"current": current, "provenance": recorded, "now": now, "differences": differences}
+
+
+# ---- Scripts
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Job:
+    """A job of the workflow, as its script sees it; the stamp is the provenance of its outputs."""
+
+    study: StudyConfig
+    folder: StudyFolder
+    inputs: Mapping[str, Path]
+    outputs: Mapping[str, Path]
+    threads: int
+    stamp: Mapping[str, str]
+
+    @property
+    def workers(self) -> "Workers":
+        """Worker processes for the analyses of the job."""
+        from skewbridge.study.batch import Workers
+
+        return Workers(count=self.threads, no_progress_s=self.study.batches.no_progress_s)
+
+    def current(self, path: Path, made: Mapping[str, str]) -> Path | None:
+        """Return the path of an optional table, made on request, if its digests are current."""
+        if not path.is_file() or read_stamp(path).get("rule_digest") != rule_digest(made):
+            return None
+        return path
+
+
+@contextmanager
+def script_session(snakemake: Any) -> Generator[Job]:
+    """Yield the job of a script; log to a file, and show warnings and progress in the terminal.
+
+    When the script is through, its provenance is written into its outputs.
+
+    Raises:
+        SystemExit: In one sentence: 2 after an `InputError` or a full disk, 1 after a
+            `SolutionError`, 130 after Ctrl-C.
+    """
+    hush_exit_message()
+    end_with_parent()
+    logging.raiseExceptions = False  # a full disk that stops the log does not stop the study
+    logger.setLevel(logging.INFO)
+    to_terminal = logging.StreamHandler(sys.stderr)
+    to_terminal.addFilter(for_terminal)
+    logger.addHandler(to_terminal)
+    try:
+        with _logging_to(snakemake.log[0]):
+            job = _job(snakemake)
+            yield job
+            for output in map(Path, snakemake.output):
+                if output.is_file():
+                    stamp(output, job.stamp)
+    except InputError as error:
+        logger.error("%s", error)
+        raise SystemExit(EXIT_BAD_INPUT) from None
+    except SolutionError as error:
+        logger.error("%s", error)
+        raise SystemExit(EXIT_FAILED) from None
+    except KeyboardInterrupt:
+        logger.error("interrupted; finished analyses are kept")
+        raise SystemExit(EXIT_INTERRUPTED) from None
+    except OSError as error:
+        if error.errno not in _OF_THE_DISK:
+            raise
+        logger.error("cannot write the results: %s; finished analyses are kept", error)
+        raise SystemExit(EXIT_BAD_INPUT) from None
+    finally:
+        logger.removeHandler(to_terminal)
+
+
+def _job(snakemake: Any) -> Job:
+    study = parse_config({**snakemake.config, "results": snakemake.params.results})
+    made = snakemake.params.made_from
+    if made["sources"] != layer_digest(RECIPES[snakemake.rule].sources):
+        raise InputError("the sources were edited while the study ran: run the same command again")
+    return Job(
+        study=study,
+        folder=StudyFolder(Path(study.results)),
+        # not those that are lists of files
+        inputs={n: Path(path) for n, path in snakemake.input.items() if isinstance(path, str)},
+        outputs={name: Path(path) for name, path in snakemake.output.items()},
+        threads=snakemake.threads,
+        stamp=stamp_of(snakemake.rule, made, study),
+    )
+
+
+def for_terminal(record: logging.LogRecord) -> bool:
+    """Return whether a line is shown in the terminal: warnings, errors, the progress of a job."""
+    return record.levelno >= logging.WARNING or record.name == PROGRESS_LOG
+
+
+@contextmanager
+def _logging_to(log: str | Path) -> Generator[None]:
+    Path(log).unlink(missing_ok=True)  # of the last run
+    to_file = logging.FileHandler(log, mode="w", delay=True)  # made with its first message
+    to_file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    logger.addHandler(to_file)
+    try:
+        yield
+    finally:
+        logger.removeHandler(to_file)
+        to_file.close()

@@ -1,0 +1,204 @@
+"""Analyses of the study that it repeats: at other numerics, and without and with friction.
+
+Numerical sensitivity: a row at the reference accuracy costs as much as many rows of the study, so
+that both sides of every comparison are analysed for the strongest part of the motion only. The
+friction pair is one analysis without and with friction, with its histories for the figures.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+import pandas as pd
+
+from skewbridge.analysis.accuracy import at_accuracy
+from skewbridge.demands.columns import demands_for
+from skewbridge.demands.validity import is_complete
+from skewbridge.files.digests import provenance
+from skewbridge.files.tables import read_frame, write_frame
+from skewbridge.motions.conditioning import cut_to_strongest
+from skewbridge.statuses import RAN
+from skewbridge.variant.variant import Variant, parse_slug
+
+if TYPE_CHECKING:  # the processes that draw the figures do without OpenSees
+    from skewbridge.study.analyses import StudySetup
+    from skewbridge.study.batch import Workers
+    from skewbridge.study.task import Task
+
+AS_IN_STUDY: Final = "default"
+SAME_CYCLE_S: Final = 0.1  # failures this close are in the same cycle
+TYPICAL_QUANTILE: Final = 0.75
+
+
+def _with_options(**values: float) -> "Callable[[Task], Task]":
+    return lambda task: replace(task, options=replace(task.options, **values))
+
+
+def _reference(task: "Task") -> "Task":
+    settings, options = at_accuracy(task.settings, task.options, "reference")
+    return replace(task, settings=settings, options=options)
+
+
+#: Changed analyses of a row of the study; their names begin columns of the table.
+REPEATS: Final[Mapping[str, "Callable[[Task], Task]"]] = {
+    AS_IN_STUDY: lambda task: task,
+    "reference": _reference,
+    "kn_half": _with_options(normal_stiffness_factor=0.5),
+    "kn_double": _with_options(normal_stiffness_factor=2.0),
+    "kt_half": _with_options(tangent_stiffness_factor=0.5),
+    "kt_double": _with_options(tangent_stiffness_factor=2.0),
+}
+
+
+def sampled_rows(
+    setup: "StudySetup", slugs: Sequence[str], count: int, window_s: float | None
+) -> "list[Task]":
+    """Return rows of the study, spread over its variants, each with another strong motion.
+
+    The motions are the strongest by their scaled PGV, in turn. Each is cut to its strongest
+    `window_s`; a shorter analysis, and all with None, is that of the study itself.
+    """
+    from skewbridge.study.analyses import PGV
+
+    numbers = np.linspace(0, len(slugs) - 1, count).round().tolist() if slugs else []
+    rows: list[Task] = []
+    for row, number in enumerate(numbers):
+        tasks = setup.tasks(slugs[int(number)])
+        tasks.sort(key=lambda task: -task.motion.measures[PGV])
+        rows.append(in_window(tasks[row % len(tasks)], window_s))
+    return rows
+
+
+def in_window(task: "Task", window_s: float | None) -> "Task":
+    """Return an analysis under the strongest part of its motion, or itself where it is as short."""
+    if window_s is None or task.analysed_s <= window_s:
+        return task
+    whole = task.motion.motion
+    cut = cut_to_strongest(whole, window_s, free_vibration_s=0.0)
+    name = f"{whole.motion_id}_strongest_{window_s:g}s"
+    return replace(task, motion=replace(task.motion, motion=replace(cut, motion_id=name)))
+
+
+def write_sensitivity(
+    setup: "StudySetup",
+    slugs: Sequence[str],
+    *,
+    count: int,
+    window_s: float | None,
+    workers: "Workers",
+    output: Path,
+) -> None:
+    """Run the changed analyses that no journal has and write the changes of the demands.
+
+    The file has one row per demand with the mean ratio of the study to the reference, the largest
+    change of a single row by each of `REPEATS`, and the seconds of motion that both sides were
+    analysed for (the longest of the rows); it is empty with a count of 0.
+    """
+    from skewbridge.study.analyses import run_in_journal
+
+    rows = sampled_rows(setup, slugs, count, window_s)
+    longest_first = sorted(REPEATS, key=lambda name: name != "reference")
+    runs = [(number, name) for name in longest_first for number in range(len(rows))]
+    tasks = [REPEATS[name](rows[number]) for number, name in runs]
+    demands = pd.DataFrame(run_in_journal(setup, "sensitivity", tasks, workers))
+    repeated = pd.DataFrame(runs, columns=["row", "change"]).join(demands)
+    table = sensitivity_table(repeated) if count else pd.DataFrame()
+    write_frame(table, output, provenance())
+
+
+def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return the changes of the demands, one row per demand.
+
+    The rows of the demands have the columns ``row`` (of the study) and ``change``. Those that did
+    not finish are left out and counted. Two rows whose columns fail in different cycles are not
+    compared: their demands are peaks up to different times.
+    """
+    ran = rows[rows["status"].isin(RAN)]
+    ends_s = ran.set_index(["row", "change"])["beyond_model_s"].unstack().fillna(np.inf)
+    alike = {
+        change: np.isclose(ends_s[AS_IN_STUDY], ends_s[change], rtol=0.0, atol=SAME_CYCLE_S)
+        for change in list(REPEATS)[1:]
+    }
+    table: list[dict[str, object]] = []
+    for demand in demands_for("sensitivity"):
+        values = ran.pivot_table(index="row", columns="change", values=demand)
+        row: dict[str, object] = {
+            "demand": demand,
+            "rows": rows["row"].nunique(),
+            "not_run": len(rows) - len(ran),
+            "analysed_s": float(rows["duration_s"].max()),
+        }
+        for change, is_alike in alike.items():
+            # zero over zero: a demand that this row does not have
+            ratios = (values[AS_IN_STUDY] / values[change]).reindex(ends_s.index[is_alike]).dropna()
+            if change == "reference":
+                row["reference_mean_ratio"] = float(ratios.mean())
+            row[f"{change}_largest_change"] = float((ratios - 1.0).abs().max())
+        table.append(row)
+    return pd.DataFrame(table)
+
+
+# ---- Friction pair
+
+
+def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
+    """Return the most skewed bridge with the smallest gap, without and with the largest friction.
+
+    None where the study has one friction only.
+    """
+    by_bridge_and_gap: dict[Variant, list[Variant]] = {}
+    for variant in map(parse_slug, demands["variant"].unique()):
+        by_bridge_and_gap.setdefault(replace(variant, friction_pct=0), []).append(variant)
+    pairs = {key: sorted(group) for key, group in by_bridge_and_gap.items() if len(group) > 1}
+    if not pairs:
+        return None
+    chosen = pairs[max(pairs, key=lambda key: (abs(key.skew_deg), -key.gap_mm))]
+    return chosen[0], chosen[-1]
+
+
+def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:
+    """Return the motion with the upper-quartile deck displacement among the completed runs."""
+    part = demands[demands["variant"] == variant.slug]
+    completed = part[is_complete(part)]
+    ordered = (completed if len(completed) else part).sort_values("deck_disp_m")["motion_id"]
+    return str(ordered.iloc[int(TYPICAL_QUANTILE * (len(ordered) - 1))])
+
+
+def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> None:
+    """Repeat one analysis without and one with friction, and write their histories.
+
+    The table has variant, motion_id and the histories. It has no rows where the study has one
+    friction only, and none of a run that diverged.
+    """
+    from skewbridge.analysis.transient import analyse
+
+    rows, runs = read_frame(demands), [pd.DataFrame()]
+    pair = friction_pair(rows)
+    motion_id = typical_motion(rows, pair[-1]) if pair else ""
+    for variant in pair or ():
+        task = next(t for t in setup.tasks(variant.slug) if t.motion.motion.motion_id == motion_id)
+        result = analyse(task.variant, task.excitation, task.settings, task.options, histories=True)
+        histories = pd.DataFrame(result.histories or {})
+        runs.append(histories.assign(variant=variant.slug, motion_id=motion_id))
+    write_frame(pd.concat(runs, ignore_index=True), output, provenance())
+
+
+def read_friction_pair(path: Path) -> tuple[Variant, str, dict[str, pd.DataFrame]] | None:
+    """Return what `write_friction_pair` wrote, or None if there was no pair.
+
+    Returns:
+        The variant without friction, the motion, and the histories by a legend: ``friction 0.5``.
+    """
+    table = read_frame(path)
+    if table.empty:
+        return None
+    runs = {parse_slug(str(slug)): rows for slug, rows in table.groupby("variant")}
+    histories: dict[str, Any] = {
+        f"friction {variant.friction:g}": rows.drop(columns=["variant", "motion_id"])
+        .dropna(axis="columns", how="all")
+        .reset_index(drop=True)
+        for variant, rows in runs.items()
+    }
+    return next(iter(runs)), str(table["motion_id"].iloc[0]), histories
