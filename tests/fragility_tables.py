@@ -12,8 +12,7 @@ from skewbridge.fragility.effects import effect_tables
 from skewbridge.fragility.limit_states import limit_states_of, load_limit_states
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.verdicts import verdicts_of
-from skewbridge.variant.abutments import ABUTMENTS
-from skewbridge.variant.variant import Variant
+from skewbridge.variant.variant import ABUTMENTS, Variant
 
 IM = "im_saavg_rotd50_g"
 STATES = load_limit_states(Path(__file__).parents[1] / "config" / "limit_states.yaml")

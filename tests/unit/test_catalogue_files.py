@@ -16,8 +16,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.text import read_mapping
 from skewbridge.report.methods import methods_of
 from skewbridge.study.config import parse_config
-from skewbridge.variant.abutments import ABUTMENTS, AbutmentTraits
-from skewbridge.variant.variant import Variant, parse_slug
+from skewbridge.variant.variant import ABUTMENTS, AbutmentTraits, Variant, parse_slug
 
 
 def write_variant(tmp_path: Path, text: str) -> Path:

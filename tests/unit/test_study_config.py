@@ -20,11 +20,10 @@ from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.folder import list_motions
 from skewbridge.study.config import StudyConfig, load_config, parse_config
 from skewbridge.study.folder import DEFAULT_ROOT
-from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import axes_of, axis
 from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import SLUG_PATTERN, Variant, parse_slug
+from skewbridge.variant.variant import ABUTMENTS, SLUG_PATTERN, Variant, parse_slug
 
 NAN = float("nan")
 SCHEMA = jsonschema.Draft202012Validator(json.loads((ROOT / "config/schema.json").read_text()))

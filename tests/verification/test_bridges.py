@@ -22,8 +22,8 @@ from skewbridge.bridge.gravity import (
     total_weight_n,
 )
 from skewbridge.bridge.model import build, domain
-from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import ABUTMENTS
 from skewbridge.verification.registry import run_study
 from strong_motion import pulse_motion, strong_motion
 

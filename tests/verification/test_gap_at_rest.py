@@ -7,8 +7,8 @@ from bridge_variants import analysed, variant
 from skewbridge.analysis.pushover import push_abutment
 from skewbridge.bridge.catalogue import bridge_names
 from skewbridge.bridge.model import build, domain
-from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import ABUTMENTS
 
 TOLERANCE_M = 5e-5  # a thousandth of the larger gap: far below any effect under study
 GAP_MM = 25

@@ -31,10 +31,9 @@ from skewbridge.cli.output import (
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder, write_text
 from skewbridge.units import KN, Units
-from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant, parse_slug
+from skewbridge.variant.variant import ABUTMENTS, Variant, parse_slug
 
 if TYPE_CHECKING:
     from skewbridge.analysis.pushover import PushCurve

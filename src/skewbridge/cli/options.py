@@ -10,10 +10,9 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.cli.output import Opt
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, parse_yaml, read_yaml, shortened
-from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
+from skewbridge.variant.variant import ABUTMENTS, Variant
 
 if TYPE_CHECKING:
     from skewbridge.study.config import StudyConfig

@@ -13,7 +13,7 @@ from stat import S_ISREG
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, NoReturn
 
 import yaml
-from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
+from pydantic import BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
 from pydantic_core import ArgsKwargs
 
 from skewbridge.errors import InputError, did_you_mean
@@ -294,6 +294,8 @@ def _flag(value: Any) -> Any:
 
 #: True or false; as text too, because `snakemake --config` passes values within braces as text.
 Flag = Annotated[bool, BeforeValidator(_flag), Field(strict=True)]
+#: Option classes refuse unknown keys; the docstring of a field describes its key.
+OPTIONS: Final = ConfigDict(extra="forbid", use_attribute_docstrings=True)
 #: Path of a file or folder.
 FileName = Annotated[str, Field(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f]+$")]
 

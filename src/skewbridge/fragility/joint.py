@@ -30,8 +30,8 @@ from skewbridge.fragility.mixed import MixedData, MixedFit, fit_mixed, outer_by,
 from skewbridge.fragility.motion_means import jackknife_covariance
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.variant.abutments import lacking_axes
 from skewbridge.variant.axes import AXES, axis
+from skewbridge.variant.variant import lacking_axes
 
 TOO_FEW_MOTIONS: Final = "too_few_motions"
 NO_AXIS: Final = "no_axis_varies"

@@ -16,8 +16,8 @@ from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.verdicts import RATIOS
 from skewbridge.units import split_unit
-from skewbridge.variant.abutments import lacking_axes
 from skewbridge.variant.axes import AXES, Axis, axes_of
+from skewbridge.variant.variant import lacking_axes
 
 JOINT: Final = "joint"
 _ENDS: Final = ("", "_low", "_high")

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
 
 import numpy as np
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.errors import InputError
-from skewbridge.files.text import FileName, Number, Whole
+from skewbridge.files.text import OPTIONS, FileName, Number, Whole
 from skewbridge.motions.record import Vector
 
 if TYPE_CHECKING:
@@ -41,63 +41,36 @@ Level = Annotated[Number, Field(ge=1.0e-4, le=20.0)]
 ScaleFactor = Annotated[Number, Field(ge=1.0e-4, le=1.0e4)]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class MotionsConfig:
     """Ground motions of a study, their levels and their directions."""
 
-    folder: FileName = Field(
-        default="motions", description="folder with an index.csv or with motions"
-    )
-    suites: tuple[FileName, ...] = Field(
-        default=("near",),
-        min_length=1,
-        max_length=20,
-        description="near (motions of folder), far (M 7.5, 30 km), pulse (M 7, 5 km), records "
-        "(folder named by SKEWBRIDGE_RECORDS), or folders of records",
-    )
-    count: Whole | None = Field(
-        default=32,
-        ge=1,
-        le=100_000,
-        description="use this many motions of each suite, from its first; null: all motions",
-    )
-    design: Literal["scaled_cloud", "cloud", "stripes", "ida"] = Field(
-        default="scaled_cloud",
-        description="one factor per motion; unscaled; every motion at every level; search for "
-        "first exceedances",
-    )
-    level_range_g: tuple[Level, Level] = Field(
-        default=LEVEL_RANGE_G, description="range of Sa_avg of scaled_cloud and ida"
-    )
+    folder: FileName = Field(default="motions")
+    """folder with an index.csv or with motions"""
+    suites: tuple[FileName, ...] = Field(default=("near",), min_length=1, max_length=20)
+    """near (folder), far, pulse (motions/README.md), records (SKEWBRIDGE_RECORDS), other folders"""
+    count: Whole | None = Field(default=32, ge=1, le=100_000)
+    """use this many motions of each suite, from its first; null: all motions"""
+    design: Literal["scaled_cloud", "cloud", "stripes", "ida"] = Field(default="scaled_cloud")
+    """one factor per motion; unscaled; every motion at every level; search for first exceedances"""
+    level_range_g: tuple[Level, Level] = Field(default=LEVEL_RANGE_G)
+    """range of Sa_avg of scaled_cloud and ida"""
     stripes_g: tuple[Level, ...] = Field(
-        default=(0.1, 0.2, 0.35, 0.55, 0.8, 1.1, 1.5),
-        min_length=2,
-        max_length=100,
-        description="Sa_avg of stripes, rising",
+        default=(0.1, 0.2, 0.35, 0.55, 0.8, 1.1, 1.5), min_length=2, max_length=100
     )
-    factor_limits: tuple[ScaleFactor, ScaleFactor] = Field(
-        default=(0.25, 4.0),
-        description="factors that stripes may use; levels that need others are left out",
-    )
-    ida_demand: str = Field(default="column_drift_ratio", description="demand of ida")
-    ida_threshold: Number = Field(
-        default=0.025,
-        gt=0.0,
-        le=1.0e9,
-        description="limit of ida_demand that the search looks for, in the unit of the column",
-    )
-    shaking_s: Number | None = Field(
-        default=None,
-        ge=0.1,
-        le=1.0e4,
-        description="keep the strongest part of each motion, of this length; null: whole motions",
-    )
+    """Sa_avg of stripes, rising"""
+    factor_limits: tuple[ScaleFactor, ScaleFactor] = Field(default=(0.25, 4.0))
+    """factors that stripes may use; levels that need others are left out"""
+    ida_demand: str = Field(default="column_drift_ratio")
+    """demand of ida"""
+    ida_threshold: Number = Field(default=0.025, gt=0.0, le=1.0e9)
+    """limit of ida_demand that the search looks for, in the unit of the column"""
+    shaking_s: Number | None = Field(default=None, ge=0.1, le=1.0e4)
+    """keep the strongest part of each motion, of this length; null: whole motions"""
     incidence_deg: tuple[Annotated[Number, Field(ge=0.0, lt=360.0)], ...] = Field(
-        default=(0.0,),
-        min_length=1,
-        max_length=360,
-        description="angle from the bridge x axis to component 1",
+        default=(0.0,), min_length=1, max_length=360
     )
+    """angle from the bridge x axis to component 1"""
 
     @model_validator(mode="after")
     def _levels_rise(self) -> Self:

@@ -15,8 +15,8 @@ from skewbridge.bridge.geometry import Member, ModelGeometry
 from skewbridge.bridge.moment_curvature import MomentCurvature
 from skewbridge.bridge.shear_capacity import ShearSection, shear_strength
 from skewbridge.units import KN, MM
-from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import ShearModel
+from skewbridge.variant.variant import ABUTMENTS
 
 type Points = NDArray[np.float64]
 

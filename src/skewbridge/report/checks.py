@@ -16,8 +16,8 @@ from skewbridge.demands.validity import LIMITS, SUSPECT, SuspectLimits, count_re
 from skewbridge.errors import SolutionError
 from skewbridge.files.text import write_text
 from skewbridge.statuses import RAN, STATUSES
-from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import axes_of
+from skewbridge.variant.variant import ABUTMENTS
 
 #: Same equations, numbering and springs: only the updates, which do nothing, are left out.
 CONTACT_TOLERANCE: Final = 1e-9

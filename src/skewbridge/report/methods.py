@@ -25,7 +25,6 @@ from skewbridge.report.axis_layout import (
     value_text,
 )
 from skewbridge.study.config import StudyConfig, parse_config
-from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import axis
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.random_properties import (
@@ -33,6 +32,7 @@ from skewbridge.variant.random_properties import (
     DIRECTION,
     property_name,
 )
+from skewbridge.variant.variant import ABUTMENTS
 
 #: Full references by their key in the text.
 REFERENCES: Final[Mapping[str, str]] = yaml.safe_load(

@@ -67,9 +67,8 @@ from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSetting
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.repeats import read_friction_pair
 from skewbridge.units import INCH, MM
-from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.axes import AXES
-from skewbridge.variant.variant import Variant
+from skewbridge.variant.variant import ABUTMENTS, Variant
 
 #: What figures show; the gallery of the page has them in this order.
 CURVES, CLOUDS, EFFECTS, CHOICES, HISTORIES, MOTIONS = SECTIONS = (

@@ -16,11 +16,10 @@ from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.levels import MotionsConfig
 from skewbridge.study.folder import DEFAULT_ROOT, default_root
 from skewbridge.units import Units
-from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.random_properties import UncertaintyConfig
-from skewbridge.variant.variant import Variant, parse_slug
+from skewbridge.variant.variant import ABUTMENTS, Variant, parse_slug
 
 #: The bridge whose conditioning period sets the factors of every study: they belong to a motion
 #: alone, or the pairs of variants and bridges would be lost.

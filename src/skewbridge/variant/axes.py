@@ -15,9 +15,6 @@ from skewbridge.errors import InputError
 from skewbridge.units import split_unit
 from skewbridge.variant.options import ModelOptions
 
-#: Difference from a value with few decimals that counts as a rounding error.
-_ROUNDING: Final = 1e-9
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Axis:
@@ -71,16 +68,13 @@ class Axis:
         """Return the requirement that a value violates, None for a valid value."""
         if not self.low <= value <= self.high:
             return f"must be within {self.low:g}..{self.high:g}"
-        if self.decimals is None or abs(value - round(value, self.decimals)) <= _ROUNDING:
+        # 1e-9 is a rounding error
+        if self.decimals is None or abs(value - round(value, self.decimals)) <= 1e-9:
             return None
         return f"must have at most {self.decimals} decimals" if self.decimals else "must be whole"
 
     def checked(self, value: float) -> float:
-        """Return a value of the axis without rounding errors, an integer on an axis of integers.
-
-        Raises:
-            InputError: It is outside the limits or has too many decimals.
-        """
+        """Return a value of the axis without rounding errors; `InputError` if it is invalid."""
         if complaint := self.complaint(value):
             raise InputError(f"{self.name} {complaint}, got {float(value):.10g}")
         return float(value) if self.decimals is None else round(value, self.decimals or None)
@@ -92,13 +86,11 @@ class Axis:
 
     def in_name(self, value: float) -> str:
         """Return the part of a variant's name that holds the value."""
-        if not self.digits:
-            plain = f"{value!r}".removesuffix(".0").replace("+", "").replace(".", "p")
-            return f"{self.code}{plain}"
-        count = self.count(value)
-        whole, _, decimals = f"{abs(count)!r}".partition(".")
-        sign, end = "m" if count < 0 else "", f"p{decimals}" if decimals else ""
-        return f"{self.code}{sign}{whole:0>{self.digits}}{end}"
+        number = self.count(value) if self.digits else value
+        text = f"{abs(number)!r}".removesuffix(".0").replace("+", "").replace(".", "p")
+        whole, p, decimals = text.partition("p")
+        sign = ("m" if self.digits else "-") if number < 0 else ""
+        return f"{self.code}{sign}{whole.zfill(self.digits)}{p}{decimals}"
 
     def from_name(self, text: str) -> float:
         """Return the checked value of an axis from its text in the name of a variant."""

@@ -1,11 +1,11 @@
 """Grid of a study (section ``grid``) and its expansion into variants."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Mapping
 from itertools import product
 from math import prod
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, Final, LiteralString, Self
 
 from pydantic import (
     AfterValidator,
@@ -18,10 +18,9 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from skewbridge.files.text import Number
-from skewbridge.variant.abutments import ABUTMENTS
+from skewbridge.files.text import OPTIONS, Number
 from skewbridge.variant.axes import AXES, OPTION_AXES
-from skewbridge.variant.variant import BRIDGE_PATTERN, Variant
+from skewbridge.variant.variant import ABUTMENTS, BRIDGE_PATTERN, Variant
 
 
 def _known_abutment(value: str) -> str:
@@ -72,18 +71,14 @@ class GridConfig(BaseModel):
     In addition to the fields, any numeric key of ``model`` may be an axis.
     """
 
-    model_config = ConfigDict(extra="allow", frozen=True, json_schema_extra=_with_axes)
+    model_config = OPTIONS | ConfigDict(extra="allow", frozen=True, json_schema_extra=_with_axes)
 
     bridge: Annotated[tuple[Bridge, ...], AfterValidator(_different_names)] = Field(
-        default=("osb1", "osb1_fixed"),
-        min_length=1,
-        description="bridges of config/bridges/ and the catalogue, or paths",
+        default=("osb1", "osb1_fixed"), min_length=1
     )
-    abutment: tuple[Abutment, ...] = Field(
-        default=("contact_friction",),
-        min_length=1,
-        description="abutment models, the simplest first",
-    )
+    """bridges of config/bridges/ and the catalogue, or paths"""
+    abutment: tuple[Abutment, ...] = Field(default=("contact_friction",), min_length=1)
+    """abutment models, the simplest first"""
     skew_deg: AxisValues = (0, 30, 60)
     gap_mm: AxisValues = (25, 51)
     friction: AxisValues = (0.0, 0.5)
@@ -96,35 +91,30 @@ class GridConfig(BaseModel):
     @model_validator(mode="after")
     def _values_on_their_axes(self) -> Self:
         extra, axes = self.model_extra or {}, {axis.name: axis for axis in (*AXES, *OPTION_AXES)}
-        _raise_any(
-            _finding("extra_forbidden", "no axis", (name,), extra[name])
-            for name in extra.keys() - axes.keys()
-        )
+        unknown = {(name,): ("no axis", extra[name]) for name in extra.keys() - axes.keys()}
+        _refuse("extra_forbidden", unknown)
         extra.update(_OPTION_VALUES.validate_python(extra))
-        _raise_any(
-            _finding("axis", complaint, (name, number), value)
+        complaints = {
+            (name, number): (complaint, value)
             for name, values in self.values().items()
             for number, value in enumerate(values)
             if (complaint := axes[name].complaint(value))
-        )
-        lists = [self.bridge, self.abutment, *self.values().values()]
-        count = prod(map(len, lists))
+        }
+        _refuse("axis", complaints)
+        count = prod(map(len, (self.bridge, self.abutment, *self.values().values())))
         if count > MAX_VARIANTS:
             raise ValueError(f"the grid has {count} variants; the limit is {MAX_VARIANTS}")
         return self
 
 
-def _raise_any(findings: Iterable[InitErrorDetails]) -> None:
-    if errors := list(findings):
+def _refuse(kind: LiteralString, findings: Mapping[Any, tuple[str, Any]]) -> None:
+    """Raise the errors (words and value) at some places of the grid, if there are any."""
+    errors = [
+        InitErrorDetails(type=PydanticCustomError(kind, "{w}", {"w": words}), loc=at, input=value)
+        for at, (words, value) in findings.items()
+    ]
+    if errors:
         raise ValidationError.from_exception_data("grid", errors)
-
-
-def _finding(
-    kind: Literal["extra_forbidden", "axis"], words: str, where: tuple[str | int, ...], given: Any
-) -> InitErrorDetails:
-    return InitErrorDetails(
-        type=PydanticCustomError(kind, "{words}", {"words": words}), loc=where, input=given
-    )
 
 
 def expand_grid(grid: GridConfig) -> list[Variant]:

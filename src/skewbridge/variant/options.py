@@ -5,10 +5,10 @@ Each field is a key of the configuration; every numeric one can be an axis of th
 
 from typing import Annotated, Final, Literal, get_args
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from skewbridge.files.text import Flag, Number, Whole
+from skewbridge.files.text import OPTIONS, Flag, Number, Whole
 from skewbridge.units import MM
 
 Fibers = Annotated[Whole, Field(ge=1, le=200)]
@@ -27,213 +27,115 @@ SHEAR_MODEL_DEMANDS: Final[dict[ShearModel, str]] = {
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class ModelOptions:
     """Modelling options of one analysis; the defaults are those of the default study."""
 
-    arrays: Literal["rigid", "corotational"] = Field(
-        default="rigid",
-        description="arms from the deck end to pads, walls and keys: rigid, or corotational "
-        "(paper)",
-    )
-    column_integration: Literal["hinge_radau", "lobatto5"] = Field(
-        default="hinge_radau",
-        description="column plasticity: hinges (hinge_rule), or distributed (paper)",
-    )
-    hinge_rule: HingeRule = Field(
-        default="sdc",
-        description="hinge length 0.08 L + 0.022 fye db, with sdc at least 0.044 fye db, unless "
-        "in the bridge file",
-    )
+    arrays: Literal["rigid", "corotational"] = Field(default="rigid")
+    """arms from the deck end to pads, walls and keys: rigid, or corotational (paper)"""
+    column_integration: Literal["hinge_radau", "lobatto5"] = Field(default="hinge_radau")
+    """column plasticity: hinges (hinge_rule), or distributed (paper)"""
+    hinge_rule: HingeRule = Field(default="sdc")
+    """hinge length 0.08 L + 0.022 fye db, sdc: at least 0.044 fye db, unless in the bridge file"""
     # source: Rahman & Mackie, section 4
-    transverse_gap_mm: Number = Field(
-        default=6.4, ge=0.0, le=1.0e5, description="gap at each exterior shear key"
-    )
-    gap_measured: GapMeasured = Field(
-        default="normal",
-        description="direction of gap_mm: normal to the backwall, or along the bridge",
-    )
-    cohesion_n: Number = Field(
-        default=0.0,
-        ge=0.0,
-        le=1.0e9,
-        description="cohesion of a backwall",
-    )
-    backwall_points: Whole = Field(
-        default=3, ge=2, le=41, description="contact points of a backwall, corners included"
-    )
-    normal_stiffness_n_per_m: Penalty | None = Field(
-        default=None,
-        description="contact penalty of a wall point; null: set by rule",
-    )
-    tangent_stiffness_n_per_m: Penalty | None = Field(
-        default=None, description="tangential penalty; null: set by rule"
-    )
-    normal_stiffness_factor: _Factor = Field(
-        default=1.0, description="factor on the normal penalty"
-    )
-    tangent_stiffness_factor: _Factor = Field(
-        default=1.0, description="factor on the tangential penalty"
-    )
+    transverse_gap_mm: Number = Field(default=6.4, ge=0.0, le=1.0e5)
+    """gap at each exterior shear key"""
+    gap_measured: GapMeasured = Field(default="normal")
+    """direction of gap_mm: normal to the backwall, or along the bridge"""
+    cohesion_n: Number = Field(default=0.0, ge=0.0, le=1.0e9)
+    """cohesion of a backwall"""
+    backwall_points: Whole = Field(default=3, ge=2, le=41)
+    """contact points of a backwall, corners included"""
+    normal_stiffness_n_per_m: Penalty | None = Field(default=None)
+    """contact penalty of a wall point; null: set by rule"""
+    tangent_stiffness_n_per_m: Penalty | None = Field(default=None)
+    """tangential penalty; null: set by rule"""
+    normal_stiffness_factor: _Factor = Field(default=1.0)
+    """factor on the normal penalty"""
+    tangent_stiffness_factor: _Factor = Field(default=1.0)
+    """factor on the tangential penalty"""
     # ASSUME a backwall and a key follow deck and soil without inertia of their own: their light
     # masses between a stiff contact and the soil would rattle at any step, with an impact force
     # v sqrt(kn m) that grows with the penalty (docs/theory/analysis.md)
-    wall_mass: Flag = Field(
-        default=False,
-        description="mass of walls and keys, as in scheme paper",
-    )
+    wall_mass: Flag = Field(default=False)
+    """mass of walls and keys, as in scheme paper"""
     # ASSUME compacted backfill softened by strong shaking: 100 to 200 m/s
-    backfill_vs_mps: Number | None = Field(
-        default=150.0,
-        ge=0.0,
-        le=2.0e3,
-        description="shear wave velocity of the soil in the dashpots of walls (radiation); null "
-        "(scheme paper): wall_dashpot_ratio",
-    )
+    backfill_vs_mps: Number | None = Field(default=150.0, ge=0.0, le=2.0e3)
+    """shear wave velocity at wall dashpots (radiation); null (scheme paper): wall_dashpot_ratio"""
     # ASSUME a light key without any damping would rattle
-    wall_dashpot_ratio: Number = Field(
-        default=0.10,
-        ge=0.0,
-        le=1.0,
-        description="damping ratio of the dashpots of keys, and of walls where backfill_vs_mps is "
-        "null",
-    )
+    wall_dashpot_ratio: Number = Field(default=0.10, ge=0.0, le=1.0)
+    """damping ratio of the dashpots of keys, and of walls where backfill_vs_mps is null"""
     # ASSUME a pushed backwall returns slowly: this adds 0.4 % to the backbone at 76 mm, 5e6 would
     # add 7 %
-    wall_restoring_n_per_m: Number = Field(
-        default=3.0e5,
-        ge=1.0,
-        le=1.0e9,
-        description="spring that returns a pushed backwall, at zero skew",
-    )
-    backfill: Literal["hyperbolic", "sdc"] = Field(
-        default="hyperbolic", description="hyperbolic curve, or the bilinear one of SDC 2.0"
-    )
-    backfill_height_exponent: Number = Field(
-        default=1.5,
-        ge=1.0,
-        le=2.0,
-        description="power of the wall height in the strength of UCSD backfill (scheme paper: 1)",
-    )
+    wall_restoring_n_per_m: Number = Field(default=3.0e5, ge=1.0, le=1.0e9)
+    """spring that returns a pushed backwall, at zero skew"""
+    backfill: Literal["hyperbolic", "sdc"] = Field(default="hyperbolic")
+    """hyperbolic curve, or the bilinear one of SDC 2.0"""
+    backfill_height_exponent: Number = Field(default=1.5, ge=1.0, le=2.0)
+    """power of the wall height in the strength of UCSD backfill (scheme paper: 1)"""
     # ASSUME the backfill is uniform along the wall
-    backfill_variation: Number = Field(
-        default=0.0,
-        ge=0.0,
-        le=0.9,
-        description="change of the backfill from middle to ends of a wall at skew 60 (Kaviani: "
-        "0.3)",
-    )
-    keys: Literal["sacrificial", "monolithic"] = Field(
-        default="sacrificial", description="exterior shear keys that break, or do not"
-    )
-    key_frame: Literal["skewed", "deck_edge"] = Field(
-        default="deck_edge",
-        description="normal of the keys: along the abutment line (scheme paper), or across the "
-        "deck's edge",
-    )
-    key_along_face: Literal["backbone", "elastic"] = Field(
-        default="backbone",
-        description="keys along their face: limited by their strength, or elastic (scheme paper)",
-    )
-    friction_at: FrictionAt = Field(
-        default="all",
-        description="contacts with friction",
-    )
+    backfill_variation: Number = Field(default=0.0, ge=0.0, le=0.9)
+    """change of the backfill from middle to ends of a wall at skew 60 (Kaviani: 0.3)"""
+    keys: Literal["sacrificial", "monolithic"] = Field(default="sacrificial")
+    """exterior shear keys that break, or do not"""
+    key_frame: Literal["skewed", "deck_edge"] = Field(default="deck_edge")
+    """normal of the keys: along the abutment line (scheme paper), or across the deck's edge"""
+    key_along_face: Literal["backbone", "elastic"] = Field(default="backbone")
+    """keys along their face: limited by their strength, or elastic (scheme paper)"""
+    friction_at: FrictionAt = Field(default="all")
+    """contacts with friction"""
     # ASSUME webs and slabs bring the dead load of the deck evenly over its width onto the caps
-    cap_load: Literal["spread", "middle"] = Field(
-        default="spread",
-        description="dead load of the deck on a cap: over its width, or in the middle",
-    )
+    cap_load: Literal["spread", "middle"] = Field(default="spread")
+    """dead load of the deck on a cap: over its width, or in the middle"""
     # ASSUME column bases are on rigid ground
-    foundation: Literal["fixed", "springs"] = Field(
-        default="fixed",
-        description="column bases: rigid, or springs of the bridge file",
-    )
-    embankment_mass: Flag = Field(
-        default=False,
-        description="critical length of the embankment moves with the abutment (model spring)",
-    )
-    damping_ratio: Number | None = Field(
-        default=None,
-        ge=1.0e-3,
-        le=0.5,
-        description="ratio of the Rayleigh damping; null: the ratio in the bridge file",
-    )
+    foundation: Literal["fixed", "springs"] = Field(default="fixed")
+    """column bases: rigid, or springs of the bridge file"""
+    embankment_mass: Flag = Field(default=False)
+    """critical length of the embankment moves with the abutment (model spring)"""
+    damping_ratio: Number | None = Field(default=None, ge=1.0e-3, le=0.5)
+    """ratio of the Rayleigh damping; null: the ratio in the bridge file"""
     # ASSUME the pads of a deck end yield together: it turns too little for them to differ
-    pads: Literal["two", "each"] = Field(
-        default="two",
-        description="two equivalent elements per deck end, or one per pad",
-    )
+    pads: Literal["two", "each"] = Field(default="two")
+    """two equivalent elements per deck end, or one per pad"""
     # ASSUME pads do not slide on their seats
-    pad_strength_factor: _Factor = Field(
-        default=1.0,
-        description="factor on the yield force of pads",
-    )
-    pad_stiffness_factor: _Factor = Field(
-        default=1.0, description="factor on the shear stiffness of pads"
-    )
-    concrete_strength_factor: _Factor = Field(
-        default=1.0,
-        description="factor on the strength of column concrete (modulus: its root)",
-    )
-    steel_strength_factor: _Factor = Field(
-        default=1.0, description="factor on the yield strength of bars and hoops"
-    )
-    damping_factor: _Factor = Field(default=1.0, description="factor on the damping ratio")
-    deck_mass_factor: _Factor = Field(
-        default=1.0, description="factor on mass and weight of the deck"
-    )
-    backfill_strength_factor: _Factor = Field(
-        default=1.0, description="factor on the strength of backfill and wing walls"
-    )
-    backfill_stiffness_factor: _Factor = Field(
-        default=1.0, description="factor on the stiffness of backfill and wing walls"
-    )
-    key_strength_factor: _Factor = Field(
-        default=1.0, description="factor on the forces of shear keys"
-    )
-    gap_offset_mm: Number = Field(
-        default=0.0,
-        ge=-1.0e3,
-        le=1.0e3,
-        description="offset added to the gap of the variant; the sum is at least 0",
-    )
+    pad_strength_factor: _Factor = Field(default=1.0)
+    """factor on the yield force of pads"""
+    pad_stiffness_factor: _Factor = Field(default=1.0)
+    """factor on the shear stiffness of pads"""
+    concrete_strength_factor: _Factor = Field(default=1.0)
+    """factor on the strength of column concrete (modulus: its root)"""
+    steel_strength_factor: _Factor = Field(default=1.0)
+    """factor on the yield strength of bars and hoops"""
+    damping_factor: _Factor = Field(default=1.0)
+    """factor on the damping ratio"""
+    deck_mass_factor: _Factor = Field(default=1.0)
+    """factor on mass and weight of the deck"""
+    backfill_strength_factor: _Factor = Field(default=1.0)
+    """factor on the strength of backfill and wing walls"""
+    backfill_stiffness_factor: _Factor = Field(default=1.0)
+    """factor on the stiffness of backfill and wing walls"""
+    key_strength_factor: _Factor = Field(default=1.0)
+    """factor on the forces of shear keys"""
+    gap_offset_mm: Number = Field(default=0.0, ge=-1.0e3, le=1.0e3)
+    """offset added to the gap of the variant; the sum is at least 0"""
     # ASSUME a core whose hoops have broken keeps 0.2 of its strength, bars that broke carry nothing
-    fiber_end: Literal["loss", "none"] = Field(
-        default="loss",
-        description="column fibers at their ultimate strain: lose strength, or not",
-    )
-    shear_failure: Literal["flag", "degrade"] = Field(
-        default="flag",
-        description="column at its shear capacity: recorded in beyond_model, or softened",
-    )
-    column_fibers: tuple[Fibers, Wedges, Fibers] = Field(
-        default=(5, 20, 1),
-        description="rings of the core, wedges (and bars), rings of the cover",
-    )
-    deck_elements_per_span: Whole = Field(
-        default=4, ge=1, le=64, description="elastic elements per span"
-    )
-    shear_model: ShearModel = Field(
-        default="sdc_expected",
-        description="shear capacity: Caltrans with expected or nominal materials, or Kowalsky and "
-        "Priestley (expected)",
-    )
-    elastic_columns: Flag = Field(
-        default=False,
-        description="cracked elastic columns, for hand checks",
-    )
+    fiber_end: Literal["loss", "none"] = Field(default="loss")
+    """column fibers at their ultimate strain: lose strength, or not"""
+    shear_failure: Literal["flag", "degrade"] = Field(default="flag")
+    """column at its shear capacity: recorded in beyond_model, or softened"""
+    column_fibers: tuple[Fibers, Wedges, Fibers] = Field(default=(5, 20, 1))
+    """rings of the core, wedges (and bars), rings of the cover"""
+    deck_elements_per_span: Whole = Field(default=4, ge=1, le=64)
+    """elastic elements per span"""
+    shear_model: ShearModel = Field(default="sdc_expected")
+    """shear capacity: Caltrans, expected or nominal, or Kowalsky and Priestley (expected)"""
+    elastic_columns: Flag = Field(default=False)
+    """cracked elastic columns, for hand checks"""
     # Prediction is better where steps resolve the contact, as the steps in contact do: at most
     # 2.5 % of the friction work is above the limit; with `lagged` it is 5 to 11 % at walls
     # (docs/theory/analysis.md).
-    coupling: Literal["lagged", "extrapolated"] = Field(
-        default="extrapolated",
-        description="friction bound from the last normal force (paper), or the predicted one",
-    )
-
-    def has_friction_at(self, place: Literal["walls", "keys"]) -> bool:
-        """Whether the contacts of a place have the variant's friction."""
-        return self.friction_at in ("all", place)
+    coupling: Literal["lagged", "extrapolated"] = Field(default="extrapolated")
+    """friction bound from the last normal force (paper), or the predicted one"""
 
     @property
     def transverse_gap_m(self) -> float:

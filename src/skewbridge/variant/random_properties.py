@@ -14,15 +14,15 @@ References:
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
-from math import exp, inf, log
+from math import exp, log
 from statistics import NormalDist
 from typing import Annotated, Any, Final, Literal, Self
 
 import numpy as np
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from skewbridge.files.text import Flag, Number, Whole
+from skewbridge.files.text import OPTIONS, Flag, Number, Whole
 from skewbridge.variant.options import ModelOptions
 
 #: Draws of a property in the demands table are in columns with this prefix.
@@ -33,10 +33,9 @@ DIRECTION: Final = "incidence_deg"
 #: Motions whose draws form one Latin hypercube. A draw does not depend on later motions.
 BLOCK: Final = 16
 _TRIALS: Final = 200  # hypercubes of a block, of which the least correlated one is used
-_NORMAL: Final = NormalDist()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class RandomProperty:
     """Distribution of one property, as a factor on its value in the model or an offset from it.
 
@@ -44,19 +43,18 @@ class RandomProperty:
         ValidationError: The limits leave no values, or those of a uniform property are not finite.
     """
 
-    distribution: Literal["normal", "lognormal", "uniform"] = Field(
-        description="distribution between the limits low and high"
-    )
-    median: Number = Field(default=1.0, description="median before truncation; not of uniform")
-    spread: Annotated[Number, Field(gt=0.0, le=100.0)] = Field(
-        default=1.0,
-        description="standard deviation, of the logarithm if lognormal; not of uniform",
-    )
-    low: Number = Field(ge=-1.0e3, description="lower end of the values (truncation)")
-    high: Number = Field(le=1.0e3, description="upper end of the values (truncation)")
-    source: Annotated[str, Field(min_length=1, max_length=500)] = Field(
-        description="where the distribution comes from"
-    )
+    distribution: Literal["normal", "lognormal", "uniform"] = Field()
+    """distribution between the limits low and high"""
+    median: Number = Field(default=1.0)
+    """median before truncation; not of uniform"""
+    spread: Annotated[Number, Field(gt=0.0, le=100.0)] = Field(default=1.0)
+    """standard deviation, of the logarithm if lognormal; not of uniform"""
+    low: Number = Field(ge=-1.0e3)
+    """lower end of the values (truncation)"""
+    high: Number = Field(le=1.0e3)
+    """upper end of the values (truncation)"""
+    source: Annotated[str, Field(min_length=1, max_length=500)] = Field()
+    """where the distribution comes from"""
 
     @model_validator(mode="after")
     def _has_values(self) -> Self:
@@ -73,21 +71,13 @@ class RandomProperty:
         if self.distribution == "uniform":
             value = self.low + share * (self.high - self.low)
         else:
-            low, high = self._normal(self.low), self._normal(self.high)
+            into, back = (log, exp) if self.distribution == "lognormal" else (float, float)
+            normal = NormalDist(into(self.median), self.spread)
+            low, high = normal.cdf(into(self.low)), normal.cdf(into(self.high))
             middle = min(max(low + share * (high - low), 1.0e-12), 1.0 - 1.0e-12)
-            value = self._value(_NORMAL.inv_cdf(middle))
+            value = back(normal.inv_cdf(middle))
         # the last digits of exp differ between processors, and with them the keys of analyses
         return float(f"{min(max(value, self.low), self.high):.6g}")
-
-    def _normal(self, value: float) -> float:
-        is_log = self.distribution == "lognormal"
-        off = log(value / self.median) if is_log else value - self.median
-        return _NORMAL.cdf(off / self.spread)
-
-    def _value(self, score: float) -> float:
-        if self.distribution == "lognormal":
-            return self.median * exp(score * self.spread)
-        return self.median + score * self.spread
 
     @property
     def as_text(self) -> str:
@@ -106,7 +96,7 @@ def _of(distribution: str, low: float, high: float, source: str, **shape: float)
 _NIELSON: Final = "Nielson and DesRoches (2007), from memory"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class UncertaintyConfig:
     """Random properties: one draw per motion, the same in every variant.
 
@@ -114,11 +104,10 @@ class UncertaintyConfig:
     offset is added.
     """
 
-    enabled: Flag = Field(
-        default=False,
-        description="random properties, one draw per motion for all variants",
-    )
-    seed: Whole = Field(default=1, ge=0, le=2**31, description="seed of the draws")
+    enabled: Flag = Field(default=False)
+    """random properties, one draw per motion for all variants"""
+    seed: Whole = Field(default=1, ge=0, le=2**31)
+    """seed of the draws"""
     # 33.8 +- 4.3 MPa; two standard deviations, as in the other rows without limits in the source
     concrete_strength_factor: RandomProperty | None = _of(
         "normal", 0.75, 1.25, f"{_NIELSON}: 33.8 +- 4.3 MPa", spread=0.127
@@ -153,9 +142,8 @@ class UncertaintyConfig:
     )
     # null by default: the shipped suites turn every pair at random already, and another angle only
     # takes the place of the first
-    incidence_deg: RandomProperty | None = Field(
-        default=None, description="added to motions.incidence_deg"
-    )
+    incidence_deg: RandomProperty | None = Field(default=None)
+    """added to motions.incidence_deg"""
 
     @model_validator(mode="after")
     def _factors_are_positive(self) -> Self:
@@ -189,15 +177,12 @@ class UncertaintyConfig:
         drawn = self.drawn
         if not drawn:
             return {}
-        columns = [list(self.properties).index(name) for name in drawn]
+        names, label = list(self.properties), int.from_bytes(suite.encode())
         blocks = range(-(-len(motion_ids) // BLOCK))
-        label = int.from_bytes(suite.encode()) if suite else 0
-        width = len(self.properties)
-        shares = np.vstack([_hypercube(width, (self.seed, label, each)) for each in blocks])
+        shares = np.vstack([_hypercube(len(names), (self.seed, label, block)) for block in blocks])
         return {
             motion_id: {
-                name: what.quantile(float(row[column]))
-                for (name, what), column in zip(drawn.items(), columns, strict=True)
+                name: what.quantile(float(row[names.index(name)])) for name, what in drawn.items()
             }
             for motion_id, row in zip(motion_ids, shares, strict=False)
         }
@@ -219,22 +204,15 @@ def _hypercube(width: int, seed: tuple[int, ...]) -> Any:
     """Return a Latin hypercube of shape (BLOCK, width), the least correlated of many."""
     rng = np.random.default_rng(seed)
     steps = np.tile(np.arange(BLOCK), (width, 1))
-    best, lowest = steps, inf
-    for _ in range(_TRIALS):
-        trial = rng.permuted(steps, axis=1)
-        largest = float(np.abs(np.corrcoef(trial) - np.eye(width)).max())
-        if largest < lowest:
-            best, lowest = trial, largest
+    trials = [rng.permuted(steps, axis=1) for _ in range(_TRIALS)]
+    best = min(trials, key=lambda trial: float(np.abs(np.corrcoef(trial) - np.eye(width)).max()))
     return ((best + rng.random(best.shape)) / BLOCK).T
 
 
 def with_draw(options: ModelOptions, draw: Mapping[str, float]) -> ModelOptions:
     """Return options with the drawn properties: factors multiply, offsets are added."""
-    changed = {
-        name: getattr(options, name) * value
-        if name.endswith("_factor")
-        else getattr(options, name) + value
-        for name, value in draw.items()
-        if name != DIRECTION
-    }
+    changed = {name: value for name, value in draw.items() if name != DIRECTION}
+    for name, value in changed.items():
+        usual = getattr(options, name)
+        changed[name] = usual * value if name.endswith("_factor") else usual + value
     return replace(options, **changed)

@@ -1,17 +1,97 @@
-"""One bridge variant of the grid and its name."""
+"""One bridge variant of the grid: its abutment model, its values on the axes, its name."""
 
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import cos, radians
 from pathlib import Path
-from typing import Final, Self
+from typing import Final, Literal, Self
 
 from skewbridge.errors import InputError, did_you_mean
 from skewbridge.units import MM
-from skewbridge.variant.abutments import ABUTMENTS, AbutmentTraits
 from skewbridge.variant.axes import AXES, OPTION_PATTERN, axis, option_in_name
 from skewbridge.variant.options import GapMeasured
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AbutmentTraits:
+    """Facts about an abutment model; a new one needs a row in `ABUTMENTS` and a builder.
+
+    Attributes:
+        code: Two letters in the names of variants.
+        description: Continuation of "the abutments are modelled".
+        axes: Axes of the model in addition to skew, by their names in `skewbridge.variant.axes`;
+            the others count as zero.
+        backfill: Curve of the backfill: that of the ``option`` backfill, always ``sdc``, or
+            ``none``.
+        without_friction: Model with the same equations but without friction, or empty.
+        has_pads: Whether elastomeric pads carry the deck end, rather than plain vertical supports.
+        has_wall_points: Whether soil or contacts are at points along the whole backwall, rather
+            than only at the deck corners.
+        has_contacts: Whether deck, backwall and keys meet in contact units.
+        has_body: Whether the keys are on a body, which may carry the mass of the embankment.
+    """
+
+    code: str
+    description: str
+    axes: frozenset[str] = frozenset()
+    backfill: Literal["option", "sdc", "none"] = "option"
+    without_friction: str = ""
+    has_pads: bool = False
+    has_wall_points: bool = False
+    has_contacts: bool = False
+    has_body: bool = False
+
+    @property
+    def has_friction(self) -> bool:
+        """Whether the contacts carry friction."""
+        return "friction" in self.axes
+
+
+def lacking_axes(abutment: str) -> frozenset[str]:
+    """Return the axes of other abutment models that one lacks; none for a foreign model."""
+    axes = frozenset[str]().union(*(traits.axes for traits in ABUTMENTS.values()))
+    return axes - ABUTMENTS[abutment].axes if abutment in ABUTMENTS else frozenset()
+
+
+#: From the simplest to the most complete.
+ABUTMENTS: Final[Mapping[str, AbutmentTraits]] = {
+    "roller": AbutmentTraits(code="ro", description="on rollers", backfill="none"),
+    "simplified": AbutmentTraits(
+        code="si",
+        description="as one bilinear spring with a gap at each corner of the deck",
+        axes=frozenset({"gap_mm"}),
+        backfill="sdc",
+    ),
+    "spring": AbutmentTraits(
+        code="sp",
+        description="as elastomeric pads, backfill springs behind the joint gap and exterior "
+        "shear keys, without contact",
+        axes=frozenset({"gap_mm"}),
+        has_pads=True,
+        has_wall_points=True,
+        has_body=True,
+    ),
+    "contact": AbutmentTraits(
+        code="co",
+        description="as elastomeric pads, backfill and exterior shear keys that the deck "
+        "meets in frictionless contact",
+        axes=frozenset({"gap_mm"}),
+        has_pads=True,
+        has_wall_points=True,
+        has_contacts=True,
+    ),
+    "contact_friction": AbutmentTraits(
+        code="cf",
+        description="as elastomeric pads, backfill and exterior shear keys that the deck "
+        "meets in contact with Coulomb friction",
+        axes=frozenset({"gap_mm", "friction"}),
+        without_friction="contact",
+        has_pads=True,
+        has_wall_points=True,
+        has_contacts=True,
+    ),
+}
 
 _NAMES: Final = {traits.code: name for name, traits in ABUTMENTS.items()}
 #: Pattern of the name of a bridge, which begins the name of its variants.
@@ -34,7 +114,7 @@ class Variant:
 
     Attributes:
         bridge: Name of a bridge, for example ``osb1``, or the path of its file.
-        abutment: Abutment model, a name in `skewbridge.variant.abutments`.
+        abutment: Abutment model, a name in `skewbridge.variant.variant`.
         skew_deg: Skew of the abutment line from the transverse axis, degrees.
         gap_mm: Opening of the joint at rest, millimetres (`normal_gap_m`).
         friction_pct: Coulomb coefficient at the contacts, hundredths.

@@ -1,4 +1,4 @@
-"""Seat abutments: the builder of each model in `skewbridge.variant.abutments`."""
+"""Seat abutments: the builder of each model in `skewbridge.variant.variant`."""
 
 from collections.abc import Callable, Mapping
 from typing import Final

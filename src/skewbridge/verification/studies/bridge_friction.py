@@ -32,9 +32,8 @@ from skewbridge.bridge.geometry import contact_column
 from skewbridge.report.run_figures import displacement_figure, hysteresis_figure
 from skewbridge.statuses import RAN
 from skewbridge.units import KJ, KN, MM, MN
-from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import FrictionAt, ModelOptions
-from skewbridge.variant.variant import Variant
+from skewbridge.variant.variant import ABUTMENTS, Variant
 from skewbridge.verification.references.live_model import Array
 from skewbridge.verification.registry import Study
 from skewbridge.verification.statements import relative_change

@@ -41,9 +41,8 @@ from skewbridge.statuses import COLLAPSE, OK
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.processes import hush_exit_message
 from skewbridge.study.task import Task, run_key
-from skewbridge.variant.abutments import ABUTMENTS
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
+from skewbridge.variant.variant import ABUTMENTS, Variant
 from skewbridge.verification.registry import Study
 from skewbridge.verification.studies.paper_runs import (
     FRICTION_PCT,
