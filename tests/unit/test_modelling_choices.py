@@ -20,7 +20,6 @@ from skewbridge.report.effect_figures import (
     tornado_text,
 )
 from skewbridge.study.analyses import StudySetup, sampled
-from skewbridge.study.batch import Workers
 from skewbridge.study.config import chosen_variants, parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.jobs import Job, rule_digest
@@ -193,7 +192,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 def made(setup: StudySetup, name: str = "table") -> pd.DataFrame:
     path = setup.folder.root / f"{name}.parquet"
-    write_choices(setup, [SLUG], AXES, motions=2, workers=Workers(count=1), output=path)
+    write_choices(setup, [SLUG], AXES, 2, path)
     return read_frame(path)
 
 

@@ -29,8 +29,8 @@ from skewbridge.motions.suite import content_digest, prepare_suite, read_suite, 
 from skewbridge.study import batch
 from skewbridge.study import task as task_module
 from skewbridge.study.analyses import StudySetup, analyse_variant, run_in_journal
-from skewbridge.study.batch import Workers, at_factor
-from skewbridge.study.config import parse_config
+from skewbridge.study.batch import at_factor
+from skewbridge.study.config import SensitivityConfig, parse_config
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.progress import forecast_study, study_progress
 from skewbridge.study.repeats import (
@@ -188,7 +188,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 def analyse(setup: StudySetup, slug: str) -> Path:
     output = setup.folder.variant_demands(slug)
-    analyse_variant(setup, slug, workers=Workers(count=1), limits=SuspectLimits(), output=output)
+    analyse_variant(setup, slug, output)
     return output
 
 
@@ -316,7 +316,7 @@ def test_names_and_measures_of_a_row_come_from_the_task(setup: StudySetup) -> No
     old = row_of(task) | {"im_pga_rotd50_g": 99.0, "motion_id": "an older name"}
     with open_journal(setup.folder.journal("another")) as journal:
         journal.append(old)
-    rows = run_in_journal(setup, "v", [task, twin], Workers(count=1))
+    rows = run_in_journal(setup, "v", [task, twin])
     assert text(rows[0]) == text(row_of(task))
     assert [row["motion_id"] for row in rows] == ["pulse", "twin"]
 
@@ -331,7 +331,7 @@ def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup) -> No
         for change, value in zip(list(REPEATS)[1:], (1.6, 1.0, 4.0, 2.0, 2.5), strict=True):
             journal.append(row_of(REPEATS[change](task), value))
     output = setup.folder.sensitivity
-    write_sensitivity(setup, [SLUG], count=1, window_s=6.0, workers=Workers(count=1), output=output)
+    write_sensitivity(setup, [SLUG], SensitivityConfig(rows=1), output)
     table = pd.read_parquet(setup.folder.sensitivity).set_index("demand").loc["deck_disp_m"]
     assert table["reference_mean_ratio"] == pytest.approx(1.25)
     assert table["reference_largest_change"] == pytest.approx(0.25)
@@ -382,9 +382,7 @@ def test_journal_lines_of_another_version_are_reported_and_not_used(setup, caplo
     )
     output = setup.folder.variant_demands(SLUG)
     with caplog.at_level(logging.WARNING, logger="skewbridge"):
-        analyse_variant(
-            setup, SLUG, workers=Workers(count=1), limits=SuspectLimits(), output=output
-        )
+        analyse_variant(setup, SLUG, output)
     assert "The journals hold 1 line(s) of another version" in caplog.text
     assert text(read_content([path]).rows) == text({run_key(task): row_of(task)})
 

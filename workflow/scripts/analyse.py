@@ -4,12 +4,6 @@ from skewbridge.study.jobs import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:
-        from skewbridge.study.analyses import StudySetup, analyse_variant
+        from skewbridge.study.analyses import analyse_variant
 
-        analyse_variant(
-            StudySetup.of(job.study),
-            snakemake.wildcards.variant,
-            workers=job.workers,
-            limits=job.study.suspect,
-            output=job.outputs["demands"],
-        )
+        analyse_variant(job.setup, snakemake.wildcards.variant, job.outputs["demands"])

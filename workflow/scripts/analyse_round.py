@@ -5,14 +5,8 @@ from skewbridge.study.jobs import script_session
 if __name__ == "__main__":
     with script_session(snakemake) as job:
         from skewbridge.files.text import read_json
-        from skewbridge.study.analyses import StudySetup, analyse_variant
+        from skewbridge.study.analyses import analyse_variant
 
         variant = snakemake.wildcards.variant
         first, end = read_json(job.inputs["plan"])["motions"][variant]
-        analyse_variant(
-            StudySetup.of(job.study).of_motions(first, end),
-            variant,
-            workers=job.workers,
-            limits=job.study.suspect,
-            output=job.outputs["demands"],
-        )
+        analyse_variant(job.setup.of_motions(first, end), variant, job.outputs["demands"])

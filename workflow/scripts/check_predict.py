@@ -4,14 +4,12 @@ from skewbridge.study.jobs import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:
-        from skewbridge.study.analyses import StudySetup
         from skewbridge.study.predict_check import write_predict_check
 
         write_predict_check(
-            StudySetup.of(job.study),
+            job.setup,
             job.study.grid.values(),
             job.inputs,
             job.study.fragility,
-            workers=job.workers,
-            output=job.outputs["table"],
+            job.outputs["table"],
         )

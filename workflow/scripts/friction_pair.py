@@ -4,9 +4,6 @@ from skewbridge.study.jobs import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:
-        from skewbridge.study.analyses import StudySetup
         from skewbridge.study.repeats import write_friction_pair
 
-        write_friction_pair(
-            StudySetup.of(job.study), job.inputs["demands"], job.outputs["histories"]
-        )
+        write_friction_pair(job.setup, job.inputs["demands"], job.outputs["histories"])

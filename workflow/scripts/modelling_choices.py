@@ -4,17 +4,15 @@ from skewbridge.study.jobs import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:
-        from skewbridge.study.analyses import StudySetup
         from skewbridge.study.config import chosen_variants
         from skewbridge.study.modelling_choices import write_choices
         from skewbridge.variant.grid import expand_grid
 
         named = job.study.modelling_choices
         write_choices(
-            StudySetup.of(job.study),
+            job.setup,
             chosen_variants(expand_grid(job.study.grid), named.variants),
             job.study.grid.values(),
-            motions=named.motions,
-            workers=job.workers,
-            output=job.outputs["table"],
+            named.motions,
+            job.outputs["table"],
         )

@@ -4,17 +4,10 @@ from skewbridge.study.jobs import script_session
 
 if __name__ == "__main__":
     with script_session(snakemake) as job:
-        from skewbridge.study.analyses import StudySetup
         from skewbridge.study.repeats import write_sensitivity
         from skewbridge.variant.grid import expand_grid
 
         variants = expand_grid(job.study.grid)
         most_friction = max(variant.friction_pct for variant in variants)
-        write_sensitivity(
-            StudySetup.of(job.study),
-            [each.slug for each in variants if each.friction_pct == most_friction],
-            count=job.study.repeats.rows,
-            window_s=job.study.repeats.window_s,
-            workers=job.workers,
-            output=job.outputs["table"],
-        )
+        slugs = [each.slug for each in variants if each.friction_pct == most_friction]
+        write_sensitivity(job.setup, slugs, job.study.sensitivity, job.outputs["table"])

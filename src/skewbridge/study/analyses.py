@@ -15,7 +15,7 @@ from typing import Any, Final, Self
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.tables import write_variant
-from skewbridge.demands.validity import SuspectLimits
+from skewbridge.demands.validity import LIMITS, SuspectLimits
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_table
 from skewbridge.motions.intensity import IM_COLUMNS, scaled_measures
@@ -54,7 +54,7 @@ PREDECESSOR_S: Final = 180.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudySetup:
-    """Settings and motions that all variants of a study share.
+    """Settings, motions and worker processes that all variants of a study share.
 
     Attributes:
         suite: The ground motions with their factors.
@@ -71,9 +71,11 @@ class StudySetup:
     options: ModelOptions
     draws: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     search: MotionsConfig | None = None
+    limits: SuspectLimits = LIMITS
+    workers: Workers = field(default_factory=Workers)
 
     @classmethod
-    def of(cls, study: StudyConfig) -> Self:
+    def of(cls, study: StudyConfig, workers: int = 1) -> Self:
         """Return the setup of a study; `InputError` unless this version prepared its motions."""
         folder, motions = StudyFolder(Path(study.results)), study.motions
         suite = tuple(read_suite(folder.suite))
@@ -95,6 +97,8 @@ class StudySetup:
             options=study.model,
             draws=draws,
             search=motions if motions.design == "ida" else None,
+            limits=study.suspect,
+            workers=Workers(count=workers, no_progress_s=study.batches.no_progress_s),
         )
 
     @property
@@ -166,20 +170,18 @@ def sampled(tasks: Sequence[Task], count: int) -> list[Task]:
     return [ranked[(2 * part + 1) * len(ranked) // (2 * parts)] for part in range(parts)]
 
 
-def analyse_variant(
-    setup: StudySetup, slug: str, *, workers: Workers, limits: SuspectLimits, output: Path
-) -> None:
+def analyse_variant(setup: StudySetup, slug: str, output: Path) -> None:
     """Run the analyses of a variant that its journal does not have, and write its demands.
 
     Raises:
         InputError: Another process analyses this variant, or its files cannot be written.
     """
-    rows = run_in_journal(setup, slug, setup.tasks(slug), workers, of_variant=True)
-    write_variant(rows, output, limits)
+    rows = run_in_journal(setup, slug, setup.tasks(slug), of_variant=True)
+    write_variant(rows, output, setup.limits)
 
 
 def run_in_journal(
-    setup: StudySetup, name: str, tasks: Sequence[Task], workers: Workers, of_variant: bool = False
+    setup: StudySetup, name: str, tasks: Sequence[Task], *, of_variant: bool = False
 ) -> list[Row]:
     """Run the analyses that no journal of the study has, longest first; return all rows in order.
 
@@ -208,7 +210,7 @@ def run_in_journal(
                 by_key,
                 journal,
                 done,
-                workers=workers,
+                workers=setup.workers,
                 log_folder=folder.solver_logs / name,
                 on_finished=on_finished,
                 search=ida and partial(search_capacity, ida, done, searches),

@@ -172,7 +172,7 @@ def at_factor(task: Task, factor: float) -> Task:
 class Workers:
     """Number of worker processes, and the time without a step after which a worker is ended."""
 
-    count: int
+    count: int = 1
     no_progress_s: float = 120.0
 
 

@@ -31,7 +31,7 @@ from skewbridge.study.processes import PROGRESS_LOG, end_with_parent, hush_exit_
 from skewbridge.variant.grid import expand_grid
 
 if TYPE_CHECKING:  # a job that runs no analysis does without OpenSees
-    from skewbridge.study.batch import Workers
+    from skewbridge.study.analyses import StudySetup
 
 logger = logging.getLogger("skewbridge")
 
@@ -238,11 +238,11 @@ class Job:
     stamp: Mapping[str, str]
 
     @property
-    def workers(self) -> "Workers":
-        """Worker processes for the analyses of the job."""
-        from skewbridge.study.batch import Workers
+    def setup(self) -> "StudySetup":
+        """Setup of the analyses of the job."""
+        from skewbridge.study.analyses import StudySetup
 
-        return Workers(count=self.threads, no_progress_s=self.study.batches.no_progress_s)
+        return StudySetup.of(self.study, self.threads)
 
     def current(self, path: Path, made: Mapping[str, str]) -> Path | None:
         """Return the path of an optional table, made on request, if its digests are current."""

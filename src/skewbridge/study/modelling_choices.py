@@ -28,7 +28,6 @@ from skewbridge.variant.variant import Variant, parse_slug
 if TYPE_CHECKING:
     # The processes that draw the figures need the table of the choices and no OpenSees.
     from skewbridge.study.analyses import StudySetup
-    from skewbridge.study.batch import Workers
     from skewbridge.study.task import Task
 
 type Value = bool | float | str | tuple[str | float, ...]
@@ -215,9 +214,7 @@ def write_choices(
     setup: "StudySetup",
     variants: Sequence[str],
     axes: Mapping[str, Sequence[float]],
-    *,
     motions: int,
-    workers: "Workers",
     output: Path,
 ) -> None:
     """Run the analyses that no journal has and write the table of `CHOICE_COLUMNS`.
@@ -232,7 +229,7 @@ def write_choices(
         pairs += axis_pairs(setup, slug, axes, motions)
         pairs += friction_split(setup, slug, axes, motions)
     tasks = [task for _, *both in pairs for task in both]
-    rows = run_in_journal(setup, "modelling_choices", tasks, workers)
+    rows = run_in_journal(setup, "modelling_choices", tasks)
     by_key = {row["run_key"]: row for row in rows}
     write_frame(choices_table(pairs, by_key), output, provenance())
 

@@ -22,7 +22,6 @@ from skewbridge.fragility.paper_table import chosen_curves
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import write_described
 from skewbridge.study.analyses import StudySetup, run_in_journal, sampled
-from skewbridge.study.batch import Workers
 from skewbridge.variant.axes import axis
 from skewbridge.variant.variant import Variant
 
@@ -53,8 +52,6 @@ def write_predict_check(
     axes: Mapping[str, Sequence[float]],
     tables: Mapping[str, Path],
     settings: FitSettings,
-    *,
-    workers: Workers,
     output: Path,
 ) -> None:
     """Run the missing analyses of the inner variants and write the table of `CHECK_COLUMNS`.
@@ -70,7 +67,7 @@ def write_predict_check(
     ]
     new = [slug for slug in dict.fromkeys(slugs) if slug not in set(study["variant"])]
     tasks = [task for slug in new for task in sampled(setup.tasks(slug), MOTIONS)]
-    rows = run_in_journal(setup, "check_predict", tasks, workers)
+    rows = run_in_journal(setup, "check_predict", tasks)
     states = with_column_failure(
         load_limit_states(tables["limit_states"]), with_derived_columns(study.head(0)).columns
     )

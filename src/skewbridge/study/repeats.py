@@ -20,11 +20,11 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.statuses import RAN
+from skewbridge.study.config import SensitivityConfig
 from skewbridge.variant.variant import Variant, parse_slug
 
 if TYPE_CHECKING:  # the processes that draw the figures do without OpenSees
     from skewbridge.study.analyses import StudySetup
-    from skewbridge.study.batch import Workers
     from skewbridge.study.task import Task
 
 AS_IN_STUDY: Final = "default"
@@ -82,29 +82,23 @@ def in_window(task: "Task", window_s: float | None) -> "Task":
 
 
 def write_sensitivity(
-    setup: "StudySetup",
-    slugs: Sequence[str],
-    *,
-    count: int,
-    window_s: float | None,
-    workers: "Workers",
-    output: Path,
+    setup: "StudySetup", slugs: Sequence[str], check: SensitivityConfig, output: Path
 ) -> None:
     """Run the changed analyses that no journal has and write the changes of the demands.
 
     The file has one row per demand with the mean ratio of the study to the reference, the largest
     change of a single row by each of `REPEATS`, and the seconds of motion that both sides were
-    analysed for (the longest of the rows); it is empty with a count of 0.
+    analysed for (the longest of the rows); it is empty without rows.
     """
     from skewbridge.study.analyses import run_in_journal
 
-    rows = sampled_rows(setup, slugs, count, window_s)
+    rows = sampled_rows(setup, slugs, check.rows, check.window_s)
     longest_first = sorted(REPEATS, key=lambda name: name != "reference")
     runs = [(number, name) for name in longest_first for number in range(len(rows))]
     tasks = [REPEATS[name](rows[number]) for number, name in runs]
-    demands = pd.DataFrame(run_in_journal(setup, "sensitivity", tasks, workers))
+    demands = pd.DataFrame(run_in_journal(setup, "sensitivity", tasks))
     repeated = pd.DataFrame(runs, columns=["row", "change"]).join(demands)
-    table = sensitivity_table(repeated) if count else pd.DataFrame()
+    table = sensitivity_table(repeated) if rows else pd.DataFrame()
     write_frame(table, output, provenance())
 
 
