@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 from skewbridge.fragility.effects import UNKNOWN, Pairs, effect_row, effect_table, median_effects
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.motion_means import average, by_motion
-from skewbridge.fragility.sequential import at_looks, kept
-from skewbridge.fragility.verdicts import DECIDED, DEMAND, HIGHER, LOWER, NEGLIGIBLE
+from skewbridge.fragility.verdicts import DECIDED, DEMAND, HIGHER, LOWER, NEGLIGIBLE, at_looks, kept
 
 SIMULATIONS: Final = 500
 SEED: Final = 20261123

@@ -17,8 +17,8 @@ from pydantic import TypeAdapter
 from skewbridge.bridge.catalogue.loading import bridge_schema
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.fragility.limit_states import LimitStateEntry
-from skewbridge.fragility.sequential import ROUND_COLUMNS
 from skewbridge.fragility.study_tables import DESCRIPTIONS, PAPER_TABLE
+from skewbridge.fragility.verdicts import ROUND_COLUMNS
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.modelling_choices import CHOICE_COLUMNS
 from skewbridge.study.predict_check import CHECK_COLUMNS

@@ -24,7 +24,7 @@ from motions_files import at2_text
 from skewbridge.bridge.catalogue import load_bridge_file
 from skewbridge.errors import InputError
 from skewbridge.files.tables import write_frame
-from skewbridge.fragility.fit_data import FitOptions, fit_file
+from skewbridge.fragility.fit_data import fit_file
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.folder import list_motions
 from skewbridge.motions.formats import Given
@@ -125,7 +125,7 @@ def read_study(path):
 
 
 def fit(method, **options):
-    return lambda path: fit_file(path, FitOptions(method=method, **options)).as_json()
+    return lambda path: fit_file(path, method=method, **options).as_json()
 
 
 def parquet_bytes(folder):

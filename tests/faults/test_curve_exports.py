@@ -11,12 +11,12 @@ import pytest
 from scipy.stats import norm
 
 from cli_json import run
-from skewbridge.errors import InputError
-from skewbridge.fragility.exports import CsvContent, measure_names
+from skewbridge.fragility.exports import measure_names
 from skewbridge.fragility.paper_table import chosen_curves, variant_in_words
 
 NRML = "{http://openquake.org/xmlns/nrml/0.5}"
 PGA = "im_pga_rotd50_g"
+UNUSABLE_RANGES = ((0.0, 2.0), (2.0, 0.1), (0.1, 0.1), (0.1, np.inf))
 
 
 def curves_of(im="im_saavg_rotd50_g"):
@@ -155,7 +155,7 @@ def test_nrml_writes_a_file_per_set_of_states(export):
 
 def test_probabilities_over_a_range_are_those_of_the_curves(export):
     curves = curves_of()
-    out, _ = export(curves, "csv", "p.csv", "--im-range", 0.1, 2, "--points", 7)
+    out, _ = export(curves, "csv", "p.csv", "--im-range", 0.1, 2)
     long = pd.read_csv(out)
     assert list(long.columns) == [
         *("variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction"),
@@ -285,7 +285,8 @@ def test_hazard_table_adds_annual_frequencies(export, tmp_path):
         (PGA, "csv", ("--method", "ida_interval"), "no curves of method 'ida_interval'"),
         (PGA, "latex", ("--im-range", 0.1, 2), "need --format csv"),
         (PGA, "csv", ("--hazard", "hazard.csv", "--skew-factors"), "a csv is one table"),
-        (PGA, "xlsx", (), "spreadsheets open csv"),
+        (PGA, "xlsx", (), "format must be one of nrml, pelicun, dlml, csv, latex"),
+        *((PGA, "csv", ("--im-range", *ends), "must rise above 0") for ends in UNUSABLE_RANGES),
     ],
 )
 def test_formats_and_options_that_do_not_fit_are_refused(export, im, file_format, options, words):
@@ -295,13 +296,3 @@ def test_formats_and_options_that_do_not_fit_are_refused(export, im, file_format
 def test_measures_have_the_names_of_openquake():
     assert measure_names("im_pgv_rotd50_mps")[:2] == ("PGV", 100.0)
     assert measure_names("im_arias_mps")[0] == ""
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "count"),
-    [(0.1, 2.0, 1), (0.0, 2.0, 7), (2.0, 0.1, 7), (0.1, 0.1, 7), (0.1, np.inf, 7)],
-)
-def test_a_range_of_intensities_rises_above_zero_and_has_two_points(low, high, count):
-    with pytest.raises(InputError, match="must rise above 0"):
-        CsvContent(im_range=(low, high), points=count)
-    assert CsvContent(im_range=(0.1, 2.0), points=2).points == 2

@@ -26,13 +26,17 @@ from skewbridge.fragility.effects import (
     median_effects,
 )
 from skewbridge.fragility.motion_means import Jackknifed, average, bounded_regression, by_motion
-from skewbridge.fragility.sequential import SPENT, at_looks, kept, levels_at, look_levels
 from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.study_tables import DESCRIPTIONS
 from skewbridge.fragility.verdicts import (
     DETECTABLE,
-    EFFECT_COLUMNS,
     NEGLIGIBLE,
+    SPENT,
+    at_looks,
     judged,
+    kept,
+    levels_at,
+    look_levels,
     motions_to_decide,
     needed_motions,
 )
@@ -268,7 +272,7 @@ def test_intervals_wider_than_a_factor_of_ten_are_not_estimable_and_weaken_no_fa
 
 def test_effect_of_the_generator_is_found_and_pooled_rows_are_the_average_of_their_cells():
     effects = paired_effects(synthetic_demands())
-    assert list(effects.columns) == list(EFFECT_COLUMNS)
+    assert list(effects.columns) == list(DESCRIPTIONS["effects"])
     assert effects["scope"].tolist() == sorted(effects["scope"])  # pooled rows first
     rotation = friction(effects, "deck_rotation_rad")
     assert len(rotation) == 6

@@ -24,7 +24,7 @@ from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
 from skewbridge.fragility.demand_table import prepared, read_foreign, spread
 from skewbridge.fragility.effects import median_effects
 from skewbridge.fragility.exports import export_curves
-from skewbridge.fragility.fit_data import FitOptions, fit_file
+from skewbridge.fragility.fit_data import fit_file
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import LimitState, demand_unit, limit_states_of
 from skewbridge.fragility.measures import rank_measures
@@ -266,8 +266,8 @@ def test_foreign_tables_can_name_the_runs_in_which_a_column_failed(tmp_path):
     assert read["beyond_model"].tolist() == kinds
     assert set(curves_of(read, states_of("column_drift")[:1])["n_beyond_model"]) == {1}
     failed(table, strongest(table, 4), factor=0.9).to_csv(path, index=False)
-    options = FitOptions(method="cloud", im=IM, edp="column_drift_ratio", threshold=0.01)
-    assert fit_file(path, options).details["n_censored"] == 4
+    fit = fit_file(path, method="cloud", im=IM, edp="column_drift_ratio", threshold=0.01)
+    assert fit.details["n_censored"] == 4
 
 
 # --- systems and measures with failed runs

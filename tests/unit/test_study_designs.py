@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from skewbridge.fragility.effects import effect_table
-from skewbridge.fragility.sequential import rounds_table
+from skewbridge.fragility.verdicts import rounds_table
 from skewbridge.motions.intensity import IM_COLUMNS
 from skewbridge.motions.levels import LEVEL_MEASURE, MotionsConfig
 from skewbridge.motions.record import GroundMotion, SuiteMotion

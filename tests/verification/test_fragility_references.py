@@ -22,11 +22,11 @@ from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.exports import annual_frequency
 from skewbridge.fragility.fits import fit_brackets, fit_capacities, fit_cloud, fit_stripes
+from skewbridge.fragility.joint import MixedData, fit_mixed, without_each_motion
 from skewbridge.fragility.likelihood import NormalKernel, maximise
 from skewbridge.fragility.limit_states import LimitState, with_column_failure
 from skewbridge.fragility.lines import fit_lines, lilliefors
 from skewbridge.fragility.lines import tested_line as line_with_tests
-from skewbridge.fragility.mixed import MixedData, fit_mixed, without_each_motion
 from skewbridge.fragility.motion_means import jackknife_covariance
 from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
 from skewbridge.fragility.settings import FitSettings
@@ -59,7 +59,7 @@ def test_stripes_reproduce_the_case(name):
     assert fit.status == "ok"
     for key in ("theta", "beta", "loglik"):
         assert getattr(fit, key) == pytest.approx(expected[key], rel=1e-6)
-    for key in ("a0", "a1", "deviance", "pearson", "aic", "loglik_kernel"):
+    for key in ("a0", "a1", "loglik_kernel"):
         assert fit.as_json()[key] == pytest.approx(expected[key], rel=1e-6)
     assert fit.cov_ln_theta_beta == pytest.approx(expected["cov_lntheta_beta"], rel=1e-4)
     assert_errors(fit, expected)

@@ -45,7 +45,7 @@ def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answ
 
     Example: skewbridge fit demands.csv --method cloud --im im_pga --edp drift --threshold 0.02
     """
-    from skewbridge.fragility.fit_data import FitOptions, fit_file
+    from skewbridge.fragility.fit_data import fit_file
     from skewbridge.study.results import paper_rows
 
     if paper_table:
@@ -53,7 +53,7 @@ def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answ
         return Answer({"rows": table["rows"]}, [Printed(table["shown"], table["title"])])
     try:
         given["method"] = given["method"] or ""
-        result = fit_file(data, FitOptions(**given)).as_json()
+        result = fit_file(data, **given).as_json()
     except InputError as error:
         error.details.setdefault("row", None)
         raise
@@ -73,19 +73,18 @@ def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answ
     Opt("hazard", Path | None, "Hazard curve, CSV with im and rate: adds annual frequencies."),
     Opt("im_range", tuple[float, float] | None, "Range of a table of probabilities (csv).",
         None, "LOW HIGH"),
-    Opt("points", int, "Number of intensities in that range.", 50),
     Opt("skew_factors", bool,
         "theta(skew)/theta(0) with intervals, and those of Hazus (csv); as scaling specification "
         "(pelicun).", False),
 )  # fmt: skip
-def export(curves: Path, form: str, out: Path, method: str | None, **given: Any) -> Answer:
+def export(curves: Path, form: str, out: Path, **given: Any) -> Answer:
     """Write fragility curves for other tools, spreadsheets and papers.
 
     Example: skewbridge export results/fragility/curves.parquet --format nrml --out curves.xml
     """
-    from skewbridge.fragility.exports import CsvContent, export_curves
+    from skewbridge.fragility.exports import export_curves
 
-    report = export_curves(curves, form, out, method=method, content=CsvContent(**given))
+    report = export_curves(curves, form, out, **given)
     written = Printed([{"written": path} for path in report["files"]])
     return Answer(report, [written], notes=report["notes"])
 

@@ -20,7 +20,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row
 from skewbridge.fragility import demand_table, motion_means
 from skewbridge.fragility import fits as fitting
-from skewbridge.fragility.fits import FITTED, FragilityFit
+from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, MAX_BOUNDS_RATIO, FragilityFit
 from skewbridge.fragility.likelihood import Maximum, NormalKernel, drop_of, maximise
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
 from skewbridge.fragility.lines import FLATTEST_SLOPE, Lines
@@ -33,14 +33,10 @@ from skewbridge.fragility.outcomes import (
 )
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.statuses import COLLAPSE
-from skewbridge.variant.axes import AXES
 
 #: Methods in the order of preference.
 METHODS: Final = ("cloud", "exceedance", "ida_interval")
 MAX_UNKNOWN_SHARE: Final = 0.05
-# ASSUME a median is worth printing if unknown outcomes can move it by 15 % at most
-MAX_BOUNDS_RATIO: Final = 1.15
-BOUNDS_TOO_WIDE: Final = "bounds_too_wide"
 # ASSUME medians of two methods that differ by more than 15 %, or by more than two standard errors
 # of the difference, are worth a reader's attention
 MAX_METHODS_DIFFERENCE: Final = 0.15
@@ -49,81 +45,8 @@ _SMALLEST_GAP: Final = 0.05  # between the start values of ln median of two stat
 #: Runs on each side of the state without which the exceedance fit is not preferred to the cloud.
 MIN_RUNS_A_SIDE: Final = 5
 
-CURVE_COLUMNS: Final[dict[str, str]] = {
-    "variant": "name of the variant",
-    "bridge": "catalogue entry",
-    "abutment": "abutment model",
-    **{axis.name: f"{axis.description}, {axis.unit}".removesuffix(", -") for axis in AXES},
-    "component": "component of the limit state",
-    "limit_state": "degree of damage",
-    "method": "cloud | exceedance | ida_interval",
-    "model": "estimator: cloud_ols | cloud_tobit | stripes | ida_interval",
-    "preferred": "method to use: cloud, unless the methods disagree",
-    "status": "ok, or the reason why there is no estimate",
-    "theta": "median intensity",
-    "beta": "record-to-record dispersion",
-    "n_motions_beyond": "motions at least as strong as theta, or as weak if these are fewer",
-    "extrapolated": "whether that number is below three",
-    "beta_total": "record-to-record and capacity dispersion",
-    "beta_total_low": "lower end of its interval (jackknife by motion)",
-    "beta_total_high": "upper end of its interval",
-    "var_ln_theta": "variance of ln theta",
-    "cov_ln_theta_beta": "covariance of ln theta and beta",
-    "var_beta": "variance of beta",
-    "theta_low": "lower end of the interval of theta; 0 is unbounded",
-    "theta_high": "upper end of the interval of theta; infinity is unbounded",
-    "beta_low": "lower end of the interval of beta",
-    "beta_high": "upper end of the interval of beta",
-    "ci_method": "fieller | profile | jackknife (by motion, where motions repeat)",
-    "level": "confidence level of the intervals",
-    "loglik": "maximum of the log-likelihood, all states of the demand",
-    "warnings": "warnings, separated by semicolons",
-    "methods_ratio": "exceedance median over cloud median",
-    "methods_z": "ln of that ratio over its standard error (jackknife by motion)",
-    "methods_differ": "whether the medians differ by more than 15 % or 2 standard errors",
-    "n_runs": "runs of the variant",
-    "n_records": "motions of these runs",
-    "n_exceed": "runs known to exceed",
-    "n_unknown": "runs with an unknown outcome",
-    "n_censored": "runs whose demand is only a bound",
-    "n_missing": "completed runs without the demand",
-    "n_collapse": "collapsed runs",
-    "n_beyond_model": "runs in which a column failed",
-    **{
-        f"{name}_{treatment}": f"{text} {meaning}"
-        for treatment, meaning in TREATMENTS.items()
-        for name, text in (("theta", "median"), ("beta", "dispersion"))
-    },
-    "theta_bracket_low": "bracket of theta of separated data, lower end",
-    "theta_bracket_high": "bracket of theta of separated data, upper end",
-    "theta_bound_low": "one-sided lower bound of theta without an estimate",
-    "theta_bound_high": "one-sided upper bound of theta without an estimate",
-    "theta_bound_beta": "dispersion assumed for these bounds",
-    "theta_firth": "Firth's median of separated data",
-    "beta_firth": "penalised (Firth) dispersion of separated data",
-    "line_demand": "demand behind the line: `demand`, or that of the governing mode of failure",
-    "ln_a": "intercept of ln demand on ln intensity",
-    "b": "slope of ln demand on ln intensity",
-    "sigma": "scatter of ln demand about that line",
-    "curvature_p": "p-value of the test for curvature",
-    "scatter_p": "p-value of the test for changing scatter",
-    "normal_p": "p-value of the test for non-normal scatter",
-    "link_p": "p-value of the test for a curved predictor",
-    "reach": "largest demand, if no run reached the state",
-    "im": "intensity measure",
-    "demand": "demand column",
-    "threshold": "median capacity, in the unit of the demand column",
-    "capacity_dispersion": "dispersion of the capacity",
-    "collapse_rule": "exceeds | peak: of a collapsed run",
-    "citation": "source of the capacity",
-}
-
+CURVE_COLUMNS: Final = demand_table.described("curves")
 _FIT_COLUMNS: Final = list(CURVE_COLUMNS)[list(CURVE_COLUMNS).index("component") :]
-
-
-def described_as_curves(names: str) -> dict[str, str]:
-    """Return columns, separated by blanks, with their descriptions in the table of curves."""
-    return {name: CURVE_COLUMNS[name] for name in names.split()}
 
 
 def fit_study(
@@ -206,8 +129,11 @@ class _DemandFits:
         for j, state in enumerate(states):
             known = counts | outcomes.counts(state)
             fits = {method: each.fits[j] for method, each in found.items()}
-            for method, own in bounds.items():
-                fits[method] = self._judged(fits[method], own[j], known["n_unknown"])
+            share = known["n_unknown"] / self._im.size
+            names = ["unknown_above_5_percent"] if share > MAX_UNKNOWN_SHARE else []
+            for method, own in bounds.items() if share else ():
+                accept = self._settings.accept_bounds
+                fits[method] = fits[method].judged(own[j], accept=accept, names=names)
             if fits["cloud"].status == FITTED and self._depends_on_collapses(lines, state):
                 fits["cloud"] = fits["cloud"].without_estimate(BOUNDS_TOO_WIDE)
             difference = found["exceedance"].ln_theta[j] - found["cloud"].ln_theta[j]
@@ -296,11 +222,10 @@ class _DemandFits:
         for state in self._states:
             known = np.flatnonzero(~self._outcomes.unknown(state))
             exceed = self._outcomes.exceed(state)[known].astype(np.float64)
-            low, high, odd = fitting.brackets_of_runs(self._im[known], exceed, motions[known])
-            fit = fitting.fit_brackets(low, high, self._settings)
+            runs = self._im[known], exceed, motions[known]
+            fit, low, high = fitting.fit_first_exceedances(*runs, self._settings)
             status = fitting.NO_EXCEEDANCE if fit.status == fitting.ALL_CENSORED else fit.status
-            names = ("non_monotone_records",) if odd else ()
-            fits.append(replace(fit, status=status, warnings=(*fit.warnings, *names)))
+            fits.append(replace(fit, status=status))
             # one run represents each motion
             ends.append((low, high, known[np.unique(motions[known], return_index=True)[1]]))
         usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
@@ -358,8 +283,7 @@ class _DemandFits:
         for j, fit in zip(usable, found, strict=True):
             if intervals and not profile:
                 fit = fitting.jackknifed(fit, common.ln_theta[j, 1:], common.beta[1:])
-            names = fitting.common_warnings(fit, self._im, self._motions)
-            fits[j] = replace(fit, warnings=tuple(dict.fromkeys((*fit.warnings, *names))))
+            fits[j] = fit.warned(*fitting.common_warnings(fit, self._im, self._motions))
         return common
 
     def _bounds(self, found: Mapping[str, _StateFits]) -> dict[str, list[_Bounds]]:
@@ -384,18 +308,6 @@ class _DemandFits:
                     bounds["exceedance"][j][name] = common.median(j)
         return bounds
 
-    def _judged(self, fit: FragilityFit, bounds: _Bounds, unknown: int) -> FragilityFit:
-        """Warn of unknown outcomes; refuse a median that they decide."""
-        if unknown == 0:
-            return fit
-        above = ("unknown_above_5_percent",) if unknown / self._im.size > MAX_UNKNOWN_SHARE else ()
-        fit = replace(fit, warnings=(*fit.warnings, "unknown_outcomes", *above))
-        low, high = sorted((bounds["all_exceed"][0], bounds["none_exceed"][0]))
-        narrow = 0.0 < low <= high <= MAX_BOUNDS_RATIO * low < inf
-        if fit.status != FITTED or narrow or self._settings.accept_bounds:
-            return fit
-        return fit.without_estimate(BOUNDS_TOO_WIDE)
-
     def _depends_on_collapses(self, lines: Lines, state: LimitState) -> bool:
         """Return whether the censored peaks of collapsed runs decide the median of the line."""
         # A collapse ends a run because demands were large, so that the peak until then is not an
@@ -414,8 +326,7 @@ class _DemandFits:
     ) -> Row:
         """Return the columns of one fit that do not depend on the other fits."""
         row: Row = dict.fromkeys(_FIT_COLUMNS, nan)
-        line = {} if fit.line is None else fit.line._asdict()
-        row |= {name: value for name, value in {**line, **fit.details}.items() if name in row}
+        row |= {name: value for name, value in fit.details.items() if name in row}
         names = "status theta beta var_ln_theta cov_ln_theta_beta var_beta ci_method level loglik"
         row |= {name: getattr(fit, name) for name in names.split()}
         row["theta_low"], row["theta_high"] = fit.ci_theta

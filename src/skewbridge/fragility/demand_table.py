@@ -1,6 +1,12 @@
-"""Demands tables: reading, import from other programs, key columns, checks before any fit."""
+"""Demands tables: import from other programs, checks before any fit; columns of tables of results.
 
+`columns.csv` describes the columns of every table of results/fragility.
+"""
+
+import csv
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -25,7 +31,7 @@ from skewbridge.files.tables import Index, Mask, as_column, read_any, require
 from skewbridge.files.text import checked, read_yaml
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.statuses import OK, STATUSES
-from skewbridge.variant.axes import axes_of
+from skewbridge.variant.axes import AXES, Axis, axes_of
 
 BRIDGE_COLUMNS: Final = ("bridge", "abutment")
 IDENTITY_COLUMNS: Final = ("variant", *BRIDGE_COLUMNS)
@@ -41,6 +47,33 @@ TEXT_COLUMNS: Final = (
 )  # fmt: skip
 # ASSUME starting a process takes about a second and an item some tenths
 _WORTH_PROCESSES: Final = 24
+
+
+@cache
+def _descriptions() -> dict[str, dict[str, str]]:
+    """Return the descriptions of `columns.csv` by table and column."""
+    found: dict[str, dict[str, str]] = defaultdict(dict)
+    with Path(__file__).with_name("columns.csv").open(encoding="utf-8", newline="") as file:
+        for table, column, text in islice(csv.reader(file), 1, None):
+            source = text.removeprefix("as in ")
+            if column == "(all)":
+                found[table] |= found[source]
+            else:
+                found[table][column] = text if source == text else found[source][column]
+    return found
+
+
+def described(table: str, axes: Sequence[Axis] = AXES) -> dict[str, str]:
+    """Return the columns of a table of results/fragility with their descriptions, axes included."""
+    columns: dict[str, str] = {}
+    for name, text in _descriptions()[table].items():
+        if name != "(axes)":
+            columns[name] = text.format(axes=" | ".join(axis.name for axis in axes))
+            continue
+        for axis in axes:
+            unit = f", {axis.unit}".removesuffix(", -")
+            columns[axis.name] = text.format(axis=axis, unit=unit)
+    return columns
 
 
 def axis_names(table: pd.DataFrame) -> list[str]:
@@ -105,10 +138,10 @@ class ColumnMap(BaseModel):
 
     columns: dict[str, str] = Field(description="column of the demands table: column of the file")
     factors: dict[str, float] = Field(
-        default={}, description="column of the demands table: factor to its unit"
+        {}, description="column of the demands table: factor to its unit"
     )
     constants: dict[str, str | float] = Field(
-        default={}, description="values of columns that the file lacks"
+        {}, description="values of columns that the file lacks"
     )
 
 
@@ -164,19 +197,13 @@ def read_foreign(
     return out[[*first, *(name for name in out if name not in first)]].reset_index(drop=True)
 
 
-NOTE_COLUMNS: Final[dict[str, str]] = {
-    "kind": "rejected_row | missing_demand | equal_motions",
-    "row": "row of the demands table, from 0; -1 for several",
-    "column": "column concerned",
-    "message": "the finding as a sentence",
-}
-
-
 class Prepared(NamedTuple):
     """A checked demands table."""
 
     table: pd.DataFrame  # rows to fit, numbered from 0, with `COLUMN_FAILURE_RATIO`
-    notes: pd.DataFrame  # rejected rows, missing demands, repeated motions (`NOTE_COLUMNS`)
+    notes: (
+        pd.DataFrame
+    )  # rejected rows, missing demands, repeated motions (columns of `input_notes`)
 
 
 def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSettings) -> Prepared:
@@ -211,7 +238,7 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     ]
     table = table[usable]
     notes += [*_missing_demands(table, wanted), *_equal_motions(table, [settings.im, *wanted])]
-    found = pd.DataFrame(notes, columns=list(NOTE_COLUMNS))
+    found = pd.DataFrame(notes, columns=list(described("input_notes")))
     return Prepared(table.reset_index(drop=True), found)
 
 

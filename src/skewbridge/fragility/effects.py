@@ -9,6 +9,7 @@ out of all variants (Bell and McCaffrey 2002, see fits).
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from math import nan
 from typing import Any, Final, NamedTuple, Self
 
@@ -22,11 +23,10 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row
 from skewbridge.fragility import demand_table, motion_means, verdicts
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.limit_states import LimitState, States
+from skewbridge.fragility.limit_states import States
 from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
 from skewbridge.fragility.outcomes import demand_outcomes, end_counts, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.verdicts import described_as_effects, effect_columns
 from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import axes_of
 
@@ -39,21 +39,9 @@ UNKNOWN: Final = 2
 _INTENSITIES: Final = 9
 #: Motions of both variants below which there is no ratio of medians.
 _MIN_MOTIONS: Final = 5
+_ENDS: Final = ("from", "to")
 
-INTENSITY_COLUMNS: Final[dict[str, str]] = {
-    **described_as_effects("bridge abutment demand axis from_value to_value"),
-    "im": "intensity",
-    "ratio": "ratio at this intensity, by regression",
-    "ci_low": "lower end of its interval at this intensity, clustered by motion (-)",
-    "ci_high": "upper end of its interval (-)",
-    **described_as_effects("level"),
-    "from_demand": "demand at from_value and this intensity",
-    "to_demand": "from_demand times ratio",
-    "n_motions": "motions with an exact change",
-    **described_as_effects("verdict"),
-    "at_reference": "true at the reference intensity of the bridge",
-    "clipped": "true if the reference is outside the range of the pairs",
-}
+INTENSITY_COLUMNS: Final = demand_table.described("intensity_effects")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -152,9 +140,8 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
     to_value; status, beyond_model, complete (truth values) and columns by ``_from`` and ``_to``. An
     `InputError` names a run that occurs twice.
     """
-    others = (name for name in demand_table.axis_names(demands) if name != axis)
-    group = [*demand_table.BRIDGE_COLUMNS, *others]
-    key = [*group, *demand_table.LOADING_COLUMNS]
+    others = [name for name in demand_table.axis_names(demands) if name != axis]
+    key = [*demand_table.BRIDGE_COLUMNS, *others, *demand_table.LOADING_COLUMNS]
     table = demands[[*key, axis, "status", *columns]].assign(
         **{BEYOND_MODEL: is_beyond_model(demands), "complete": is_complete(demands)}
     )
@@ -162,17 +149,26 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
     if not once.all():
         row = demands.index[int(np.argmin(once))]
         raise InputError(f"the run of row {row} occurs twice in the demands table", row=row)
+    return _paired(table, axis, others, demand_table.LOADING_COLUMNS)
+
+
+def _paired(
+    table: pd.DataFrame, axis: str, others: Sequence[str], loading: Sequence[str] = ()
+) -> pd.DataFrame:
+    """Return each row with that of the smallest value of an axis, all else being equal."""
+    group = [*demand_table.BRIDGE_COLUMNS, *others]
     lowest = table.groupby(group, dropna=False)[axis].transform("min")
     reference = table[table[axis] == lowest].rename(columns={axis: "from_value"})
     higher = table[table[axis] > lowest].rename(columns={axis: "to_value"})
+    key = [*group, *loading]
     return higher.merge(reference, on=key, suffixes=("_to", "_from"), validate="many_to_one")
 
 
 class EffectTables(NamedTuple):
     """Effects on demands."""
 
-    effects: pd.DataFrame  # columns `effect_columns`, pooled rows first
-    intensities: pd.DataFrame  # columns `INTENSITY_COLUMNS`, of demands judged by their ratio
+    effects: pd.DataFrame  # pooled rows first
+    intensities: pd.DataFrame  # of demands judged by their ratio
 
 
 def effect_tables(
@@ -211,7 +207,7 @@ def effect_tables(
 
 def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     """Return judged rows of effects, pooled ones first; usually they are judged by the ratio."""
-    columns = list(effect_columns(axes_of(map(str, demands.columns))))
+    columns = list(demand_table.described("effects", axes_of(map(str, demands.columns))))
     table = pd.DataFrame(rows, columns=columns)
     for name, usual in (("judged_by", verdicts.RATIO), ("unit", "")):
         table[name] = table[name].astype(object).fillna(usual).astype(str)
@@ -340,23 +336,26 @@ def median_effects(
     Two variants of one bridge and abutment model that differ in one axis only form a cell; the
     smallest value of the axis is the reference. A cell counts where some runs of both variants, and
     not all, are known to exceed the state. A pooled row is the average of ln ratio over the cells.
-    The columns are `effect_columns`; ``im_low`` and ``im_high`` are the smallest and largest median
-    of the cells, at which the ratio applies. Given the table of ``curves``, a ratio is refused if
+    ``im_low`` and ``im_high`` are the smallest and largest median of the cells, at
+    which the ratio applies. Given the table of ``curves``, a ratio is refused if
     none of its variants has a curve.
     """
-    groups, further = states_by_demand(limit_states), axes or ()
     items = (
         (
             model,
-            demand_table.demand_columns(part, [settings.im, demand, *further]),
+            demand_table.demand_columns(part, [settings.im, demand, *(axes or ())]),
             group,
             None if curves is None else curves[curves["component"] == component],
         )
         for model, part in demand_table.models_of(demands)
-        for (component, demand), group in groups.items()
+        for (component, demand), group in states_by_demand(limit_states).items()
     )
     rows = demand_table.spread(partial(_median_rows, settings=settings, axes=axes), items, jobs)
     return effect_table(demands, [row for part in rows for row in part])
+
+
+#: Columns of a pooled ratio that are geometric means over the cells.
+_MEANS: Final = ("from_mean", "ratio_all_exceed", "ratio_none_exceed")
 
 
 def _median_rows(
@@ -367,152 +366,47 @@ def _median_rows(
 ) -> list[Row]:
     """Return the rows of the states of one demand of one bridge and abutment model."""
     description, part, states, curves = item
-    names = [*demand_table.axis_names(part), *(axes or ())]
-    model = _Medians(part, states, settings, names, curves)
+    along = demand_table.varying_axes(part) if axes is None else axes
+    names = list(dict.fromkeys([*demand_table.axis_names(part), *along]))
+    if not along:
+        return []
+    number = part.groupby(names, dropna=False).ngroup()
+    variants = part[[*demand_table.IDENTITY_COLUMNS, *names]].assign(number=number)
+    variants = variants.drop_duplicates("number").sort_values("number")
+    medians = _Medians(part, number.to_numpy(), states, settings.im, curves)
     shared = {"quantity": verdicts.MEDIAN_CAPACITY, "margin": settings.median_margin}
+
+    def estimate(ratio: Jackknifed, row: Row, medians: int) -> Row:
+        # ASSUME a ratio of medians is worth printing if one of these medians is
+        if row["n_without_curve"] == medians:
+            return row | {"status": verdicts.NO_CURVE, "level": settings.effect_confidence}
+        return row | effect_row(ratio, settings)
+
     rows: list[Row] = []
-    for axis in demand_table.varying_axes(part) if axes is None else axes:
-        for (start, end), pairs in model.cells(axis).items():
-            place = {**description, **shared, "axis": axis, "from_value": start, "to_value": end}
-            for j, state in enumerate(states):
-                place["demand"] = state.key
-                ratios = {pair: model.ratio(pair, j) for pair in pairs}
-                found = {pair: ratio for pair, ratio in ratios.items() if ratio is not None}
-                if not found:
-                    continue
-                pooled = average([ratio for ratio, _ in found.values()])
-                counts = pd.DataFrame([each for _, each in found.values()])
-                row: Row = {**place, "scope": "pooled"}
-                row |= {str(name): n for name, n in counts.filter(regex="^n_").sum().items()}
-                row |= {"im_low": counts["im_low"].min(), "im_high": counts["im_high"].max()}
-                means = np.exp(np.log(counts[[*_MEANS]]).mean())
-                row |= {"n_cells": len(found), **dict(zip(_MEANS, means.tolist(), strict=True))}
-                row["n_motions"] = int(np.count_nonzero(pooled.exact))
-                rows.append(row | _confirmed(pooled, row, 2 * len(found), settings))
-                for (first, _), (ratio, each) in found.items():
-                    own = {**model.places[first], **place, "scope": "variant", axis: nan, **each}
-                    rows.append(own | _confirmed(ratio, own, 2, settings))
+    for axis in along:
+        others = [name for name in names if name != axis]
+        pairs = _paired(variants, axis, others).groupby(["from_value", "to_value"])
+        for ((start, end), cells), (j, state) in product(pairs, enumerate(states)):
+            place = {**description, **shared, "demand": state.key}
+            place |= {"axis": axis, "from_value": float(start), "to_value": float(end)}
+            ratios: list[Jackknifed] = []
+            found: list[Row] = []
+            for cell in cells.to_dict("records"):
+                if (ratio := medians.ratio(cell, j)) is not None:
+                    ratios.append(ratio[0])
+                    own = {name: float(cell[name]) for name in others}
+                    found.append({**own, **place, "scope": "variant", axis: nan, **ratio[1]})
+            if not found:
+                continue
+            pooled, columns = average(ratios), pd.DataFrame(found)
+            row: Row = {**place, "scope": "pooled", "n_cells": len(found)}
+            row |= {str(name): n for name, n in columns.filter(regex="^n_").sum().items()}
+            row |= {"im_low": columns["im_low"].min(), "im_high": columns["im_high"].max()}
+            row |= np.exp(np.log(columns[[*_MEANS]]).mean()).to_dict()
+            row["n_motions"] = int(np.count_nonzero(pooled.exact))
+            rows.append(estimate(pooled, row, 2 * len(found)))
+            rows += [estimate(ratio, own, 2) for ratio, own in zip(ratios, found, strict=True)]
     return rows
-
-
-#: Columns of a pooled ratio that are geometric means over the cells.
-_MEANS: Final = ("from_mean", "ratio_all_exceed", "ratio_none_exceed")
-
-
-def _confirmed(ratio: Jackknifed, row: Row, medians: int, settings: FitSettings) -> Row:
-    """Return the columns of a ratio of some medians; refused if no variant has a curve."""
-    # ASSUME a ratio of medians is worth printing if one of these medians is
-    if row["n_without_curve"] == medians:
-        return {"status": verdicts.NO_CURVE, "level": settings.effect_confidence}
-    return effect_row(ratio, settings)
-
-
-class _Medians:
-    """The variants of one bridge and abutment model, with their medians for one demand."""
-
-    def __init__(
-        self,
-        part: pd.DataFrame,
-        states: States,
-        settings: FitSettings,
-        names: Sequence[str],  # of axes
-        curves: pd.DataFrame | None,
-    ) -> None:
-        self._part, self._states, self._im = part, states, settings.im
-        self._motion = demand_table.motion_codes(part)
-        self._ln_im = np.log(part[settings.im].to_numpy(dtype=np.float64))
-        keys = part[list(names)].to_numpy(dtype=np.float64)
-        places, first, variant = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-        self.places = [dict(zip(names, place, strict=True)) for place in places.tolist()]
-        self._rows = [np.flatnonzero(variant.ravel() == v) for v in range(len(places))]
-        self._has = np.zeros((len(places), int(self._motion.max()) + 1), dtype=np.bool_)
-        self._has[variant.ravel(), self._motion] = True
-        self._known: dict[tuple[int, int], _OfVariant] = {}
-        self._names = part["variant"].to_numpy(dtype=str)[first]
-        groups = () if curves is None else curves.groupby(["variant", "limit_state"])
-        bounds = ["theta_all_exceed", "theta_none_exceed"]  # of the first method, cloud
-        self._curves = {k: (rows["preferred"].any(), *rows[bounds].iloc[0]) for k, rows in groups}
-
-    def cells(self, axis: str) -> dict[tuple[float, float], list[tuple[int, int]]]:
-        """Return the pairs of variants (from, to) that differ in one axis only, by their values."""
-        groups: dict[tuple[float, ...], list[int]] = {}
-        for number, place in enumerate(self.places):
-            key = tuple(value for name, value in place.items() if name != axis)
-            groups.setdefault(key, []).append(number)
-        cells: dict[tuple[float, float], list[tuple[int, int]]] = {}
-        for numbers in groups.values():
-            first, *others = sorted(numbers, key=lambda number: self.places[number][axis])
-            for other in others:
-                ends = self.places[first][axis], self.places[other][axis]
-                cells.setdefault(ends, []).append((first, other))
-        return dict(sorted(cells.items()))
-
-    def ratio(self, pair: tuple[int, int], j: int) -> tuple[Jackknifed, dict[str, float]] | None:
-        """Return ln ratio of medians of state j and the columns of its runs; None without one."""
-        shared = self._has[pair[0]] & self._has[pair[1]]
-        if np.count_nonzero(shared) < _MIN_MOTIONS:
-            return None
-        first, other = self._medians(*pair), self._medians(*pair[::-1])
-        values = other.ln_theta[j] - first.ln_theta[j]
-        if not np.isfinite(values[0]):
-            return None
-        # ASSUME no influence where no line remains
-        values = np.where(np.isfinite(values), values, values[0])
-        ends = np.exp([first.ln_theta[j, 0], other.ln_theta[j, 0]]).tolist()
-        columns: dict[str, float] = {
-            "from_mean": ends[0],
-            "im_low": min(ends),
-            "im_high": max(ends),
-            "n_motions": int(np.count_nonzero(shared)),
-            **{name: max(count, other.counts[name]) for name, count in first.counts.items()},
-            "n_pairs": first.counts["n_pairs"],
-            "n_discordant": 0,
-            "n_extrapolated": first.extrapolated[j] + other.extrapolated[j],
-            **self._of_curves(pair, self._states[j]),
-        }
-        for end, each in (("from", first), ("to", other)):
-            columns[f"n_collapse_{end}"] = each.counts["n_collapse"]
-            columns |= {f"{name}_{end}": n for name, n in each.outcomes[j].items()}
-        return Jackknifed.of(values, shared, shared, 2), columns
-
-    def _of_curves(self, pair: tuple[int, int], state: LimitState) -> dict[str, float]:
-        """Return how many of both medians no curve states, and bounds of their ratio."""
-        if not self._curves:
-            return dict.fromkeys(("n_without_curve", *_MEANS[1:]), nan)
-        first, other = (self._curves[self._names[v], state.name] for v in pair)
-        bounds = (above / below for below, above in zip(first[1:], other[1:], strict=True))
-        missing = 2 - int(first[0]) - int(other[0])
-        return {"n_without_curve": missing, **dict(zip(_MEANS[1:], bounds, strict=True))}
-
-    def _medians(self, variant: int, partner: int) -> "_OfVariant":
-        """Return the medians of a variant under the motions that its partner has too."""
-        has, motions = self._has[partner], self._has.shape[1]
-        key = variant, -1 if np.all(has >= self._has[variant]) else partner
-        if key not in self._known:
-            rows = self._rows[variant]
-            rows = rows[has[self._motion[rows]]]
-            codes, ln_im, part = self._motion[rows], self._ln_im[rows], self._part.iloc[rows]
-            outcomes = demand_outcomes(part, self._states, self._im)
-            used = outcomes.used
-            ln_theta = np.full((len(self._states), 1 + motions), np.nan)
-            if np.unique(codes[used]).size >= _MIN_MOTIONS:
-                without = codes != np.arange(-1, motions)[:, None]
-                line = outcomes.lines(ln_im, without.astype(np.float64))
-                for j, state in enumerate(self._states):
-                    if outcomes.status(state) == FITTED:
-                        ln_theta[j] = line.ln_theta(state.threshold)
-            counts = {
-                "n_pairs": rows.size,
-                "n_bounds": int(np.sum(outcomes.is_bound)),
-                "n_left_out": int(np.sum(~used)),
-                **end_counts(self._part.iloc[self._rows[variant]]),
-            }
-            medians = ln_theta[:, 0].tolist()
-            beyond = [motion_means.motions_beyond(median, ln_im, codes) for median in medians]
-            extrapolated = [number < motion_means.MIN_BEYOND for number in beyond]
-            known = [outcomes.counts(state) for state in self._states]
-            self._known[key] = _OfVariant(ln_theta, counts, known, extrapolated)
-        return self._known[key]
 
 
 class _OfVariant(NamedTuple):
@@ -522,3 +416,90 @@ class _OfVariant(NamedTuple):
     counts: dict[str, int]  # of runs
     outcomes: list[dict[str, int]]  # counts of the outcomes of each state
     extrapolated: list[bool]  # of each state
+
+
+class _Medians:
+    """Medians of the variants of one bridge and abutment model for one demand."""
+
+    def __init__(
+        self,
+        part: pd.DataFrame,
+        variant: Index,  # number of the variant of each run
+        states: States,
+        im: str,
+        curves: pd.DataFrame | None,
+    ) -> None:
+        self._part, self._states, self._im = part, states, im
+        self._motion = demand_table.motion_codes(part)
+        self._ln_im = np.log(part[im].to_numpy(dtype=np.float64))
+        self._rows = [np.flatnonzero(variant == v) for v in range(int(variant.max()) + 1)]
+        self._has = np.zeros((len(self._rows), int(self._motion.max()) + 1), dtype=np.bool_)
+        self._has[variant, self._motion] = True
+        self._known: dict[tuple[int, int], _OfVariant] = {}
+        groups = () if curves is None else curves.groupby(["variant", "limit_state"])
+        bounds = ["theta_all_exceed", "theta_none_exceed"]  # of the first method, cloud
+        self._curves = {k: (rows["preferred"].any(), *rows[bounds].iloc[0]) for k, rows in groups}
+
+    def ratio(self, cell: Mapping[Any, Any], j: int) -> tuple[Jackknifed, Row] | None:
+        """Return ln ratio of medians of state j and the columns of its runs; None without one."""
+        pair = cell["number_from"], cell["number_to"]
+        shared = self._has[pair[0]] & self._has[pair[1]]
+        if np.count_nonzero(shared) < _MIN_MOTIONS:
+            return None
+        first, other = self._of_variant(*pair), self._of_variant(*pair[::-1])
+        values = other.ln_theta[j] - first.ln_theta[j]
+        if not np.isfinite(values[0]):
+            return None
+        # ASSUME no influence where no line remains
+        values = np.where(np.isfinite(values), values, values[0])
+        ends = np.exp([first.ln_theta[j, 0], other.ln_theta[j, 0]]).tolist()
+        columns: Row = {
+            **{"from_mean": ends[0], "im_low": min(ends), "im_high": max(ends)},
+            "n_motions": int(np.count_nonzero(shared)),
+            **{name: max(count, other.counts[name]) for name, count in first.counts.items()},
+            **{"n_pairs": first.counts["n_pairs"], "n_discordant": 0},
+            "n_extrapolated": first.extrapolated[j] + other.extrapolated[j],
+            **dict.fromkeys(("n_without_curve", *_MEANS[1:]), nan),
+        }
+        if self._curves:  # medians that no curve states, and bounds of their ratio
+            named = (self._curves[cell[f"variant_{end}"], self._states[j].name] for end in _ENDS)
+            (has_first, *below), (has_other, *above) = named
+            columns["n_without_curve"] = 2 - int(has_first) - int(has_other)
+            columns |= dict(zip(_MEANS[1:], np.divide(above, below).tolist(), strict=True))
+        for end, each in zip(_ENDS, (first, other), strict=True):
+            columns[f"n_collapse_{end}"] = each.counts["n_collapse"]
+            columns |= {f"{name}_{end}": n for name, n in each.outcomes[j].items()}
+        return Jackknifed.of(values, shared, shared, 2), columns
+
+    def _of_variant(self, variant: int, partner: int) -> _OfVariant:
+        """Return the medians of a variant under the motions that its partner has too."""
+        has, motions = self._has[partner], self._has.shape[1]
+        key = variant, -1 if np.all(has >= self._has[variant]) else partner
+        if key in self._known:
+            return self._known[key]
+        rows = self._rows[variant]
+        rows = rows[has[self._motion[rows]]]
+        codes, ln_im, part = self._motion[rows], self._ln_im[rows], self._part.iloc[rows]
+        outcomes = demand_outcomes(part, self._states, self._im)
+        used = outcomes.used
+        ln_theta = np.full((len(self._states), 1 + motions), np.nan)
+        if np.unique(codes[used]).size >= _MIN_MOTIONS:
+            without = codes != np.arange(-1, motions)[:, None]
+            line = outcomes.lines(ln_im, without.astype(np.float64))
+            for j, state in enumerate(self._states):
+                if outcomes.status(state) == FITTED:
+                    ln_theta[j] = line.ln_theta(state.threshold)
+        counts = {
+            "n_pairs": rows.size,
+            "n_bounds": int(np.sum(outcomes.is_bound)),
+            "n_left_out": int(np.sum(~used)),
+            **end_counts(self._part.iloc[self._rows[variant]]),
+        }
+        beyond = [motion_means.motions_beyond(median, ln_im, codes) for median in ln_theta[:, 0]]
+        self._known[key] = _OfVariant(
+            ln_theta,
+            counts,
+            outcomes=[outcomes.counts(state) for state in self._states],
+            extrapolated=[number < motion_means.MIN_BEYOND for number in beyond],
+        )
+        return self._known[key]

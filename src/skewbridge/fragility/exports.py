@@ -1,17 +1,14 @@
 """Fragility curves for other tools: OpenQuake (NRML), pelicun and its library, CSV and LaTeX.
 
-References:
-    OpenQuake engine manual, fragility models (NRML 0.5, format ``continuous``, shape ``logncdf``;
-    its mean and stddev are those of the lognormal variable, not of its logarithm).
-    pelicun 3, fragility database; Damage and Loss Model Library (DLML) of the SimCenter.
-    FEMA (2022), Hazus 6.1, section 7: medians have the factor sqrt(sin(90 deg - skew)).
-    Cornell, Jalayer, Hamburger and Foutch (2002), J. Struct. Eng. 128(4):526-533 (frequencies).
+Sources: OpenQuake engine manual (NRML 0.5, shape ``logncdf``: mean and stddev of the lognormal
+variable, not of its logarithm); pelicun 3, fragility database; Damage and Loss Model Library (DLML)
+of the SimCenter; Hazus 6.1, section 7: medians have the factor sqrt(sin(90 deg - skew)), FEMA
+(2022); frequencies, Cornell et al. (2002), J. Struct. Eng. 128(4):526-533.
 """
 
 import json
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
@@ -25,12 +22,12 @@ from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.files.digests import digest_of
-from skewbridge.files.tables import positive, read_any, require, same_length, write_csv
+from skewbridge.files.tables import Floats, positive, read_any, require, same_length, write_csv
 from skewbridge.files.text import write_text
 from skewbridge.fragility.curves import METHODS
-from skewbridge.fragility.demand_table import axis_names, need_columns, variant_columns
+from skewbridge.fragility.demand_table import axis_names, described, need_columns, variant_columns
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.paper_table import chosen_curves, latex_table, paper_table
+from skewbridge.fragility.paper_table import chosen_curves, latex_table, paper_table, with_ratios
 
 FORMATS: Final = ("nrml", "pelicun", "dlml", "csv", "latex")
 _NEEDED: Final = (
@@ -75,49 +72,34 @@ _PELICUN_ID: Final = ("A-Za-z0-9_.", 200)
 _PELICUN_PARAMETERS: Final = ("Family", "Theta_0", "Theta_1", "DamageStateWeights")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CsvContent:
-    """Optional content of a CSV export besides or instead of curve parameters; set at most one."""
-
-    hazard: Path | None = None  # CSV with im and rate (per year): adds `FREQUENCY_COLUMNS`
-    im_range: tuple[float, float] | None = None  # of a table of probabilities
-    points: int = 50  # number of intensities in that range, evenly spaced by their logarithm
-    skew_factors: bool = False  # `SKEW_FACTOR_COLUMNS` instead; for pelicun: scaling of capacities
-
-    def __post_init__(self) -> None:
-        low, high = self.im_range or (1.0, 2.0)
-        if not (0.0 < low < high < float("inf") and self.points > 1):
-            text = f"got {low:g} to {high:g}, {self.points} points"
-            raise InputError(f"intensities must rise above 0, with two points or more: {text}")
-        if sum([self.hazard is not None, self.im_range is not None, self.skew_factors]) > 1:
-            raise InputError("a csv is one table: give one of --hazard, --im-range, --skew-factors")
-
-
-CURVE_PARAMETERS: Final = CsvContent()
-
-
 def export_curves(
     source: Path,
     form: str,
     out: Path,
     *,
-    method: str | None = None,
-    content: CsvContent = CURVE_PARAMETERS,
+    method: str | None = None,  # of the curves; None: the preferred ones
+    hazard: Path | None = None,  # CSV with im and rate (per year): a csv has `FREQUENCY_COLUMNS`
+    im_range: tuple[float, float] | None = None,  # of 50 probabilities in a csv, not parameters
+    skew_factors: bool = False,  # `SKEW_FACTOR_COLUMNS` in a csv; pelicun: scaling of capacities
 ) -> dict[str, Any]:
     """Write the curves of a study for another tool or a paper, and return a report.
 
     Curves without an estimate have their status in a CSV; elsewhere they are left out and listed in
     ``unfitted``. The report of nrml has the ``models``, those of pelicun and dlml (a folder) the
     ``holes``. An `InputError` names an unusable format, content, table or intensity measure.
+
     """
     if form not in FORMATS:
-        advice = ": spreadsheets open csv" if form == "xlsx" else ""
-        raise InputError(f"format must be one of {', '.join(FORMATS)}, got {form!r}{advice}")
-    scales = form == "pelicun" and content.skew_factors
-    only_csv = content.hazard or content.im_range or (content.skew_factors and not scales)
-    if form != "csv" and only_csv:
+        raise InputError(f"format must be one of {', '.join(FORMATS)}, got {form!r}")
+    scales = form == "pelicun" and skew_factors
+    contents = [hazard is not None, im_range is not None, skew_factors and not scales]
+    if form != "csv" and any(contents):
         options = "--im-range and --hazard need --format csv, --skew-factors csv or pelicun"
         raise InputError(f"{form} has only parameters of curves: {options}")
+    if sum(contents) > 1:
+        raise InputError("a csv is one table: give one of --hazard, --im-range, --skew-factors")
+    if im_range is not None and not 0.0 < im_range[0] < im_range[1] < float("inf"):
+        raise InputError(f"--im-range must rise above 0, got {im_range[0]:g} to {im_range[1]:g}")
     curves = exported_curves(read_any(source), method)
     has_estimate = curves["status"] == FITTED
     if not has_estimate.any() and form != "csv":
@@ -151,14 +133,21 @@ def export_curves(
         elif form == "latex":
             medians, joint = (_table_next_to(source, name) for name in ("median_effects", "joint"))
             write_text(out, latex_table(paper_table(curves, medians, joint)))
+        elif skew_factors:
+            factors = _skew_factors(curves, _table_next_to(source, "median_effects"))
+            write_csv(factors.drop(columns="variant_straight"), out)
+        elif im_range is not None:
+            write_csv(_probabilities(curves, np.geomspace(*im_range, 50)), out)
         else:
-            table = csv_table(curves, content, _table_next_to(source, "median_effects"))
-            if content.hazard is not None and has_estimate.any():
-                frequency = table["annual_frequency"]
-                least, most = table.filter(like="_above_").div(frequency, axis=0).max()
+            names = (*variant_columns(curves), *PARAMETERS)
+            table = curves[[name for name in names if name in curves]]
+            if hazard is not None:
+                table = table.join(_frequencies(curves[has_estimate], hazard))
+                shares = table.filter(like="_above_").div(table["annual_frequency"], axis=0)
+                least, most = shares.max()
+                text = f"ones add at most {most:.1%} (at least {least:.1%}) to a curve"
                 notes.append(
-                    f"annual frequencies are of the intensities in {content.hazard.name}; stronger "
-                    f"ones add at most {most:.1%} (at least {least:.1%}) to a curve"
+                    f"annual frequencies are of the intensities in {hazard.name}; stronger {text}"
                 )
             write_csv(table, out)
     except OSError as error:
@@ -198,41 +187,41 @@ def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.D
 def _table_next_to(source: Path, name: str) -> pd.DataFrame:
     """Return another table of the folder of the curves; without rows where there is none."""
     path = source.parent / f"{name}.parquet"
-    return read_any(path) if path.is_file() else pd.DataFrame({"scope": [], "status": []})
+    return read_any(path) if path.is_file() else pd.DataFrame(columns=list(described(name)))
 
 
-def csv_table(curves: pd.DataFrame, content: CsvContent, medians: pd.DataFrame) -> pd.DataFrame:
-    """Return the table of a CSV file: parameters, probabilities or factors of skew."""
+def _probabilities(curves: pd.DataFrame, intensities: Floats) -> pd.DataFrame:
+    """Return the probabilities of the curves with an estimate at some intensities, long form."""
     fitted = curves[curves["status"] == FITTED]
-    if content.im_range is not None:
-        names = [*variant_columns(fitted), "component", "limit_state", "method", "im"]
-        im = pd.DataFrame({"intensity": np.geomspace(*content.im_range, content.points)})
-        long = fitted[[*names, "theta", "curve_beta"]].merge(im, how="cross")
-        u = np.log(long["intensity"] / long["theta"]) / long["curve_beta"]
-        return long.assign(probability=special.ndtr(u))[[*names, "intensity", "probability"]]
-    if content.skew_factors:
-        return _skew_factors(fitted, medians).drop(columns="variant_straight")
-    table = curves[[name for name in (*variant_columns(curves), *PARAMETERS) if name in curves]]
-    if content.hazard is None:
-        return table
-    hazard = read_any(content.hazard)
-    need_columns(hazard, ("im", "rate"), content.hazard.name)
+    names = [*variant_columns(fitted), "component", "limit_state", "method", "im"]
+    long = fitted[[*names, "theta", "curve_beta"]]
+    long = long.merge(pd.DataFrame({"intensity": intensities}), how="cross")
+    u = np.log(long["intensity"] / long["theta"]) / long["curve_beta"]
+    return long.assign(probability=special.ndtr(u))[[*names, "intensity", "probability"]]
+
+
+def _frequencies(fitted: pd.DataFrame, path: Path) -> pd.DataFrame:
+    """Return `FREQUENCY_COLUMNS` of curves for a hazard table."""
+    hazard = read_any(path)
+    need_columns(hazard, ("im", "rate"), path.name)
     if fitted["im"].nunique() > 1:
         raise InputError(f"one hazard table cannot serve {', '.join(fitted['im'].unique())}")
     im, rate = hazard["im"].to_numpy(), hazard["rate"].to_numpy()
     pairs = zip(fitted["theta"], fitted["curve_beta"], strict=True)
     rows = [annual_frequency(theta, beta, im, rate) for theta, beta in pairs]
-    return table.join(pd.DataFrame(rows, fitted.index, list(FREQUENCY_COLUMNS)))
+    return pd.DataFrame(rows, fitted.index, list(FREQUENCY_COLUMNS))
 
 
-def _skew_factors(fitted: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
+def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     """Return the medians of skewed bridges over those without skew, with their intervals."""
+    fitted = curves[curves["status"] == FITTED]
     skew, *columns = SKEW_FACTOR_COLUMNS
     others = [name for name in axis_names(fitted) if name != skew]
     keys = ["bridge", "abutment", *others, "component", "limit_state"]
-    own = ["theta", "var_ln_theta", "variant"]
+    own, ends = ["theta", "var_ln_theta", "variant"], ["skew_ratio_low", "skew_ratio_high"]
     straight = fitted.loc[fitted[skew] == 0].reindex(columns=[*keys, *own])
-    skewed = fitted.loc[fitted[skew] != 0].reindex(columns=[*keys, skew, "im", *own])
+    skewed = with_ratios(fitted.loc[fitted[skew] != 0], medians[medians["from_value"] == 0])
+    skewed = skewed.reindex(columns=[*keys, skew, "im", *own, *ends])
     both = skewed.merge(straight, on=keys, suffixes=("", "_straight"))
     if both.empty:
         raise InputError("no limit state has an estimate both at skew 0 and at another skew")
@@ -240,16 +229,7 @@ def _skew_factors(fitted: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     # ASSUME independent medians: without the pairs of motions the interval is too wide, never too
     # narrow, since both skews see the same motions
     variance = both["var_ln_theta"] + both["var_ln_theta_straight"]
-    paired = pd.Series(np.nan, both.index)
-    if "axis" in medians:
-        chosen = (medians["scope"] == "variant") & (medians["axis"] == skew)
-        pairs = medians[chosen & (medians["from_value"] == 0)]
-        width = 0.5 * np.log(pairs["ci_high"] / pairs["ci_low"])
-        pairs = pairs.assign(**{skew: pairs["to_value"], "half": width})
-        types, state = dict.fromkeys([*others, skew], float), ["bridge", "abutment", "demand"]
-        named = both.assign(demand=both["component"] + "/" + both["limit_state"]).astype(types)
-        pairs = pairs.astype(types)[[*state, *types, "half"]]
-        paired = named.merge(pairs, on=[*state, *types], how="left")["half"]
+    paired = 0.5 * np.log(both[ends[1]].astype(np.float64) / both[ends[0]].astype(np.float64))
     half = paired.fillna(variance**0.5 * float(special.ndtri(0.95)))
     both["interval"] = np.where(paired.isna(), "independent", "paired")
     both["factor_low"] = both["factor"] * np.exp(-half)
@@ -265,7 +245,7 @@ def write_skew_scaling(curves: pd.DataFrame, medians: pd.DataFrame, out: Path) -
     ``scaling_specification`` of pelicun's damage model for the curves without skew that
     ``--format pelicun`` writes, at location 0 and direction 1.
     """
-    table = _skew_factors(curves[curves["status"] == FITTED], medians)
+    table = _skew_factors(curves, medians)
     places = {
         (variant, part["component"].iloc[0], state): (_pelicun_id(variant, scale), f"LS{number}")
         for variant, scale, states, part in _functions(curves)

@@ -1,19 +1,20 @@
 """Fit of a data file: counts per level, capacities, a cloud of demands or a table of runs."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal, Self
 
 import numpy as np
 import pandas as pd
+from pydantic import Field, model_validator
+from pydantic.dataclasses import dataclass
 
 from skewbridge.demands.validity import BEYOND_MODEL, failure_kinds, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import as_column, positive, read_any, require, same_length
-from skewbridge.files.text import read_json, shortened, shown_path
+from skewbridge.files.text import checked, read_json, shortened, shown_path
 from skewbridge.fragility import fits
-from skewbridge.fragility.curves import BOUNDS_TOO_WIDE, MAX_BOUNDS_RATIO
 from skewbridge.fragility.demand_table import motion_codes, need_columns, read_mapped
 from skewbridge.fragility.fits import FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import MAX_DISPERSION, LimitState
@@ -22,10 +23,6 @@ from skewbridge.fragility.outcomes import TREATMENTS, DemandOutcomes, demand_out
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.statuses import COLLAPSE, OK
 
-METHODS: Final = ("stripes", "ida", "cloud")
-MODELS: Final = ("ols", "tobit")
-_MAX_ASSUMED_BETA: Final = 2.0
-_MOST_NAMED: Final = 20  # columns in a message
 #: Other names of the columns in published data sets.
 _ALIASES: Final = {
     "right_censored": "censored", "bracket_lo": "lower", "bracket_hi": "upper",
@@ -37,38 +34,28 @@ _ALIASES: Final = {
 class FitOptions:
     """Options of ``skewbridge fit``."""
 
-    method: str  # stripes, ida or cloud
-    model: str | None = None  # of a cloud; None is ols, or tobit where demands are censored
-    link: str = "probit"
-    level: float = DEFAULTS.confidence
+    method: Literal["stripes", "ida", "cloud"]
+    #: Of a cloud; None is ols, or tobit where demands are censored.
+    model: Literal["ols", "tobit"] | None = None
+    link: Literal["probit"] = "probit"  # curves are lognormal
+    level: float = Field(DEFAULTS.confidence, gt=0.5, lt=1.0)
     threshold: float | None = None  # median capacity, if the file does not give it
     im: str | None = None  # column of intensities, for a table of runs
     edp: str | None = None  # column of demands, for a table of runs
-    capacity_dispersion: float = 0.0  # cloud
+    capacity_dispersion: float = Field(0.0, ge=0.0, le=MAX_DISPERSION)  # cloud
     censor_above: float | None = None  # demands at or above it are censored there (cloud)
-    assumed_beta: float = DEFAULTS.assumed_beta  # dispersion for one-sided bounds
+    #: Dispersion for one-sided bounds.
+    assumed_beta: float = Field(DEFAULTS.assumed_beta, gt=0.0, le=2.0)
     accept_bounds: bool = False  # give a median though unknown outcomes move it by 15 % or more
     columns: Path | None = None  # file that maps the columns of a foreign table to ours
 
-    def __post_init__(self) -> None:
-        if self.method not in METHODS:
-            raise InputError(f"method must be one of {', '.join(METHODS)}, got {self.method!r}")
-        if self.model is not None and self.model not in MODELS:
-            raise InputError(f"model must be one of {', '.join(MODELS)}, got {self.model!r}")
-        if self.link != "probit":
-            raise InputError(f"--link must be probit, got {self.link!r}: curves are lognormal")
-        widest, most = MAX_DISPERSION, _MAX_ASSUMED_BETA
-        for name, inside, limits in (
-            ("level", 0.5 < self.level < 1.0, "0.5..1"),
-            ("assumed_beta", 0.0 < self.assumed_beta <= most, f"0..{most:g} (not 0)"),
-            ("capacity_dispersion", 0.0 <= self.capacity_dispersion <= widest, f"0..{widest:g}"),
-        ):
-            if not inside:
-                raise InputError(f"{name} must be within {limits}, got {getattr(self, name):g}")
+    @model_validator(mode="after")
+    def _of_a_cloud(self) -> Self:
         for name in ("model", "capacity_dispersion", "censor_above"):
             if getattr(self, name) and self.method != "cloud":
                 option = name.replace("_", "-")
-                raise InputError(f"--{option} needs --method cloud, not {self.method}")
+                raise ValueError(f"--{option} needs --method cloud, not {self.method}")
+        return self
 
     @property
     def settings(self) -> FitSettings:
@@ -76,8 +63,12 @@ class FitOptions:
         return FitSettings(confidence=self.level, assumed_beta=self.assumed_beta)
 
 
-def fit_file(path: Path, options: FitOptions) -> fits.FragilityFit:
-    """Fit the data of a JSON, CSV or parquet file; an `InputError` names file, column and row."""
+def fit_file(path: Path, **given: Any) -> fits.FragilityFit:
+    """Fit the data of a JSON, CSV or parquet file with `FitOptions`.
+
+    An `InputError` names the option, or file, column and row.
+    """
+    options = checked(FitOptions, given, "options of the fit")
     data = read_data(path) if options.columns is None else read_mapped(path, options.columns)
     columns = {str(name): values for name, values in data.items()}
     try:
@@ -111,7 +102,7 @@ def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.Fragility
 
     def need(name: str) -> Any:
         if name not in columns:
-            present = ", ".join(map(shortened, list(columns)[:_MOST_NAMED])) or "none"
+            present = ", ".join(map(shortened, list(columns)[:20])) or "none"
             text = f"{options.method} data need a column {name!r}; found {present}"
             raise InputError(text, column=name)
         return columns[name]
@@ -181,16 +172,15 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     motions = motion_codes(data) if "motion_id" in data else np.arange(im.size)
     outcomes = demand_outcomes(runs, [state])
     fit, unknown = _fit_outcomes(im, motions, outcomes, state, options), outcomes.unknown(state)
+    bounds: dict[str, tuple[float, float]] = {}
     details: dict[str, Any] = {"n_records": int(np.unique(motions).size)}
     details["n_unknown"] = int(np.sum(unknown))
     if np.any(unknown):
         for name in TREATMENTS:
             bound = _fit_outcomes(im, motions, outcomes.treated(state, name), state, options)
+            bounds[name] = bound.theta, bound.beta
             details |= {f"theta_{name}": bound.theta, f"beta_{name}": bound.beta}
-        fit = replace(fit, warnings=(*fit.warnings, "unknown_outcomes"))
-        low, high = sorted((details["theta_all_exceed"], details["theta_none_exceed"]))
-        if fit.status == FITTED and not (options.accept_bounds or high <= MAX_BOUNDS_RATIO * low):
-            fit = fit.without_estimate(BOUNDS_TOO_WIDE)
+        fit = fit.judged(bounds, accept=options.accept_bounds)
     return replace(fit, details={**fit.details, **details})
 
 
@@ -206,10 +196,7 @@ def _fit_outcomes(
         return fit if np.any(exceed) else fit.without_estimate(NO_EXCEEDANCE)
     x, hits, codes = im[known], exceed[known].astype(np.float64), motions[known]
     if options.method == "ida":
-        lower, upper, odd = fits.brackets_of_runs(x, hits, codes)
-        fit = fits.fit_brackets(lower, upper, settings)
-        names = (*fit.warnings, "non_monotone_records") if odd else fit.warnings
-        return replace(fit, warnings=names, details={**fit.details, "n_non_monotone": odd})
+        return fits.fit_first_exceedances(x, hits, codes, settings)[0]
     count, n = int(np.unique(codes).size), np.ones(x.size)
     single = count == codes.size
     fit = fits.fit_stripes(x, n, hits, settings=settings, n_records=count, interval=single)

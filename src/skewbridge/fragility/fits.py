@@ -1,21 +1,17 @@
 """Lognormal fragility curves fitted to counts, capacities or a cloud of demands, or bounds.
 
-References:
-    Albert and Anderson (1984), Biometrika 71(1):1-10: separation in binary regression.
-    Clopper and Pearson (1934), Biometrika 26(4):404-413: exact binomial limits.
-    Firth (1993), Biometrika 80(1):27-38: penalised likelihood that always has a maximum.
-    Baker (2015), Earthquake Spectra 31(1):579-599: counts of exceedance, Eq. 11.
-    Vamvatsikos and Cornell (2002), EESD 31(3):491-514: capacities of incremental analyses.
-    Turnbull (1976), JRSS B 38(3):290-295: interval censoring.
-    Cornell, Jalayer, Hamburger and Foutch (2002), J. Struct. Eng. 128(4):526-533: cloud.
-    Fieller (1954), JRSS B 16(2):175-185: interval of a ratio.
-    Pregibon (1980), Applied Statistics 29(1):15-24: test of the link.
-    Bell and McCaffrey (2002), Survey Methodology 28(2):169-181: jackknife by motion.
+Sources: separation, Albert and Anderson (1984), Biometrika 71(1):1-10; exact binomial limits,
+Clopper and Pearson (1934), Biometrika 26(4):404-413; penalised likelihood, Firth (1993), Biometrika
+80(1):27-38; counts, Baker (2015), Earthquake Spectra 31(1):579-599, Eq. 11; capacities, Vamvatsikos
+and Cornell (2002), EESD 31(3):491-514; brackets, Turnbull (1976), JRSS B 38(3):290-295; cloud,
+Cornell et al. (2002), J. Struct. Eng. 128(4):526-533; interval of a ratio, Fieller (1954), JRSS B
+16(2):175-185; test of the link, Pregibon (1980), Applied Statistics 29(1):15-24; jackknife by
+motion, Bell and McCaffrey (2002), Survey Methodology 28(2):169-181.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import nan
+from math import inf, nan
 from typing import Any, Final
 
 import numpy as np
@@ -42,7 +38,9 @@ WIDE_CI_RATIO: Final = 3.0
 FEW_RECORDS: Final = 10
 FEW_MIXED_STRIPES: Final = 3
 ALL_CENSORED: Final = "all_censored"
-SLOPE_NOT_SIGNIFICANT: Final = "slope_not_significant"
+BOUNDS_TOO_WIDE: Final = "bounds_too_wide"
+# ASSUME a median is worth printing if unknown outcomes can move it by 15 % at most
+MAX_BOUNDS_RATIO: Final = 1.15
 
 
 #: ln of the intensities and of the lower and upper ends of the demands, shape (n,) each.
@@ -70,12 +68,25 @@ class FragilityFit:
     n_runs: int = 0  #: Runs in the fit.
     warnings: tuple[str, ...] = ()  #: Names of what a reader must know.
     details: Mapping[str, Any] = field(default_factory=dict)  #: Further results by name.
-    line: TestedLine | None = None  #: Least-squares line behind a cloud fit, with its tests.
 
     def without_estimate(self, status: str) -> "FragilityFit":
         """Return the fit with a status in place of median, dispersion and intervals."""
-        kept = ("method", "level", "n_runs", "warnings", "details", "line")
+        kept = ("method", "level", "n_runs", "warnings", "details")
         return FragilityFit(status=status, **{name: getattr(self, name) for name in kept})
+
+    def warned(self, *names: str) -> "FragilityFit":
+        """Return the fit with further warnings."""
+        return replace(self, warnings=tuple(dict.fromkeys((*self.warnings, *names))))
+
+    def judged(
+        self, bounds: Mapping[str, tuple[float, float]], *, accept: bool, names: Sequence[str] = ()
+    ) -> "FragilityFit":
+        """Warn of unknown outcomes; refuse a median that they decide, by the bounds of it."""
+        fit = self.warned("unknown_outcomes", *names)
+        low, high = sorted((bounds["all_exceed"][0], bounds["none_exceed"][0]))
+        narrow = 0.0 < low <= high <= MAX_BOUNDS_RATIO * low < inf
+        refused = fit.status == FITTED and not (narrow or accept)
+        return fit.without_estimate(BOUNDS_TOO_WIDE) if refused else fit
 
     @property
     def se_ln_theta(self) -> float:
@@ -136,20 +147,19 @@ def jackknifed(fit: FragilityFit, ln_theta: Floats, beta: Floats) -> FragilityFi
     """Replace interval and covariance by those of the jackknife, from fits without each motion."""
     good = np.isfinite(ln_theta) & np.isfinite(beta) & (beta > 0.0)
     if np.sum(good) < motion_means.MIN_VALUES:
-        return replace(fit, warnings=(*fit.warnings, "too_few_motions_for_an_interval"))
+        return fit.warned("too_few_motions_for_an_interval")
     logs = np.column_stack([ln_theta[good], np.log(beta[good])])
     covariance = motion_means.jackknife_covariance(logs)
-    extra = () if np.mean(good) > 0.95 else ("jackknife_without_estimate",)
     of_theta, of_beta = motion_means.jackknife_factors(logs, fit.level, good.size - 2)
+    names = () if np.mean(good) > 0.95 else ("jackknife_without_estimate",)
     return replace(
-        fit,
+        fit.warned(*names),
         ci_theta=(fit.theta / of_theta, fit.theta * of_theta),
         ci_beta=(fit.beta / of_beta, fit.beta * of_beta),
         ci_method="jackknife",
         var_ln_theta=float(covariance[0, 0]),
         cov_ln_theta_beta=float(covariance[0, 1]) * fit.beta,
         var_beta=float(covariance[1, 1]) * fit.beta**2,
-        warnings=(*fit.warnings, *extra),
     )
 
 
@@ -166,31 +176,21 @@ def common_warnings(fit: FragilityFit, im: Floats, n_records: int) -> list[str]:
 
 
 def fit_stripes(
-    im: ArrayLike,
-    n: ArrayLike,
-    k: ArrayLike,
+    im: ArrayLike,  # intensities, positive, shape (J,)
+    n: ArrayLike,  # runs at each
+    k: ArrayLike,  # of these, those that exceed
     *,
     settings: FitSettings = DEFAULTS,
-    n_records: int | None = None,
-    interval: bool = True,
-    maximum: likelihood.Maximum | None = None,
+    n_records: int | None = None,  # motions behind the runs, if fewer
+    interval: bool = True,  # by the profile likelihood
+    maximum: likelihood.Maximum | None = None,  # of the likelihood, if it is known
 ) -> FragilityFit:
     """Fit a fragility curve to k of n exceedances at each intensity, by maximum likelihood.
 
     l(a) = sum k ln Phi(eta) + (n - k) ln Phi(-eta), eta = a0 + a1 ln x; theta = exp(-a0/a1) and
-    beta = 1/a1. The existence test runs first and gives the status.
-
-    Args:
-        im: Intensities, positive, any order, shape (J,); levels may repeat.
-        n: Runs at each; stripes without runs are dropped with a warning.
-        k: Runs that exceed. Fractions (uncertain capacity) leave no interval.
-        settings: Level of the intervals and dispersion assumed for one-sided bounds.
-        n_records: Motions behind the runs, if fewer than runs.
-        interval: False leaves out the profile intervals.
-        maximum: Maximum of the likelihood, if it is known.
-
-    Raises:
-        InputError: A value is missing, not positive, or k is outside 0..n; names the row.
+    beta = 1/a1. The existence test runs first and gives the status. Levels ``im`` may repeat, those
+    without runs are dropped with a warning; fractions of ``k`` (uncertain capacity) leave no
+    interval. An `InputError` names the row of a value that is missing, not positive or not in 0..n.
     """
     x, runs, exceed = positive(im, "im"), as_column(n, "n"), as_column(k, "k")
     same_length(im=x, n=runs, k=exceed)
@@ -200,9 +200,10 @@ def fit_stripes(
     x, runs, exceed = x[kept], runs[kept], exceed[kept]
     total, ln_im = round(float(np.sum(runs))), np.log(x)
     status = binomial_status(ln_im, runs, exceed) if total else NO_RUNS
-    blank = FragilityFit(method="stripes", status=status, n_runs=total, level=settings.confidence)
-    if not np.all(kept):
-        blank = replace(blank, warnings=("stripes_without_runs",))
+    names = () if np.all(kept) else ("stripes_without_runs",)
+    blank = FragilityFit(
+        method="stripes", status=status, n_runs=total, level=settings.confidence, warnings=names
+    )
     if total == 0:
         return blank
     if status != FITTED:
@@ -216,16 +217,15 @@ def fit_stripes(
     fit = _completed(blank, kernel, maximum, x, n_records=records, interval=interval and whole)
     if fit.status != FITTED:
         return fit
-    warnings, loglik = (*fit.warnings, *_overlap_warnings(x, runs, exceed)), fit.loglik
+    fit, loglik = fit.warned(*_overlap_warnings(x, runs, exceed)), fit.loglik
     if whole:
         ways = special.gammaln(runs + 1.0) - special.gammaln(exceed + 1.0)
         loglik += float(np.sum(ways - special.gammaln(runs - exceed + 1.0)))
     else:
-        warnings = (*warnings, "fractional_counts_no_interval")
+        fit = fit.warned("fractional_counts_no_interval")
     eta = fit.details["a0"] + fit.details["a1"] * ln_im
-    details = {**fit.details, "loglik_kernel": fit.loglik, "aic": 4.0 - 2.0 * loglik}
-    details |= _stripe_goodness(eta, ln_im, runs, exceed)
-    return replace(fit, loglik=loglik, warnings=warnings, details=details)
+    goodness = {"loglik_kernel": fit.loglik, "link_p": _link_p(eta, ln_im, runs, exceed)}
+    return replace(fit, loglik=loglik, details={**fit.details, **goodness})
 
 
 def exceedance_maxima(ln_im: Floats, known: Mask, exceed: Mask) -> list[likelihood.Maximum | None]:
@@ -262,7 +262,7 @@ def _completed(
         return replace(blank, status=NON_INCREASING)
     drop, term = likelihood.drop_of(blank.level), np.array([[1.0, 0.0]])
     fit = fits_of_states([blank], kernel, best, term, 1, drop if interval else None)[0]
-    return replace(fit, warnings=(*fit.warnings, *common_warnings(fit, im, n_records)))
+    return fit.warned(*common_warnings(fit, im, n_records))
 
 
 def _stripe_bounds(
@@ -270,30 +270,28 @@ def _stripe_bounds(
 ) -> dict[str, Any]:
     """Return the bounds that counts give where no estimate exists."""
     level, beta = settings.confidence, settings.assumed_beta
-    low, high = clopper_pearson(k, n, level)
-    details: dict[str, Any] = {"p_lower": low.tolist(), "p_upper": high.tolist()}
     if status in (NO_EXCEEDANCE, ALL_EXCEED):
         exceed = status == ALL_EXCEED
-        return details | _median_bound(ln_im, n, settings, 0.3, 0.4, 0.6, exceed=exceed)
+        shares = zip(("p_lower", "p_upper"), clopper_pearson(k, n, level), strict=True)
+        bounds = {name: ends.tolist() for name, ends in shares}
+        return bounds | _median_bound(ln_im, n, settings, 0.3, 0.4, 0.6, exceed=exceed)
     if status == SINGLE_LEVEL:
         total, hits = np.sum(n, keepdims=True), np.sum(k, keepdims=True)
         p, ends = float(hits[0] / total[0]), clopper_pearson(hits, total, level)
         median = float(np.exp(ln_im[0] - beta * special.ndtri(p)))
-        details |= {"p": p, "p_ci": [float(end[0]) for end in ends]}
-        details["theta_given_beta"] = {f"{beta:g}": median}
-    if status in (COMPLETE_SEPARATION, QUASI_SEPARATION):
-        hi0, lo1 = float(np.max(ln_im[n - k > 0.0])), float(np.min(ln_im[k > 0.0]))
-        a0, a1 = firth(ln_im, n, k)
-        theta, dispersion = float(np.exp(-a0 / a1)), 1.0 / a1
-        low, high = separated_bounds(ln_im, n, k, beta=beta, level=level)
-        details |= _bracket(hi0, lo1) | {
-            "theta_midpoint_log": float(np.exp(0.5 * (hi0 + lo1))),
-            "theta_bounds_given_beta": {f"{beta:g}": [low, high]},
-            "firth": {"theta": theta, "beta": dispersion},
-            **{"theta_firth": theta, "beta_firth": dispersion},
-            **{"theta_bound_low": low, "theta_bound_high": high, "theta_bound_beta": beta},
-        }
-    return details
+        given = {"theta_given_beta": {f"{beta:g}": median}}
+        return {"p": p, "p_ci": [float(end[0]) for end in ends], **given}
+    if status not in (COMPLETE_SEPARATION, QUASI_SEPARATION):
+        return {}
+    a0, a1 = firth(ln_im, n, k)
+    theta, dispersion = float(np.exp(-a0 / a1)), 1.0 / a1
+    low, high = separated_bounds(ln_im, n, k, beta=beta, level=level)
+    return {
+        **_bracket(np.max(ln_im[n - k > 0.0]), np.min(ln_im[k > 0.0])),
+        "firth": {"theta": theta, "beta": dispersion},
+        **{"theta_firth": theta, "beta_firth": dispersion},
+        **{"theta_bound_low": low, "theta_bound_high": high, "theta_bound_beta": beta},
+    }
 
 
 def _bracket(low: float, high: float) -> dict[str, Any]:
@@ -312,9 +310,8 @@ def _median_bound(
         for beta in sorted({*betas, assumed})
     }
     side, end = ("upper", "high") if exceed else ("lower", "low")
-    given, bound = f"theta_{side}{100 * level:g}_given_beta", bounds[f"{assumed:g}"]
-    found = {"assumed_beta": assumed, given: bounds, f"theta_bound_{end}": bound}
-    return found | {"theta_bound_beta": assumed}
+    found = {f"theta_{side}{100 * level:g}_given_beta": bounds, "theta_bound_beta": assumed}
+    return found | {f"theta_bound_{end}": bounds[f"{assumed:g}"]}
 
 
 def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
@@ -329,14 +326,9 @@ def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
     return ["small_overlap"] if overlap < 2 * FEW_MIXED_STRIPES else []
 
 
-def _stripe_goodness(eta: Floats, ln_im: Floats, n: Floats, k: Floats) -> dict[str, Any]:
-    """Return deviance, Pearson's statistic and the score test of a curvature in the predictor."""
-    log_p, log_q, remain = special.log_ndtr(eta), special.log_ndtr(-eta), n - k
-    p, most = np.exp(log_p), special.xlogy(k, k / n) + special.xlogy(remain, remain / n)
-    deviance = 2.0 * float(np.sum(most - k * log_p - remain * log_q))
-    pearson = float(np.sum((k - n * p) ** 2 / np.maximum(n * p * np.exp(log_q), 1e-300)))
-    dof = int(n.size - 2)
-    up, down = likelihood.mills_ratio(eta), likelihood.mills_ratio(-eta)
+def _link_p(eta: Floats, ln_im: Floats, n: Floats, k: Floats) -> float:
+    """Return the p-value of the score test of a curvature in the predictor; NaN with two levels."""
+    up, down, remain = likelihood.mills_ratio(eta), likelihood.mills_ratio(-eta), n - k
     score = k * up - remain * down
     information = k * up * (eta + up) + remain * down * (down - eta)
     square = (ln_im - np.mean(ln_im)) ** 2
@@ -344,12 +336,7 @@ def _stripe_goodness(eta: Floats, ln_im: Floats, n: Floats, k: Floats) -> dict[s
     weighted = design * information[:, None]
     extra = square - design @ np.linalg.solve(design.T @ weighted, weighted.T @ square)
     variance = float(information @ extra**2)
-    details: dict[str, Any] = {"deviance": deviance, "deviance_dof": dof, "pearson": pearson}
-    if dof > 0 and bool(np.max(n) > 1.0):
-        details["deviance_p"] = float(special.chdtrc(dof, deviance))
-    if variance > 1e-9:
-        details["link_p"] = float(special.chdtrc(1, float(score @ extra) ** 2 / variance))
-    return details
+    return float(special.chdtrc(1, (score @ extra) ** 2 / variance)) if variance > 1e-9 else nan
 
 
 def fit_capacities(
@@ -358,16 +345,10 @@ def fit_capacities(
     """Fit a lognormal distribution to capacities, some of them censored on the right.
 
     l = sum over observed [ln phi(z) - ln beta] + sum over censored ln Phi(-z),
-    z = ln(IM/theta)/beta. ``beta`` is the maximum-likelihood value; the details of a complete
-    sample hold the unbiased one and the exact t and chi-square intervals.
-
-    Args:
-        capacity: Intensity at which the limit state is reached, or the last one tried.
-        censored: 1 where it was not reached there; None means none.
-        settings: Level of the intervals and dispersion assumed for one-sided bounds.
-
-    Raises:
-        InputError: A value is missing or not positive; names the row.
+    z = ln(IM/theta)/beta. ``capacity`` is the intensity at which the limit state is reached, or the
+    last one tried where ``censored`` is 1. ``beta`` is the maximum-likelihood value; the details of
+    a complete sample hold the unbiased one. An `InputError` names the row of a value that is
+    missing or not positive.
     """
     values = positive(capacity, "capacity")
     flags = np.zeros(values.size) if censored is None else as_column(censored, "censored")
@@ -385,16 +366,8 @@ def fit_capacities(
             return replace(blank, status="unbounded_likelihood")
     details: dict[str, Any] = {}
     if not np.any(is_censored):
-        n, tail = y.size, 0.5 * (1.0 - settings.confidence)
-        sd, mean = float(np.std(y, ddof=1)), float(np.mean(y))
-        reach = float(special.stdtrit(n - 1, 1.0 - tail)) * sd / np.sqrt(n)
-        chi2 = special.chdtri(n - 1, np.array([tail, 1.0 - tail]))
-        details = {
-            "beta_unbiased_n_minus_1": sd,
-            "ci_theta_exact": [float(np.exp(mean - reach)), float(np.exp(mean + reach))],
-            "ci_beta_exact": (sd * np.sqrt((n - 1) / chi2)).tolist(),
-        }
-        if n >= 4:
+        details["beta_unbiased_n_minus_1"] = float(np.std(y, ddof=1))
+        if y.size >= 4:
             names = ("lilliefors_d", "lilliefors_d_05", "lilliefors_d_10")
             details |= dict(zip(names, lines.lilliefors(y), strict=True))
     blank = replace(blank, details=details)
@@ -407,15 +380,10 @@ def fit_brackets(
     """Fit a lognormal distribution to capacities in brackets (lower, upper].
 
     l = sum ln[Phi(z_upper) - Phi(z_lower)]: for stripes on which the same motions run at every
-    level, and for any grid or search wider than 2 % of theta.
-
-    Args:
-        lower: Largest intensity below the first exceedance; 0 if the first level exceeds already.
-        upper: Intensity of the first exceedance; infinity, NaN or None if never reached.
-        settings: Level of the intervals and dispersion assumed for one-sided bounds.
-
-    Raises:
-        InputError: ``lower`` is missing or negative, or not below ``upper``; names the row.
+    level, and for any grid or search wider than 2 % of theta. ``upper`` is the intensity of the
+    first exceedance (infinity, NaN or None: never reached), ``lower`` the largest one below it (0:
+    none). An `InputError` names the row where ``lower`` is missing, negative or not below
+    ``upper``.
     """
     low, high = as_column(lower, "lower"), as_column(upper, "upper")
     same_length(lower=low, upper=high)
@@ -429,12 +397,14 @@ def fit_brackets(
     return _fit_distribution(blank, y_low, y_high, im, settings)
 
 
-def brackets_of_runs(im: Floats, exceed: Floats, record: Index) -> tuple[Floats, Floats, int]:
-    """Return per record the bracket of its first exceedance, and the number of odd records.
+def fit_first_exceedances(
+    im: Floats, exceed: Floats, record: Index, settings: FitSettings
+) -> tuple[FragilityFit, Floats, Floats]:
+    """Fit the brackets of the first exceedance per record; return them, with open ends 0 and inf.
 
     ``im``, ``exceed`` (0 or 1) and ``record`` are intensity, outcome and number of the motion of
-    each run, shape (n,). Open ends are 0 and infinity. In an odd record a later level does not
-    exceed again, which does not move the bracket.
+    each run, shape (n,). Records in which a later level does not exceed again
+    (``n_non_monotone``) give a warning.
     """
     # ASSUME the first crossing is the capacity
     records, codes = np.unique(record, return_inverse=True)
@@ -443,7 +413,10 @@ def brackets_of_runs(im: Floats, exceed: Floats, record: Index) -> tuple[Floats,
     np.minimum.at(upper, codes[hit], im[hit])
     below = ~hit & (im < upper[codes])
     np.maximum.at(lower, codes[below], im[below])
-    return lower, upper, np.unique(codes[~hit & (im > upper[codes])]).size
+    odd = int(np.unique(codes[~hit & (im > upper[codes])]).size)
+    fit = fit_brackets(lower, upper, settings)
+    fit = replace(fit, details={**fit.details, "n_non_monotone": odd})
+    return fit.warned("non_monotone_records") if odd else fit, lower, upper
 
 
 def _fit_distribution(
@@ -477,14 +450,15 @@ def _fit_distribution(
 
 
 def fit_cloud(
-    im: ArrayLike,
-    edp: ArrayLike,
-    threshold: float,
+    im: ArrayLike,  # intensities, positive, shape (n,)
+    edp: ArrayLike,  # demands, or their lower ends; 0 where left-censored
+    threshold: float,  # median capacity c, in their unit
+    #: Upper ends: equal to ``edp`` where observed, infinity where the run ended early.
     upper: ArrayLike | None = None,
     *,
     capacity_dispersion: float = 0.0,
     settings: FitSettings = DEFAULTS,
-    motions: Index | None = None,
+    motions: Index | None = None,  # number of the motion of each run; None: one run per motion
 ) -> FragilityFit:
     """Fit a fragility curve to a cloud of demands: ln D = ln a + b ln x + e.
 
@@ -493,20 +467,8 @@ def fit_cloud(
     intervals in which Student's t(n - 2), n the observed demands, replaces the normal quantile:
     without censoring it is Fieller's. Where motions repeat, by the jackknife by motion. The status
     ``slope_not_significant`` means an unbounded set of Fieller, the warnings ``saturating``,
-    ``curved`` and ``heteroscedastic`` are by the tests of curvature and of Breusch and Pagan.
-
-    Args:
-        im: Intensities, shape (n,), positive.
-        edp: Demands in the unit of ``threshold``, or their lower ends; 0 where left-censored.
-        threshold: Median capacity c.
-        upper: Upper ends of the demands: equal to ``edp`` where observed, infinity where the run
-            ended early, a limit where only an upper end is known. None: all observed.
-        capacity_dispersion: Dispersion of the capacity.
-        settings: Confidence level.
-        motions: Number of the motion of each run; None: one run per motion.
-
-    Raises:
-        InputError: A value is missing or not positive; names the rows.
+    ``curved`` and ``heteroscedastic`` are by the tests of curvature and of Breusch and Pagan. An
+    `InputError` names the rows of a value that is missing or not positive.
     """
     values, low = positive(im, "im"), as_column(edp, "edp")
     high = low if upper is None else as_column(upper, "upper")
@@ -542,7 +504,8 @@ def fit_cloud_states(
         status = "too_few_runs" if np.sum(seen) < 3 else SINGLE_LEVEL
         return [replace(blank, status=status)] * len(capacities)
     line = lines.tested_line(x[seen], low[seen])
-    blank = replace(blank, line=line)
+    values = {k: v for k, v in line._asdict().items() if k not in ("n", "mean_x", "sxx")}
+    blank = replace(blank, details={name: v for name, v in values.items() if not np.isnan(v)})
     if censored:
         fits = _fit_tobit(blank, cloud, capacities, interval=without_each is None)
     else:
@@ -555,7 +518,7 @@ def fit_cloud_states(
             fit = jackknifed(fit, ln_theta, beta)
         names = common_warnings(fit, np.exp(x), n_motions) + line.warnings
         names += [] if np.any(low >= np.log(threshold)) else ["no_exceedance_observed"]
-        fits[j] = replace(fit, warnings=(*fit.warnings, *names))
+        fits[j] = fit.warned(*names)
     return fits
 
 
@@ -563,18 +526,15 @@ def _fit_least_squares(
     blank: FragilityFit, line: TestedLine, threshold: float, dispersion: float
 ) -> FragilityFit:
     """Complete a cloud fit without censored demands; intervals after Fieller and delta method."""
-    values = {k: v for k, v in line._asdict().items() if k not in ("n", "mean_x", "sxx")}
-    details = {name: value for name, value in values.items() if not np.isnan(value)}
     n, rise = line.n, float(np.log(threshold)) - (line.ln_a + line.b * line.mean_x)
-    unfitted = replace(blank, details=details)
     t = float(special.stdtrit(n - 2, 0.5 + 0.5 * blank.level))
     if line.b <= 0.0:
-        return replace(unfitted, status=NON_INCREASING)
+        return replace(blank, status=NON_INCREASING)
     if line.sigma <= 1e-12:
-        return replace(unfitted, status="zero_dispersion")
+        return replace(blank, status="zero_dispersion")
     a = line.b**2 - t**2 * line.sigma**2 / line.sxx
     if a <= 0.0:
-        return replace(unfitted, status=SLOPE_NOT_SIGNIFICANT)
+        return replace(blank, status="slope_not_significant")
     beta = float(np.hypot(line.sigma, dispersion)) / line.b
     ln_theta = (float(np.log(threshold)) - line.ln_a) / line.b
     away = ln_theta - line.mean_x
@@ -588,7 +548,7 @@ def _fit_least_squares(
     ends = [line.mean_x + (line.b * rise + sign * root) / a for sign in (-1.0, 1.0)]
     reach = t * float(np.sqrt(var_beta)) / beta
     return replace(
-        unfitted,
+        blank,
         theta=motion_means.exp_end(ln_theta),
         beta=beta,
         var_ln_theta=line.sigma**2 / line.b**2 / n + relative * away**2,
@@ -614,7 +574,7 @@ def _fit_tobit(
     if not bool(best.converged[0]):
         return [replace(blank, status=NOT_CONVERGED)] * len(capacities)
     details = {"ln_a": d0 / h, "b": d1 / h, "sigma": 1.0 / h, "n_censored": int(np.sum(~seen))}
-    blank = replace(blank, details=details)
+    blank = replace(blank, details={**blank.details, **details})
     if d1 <= FLATTEST_SLOPE:
         return [replace(blank, status=NON_INCREASING)] * len(capacities)
     terms = np.array([[1.0, 0.0, -np.log(c)] for c, _ in capacities])

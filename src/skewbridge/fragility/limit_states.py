@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
@@ -10,7 +11,6 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
 
 from skewbridge.demands.columns import column_of
-from skewbridge.demands.validity import COLUMN_FAILURE_RATIO, FAILURE_DEMANDS
 from skewbridge.errors import InputError, raise_all
 from skewbridge.files.text import checked, read_yaml, shortened, shown_path
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
@@ -36,16 +36,16 @@ _SPELLINGS: Final = {"-": "ratio", "m/s": "mps", "m/s2": "mps2"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitState:
-    """Capacity of one demand at one degree of damage."""
+    """Capacity of one demand at one degree of damage, see `LimitStateEntry`."""
 
-    component: str  # what is damaged, for example ``column_drift``
+    component: str
     name: str  # degree of damage, for example ``moderate``
-    demand: str  # column of the demands table
-    threshold: float  # median capacity in the unit of that column
+    demand: str
+    threshold: float  # median capacity in the unit of the demand column
     dispersion: float  # standard deviation of ln capacity; 0 is a plain threshold
     unit: str = ""  # of the demand column
-    collapse: str = COLLAPSE_EXCEEDS  # ``exceeds`` or ``peak``, see `LimitStateEntry`
-    citation: str = ""  # where the numbers come from
+    collapse: str = COLLAPSE_EXCEEDS
+    citation: str = ""
     #: Degree of damage of the bridge in system curves; empty for none, None for `name`.
     degree: str | None = None
 
@@ -83,12 +83,11 @@ HEADLINE_STATES: Final = (
     "unseating/slight",
     "bearing/slight",
 )
-# source: Sezen and Moehle (2004), J. Struct. Eng. 130(11):1692-1703: coefficient of variation 0.15
-# of measured over computed shear strength of columns.
-# ASSUME the scatter of the SDC formula with expected materials is the same, without further bias
-SHEAR_MODEL_DISPERSION: Final = 0.15
-# source: Mackie and Stojadinovic, PEER 2005/12: drift at failure of columns, dispersion 0.35
-DRIFT_CAPACITY_DISPERSION: Final = 0.35
+
+
+@cache
+def _column_failures() -> tuple[LimitState, ...]:
+    return tuple(load_limit_states(Path(__file__).with_name("column_failure.yaml")))
 
 
 def with_column_failure(states: States, columns: Collection[str]) -> list[LimitState]:
@@ -97,31 +96,9 @@ def with_column_failure(states: States, columns: Collection[str]) -> list[LimitS
     Shear failure is a demand-capacity ratio of 1 or more, flexural failure a ratio of drift to its
     capacity of 1 or more, any failure the larger of both ratios of 1 or more.
     """
-    if any(state.component == COLUMN_FAILURE for state in states):
-        return list(states)
-    # ASSUME the wider of the two capacity models for a failure of either kind
-    modes = {
-        "shear": (SHEAR_MODEL_DISPERSION, "Sezen and Moehle (2004)"),
-        "flexure": (DRIFT_CAPACITY_DISPERSION, "Mackie and Stojadinovic, PEER 2005/12"),
-        "any": (DRIFT_CAPACITY_DISPERSION, "the larger of both"),
-    }
-    demands = {**FAILURE_DEMANDS, "any": COLUMN_FAILURE_RATIO}
-    # ASSUME a collapse by unseating does not decide whether a column had failed
-    shared = {"component": COLUMN_FAILURE, "unit": "ratio", "collapse": "peak"}
-    failures = [
-        LimitState(
-            name=mode,
-            demand=demands[mode],
-            threshold=1.0,
-            dispersion=dispersion,
-            citation=f"demand over capacity of 1 (Caltrans SDC 2.0); dispersion: {source}",
-            degree="complete" if mode == "any" else "",
-            **shared,
-        )
-        for mode, (dispersion, source) in modes.items()
-        if demands[mode] in columns
-    ]
-    return [*states, *failures]
+    defined = any(state.component == COLUMN_FAILURE for state in states)
+    failures = () if defined else _column_failures()
+    return [*states, *(state for state in failures if state.demand in columns)]
 
 
 # Names of states become parts of file names and identifiers of other tools.
@@ -135,7 +112,7 @@ class StateEntry(BaseModel):
     model_config = _STRICT
 
     median: float = Field(gt=0.0, le=1.0e12, description="median capacity in the unit of the entry")
-    dispersion: Dispersion | None = Field(default=None, description="overrides that of the entry")
+    dispersion: Dispersion | None = Field(None, description="overrides that of the entry")
 
 
 def _with_median(value: Any) -> Any:
@@ -154,11 +131,11 @@ class LimitStateEntry(BaseModel):
         json_schema_extra={"enum": list(_UNITS)},
     )
     dispersion: Dispersion | None = Field(
-        default=None,
+        None,
         description="standard deviation of the logarithm of the capacity; 0 is a plain threshold",
     )
     collapse: Literal["exceeds", "peak"] = Field(
-        default=COLLAPSE_EXCEEDS,
+        COLLAPSE_EXCEEDS,
         description="exceeds: a collapsed run exceeds, whatever its peak so far; "
         "peak: the peak up to the collapse decides",
     )
@@ -170,7 +147,7 @@ class LimitStateEntry(BaseModel):
         ],
     ] = Field(min_length=1, description="median by degree of damage")
     degrees: dict[str, str] | None = Field(
-        default=None,
+        None,
         description="degree of damage of the bridge by state, for the system curves, where the "
         "states have names of their own; a state that is not named takes no part. "
         "null: each state has the name of its degree",

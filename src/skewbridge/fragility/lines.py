@@ -1,10 +1,8 @@
 """Lines of ln demand on ln intensity through weighted runs, and tests of their assumptions.
 
-References:
-    Cornell, Jalayer, Hamburger and Foutch (2002), J. Struct. Eng. 128(4):526-533.
-    Koenker (1981), J. Econometrics 17(1):107-112, for the studentised Breusch-Pagan test.
-    Shapiro and Wilk (1965), Biometrika 52:591-611, for the test of normal residuals.
-    Lilliefors (1967), JASA 62(318):399-402, with the critical values of FEMA P-58.
+Sources: Cornell et al. (2002), J. Struct. Eng. 128(4):526-533; studentised test of Breusch and
+Pagan, Koenker (1981), J. Econometrics 17(1):107-112; normal residuals, Shapiro and Wilk (1965),
+Biometrika 52:591-611, and Lilliefors (1967), JASA 62(318):399-402.
 """
 
 from dataclasses import dataclass

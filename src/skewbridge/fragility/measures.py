@@ -1,9 +1,8 @@
 """Quality of intensity measures: efficiency, practicality, proficiency, sufficiency, ranking.
 
-References:
-    Luco and Cornell (2007), Earthquake Spectra 23(2):357-392: efficiency and sufficiency.
-    Padgett, Nielson and DesRoches (2008), EESD 37(5):711-725: practicality and proficiency.
-    Jalayer, Beck and Zareian (2012), J. Eng. Mech. 138(3):307-316: relative sufficiency.
+Sources: Luco and Cornell (2007), Earthquake Spectra 23(2):357-392; Padgett, Nielson and DesRoches
+(2008), EESD 37(5):711-725; relative sufficiency, Jalayer et al. (2012), J. Eng. Mech.
+138(3):307-316.
 """
 
 from typing import Any, Final
@@ -15,8 +14,7 @@ from scipy import special
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import is_complete
 from skewbridge.files.tables import Floats, Index, require
-from skewbridge.fragility.curves import described_as_curves
-from skewbridge.fragility.demand_table import models_of, motion_codes, need_columns
+from skewbridge.fragility.demand_table import described, models_of, motion_codes, need_columns
 from skewbridge.fragility.fits import FITTED, SINGLE_LEVEL
 from skewbridge.fragility.lines import fit_lines, tested_line
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
@@ -24,33 +22,6 @@ from skewbridge.fragility.settings import DEFAULTS, FitSettings
 # Measures with ground-motion models and hazard curves in common use.
 HAZARD_KNOWN: Final = ("im_pga", "im_pgv", "im_sa_", "im_saavg", "im_arias", "im_cav")
 NON_POSITIVE: Final = "non_positive_im"
-#: Properties of a motion on which the residuals must not depend, by name in the columns.
-SUFFICIENCY: Final = {
-    "magnitude": "magnitude",
-    "ln_distance": "ln of the source distance",
-    "ln_scale": "ln of the scale factor",
-    "ln_duration": "ln of the significant duration D5-75",
-    "ln_shape": "ln of the spectral shape Sa(T1)/Sa_avg",
-}
-MEASURE_COLUMNS: Final[dict[str, str]] = {
-    **described_as_curves("bridge abutment demand im"),
-    "status": "ok | single_level | non_positive_im",
-    "recommended": "the most efficient hazard-computable measure",
-    "efficiency": "scatter s of ln demand about its line; smaller is better",
-    "practicality": "slope b of that line",
-    "proficiency": "s/b; smaller is better",
-    "r2": "coefficient of determination",
-    "n_runs": "completed runs",
-    "hazard_computable": "whether its hazard curves are in common use",
-    **{f"p_{name}": f"p-value of the residual on {text}" for name, text in SUFFICIENCY.items()},
-    **{
-        f"effect_{name}": f"change of ln demand per standard deviation of {text}"
-        for name, text in SUFFICIENCY.items()
-    },
-    "p_best_efficiency": "share of bootstrap replicates in which its efficiency is best",
-    "p_best_proficiency": "share of bootstrap replicates in which its proficiency is best",
-    "relative_sufficiency_nats": "mean log-density of ln demand minus that of the best measure",
-}
 # ASSUME a property that varies by less than this, relatively, is constant but for rounding
 _CONSTANT: Final = 1e-6
 
@@ -61,7 +32,7 @@ def rank_measures(
     motions: pd.DataFrame | None = None,
     settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
-    """Return `MEASURE_COLUMNS` of each intensity measure for a positive demand, best first."""
+    """Return a row of `measures` per intensity measure for a positive demand, best first."""
     need_columns(demands, (column, "motion_id", "status"))
     table = demands[is_complete(demands)].reset_index(drop=True)
     demand = table[column].to_numpy(dtype=np.float64)
@@ -112,7 +83,7 @@ def rank_measures(
 def _properties(
     table: pd.DataFrame, codes: Index, motions: pd.DataFrame | None
 ) -> dict[str, Floats]:
-    """Return the properties of `SUFFICIENCY` that are known, mean by motion, each of shape (M,)."""
+    """Return properties on which residuals must not depend, means by motion, shape (M,) each."""
     columns: dict[str, Floats] = {}
     if motions is not None:
         joined = table[["motion_id"]].merge(motions, on="motion_id", how="left")
@@ -145,7 +116,7 @@ def _dependence(values: Floats, residual: Floats) -> tuple[float, float]:
 def measure_table(
     demands: pd.DataFrame, motions: pd.DataFrame, settings: FitSettings = DEFAULTS
 ) -> pd.DataFrame:
-    """Return `MEASURE_COLUMNS` by bridge and abutment model, for positive headline demands."""
+    """Return the table `measures` by bridge and abutment model, for positive headline demands."""
     names = ["motion_id", "magnitude", "distance_km"]
     suite = motions[names] if set(names) <= set(motions.columns) else None
     tables: list[pd.DataFrame] = []
@@ -165,4 +136,4 @@ def measure_table(
             best = logs.groupby(usable["im"].to_numpy()).mean().idxmin()
         tables.append(table.assign(recommended=(table["im"] == best)))
     table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
-    return table.reindex(columns=[name for name in MEASURE_COLUMNS if name in table or not tables])
+    return table.reindex(columns=[n for n in described("measures") if n in table or not tables])

@@ -3,10 +3,9 @@
 The motion is the random unit: a motion counts once, however often it ran, and every error comes
 from estimates without one motion (jackknife). Bounds count as censored normal values (Tobit).
 
-References:
-    Dempster, Laird and Rubin (1977), J. R. Stat. Soc. B 39(1):1-38, for the iteration; Efron and
-    Stein (1981), Ann. Stat. 9(3):586-596, for the jackknife; Kott (2001), J. Official Statistics
-    17(4):521-526, for that of groups.
+Sources: the iteration, Dempster, Laird and Rubin (1977), J. R. Stat. Soc. B 39(1):1-38; jackknife,
+Efron and Stein (1981), Ann. Stat. 9(3):586-596; of groups, Kott (2001), J. Official Statistics
+17(4):521-526.
 """
 
 from collections.abc import Sequence

@@ -24,12 +24,8 @@ from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, Stat
 from skewbridge.fragility.lines import Lines, fit_lines
 from skewbridge.statuses import COLLAPSE
 
-#: Treatments of runs whose outcome is unknown, with their meaning.
-TREATMENTS: Final = {
-    "exclude": "with unknown outcomes left out",
-    "all_exceed": "if all unknown outcomes exceed",
-    "none_exceed": "if no unknown outcome exceeds",
-}
+#: Treatments of unknown outcomes: left out, all exceeding, none exceeding.
+TREATMENTS: Final = ("exclude", "all_exceed", "none_exceed")
 # ASSUME where a demand is zero in some run (the deck did not reach a wall or key), demands below a
 # tenth of the mildest state count only as small
 _SMALL_SHARE: Final = 0.1

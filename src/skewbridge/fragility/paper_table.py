@@ -1,16 +1,15 @@
 """Fragility table for publication: medians, dispersions and ratios of medians, also as LaTeX."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from math import isnan, nan
+from collections.abc import Mapping, Sequence
+from math import isnan
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
 
 from skewbridge.files.tables import records_of
-from skewbridge.fragility.curves import described_as_curves
-from skewbridge.fragility.demand_table import axis_names
+from skewbridge.fragility.demand_table import axis_names, described
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
@@ -28,26 +27,11 @@ _NONE: Final = "--"
 def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
     """Return names and descriptions of the columns for a study with these axes."""
     ends = {"": "estimate", "_low": "lower end", "_high": "upper end"}
-    return {
-        **described_as_curves("bridge abutment"),
-        "row": "variant, or joint (joint model in the middle of its range)",
-        **{
-            axis.name: f"{axis.description}, {axis.unit}".removesuffix(", -")
-            + "; NaN in rows of a joint model"
-            for axis in axes
-        },
-        **described_as_curves("component limit_state im"),
-        "method": "fit of the row: cloud | exceedance | ida_interval | joint",
-        **described_as_curves("theta theta_low theta_high beta"),
-        **described_as_curves("beta_total beta_total_low beta_total_high n_exceed"),
-        "n_runs": "runs",
-        **described_as_curves("methods_differ"),
-        **{
-            f"{split_unit(axis.name)[0]}_ratio{end}": f"{meaning} of the ratio of medians, this "
-            f"value of {axis.title} over the smallest"
-            for axis in reversed(axes)
-            for end, meaning in ends.items()
-        },
+    return described("table", axes) | {
+        f"{split_unit(axis.name)[0]}_ratio{end}": f"{meaning} of the ratio of medians, this value "
+        f"of {axis.title} over the smallest"
+        for axis in reversed(axes)
+        for end, meaning in ends.items()
     }
 
 
@@ -62,6 +46,25 @@ def chosen_curves(curves: pd.DataFrame, method: str | None = None) -> pd.DataFra
     return first.drop_duplicates(["variant", "component", "limit_state"]).sort_index()
 
 
+def with_ratios(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
+    """Return curves with the ratios of their medians to those at the smallest value of each axis.
+
+    ``medians`` are the paired effects on median capacities; NaN where they have no such pair.
+    """
+    axes = axis_names(curves)
+    state = curves["component"].astype(str) + "/" + curves["limit_state"].astype(str)
+    keys = curves[["bridge", "abutment", *axes]].assign(demand=state)
+    keys = keys.astype(dict.fromkeys(axes, np.float64))
+    ratios: dict[str, Any] = {}
+    for axis in axes:
+        pairs = medians[(medians["scope"] == "variant") & (medians["axis"] == axis)]
+        pairs = pairs.assign(**{axis: pairs["to_value"]}).reindex(columns=[*keys, *RATIOS])
+        pairs = pairs.astype(dict.fromkeys(axes, np.float64))
+        found = keys.merge(pairs, on=list(keys), how="left", validate="many_to_one")
+        ratios |= _ratio(axis, [found[name].to_numpy() for name in RATIOS])
+    return curves.assign(**ratios)
+
+
 def paper_table(
     curves: pd.DataFrame,
     medians: pd.DataFrame,
@@ -69,8 +72,8 @@ def paper_table(
     settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
     """Return `paper_columns` of each variant and joint model, for limit states with an estimate."""
-    axes = _axes(curves)
-    rows = list(_variant_rows(curves, medians, axes))
+    chosen = with_ratios(chosen_curves(curves), medians)
+    rows = records_of(chosen.assign(row=chosen["variant"]))
     for row in records_of(joint[joint["status"] == FITTED]):
         model = JointModel.of_row(row)
         out = {name: row[name] for name in PAPER_COLUMNS if name in row}
@@ -79,7 +82,7 @@ def paper_table(
             low, high = (middle | {axis: end} for end in model.axis_range.limits[axis])
             out |= _ratio(axis, model.ratio(low, high, settings.effect_confidence))
         rows.append(out | {"row": JOINT, "method": JOINT})
-    table = pd.DataFrame(rows, columns=list(paper_columns(axes)))
+    table = pd.DataFrame(rows, columns=list(paper_columns(_axes(curves))))
     table = table[table.groupby(list(_STATE))["theta"].transform("count") > 0]
     order = {key: place for place, key in enumerate(map(tuple, curves[[*_STATE]].to_numpy()))}
     places = [order.get(key, len(order)) for key in map(tuple, table[[*_STATE]].to_numpy())]
@@ -91,27 +94,7 @@ def _axes(table: pd.DataFrame) -> tuple[Axis, ...]:
     return axes_of([*(axis.name for axis in AXES), *axis_names(table)])
 
 
-def _variant_rows(
-    curves: pd.DataFrame, medians: pd.DataFrame, axes: Sequence[Axis]
-) -> Iterator[dict[str, Any]]:
-    names = axis_names(curves)
-
-    def key_of(row: Mapping[str, Any], state: str, axis: str, value: float) -> tuple[Any, ...]:
-        others = [float(row[name]) for name in names if name != axis]
-        return (row["bridge"], row["abutment"], state, axis, float(value), *others)
-
-    pairs = records_of(medians[medians["scope"] == "variant"])
-    ratios = {key_of(row, row["demand"], row["axis"], row["to_value"]): row for row in pairs}
-    for row in records_of(chosen_curves(curves)):
-        out = {name: row[name] for name in paper_columns(axes) if name in row}
-        state = f"{row['component']}/{row['limit_state']}"
-        for axis in names:
-            pair = ratios.get(key_of(row, state, axis, row[axis]), {})
-            out |= _ratio(axis, [pair.get(name, nan) for name in RATIOS])
-        yield out | {"row": row["variant"]}
-
-
-def _ratio(axis: str, values: Sequence[float]) -> dict[str, float]:
+def _ratio(axis: str, values: Sequence[Any]) -> dict[str, Any]:
     name = split_unit(axis)[0]
     return {f"{name}_ratio{end}": value for end, value in zip(_ENDS, values, strict=True)}
 

@@ -20,15 +20,16 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import Row, records_of, write_frame
 from skewbridge.files.text import write_text
 from skewbridge.fragility import demand_table, paper_table, verdicts
-from skewbridge.fragility.curves import CURVE_COLUMNS, described_as_curves, fit_study
-from skewbridge.fragility.effects import INTENSITY_COLUMNS, effect_tables, median_effects
-from skewbridge.fragility.joint import JOINT_COLUMNS, joint_table
+from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.demand_table import described
+from skewbridge.fragility.effects import effect_tables, median_effects
+from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, States, with_column_failure
-from skewbridge.fragility.measures import MEASURE_COLUMNS, measure_table
-from skewbridge.fragility.sequential import at_looks, kept, runs_per_motion
+from skewbridge.fragility.measures import measure_table
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.fragility.system import SYSTEM_COLUMNS, system_curves
-from skewbridge.variant.axes import AXES, axes_of
+from skewbridge.fragility.system import system_curves
+from skewbridge.fragility.verdicts import at_looks, kept, runs_per_motion
+from skewbridge.variant.axes import axes_of
 from skewbridge.variant.random_properties import RANDOM_PROPERTIES, drawn_properties
 
 PAPER_TABLE: Final = "table"
@@ -44,38 +45,18 @@ NO_DIFFERENCE: Final = "no difference shown"
 #: A difference of more standard errors counts; one in 20 does so by chance.
 LARGEST_ERRORS: Final = 2.0
 _EFFECT: Final = ("bridge", "abutment", "axis", "from_value", "to_value", "quantity", "demand")
-SUITE_COLUMNS: Final[dict[str, str]] = {
-    **verdicts.described_as_effects(" ".join(_EFFECT)),
-    SUITE: f"suite of the motions; {ALL_SUITES}: all motions together",
-    "against": "suite that this one is compared with; empty for the effect itself",
-    "ratio": "pooled ratio of the effect; in a comparison the effect of this suite over the other",
-    "ci_low": "lower end of its interval",
-    "ci_high": "upper end of its interval",
-    "level": "confidence level of the interval",
-    "standard_errors": "difference of the ln effects over its standard error; NaN for an effect",
-    "verdict": f"{DEPENDS} (more than {LARGEST_ERRORS:g} standard errors) | {NO_DIFFERENCE}; empty "
-    "for an effect",
-    "n_motions": "number of motions; for a difference between suites, of both together",
-}
 SUITE_CURVE_COLUMNS: Final = (
     *("variant", "bridge", "abutment", "component", "limit_state", SUITE),
     *("method", "theta", "theta_low", "theta_high", "beta", "level", "n_records", "status"),
 )
 
 DESCRIPTIONS: Final[dict[str, Mapping[str, str]]] = {
-    "curves": CURVE_COLUMNS,
-    "median_effects": verdicts.EFFECT_COLUMNS,
-    "effects": verdicts.EFFECT_COLUMNS,
-    "intensity_effects": INTENSITY_COLUMNS,
-    "needed_motions": verdicts.NEEDED_COLUMNS,
-    "joint": JOINT_COLUMNS,
-    "system": described_as_curves("variant bridge abutment") | SYSTEM_COLUMNS,
-    "measures": MEASURE_COLUMNS,
-    "input_notes": demand_table.NOTE_COLUMNS,
-    "suites": SUITE_COLUMNS,
-    "suite_curves": CURVE_COLUMNS | {SUITE: SUITE_COLUMNS[SUITE]},
-    PAPER_TABLE: paper_table.paper_columns(AXES),
-}
+    name: described(name)
+    for name in (
+        *("curves", "median_effects", "effects", "intensity_effects", "needed_motions", "joint"),
+        *("system", "measures", "input_notes", "suites", "suite_curves"),
+    )
+} | {PAPER_TABLE: paper_table.PAPER_COLUMNS}
 
 
 def fragility_tables(
@@ -150,7 +131,7 @@ def suite_tables(
             found = found[found["ratio"].notna()]  # NaN where zero demands leave only differences
             effects += [{**row, **shared, SUITE: name} for row in records_of(found)]
     if not effects:
-        empty = {"suites": SUITE_COLUMNS, "suite_curves": SUITE_CURVE_COLUMNS}
+        empty = {"suites": described("suites"), "suite_curves": SUITE_CURVE_COLUMNS}
         return {name: pd.DataFrame(columns=list(columns)) for name, columns in empty.items()}
     compared: list[Row] = []
     for _, part in pd.DataFrame(effects).groupby(list(_EFFECT), sort=False):
@@ -158,7 +139,7 @@ def suite_tables(
         pairs = combinations([name for name in names if name in records], 2)
         compared += [_compared(records[one], records[other]) for one, other in pairs]
     return {
-        "suites": pd.DataFrame([*effects, *compared], columns=list(SUITE_COLUMNS)),
+        "suites": pd.DataFrame([*effects, *compared], columns=list(described("suites"))),
         "suite_curves": pd.concat(curves, ignore_index=True)[list(SUITE_CURVE_COLUMNS)],
     }
 

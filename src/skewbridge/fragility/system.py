@@ -21,8 +21,13 @@ from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Row
-from skewbridge.fragility.curves import described_as_curves
-from skewbridge.fragility.demand_table import motion_codes, spread, variant_values, variants_of
+from skewbridge.fragility.demand_table import (
+    described,
+    motion_codes,
+    spread,
+    variant_values,
+    variants_of,
+)
 from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_bound
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.lines import Lines
@@ -37,29 +42,11 @@ _POINTS: Final = 2**13  # error of the median of the system below 0.1 %
 _POINTS_OF_REPLICATES: Final = 2**11
 _LEVELS: Final = special.ndtr(np.array([-1.0, 0.0, 1.0]))
 
-SYSTEM_COLUMNS: Final[dict[str, str]] = {
-    "limit_state": "degree of damage of the bridge",
-    "components": "components that take part, and their states where named otherwise",
-    "left_out": "components left out, with the reason",
-    "status": "ok, or the reason why there is no estimate",
-    "theta": "median of the system",
-    "beta": "dispersion of the system with that of the capacities",
-    **described_as_curves("theta_low theta_high beta_low beta_high level"),
-    "max_dp": "largest distance of the lognormal from the system curve",
-    "theta_correlated": "median for fully correlated components",
-    "theta_independent": "median for independent components",
-    "weakest": "component that most often fails first below the median",
-    "theta_weakest": "median of that component",
-    "share_weakest": "share of the failures in which it is first",
-    "theta_bound": "bound of the median without an estimate",
-    **described_as_curves("n_runs n_exceed n_unknown n_collapse n_beyond_model"),
-}
-
 
 def system_curves(
     demands: pd.DataFrame, limit_states: States, settings: FitSettings = DEFAULTS, *, jobs: int = 1
 ) -> pd.DataFrame:
-    """Return a row per variant and degree of damage: description and `SYSTEM_COLUMNS`.
+    """Return a row per variant and degree of damage: description and estimate.
 
     A component takes part if some run of the variant, and not every run, exceeds its state and its
     demand rises with the intensity. Runs that ended early are censored demands (Tobit). An
@@ -127,6 +114,7 @@ def _variant_rows(
         return _Member(state, outcomes, lines) if rises else "demand does not grow"
 
     rows: list[Row] = []
+    variant = variant_values(part)
     for degree, states in members.items():
         taking: list[_Member] = []
         names: list[str] = []
@@ -138,10 +126,11 @@ def _variant_rows(
                 taking.append(each)
                 other = "" if degree == state.name else f" ({state.name})"
                 names.append(state.component + other)
-        row = dict.fromkeys(SYSTEM_COLUMNS, nan) | {"limit_state": degree, "weakest": ""}
+        row = {name: nan for name in described("system") if name not in variant}
+        row |= {"limit_state": degree, "weakest": ""}
         row |= {"components": ";".join(names), "left_out": ";".join(left_out)}
         row |= {"level": settings.confidence, "n_runs": len(part), **end_counts(part)}
-        rows.append(variant_values(part) | row | _system(taking, ln_im, weights, settings))
+        rows.append(variant | row | _system(taking, ln_im, weights, settings))
     return rows
 
 

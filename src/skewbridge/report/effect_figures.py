@@ -14,8 +14,7 @@ from matplotlib.ticker import NullLocator
 
 from skewbridge.demands.columns import demands_for
 from skewbridge.files.tables import records_of
-from skewbridge.fragility.sequential import CELL
-from skewbridge.fragility.verdicts import DECIDED, HIGHER, LOWER, NEGLIGIBLE
+from skewbridge.fragility.verdicts import CELL, DECIDED, HIGHER, LOWER, NEGLIGIBLE
 from skewbridge.report.axis_layout import (
     MAX_BANDS,
     STYLE,
@@ -76,7 +75,7 @@ def widths_by_analyses(rounds: pd.DataFrame) -> Figure:
     """Draw the half-width of the interval of each headline effect over the analyses of the study.
 
     A dot is at the round of the verdict; lines without one are open. The columns of the table are
-    `fragility.sequential.ROUND_COLUMNS`.
+    `fragility.verdicts.ROUND_COLUMNS`.
     """
     rounds = rounds.assign(width=50.0 * np.log(rounds["ci_high"] / rounds["ci_low"]))
     kinds = {"demand": "Demands", "median_capacity": "Median capacities"}

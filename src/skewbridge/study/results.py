@@ -13,7 +13,7 @@ from joblib import cpu_count
 from scipy import special
 
 from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for, unit_of
-from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE
+from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE, FAILURE_DEMANDS
 from skewbridge.errors import InputError
 from skewbridge.files.tables import (
     Row,
@@ -47,12 +47,7 @@ from skewbridge.fragility.effects import (
 )
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import JointModel
-from skewbridge.fragility.limit_states import (
-    SHEAR_MODEL_DISPERSION,
-    LimitState,
-    load_limit_states,
-    with_column_failure,
-)
+from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import PAPER_TABLE, fragility_tables, write_tables
 from skewbridge.study.folder import StudyFolder
@@ -134,10 +129,10 @@ def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS)
     The demands over capacity are peaks over the same whole histories, so no model censors another.
     Variants whose columns no model lets fail are left out, as are tables without these demands.
     """
-    shared: dict[str, Any] = {"component": "column_shear", "threshold": 1.0, "collapse": "peak"}
-    shared["dispersion"] = SHEAR_MODEL_DISPERSION
+    shear = with_column_failure([], FAILURE_DEMANDS.values())[0]
     named = {name: demand for name, demand in SHEAR_MODEL_DEMANDS.items() if demand in demands}
-    states = [LimitState(name=name, demand=demand, **shared) for name, demand in named.items()]
+    shear = replace(shear, component="column_shear")
+    states = [replace(shear, name=name, demand=demand) for name, demand in named.items()]
     fails = (demands[list(named.values())] >= 1.0).any(axis=1)
     rows = demands[demands["variant"].isin(demands.loc[fails, "variant"])]
     if rows.empty:
@@ -145,9 +140,7 @@ def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS)
     return paper_table.chosen_curves(fit_study(rows.assign(**{BEYOND_MODEL: ""}), states, settings))
 
 
-def _read_demands(
-    path: Path, im: str | None, states: Sequence[LimitState]
-) -> tuple[pd.DataFrame, str]:
+def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFrame, str]:
     """Return a table as `read_foreign`, with its columns of ours, and its intensity measure."""
     source = read_any(path)
     need_columns(source, ["status"], path.name)

@@ -32,16 +32,17 @@ from skewbridge.fragility.limit_states import (
     load_limit_states,
     with_column_failure,
 )
-from skewbridge.fragility.sequential import (
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.verdicts import (
     CELL,
+    DECIDED,
     ROUND_COLUMNS,
     at_looks,
     kept,
     levels_at,
+    motions_to_decide,
     runs_per_motion,
 )
-from skewbridge.fragility.settings import FitSettings
-from skewbridge.fragility.verdicts import DECIDED, motions_to_decide
 from skewbridge.study.analyses import StudySetup
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
