@@ -12,7 +12,7 @@ from motions_files import make_pairs
 from mutated_files import BOMB
 from skewbridge.bridge.catalogue import load_bridge, load_bridge_file
 from skewbridge.cli import build_app
-from skewbridge.cli.output import Printed, emit_table
+from skewbridge.cli.output import emit_table
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_frame, read_table, stamp, write_csv, write_frame
 from skewbridge.files.text import read_csv, read_json, read_yaml
@@ -130,7 +130,7 @@ def test_a_bridge_has_no_number_that_ends_the_solver(tmp_path, value):
 
 
 def test_markup_and_control_characters_are_shown_as_text(capsys):
-    emit_table(Printed([{"[/red]": "[/red] \x1b[31m"}], "[bold]"))
+    emit_table([{"[/red]": "[/red] \x1b[31m"}], "[bold]")
     shown = capsys.readouterr().out
     assert "[/red]" in shown
     assert "[bold]" in shown

@@ -85,7 +85,7 @@ def test_files_for_other_tools_name_the_workflow_versions_and_rules() -> None:
 
 KINDS = {"function", "class", "method", "property"}
 # Called by pydantic and by the command line, which find them by their decorators.
-REGISTERED = ["@model_validator", "@field_validator", "@*.command", "@command"]
+REGISTERED = ["@model_validator", "@field_validator", "@*.callback", "@*.command", "@command"]
 
 
 def test_every_function_is_reached() -> None:

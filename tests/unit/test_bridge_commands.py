@@ -57,6 +57,7 @@ def test_all_bridges_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_modal_answers_weight_axial_forces_and_mass_ratios(tmp_path: Path) -> None:
     found = answer("modal", "--bridge", "osb1", "--skew-deg", "30", "--out", str(tmp_path))
     assert found["weight_kn"] == pytest.approx(19_055, rel=1e-3)
+    assert found["t1_s"] == pytest.approx(load_bridge("osb1").t1_s, rel=0.002)
     assert len(found["column_axial_kn"]) == 2
     modes = found["modes"]
     assert {"period_s", "mass_x", "mass_y", "mass_rz"} <= set(modes[0])
@@ -210,9 +211,7 @@ def test_changed_spans_are_reported_with_the_model_period(longer, tmp_path, capl
     assert result.exit_code == 0
     assert model_s > 1.06 * load_bridge(longer).t1_s
     assert f"T1 of its model, {model_s:.4g} s" in result.stderr
-    messages = bridge("modal", "--bridge", longer).stderr
-    assert f"T1 {model_s:.4g} s" in messages
-    assert "t1_s = 0.7192 s is" in messages
+    assert "t1_s = 0.7192 s is" in bridge("modal", "--bridge", longer).stderr
     config = tmp_path / "own.yaml"
     config.write_text(f"results: {tmp_path}/results\ngrid:\n  bridge: [{longer}]\n")
     result = CliRunner().invoke(build_app(), ["plan", "--config", str(config)])

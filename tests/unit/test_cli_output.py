@@ -5,7 +5,8 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from skewbridge.cli.output import Answer, Opt, Printed, command, in_units, new_group
+from skewbridge.cli import new_group
+from skewbridge.cli.output import Answer, Opt, command, in_units
 from skewbridge.errors import InputError, SolutionError
 
 
@@ -41,23 +42,26 @@ def test_a_table_lists_values_noise_missing_ones_and_long_texts():
     payload = {"peaks": {"ux_m": 0.1}, "theta": None, "ci": [1.0, 2.5], "spectrum": [1.0] * 60}
     assert json.loads(run(Answer(payload), "--json").stdout) == payload
     table = run(Answer(payload)).stdout
-    assert "ux_m" in table
+    assert "peaks ux_m" in table
     assert "1, 2.5" in table
     assert "None" not in table
     assert "spectrum" not in table
     rows = [{"mass_x": 0.7, "rate": 2e-9}, {"mass_x": 7e-32, "rate": 1e-9}]
-    shown = run(Answer({}, [Printed(rows)])).stdout
+    shown = run(Answer({"count": 2, "modes": rows})).stdout
+    assert shown.index("count") < shown.index("modes") < shown.index("mass_x")
     assert "e-32" not in shown
     assert "1e-09" in shown
     alone = run(Answer({"work_kj": 1e5, "residual": 3e-13})).stdout
     assert "3e-13" in alone
     rows = [{"state": "slight", "theta": 0.5}, {"state": "complete", "theta": float("nan")}]
-    shown = run(Answer({}, [Printed(rows, missing="no run reached the state")]))
+    shown = run(Answer({}, {"medians": rows}, missing="no run reached the state"))
     assert "nan" not in shown.stdout
     assert "-: no run reached the state" in shown.stderr
-    assert not run(Answer({}, [Printed(rows[:1], missing="why")])).stderr
+    assert not run(Answer({}, {"medians": rows[:1]}, missing="why")).stderr
+    files = [f"{letter}.csv" for letter in "abcdef"]
+    assert all(name in run(Answer({"written": files})).stdout for name in files)
     long = "column_residual_drift_ratio_of_a_long_name"
-    assert run(Answer({}, [Printed([dict.fromkeys("abcdef", long)])])).stdout.count(long) == 6
+    assert run(Answer({"rows": [dict.fromkeys("abcdef", long)]})).stdout.count(long) == 6
 
 
 def test_an_option_of_two_values_does_not_take_the_next_option():
@@ -85,17 +89,15 @@ def test_an_option_of_two_values_does_not_take_the_next_option():
         ({"deck_accel_mps2": 2.54}, {"deck_accel_in_per_s2": 100.0}),
         ({"yield_curvature_per_m": 1.0}, {"yield_curvature_per_in": 0.0254}),
         ({"period_s": 0.7, "ok": True}, {"period_s": 0.7, "ok": True}),
-        ({"quantity": "drop_m", "value": 0.254}, {"quantity": "drop_in", "value": 10.0}),
-        ({"quantity": "status", "value": "ok"}, {"quantity": "status", "value": "ok"}),
+        ({"ends_m": [0.0254, None], "status": "ok"}, {"ends_in": [1.0, None], "status": "ok"}),
     ],
 )
 def test_a_table_in_us_units_has_their_names_and_numbers(row, expected):
-    (found,) = in_units([row], "us")
-    assert found == {
+    assert in_units(row, "us") == {
         key: pytest.approx(value, rel=1e-6) if isinstance(value, float) else value
         for key, value in expected.items()
     }
-    assert in_units([row], "si") == [row]
+    assert in_units(row, "si") == row
 
 
 def test_the_json_answer_stays_in_si_and_ratios_of_checks_have_no_unit():
@@ -104,6 +106,6 @@ def test_the_json_answer_stays_in_si_and_ratios_of_checks_have_no_unit():
     assert json.loads(printed) == payload
     assert "peak_kip" in run(Answer(payload, units="us")).stdout
     row = {"check": "left seat, SDC (m)", "demand": 0.254, "capacity": 0.508, "ratio": 0.5}
-    (found,) = in_units([row], "us")
+    found = in_units(row, "us")
     assert found["check"] == "left seat, SDC (in)"
     assert [found["demand"], found["capacity"], found["ratio"]] == pytest.approx([10.0, 20.0, 0.5])

@@ -308,7 +308,7 @@ def test_leave_one_out_error_is_not_an_error_message(written, tmp_path):
     found = CliRunner().invoke(build_app(), ["predict", "--study", str(tmp_path), *PLACE])
     assert found.exit_code == 0
     assert "nan" not in found.stdout
-    assert found.stderr.startswith("left out: error of theta")
+    assert "loo_error: error of theta" in found.stderr
 
 
 @pytest.mark.parametrize(

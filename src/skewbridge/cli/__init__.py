@@ -13,7 +13,7 @@ from skewbridge.study.processes import hush_exit_message
 #: Module and summary of each command. Modules are imported when a command is called, so that the
 #: help takes a tenth of a second.
 COMMANDS: Final = {
-    "doctor": ("checks", "Check the environment: versions, OpenSees, a one-second self-test."),
+    "doctor": ("run", "Check the environment: versions, OpenSees, a one-second self-test."),
     "init": ("study", "Write Snakefile, rules, configuration and motions of a study to a folder."),
     "demo": ("study", "Write the report of a small stored study to a folder, in seconds."),
     "plan": ("study", "Show the variants, analyses, cost and progress of a study."),
@@ -28,9 +28,9 @@ COMMANDS: Final = {
     "compare": ("study", "Compare two studies run by run: ratios of demands and of medians."),
     "provenance": ("study", "Show where a result comes from and whether it is up to date."),
     "study": ("study", "Maintain and publish a study: retry, journal, plot, methods, archive."),
-    "contact": ("checks", "Drive one contact unit along a displacement path."),
-    "deck": ("checks", "Run the rigid skew deck under a pulse or a record."),
-    "verify": ("checks", "Repeat the studies of the paper and compare with their references."),
+    "contact": ("run", "Drive one contact unit along a displacement path."),
+    "deck": ("run", "Run the rigid skew deck under a pulse or a record."),
+    "verify": ("run", "Repeat the studies of the paper and compare with their references."),
 }
 
 
@@ -49,17 +49,23 @@ class _Commands(TyperGroup):
         return name, get_group(module.commands).commands[str(name)], rest
 
 
-def build_app() -> typer.Typer:
-    """Return the application with all commands.
+def new_group(**attributes: Any) -> typer.Typer:
+    """Return an empty group of commands.
 
     Its help is plain text: rich, which draws boxes, takes longer to import than everything else.
     """
-    app = typer.Typer(
-        cls=_Commands,
+    return typer.Typer(
         no_args_is_help=True,
+        add_completion=False,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
+        **attributes,
     )
+
+
+def build_app() -> typer.Typer:
+    """Return the application with all commands."""
+    app = new_group(cls=_Commands)
     app.callback()(_options)
     return app
 
@@ -72,15 +78,12 @@ def _show_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-def _options(
-    *,
-    version: Annotated[
-        bool,
-        typer.Option(
-            "--version", help="Show the version and exit.", is_eager=True, callback=_show_version
-        ),
-    ] = False,
-) -> None:
+_VERSION: Final = typer.Option(
+    "--version", help="Show the version and exit.", is_eager=True, callback=_show_version
+)
+
+
+def _options(*, version: Annotated[bool, _VERSION] = False) -> None:
     """Seismic fragility of bridges with seat-type abutments: skew, gap and contact-friction."""
 
 

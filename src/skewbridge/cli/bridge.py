@@ -7,6 +7,9 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
+import typer
+
+from skewbridge.cli import COMMANDS, new_group
 from skewbridge.cli.options import (
     ABUTMENT,
     BRIDGE,
@@ -16,22 +19,10 @@ from skewbridge.cli.options import (
     model_of,
     variant_of,
 )
-from skewbridge.cli.output import (
-    UNITS,
-    Answer,
-    Arg,
-    Opt,
-    Printed,
-    command,
-    in_units,
-    new_group,
-    quantities,
-    warn,
-)
+from skewbridge.cli.output import UNITS, Answer, Arg, Opt, command, warn
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder, write_text
 from skewbridge.units import KN, Units
-from skewbridge.variant.axes import AXES
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS, Variant, parse_slug
 
@@ -51,29 +42,16 @@ _PUSH: Final = (
     UNITS,
 )  # fmt: skip
 
-#: Printed columns of the capacities of a bent, with their heads.
-_CAPACITIES: Final = {
-    "bent": "bent",
-    "hinge_length_m": "hinge (m)",
-    "hinge_length_by": "by",
-    "capacity_m": "capacity (m)",
-    "p_delta_ratio": "P-Delta there",
-    "p_delta_limit": "limit",
-    "disp_at_p_delta_limit_m": "met at (m)",
-    "ok": "ok",
-}
-
 commands = new_group()
-bridge = new_group("bridge", "List, check, draw and push single bridges.")
+bridge = new_group(name="bridge", help=COMMANDS["bridge"][1])
 commands.add_typer(bridge)
 
 
-def _without_messages[T](function: Callable[..., T], *given: Any, **named: Any) -> T:
-    """Return the result of a function whose solver writes its messages nowhere."""
+@bridge.callback()
+def _drop_solver_messages(context: typer.Context) -> None:
     from skewbridge.analysis.step_loop import solver_log
 
-    with solver_log(None):
-        return function(*given, **named)
+    context.with_resource(solver_log(None))
 
 
 def _write(columns: Any, folder: Path, name: str) -> None:
@@ -97,19 +75,17 @@ def list_bridges() -> Answer:
          "t1_s": data.t1_s}
         for name, data in found.items()
     ]  # fmt: skip
-    return Answer({"bridges": rows}, [Printed(rows)])
+    return Answer({"bridges": rows})
 
 
 @command(
     bridge,
-    Arg("name", str | None, "Bridge to check, instead of --bridge.", None, "[NAME|FILE]",
-        known_bridges),
+    Arg("name", str | None, "Bridge to check, instead of --bridge.", None, "[NAME|FILE]"),
     BRIDGE,
     Opt("out", Path | None, "Folder of model.png; by default results/bridges/NAME."),
-    Opt("skew_deg", float, "Skew in the picture.", 30),
     UNITS,
-)  # fmt: skip
-def check(name: str | None, bridge: str, out: Path | None, skew_deg: float, units: Units) -> Answer:
+)
+def check(name: str | None, bridge: str, out: Path | None, units: Units) -> Answer:
     """Check a bridge: keys, weight, axial loads, periods, capacities, picture.
 
     Everything that would stop or distort a study is reported; exits with 2 if the file is invalid.
@@ -122,28 +98,18 @@ def check(name: str | None, bridge: str, out: Path | None, skew_deg: float, unit
 
     report = check_bridge(name or bridge)
     picture = writable_folder(out or Path("results/bridges") / report.bridge.name) / "model.png"
-    values = {axis.name: axis.usual for axis in AXES} | {"skew_deg": skew_deg}
-    variant = Variant.at(name or bridge, "contact_friction", values)
-    geometry = _without_messages(model_geometry, variant, ModelOptions())
-    model_figure(geometry).savefig(picture, dpi=150)
-    lists = {
-        "modes": [asdict(mode) for mode in report.standing.modes],
-        "bents": report.bents,
-        "findings": report.findings,
-    }
-    columns = [
-        {"of a column": key, **{f"bent {row['bent']}": row[key] for row in report.bents}}
-        for key in (report.bents[0] if report.bents else ())
-        if key != "bent"
-    ]
+    skewed = replace(parse_slug("osb1_cf_skew30_gap051_mu050"), bridge=name or bridge)
+    model_figure(model_geometry(skewed, ModelOptions())).savefig(picture, dpi=150)
     for finding in report.findings:
         warn(finding)
-    return Answer(
-        {**report.summary(), **lists, "picture": str(picture)},
-        [Printed(quantities(report.summary())), Printed(columns)],
-        units,
-        [f"{'' if report.findings else 'no findings; '}picture: {picture}"],
-    )
+    answer = {
+        **report.summary(),
+        "findings": report.findings,
+        "picture": str(picture),
+        "modes": [asdict(mode) for mode in report.standing.modes],
+        "bents": report.bents,
+    }
+    return Answer(answer, units=units)
 
 
 @command(bridge, *VARIANT, _OPTIONAL_OUT, UNITS)
@@ -162,24 +128,14 @@ def modal(out: Path | None, units: Units, **given: Any) -> Answer:
     )
 
     variant = variant_of(given)
-    slug = variant.normalised().slug
-    result = asdict(_without_messages(modal_properties, variant, model_of(given)))
+    result = asdict(modal_properties(variant, model_of(given)))
     standing = standing_bridge(variant.bridge)
-    t1_s = conditioning_period_s(standing)
     if out is not None:
         _write(result["modes"], out, "modal")
-    forces = {"weight_kn": result["weight_kn"], "axial_kn": list(result["column_axial_kn"])}
-    weight, axial = in_units([forces], units)[0].values()
-    unit = "kip" if units == "us" else "kN"
-    listed = ", ".join(f"{force:.0f}" for force in axial)
-    note = (
-        f"weight {weight:.0f} {unit}; column base axial force {listed} {unit}; "
-        f"conditioning period T1 {t1_s:.4g} s"
-    )
     for warning in periods_of_file(variant.bridge, standing):
         warn(warning)
-    answer = {"variant": slug, "t1_s": t1_s, **result}
-    return Answer(answer, [Printed(result["modes"], slug)], notes=[note])
+    slug, t1_s = variant.normalised().slug, conditioning_period_s(standing)
+    return Answer({"variant": slug, "t1_s": t1_s, **result}, units=units)
 
 
 @command(bridge, *_PUSH, ABUTMENT._replace(default="roller"), _MAX_DISP._replace(default=0.30))
@@ -204,61 +160,48 @@ def static(**given: Any) -> Answer:
     from skewbridge.analysis.pushover import push_abutment
 
     push = partial(push_abutment, max_disp_m=given["max_disp_m"], steps=400)
-    return (_pushed_ladder if given["abutment"] == "all" else _pushed)(push, given)
+    return _pushed(push, given)
 
 
 def _pushed(push: "Callable[..., PushCurve]", given: Mapping[str, Any]) -> Answer:
-    """Push once and write the curve; the command fails if the push stopped early."""
-    angle_deg = given["angle_deg"]
-    if angle_deg is None:
-        angle_deg = {"x": 0.0, "y": 90.0}[given["direction"]]
-    curve = _without_messages(push, variant_of(given), model_of(given), angle_deg=angle_deg)
-    _write({"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}, given["out"], "curve")
-    summary = {
-        "peak_kn": curve.peak_n / KN,
-        "initial_stiffness_kn_per_m": curve.initial_stiffness_n_per_m / KN,
-        "disp_at_peak_m": curve.disp_at_peak_m,
-        "is_complete": curve.is_complete,
-    }
-    answer = Answer(summary, [Printed([summary])], given["units"])
-    if curve.is_complete:
-        return answer
-    note = f"the push stopped at {curve.disp_m[-1]:.4f} m: no equilibrium after that"
-    return replace(answer, notes=[note], exit_code=EXIT_FAILED)
-
-
-def _pushed_ladder(push: "Callable[..., PushCurve]", given: Mapping[str, Any]) -> Answer:
-    """Push every abutment model in all directions; write the curves and their figure."""
+    """Push one abutment model, or all in all directions; fail if a push stopped early."""
     import pandas as pd
 
     from skewbridge.report.bridge_figures import ladder_figure
 
-    folder = writable_folder(given["out"])
+    angle_deg = given["angle_deg"]
+    if angle_deg is None:
+        angle_deg = {"x": 0.0, "y": 90.0}[given["direction"]]
+    is_ladder = given["abutment"] == "all"
+    single = [(given["abutment"], angle_deg)]
     tables: list[pd.DataFrame] = []
-    peaks: list[dict[str, Any]] = []
-    for abutment, angle_deg in product(ABUTMENTS, LADDER_ANGLES_DEG):
-        case, variant = {"abutment": abutment, "angle_deg": angle_deg}, variant_of(given, abutment)
-        curve = _without_messages(push, variant, model_of(given), angle_deg=angle_deg)
+    pushes: list[dict[str, Any]] = []
+    for model, toward_deg in product(ABUTMENTS, LADDER_ANGLES_DEG) if is_ladder else single:
+        case = {"abutment": model, "angle_deg": toward_deg}
+        curve = push(variant_of({**given, **case}), model_of(given), angle_deg=toward_deg)
         columns = {"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}
-        tables.append(pd.DataFrame(case | columns))
-        peaks.append(case | {"peak_kn": curve.peak_n / KN})
+        tables.append(pd.DataFrame(case | columns if is_ladder else columns))
+        values = {
+            "peak_kn": curve.peak_n / KN,
+            "initial_stiffness_kn_per_m": curve.initial_stiffness_n_per_m / KN,
+            "disp_at_peak_m": curve.disp_at_peak_m,
+            "last_disp_m": curve.disp_m[-1],
+            "is_complete": curve.is_complete,
+        }
+        pushes.append(case | values)
     curves = pd.concat(tables, ignore_index=True)
-    _write(curves, folder, "curve")
-    title = (
-        f"{variant_of(given, 'roller').bridge_name}, right abutment, skew {given['skew_deg']:g} "
-        f"degrees, gap {given['gap_mm']:g} mm"
-    )
-    ladder_figure(curves, title=title).savefig(folder / "ladder.png", dpi=150)
-    return Answer({"pushes": peaks}, [Printed(peaks, title)], given["units"])
+    _write(curves, given["out"], "curve")
+    if is_ladder:
+        title = f"{given['bridge']}, skew {given['skew_deg']:g} degrees, gap {given['gap_mm']:g} mm"
+        ladder_figure(curves, title=title).savefig(given["out"] / "ladder.png", dpi=150)
+    answer = {"pushes": pushes} if is_ladder else pushes[0]
+    is_done = all(each["is_complete"] for each in pushes)
+    notes = [] if is_done else ["a push stopped at last_disp_m: no equilibrium after that"]
+    return Answer(answer, None, given["units"], notes, 0 if is_done else EXIT_FAILED)
 
 
-@command(
-    bridge,
-    *VARIANT,
-    OUT,
-    Opt("gap_scale", float, "Magnification of the gaps in the drawing.", 20.0),
-)
-def model(out: Path, gap_scale: float, **given: Any) -> Answer:
+@command(bridge, *VARIANT, OUT)
+def model(out: Path, **given: Any) -> Answer:
     """Draw a model (model.png, model.html) and write it as an OpenSeesPy script (model.py).
 
     Example: skewbridge bridge model --skew-deg 45 --out model45
@@ -268,17 +211,12 @@ def model(out: Path, gap_scale: float, **given: Any) -> Answer:
     from skewbridge.report.bridge_figures import model_figure, model_page
 
     variant, options = variant_of(given), model_of(given)
-    geometry = _without_messages(model_geometry, variant, options)
-    script = _without_messages(model_script, variant, options)
-    picture, page, code = (
-        writable_folder(out) / f"model.{ending}" for ending in ("png", "html", "py")
-    )
-    model_figure(geometry, gap_scale=gap_scale).savefig(picture, dpi=150)
-    write_text(page, model_page(geometry, gap_scale=gap_scale))
-    write_text(code, script)
-    files = [str(picture), str(page), str(code)]
-    note = f"{geometry.title}: {', '.join(files)}"
-    return Answer({"variant": geometry.title, "files": files}, [], notes=[note])
+    geometry = model_geometry(variant, options)
+    files = [writable_folder(out) / f"model.{ending}" for ending in ("png", "html", "py")]
+    model_figure(geometry).savefig(files[0], dpi=150)
+    write_text(files[1], model_page(geometry))
+    write_text(files[2], model_script(variant, options))
+    return Answer({"variant": geometry.title, "files": list(map(str, files))})
 
 
 @command(bridge, BRIDGE, OUT, Opt("bent", int, "Number from the left, 1 and up.", 1), UNITS)
@@ -312,7 +250,7 @@ def column(bridge: str, out: Path, bent: int, units: Units) -> Answer:
         "curvature_ductility": curve.curvature_ductility,
         "plastic_shear_kn": curve.plastic_moment_nm / span / KN,
     }
-    return Answer(summary, [Printed([summary], title)], units)
+    return Answer(summary, units=units)
 
 
 @command(
@@ -336,49 +274,32 @@ def sdc(source: Path | None, bridge: str | None, out: Path | None, units: Units)
 
     Example: skewbridge bridge sdc --bridge osb1
     """
-    from skewbridge.analysis.sdc import capacity_rows
+    from skewbridge.analysis.sdc import capacity_rows, corner_moves_m, sdc_rows, summary_row
     from skewbridge.bridge.catalogue import load_bridge
+    from skewbridge.files.tables import read_frame
 
+    def variant_named(slug: str) -> Variant:
+        variant = parse_slug(slug)
+        is_own = bridge is not None and Path(bridge).stem == variant.bridge_name
+        return replace(variant, bridge=bridge) if is_own else variant
+
+    kind = "checks"
     if source is None or str(source) in known_bridges() or source.suffix in (".yaml", ".yml"):
         data = load_bridge(bridge or str(source or "osb1"))
-        title, bents = data.title, capacity_rows(data)
-        rows = [{head: row[name] for name, head in _CAPACITIES.items()} for row in bents]
-        answer = {"title": title, "bents": bents}
+        kind, title, rows = "bents", data.title, capacity_rows(data)
+    elif source.is_file():
+        demands = read_frame(source)
+        names = ["deck_disp_m", "acute_corner_unseating_m", "unseating_m"]
+        medians = demands.groupby("variant")[names].median()
+        title = f"median of {len(demands)} analyses"
+        rows = [summary_row(variant_named(slug), *own) for slug, *own in medians.itertuples()]
     else:
-        title, rows = (_sdc_of_demands if source.is_file() else _sdc_of_run)(source, bridge)
-        answer = {"title": title, "checks": rows}
+        row = read_frame(source / "demands.parquet").iloc[0]
+        table = read_frame(source / "histories.parquet")
+        histories = {str(name): table[name].to_numpy() for name in table}
+        variant = variant_named(row["variant"])
+        title, moves_m = variant.slug, corner_moves_m(variant, histories)
+        rows = sdc_rows(variant, float(row["deck_disp_m"]), moves_m)
     if out is not None:
         _write(rows, out, "sdc")
-    return Answer(answer, [Printed(rows, title)], units)
-
-
-def _sdc_of_demands(path: Path, bridge: str | None) -> tuple[str, list[dict[str, object]]]:
-    """Return the ratios of the variants of a study, with a title."""
-    from skewbridge.analysis.sdc import summary_row
-    from skewbridge.files.tables import read_frame
-
-    table = read_frame(path)
-    names = ["deck_disp_m", "acute_corner_unseating_m", "unseating_m"]
-    medians = table.groupby("variant")[names].median().itertuples()
-    rows = [summary_row(_variant(str(name), bridge), *map(float, own)) for name, *own in medians]
-    return f"median of {len(table)} analyses", rows
-
-
-def _sdc_of_run(folder: Path, bridge: str | None) -> tuple[str, list[dict[str, object]]]:
-    """Return the checks of the analysis in a folder of `skewbridge run`, with a title."""
-    from skewbridge.analysis.sdc import corner_moves_m, sdc_rows
-    from skewbridge.files.tables import read_frame
-
-    row = read_frame(folder / "demands.parquet").iloc[0]
-    table = read_frame(folder / "histories.parquet")
-    variant = _variant(str(row["variant"]), bridge)
-    moves = corner_moves_m(variant, {str(name): table[name].to_numpy() for name in table})
-    return variant.slug, sdc_rows(variant, float(row["deck_disp_m"]), moves)
-
-
-def _variant(slug: str, bridge: str | None) -> Variant:
-    """Return the variant of a name; its bridge may be read from a file of that name."""
-    variant = parse_slug(slug)
-    if bridge is None or Path(bridge).stem != variant.bridge_name:
-        return variant
-    return replace(variant, bridge=bridge)
+    return Answer({"title": title, kind: rows}, units=units)

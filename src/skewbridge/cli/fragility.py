@@ -3,20 +3,12 @@
 from pathlib import Path
 from typing import Any, Literal
 
-from skewbridge.cli.options import ABUTMENT, LIMIT_STATES, OUT, STUDY, folder_of, known_bridges
-from skewbridge.cli.output import (
-    Answer,
-    Arg,
-    Opt,
-    Printed,
-    command,
-    messages,
-    new_group,
-    number,
-    quantities,
-    warn,
-)
+from skewbridge.cli import new_group
+from skewbridge.cli.options import ABUTMENT, LIMIT_STATES, OUT, STUDY, folder_of, keys_and_values
+from skewbridge.cli.output import Answer, Arg, Opt, command, selected, warn
 from skewbridge.errors import InputError
+from skewbridge.files.text import Number, checked
+from skewbridge.variant.axes import AXES
 
 commands = new_group()
 
@@ -50,7 +42,7 @@ def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answ
 
     if paper_table:
         table = paper_rows(data, limit_states, given["im"])
-        return Answer({"rows": table["rows"]}, [Printed(table["shown"], table["title"])])
+        return Answer({"rows": table["rows"]}, {table["title"]: table["shown"]})
     try:
         given["method"] = given["method"] or ""
         result = fit_file(data, **given).as_json()
@@ -59,8 +51,7 @@ def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answ
         raise
     for warning in result["warnings"]:
         warn(warning)
-    reason = f"the data do not determine it (status {result['status']})"
-    return Answer(result, [Printed(quantities(result), missing=reason)])
+    return Answer(result, missing=f"the data do not determine it (status {result['status']})")
 
 
 @command(
@@ -85,8 +76,7 @@ def export(curves: Path, form: str, out: Path, **given: Any) -> Answer:
     from skewbridge.fragility.exports import export_curves
 
     report = export_curves(curves, form, out, **given)
-    written = Printed([{"written": path} for path in report["files"]])
-    return Answer(report, [written], notes=report["notes"])
+    return Answer(report, {"files": report["files"]}, notes=report["notes"])
 
 
 @command(
@@ -109,25 +99,15 @@ def statistics(demands: Path, out: Path, **given: Any) -> Answer:
     from skewbridge.study.results import statistics_of
 
     report = statistics_of(demands, out, **given)
-    for name in report["left_out"]:
-        messages.print(f"left out, because its demand is missing: {name}", style="yellow")
-    for note in report["notes"]:
-        messages.print(note, style="yellow")
-    counts = {f"rows of {name}": count for name, count in report["tables"].items()}
-    for kind in ("status", "verdict"):
-        counts |= {f"{kind} {name}": count for name, count in report[kind].items()}
-    return Answer(report, [Printed.of(["what", "count"], counts.items(), title=str(out))])
+    return Answer(report)
 
 
 @command(
     commands,
-    Opt("skew_deg", float | None, "Skew in degrees."),
-    Opt("gap_mm", float | None, "Joint gap in mm."),
-    Opt("friction", float | None, "Coefficient of friction."),
+    *(Opt(axis.name, float | None, axis.label_with_unit) for axis in AXES),
     Opt("axis", list[str] | None, "A further axis; repeatable.", None, "NAME=VALUE"),
     STUDY,
-    Opt("bridge", str | None, "Bridge of the curves; needed if there are several.", None, "NAME",
-        known_bridges),
+    Opt("bridge", str | None, "Bridge of the curves; needed if there are several.", None, "NAME"),
     ABUTMENT._replace(kind=str | None, default=None,
                       help="By default the only model of the study, or contact-friction."),
     Opt("component", str | None, "Only this component.", None, "NAME"),
@@ -144,29 +124,17 @@ def predict(axis: list[str] | None, study: Path | None, **given: Any) -> Answer:
     """
     from skewbridge.study.results import predict_states
 
-    named = {name: given.pop(name) for name in ("skew_deg", "gap_mm", "friction")}
-    values = {name: value for name, value in named.items() if value is not None}
-    for pair in axis or []:
-        name, _, text = pair.partition("=")
-        try:
-            values[name.strip().replace("-", "_")] = float(text)
-        except ValueError:
-            raise InputError(f"--axis takes NAME=VALUE, got {pair!r}") from None
+    axes = {axis.name: given.pop(axis.name) for axis in AXES}
+    values = {name: value for name, value in axes.items() if value is not None}
+    further = {
+        name.replace("-", "_"): value for name, value in keys_and_values("--axis", axis).items()
+    }
+    values |= checked(dict[str, Number], further, "--axis")
     rows = predict_states(folder_of(study), values, **given)
-    printed = [
-        {
-            "state": f"{row['component']}/{row['state']}",
-            "theta": number(row["theta"], form=".3g"),
-            "interval": "..".join(number(end, form=".3g") for end in row["ci_theta"]),
-            "beta": number(row["beta_total"], form=".2f"),
-            "records": number(row["beta"], form=".2f"),
-            **({} if given["at"] is None else {"P": number(row["p"], form=".3f")}),
-            "left out": number(row["loo_error"], form=".1%"),
-        }
-        for row in rows
-    ]
-    messages.print("left out: error of theta when a variant is left out of the model")
+    names = ("component", "state", "theta", "ci_theta", "beta_total", "beta", "p", "loo_error")
+    shown = {f"theta in {rows[0]['im']}": selected(rows, *names)}
+    notes = ["loo_error: error of theta when a variant is left out of the model"]
     if (drawn := rows[0]["random_properties"]) != "none":
-        messages.print(f"each motion of the study has its own draw of: {drawn}")
-    reason = "not enough variants with this state to estimate it"
-    return Answer({"rows": rows}, [Printed(printed, f"theta in {rows[0]['im']}", reason)])
+        notes.append(f"each motion of the study has its own draw of: {drawn}")
+    reason = "not enough variants have this state to estimate it"
+    return Answer({"rows": rows}, shown, notes=notes, missing=reason)

@@ -2,31 +2,24 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import Any, Final, Literal
 
-from skewbridge.cli.output import Answer, Arg, Opt, Printed, command, messages, new_group
+from skewbridge.cli import COMMANDS, new_group
+from skewbridge.cli.options import OUT
+from skewbridge.cli.output import Answer, Arg, Opt, command, messages
 from skewbridge.errors import EXIT_BAD_INPUT, InputError
 from skewbridge.files.text import writable_file
 
-if TYPE_CHECKING:
-    from skewbridge.motions.formats import Given
-
 commands = new_group()
-motions = new_group("motions", "Read, check, measure, draw and synthesize ground motions.")
+motions = new_group(name="motions", help=COMMANDS["motions"][1])
 commands.add_typer(motions)
 
-_OUT: Final = Opt("out", Path, "Folder to write to.", ...)
-#: For files without a time step or a unit.
+#: Fields of `motions.formats.Given`, for files without a time step or a unit.
 _GIVEN: Final = (
-    Opt("dt_s", float | None, "Time step for files without one."),
-    Opt("unit", str | None, "Unit for files without one.", None, "[g|cm/s2|m/s2]"),
-)
-
-
-def _given(dt_s: float | None, unit: str | None) -> "Given":
-    from skewbridge.motions.formats import Given
-
-    return Given(dt_s_if_missing=dt_s, unit_if_missing=unit)
+    Opt("dt_s_if_missing", float | None, "Time step for files without one.", flags="--dt-s"),
+    Opt("unit_if_missing", str | None, "Unit for files without one.", None, "[g|cm/s2|m/s2]",
+        "--unit"),
+)  # fmt: skip
 
 
 @command(
@@ -42,26 +35,16 @@ def check(paths: list[Path], strict: bool, write: bool, **given: Any) -> Answer:
     Example: skewbridge motions check motions/
     """
     from skewbridge.motions.check import check_paths, write_folder_index
+    from skewbridge.motions.formats import Given
 
     if write:
         for folder in paths:
             if folder.is_dir():
-                messages.print(f"wrote {write_folder_index(folder, _given(**given))}")
-    checks = check_paths(paths, _given(**given), strict=strict)
-    rows = [
-        {
-            "file": Path(item.file).name,
-            "verdict": item.verdict,
-            "format": item.format or "",
-            "dt (s)": item.dt_s or "",
-            "values": item.npts or "",
-            "PGA (g)": item.pga_g or "",
-            "messages": "; ".join(item.messages),
-        }
-        for item in checks
-    ]
+                messages.print(f"wrote {write_folder_index(folder, Given(**given))}")
+    checks = check_paths(paths, Given(**given), strict=strict)
+    rows = [asdict(item) for item in checks]
     code = 0 if all(item.passes for item in checks) else EXIT_BAD_INPUT
-    return Answer({"files": [asdict(item) for item in checks]}, [Printed(rows)], exit_code=code)
+    return Answer({"files": rows}, exit_code=code)
 
 
 @command(
@@ -76,12 +59,13 @@ def im(files: list[Path], t1_s: float | None, period_s: list[float] | None, **gi
 
     Example: skewbridge motions im A.AT2 B.AT2 --t1-s 0.75
     """
+    from skewbridge.motions.formats import Given
     from skewbridge.motions.summary import component_summary, pair_summary
 
     if len(files) == 2:
-        answer = pair_summary(files[0], files[1], _given(**given), t1_s, period_s)
+        answer = pair_summary(files[0], files[1], Given(**given), t1_s, period_s)
     elif len(files) == 1:
-        answer = component_summary(files[0], _given(**given), t1_s, period_s)
+        answer = component_summary(files[0], Given(**given), t1_s, period_s)
     else:
         raise InputError(f"motions im takes one or two files, got {len(files)}")
     for message in answer.pop("messages"):
@@ -90,13 +74,14 @@ def im(files: list[Path], t1_s: float | None, period_s: list[float] | None, **gi
 
 
 @command(
-    motions, Arg("paths", list[Path], "One or two components, or a folder.", ...), _OUT, *_GIVEN
+    motions, Arg("paths", list[Path], "One or two components, or a folder.", ...), OUT, *_GIVEN
 )
 def plot(paths: list[Path], out: Path, **given: Any) -> Answer:
     """Draw a record with its spectra, or the spectra of a folder of motions.
 
     Example: skewbridge motions plot A.AT2 B.AT2 --out record.png
     """
+    from skewbridge.motions.formats import Given
     from skewbridge.motions.summary import read_components, suite_table
     from skewbridge.report.motion_figures import record_page, suite_spectra
 
@@ -105,7 +90,7 @@ def plot(paths: list[Path], out: Path, **given: Any) -> Answer:
         table = suite_table(paths[0])
         figure = suite_spectra(table.rotd50_g, table.periods_s, title=name, model=table.model)
     elif len(paths) <= 2:
-        name, step_s, components = read_components(paths, _given(**given))
+        name, step_s, components = read_components(paths, Given(**given))
         figure = record_page(name, step_s, components)
     else:
         raise InputError(f"motions plot takes one or two files or a folder, got {len(paths)}")
@@ -116,7 +101,7 @@ def plot(paths: list[Path], out: Path, **given: Any) -> Answer:
 
 @command(
     motions,
-    _OUT,
+    OUT,
     Opt("magnitude", float, "Moment magnitude, 6.5 to 7.9.", ...),
     Opt("distance_km", float, "Distance to the rupture, up to 31 km.", ...),
     Opt("vs30_mps", float, "Mean shear-wave velocity of the upper 30 m.", ...),
@@ -148,7 +133,7 @@ def synthesize(out: Path, calibrate: Any, orientation: Any, **given: Any) -> Ans
 
 @command(
     motions,
-    _OUT,
+    OUT,
     Opt("suite", Literal["near", "far", "pulse"], "Shipped suite to write.", "near"),
     Opt("t1_s", float | None, "Conditioning period in s; by default the period of osb1."),
 )
@@ -157,19 +142,10 @@ def default_suite(out: Path, suite: str, t1_s: float | None) -> Answer:
 
     Example: skewbridge motions default-suite --out suite
     """
-    import pandas as pd
-    from scipy.stats import gmean
-
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.motions.synthesis.generate import write_default_suite
     from skewbridge.study.config import CONDITIONING_BRIDGE
 
     period_s = load_bridge(CONDITIONING_BRIDGE).t1_s if t1_s is None else t1_s
-    effects = pd.DataFrame(write_default_suite(out, period_s, suite))
-    rows = [
-        {"ratio after cutting": name, "lowest": own.min(), "geometric mean": float(gmean(own)),
-         "highest": own.max()}
-        for name, own in effects.items()
-    ]  # fmt: skip
-    title = f"{len(effects)} motions, T1 = {period_s:g} s"
-    return Answer({"count": len(effects), "t1_s": period_s, "cut": rows}, [Printed(rows, title)])
+    motions = write_default_suite(out, period_s, suite)
+    return Answer({"count": len(motions), "t1_s": period_s})

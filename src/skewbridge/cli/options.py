@@ -1,6 +1,6 @@
 """Options that several commands share: a variant, a study, modelling keys, an output folder."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 #: The configuration of the default study; other configurations are merged over it.
 DEFAULT_CONFIG: Final = Path("config/config.yaml")
-_ABUTMENTS: Final = [name.replace("_", "-") for name in ABUTMENTS]
 _YAML: Final = (".yaml", ".yml")
 
 OUT: Final = Opt("out", Path, "Folder for the results.", ...)
@@ -90,19 +89,12 @@ def known_bridges() -> list[str]:
 
 BRIDGE: Final = Opt(
     "bridge", str, "Name of a bridge (`skewbridge bridge list`), or the path of its file.",
-    "osb1", "NAME|FILE", known_bridges,
+    "osb1", "NAME|FILE",
 )  # fmt: skip
 ABUTMENT: Final = Opt(
     "abutment", str, "Abutment model, from the simplest to contact with friction.",
-    "contact-friction", f"[{'|'.join(_ABUTMENTS)}]", lambda: _ABUTMENTS,
+    "contact-friction", f"[{'|'.join(ABUTMENTS).replace('_', '-')}]",
 )  # fmt: skip
-SET: Final = Opt(
-    "changes", list[str] | None,
-    "Any key of model or analysis (config/README.md), e.g. backfill=sdc; repeatable.",
-    None, "KEY=VALUE", flags="--set",
-)  # fmt: skip
-
-
 #: Options of a command about one variant.
 VARIANT: Final = (
     BRIDGE,
@@ -112,60 +104,46 @@ VARIANT: Final = (
             f"{axis.low:g} to {axis.high:g}.", axis.usual)
         for axis in AXES
     ),
-    SET,
+    Opt("changes", list[str] | None,
+        "Any key of model or analysis (config/README.md), e.g. backfill=sdc; repeatable.",
+        None, "KEY=VALUE", flags="--set"),
 )  # fmt: skip
 
 
-def variant_of(given: Mapping[str, Any], abutment: str | None = None) -> Variant:
-    """Return the variant that the values of `VARIANT` name, or with another abutment model.
-
-    Raises:
-        InputError: A value is outside its limits or has too many decimals.
-    """
+def variant_of(given: Mapping[str, Any]) -> Variant:
+    """Return the variant that the values of `VARIANT` name; `InputError` outside the limits."""
     values = {axis.name: given[axis.name] for axis in AXES}
-    model = (abutment or given["abutment"]).replace("-", "_")
-    return Variant.at(given["bridge"], model, values)
+    return Variant.at(given["bridge"], given["abutment"].replace("-", "_"), values)
 
 
 def model_of(given: Mapping[str, Any]) -> ModelOptions:
-    """Return the modelling options that ``--set`` names.
-
-    Raises:
-        InputError: A key is unknown, or a value outside its limits.
-    """
-    return checked(ModelOptions, _keys_and_values(given["changes"]), "--set")
+    """Return the modelling options that ``--set`` names; `InputError` for a wrong key or value."""
+    return checked(ModelOptions, keys_and_values("--set", given["changes"]), "--set")
 
 
 def settings_and_model(
-    given: Mapping[str, Any], names: Sequence[str]
+    given: Mapping[str, Any], *names: str
 ) -> tuple[AnalysisSettings, ModelOptions]:
     """Return the settings of the analysis and the modelling options.
 
-    Args:
-        given: Values of `VARIANT`, of ``accuracy`` and of the options in ``names``.
-        names: Keys of the analysis that have an option, which may be None; they and ``--set``
-            override the accuracy.
-
-    Raises:
-        InputError: A key is unknown, or a value outside its limits.
+    They are those of ``accuracy``, overridden by the given values of ``names``, keys of the
+    analysis with an option, and by ``--set``. `InputError` for a wrong key or value.
     """
     keys = {field.name for field in fields(AnalysisSettings)}
-    sections: dict[str, dict[str, Any]] = {
-        "analysis": {name: given[name] for name in names if given[name] is not None},
-        "model": {},
-    }
-    for key, value in _keys_and_values(given["changes"]).items():
-        sections["analysis" if key in keys else "model"][key] = value
-    full = under_explicit_keys(sections, given["accuracy"])
+    analysis, model = {name: given[name] for name in names if given[name] is not None}, {}
+    for key, value in keys_and_values("--set", given["changes"]).items():
+        (analysis if key in keys else model)[key] = value
+    full = under_explicit_keys({"analysis": analysis, "model": model}, given["accuracy"])
     settings = checked(AnalysisSettings, full["analysis"], "the options")
     return settings, checked(ModelOptions, full["model"], "--set")
 
 
-def _keys_and_values(pairs: list[str] | None) -> dict[str, Any]:
+def keys_and_values(option: str, pairs: list[str] | None) -> dict[str, Any]:
+    """Return the values of a repeatable option KEY=VALUE by key, parsed as YAML."""
     values: dict[str, Any] = {}
     for pair in pairs or ():
         key, equals, text = pair.partition("=")
         if not equals:
-            raise InputError(f"--set takes KEY=VALUE, got {shortened(pair)}")
-        values[key.strip()] = parse_yaml(text, f"--set {shortened(pair)}")
+            raise InputError(f"{option} takes KEY=VALUE, got {shortened(pair)}")
+        values[key.strip()] = parse_yaml(text, f"{option} {shortened(pair)}")
     return values

@@ -2,26 +2,27 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import wraps
 from inspect import Parameter, Signature
-from math import isfinite, isnan
-from typing import Annotated, Any, Final, NamedTuple, Self
+from math import isnan
+from typing import Annotated, Any, Final, NamedTuple
 
 import typer
+from pydantic_core import to_jsonable_python
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 from typer.core import TyperCommand
 
 from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
-from skewbridge.files.text import shortened
+from skewbridge.files.text import printable, shortened
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM, Units
 
 LONGEST_LIST: Final = 3  # values in one cell of a table
 FILE_WIDTH: Final = 400  # characters of a line in a file or a pipe, so that nothing is cut off
-ROUNDING: Final = 1e-12  # numbers below this share of the largest in a column count as zero
+ROUNDING: Final = 1e-15  # smaller numbers are printed as zero
 NO_VALUE: Final = "-"  # printed for NaN; the reason follows below the table
 
 type Row = Mapping[str, Any]
@@ -34,46 +35,41 @@ def warn(text: str) -> None:
     messages.print(f"warning: {text}", style="yellow")
 
 
-class Printed(NamedTuple):
-    """Rows of a printed table, all with the same keys, and the reason for missing values."""
-
-    rows: Sequence[Row]
-    title: str | None = None
-    missing: str = "not defined for these data"
-
-    @classmethod
-    def of(
-        cls, heads: Sequence[str], rows: Iterable[Sequence[Any]], title: str | None = None
-    ) -> Self:
-        """Return a table of values under some heads."""
-        return cls([dict(zip(heads, row, strict=True)) for row in rows], title)
-
-
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """The answer of a command: a JSON value for ``--json``, else tables or texts.
+    """The answer of a command: a JSON value for ``--json``, else tables or a text.
 
-    Without ``printed``, a table has a row per number or text of the JSON value. With ``--json``
-    texts go to stderr, and tables are left out.
+    Numbers and texts of a mapping are printed as a table with a row each, every list of rows as a
+    table below; long lists of numbers are left out.
+
+    Attributes:
+        payload: JSON value, numbers in SI.
+        shown: What is printed instead of the JSON value, with titles as names of tables.
+        units: Units of the tables.
+        notes: Messages after the answer.
+        exit_code: Exit code of the command.
+        missing: Reason of missing values in the tables.
     """
 
-    payload: Any  # in SI
-    printed: Sequence[Printed | str] | None = None
-    units: Units = "si"  # of the tables
-    notes: Sequence[str] = ()  # messages after the answer
+    payload: Any
+    shown: Row | str | None = None
+    units: Units = "si"
+    notes: Sequence[str] = ()
     exit_code: int = 0
+    missing: str = "not defined for these data"
 
     def emit(self, *, as_json: bool) -> None:
         """Print the answer and its notes; leave with its exit code."""
+        shown = self.payload if self.shown is None else self.shown
         if as_json:
             emit_json(self.payload)
-        show_text = messages.print if as_json else typer.echo
-        parts = [Printed(quantities(self.payload))] if self.printed is None else self.printed
-        for part in parts:
-            if isinstance(part, str):
-                show_text(part)
-            elif not as_json:
-                emit_table(part._replace(rows=in_units(part.rows, self.units)))
+        elif isinstance(shown, str):
+            typer.echo(shown)
+        else:
+            tables = _tables(shown, self.units).items()
+            has_gaps = [emit_table(rows, title) for title, rows in tables]
+            if any(has_gaps):
+                messages.print(f"{NO_VALUE}: {self.missing}")
         for note in self.notes:
             messages.print(note)
         if self.exit_code:
@@ -88,17 +84,14 @@ class Opt(NamedTuple):
     help: str
     default: Any = None  # `...` for an option that must be given
     metavar: str | None = None  # what the help shows for the value
-    complete: Callable[[], list[str]] | None = None  # returns the values for shell completion
     flags: str = ""  # the option and other names of it, where it is not that of the name
-
-    def declared(self, **shown: Any) -> Any:
-        """Return the option with its flags as typer declares it."""
-        flags = self.flags or f"--{self.name.replace('_', '-')}"
-        return typer.Option(*flags.split(), **shown)
 
     def parameter(self) -> Parameter:
         """Return the option as a parameter of the function of a command."""
-        given = self.declared(help=self.help, metavar=self.metavar, autocompletion=self.complete)
+        shown: dict[str, Any] = {"help": self.help, "metavar": self.metavar}
+        flags = self.flags or f"--{self.name.replace('_', '-')}"
+        is_argument = isinstance(self, Arg)
+        given = typer.Argument(**shown) if is_argument else typer.Option(*flags.split(), **shown)
         default = Parameter.empty if self.default is ... else self.default
         kind = Annotated[self.kind, given]
         return Parameter(self.name, Parameter.KEYWORD_ONLY, annotation=kind, default=default)
@@ -107,10 +100,6 @@ class Opt(NamedTuple):
 class Arg(Opt):
     """One argument of a command, without flags."""
 
-    def declared(self, **shown: Any) -> Any:
-        """Return the argument as typer declares it."""
-        return typer.Argument(**shown)
-
 
 UNITS: Final = Opt(
     "units", Units, "Units of printed tables: SI, or kip, in, ft. Files stay SI.", "si"
@@ -118,24 +107,12 @@ UNITS: Final = Opt(
 _JSON: Final = Opt("as_json", bool, "Print one JSON object on stdout.", False, flags="--json")
 
 
-def new_group(name: str | None = None, summary: str = "") -> typer.Typer:
-    """Return an empty group of commands."""
-    return typer.Typer(
-        name=name,
-        help=summary,
-        no_args_is_help=True,
-        add_completion=False,
-        pretty_exceptions_enable=False,
-        rich_markup_mode=None,
-    )
-
-
 def command(
     group: typer.Typer, *options: Opt, name: str | None = None
 ) -> Callable[[Callable[..., Answer]], Callable[..., None]]:
     """Add a function to a group as a command that prints its answer.
 
-    Options and arguments are passed by name.
+    Options and arguments are passed by name; a later option replaces an earlier one of its name.
     """
 
     def decorate(function: Callable[..., Answer]) -> Callable[..., None]:
@@ -181,7 +158,7 @@ class Command(TyperCommand):
             status, code, message = "failed", EXIT_FAILED, str(error)
         if ctx.params["as_json"]:
             emit_json({"status": status, "message": message, **details})
-        messages.print(_printable(f"{status}: {message}"), style="red")
+        messages.print("\n".join(map(printable, f"{status}: {message}".split("\n"))), style="red")
         raise typer.Exit(code)
 
     def _check_pairs(self, args: list[str]) -> None:
@@ -196,69 +173,71 @@ class Command(TyperCommand):
 
 def emit_json(payload: object) -> None:
     """Write one JSON value and a newline to stdout; NaN and infinities become null."""
-    sys.stdout.write(json.dumps(_finite(payload), allow_nan=False) + "\n")
+    plain = to_jsonable_python(payload, inf_nan_mode="null", fallback=lambda each: each.tolist())
+    sys.stdout.write(json.dumps(plain) + "\n")
 
 
-def emit_table(table: Printed) -> None:
-    """Print a table on stdout; explain missing values on stderr."""
-    drawn = Table(title=None if table.title is None else Text(_printable(table.title)))
-    columns: list[list[str]] = []
-    for name, first in (table.rows[0] if table.rows else {}).items():
-        side = "left" if isinstance(first, str) else "right"
-        drawn.add_column(Text(_printable(name)), justify=side, overflow="fold")
-        columns.append(_texts(name, [row[name] for row in table.rows]))
-    for row in zip(*columns, strict=True):
-        drawn.add_row(*(Text(_printable(cell)) for cell in row))
+def _tables(shown: Row, units: Units) -> dict[str, Sequence[Row]]:
+    """Return the tables of an answer by title; that of its single values has none."""
+    values: dict[str, Any] = {}
+    tables: dict[str, Sequence[Row]] = {}
+    for name, value in _flat(shown):
+        if not isinstance(value, list | tuple):
+            values[name] = value
+        elif value and isinstance(value[0], Mapping):
+            tables[name] = [in_units(row, units) for row in value]
+        elif 0 < len(value) <= LONGEST_LIST:
+            values[name] = value
+        elif value and isinstance(value[0], str):
+            tables[name] = [{name: text} for text in value]
+    values = {**in_units(values, units)}
+    listed = [{"quantity": name, "value": value} for name, value in values.items()]
+    return {"": listed, **tables} if listed else tables
+
+
+def _flat(values: Row, above: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield names and values of a mapping and of those in it, with the names above."""
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{above}{name} ")
+        else:
+            yield f"{above}{name}", value
+
+
+def emit_table(rows: Sequence[Row], title: str = "") -> bool:
+    """Print rows with equal keys as a table on stdout; return whether values are missing.
+
+    A few rows of many values are printed as columns.
+    """
+    columns = {name: [_text(row[name]) for row in rows] for name in rows[0]}
+    is_text = [isinstance(value, str) for value in rows[0].values()]
+    lines = [list(columns), *zip(*columns.values(), strict=True)]
+    if len(columns) > 3 * len(rows):
+        lines, is_text = list(zip(*lines, strict=True)), [True, *[False] * len(rows)]
+    drawn = Table(title=Text(printable(title)) if title else None)
+    for head, left in zip(lines[0], is_text, strict=True):
+        side = "left" if left else "right"
+        drawn.add_column(Text(printable(head)), justify=side, overflow="fold")
+    for line in lines[1:]:
+        drawn.add_row(*(Text(printable(cell)) for cell in line))
     Console(highlight=False, width=None if sys.stdout.isatty() else FILE_WIDTH).print(drawn)
-    if any(NO_VALUE in cell.split("..") for column in columns for cell in column):
-        messages.print(f"{NO_VALUE}: {table.missing}")
+    return any(NO_VALUE in cell.split(", ") for texts in columns.values() for cell in texts)
 
 
-def _texts(name: str, values: Sequence[Any]) -> list[str]:
-    """Return the values of a column as texts; numbers that are rounding errors of zero become 0."""
-    sizes = [abs(value) for value in values if isinstance(value, float) and isfinite(value)]
-    # in a column named value, each row is a quantity of its own
-    noise = 0.0 if name == "value" else ROUNDING * max(sizes, default=0.0)
-    return [number(value, noise) for value in values]
-
-
-def number(value: object, noise: float = 0.0, form: str = ".5g") -> str:
-    """Return a value as text: NaN as `NO_VALUE`, noise of zero as 0, None as nothing."""
-    if isinstance(value, list):
-        return ", ".join(number(item, noise, form) for item in value)
+def _text(value: object) -> str:
+    """Return a value as text: NaN as `NO_VALUE`, a rounding error of zero as 0, None as nothing."""
+    if isinstance(value, list | tuple):
+        return ", ".join(map(_text, value))
     if not isinstance(value, float):
         return "" if value is None else str(value)
     if isnan(value):
         return NO_VALUE
-    return "0" if abs(value) < noise else f"{value:{form}}"
+    return "0" if abs(value) < ROUNDING else f"{value:.5g}"
 
 
-def quantities(payload: Row) -> list[dict[str, Any]]:
-    """Return a row per value, including those of inner mappings, without long lists."""
-    flat: dict[str, Any] = {}
-    for name, value in payload.items():
-        flat |= value if isinstance(value, Mapping) else {name: value}
-    return [
-        {"quantity": name, "value": value}
-        for name, value in flat.items()
-        if not isinstance(value, list) or 0 < len(value) <= LONGEST_LIST
-    ]
-
-
-def _printable(text: str) -> str:
-    """Return a text without the control characters of a terminal; line breaks are kept."""
-    return "".join(sign if sign.isprintable() or sign == "\n" else "?" for sign in text)
-
-
-def _finite(value: Any) -> Any:
-    """Return plain values with None for NaN and infinities."""
-    if isinstance(value, Mapping):
-        return {str(key): _finite(item) for key, item in value.items()}
-    if hasattr(value, "tolist"):
-        return _finite(value.tolist())
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not isfinite(value) else value
+def selected(rows: Iterable[Row], *names: str) -> list[dict[str, Any]]:
+    """Return rows with these columns only."""
+    return [{name: row[name] for name in names} for row in rows]
 
 
 #: Ending of a name -> ending in US units, factor; the longer endings first.
@@ -275,32 +254,22 @@ _US_UNITS: Final = {
     "_m": ("_in", 1.0 / INCH),
     " (m)": (" (in)", 1.0 / INCH),
 }
-#: Columns that name the quantity of a row; the ending of that name is the unit of its numbers.
-_NAMES: Final = ("quantity", "check", "of a column")
-_WITHOUT_UNIT: Final = ("ratio", "ok")
 
 
-def in_units(rows: Sequence[Row], units: Units) -> Sequence[Row]:
-    """Return the rows of a table with heads and numbers in these units.
+def in_units(row: Row, units: Units) -> Row:
+    """Return the names and numbers of a row in these units.
 
-    The unit of a number is the ending of its column's name, or of the name of its row where the
-    rows are quantities or checks.
+    The unit of a number is the ending of its name; in a row with the name of a check, those of
+    demand and capacity are the ending of that name.
     """
-    return rows if units == "si" else [_in_us_units(row) for row in rows]
-
-
-def _in_us_units(row: Row) -> Row:
-    converted: dict[str, Any] = {}
-    label = next((key for key in _NAMES if key in row), None)
-    if label is None:
-        for key, value in row.items():
-            name, factor = _us_unit(key)
-            converted[name] = _times(value, factor)
-        return converted
-    name, factor = _us_unit(str(row[label]))
-    for key, value in row.items():
-        converted[key] = value if key in _WITHOUT_UNIT else _times(value, factor)
-    return converted | {label: name}
+    if units == "si":
+        return row
+    if "check" in row:
+        name, factor = _us_unit(row["check"])
+        sizes = {key: _times(row[key], factor) for key in ("demand", "capacity")}
+        return {**row, "check": name, **sizes}
+    converted = {key: _us_unit(key) for key in row}
+    return {name: _times(row[key], factor) for key, (name, factor) in converted.items()}
 
 
 def _us_unit(name: str) -> tuple[str, float]:
@@ -311,7 +280,7 @@ def _us_unit(name: str) -> tuple[str, float]:
 
 
 def _times(value: Any, factor: float) -> Any:
-    if isinstance(value, list):
+    if isinstance(value, list | tuple):
         return [_times(item, factor) for item in value]
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     return value * factor if is_number and factor != 1.0 else value

@@ -1,21 +1,37 @@
-"""`skewbridge run`: one analysis with its demands, histories and figures."""
+"""Commands that analyse or check one case: run, contact, deck, doctor, verify."""
 
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
+from skewbridge.cli import new_group
 from skewbridge.cli.options import OUT, STUDY, VARIANT, settings_and_model, study_of, variant_of
-from skewbridge.cli.output import UNITS, Answer, Opt, command, in_units, messages, new_group
+from skewbridge.cli.output import (
+    UNITS,
+    Answer,
+    Arg,
+    Opt,
+    command,
+    messages,
+    selected,
+)
 from skewbridge.errors import EXIT_FAILED, InputError
-from skewbridge.files.text import writable_folder
-from skewbridge.units import Units
+from skewbridge.files.text import writable_folder, write_text
+from skewbridge.statuses import RAN
 
 if TYPE_CHECKING:
     from skewbridge.analysis.transient import AnalysisResult
     from skewbridge.study.task import Task
 
 commands = new_group()
+
+_CASE: Final = Arg("case", Path, "The case file.", ..., "CASE.yaml")
+#: Columns of the demands that are printed; --json gives all.
+_SHOWN: Final = (
+    *("variant", "motion_id", "scale", "status", "collapse_criterion", "beyond_model", "suspect"),
+    *("column_shear_dcr", "column_drift_ratio", "deck_disp_m", "unseating_m"),
+)
 
 
 @command(
@@ -25,7 +41,6 @@ commands = new_group()
     Opt("motion", tuple[Path, Path] | None,
         "Two component files: along x and along y at incidence 0."),
     Opt("figures", bool, "Draw the figures.", True, flags="--figures/--no-figures"),
-    Opt("save_model", bool, "Write the model as an OpenSeesPy script.", False),
     Opt("row_key", str | None, "Repeat this row of the demands of --study.", None, "RUN_KEY",
         flags="--row"),
     STUDY,
@@ -44,26 +59,13 @@ def run(out: Path, **given: Any) -> Answer:
 
     Example: skewbridge run --skew-deg 30 --motion A.AT2 B.AT2 --out run30
     """
-    if given["row_key"] is not None:
-        task = _task_of_row(given["row_key"], given["study"])
-    else:
-        task = _task(given)
+    key = given["row_key"]
+    task = _task(given) if key is None else _task_of_row(key, given["study"])
     result, row = _analysed(task, writable_folder(out))
-    title = f"{task.variant.slug}, {task.motion.motion.motion_id} x {task.motion.scale:g}"
-    written = _write(task, result, row, out, figures_title=title if given["figures"] else "")
-    if given["save_model"]:
-        from skewbridge.analysis.model_script import model_script
-
-        script = model_script(task.variant, task.settings.model_options(task.options))
-        (out / "model.py").write_text(script, encoding="utf-8")
-        written.append("model.py")
-    text = (
-        f"{task.variant.slug} under {task.motion.motion.motion_id} x {task.motion.scale:g}: "
-        f"{_result(row, given['units'])}.\n{_limits(row, result.messages)}\n"
-        f"Files in {out}: {', '.join(written)}."
-    )
-    has_result = result.status in ("ok", "collapse")
-    return Answer(row, [text], exit_code=0 if has_result else EXIT_FAILED)
+    _write(task, result, row, out, with_figures=given["figures"])
+    notes = [*result.messages, f"written to {out}"]
+    code = 0 if result.status in RAN else EXIT_FAILED
+    return Answer(row, selected([row], *_SHOWN)[0], given["units"], notes, code)
 
 
 def _task(given: Mapping[str, Any]) -> "Task":
@@ -77,7 +79,7 @@ def _task(given: Mapping[str, Any]) -> "Task":
     if given["motion"] is None:
         raise InputError("motion: name two component files, or a row of a study with --row")
     variant, scale = variant_of(given).normalised(), given["scale"]
-    settings, options = settings_and_model(given, ("scheme", "dt_s", "duration_s"))
+    settings, options = settings_and_model(given, "scheme", "dt_s", "duration_s")
     motion = read_motion(*given["motion"])
     measures = scaled_measures(motion_measures(motion, load_bridge(variant.bridge).t1_s), scale)
     return Task(
@@ -90,11 +92,7 @@ def _task(given: Mapping[str, Any]) -> "Task":
 
 
 def _task_of_row(key: str, study: Path | None) -> "Task":
-    """Return the analysis of a row of the demands of a study, finished or not.
-
-    Raises:
-        InputError: The study has no such row, or its configuration no longer has the analysis.
-    """
+    """Return the analysis of a row of the demands of a study; `InputError` if it has none."""
     from skewbridge.files.tables import read_table
     from skewbridge.study.analyses import StudySetup
     from skewbridge.study.journal import read_content
@@ -148,9 +146,9 @@ def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]
 
 
 def _write(
-    task: "Task", result: "AnalysisResult", row: dict[str, Any], out: Path, *, figures_title: str
-) -> list[str]:
-    """Write the row, the histories and, given a title, the figures; return the file names."""
+    task: "Task", result: "AnalysisResult", row: dict[str, Any], out: Path, *, with_figures: bool
+) -> None:
+    """Write the row, the histories and the figures."""
     import pandas as pd
 
     from skewbridge.demands.tables import to_table
@@ -165,46 +163,96 @@ def _write(
     write_table(to_table([row], digests), out / "demands.parquet")
     histories = pd.DataFrame(result.histories)
     write_frame(histories, out / "histories.parquet", digests)
-    written = ["demands.parquet", "histories.parquet"]
-    if not figures_title:
-        return written
+    if not with_figures:
+        return
+    from skewbridge.report.contact_replay import replay_page
     from skewbridge.report.run_figures import run_figures
 
-    for name, figure in run_figures(histories, title=figures_title).items():
+    title = f"{task.variant.slug}, {task.motion.motion.motion_id} x {task.motion.scale:g}"
+    for name, figure in run_figures(histories, title=title).items():
         for path in (out / f"{name}.png", out / f"{name}.svg"):
             figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
-        written.append(f"{name}.png and .svg")
     if result.contact_layout is not None:
-        from skewbridge.report.contact_replay import replay_page
-
         page = out / "contact_replay.html"
-        text = replay_page(result.contact_layout, histories, title=figures_title)
-        page.write_text(text, encoding="utf-8")
+        write_text(page, replay_page(result.contact_layout, histories, title=title))
         stamp(page, digests)
-        written.append(page.name)
-    return written
 
 
-def _result(row: Mapping[str, Any], units: Units) -> str:
-    """Return status and main demands of an analysis in words."""
-    length = "in" if units == "us" else "m"
-    (converted,) = in_units([row], units)
-    texts = {
-        "column_shear_dcr": "column shear {:.3g} of its capacity",
-        "column_drift_ratio": "column drift {:.2%}",
-        f"deck_disp_{length}": f"deck displacement {{:.3g}} {length}",
-        f"unseating_{length}": f"unseating {{:.3g}} {length}",
+@command(commands, _CASE, Opt("out", Path, "File for the forces along the path.", ..., "F.csv"))
+def contact(case: Path, out: Path) -> Answer:
+    """Drive one contact unit along a displacement path.
+
+    Example: skewbridge contact slide.yaml --out forces.csv
+    """
+    from skewbridge.verification.references.driven_unit import run_contact_case
+
+    return Answer(run_contact_case(case, out))
+
+
+@command(commands, _CASE, Opt("out", Path, "File for the histories.", ..., "F.parquet"))
+def deck(case: Path, out: Path) -> Answer:
+    """Run the rigid skew deck under a pulse or a record.
+
+    The case file chooses the solver: OpenSees, a penalty ODE or an LCP.
+
+    Example: skewbridge deck deck30.yaml --out deck30.parquet
+    """
+    from skewbridge.verification.references.deck_solvers import run_deck_case
+
+    return Answer(run_deck_case(case, out))
+
+
+@command(commands)
+def doctor() -> Answer:
+    """Check the environment: versions, OpenSees, a one-second self-test.
+
+    Example: skewbridge doctor
+    """
+    import platform
+    from importlib.metadata import version
+
+    packages = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "joblib", "snakemake")
+    report: dict[str, Any] = {
+        "python": platform.python_version(),
+        **{name: version(name) for name in packages},
     }
-    values = {name: converted[name] for name in texts}
-    known = [texts[name].format(value) for name, value in values.items() if value == value]
-    return f"{row['status']}; {', '.join(known) or 'no demand was recorded'}"
+    try:
+        from skewbridge.verification.studies.gate import verify_contact_gate
+
+        checks = verify_contact_gate()
+        failed = [str(name) for name in checks.loc[~checks["pass"], "quantity"]]
+        report["self_test"] = f"failed: {', '.join(failed)}" if failed else "passed"
+    except ImportError as error:
+        failed = ["import"]
+        report["self_test"] = f"OpenSees does not import ({error}): run make setup again"
+    return Answer(report | {"ok": not failed}, exit_code=EXIT_FAILED if failed else 0)
 
 
-def _limits(row: Mapping[str, Any], notes: tuple[str, ...]) -> str:
-    """Return failures and exceeded limits of validity in one sentence."""
-    found = [f"{row['status']} ({row['collapse_criterion']})"] if row["status"] != "ok" else []
-    if row["beyond_model"]:
-        found.append(f"a column failed in {row['beyond_model']} at {row['beyond_model_s']:.2f} s")
-    found += [f"suspect: {row['suspect']}"] if row["suspect"] else []
-    found += [note for note in notes if note not in found]
-    return f"{'; '.join(found)}." if found else "No failure; all limits of validity are met."
+@command(
+    commands,
+    Arg("names", list[str] | None, "Studies; by default all.", None, "[NAME...]"),
+    Opt("out", Path | None, "Folder of tables and figures."),
+)
+def verify(names: list[str] | None, out: Path | None) -> Answer:
+    """Repeat the studies of the paper and compare with their references.
+
+    Exits with 1 if a comparison fails; a statement of the paper that does not hold is a result.
+
+    Example: skewbridge verify fig1 fig3
+    """
+    from skewbridge.study.folder import StudyFolder
+    from skewbridge.verification.registry import run_studies
+
+    folder = out or StudyFolder().verification
+    rows = run_studies(names or [], folder, report_progress=messages.print)
+    checks = [row for row in rows if "outcome" not in row]
+    statements = [row for row in rows if "outcome" in row]
+    shown = {
+        "Verification": selected(
+            checks, "study", "quantity", "value", "reference", "tolerance", "pass"
+        ),
+        "Statements of the paper (a disagreement is not a failure)": selected(
+            statements, "quantity", "source", "study", "case", "reason", "outcome"
+        ),
+    }
+    return Answer(rows, shown, exit_code=0 if all(row["pass"] for row in rows) else EXIT_FAILED)

@@ -3,8 +3,9 @@
 from contextlib import chdir
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import Any, Final, Literal
 
+from skewbridge.cli import COMMANDS, new_group
 from skewbridge.cli.options import (
     DEFAULT_CONFIG,
     LIMIT_STATES,
@@ -15,30 +16,20 @@ from skewbridge.cli.options import (
     folder_of,
     study_of,
 )
-from skewbridge.cli.output import (
-    NO_VALUE,
-    Answer,
-    Arg,
-    Opt,
-    Printed,
-    command,
-    messages,
-    new_group,
-    number,
-    warn,
-)
+from skewbridge.cli.output import Answer, Arg, Opt, command, selected, warn
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_file, writable_folder, write_text
 from skewbridge.statuses import FAILED
 
-if TYPE_CHECKING:
-    from skewbridge.study.config import StudyConfig
-
 #: Tables and pictures of a finished study, which `make demo-data` writes.
 DEMO_STUDY: Final = Path(__file__).parent / "demo_study"
 
+#: Columns of the effects that are printed.
+_CHANGE: Final = ("bridge", "abutment", "demand", "axis", "from_value", "to_value")
+_MORE: Final = ("needed_motions", "more_analyses", "more_core_hours")
+
 commands = new_group()
-study = new_group("study", "Maintain and publish a study: retry, journal, plot, methods, archive.")
+study = new_group(name="study", help=COMMANDS["study"][1])
 commands.add_typer(study)
 
 
@@ -50,13 +41,11 @@ def init(folder: Path) -> Answer:
     """
     from skewbridge.study.folder import write_starter
 
-    written = [str(path) for path in write_starter(folder)]
     note = (
         f"cd {folder}, then: snakemake -j2 --configfile config/smoke.yaml (a small study) or "
         "snakemake -j2 (the default study; skewbridge plan shows its cost)"
     )
-    table = Printed([{"written": path} for path in written])
-    return Answer({"written": written}, [table], notes=[note])
+    return Answer({"written": list(map(str, write_starter(folder)))}, notes=[note])
 
 
 @command(commands, OUT._replace(default=Path("demo")))
@@ -87,8 +76,7 @@ def demo(out: Path) -> Answer:
             f"the stored study does not fit this version of the report ({error!r}); "
             "`make demo-data` in a clone makes it again"
         ) from error
-    report = {"report": str(page)}
-    return Answer(report, [Printed([report])])
+    return Answer({"report": str(page)})
 
 
 @command(
@@ -107,33 +95,26 @@ def plan(study: Path | None, profile: str | None) -> Answer:
     from skewbridge.analysis.modal import periods_of_file, standing_bridge
     from skewbridge.files.tables import read_frame, records_of
     from skewbridge.study.inputs import check_inputs
+    from skewbridge.study.progress import forecast_study, job_size
 
     config, folder = study_of(study)
     check_inputs(config)
     for name in config.bridges_with_periods():
         for warning in periods_of_file(name, standing_bridge(name)):
             warn(warning)
-    summary, variants = _forecast(config, profile)
+    forecast = forecast_study(config, job_size(profile) if profile else None)
     table = folder.fragility("needed_motions")
     needed = records_of(read_frame(table)) if table.is_file() else []
-    printed = [Printed.of(["variant", "analyses"], variants.items()), _study_table(summary)]
-    if needed:
-        rows = [
-            {
-                **_pair_names(row),
-                "change": f"{row['axis']} {row['from_value']:g} to {row['to_value']:g}",
-                "verdict": row["verdict"],
-                "motions": row["n_motions"],
-                "forecast": row["forecast"],
-                "needed motions": row["needed_motions"],
-                "more analyses": row["more_analyses"],
-                "more core hours": row["more_core_hours"],
-            }
-            for row in needed
-        ]
-        reason = "no number of motions is needed or found; see the column forecast"
-        printed.append(Printed(rows, "Motions that decide the pooled effects", reason))
-    return Answer(summary | {"needed_motions": needed}, printed)
+    shown = {
+        "variants": [{"variant": k, "analyses": n} for k, n in forecast.variants.items()],
+        **forecast.summary,
+        "Motions that decide the pooled effects": selected(
+            needed, *_CHANGE, "verdict", "n_motions", "forecast", *_MORE
+        ),
+    }
+    reason = "no number of motions is needed or found; see the column forecast"
+    answer = forecast.summary | {"needed_motions": needed}
+    return Answer(answer, shown, notes=forecast.notes, missing=reason)
 
 
 @command(
@@ -148,23 +129,18 @@ def status(failed: bool, study: Path | None) -> Answer:
 
     Example: skewbridge status --study results/smoke
     """
-    from skewbridge.study.progress import failed_analyses
+    from skewbridge.study.progress import failed_analyses, forecast_study
 
-    config, folder = study_of(study)
+    config, _ = study_of(study)
     failures = failed_analyses(config)
     if failed:
-        rows = [{name: row[name] for name in ("variant", "motion", "status")} for row in failures]
-        notes = [f"{row['command']}   # {row['reason']}" for row in failures]
-        answer = {"failed": len(failures), "analyses": failures}
-        return Answer(answer, [Printed(rows)], notes=notes)
-    summary, _ = _forecast(config)
-    notes = [
-        f"last failure: {last['variant']} under {last['motion']}: {last['status']} "
-        f"({last['reason']}); repeat it with: {last['command']}"
-        for last in failures[-1:]
-    ]
-    answer = {"results": config.results, "last_failure": failures[-1] if failures else None}
-    return Answer(summary | answer, [_study_table(summary, f"Study in {folder.root}")], notes=notes)
+        shown = {"failed": selected(failures, "variant", "motion", "status", "reason")}
+        repeat = [row["command"] for row in failures]
+        return Answer({"failed": len(failures), "analyses": failures}, shown, notes=repeat)
+    forecast = forecast_study(config)
+    last = failures[-1] if failures else None
+    answer = {"results": config.results, **forecast.summary, "last_failure": last}
+    return Answer(answer, notes=forecast.notes)
 
 
 @command(
@@ -199,30 +175,25 @@ def compare(
     pooled, medians = (
         records_of(table[table["scope"] == "pooled"]) for table in (pair.demands, pair.medians)
     )
-    reason = "fewer than two motions have a value in both studies"
-    printed = [
-        Printed([_comparison_row(row) for row in rows], f"{title}, {second} over {first}", reason)
-        for title, rows in (("Demands", pooled), (f"Median capacities ({im})", medians))
-    ]
-    notes = [
-        "{pairs} pairs of {variants} variants and {motions} motions; {only_first} runs of the "
-        "first and {only_second} of the second study have no partner".format(**pair.counts)
-    ]
-    if pair.counts["equal_pairs"]:
-        notes.append(f"{pair.counts['equal_pairs']} pairs have exactly the same demands")
+    shown = {
+        **pair.counts,
+        f"Demands, {second} over {first}": list(map(_comparison_row, pooled)),
+        f"Median capacities ({im}), {second} over {first}": list(map(_comparison_row, medians)),
+    }
     if pair.other_motions:
-        notes.append(
-            f"warning: {len(pair.other_motions)} motions have the same name in both studies but "
+        warn(
+            f"{len(pair.other_motions)} motions have the same name in both studies but "
             f"different files, and are left out: {', '.join(pair.other_motions[:5])}"
         )
     answer = {
         "counts": pair.counts,
-        "other_motions": list(pair.other_motions),
+        "other_motions": pair.other_motions,
         "demands": records_of(pair.demands),
         "medians": records_of(pair.medians),
         "medians_by_state": medians,
     }
-    return Answer(answer, printed, notes=notes)
+    reason = "fewer than two motions have a value in both studies"
+    return Answer(answer, shown, missing=reason)
 
 
 @command(commands, Arg("file", Path, "Table, figure, page or JSON of a study or run.", ...), STUDY)
@@ -239,21 +210,17 @@ def provenance(file: Path, study: Path | None) -> Answer:
     origin = origin_of(file, config, DEFAULT_CONFIG)
     now = origin["now"]
     rows = [
-        {"provenance": name, "of the file": value,
-         "now": "same" if now.get(name) == value else now.get(name, "")}
+        {
+            "provenance": name,
+            "file": value,
+            "now": "same" if now.get(name) == value else now.get(name),
+        }
         for name, value in sorted(origin["provenance"].items())
-    ]  # fmt: skip
-    if not origin["current"]:
-        notes = ["not current: the present sources or configuration give another result"]
-        if "config_digest" in origin["differences"]:
-            notes.append(f"compared with {config}; for another study add --study RESULTS_FOLDER")
-    elif origin["differences"]:
-        unused = ", ".join(origin["differences"])
-        notes = [f"current: the file does not depend on what differs ({unused})"]
-    else:
-        notes = ["current: the present sources and configuration give this result"]
-    exit_code = 0 if origin["current"] else EXIT_FAILED
-    return Answer(origin, [Printed(rows)], notes=notes, exit_code=exit_code)
+    ]
+    result = "current" if origin["current"] else "not current: its rule would make another result"
+    notes = [f"{result}; compared with {config} (another study: --study RESULTS_FOLDER)"]
+    code = 0 if origin["current"] else EXIT_FAILED
+    return Answer(origin, {"provenance": rows}, notes=notes, exit_code=code)
 
 
 @command(
@@ -276,7 +243,7 @@ def retry(status: str, study: Path | None) -> Answer:
         for row in forget(StudyFolder(folder_of(study)), statuses)
     ]
     note = f"{len(rows)} analyses will be repeated when the study runs"
-    return Answer({"forgotten": len(rows), "analyses": rows}, [Printed(rows)], notes=[note])
+    return Answer({"forgotten": len(rows), "analyses": rows}, notes=[note])
 
 
 @command(study, Opt("compact", bool, "Remove repeated, outdated and damaged lines.", False), STUDY)
@@ -291,9 +258,7 @@ def journal(compact: bool, study: Path | None) -> Answer:
     folder = StudyFolder(folder_of(study))
     content = compact_journals(folder) if compact else read_content(folder.journals)
     counts = {name: getattr(content, name) for name in ("repeated", "outdated", "damaged")}
-    counts = {"analyses": len(content.rows)} | counts
-    table = Printed.of(["lines", "count"], counts.items())
-    return Answer(counts | {"compacted": compact}, [table])
+    return Answer({"analyses": len(content.rows), **counts, "compacted": compact})
 
 
 @command(
@@ -322,10 +287,10 @@ def plot(names: list[str] | None, out: Path, study: Path | None, **given: Any) -
     check_font(settings.font)
     figures = finished_figures(folder.root)
     if not names:
-        table = Printed.of(["name", "title"], ((each.name, each.title) for each, _ in figures))
-        return Answer({"figures": table.rows}, [table])
-    drawn = [str(path) for path in draw_figures(figures, names, settings, writable_folder(out))]
-    return Answer({"written": drawn}, [], notes=[f"written: {path}" for path in drawn])
+        rows = [{"name": each.name, "title": each.title} for each, _ in figures]
+        return Answer({"figures": rows})
+    drawn = draw_figures(figures, names, settings, writable_folder(out))
+    return Answer({"written": list(map(str, drawn))})
 
 
 @command(study, STUDY, Opt("out", Path | None, "Markdown file instead of the terminal."))
@@ -343,9 +308,9 @@ def methods(study: Path | None, out: Path | None) -> Answer:
     suite = read_frame(folder.suite) if folder.suite.is_file() else None
     text = methods_of(config, suite).markdown()
     if out is None:
-        return Answer({"methods": text}, [text])
+        return Answer({"methods": text}, text)
     write_text(writable_file(out), text)
-    return Answer({"methods": text}, [], notes=[f"written: {out}"])
+    return Answer({"methods": text}, {"written": str(out)})
 
 
 @command(
@@ -368,58 +333,20 @@ def archive(study: Path | None, out: Path, author: list[str] | None, licence: st
 
     if out.suffix != ".zip":
         raise InputError(f"--out must end with .zip, got {out.name}")
-    written = write_archive(
-        config_of(study), DEFAULT_CONFIG, out, licence=licence, authors=author or ()
-    )
-    size = out.stat().st_size
-    for doubt in written.doubts:
-        warn(doubt)
-    return Answer(
-        {"archive": str(out), "bytes": size, "files": written.names, "doubts": written.doubts},
-        [Printed([{"in the archive": name} for name in written.names])],
-        notes=[f"{out}: {size / 1e6:.1f} MB"],
-    )
+    config = config_of(study)
+    written = write_archive(config, DEFAULT_CONFIG, out, licence=licence, authors=author or ())
+    size = {"archive": str(out), "bytes": out.stat().st_size}
+    return Answer(size | {"files": written.names, "doubts": written.doubts})
 
 
-def _forecast(
-    config: "StudyConfig", profile: str | None = None
-) -> tuple[dict[str, Any], dict[str, int]]:
-    """Return the forecast of a study and the number of analyses of each variant."""
-    from skewbridge.study.progress import forecast_study, job_size
-
-    forecast = forecast_study(config, job_size(profile) if profile else None)
-    for note in forecast.notes:
-        messages.print(note)
-    return forecast.summary, forecast.variants
-
-
-def _study_table(summary: dict[str, Any], title: str | None = None) -> Printed:
-    """Return the forecast of a study as a table."""
-    ledger = summary["ledger"]
-    rows = {name: value for name, value in summary.items() if name != "ledger"}
-    rows |= {f"status {name}": count for name, count in ledger["status"].items()}
-    rows |= {f"recovery step {step}": count for step, count in ledger["recovery_step"].items()}
-    return Printed.of(["study", "value"], rows.items(), title=title)
-
-
-def _pair_names(row: dict[str, Any]) -> dict[str, str]:
-    """Return the names of an effect: bridge with abutment model, demand."""
-    abutment = row["abutment"].replace("_", "-")
-    return {"bridge": f"{row['bridge']} {abutment}", "demand": row["demand"]}
-
-
-def _comparison_row(row: dict[str, Any]) -> dict[str, str]:
-    """Return a row of a comparison as it is printed."""
-    names, form = ("ratio", "ci_low", "ci_high"), ".3f"
-    if row["judged_by"] == "difference":
-        names, form = ("difference", "difference_low", "difference_high"), "+.3g"
-    values = [row[name] for name in names]
-    value, low, high = ("0" if not item else number(item, form=form) for item in values)
+def _comparison_row(row: dict[str, Any]) -> dict[str, Any]:
+    """Return a row of a comparison as it is printed: the ratio, or the difference in its unit."""
+    is_ratio = row["judged_by"] != "difference"
+    value, ends = ("ratio", "ci") if is_ratio else ("difference", "difference")
     return {
-        **_pair_names(row),
-        "change": f"{value} {row['unit']}".strip() if value != NO_VALUE else value,
-        f"{row['level']:.0%} interval": f"{low}..{high}",
-        "verdict": row["verdict_family"],
-        "motions": str(row["n_motions"]),
-        "pairs": str(row["n_pairs"]),
+        **{name: row[name] for name in _CHANGE[:3]},
+        "change": row[value],
+        "low": row[f"{ends}_low"],
+        "high": row[f"{ends}_high"],
+        **{name: row[name] for name in ("unit", "verdict_family", "n_motions", "n_pairs")},
     }
