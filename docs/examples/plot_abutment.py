@@ -8,7 +8,7 @@ Passive force over closure of the joint, for three skews.
 import matplotlib.pyplot as plt
 import numpy as np
 
-from skewbridge.bridge.abutment.backfill import wall_backfill
+from skewbridge.bridge.backfill import wall_backfill
 from skewbridge.bridge.catalogue import load_bridge
 
 closure_m = np.linspace(0.0, 0.15, 200)

@@ -13,12 +13,18 @@ import pytest
 from scipy.optimize import brentq
 
 from hand_made_column import SECTION
+from skewbridge.bridge.bent import build_fiber_section
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
-from skewbridge.bridge.column import build_fiber_section, column_shear_section, gross_inertia_m4
+from skewbridge.bridge.column import bent_capacities
 from skewbridge.bridge.handles import TagAllocator
-from skewbridge.bridge.materials import core_concrete, cover_concrete
 from skewbridge.bridge.model import domain
-from skewbridge.bridge.moment_curvature import STRAIN_TOLERANCE, bracketed_root, section_response
+from skewbridge.bridge.section import (
+    STRAIN_TOLERANCE,
+    bracketed_root,
+    core_concrete,
+    cover_concrete,
+    section_response,
+)
 from skewbridge.bridge.shear_capacity import (
     hoop_strength_n,
     kowalsky_priestley_strength,
@@ -123,10 +129,9 @@ def test_no_small_change_of_the_axial_force_moves_the_shear_capacity_much(bridge
     data = load_bridge(bridge)
     squash_n = data.column.expected_concrete_strength_mpa * 1e6 * data.column.gross_area_m2
     axial_n = np.arange(-0.2 * squash_n, 0.5 * squash_n, 1.0e4)
-    for bent in range(len(data.bents)):
-        section = column_shear_section(data, bent)
+    for bent in bent_capacities(data):
         for ductility in (1.0, 2.5, 4.0, 15.0):
-            capacity = shear_strength(section, model, axial_n, ductility, ductility)
+            capacity = shear_strength(bent.shear, model, axial_n, ductility, ductility)
             assert np.abs(capacity[10:] / capacity[:-10] - 1.0).max() <= 0.02
 
 
@@ -196,7 +201,7 @@ def test_every_mesh_keeps_area_and_second_moment_of_the_section(monkeypatch, bri
     core_m = column.hoop_circle_m
     # the core twice: the part that ends and the part that is kept
     core_m2, core_m4 = pi * core_m**2 / 4, pi * core_m**4 / 64
-    inertia_m4 = (core_m4, core_m4, gross_inertia_m4(column) - core_m4)
+    inertia_m4 = (core_m4, core_m4, column.gross_inertia_m4 - core_m4)
     area_m2 = (core_m2, core_m2, column.gross_area_m2 - core_m2)
     parts = (*zip(concrete, area_m2, inertia_m4, strict=True),)
     steel_m4 = steel_m2 * (column.bar_circle_m / 2) ** 2 / 2

@@ -21,13 +21,11 @@ from skewbridge.analysis.modal import (
 from skewbridge.analysis.model_script import model_script, recording
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import configure_solver
-from skewbridge.bridge.abutment.backfill import variation_factors
-from skewbridge.bridge.abutment.elements import NORMAL_OVER_TANGENT, normal_penalty, tangent_penalty
-from skewbridge.bridge.abutment.supports import build_arms, build_pads, pad_supports
+from skewbridge.bridge.backfill import variation_factors
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import PadData
 from skewbridge.bridge.deck import (
-    deck_end,
+    DeckEnd,
     lumping_shares,
     mass_centre_m,
     spine_points_m,
@@ -40,6 +38,8 @@ from skewbridge.bridge.gravity import (
 )
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import DomainError, build, domain
+from skewbridge.bridge.springs import NORMAL_OVER_TANGENT, normal_penalty, tangent_penalty
+from skewbridge.bridge.supports import bearing_stations, build_arms, build_bearings
 from skewbridge.errors import InputError
 from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
@@ -188,14 +188,15 @@ def test_lumped_masses_keep_the_total_and_the_moment_of_inertia(elements: int) -
 
 def test_non_uniform_backfill_is_largest_at_the_acute_corner_of_either_sign() -> None:
     for skew_deg in (60, -60):
-        end = deck_end("left", 90.0, skew_deg, 14.0, 0.9)
+        end = DeckEnd("left", 90.0, skew_deg, 14.0, 0.9)
         stations = end.wall_stations(5)
-        factors = variation_factors(stations, end.skew_rad, 0.3, end.acute_sign)
+        factors = variation_factors(end, stations, 0.3)
         assert max(factors) == pytest.approx(1.3)
         assert sum(factors) == pytest.approx(5.0)
         acute_first = end.acute_sign < 0
         assert (factors[0] > factors[-1]) == acute_first
-    assert variation_factors([-1.0, 1.0], 0.0, 0.3, 1.0) == [1.0, 1.0]
+    straight = DeckEnd("left", 90.0, 0.0, 14.0, 0.9)
+    assert variation_factors(straight, [-1.0, 1.0], 0.3) == [1.0, 1.0]
 
 
 def test_penalties_are_bounded_by_softening_and_by_the_step() -> None:
@@ -365,12 +366,12 @@ def pad_reactions(
     """
     with domain():
         tags = TagAllocator()
-        end = deck_end("right", 90.0, 30.0, 14.0, 0.9)
+        end = DeckEnd("right", 90.0, 30.0, 14.0, 0.9)
         deck = tags.node()
         ops.node(deck, *end.point("bearing", 0.0), 1.0)
-        stations = pad_supports(pads, end, options)
+        stations = bearing_stations(pads, end, options)
         arms = build_arms(end, deck, {"bearing": stations}, options, tags)
-        bearings = build_pads(end, arms, pads, options, tags)
+        bearings = build_bearings(end, arms, pads, options, tags)
         ops.timeSeries("Linear", 1)
         ops.pattern("Plain", 1, 1)
         for dof in range(1, 7):

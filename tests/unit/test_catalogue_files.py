@@ -9,7 +9,7 @@ import pytest
 from reference_pages import ROOT
 
 import skewbridge
-from skewbridge.bridge.abutment import BUILDERS
+from skewbridge.bridge.abutments import BUILDERS
 from skewbridge.bridge.catalogue import bridge_names, load_bridge, load_bridge_file
 from skewbridge.bridge.catalogue.loading import FOLDER
 from skewbridge.errors import InputError

@@ -92,19 +92,13 @@ def abutment(**changes):
         seat_width_m=0.9,
         centre=Point(CENTRE),
         corners=(
-            CornerHandle(node=CORNER_1, kind="acute", plan_m=(0.0, 7.0)),
-            CornerHandle(node=CORNER_2, kind="obtuse", plan_m=(0.0, -7.0)),
+            CornerHandle(node=CORNER_1, side="right", kind="acute", plan_m=(0.0, 7.0)),
+            CornerHandle(node=CORNER_2, side="right", kind="obtuse", plan_m=(0.0, -7.0)),
         ),
         bearings=(BearingHandle(element=30, seat_node=BASE, deck_node=CORNER_1),),
         pads=(Point(CENTRE),),
-        wall_units=(0, 1),
-        key_units=(),
-        wall_nodes=(WALL,),
-        key_nodes=(),
-        wall_springs=(),
-        key_springs=(),
-        wing_springs=(),
-        other_springs=(),
+        wall_units=[0, 1],
+        wall_nodes=[WALL],
     )
     return replace(handle, **changes)
 

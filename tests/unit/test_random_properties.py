@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from skewbridge.bridge.abutment.backfill import Passive
+from skewbridge.bridge.backfill import Passive
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.materials import core_concrete, steel_of
 from skewbridge.bridge.model import build, domain, scaled_bridge
+from skewbridge.bridge.section import core_concrete, steel_of
 from skewbridge.demands.columns import columns_with
 from skewbridge.report.answer import properties_sentence
 from skewbridge.report.methods import methods_of

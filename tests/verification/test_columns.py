@@ -8,20 +8,13 @@ from bridge_variants import analysed, variant
 from skewbridge.analysis.peaks import column_shear_n
 from skewbridge.analysis.pushover import push_bridge
 from skewbridge.analysis.trace import Monitor
+from skewbridge.bridge.bent import bar_material, core_materials
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.column import (
-    axial_failure_drift,
-    bar_material,
-    column_shear_section,
-    core_materials,
-    lasting_core_material,
-    shear_loss,
-)
+from skewbridge.bridge.column import axial_failure_drift, bent_capacity, shear_loss
 from skewbridge.bridge.gravity import open_linear_pattern
 from skewbridge.bridge.handles import TagAllocator
-from skewbridge.bridge.hinge import bent_capacity
-from skewbridge.bridge.materials import core_concrete
 from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.section import core_concrete
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 from strong_motion import strong_motion
@@ -47,11 +40,6 @@ def push(bridge, end_m, **options):
     return push_bridge(case, ModelOptions(**options), **given)
 
 
-def core_parts(tags, *, has_end):
-    """Create the core with or without an end; return the parallel materials."""
-    return core_materials(COLUMN, tags) if has_end else (lasting_core_material(COLUMN, tags),)
-
-
 def sum_of_stresses_pa(materials, path):
     columns = [stresses_pa(material, path) for material in materials]
     return [sum(stresses) for stresses in zip(*columns, strict=True)]
@@ -62,7 +50,7 @@ def test_a_crushed_core_keeps_a_fifth_of_its_strength(has_end):
     core = core_concrete(COLUMN)
     end = core.ultimate_strain
     with domain():
-        parts = core_parts(TagAllocator(), has_end=has_end)
+        parts = core_materials(COLUMN, TagAllocator(), has_end=has_end)
         before, after, again = sum_of_stresses_pa(parts, [-0.99 * end, -1.3 * end, -1.5 * end])
     assert before == pytest.approx(-float(core.stress_pa(0.99 * end)), rel=0.01)
     expected = 0.2 * core.peak_pa if has_end else float(core.stress_pa(end))
@@ -105,15 +93,14 @@ def test_a_bent_loses_strength_soon_after_its_displacement_capacity(bridge):
 def test_drift_at_axial_failure_agrees_with_the_hand_value():
     # Elwood and Moehle, theta 65 degrees: tan 2.1445; hoops pi/2 x 510e-6 x 469e6 x 1.549/0.127
     # = 4.58 MN; 0.04 x 5.599/(2.1445 + 6.0/(4.58 x 2.1445)) = 0.0813
-    section = column_shear_section(load_bridge("osb1_fixed"), 0)
+    section = bent_capacity(load_bridge("osb1_fixed"), 0).shear
     assert axial_failure_drift(section, 6.0e6) == pytest.approx(0.0813, rel=0.005)
     assert axial_failure_drift(section, 9.0e6) < axial_failure_drift(section, 6.0e6)
 
 
 def test_a_push_loses_its_shear_strength_where_capacity_meets_demand():
-    bridge = load_bridge("osb1_fixed")
-    loss = shear_loss(bridge, 0, column_shear_section(bridge, 0))
-    height_m = bridge.bents[0].clear_height_m
+    bent = bent_capacity(load_bridge("osb1_fixed"), 0)
+    loss, height_m = shear_loss(bent), bent.clear_height_m
     flagged = push("osb1_fixed", 0.30)
     degraded = push("osb1_fixed", 0.30, shear_failure="degrade")
     assert degraded.is_complete
@@ -124,8 +111,7 @@ def test_a_push_loses_its_shear_strength_where_capacity_meets_demand():
 
 
 def test_a_strong_motion_cannot_exceed_the_shear_strength():
-    bridge = load_bridge("osb1_fixed")
-    loss = shear_loss(bridge, 0, column_shear_section(bridge, 0))
+    loss = shear_loss(bent_capacity(load_bridge("osb1_fixed"), 0))
     motion, shears_kn = strong_motion(duration_s=4.0, peak_g=1.2), {}
     for option in ("flag", "degrade"):
         options = ModelOptions(shear_failure=option)

@@ -17,8 +17,8 @@ from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.hinge import hinge_length_m
-from skewbridge.bridge.materials import STEELS, core_concrete, cover_concrete
+from skewbridge.bridge.column import bent_capacity
+from skewbridge.bridge.section import STEELS, core_concrete, cover_concrete
 from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
@@ -180,7 +180,7 @@ class Independent:
         inertia = c.cracked_stiffness_ratio * gross
         area = pi * c.diameter_m**2 / 4
         ops.section("Elastic", elastic, e, area, inertia, inertia, e / 2.4, torsion)
-        length = hinge_length_m(self.bridge, 0, self.o.hinge_rule)
+        length = bent_capacity(self.bridge, 0, self.o.hinge_rule).hinge_length_m
         base = elastic if self.bridge.base == "pinned" else hinge
         ops.beamIntegration("HingeRadau", rule, base, length, hinge, length, elastic)
         return rule

@@ -13,8 +13,7 @@ from skewbridge.analysis.modal import (
 )
 from skewbridge.analysis.sdc import capacity_rows
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
-from skewbridge.bridge.column import column_shear_section
-from skewbridge.bridge.hinge import bent_capacities, shear_span_m
+from skewbridge.bridge.column import bent_capacity
 from skewbridge.bridge.shear_capacity import sdc_shear_strength
 from skewbridge.units import KN, MPA
 
@@ -76,18 +75,17 @@ def check_bridge(name: str) -> BridgeCheck:
 
 def _bent_row(bridge: BridgeData, row: dict[str, Any]) -> dict[str, Any]:
     """Return the capacities of a bent with axial load ratio and shear of one of its columns."""
-    number, column = row["bent"] - 1, bridge.column
+    column, bent = bridge.column, bent_capacity(bridge, row["bent"] - 1)
     strength_kn = column.expected_concrete_strength_mpa * MPA * column.gross_area_m2 / KN
-    bent, span_m = bent_capacities(bridge)[number], shear_span_m(bridge, number)
     ductility = bent.capacity_m / bent.yield_disp_m
-    shear_n = sdc_shear_strength(column_shear_section(bridge, number), bent.axial_n, ductility)
+    shear_n = sdc_shear_strength(bent.shear, bent.axial_n, ductility)
     return {
         "bent": row["bent"],
         "axial_kn": row["axial_kn"],
         "axial_load_ratio": row["axial_kn"] / strength_kn,
         "axial_load_limit": AXIAL_LOAD_LIMIT,
         "plastic_moment_knm": row["plastic_moment_knm"],
-        "plastic_shear_kn": row["plastic_moment_knm"] / span_m,
+        "plastic_shear_kn": row["plastic_moment_knm"] / bent.shear_span_m,
         "shear_strength_kn": float(shear_n) / KN,
         "yield_disp_m": row["yield_disp_m"],
         "disp_capacity_m": row["capacity_m"],

@@ -9,10 +9,10 @@ import numpy as np
 import openseespy.opensees as ops
 
 from skewbridge.analysis.trace import Series
-from skewbridge.bridge.abutment.elements import elastic_material, grounded_node
 from skewbridge.bridge.gravity import open_linear_pattern
 from skewbridge.bridge.handles import PlanVector, TagAllocator
 from skewbridge.bridge.model import build, build_abutment, domain
+from skewbridge.bridge.springs import elastic_material, grounded_node
 from skewbridge.contact import ContactSet
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions

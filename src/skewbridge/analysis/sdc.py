@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
-from skewbridge.bridge.hinge import bent_capacities, hinge_length_source
+from skewbridge.bridge.column import bent_capacities
 from skewbridge.units import FOOT, INCH, KN
 from skewbridge.variant.variant import Variant
 
@@ -60,7 +60,6 @@ def capacity_rows(bridge: BridgeData) -> list[dict[str, object]]:
     The P-Delta ratio is that at the displacement capacity. ``disp_at_p_delta_limit_m`` is the
     displacement at which the ratio reaches its limit.
     """
-    source = hinge_length_source(bridge)
     rows: list[dict[str, object]] = []
     for bent in bent_capacities(bridge):
         ratio = bent.p_delta_ratio(bent.capacity_m)
@@ -68,9 +67,9 @@ def capacity_rows(bridge: BridgeData) -> list[dict[str, object]]:
             {
                 "bent": bent.bent,
                 "hinge_length_m": bent.hinge_length_m,
-                "hinge_length_by": source,
+                "hinge_length_by": bent.hinge_length_by,
                 "axial_kn": bent.axial_n / KN,
-                "plastic_moment_knm": bent.plastic_moment_nm / KN,
+                "plastic_moment_knm": bent.curve.plastic_moment_nm / KN,
                 "yield_disp_m": bent.yield_disp_m,
                 "capacity_m": bent.capacity_m,
                 "p_delta_ratio": ratio,
@@ -94,7 +93,7 @@ def sdc_rows(
     checks: list[tuple[str, float, float]] = []  # name, demand, capacity
     for bent in bent_capacities(bridge):
         ratio, name = bent.p_delta_ratio(deck_disp_m), f"bent {bent.bent}"
-        hinge = f"hinge {bent.hinge_length_m:.3f} m by {hinge_length_source(bridge)}"
+        hinge = f"hinge {bent.hinge_length_m:.3f} m by {bent.hinge_length_by}"
         checks.append((f"{name} displacement, {hinge} (m)", deck_disp_m, bent.capacity_m))
         checks.append((f"{name} P-Delta ratio", ratio, P_DELTA_LIMIT))
     for corner, unseating_m in corners_m.items():

@@ -193,7 +193,9 @@ class _History:
             model_end=end,
             energy_kj=energy,
             histories=histories,
-            contact_layout=contact_layout(self._model) if self._histories else None,
+            contact_layout=contact_layout(self._model)
+            if self._histories and self._model.contacts
+            else None,
             messages=tuple(messages),
         )
 

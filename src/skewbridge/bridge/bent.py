@@ -1,22 +1,27 @@
-"""Bents: integral cap, columns, bases and optional foundation springs."""
+"""Bents in the model: integral cap, columns of fibers, bases and foundation springs."""
 
 from itertools import pairwise
+from math import ceil, cos, pi, sin, sqrt
 
+import numpy as np
 import openseespy.opensees as ops
 
-from skewbridge.bridge.abutment.elements import elastic_material, grounded_node
-from skewbridge.bridge.catalogue.data import BridgeData
-from skewbridge.bridge.column import (
-    COLUMN_ITERATIONS,
-    build_integration,
-    column_handle,
-    shear_modulus_pa,
-)
+from skewbridge.bridge.catalogue.data import BridgeData, ColumnData
+from skewbridge.bridge.column import RESIDUAL_SHEAR, BentCapacity, bent_capacity, shear_loss
 from skewbridge.bridge.deck import Deck, add_moment, add_weight
-from skewbridge.bridge.gravity import column_weight_n, deck_reaction_n
+from skewbridge.bridge.gravity import column_weight_n, deck_reactions_n
 from skewbridge.bridge.handles import ColumnHandle, Point, TagAllocator
+from skewbridge.bridge.section import (
+    Concrete,
+    core_concrete,
+    cover_concrete,
+    shear_modulus_pa,
+    steel_of,
+)
+from skewbridge.bridge.springs import elastic_material, grounded_node
+from skewbridge.contact.element import uniaxial
 from skewbridge.errors import InputError
-from skewbridge.units import G_MPS2, GPA, KN
+from skewbridge.units import G_MPS2, GPA, KN, MM
 from skewbridge.variant.options import ModelOptions
 
 RIGID_TWIST = 100.0  # times the polar moment of the cap
@@ -39,27 +44,32 @@ def build_bents(
     columns: list[ColumnHandle] = []
     foundations: list[int] = []
     for number, (bent, x) in enumerate(zip(bridge.bents, bridge.bent_positions_m, strict=True)):
-        integration, hinges = build_integration(bridge, number, options, tags)
+        capacity = bent_capacity(bridge, number, options.hinge_rule)
+        integration, hinges = build_integration(bridge, capacity, options, tags)
         joints = _build_cap(bridge, number, spine, x, level, tags)
         if options.cap_load == "spread" and len(joints) > 1:
             _spread_deck_load(bridge, number, spine, joints)
         for joint, y in joints:
             base = tags.node()
             ops.node(base, x, y, -bent.clear_height_m)
-            nodes = base, joint
             foundations.extend(_support(bridge, base, options, tags))
             element = tags.element()
             numerics = (upright, integration, "-iter", *COLUMN_ITERATIONS)
-            ops.element("forceBeamColumn", element, *nodes, *numerics)
+            ops.element("forceBeamColumn", element, base, joint, *numerics)
             columns.append(
-                column_handle(
-                    bridge,
-                    number,
+                ColumnHandle(
                     element=element,
                     base_node=base,
                     top=Point(joint, below),
+                    clear_height_m=bent.clear_height_m,
                     hinge_sections=hinges,
-                    options=options,
+                    yield_curvature_per_m=capacity.curve.yield_curvature_per_m,
+                    yield_drift_ratio=capacity.yield_disp_m / bent.clear_height_m,
+                    drift_capacity_ratio=capacity.capacity_m / bent.clear_height_m,
+                    shear=capacity.shear,
+                    shear_model=options.shear_model,
+                    is_elastic=options.elastic_columns,
+                    loses_shear_strength=options.shear_failure == "degrade",
                 )
             )
             # ASSUME the base section, which governs, carries the whole weight of the column;
@@ -73,9 +83,8 @@ def _build_cap(
     bridge: BridgeData, number: int, spine: Deck, x: float, transformation: int, tags: TagAllocator
 ) -> list[tuple[int, float]]:
     """Create the cap; return its joints above the columns with their y."""
-    bent, centre = bridge.bents[number], spine.bent_nodes[number]
+    bent, deck, centre = bridge.bents[number], bridge.deck, spine.bent_nodes[number]
     add_weight(spine, centre, bent.cap_weight_kn * KN, bent.cap_weight_kn * KN / G_MPS2)
-    deck = bridge.deck
     modulus = deck.elastic_modulus_gpa * GPA
     width, depth = bent.cap_width_m, bent.cap_depth_m
     # ASSUME webs and slabs between the columns carry the column moments straight into the deck:
@@ -87,22 +96,23 @@ def _build_cap(
         # column would carry nearly all of it, so the cap does not bend vertically
         upright *= RIGID_BENDING
     joints: list[tuple[int, float]] = []
-    middle = (bent.columns - 1) / 2
     for i in range(bent.columns):
-        y = (i - middle) * bent.column_spacing_m
-        if y == 0.0:
-            joints.append((centre, y))
-            continue
-        node = tags.node()
-        ops.node(node, x, y, deck.centroid_above_soffit_m)
+        y = (i - (bent.columns - 1) / 2) * bent.column_spacing_m
+        node = centre if y == 0.0 else tags.node()
+        if node != centre:
+            ops.node(node, x, y, deck.centroid_above_soffit_m)
         joints.append((node, y))
     inertias = (torsion, upright, depth * width**3 / 12)
     section = (width * depth, modulus, shear_modulus_pa(modulus), *inertias)
-    chain = sorted({(centre, 0.0), *joints}, key=lambda joint: joint[1])
-    for (i, _), (j, _) in pairwise(chain):
+    for (i, _), (j, _) in pairwise(_along_cap(centre, joints)):
         spine.elements.append(tags.element())
         ops.element("elasticBeamColumn", spine.elements[-1], i, j, *section, transformation)
     return joints
+
+
+def _along_cap(centre: int, joints: list[tuple[int, float]]) -> list[tuple[int, float]]:
+    """Return the nodes of a cap, the middle included, in the order of their y."""
+    return sorted({(centre, 0.0), *joints}, key=lambda joint: joint[1])
 
 
 def _spread_deck_load(
@@ -115,9 +125,9 @@ def _spread_deck_load(
     between its nodes under a uniform load, less the load of the spine.
     """
     bent, width = bridge.bents[number], bridge.deck.width_m
-    load_n = deck_reaction_n(bridge, number) + bent.cap_weight_kn * KN
+    load_n = deck_reactions_n(bridge)[number + 1] + bent.cap_weight_kn * KN
     centre = spine.bent_nodes[number]
-    nodes = sorted({(centre, 0.0), *joints}, key=lambda joint: joint[1])
+    nodes = _along_cap(centre, joints)
     spine.loads_n[centre] -= load_n
     per_m, ends = load_n / width, ((-width / 2), *(y for _, y in nodes), width / 2)
     for i, (node, y) in enumerate(nodes):
@@ -135,11 +145,11 @@ def _spread_deck_load(
 def _support(bridge: BridgeData, base: int, options: ModelOptions, tags: TagAllocator) -> list[int]:
     """Fix a base or support it on springs; a pinned base still resists torsion."""
     bends = 0 if bridge.base == "pinned" else 1
-    if options.foundation == "springs" and bridge.foundation is None:
-        raise InputError(f"option foundation: {bridge.name} has no foundation springs")
-    if options.foundation == "fixed" or bridge.foundation is None:
+    if options.foundation == "fixed":
         ops.fix(base, 1, 1, 1, bends, bends, 1)
         return []
+    if bridge.foundation is None:
+        raise InputError(f"option foundation: {bridge.name} has no foundation springs")
     ground = grounded_node(ops.nodeCoord(base), tags)
     # The fields of the foundation are in the order of the degrees of freedom.
     stiffness = enumerate(bridge.foundation.model_dump().values(), start=1)
@@ -148,3 +158,222 @@ def _support(bridge: BridgeData, base: int, options: ModelOptions, tags: TagAllo
     element = tags.element()
     ops.element("zeroLength", element, ground, base, "-mat", *materials, "-dir", *held)
     return [element]
+
+
+# --- materials of the fibers
+
+# source: Kent and Park (1971), J. Struct. Div. ASCE 97(7), 1969-1990: crushed core keeps 0.2 fc
+RESIDUAL_CORE = 0.2
+
+
+def core_materials(column: ColumnData, tags: TagAllocator, *, has_end: bool) -> list[int]:
+    """Create confined concrete as parallel materials; return their tags.
+
+    With ``has_end`` it crushes: once its strain has passed the ultimate strain of Mander's energy
+    balance (the first hoop breaks), a fiber keeps 0.2 of its strength at any strain. The first
+    material is the part that is lost, the second the part that remains.
+    """
+    core = core_concrete(column)
+    crushed_pa = float(core.stress_pa(core.ultimate_strain))
+    if not has_end:
+        return [concrete_material(core, crushed_pa, tags)]
+    kept_pa = RESIDUAL_CORE * core.peak_pa
+    kept = concrete_material(core, kept_pa, tags, share=RESIDUAL_CORE)
+    lost = concrete_material(core, crushed_pa - kept_pa, tags, share=1.0 - RESIDUAL_CORE)
+    return [uniaxial(tags, "MinMax", lost, "-min", -core.ultimate_strain), kept]
+
+
+def concrete_material(
+    concrete: Concrete, crushed_pa: float, tags: TagAllocator, *, share: float = 1.0
+) -> int:
+    """Create Concrete01 with a share of the strength and initial modulus of a Mander curve.
+
+    The initial slope of its parabola is twice the strength over the peak strain, and the peak
+    strain is chosen to match the initial modulus. The parabola is then above the Mander curve by
+    less than 8 % of the strength.
+    """
+    peak_pa = share * concrete.peak_pa
+    # ASSUME the initial stiffness matters more than the strain at the peak
+    peak_strain = 2 * peak_pa / (share * concrete.modulus_pa)
+    points = (-peak_pa, -peak_strain, -crushed_pa, -concrete.ultimate_strain)
+    return uniaxial(tags, "Concrete01", *points)
+
+
+def bar_material(column: ColumnData, tags: TagAllocator, *, has_end: bool) -> int:
+    """Create the longitudinal bars and return the tag of their material.
+
+    With ``has_end``, a bar breaks at the reduced ultimate tensile strain and buckles at the strain
+    that breaks the hoops; a broken or buckled bar carries no force.
+    """
+    steel = steel_of(column)
+    backbone = (steel.yield_pa, steel.modulus_pa, steel.hardening_ratio)
+    # source: transition parameters recommended in the OpenSees manual for Steel02
+    bar = uniaxial(tags, "Steel02", *backbone, 18.5, 0.925, 0.15)
+    if not has_end:
+        return bar
+    # ASSUME bars are held by the hoops as long as the core is, and buckle at once without them
+    limits = ("-min", -core_concrete(column).ultimate_strain, "-max", steel.rupture_strain)
+    return uniaxial(tags, "MinMax", bar, *limits)
+
+
+# --- sections and beam integration
+
+PLATEAU = 100.0  # length of the residual branch, in times the deformation where it starts
+# ASSUME pinched loops: on reloading, 0.5 of the deformation at 0.4 of the force
+PINCHING = (0.5, 0.4)
+ELASTIC_POINTS = 3  # exact for an elastic column
+LOBATTO_POINTS = 5  # source: usual choice for force-based columns; the paper gives no number
+# Iterations and tolerance (work, J) of the equilibrium of a column between its sections; a
+# thousandth of the tolerance changes no demand by 1e-8.
+COLUMN_ITERATIONS = (10, 1.0e-2)
+
+
+def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllocator) -> int:
+    """Create the fiber section of a column and return its tag.
+
+    Concrete01 for confined core and spalling cover, Steel02 for the bars; torsion is elastic.
+    """
+    has_end = options.fiber_end == "loss"
+    cover = concrete_material(cover_concrete(column), 0.0, tags)
+    bar = bar_material(column, tags, has_end=has_end)
+    core = core_materials(column, tags, has_end=has_end)
+    rings, wedges, cover_rings = options.column_fibers
+    section = tags.section()
+    shear = shear_modulus_pa(column.elastic_modulus_gpa * GPA)
+    torsion_nm2 = column.torsion_ratio * shear * 2 * column.gross_inertia_m4  # cracked
+    ops.section("Fiber", section, "-GJ", torsion_nm2)
+    core_m, radius_m = column.hoop_circle_m / 2, column.diameter_m / 2
+    # the part of the core that is kept has a fifth of the strength: half the mesh is enough
+    meshes = (rings, wedges), (ceil(rings / 2), max(3, ceil(wedges / 2)))
+    for material, mesh in zip(core, meshes, strict=False):
+        _add_rings(material, (0.0, core_m), *mesh)
+    _add_rings(cover, (core_m, radius_m), cover_rings, wedges)
+    steel_m2 = column.bar_count * column.bar_area_mm2 * MM**2
+    _add_circle(bar, column.bar_circle_m / 2, steel_m2, min(column.bar_count, wedges))
+    return section
+
+
+def _add_rings(material: int, radii_m: tuple[float, float], rings: int, wedges: int) -> None:
+    """Fill a ring of the section with fibers, in rings of equal thickness.
+
+    Each fiber is at the radius that preserves the second moment of area of its ring, so that a
+    coarse mesh is as stiff as a fine one. Inner rings have fewer fibers, in proportion to their
+    radius and the same in all four quadrants.
+    """
+    inner_m, outer_m = radii_m
+    for ring in range(rings):
+        low_m, high_m = (inner_m + (outer_m - inner_m) * edge / rings for edge in (ring, ring + 1))
+        area_m2 = pi * (high_m**2 - low_m**2)
+        count = min(wedges, max(8, 4 * ceil(wedges * high_m / outer_m / 4)))
+        _add_circle(material, sqrt((low_m**2 + high_m**2) / 2), area_m2, count)
+
+
+def _add_circle(material: int, radius_m: float, area_m2: float, count: int) -> None:
+    """Put equal fibers on a circle."""
+    for number in range(count):
+        angle = 2 * pi * (number + 0.5) / count
+        y, z = radius_m * cos(angle), radius_m * sin(angle)
+        ops.fiber(y, z, area_m2 / count, material)
+
+
+def _elastic_section(column: ColumnData, tags: TagAllocator) -> int:
+    """Create the cracked elastic section of a column."""
+    section, gross = tags.section(), column.gross_inertia_m4
+    modulus, area = column.elastic_modulus_gpa * GPA, column.gross_area_m2
+    inertia, polar = column.cracked_stiffness_ratio * gross, column.torsion_ratio * 2 * gross
+    shear = shear_modulus_pa(modulus)
+    ops.section("Elastic", section, modulus, area, inertia, inertia, shear, polar)
+    return section
+
+
+def _shear_section(
+    fiber: int, bent: BentCapacity, options: ModelOptions, tags: TagAllocator
+) -> int:
+    """Add the loss of shear strength to the fiber section of a hinge; return the new tag.
+
+    The two directions fail independently, so an oblique resultant can reach 1.41 times the
+    strength.
+    """
+    loss = shear_loss(bent, options.shear_model)
+    section, residual = tags.section(), RESIDUAL_SHEAR * loss.strength_n
+    points = (
+        (loss.strength_n, loss.elastic_m / bent.hinge_length_m),
+        (residual, loss.residual_m / bent.hinge_length_m),
+        (residual, PLATEAU * loss.residual_m / bent.hinge_length_m),
+    )
+    branch = [value for point in points for value in point]
+    backbone = (*branch, *(-value for value in branch))
+    material = uniaxial(tags, "Hysteretic", *backbone, *PINCHING, 0.0, 0.0)
+    ops.section("Aggregator", section, material, "Vy", material, "Vz", "-section", fiber)
+    return section
+
+
+def build_integration(
+    bridge: BridgeData, bent: BentCapacity, options: ModelOptions, tags: TagAllocator
+) -> tuple[int, tuple[int, ...]]:
+    """Create the beam integration shared by the columns of a bent.
+
+    Plastic hinges are integrated as by HingeRadau. The sections between them are elastic, and so is
+    the hinge at a pinned base, which never yields: `elastic_points` replaces them by two. The top
+    section carries the loss of shear strength.
+
+    Returns:
+        Tag, and the integration points where plastic curvature is read; none if elastic.
+
+    Raises:
+        InputError: Distributed plasticity with a loss of shear strength, which needs a hinge.
+    """
+    column, is_pinned = bridge.column, bridge.base == "pinned"
+    integration, is_degrading = tags.integration(), options.shear_failure == "degrade"
+    if options.elastic_columns:
+        ops.beamIntegration("Lobatto", integration, _elastic_section(column, tags), ELASTIC_POINTS)
+        return integration, ()
+    fiber = build_fiber_section(column, options, tags)
+    if options.column_integration == "lobatto5":
+        if is_degrading:
+            raise InputError("option shear_failure: degrade needs column_integration hinge_radau")
+        ops.beamIntegration("Lobatto", integration, fiber, LOBATTO_POINTS)
+        return integration, (LOBATTO_POINTS,) if is_pinned else (1, LOBATTO_POINTS)
+    elastic = _elastic_section(column, tags)
+    top = _shear_section(fiber, bent, options, tags) if is_degrading else fiber
+    ratio = bent.hinge_length_m / bent.clear_height_m
+    places, weights = elastic_points(ratio, is_pinned=is_pinned)
+    sections, ends = [elastic] * len(places), (len(places) + 1,)
+    if not is_pinned:
+        sections, places, weights = [fiber, *sections], [0.0, *places], [ratio, *weights]
+        ends = (1, len(places) + 1)
+    sections, places, weights = [*sections, top], [*places, 1.0], [*weights, ratio]
+    rule = (len(sections), *sections, *places, *weights)
+    ops.beamIntegration("UserDefined", integration, *rule)
+    return integration, ends
+
+
+def elastic_points(hinge_ratio: float, *, is_pinned: bool) -> tuple[list[float], list[float]]:
+    """Return places and weights of the elastic sections of a column, over its height from the base.
+
+    The flexibility of an elastic part is an integral of at most quadratic functions: two points
+    with the first four moments of all elastic points of HingeRadau give the same.
+
+    Args:
+        hinge_ratio: Length of each plastic hinge over the height.
+        is_pinned: Whether the hinge at the base is elastic as well.
+
+    References:
+        Scott and Fenves (2006), J. Struct. Eng. 132(2), 244-252: HingeRadau. Golub and Welsch
+        (1969), Math. Comp. 23: Gauss rules from moments.
+    """
+    inner = 1.0 - 8.0 * hinge_ratio
+    apart = inner / (2.0 * sqrt(3.0))
+    third = 8.0 / 3.0 * hinge_ratio
+    places = np.array([0.0, third, 0.5 - apart, 0.5 + apart, 1.0 - third])
+    weights = np.array([hinge_ratio, 3.0 * hinge_ratio, inner / 2, inner / 2, 3.0 * hinge_ratio])
+    if not is_pinned:
+        places, weights = places[1:], weights[1:]
+    moments = [float(weights @ places**power) for power in range(4)]
+    hankel = [moments[:2], moments[1:3]]
+    roots = np.roots([1.0, *np.linalg.solve(hankel, [-moments[2], -moments[3]])[::-1]])
+    if np.iscomplexobj(roots) or not ((roots > 0.0) & (roots < 1.0)).all():
+        return places.tolist(), weights.tolist()  # hinges so long that the rule has no two points
+    two = np.sort(roots)
+    shares = np.linalg.solve([[1.0, 1.0], two.tolist()], moments[:2])
+    return two.tolist(), shares.tolist()

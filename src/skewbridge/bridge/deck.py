@@ -13,9 +13,9 @@ from typing import Literal
 import openseespy.opensees as ops
 
 from skewbridge.bridge.catalogue.data import BridgeData, DeckData
-from skewbridge.bridge.column import shear_modulus_pa
 from skewbridge.bridge.gravity import column_weight_n
 from skewbridge.bridge.handles import PlanVector, TagAllocator
+from skewbridge.bridge.section import shear_modulus_pa
 from skewbridge.units import G_MPS2, GPA, KN
 
 type Side = Literal["left", "right"]
@@ -23,19 +23,24 @@ type Side = Literal["left", "right"]
 type Line = Literal["bearing", "outer"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class DeckEnd:
     """One end of the deck in plan, ``left`` (negative x) or ``right``, with signed skew.
 
-    The bearing line crosses the centreline at ``bearing_x_m``; the thickness is that of the end
+    The bearing lines cross the centreline ``length_m`` apart; the thickness is that of the end
     diaphragm, normal to its faces.
     """
 
     side: Side
-    bearing_x_m: float
-    skew_rad: float
+    length_m: float
+    skew_deg: float
     width_m: float
     thickness_m: float
+
+    @property
+    def skew_rad(self) -> float:
+        """Signed skew."""
+        return radians(self.skew_deg)
 
     @property
     def sign(self) -> float:
@@ -73,7 +78,7 @@ class DeckEnd:
         faces = {"bearing": 0.0, "outer": 0.5}[line]
         offset = faces * self.thickness_m * self.sign / cos(self.skew_rad)
         return (
-            self.bearing_x_m + offset + along_m * self.tangent[0],
+            self.sign * self.length_m / 2 + offset + along_m * self.tangent[0],
             along_m * self.tangent[1],
         )
 
@@ -81,20 +86,6 @@ class DeckEnd:
         """Return positions along the wall, corners included, increasing."""
         half = self.wall_length_m / 2
         return [half * (2 * i / (count - 1) - 1) for i in range(count)]
-
-
-def deck_end(
-    side: Side, length_m: float, skew_deg: float, width_m: float, thickness_m: float
-) -> DeckEnd:
-    """Return the end of a deck whose bearing lines are ``length_m`` apart."""
-    sign = 1.0 if side == "right" else -1.0
-    return DeckEnd(
-        side=side,
-        bearing_x_m=sign * length_m / 2,
-        skew_rad=radians(skew_deg),
-        width_m=width_m,
-        thickness_m=thickness_m,
-    )
 
 
 def tributary_shares(count: int) -> list[float]:
@@ -120,7 +111,7 @@ NEAR_M = 0.05
 
 @dataclass(slots=True, kw_only=True)
 class Deck:
-    """The built spine, while the model grows: nodes from left to right at x_m.
+    """The built spine, while the model grows: nodes from left to right.
 
     Attributes:
         bent_nodes: Spine node of each bent.
@@ -131,7 +122,6 @@ class Deck:
     """
 
     nodes: list[int]
-    x_m: list[float]
     bent_nodes: list[int]
     centre_node: int
     elements: list[int]
@@ -211,29 +201,39 @@ def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) 
     elements = [tags.element() for _ in x[1:]]
     for element, ends in zip(elements, pairwise(nodes), strict=True):
         ops.element("elasticBeamColumn", element, *ends, *section, transformation)
+
+    def nearest(position: float) -> int:
+        return min(zip(nodes, x, strict=True), key=lambda point: abs(point[1] - position))[0]
+
     spine = Deck(
         nodes=nodes,
-        x_m=x,
-        bent_nodes=[nodes[_nearest(x, position)] for position in bridge.bent_positions_m],
-        centre_node=nodes[_nearest(x, mass_centre_m(bridge))],
+        bent_nodes=[nearest(position) for position in bridge.bent_positions_m],
+        centre_node=nearest(mass_centre_m(bridge)),
         elements=elements,
     )
-    _add_line_load(spine, deck)
+    _add_line_load(spine, deck, x)
     _add_deck_masses(spine, deck, list(points.values()))
     return spine
 
 
-def _nearest(x: list[float], position: float) -> int:
-    return min(range(len(x)), key=lambda i: abs(x[i] - position))
+def _add_line_load(spine: Deck, deck: DeckData, x_m: list[float]) -> None:
+    """Add the line load by its fixed-end forces, so that reactions do not depend on the mesh."""
+    load = deck.line_load_kn_per_m * KN
+    for (i, j), (a, b) in zip(pairwise(spine.nodes), pairwise(x_m), strict=True):
+        length = b - a
+        for node, sign in ((i, 1.0), (j, -1.0)):
+            spine.loads_n[node] += load * length / 2
+            add_moment(spine, node, about_y_nm=sign * load * length**2 / 12)
+    for node in (spine.nodes[0], spine.nodes[-1]):
+        spine.loads_n[node] += deck.diaphragm_weight_kn * KN
 
 
 def _add_deck_masses(spine: Deck, deck: DeckData, lengths_m: list[float]) -> None:
-    ends = (spine.nodes[0], spine.nodes[-1])
     # ASSUME the deck's mass is spread over its width and depth
     across, upright = deck.width_m**2 / 12, deck.depth_m**2 / 12
     for node, length in zip(spine.nodes, lengths_m, strict=True):
         weight = deck.line_load_kn_per_m * KN * length
-        if node in ends:
+        if node in (spine.nodes[0], spine.nodes[-1]):
             weight += deck.diaphragm_weight_kn * KN
         mass = weight / G_MPS2
         spine.masses_kg[node] += mass
@@ -241,18 +241,6 @@ def _add_deck_masses(spine: Deck, deck: DeckData, lengths_m: list[float]) -> Non
         lifted = spine.loads_n[node] / G_MPS2
         turning = (mass * (across + upright), mass * upright, mass * across)
         ops.mass(node, mass, mass, lifted, *turning)
-
-
-def _add_line_load(spine: Deck, deck: DeckData) -> None:
-    """Add the line load by its fixed-end forces, so that reactions do not depend on the mesh."""
-    load = deck.line_load_kn_per_m * KN
-    for (i, j), (a, b) in zip(pairwise(spine.nodes), pairwise(spine.x_m), strict=True):
-        length = b - a
-        for node, sign in ((i, 1.0), (j, -1.0)):
-            spine.loads_n[node] += load * length / 2
-            add_moment(spine, node, about_y_nm=sign * load * length**2 / 12)
-    for node in (spine.nodes[0], spine.nodes[-1]):
-        spine.loads_n[node] += deck.diaphragm_weight_kn * KN
 
 
 def add_moment(spine: Deck, node: int, *, about_x_nm: float = 0.0, about_y_nm: float = 0.0) -> None:

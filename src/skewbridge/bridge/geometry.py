@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import openseespy.opensees as ops
 
-from skewbridge.bridge.handles import BridgeModel, PlanVector
+from skewbridge.bridge.handles import BridgeModel, CornerHandle, PlanVector
 from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
@@ -42,90 +42,66 @@ class ContactPlace:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ModelGeometry:
+class ContactLayout:
+    """Deck corners counter-clockwise around it, and contacts (none without contact units)."""
+
+    corners: tuple[CornerHandle, ...]
+    contacts: tuple[ContactPlace, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelGeometry(ContactLayout):
     """Geometry of a variant, for drawings.
 
     Attributes:
         members: All lines with a length, and zero-length springs as points (equal ends).
         fixed: Positions of fully or partly fixed nodes.
-        deck_outline: Corners of the deck in plan, counter-clockwise.
     """
 
     title: str
     members: tuple[Member, ...]
-    contacts: tuple[ContactPlace, ...]
     fixed: tuple[Position, ...]
-    deck_outline: tuple[PlanVector, ...]
+
+    @property
+    def deck_outline(self) -> list[PlanVector]:
+        """Corners of the deck in plan, counter-clockwise."""
+        return [corner.plan_m for corner in self.corners]
 
 
 def model_geometry(variant: Variant, options: ModelOptions | None = None) -> ModelGeometry:
     """Build a variant and return its geometry."""
     with domain():
         model = build(variant, options or ModelOptions())
+        layout = contact_layout(model)
         return ModelGeometry(
             title=model.variant.slug,
-            members=tuple(_elements(model)),
-            contacts=contact_places(model),
+            members=tuple(_members(model)),
             fixed=tuple(map(_place, ops.getFixedNodes())),
-            # each end lists its corners along its tangent: together they go once around
-            deck_outline=tuple(
-                corner.plan_m for end in reversed(model.abutments) for corner in end.corners
-            ),
+            corners=layout.corners,
+            contacts=layout.contacts,
         )
 
 
-def contact_places(model: BridgeModel) -> tuple[ContactPlace, ...]:
-    """Return the places of the contacts of a built model; empty without contacts."""
-    if model.contacts is None:
-        return ()
-    return tuple(
-        ContactPlace(
-            name=unit.name,
-            side=abutment.side,
-            surface=_place(unit.node_j),
-            normal=(unit.normal[0], unit.normal[1]),
-            tangent=(unit.tangents[0][0], unit.tangents[0][1]),
-            gap_m=unit.gap_m,
-            friction=unit.friction,
-        )
-        for abutment in model.abutments
-        for index in (*abutment.wall_units, *abutment.key_units)
-        for unit in (model.contacts.units[index],)
+def contact_layout(model: BridgeModel) -> ContactLayout:
+    """Return corners and contacts of a built model."""
+    units = model.contacts.units if model.contacts else ()
+    return ContactLayout(
+        # each end lists its corners along its tangent: together they go once around
+        corners=tuple(corner for end in reversed(model.abutments) for corner in end.corners),
+        contacts=tuple(
+            ContactPlace(
+                name=units[index].name,
+                side=abutment.side,
+                surface=_place(units[index].node_j),
+                normal=(units[index].normal[0], units[index].normal[1]),
+                tangent=(units[index].tangents[0][0], units[index].tangents[0][1]),
+                gap_m=units[index].gap_m,
+                friction=units[index].friction,
+            )
+            for abutment in model.abutments
+            for index in (*abutment.wall_units, *abutment.key_units)
+        ),
     )
-
-
-def _place(node: int) -> Position:
-    x, y, z = ops.nodeCoord(node)
-    return float(x), float(y), float(z)
-
-
-def _elements(model: BridgeModel) -> Generator[Member]:
-    for group, tags in model.energy_elements.items():
-        for tag in tags:
-            i, j = ops.eleNodes(tag)
-            yield Member(group=group, tag=tag, ends=(_place(i), _place(j)))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LayoutCorner:
-    """A corner of the deck: ``left`` or ``right``, ``acute`` or ``obtuse``, position at rest."""
-
-    side: str
-    kind: str
-    plan_m: PlanVector
-
-    @property
-    def column(self) -> str:
-        """Start of the names of its displacement columns in the histories."""
-        return f"abutment_{self.side}_{self.kind}"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ContactLayout:
-    """Deck corners in order around it, and contacts; `contact_column` starts their columns."""
-
-    corners: tuple[LayoutCorner, ...]
-    contacts: tuple[ContactPlace, ...]
 
 
 def contact_column(name: str) -> str:
@@ -133,15 +109,13 @@ def contact_column(name: str) -> str:
     return f"contact_{name.replace(' ', '_')}"
 
 
-def contact_layout(model: BridgeModel) -> ContactLayout | None:
-    """Return the layout of a model, None for a model without contacts."""
-    if model.contacts is None:
-        return None
-    left, right = (
-        [
-            LayoutCorner(side=abutment.side, kind=corner.kind, plan_m=corner.plan_m)
-            for corner in sorted(abutment.corners, key=lambda corner: corner.plan_m[1])
-        ]
-        for abutment in model.abutments
-    )
-    return ContactLayout(corners=(*left, *reversed(right)), contacts=contact_places(model))
+def _place(node: int) -> Position:
+    x, y, z = ops.nodeCoord(node)
+    return float(x), float(y), float(z)
+
+
+def _members(model: BridgeModel) -> Generator[Member]:
+    for group, tags in model.energy_elements.items():
+        for tag in tags:
+            i, j = ops.eleNodes(tag)
+            yield Member(group=group, tag=tag, ends=(_place(i), _place(j)))

@@ -34,35 +34,27 @@ def column_weight_n(bridge: BridgeData, bent: BentData) -> float:
     return column.gross_area_m2 * column.unit_weight_kn_per_m3 * KN * bent.clear_height_m
 
 
-def deck_reaction_n(bridge: BridgeData, bent_number: int) -> float:
-    """Return the part of the deck's line load that a bent (numbered from 0) carries."""
-    line = bridge.deck.line_load_kn_per_m * KN
-    return continuous_reactions_n(bridge.spans_m, line)[bent_number + 1]
+def deck_reactions_n(bridge: BridgeData) -> list[float]:
+    """Return the weight of deck and end diaphragms on abutments and bents, left to right."""
+    reactions = continuous_reactions_n(bridge.spans_m, bridge.deck.line_load_kn_per_m * KN)
+    for end in (0, -1):
+        reactions[end] += bridge.deck.diaphragm_weight_kn * KN
+    return reactions
 
 
 def column_axial_n(bridge: BridgeData, bent_number: int) -> float:
-    """Return the axial force at the base of each column of a bent."""
-    bent, deck = bridge.bents[bent_number], deck_reaction_n(bridge, bent_number)
+    """Return the axial force at the base of each column of a bent (numbered from 0)."""
+    bent, deck = bridge.bents[bent_number], deck_reactions_n(bridge)[bent_number + 1]
     return (deck + bent.cap_weight_kn * KN) / bent.columns + column_weight_n(bridge, bent)
-
-
-def abutment_reactions_n(bridge: BridgeData) -> tuple[float, float]:
-    """Return the reactions of the left and the right abutment, including end diaphragms."""
-    line = bridge.deck.line_load_kn_per_m * KN
-    reactions = continuous_reactions_n(bridge.spans_m, line)
-    diaphragm = bridge.deck.diaphragm_weight_kn * KN
-    return reactions[0] + diaphragm, reactions[-1] + diaphragm
 
 
 def total_weight_n(bridge: BridgeData) -> float:
     """Return the weight of deck, diaphragms, caps and columns."""
-    deck = bridge.deck
-    line = deck.line_load_kn_per_m * KN * bridge.length_m + 2 * deck.diaphragm_weight_kn * KN
     bents = sum(
         bent.cap_weight_kn * KN + bent.columns * column_weight_n(bridge, bent)
         for bent in bridge.bents
     )
-    return line + bents
+    return sum(deck_reactions_n(bridge)) + bents
 
 
 GRAVITY_STEPS = 5

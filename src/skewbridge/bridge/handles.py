@@ -4,7 +4,7 @@ Axes: x longitudinal, y transverse, z up, origin in plan at the middle of the de
 is valid only inside the `domain()` in which the model was built.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import count
 
@@ -15,24 +15,14 @@ from skewbridge.variant.options import ModelOptions, ShearModel
 from skewbridge.variant.variant import Variant
 
 
-def _tags_from_one() -> Callable[[], int]:
-    return count(1).__next__
-
-
-@dataclass(frozen=True, slots=True)
 class TagAllocator:
     """Hands out consecutive tags per kind; works as the tag source of a `ContactSet`."""
 
-    node: Callable[[], int] = field(default_factory=_tags_from_one)
-    element: Callable[[], int] = field(default_factory=_tags_from_one)
-    material: Callable[[], int] = field(default_factory=_tags_from_one)
-    section: Callable[[], int] = field(default_factory=_tags_from_one)
-    transformation: Callable[[], int] = field(default_factory=_tags_from_one)
-    integration: Callable[[], int] = field(default_factory=_tags_from_one)
-    parameter: Callable[[], int] = field(default_factory=_tags_from_one)
-    series: Callable[[], int] = field(default_factory=_tags_from_one)
-    pattern: Callable[[], int] = field(default_factory=_tags_from_one)
-    region: Callable[[], int] = field(default_factory=_tags_from_one)
+    def __init__(self) -> None:
+        self.node, self.element, self.region = (count(1).__next__ for _ in range(3))
+        self.material, self.section, self.integration = (count(1).__next__ for _ in range(3))
+        self.transformation, self.parameter = (count(1).__next__ for _ in range(2))
+        self.series, self.pattern = (count(1).__next__ for _ in range(2))
 
 
 type PlanVector = tuple[float, float]
@@ -69,19 +59,15 @@ class ColumnHandle:
     Attributes:
         element: Tag; its end i is the base, ``eleResponse(element, "force")`` are 12 global
             components starting with the base.
-        top: Top of the column at the soffit.
-        clear_height_m: From the base node to the top.
+        top: Top of the column at the soffit, ``clear_height_m`` above the base node.
         hinge_sections: 1-based integration points where plastic curvature is read, for
             ``eleResponse(element, "section", str(k), "deformation")`` = (axial, about z, about y,
             torsion); empty for elastic columns.
-        yield_curvature_per_m: Idealised (elastic-perfectly-plastic) yield curvature under dead
-            load.
+        yield_curvature_per_m: Idealised yield curvature under dead load.
         yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
             ductility in the shear capacity.
         drift_capacity_ratio: Displacement capacity of its bent by the Caltrans criteria over clear
             height.
-        shear: Data of its shear strength.
-        shear_model: Rule of its shear strength.
         is_elastic: Whether the column has no strength, so that it never fails.
         loses_shear_strength: Whether the model includes its shear failure.
     """
@@ -104,12 +90,19 @@ class ColumnHandle:
 class CornerHandle:
     """One corner of the deck at an abutment: its deck-level node and its position at rest.
 
-    ``kind`` is ``acute`` or ``obtuse``; zero skew counts as positive.
+    ``side`` is ``left`` or ``right``, ``kind`` ``acute`` or ``obtuse``; zero skew counts as
+    positive.
     """
 
     node: int
+    side: str
     kind: str
     plan_m: PlanVector
+
+    @property
+    def column(self) -> str:
+        """Start of the names of its displacement columns in the histories."""
+        return f"abutment_{self.side}_{self.kind}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,7 +116,7 @@ class BearingHandle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbutmentHandle:
-    """One abutment with the deck end it supports.
+    """One abutment with the deck end it supports; its lists fill while the joint is built.
 
     Attributes:
         side: ``left`` (negative x) or ``right``.
@@ -133,9 +126,9 @@ class AbutmentHandle:
         transverse_gap_m: Gap at the keys.
         seat_width_m: From the backwall to the edge of the seat, normal to it.
         centre: Middle of the bearing line at the top of the pads.
-        corners: The two corners of the deck end.
         bearings: Pads (or supports), or elements that represent several pads.
         pads: Tops of the pads (or supports).
+        links: Stiff arms from the end node of the deck to the points of the joint.
         wall_units: Indices of the backwall's contacts in `BridgeModel.contacts`, along
             ``tangent``; empty without contact.
         key_units: Indices of the keys' contacts.
@@ -146,8 +139,7 @@ class AbutmentHandle:
         key_springs: Backbones of the shear keys: between ground, or the body of `spring`, and key
             node; transverse springs of `simplified`.
         wing_springs: Wing-wall springs.
-        other_springs: Weak restoring springs and dashpots as elements (no demand reads them).
-        links: Stiff arms from the end node of the deck to the points of the joint.
+        other_springs: Elements of the gaps at the keys of `spring` (no demand reads them).
     """
 
     side: str
@@ -160,15 +152,15 @@ class AbutmentHandle:
     corners: tuple[CornerHandle, ...]
     bearings: tuple[BearingHandle, ...]
     pads: tuple[Point, ...]
-    wall_units: tuple[int, ...]
-    key_units: tuple[int, ...]
-    wall_nodes: tuple[int, ...]
-    key_nodes: tuple[int, ...]
-    wall_springs: tuple[SpringHandle, ...]
-    key_springs: tuple[SpringHandle, ...]
-    wing_springs: tuple[SpringHandle, ...]
-    other_springs: tuple[int, ...]
     links: tuple[int, ...] = ()
+    wall_units: list[int] = field(default_factory=list[int])
+    key_units: list[int] = field(default_factory=list[int])
+    wall_nodes: list[int] = field(default_factory=list[int])
+    key_nodes: list[int] = field(default_factory=list[int])
+    wall_springs: list[SpringHandle] = field(default_factory=list[SpringHandle])
+    key_springs: list[SpringHandle] = field(default_factory=list[SpringHandle])
+    wing_springs: list[SpringHandle] = field(default_factory=list[SpringHandle])
+    other_springs: list[int] = field(default_factory=list[int])
 
     @property
     def support_length_m(self) -> float:
@@ -181,12 +173,29 @@ class AbutmentHandle:
         return (*self.wall_springs, *self.key_springs, *self.wing_springs)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BridgeModel:
-    """A built model at rest under its dead load.
+@dataclass(frozen=True, kw_only=True)
+class Blueprint:
+    """The variant to build, with the data that the parts of its model share.
 
     Attributes:
         variant: The normalised variant.
+        bridge: Its data, with the factors of the options.
+        tags: Allocator of the model, also for the patterns, series and regions of an analysis.
+        contacts: The contact units, or None for models without contact.
+    """
+
+    variant: Variant
+    bridge: BridgeData
+    options: ModelOptions
+    tags: TagAllocator
+    contacts: ContactSet | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class BridgeModel(Blueprint):
+    """A built model at rest under its dead load.
+
+    Attributes:
         deck_nodes: Spine nodes, left to right.
         deck_centre_node: Spine node at the mass centre of the deck.
         deck_masses_kg: Horizontal masses of spine, caps and columns by node (vertical masses
@@ -195,17 +204,12 @@ class BridgeModel:
         dead_moments_nm: Fixed-end moments of the dead load of deck and caps about x and y, by node.
         columns: Bent by bent.
         abutments: Left, right.
-        contacts: The contact units, or None for models without contact.
         energy_elements: Element tags by group for the energy balance: ``columns, deck, bearings,
             backfill`` (wall, key, wing and restoring springs with their dashpots), ``contact``,
             ``links`` (stiff connections and foundation springs).
         damping_elements: Elements of the Rayleigh region: deck and columns only.
-        tags: Allocator of the model, for the patterns, series and regions of an analysis.
     """
 
-    variant: Variant
-    bridge: BridgeData
-    options: ModelOptions
     deck_nodes: tuple[int, ...]
     deck_centre_node: int
     deck_masses_kg: Mapping[int, float]
@@ -213,10 +217,8 @@ class BridgeModel:
     dead_moments_nm: Mapping[int, tuple[float, float]]
     columns: tuple[ColumnHandle, ...]
     abutments: tuple[AbutmentHandle, AbutmentHandle]
-    contacts: ContactSet | None
     energy_elements: Mapping[str, tuple[int, ...]]
     damping_elements: tuple[int, ...]
-    tags: TagAllocator
 
     @property
     def weight_n(self) -> float:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skewbridge.bridge.materials import FloatArray
+from skewbridge.bridge.section import FloatArray
 from skewbridge.units import KSI, MPA, PSI
 from skewbridge.variant.options import ShearModel
 

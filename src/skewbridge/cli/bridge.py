@@ -226,29 +226,25 @@ def column(bridge: str, out: Path, bent: int, units: Units) -> Answer:
     Example: skewbridge bridge column --bridge osb2s --bent 2 --out column
     """
     from skewbridge.bridge.catalogue import load_bridge
-    from skewbridge.bridge.column import shear_section
-    from skewbridge.bridge.gravity import column_axial_n
-    from skewbridge.bridge.hinge import shear_span_m
-    from skewbridge.bridge.moment_curvature import section_response
+    from skewbridge.bridge.column import bent_capacity
     from skewbridge.report.bridge_figures import column_figure
 
     data = load_bridge(bridge)
     if not 1 <= bent <= len(data.bents):
         raise InputError(f"bent must be within 1..{len(data.bents)}, got {bent}")
-    axial_n, span = column_axial_n(data, bent - 1), shear_span_m(data, bent - 1)
-    curve = section_response(data.column, axial_n)
-    shear = shear_section(data.column, span, curve)
+    column = bent_capacity(data, bent - 1)
+    curve, axial_n = column.curve, column.axial_n
     table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / KN}
     _write(table, out, "moment_curvature")
     title = f"{data.title}, bent {bent}, {axial_n / KN:.0f} kN"
-    column_figure(curve, shear, axial_n, title=title).savefig(out / "column.png", dpi=150)
+    column_figure(curve, column.shear, axial_n, title=title).savefig(out / "column.png", dpi=150)
     summary = {
         "axial_kn": axial_n / KN,
         "plastic_moment_knm": curve.plastic_moment_nm / KN,
         "yield_curvature_per_m": curve.yield_curvature_per_m,
         "ultimate_curvature_per_m": curve.ultimate_curvature_per_m,
         "curvature_ductility": curve.curvature_ductility,
-        "plastic_shear_kn": curve.plastic_moment_nm / span / KN,
+        "plastic_shear_kn": curve.plastic_moment_nm / column.shear_span_m / KN,
     }
     return Answer(summary, units=units)
 

@@ -153,6 +153,13 @@ def _listed(tags: list[int] | int | None) -> list[int]:
     return [tags] if isinstance(tags, int) else list(tags)
 
 
+def uniaxial(tags: Tags, kind: str, *values: float | str) -> int:
+    """Create a uniaxial material and return its tag."""
+    material = tags.material()
+    ops.uniaxialMaterial(kind, material, *values)
+    return material
+
+
 # The normal spring would yield at this penetration: never.
 _NEVER_M: Final = 1.0e3
 # Yield of the friction springs when created; odd on purpose, so that reading it back through a

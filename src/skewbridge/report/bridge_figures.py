@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from skewbridge.bridge.geometry import Member, ModelGeometry
-from skewbridge.bridge.moment_curvature import MomentCurvature
+from skewbridge.bridge.section import MomentCurvature
 from skewbridge.bridge.shear_capacity import ShearSection, shear_strength
 from skewbridge.units import KN, MM
 from skewbridge.variant.options import ShearModel

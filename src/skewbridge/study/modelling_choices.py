@@ -9,20 +9,21 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, get_args
 
 import numpy as np
 import pandas as pd
 from scipy.stats import t as student
 
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.hinge import hinge_length_m
+from skewbridge.bridge.column import bent_capacities
 from skewbridge.demands.columns import demands_for
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.files.text import read_yaml
 from skewbridge.statuses import OK
 from skewbridge.units import MN, split_unit
+from skewbridge.variant.options import HingeRule
 from skewbridge.variant.variant import Variant, parse_slug
 
 if TYPE_CHECKING:
@@ -84,10 +85,11 @@ def _effective(task: "Task") -> tuple[object, object]:
 
 def _has_limited_hinge(variant: Variant) -> bool:
     bridge = load_bridge(variant.bridge)
-    return any(
-        hinge_length_m(bridge, bent, "sdc") != hinge_length_m(bridge, bent, "paulay_priestley")
-        for bent in range(len(bridge.bents))
-    )
+    lengths_m = [
+        [bent.hinge_length_m for bent in bent_capacities(bridge, rule)]
+        for rule in get_args(HingeRule.__value__)
+    ]
+    return lengths_m[0] != lengths_m[1]
 
 
 #: Conditions on a variant by name, see modelling_choices.yaml.

@@ -87,7 +87,7 @@ class ColumnData(_Part, frozen=True):
     """The circular reinforced concrete column that all bents of a bridge share.
 
     ``hinge_length_m`` overrides the length of the plastic hinges of all bents, which otherwise
-    follows from their height and base (`skewbridge.bridge.hinge`). ``steel_strength_factor``
+    follows from their height and base (`skewbridge.bridge.column`). ``steel_strength_factor``
     multiplies the yield strength of ``steel``.
     """
 
@@ -114,6 +114,11 @@ class ColumnData(_Part, frozen=True):
     def gross_area_m2(self) -> float:
         """Area of the concrete section."""
         return math.pi * self.diameter_m**2 / 4
+
+    @property
+    def gross_inertia_m4(self) -> float:
+        """Second moment of area of the gross section."""
+        return math.pi * self.diameter_m**4 / 64
 
     @property
     def hoop_circle_m(self) -> float:

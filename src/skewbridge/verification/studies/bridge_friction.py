@@ -26,7 +26,7 @@ from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.pushover import push_abutment
 from skewbridge.analysis.settings import AnalysisScheme, AnalysisSettings
 from skewbridge.analysis.transient import AnalysisResult, analyse
-from skewbridge.bridge.abutment.backfill import wall_backfill
+from skewbridge.bridge.backfill import wall_backfill
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.geometry import contact_column
 from skewbridge.report.run_figures import displacement_figure, hysteresis_figure

@@ -13,11 +13,10 @@ import openseespy.opensees as ops
 from skewbridge.analysis.modal import ModalResult, modal_properties, modes_of
 from skewbridge.analysis.pushover import push_abutment, push_bridge
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.column import shear_section
+from skewbridge.bridge.column import bent_capacity, shear_section
 from skewbridge.bridge.gravity import column_axial_n, total_weight_n
-from skewbridge.bridge.hinge import bent_capacities
 from skewbridge.bridge.model import build, domain
-from skewbridge.bridge.moment_curvature import section_response
+from skewbridge.bridge.section import section_response
 from skewbridge.bridge.shear_capacity import sdc_shear_strength
 from skewbridge.units import KN
 from skewbridge.variant.options import ModelOptions
@@ -115,9 +114,9 @@ def _capacities(study: Study) -> None:
         ("osb2s", 17.82, 0.908, 5_548.0),
     ):
         data = load_bridge(bridge)
-        bent = bent_capacities(data)[0]
+        bent = bent_capacity(data, 0)
         name = f"{bridge} plastic moment (MNm)"
-        study.relative(name, bent.plastic_moment_nm / 1e6, plastic_mnm, 0.02, EARLIER_MODEL)
+        study.relative(name, bent.curve.plastic_moment_nm / 1e6, plastic_mnm, 0.02, EARLIER_MODEL)
         name = f"{bridge} displacement capacity (m)"
         study.relative(name, bent.capacity_m, capacity_m, 0.05, "hand, SDC 1.7")
         axial_n = AXIAL_KN[bridge][0] * KN

@@ -5,10 +5,10 @@ from math import sqrt
 
 import openseespy.opensees as ops
 
-from skewbridge.bridge.abutment.backfill import Passive
+from skewbridge.bridge.backfill import Passive
 from skewbridge.bridge.catalogue.data import KeyData
-from skewbridge.bridge.deck import PlanVector
-from skewbridge.bridge.handles import SpringHandle, TagAllocator
+from skewbridge.bridge.handles import PlanVector, SpringHandle, TagAllocator
+from skewbridge.contact.element import uniaxial
 from skewbridge.units import KN, MM
 from skewbridge.variant.options import ModelOptions
 
@@ -23,9 +23,6 @@ _FAR_M = 10.0  # a curve ends at this deformation
 #: Stiffness of a key along its face beyond its strength, over the initial one: a static analysis
 #: needs some, and 100 mm of slip add 1 % of the strength or less.
 KEY_FACE_HARDENING = 1.0e-3
-# source: defaults of the OpenSees manual for an unpinched Hysteretic spring without damage
-NO_PINCHING = (1.0, 1.0)
-NO_DAMAGE = (0.0, 0.0)
 
 
 def turned(direction: PlanVector) -> PlanVector:
@@ -37,12 +34,10 @@ def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
     """Create a spring that resists closing (negative deformation) beyond a gap."""
     # ASSUME the soil keeps its indentation: it unloads with its initial stiffness, then a gap
     # opens behind the wall
-    material = tags.material()
     stiffness, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
     if passive.failure_ratio == 0.0:
         gap = max(gap_m, NO_GAP_M)
-        ops.uniaxialMaterial("ElasticPPGap", material, stiffness, -ultimate, -gap, 0.0, "damage")
-        return material
+        return uniaxial(tags, "ElasticPPGap", stiffness, -ultimate, -gap, 0.0, "damage")
     # A plastic curve of any shape, without tension. HyperbolicGapMaterial does not end at the
     # ultimate force, and jumps on reloading after a trial that overshot. The gap is the first part
     # of the curve: the closed part of it stays closed, like soil that was pushed, and the spring
@@ -59,15 +54,13 @@ def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
     undamaged = ("-Cd", *[0.0] * len(closures))
     opening = ("-Te", 0.0, none_n / stiffness, _FAR_M, "-Ts", 0.0, none_n, none_n)
     curve = (*compression, *undamaged, *opening, "-Td", 0.0, 0.0, 1.0, "-tangent")
-    ops.uniaxialMaterial("ASDConcrete1D", material, stiffness, *curve)
-    return material
+    return uniaxial(tags, "ASDConcrete1D", stiffness, *curve)
 
 
-def plastic_material(stiffness_n_per_m: float, strength_n: float, tags: TagAllocator) -> int:
-    """Create an elastic-perfectly-plastic spring."""
-    material = tags.material()
-    ops.uniaxialMaterial("ElasticPP", material, stiffness_n_per_m, strength_n / stiffness_n_per_m)
-    return material
+def plastic_material(passive: Passive, tags: TagAllocator) -> int:
+    """Create an elastic-perfectly-plastic spring, the same in both directions."""
+    stiffness = passive.stiffness_n_per_m
+    return uniaxial(tags, "ElasticPP", stiffness, passive.ultimate_n / stiffness)
 
 
 def elastic_material(
@@ -81,38 +74,26 @@ def elastic_material(
 
     The stiffness in compression (negative deformation) may differ.
     """
-    material = tags.material()
     negative = stiffness_n_per_m if compression_n_per_m is None else compression_n_per_m
-    ops.uniaxialMaterial("Elastic", material, stiffness_n_per_m, dashpot_n_s_per_m, negative)
-    return material
-
-
-def bearing_material(stiffness_n_per_m: float, tags: TagAllocator) -> int:
-    """Create the vertical spring of pads or supports: elastic in compression, open in tension."""
-    material = tags.material()
-    ops.uniaxialMaterial("ENT", material, stiffness_n_per_m)
-    return material
+    return uniaxial(tags, "Elastic", stiffness_n_per_m, dashpot_n_s_per_m, negative)
 
 
 def gap_material(stiffness_n_per_m: float, gap_m: float, tags: TagAllocator) -> int:
     """Create a stiff spring that acts once a gap is closed (negative deformation)."""
-    material = tags.material()
     yield_n, gap = -_NEVER_M * stiffness_n_per_m, -max(gap_m, NO_GAP_M)
-    ops.uniaxialMaterial("ElasticPPGap", material, stiffness_n_per_m, yield_n, gap, 0.0, "noDamage")
-    return material
+    return uniaxial(tags, "ElasticPPGap", stiffness_n_per_m, yield_n, gap, 0.0, "noDamage")
 
 
 def key_material(key: KeyData, tags: TagAllocator) -> int:
     """Create the backbone of a shear key, the same in both directions."""
-    material = tags.material()
     points = [
         value
         for force, disp in zip(key.force_kn, key.displacement_mm, strict=True)
         for value in (force * KN, disp * MM)
     ]
     mirrored = [-value for value in points]
-    ops.uniaxialMaterial("Hysteretic", material, *points, *mirrored, *NO_PINCHING, *NO_DAMAGE)
-    return material
+    # source: defaults of the OpenSees manual for an unpinched spring without damage
+    return uniaxial(tags, "Hysteretic", *points, *mirrored, 1.0, 1.0, 0.0, 0.0)
 
 
 def key_face_material(key: KeyData, tags: TagAllocator) -> int:
@@ -122,10 +103,8 @@ def key_face_material(key: KeyData, tags: TagAllocator) -> int:
     """
     # Not Hysteretic or MultiLinear: where a trial returns to the committed strain they keep stress
     # or slope of the trial before it, and the solver then finds no equilibrium.
-    material = tags.material()
     stiffness, strength_n = key_stiffness_n_per_m(key), key.force_kn[1] * KN
-    ops.uniaxialMaterial("Steel01", material, strength_n, stiffness, KEY_FACE_HARDENING)
-    return material
+    return uniaxial(tags, "Steel01", strength_n, stiffness, KEY_FACE_HARDENING)
 
 
 def key_stiffness_n_per_m(key: KeyData) -> float:

@@ -1,13 +1,14 @@
 """Passive resistance of the backfill and of the wing walls: pure functions."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import atan, degrees, exp, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from skewbridge.bridge.catalogue.data import AbutmentData
-from skewbridge.bridge.materials import FloatArray
+from skewbridge.bridge.deck import DeckEnd
+from skewbridge.bridge.section import FloatArray
 from skewbridge.units import FOOT, INCH, KIP, KN
 
 # source: Shamsabadi, Khalili-Tehrani, Stewart and Taciroglu (2010), J. Bridge Eng. 15(3):233-246:
@@ -15,6 +16,7 @@ from skewbridge.units import FOOT, INCH, KIP, KN
 STRENGTH_EXPONENT = 1.5
 MAX_REDUCTION_SKEW_DEG = 66.0  # source: Caltrans SDC 2.0 section 6.3.1.2
 FULL_VARIATION_SKEW_DEG = 60.0  # source: Kaviani et al. (2012), 30 % at 60 degrees
+SOIL_KG_PER_M3 = 1760.0  # source: compacted structure backfill, 110 pcf
 # A hyperbola that never reaches its ultimate force (ratio 1) has 99.9 % of it at this multiple of
 # the elastic closure.
 _LONGEST_HYPERBOLA = 1.0e3
@@ -59,12 +61,10 @@ class Passive:
 
     def scaled(self, factor: float, stiffness_factor: float | None = None) -> "Passive":
         """Return the curve with strength and stiffness times a factor, or a factor for each."""
-        on_stiffness = factor if stiffness_factor is None else stiffness_factor
-        return Passive(
-            stiffness_n_per_m=self.stiffness_n_per_m * on_stiffness,
-            ultimate_n=self.ultimate_n * factor,
-            failure_ratio=self.failure_ratio,
+        stiffness = self.stiffness_n_per_m * (
+            factor if stiffness_factor is None else stiffness_factor
         )
+        return replace(self, stiffness_n_per_m=stiffness, ultimate_n=self.ultimate_n * factor)
 
 
 def skew_reduction(skew_rad: float) -> float:
@@ -76,12 +76,12 @@ def skew_reduction(skew_rad: float) -> float:
     return exp(-min(abs(degrees(skew_rad)), MAX_REDUCTION_SKEW_DEG) / 45.0)
 
 
-def sdc_backfill(width_m: float, height_m: float) -> Passive:
+def sdc_backfill(abutment: AbutmentData) -> Passive:
     """Return the bilinear curve of Caltrans SDC 2.0 section 6.3.1.2 at zero skew.
 
     K = w (5.5 h + 20) kip/in and F = w 5.5 h^2.5 / (1 + 2.37 h) kip, w and h in ft.
     """
-    w, h = width_m / FOOT, height_m / FOOT
+    w, h = abutment.wall_width_m / FOOT, abutment.wall_height_m / FOOT
     return Passive(
         stiffness_n_per_m=w * (5.5 * h + 20.0) * KIP / INCH,
         ultimate_n=w * 5.5 * h**2.5 / (1.0 + 2.37 * h) * KIP,
@@ -89,9 +89,7 @@ def sdc_backfill(width_m: float, height_m: float) -> Passive:
     )
 
 
-def hyperbolic_backfill(
-    abutment: AbutmentData, height_exponent: float = STRENGTH_EXPONENT
-) -> Passive:
+def hyperbolic_backfill(abutment: AbutmentData, height_exponent: float) -> Passive:
     """Return the hyperbola of a bridge at zero skew, by the rule of its catalogue file."""
     data, width = abutment.backfill, abutment.wall_width_m
     if data.rule == "ucsd":
@@ -120,28 +118,22 @@ def wall_backfill(
     height_exponent: float = STRENGTH_EXPONENT,
 ) -> Passive:
     """Return the whole wall's curve, reduced for skew; ``kind`` is hyperbolic or sdc."""
-    straight = (
-        sdc_backfill(abutment.wall_width_m, abutment.wall_height_m)
-        if kind == "sdc"
-        else hyperbolic_backfill(abutment, height_exponent)
-    )
+    if kind == "sdc":
+        straight = sdc_backfill(abutment)
+    else:
+        straight = hyperbolic_backfill(abutment, height_exponent)
     return straight.scaled(skew_reduction(skew_rad))
 
 
-def variation_factors(
-    stations: list[float], skew_rad: float, variation: float, acute_sign: float
-) -> list[float]:
+def variation_factors(end: DeckEnd, stations: list[float], variation: float) -> list[float]:
     """Return linear factors along the wall: 1 in the middle, largest at the acute deck corner.
 
     References:
         Kaviani, Zareian and Taciroglu (2012): 30 % from the middle to the ends at 60 degrees.
     """
     half = max(abs(s) for s in stations)
-    slope = variation * min(abs(degrees(skew_rad)) / FULL_VARIATION_SKEW_DEG, 1.0)
-    return [1.0 + slope * acute_sign * s / half for s in stations]
-
-
-SOIL_KG_PER_M3 = 1760.0  # source: compacted structure backfill, 110 pcf
+    slope = variation * min(abs(degrees(end.skew_rad)) / FULL_VARIATION_SKEW_DEG, 1.0)
+    return [1.0 + slope * end.acute_sign * s / half for s in stations]
 
 
 def radiation_n_s_per_m(abutment: AbutmentData, vs_mps: float) -> float:
@@ -166,10 +158,6 @@ def wing_share(abutment: AbutmentData) -> float:
 
 
 def wing_wall(abutment: AbutmentData) -> Passive:
-    """Return the transverse resistance of the wing walls of one abutment, both directions.
-
-    The SDC curve of the backwall times their share of it.
-    """
-    straight = sdc_backfill(abutment.wall_width_m, abutment.wall_height_m)
+    """Return the transverse resistance of the wing walls of one abutment: their share of SDC."""
     # ASSUME no reduction for skew: the wings bear on the soil at a right angle
-    return straight.scaled(wing_share(abutment))
+    return sdc_backfill(abutment).scaled(wing_share(abutment))

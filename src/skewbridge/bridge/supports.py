@@ -10,14 +10,11 @@ from math import sqrt
 
 import openseespy.opensees as ops
 
-from skewbridge.bridge.abutment.elements import (
-    bearing_material,
-    elastic_material,
-    grounded_node,
-)
 from skewbridge.bridge.catalogue.data import PadData
 from skewbridge.bridge.deck import DeckEnd, Line
 from skewbridge.bridge.handles import BearingHandle, TagAllocator
+from skewbridge.bridge.springs import elastic_material, grounded_node
+from skewbridge.contact.element import uniaxial
 from skewbridge.units import KN
 from skewbridge.variant.options import ModelOptions
 
@@ -30,12 +27,9 @@ ARM_INERTIA_M4 = 10.0
 
 @dataclass(slots=True, kw_only=True)
 class Arms:
-    """The points of the joint at one deck end, carried by stiff arms.
+    """The points of the joint at one deck end, by line and position along the wall.
 
-    Attributes:
-        deck_node: End node of the spine.
-        nodes: Nodes by line and position along the wall.
-        elements: Tags of the arms.
+    Stiff arms (``elements``) carry them from the end node of the spine.
     """
 
     deck_node: int
@@ -83,8 +77,7 @@ def build_arms(
 # ASSUME bending and twisting of a pad are too soft to matter
 PAD_ROTATION_NM_PER_RAD = 1.0e5
 # source: PyPBEE, no quadratic hardening of the pads
-PAD_QUADRATIC_HARDENING = 0.0
-PAD_HARDENING_EXPONENT = 3.0
+PAD_HARDENING = (0.0, 3.0)  # quadratic share and its exponent
 
 
 def pad_stations(pads: PadData, end: DeckEnd) -> list[float]:
@@ -94,11 +87,15 @@ def pad_stations(pads: PadData, end: DeckEnd) -> list[float]:
     return [(i - middle) * pads.spacing_m * stretch for i in range(pads.count)]
 
 
-def pad_supports(pads: PadData, end: DeckEnd, options: ModelOptions) -> list[float]:
-    """Return the positions of the pad elements along the wall.
+def bearing_stations(
+    pads: PadData, end: DeckEnd, options: ModelOptions, *, has_pads: bool = True
+) -> list[float]:
+    """Return the positions along the wall of pad elements, or of supports at both ends.
 
-    Two elements are placed so that they have the rotational stiffness of all pads.
+    Two pad elements are placed so that they have the rotational stiffness of all pads.
     """
+    if not has_pads:
+        return [-end.wall_length_m / 2, end.wall_length_m / 2]
     stations = pad_stations(pads, end)
     if options.pads == "each":
         return stations
@@ -106,51 +103,47 @@ def pad_supports(pads: PadData, end: DeckEnd, options: ModelOptions) -> list[flo
     return [-arm, arm]
 
 
-def build_pads(
-    end: DeckEnd, arms: Arms, pads: PadData, options: ModelOptions, tags: TagAllocator
+def build_bearings(
+    end: DeckEnd,
+    arms: Arms,
+    pads: PadData,
+    options: ModelOptions,
+    tags: TagAllocator,
+    *,
+    has_pads: bool = True,
 ) -> tuple[BearingHandle, ...]:
-    """Create the pads between fixed seat nodes and the bearing line."""
-    deck_nodes = [arms.at("bearing", along) for along in pad_supports(pads, end, options)]
-    if options.pads == "each":
-        return _bearing_elements(deck_nodes, end, pads, tags)
-    return _halves(deck_nodes, pads, tags)
+    """Create pads, or vertical supports, between fixed seat nodes and the bearing line.
 
-
-def _bearing_elements(
-    deck_nodes: list[int], end: DeckEnd, pads: PadData, tags: TagAllocator
-) -> tuple[BearingHandle, ...]:
-    """Create one bearing element of OpenSees per pad, a pad height long."""
-    material = bearing_material(pads.vertical_stiffness_mn_per_m * 1e6, tags)
-    bend = elastic_material(PAD_ROTATION_NM_PER_RAD, tags)
-    elastic = pads.shear_stiffness_kn_per_m * KN, pads.yield_force_kn * KN
-    shear = (*elastic, pads.hardening_ratio, PAD_QUADRATIC_HARDENING, PAD_HARDENING_EXPONENT)
-    axes = ("-orient", *end.normal, 0.0)
-    springs = ("-P", material, "-T", bend, "-My", bend, "-Mz", bend, *axes)
-    handles: list[BearingHandle] = []
-    for deck_node in deck_nodes:
-        x, y, z = ops.nodeCoord(deck_node)
-        seat, element = grounded_node((x, y, z - pads.height_m), tags), tags.element()
-        nodes = (element, seat, deck_node)
-        ops.element("elastomericBearingPlasticity", *nodes, *shear, *springs)
-        handles.append(BearingHandle(element=element, seat_node=seat, deck_node=deck_node))
-    return tuple(handles)
-
-
-def _halves(deck_nodes: list[int], pads: PadData, tags: TagAllocator) -> tuple[BearingHandle, ...]:
-    """Create two elements, each for half of the pads: shear and vertical stiffness."""
-    # ASSUME the pads do not resist rotation: their stiffness is too small to matter
-    section = _pad_section(pads, pads.count / 2, tags)
-    handles: list[BearingHandle] = []
-    for deck_node in deck_nodes:
-        seat, element = grounded_node(ops.nodeCoord(deck_node), tags), tags.element()
+    Vertical springs are elastic in compression and open in tension. A bearing element per pad is a
+    pad height long; elements that are half of the pads, or a support, have no length.
+    """
+    is_each = has_pads and options.pads == "each"
+    number, height_m = (1, pads.height_m) if is_each else (pads.count / 2, 0.0)
+    upright = uniaxial(tags, "ENT", number * (pads.vertical_stiffness_mn_per_m * 1e6))
+    if not has_pads:
+        kind, values = "zeroLength", ("-mat", upright, "-dir", 3)
+    elif is_each:
+        bend = elastic_material(PAD_ROTATION_NM_PER_RAD, tags)
+        elastic = pads.shear_stiffness_kn_per_m * KN, pads.yield_force_kn * KN
+        springs = ("-P", upright, "-T", bend, "-My", bend, "-Mz", bend, "-orient", *end.normal, 0.0)
+        kind = "elastomericBearingPlasticity"
+        values = (*elastic, pads.hardening_ratio, *PAD_HARDENING, *springs)
+    else:
+        # ASSUME the pads do not resist rotation: their stiffness is too small to matter
         # axial force along z, shear along x and y of the model
         axes = ("-orient", 0.0, 0.0, 1.0, 1.0, 0.0, 0.0)
-        ops.element("zeroLengthSection", element, seat, deck_node, section, *axes)
+        kind, values = "zeroLengthSection", (_pad_section(pads, number, upright, tags), *axes)
+    handles: list[BearingHandle] = []
+    for along in bearing_stations(pads, end, options, has_pads=has_pads):
+        deck_node = arms.at("bearing", along)
+        x, y, z = ops.nodeCoord(deck_node)
+        seat, element = grounded_node((x, y, z - height_m), tags), tags.element()
+        ops.element(kind, element, seat, deck_node, *values)
         handles.append(BearingHandle(element=element, seat_node=seat, deck_node=deck_node))
     return tuple(handles)
 
 
-def _pad_section(pads: PadData, number: float, tags: TagAllocator) -> int:
+def _pad_section(pads: PadData, number: float, upright: int, tags: TagAllocator) -> int:
     """Create the section of some pads: vertical spring, and a yield circle of the shear force.
 
     The shear law is that of the bearing element, a plastic spring of the characteristic strength in
@@ -162,20 +155,5 @@ def _pad_section(pads: PadData, number: float, tags: TagAllocator) -> int:
     shear, section = tags.section(), tags.section()
     strength_n, directions = number * pads.yield_force_kn * KN / plastic, ("Vy", "Vz")
     ops.section("Bidirectional", shear, stiffness, strength_n, 0.0, hardening, *directions)
-    upright = bearing_material(number * pads.vertical_stiffness_mn_per_m * 1e6, tags)
     ops.section("Aggregator", section, upright, "P", "-section", shear)
     return section
-
-
-def build_vertical_supports(
-    end: DeckEnd, arms: Arms, pads: PadData, tags: TagAllocator
-) -> tuple[BearingHandle, ...]:
-    """Create a vertical spring under each end of the bearing line, each for half of the pads."""
-    material = bearing_material(pads.vertical_stiffness_mn_per_m * 1e6 * pads.count / 2, tags)
-    handles: list[BearingHandle] = []
-    for along in (-end.wall_length_m / 2, end.wall_length_m / 2):
-        deck_node = arms.at("bearing", along)
-        seat, element = grounded_node(ops.nodeCoord(deck_node), tags), tags.element()
-        ops.element("zeroLength", element, seat, deck_node, "-mat", material, "-dir", 3)
-        handles.append(BearingHandle(element=element, seat_node=seat, deck_node=deck_node))
-    return tuple(handles)

@@ -1,14 +1,18 @@
-"""Moment-curvature of circular reinforced concrete columns, computed without OpenSees."""
+"""Section of a reinforced concrete column: materials and moment-curvature, without OpenSees."""
 
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Final
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from skewbridge.bridge.catalogue.data import ColumnData
-from skewbridge.bridge.materials import FloatArray, core_concrete, cover_concrete, steel_of
+from skewbridge.units import GPA, MPA
+
+type FloatArray = NDArray[np.float64]
 
 STRIPS = 160  # across the diameter: moments change by less than 0.1 % when halved
 POINTS = 120  # of a curve, to the largest curvature that is tried
@@ -16,19 +20,113 @@ STRAIN_TOLERANCE = 1e-10
 _ROUNDING = 4 * sys.float_info.epsilon
 
 
+def shear_modulus_pa(modulus_pa: float) -> float:
+    """Return E / 2.4 (Poisson's ratio 0.2)."""
+    return modulus_pa / 2.4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Steel:
+    """Reinforcing steel at its expected strength, bilinear in the model.
+
+    The rupture strain is the reduced ultimate one, the hardening ratio post-yield over elastic
+    stiffness.
+    """
+
+    yield_pa: float
+    modulus_pa: float = 200e9
+    hardening_ratio: float = 0.01  # source: 1 % is usual
+    rupture_strain: float = 0.06  # source: Caltrans SDC 1.7 section 3.2.3
+
+
+STEELS: Final = {
+    # source: Caltrans SDC 1.7 section 3.2.3, expected A706 values
+    "a706": Steel(yield_pa=469e6),
+    # source: Caltrans SDC 1.7 table 3.2.1 older bars: expected 1.2 times the nominal 276 MPa
+    "grade40": Steel(yield_pa=331e6),
+    # source: PyPBEE examples, bridges A-C: A706 with mean properties
+    "kaviani": Steel(yield_pa=476.7e6, modulus_pa=201.3e9),
+}
+
+
+def steel_of(column: ColumnData) -> Steel:
+    """Return the reinforcing steel of a column."""
+    steel = STEELS[column.steel]
+    return replace(steel, yield_pa=column.steel_strength_factor * steel.yield_pa)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Concrete:
+    """Popovics curve of Mander's model, positive in compression, with the initial tangent.
+
+    The curve ends at the ultimate strain (spalling or first hoop rupture).
+    """
+
+    peak_pa: float
+    peak_strain: float
+    modulus_pa: float
+    ultimate_strain: float
+
+    def stress_pa(self, strain: ArrayLike) -> FloatArray:
+        """Return the stress at compressive strains; zero in tension and past the ultimate strain.
+
+        References:
+            Mander, Priestley and Park (1988), J. Struct. Eng. 114(8), 1804-1826, eq. 3-6.
+        """
+        ratio = np.maximum(np.asarray(strain, dtype=np.float64), 0.0) / self.peak_strain
+        secant = self.peak_pa / self.peak_strain
+        power = self.modulus_pa / (self.modulus_pa - secant)
+        curve = self.peak_pa * ratio * power / (power - 1.0 + ratio**power)
+        return np.where(ratio * self.peak_strain > self.ultimate_strain, 0.0, curve)
+
+
+def cover_concrete(column: ColumnData) -> Concrete:
+    """Return the unconfined concrete at its expected strength."""
+    return Concrete(
+        peak_pa=column.expected_concrete_strength_mpa * MPA,
+        peak_strain=0.002,  # source: SDC 1.7 section 3.2.6
+        modulus_pa=column.elastic_modulus_gpa * GPA,
+        ultimate_strain=0.005,  # source: SDC 1.7 section 3.2.6
+    )
+
+
+def core_concrete(column: ColumnData) -> Concrete:
+    """Return the concrete confined by circular hoops at their expected yield, after Mander.
+
+    The ultimate strain is the energy-balance shortcut 0.004 + 1.4 rho_s f_yh eps_su / f_cc.
+
+    References:
+        Mander, Priestley and Park (1988), eq. 12-19, 29 and 5; Priestley, Seible and Calvi (1996),
+        Seismic Design and Retrofit of Bridges, eq. 5.14.
+    """
+    plain, circle_m = cover_concrete(column), column.hoop_circle_m
+    clear_m = 1e-3 * (column.hoop_spacing_mm - column.hoop_diameter_mm)
+    core_ratio = column.bar_count * column.bar_area_mm2 * 1e-6 / (np.pi * circle_m**2 / 4)
+    arching = max(1.0 - clear_m / (2 * circle_m), 0.0) ** 2 / (1.0 - core_ratio)
+    hoop_volume = 4 * column.hoop_area_mm2 * 1e-6 / (circle_m * 1e-3 * column.hoop_spacing_mm)
+    yield_pa = steel_of(column).yield_pa
+    pressure = 0.5 * arching * hoop_volume * yield_pa / plain.peak_pa
+    gain = -1.254 + 2.254 * np.sqrt(1.0 + 7.94 * pressure) - 2.0 * pressure
+    peak_pa = plain.peak_pa * float(gain)
+    peak_strain = plain.peak_strain * (1.0 + 5.0 * (peak_pa / plain.peak_pa - 1.0))
+    hoop_strain = 0.09  # source: SDC 1.7 section 3.2.3, reduced ultimate strain of #8 bars
+    ultimate_strain = 0.004 + 1.4 * (hoop_volume * yield_pa) * hoop_strain / peak_pa
+    return Concrete(
+        peak_pa=peak_pa,
+        peak_strain=peak_strain,
+        modulus_pa=plain.modulus_pa,
+        ultimate_strain=max(ultimate_strain, peak_strain),
+    )
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MomentCurvature:
-    """A curve under constant axial force, with its idealisation.
+    """A curve under constant axial force, from zero to the ultimate curvature.
 
-    Attributes:
-        curvature_per_m: From zero to the ultimate curvature.
-        moment_nm: Same length.
-        first_yield_curvature_per_m: First bar at its yield strain.
-        first_yield_moment_nm: Moment there.
-        yield_curvature_per_m: Knee of the elastic-perfectly-plastic curve of equal area.
-        plastic_moment_nm: Its plateau.
-        ultimate_curvature_per_m: Core concrete or a bar at its ultimate strain.
-        neutral_axis_depth_m: At the knee of the idealised curve, from the compression face.
+    The first bar yields at the first yield; core concrete or a bar is at its ultimate strain at
+    the ultimate curvature. The idealised elastic-perfectly-plastic curve of equal area has its
+    knee at the yield curvature and its plateau at the plastic moment; the neutral axis at the knee
+    is measured from the compression face.
     """
 
     curvature_per_m: FloatArray
@@ -50,10 +148,7 @@ class MomentCurvature:
 def section_response(column: ColumnData, axial_n: float) -> MomentCurvature:
     """Return the curve of a column section under an axial force, positive in compression.
 
-    It is kept, because each column of each model needs it.
-
-    Concrete follows Mander's curves (confined core, spalling cover), steel is bilinear as in the
-    fiber model.
+    Concrete follows Mander's curves, steel is bilinear as in the fiber model.
 
     References:
         Caltrans SDC 1.7 section 3.3.1 for the equal-area idealisation through the first yield.
@@ -103,7 +198,7 @@ class _Section:
         self._cover_m2 = np.diff(_area_below(edges, self._radius_m)) - self._core_m2
         angle = 2 * np.pi * (np.arange(column.bar_count) + 0.5) / column.bar_count
         self._bar_height_m = column.bar_circle_m / 2 * np.sin(angle)
-        self._bar_m2 = np.full(column.bar_count, column.bar_area_mm2 * 1e-6)
+        self._bar_m2 = column.bar_area_mm2 * 1e-6
         self.highest_bar_m = float(self._bar_height_m.max())
         self.yield_strain = self._steel.yield_pa / self._steel.modulus_pa
 
@@ -120,16 +215,13 @@ class _Section:
 
     def centre_strain(self, phi: float, axial_n: float) -> float:
         """Return the strain at the centre that balances the axial force."""
-
-        def unbalance(centre: float) -> float:
-            return self.resultants(centre, phi)[0] - axial_n
-
         half = phi * self._radius_m
         # from all fibers well in tension to the face at the peak of the confined curve
-        return bracketed_root(unbalance, -half - 0.02, 0.002 + half)
+        ends = -half - 0.02, 0.002 + half
+        return bracketed_root(lambda centre: self.resultants(centre, phi)[0] - axial_n, *ends)
 
     def is_ultimate(self, centre: float, phi: float) -> bool:
-        """Return whether the core or a bar is at its ultimate strain."""
+        """Whether the core or a bar is at its ultimate strain."""
         core_face = centre + phi * self._core_radius_m
         tension = phi * self.highest_bar_m - centre
         return core_face >= self._core.ultimate_strain or tension >= self._steel.rupture_strain
@@ -142,9 +234,8 @@ class _Section:
 def bracketed_root(function: Callable[[float], float], low: float, high: float) -> float:
     """Return a root of a function between two points at which its signs differ.
 
-    Brent's method, with the same steps as `scipy.optimize.brentq`, whose import takes longer than
-    a short analysis. A softening section may balance at more than one strain, and the root found
-    depends on the method.
+    Brent's method, with the steps of `scipy.optimize.brentq`, whose import takes longer than a
+    short analysis. A softening section may balance at several strains: the method selects one.
 
     References:
         Brent (1973), Algorithms for Minimization without Derivatives, chapter 4.

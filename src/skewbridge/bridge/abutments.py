@@ -1,0 +1,381 @@
+"""Seat abutments: deck end on its supports, and the joint of each abutment model.
+
+`roller` has only vertical supports at both ends of the skewed bearing line. `simplified` adds a
+rigid bar of deck width with a gap and a bilinear spring at each end. `spring` has pads, gap springs
+of the backfill, shear keys, wing walls and embankment: each exterior key is between the deck
+(behind the transverse gap) and the body of the abutment, which the wing walls hold along the wall
+and which may carry the mass of the embankment.
+
+`contact` and `contact_friction` have backwall and keys behind contact units. At points along the
+backwall, corners included: ground - backfill and wing-wall springs - wall node - contact unit -
+deck. At both keys: ground - backbone - key node - contact unit - deck. Only the contact units have
+gaps.
+
+References:
+    Aviram, Mackie and Stojadinovic (2008), PEER 2008/03; Zhang and Makris (2002); Rahman and
+    Mackie, section 4 of the paper (figure 9).
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import sqrt
+from typing import Final
+
+import openseespy.opensees as ops
+
+from skewbridge.bridge.backfill import (
+    SOIL_KG_PER_M3,
+    Passive,
+    radiation_n_s_per_m,
+    sdc_backfill,
+    skew_reduction,
+    variation_factors,
+    wall_backfill,
+    wing_share,
+    wing_wall,
+)
+from skewbridge.bridge.catalogue.data import AbutmentData, KeyData
+from skewbridge.bridge.deck import DeckEnd, Side, tributary_shares
+from skewbridge.bridge.handles import (
+    AbutmentHandle,
+    Blueprint,
+    CornerHandle,
+    PlanVector,
+    Point,
+    SpringHandle,
+)
+from skewbridge.bridge.springs import (
+    damping_n_s_per_m,
+    elastic_material,
+    gap_material,
+    grounded_node,
+    key_face_material,
+    key_material,
+    key_stiffness_n_per_m,
+    normal_penalty,
+    passive_material,
+    plane_node,
+    plastic_material,
+    spring_element,
+    tangent_penalty,
+    turned,
+)
+from skewbridge.bridge.supports import (
+    Arms,
+    bearing_stations,
+    build_arms,
+    build_bearings,
+    pad_stations,
+)
+from skewbridge.units import MM, TONNE
+
+CONCRETE_KG_PER_M3 = 2400.0  # source: usual density of reinforced concrete
+
+
+@dataclass(frozen=True, kw_only=True)
+class Joint(Blueprint):
+    """The joint of one side, with its deck end at rest; builders add its parts to the handle."""
+
+    end: DeckEnd
+    arms: Arms
+    handle: AbutmentHandle
+
+    @property
+    def data(self) -> AbutmentData:
+        """Data of the abutment."""
+        return self.bridge.abutment
+
+    @property
+    def key(self) -> KeyData:
+        """Backbone of the shear keys under option ``keys``."""
+        is_monolithic = self.options.keys == "monolithic"
+        return self.data.monolithic_key if is_monolithic else self.data.sacrificial_key
+
+    def soil(self, passive: Passive) -> Passive:
+        """Return the resistance of a soil with the factors of the options."""
+        options = self.options
+        return passive.scaled(options.backfill_strength_factor, options.backfill_stiffness_factor)
+
+    def wall_parts(self) -> list[tuple[float, float, Passive]]:
+        """Return position, share of the wall and backfill of each wall point."""
+        options, end = self.options, self.end
+        soil = options.backfill, end.skew_rad, options.backfill_height_exponent
+        whole = self.soil(wall_backfill(self.data, *soil))
+        stations = end.wall_stations(options.backwall_points)
+        shares = tributary_shares(len(stations))
+        factors = variation_factors(end, stations, options.backfill_variation)
+        return [
+            (along, share, whole.scaled(share * factor))
+            for along, share, factor in zip(stations, shares, factors, strict=True)
+        ]
+
+    def key_inward_normal(self, sign: float) -> PlanVector:
+        """Return the normal of a key's face, from the key towards the deck.
+
+        Across the deck's edge by default, or along the skewed wall; the sign is +1 for the key at
+        the end of the wall's tangent, -1 for the other.
+        """
+        along = self.end.tangent
+        # ASSUME the face of a key is parallel to the edge of the deck
+        if self.options.key_frame == "skewed":
+            return (-sign * along[0], -sign * along[1])
+        return (0.0, -sign if along[1] > 0.0 else sign)
+
+    def key_spring(self, nodes: tuple[int, int], inward: PlanVector) -> SpringHandle:
+        """Create the spring of a key: its backbone across the face and along it."""
+        stiffness, mass_kg = key_stiffness_n_per_m(self.key), self.key_mass_kg
+        dashpot_n_s_per_m = damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness, mass_kg)
+        damped = elastic_material(0.0, self.tags, dashpot_n_s_per_m=dashpot_n_s_per_m)
+        across = [key_material(self.key, self.tags), damped]
+        # ASSUME elastic up to the same strength along the face, independent of the force across
+        # it: a broken key gets friction from its residual force only, which is below the strength
+        if self.options.key_along_face == "backbone":
+            along = [key_face_material(self.key, self.tags), damped]
+        else:
+            along = [elastic_material(stiffness, self.tags, dashpot_n_s_per_m=dashpot_n_s_per_m)]
+        return spring_element(nodes, inward, across, along, self.tags)[0]
+
+    def wall_dashpot_n_s_per_m(
+        self, stiffness_n_per_m: float, mass_kg: float, share: float = 1.0
+    ) -> float:
+        """Return the dashpot of a share of the wall, against the fill."""
+        vs_mps = self.options.backfill_vs_mps
+        if vs_mps is None:
+            return damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness_n_per_m, mass_kg)
+        return share * radiation_n_s_per_m(self.data, vs_mps)
+
+    def wing_dashpot_n_s_per_m(self, wing: Passive, mass_kg: float, share: float = 1.0) -> float:
+        """Return the dashpot of a share of the wing walls, along the backwall."""
+        radiating = share * wing_share(self.data)
+        return self.wall_dashpot_n_s_per_m(wing.stiffness_n_per_m, mass_kg, radiating)
+
+    def moving_mass_kg(self, mass_kg: float) -> float:
+        """Return the mass of a wall or key node: the given mass, or zero without ``wall_mass``."""
+        return mass_kg if self.options.wall_mass else 0.0
+
+    @property
+    def wall_mass_kg(self) -> float:
+        """Mass of the backwall."""
+        data = self.data
+        volume = self.end.wall_length_m * data.wall_height_m * data.wall_thickness_m
+        return volume * CONCRETE_KG_PER_M3
+
+    @property
+    def key_mass_kg(self) -> float:
+        """Mass of one exterior key."""
+        return self.data.key_mass_t * TONNE
+
+    def add_contact(
+        self,
+        nodes: tuple[int, int],
+        inward: PlanVector,
+        gap_m: float,
+        kn_n_per_m: float,
+        friction: float,
+        name: str,
+        cohesion_n: float = 0.0,
+    ) -> int:
+        """Create the contact unit between a node of wall or key and one of the deck."""
+        if self.contacts is None:
+            raise TypeError("the contact abutment needs a ContactSet")
+        return self.contacts.add(
+            *nodes,
+            (*inward, 0.0),
+            gap_m,
+            friction,
+            cohesion_n,
+            kn=kn_n_per_m,
+            kt=tangent_penalty(kn_n_per_m, self.options),
+            tangent=(*turned(inward), 0.0),
+            name=f"{self.end.side} {name}",
+        )
+
+
+def support_deck_end(side: Side, deck_node: int, plan: Blueprint) -> Joint:
+    """Build the points of the joint at an end node of the spine, and their supports."""
+    bridge, options, traits = plan.bridge, plan.options, plan.variant.traits
+    deck, data, pads = bridge.deck, bridge.abutment, bridge.abutment.pads
+    skew_deg, thickness_m = plan.variant.skew_deg, deck.diaphragm_thickness_m
+    end = DeckEnd(side, bridge.length_m, skew_deg, deck.width_m, thickness_m)
+    bearing_line = bearing_stations(pads, end, options, has_pads=traits.has_pads)
+    outer = end.wall_stations(options.backwall_points if traits.has_wall_points else 2)
+    arms = build_arms(end, deck_node, {"bearing": bearing_line, "outer": outer}, options, plan.tags)
+    bearings = build_bearings(end, arms, pads, options, plan.tags, has_pads=traits.has_pads)
+    z_m = float(ops.nodeCoord(deck_node, 3))
+
+    def seat(along_m: float) -> Point:
+        arm = along_m * end.tangent[0], along_m * end.tangent[1], -z_m
+        return Point(deck_node, arm)
+
+    gap_m = plan.variant.normal_gap_m(options.gap_measured) + options.gap_offset_mm * MM
+    handle = AbutmentHandle(
+        side=side,
+        normal=end.normal,
+        tangent=end.tangent,
+        gap_m=max(gap_m, 0.0),
+        transverse_gap_m=options.transverse_gap_m,
+        seat_width_m=data.seat_width_m,
+        centre=seat(0.0),
+        corners=tuple(
+            CornerHandle(
+                node=arms.at("outer", along),
+                side=side,
+                kind="acute" if along * end.acute_sign > 0.0 else "obtuse",
+                plan_m=end.point("outer", along),
+            )
+            for along in end.wall_stations(2)
+        ),
+        bearings=bearings,
+        pads=tuple(map(seat, pad_stations(pads, end) if traits.has_pads else bearing_line)),
+        links=tuple(arms.elements),
+    )
+    return Joint(**vars(plan), end=end, arms=arms, handle=handle)
+
+
+def build_joint(joint: Joint) -> AbutmentHandle:
+    """Build walls, keys and their gaps between a deck end at rest and its abutment."""
+    BUILDERS[joint.variant.abutment](joint)
+    return joint.handle
+
+
+def _build_roller(_joint: Joint) -> None:
+    """Add nothing: the deck end is free on its supports."""
+
+
+def _build_simplified(joint: Joint) -> None:
+    """Create the springs at both ends of the bar, each with half of the resistance."""
+    end, tags = joint.end, joint.tags
+    longitudinal = joint.soil(sdc_backfill(joint.data)).scaled(0.5 * skew_reduction(end.skew_rad))
+    # ASSUME the transverse springs have no gap, as in the published model
+    transverse = joint.soil(wing_wall(joint.data)).scaled(0.5)
+    ends = end.wall_stations(2)
+    factors = variation_factors(end, ends, joint.options.backfill_variation)
+    for along, factor in zip(ends, factors, strict=True):
+        nodes = grounded_node(end.point("outer", along), tags), joint.arms.at("outer", along)
+        soil = passive_material(longitudinal.scaled(factor), joint.handle.gap_m, tags)
+        wing = plastic_material(transverse, tags)
+        wall_spring, wing_spring = spring_element(nodes, end.inward, [soil], [wing], tags)
+        joint.handle.wall_springs.append(wall_spring)
+        joint.handle.key_springs.append(wing_spring)
+
+
+def _build_spring(joint: Joint) -> None:
+    """Create gap springs of the backfill, and the keys on the body of the abutment."""
+    end, tags = joint.end, joint.tags
+    for along, _, passive in joint.wall_parts():
+        nodes = grounded_node(end.point("outer", along), tags), joint.arms.at("outer", along)
+        soil = passive_material(passive, joint.handle.gap_m, tags)
+        joint.handle.wall_springs.append(spring_element(nodes, end.inward, [soil], [], tags)[0])
+    _build_keys(joint, body=_build_body(joint))
+
+
+def embankment_mass_kg(data: AbutmentData) -> float:
+    """Return the mass of the critical length of the embankment, 0.7 sqrt(S B H).
+
+    References:
+        Zhang and Makris (2002), Earthquake Eng. Struct. Dyn. 31, section on critical length.
+    """
+    width, height = data.wall_width_m, data.embankment_height_m
+    length = 0.7 * sqrt(data.embankment_slope_ratio * width * height)
+    # ASSUME a trapezoid with side slopes of 1 / slope ratio, moving as one body
+    area = width * height + height**2 * data.embankment_slope_ratio
+    return length * area * SOIL_KG_PER_M3
+
+
+def _build_body(joint: Joint) -> int:
+    """Create the abutment's body: wing walls along the wall, stiff across it."""
+    end, data, tags = joint.end, joint.data, joint.tags
+    embankment_kg = embankment_mass_kg(data) if joint.options.embankment_mass else 0.0
+    mass_kg = joint.wall_mass_kg + embankment_kg
+    wing = joint.soil(wing_wall(data))
+    # ASSUME across the wall the body is held by its initial backfill stiffness
+    across = joint.wall_parts()[0][2].stiffness_n_per_m / skew_reduction(end.skew_rad)
+    moving_kg = joint.moving_mass_kg(joint.wall_mass_kg) + embankment_kg
+    body = plane_node(end.point("outer", 0.0), moving_kg, tags)
+    ground = grounded_node(end.point("outer", 0.0), tags)
+    along_n_s_per_m = joint.wing_dashpot_n_s_per_m(wing, mass_kg)
+    along_wall = [
+        plastic_material(wing, tags),
+        elastic_material(0.0, tags, dashpot_n_s_per_m=along_n_s_per_m),
+    ]
+    across_n_s_per_m = joint.wall_dashpot_n_s_per_m(across, mass_kg)
+    across_it = [elastic_material(across, tags, dashpot_n_s_per_m=across_n_s_per_m)]
+    spring, _ = spring_element((ground, body), end.tangent, along_wall, across_it, tags)
+    joint.handle.wing_springs.append(spring)
+    return body
+
+
+def _build_contact(joint: Joint) -> None:
+    """Create wall points and keys with their contacts."""
+    end, handle, options, tags = joint.end, joint.handle, joint.options, joint.tags
+    friction = joint.variant.friction * (options.friction_at != "keys")
+    for number, (along, share, passive) in enumerate(joint.wall_parts(), start=1):
+        mass_kg = joint.moving_mass_kg(joint.wall_mass_kg * share)
+        # The penalty of a point is proportional to its soil, so that the soil spreads the force.
+        kn = normal_penalty(passive.stiffness_n_per_m, mass_kg, options)
+        wall = plane_node(end.point("outer", along), mass_kg, tags)
+        ground = grounded_node(end.point("outer", along), tags)
+        _hold_wall_point(joint, (ground, wall), share, passive)
+        nodes, name = (wall, joint.arms.at("outer", along)), f"backwall {number}"
+        unit = joint.add_contact(
+            nodes, end.inward, handle.gap_m, kn, friction, name, options.cohesion_n * share
+        )
+        handle.wall_units.append(unit)
+        handle.wall_nodes.append(wall)
+    _build_keys(joint, body=None)
+
+
+def _hold_wall_point(joint: Joint, nodes: tuple[int, int], share: float, passive: Passive) -> None:
+    """Create the springs between ground and a wall node."""
+    end, tags, mass_kg = joint.end, joint.tags, joint.wall_mass_kg * share
+    weak = joint.options.wall_restoring_n_per_m * skew_reduction(end.skew_rad) * share
+    stiffness, wing = passive.stiffness_n_per_m, joint.soil(wing_wall(joint.data)).scaled(share)
+    # ASSUME towards the deck the stem of the wall is as stiff as the soil initially: shaking
+    # alone does not swing the wall into the gap
+    leaning = stiffness + weak
+    dashpot = joint.wall_dashpot_n_s_per_m(stiffness, mass_kg, share)
+    across = [
+        passive_material(passive, 0.0, tags),
+        elastic_material(leaning, tags, dashpot_n_s_per_m=dashpot, compression_n_per_m=weak),
+    ]
+    dashpot = joint.wing_dashpot_n_s_per_m(wing, mass_kg, share)
+    along = [
+        plastic_material(wing, tags),
+        elastic_material(weak, tags, dashpot_n_s_per_m=dashpot),
+    ]
+    wall_spring, wing_spring = spring_element(nodes, end.inward, across, along, tags)
+    joint.handle.wall_springs.append(wall_spring)
+    joint.handle.wing_springs.append(wing_spring)
+
+
+def _build_keys(joint: Joint, body: int | None) -> None:
+    """Create both exterior keys: on the ground with contacts, or on a body with gap springs."""
+    end, handle, options, tags = joint.end, joint.handle, joint.options, joint.tags
+    friction = joint.variant.friction * (options.friction_at != "walls")
+    mass_kg = joint.moving_mass_kg(joint.key_mass_kg)
+    kn = normal_penalty(key_stiffness_n_per_m(joint.key), mass_kg, options)
+    for sign in (-1.0, 1.0):
+        along, inward = sign * end.wall_length_m / 2, joint.key_inward_normal(sign)
+        node = plane_node(end.point("outer", along), mass_kg, tags)
+        # the body moves without turning: its middle represents its part at the key
+        holder = grounded_node(end.point("outer", along), tags) if body is None else body
+        handle.key_springs.append(joint.key_spring((holder, node), inward))
+        handle.key_nodes.append(node)
+        nodes = node, joint.arms.at("outer", along)
+        if body is None:
+            name, gap_m = f"key {'+' if sign > 0.0 else '-'}", options.transverse_gap_m
+            handle.key_units.append(joint.add_contact(nodes, inward, gap_m, kn, friction, name))
+        else:
+            gap = gap_material(kn, options.transverse_gap_m, tags)
+            spring, _ = spring_element(nodes, inward, [gap], [], tags)
+            handle.other_springs.append(spring.element)
+
+
+#: The builder of each model in `skewbridge.variant.variant`.
+BUILDERS: Final[Mapping[str, Callable[[Joint], None]]] = {
+    "roller": _build_roller,
+    "simplified": _build_simplified,
+    "spring": _build_spring,
+    "contact": _build_contact,
+    "contact_friction": _build_contact,
+}
