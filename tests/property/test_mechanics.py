@@ -75,7 +75,7 @@ def random_path(seed, rows=200):
 @given(law=LAWS, x=POSITIONS, y=POSITIONS, sx=POSITIONS, sy=POSITIONS, opening=OPENINGS)
 def test_the_force_stays_in_the_cone_and_never_pulls(law, x, y, sx, sy, opening):
     state = advance_pair(law, (sx, sy), (x, y), opening)
-    size = hypot(state.force_1_n, state.force_2_n)
+    size = hypot(*state.force_n)
     assert state.normal_n >= 0.0
     limit = law.cohesion_n + law.friction * state.normal_n
     assert size <= limit * (1.0 + 1e-12) + 1e-9

@@ -10,7 +10,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, StepLoop, solver_log
 from skewbridge.analysis.trace import Series, at_regular_steps
 from skewbridge.bridge.model import AbutmentModel, build_abutment, domain
-from skewbridge.contact.state import UnitLedger
+from skewbridge.contact.law import UnitLedger
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 

@@ -18,7 +18,7 @@ from skewbridge.bridge.handles import (
     SpringHandle,
 )
 from skewbridge.bridge.shear_capacity import shear_strength
-from skewbridge.contact.state import UnitLedger
+from skewbridge.contact.law import UnitLedger
 from skewbridge.units import KJ, KN
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS, ShearModel
 

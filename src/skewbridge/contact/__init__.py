@@ -3,13 +3,11 @@
 Attach contacts to a model that has nodes, then call one method after each converged step::
 
     contacts = ContactSet(tags)                       # tags optional: any TagSource-like object
-    unit = contacts.add(
+    unit = contacts.add(                              # index of the unit, 0, 1, ...
         node_i, node_j,                               # i: surface (backwall), j: body (deck)
         normal=(1.0, 0.0, 0.0),                       # outward of the surface, from i towards j
-        gap_m=0.051, friction=0.5, cohesion_n=0.0,
-        kn=2e9, kt=2e8,                               # N/m
-        tangent=None, name="backwall 1",
-    )                                                 # -> index of the unit, 0, 1, ...
+        gap_m=0.051, friction=0.5, kn=2e9, kt=2e8,    # N/m
+    )
     while ...:
         if ops.analyze(1, dt_s) != 0:                 # nothing was committed
             contacts.prepare(dt_s / 4)                # bounds for the retry with a smaller step
@@ -27,8 +25,7 @@ slip of node j relative to node i (the force of the spring; the body feels its n
 
 from skewbridge.contact.contact_set import ContactSet, make_step
 from skewbridge.contact.element import ContactError, Tags, TagSource
-from skewbridge.contact.law import ContactLaw
-from skewbridge.contact.state import Coupling, Drive, Scheme, UnitLedger, UnitState
+from skewbridge.contact.law import ContactLaw, Coupling, Drive, Scheme, UnitLedger, UnitState
 from skewbridge.contact.unit import ContactUnit
 
 __all__ = [

@@ -16,8 +16,7 @@ from skewbridge.contact.element import (
     prove_bounds_act,
     require_nodes,
 )
-from skewbridge.contact.law import ContactLaw
-from skewbridge.contact.state import Coupling, Drive, Scheme, UnitLedger, UnitState
+from skewbridge.contact.law import ContactLaw, Coupling, Drive, Scheme, UnitLedger
 from skewbridge.contact.unit import ComponentwiseUnit, ContactUnit, ElasticUnit
 from skewbridge.errors import InputError
 
@@ -42,6 +41,8 @@ class ContactSet:
             the coming step; `lagged` takes them from its beginning (the paper).
 
     Attributes:
+        units: The units, in the order of adding.
+        changes: Indices of the units that opened or closed in the last step.
         is_any_closed: Whether a pair is closed.
         least_opening_ratio: Smallest opening of a pair over its gap; zero for one without a gap.
         largest_normal_n: Largest normal force of all pairs.
@@ -60,16 +61,18 @@ class ContactSet:
         scheme: Scheme = "vector",
         coupling: Coupling = "extrapolated",
     ) -> None:
-        _require_choice("scheme", scheme, tuple(_UNIT_TYPES))
-        _require_choice("coupling", coupling, get_args(Coupling.__value__))
+        for field, value, kind in (("scheme", scheme, Scheme), ("coupling", coupling, Coupling)):
+            choices = get_args(kind.__value__)
+            if value not in choices:
+                raise InputError(f"{field} must be one of {', '.join(choices)}, got {value!r}")
         self._tags: Tags = TagSource() if tags is None else tags
         self._is_updated = update
         self._unit_type = _UNIT_TYPES[scheme]
         self._is_elastic = scheme == "elastic"
         self._is_extrapolated = coupling == "extrapolated"
-        self._units: list[ContactUnit] = []
+        self.units: list[ContactUnit] = []
+        self.changes: list[int] = []
         self._driven: list[ContactUnit] = []
-        self._changes: list[int] = []
         self._dt_s = 0.0
         self._time_s = 0.0
         self._survey()
@@ -118,19 +121,12 @@ class ContactSet:
             InputError: A value is outside its limits or the nodes do not suit.
             ContactError: A parameter does not act in this OpenSees build.
         """
-        law = ContactLaw(
-            kn_n_per_m=kn,
-            kt_n_per_m=kt,
-            friction=friction,
-            cohesion_n=cohesion_n,
-            gap_m=gap_m,
-            gap_closing_m=gap_closing_m,
-        )
+        law = ContactLaw(kn, kt, friction, cohesion_n, gap_m, gap_closing_m)
         ndm = int(ops.getNDM()[0]) if ops.getNDM() else 0
         frame = contact_frame(normal, tangent, ndm)
         nodes = (node_i, node_j)
         require_nodes(nodes, ndm)
-        if not self._units and not self._is_elastic:
+        if not self.units and not self._is_elastic:
             prove_bounds_act(self._tags, nodes, frame)
         driven = drive.parameters if drive else ()
         springs = make_springs(
@@ -142,11 +138,11 @@ class ContactSet:
             has_dashpot="dashpot_n_s_per_m" in driven,
             is_gap_driven="gap_closing_m" in driven,
         )
-        index = len(self._units)
+        index = len(self.units)
         unit = self._unit_type(name or f"contact {index}", nodes, frame, law, springs, drive)
         if drive:
             self._driven.append(unit)
-        self._units.append(unit)
+        self.units.append(unit)
         self._survey()
         return index
 
@@ -168,15 +164,15 @@ class ContactSet:
             raise InputError(f"dt_s must be positive, got {dt_s}")
         self._dt_s = dt_s
         self._time_s += dt_s
-        changes = [index for index, unit in enumerate(self._units) if unit.read(dt_s)]
+        changes = [index for index, unit in enumerate(self.units) if unit.read(dt_s)]
         next_dt = dt_s if next_dt_s is None else next_dt_s
         for unit in self._driven:
             unit.apply_drive(next_dt, self._time_s)
         if self._is_updated:
             ratio = next_dt / dt_s if self._is_extrapolated else None
-            for unit in self._units:
+            for unit in self.units:
                 unit.set_bounds(ratio)
-        self._changes = changes
+        self.changes = changes
         self._survey()
         return bool(changes)
 
@@ -188,7 +184,7 @@ class ContactSet:
         """
         if not (self._is_updated and self._is_extrapolated and self._dt_s > 0.0):
             return
-        for unit in self._units:
+        for unit in self.units:
             unit.set_bounds(next_dt_s / self._dt_s)
 
     def start_from_rest(self) -> None:
@@ -197,7 +193,7 @@ class ContactSet:
         The increments of a static stage do not predict the coming motion, so the bounds of the
         first step are those of the state itself.
         """
-        for unit in self._units:
+        for unit in self.units:
             unit.rest()
             if self._is_updated:
                 unit.set_bounds(None)
@@ -207,7 +203,7 @@ class ContactSet:
         """Find the extremes of all units in one pass: a step loop asks for them in every step."""
         is_any_closed, largest_normal_n, friction_error = False, 0.0, 0.0
         least_ratio = least_steps = inf
-        for unit in self._units:
+        for unit in self.units:
             opening, before, gap = unit.opening, unit.opening_before, unit.gap_m
             ratio = opening / gap if gap else 0.0
             if ratio < least_ratio:
@@ -238,61 +234,41 @@ class ContactSet:
 
         Zero where a pair is closed, and before the first step.
         """
-        return min((unit.time_to_closing_s(accel_mps2) for unit in self._units), default=inf)
-
-    @property
-    def changes(self) -> tuple[int, ...]:
-        """Units that opened or closed in the last step."""
-        return tuple(self._changes)
-
-    @property
-    def units(self) -> tuple[ContactUnit, ...]:
-        """The units, in the order of adding."""
-        return tuple(self._units)
-
-    @property
-    def closed(self) -> list[bool]:
-        """Whether each pair is closed."""
-        return [unit.closed for unit in self._units]
+        return min((unit.time_to_closing_s(accel_mps2) for unit in self.units), default=inf)
 
     @property
     def openings_m(self) -> list[float]:
         """Opening of each pair, negative when closed."""
-        return [unit.opening for unit in self._units]
+        return [unit.opening for unit in self.units]
 
     @property
     def normals_n(self) -> list[float]:
         """Compression of each pair."""
-        return [unit.normal_n for unit in self._units]
+        return [unit.normal_n for unit in self.units]
 
     @property
     def tangentials_n(self) -> list[tuple[float, float]]:
         """Friction force of each pair along t1 and t2, with the sign of slip."""
-        return [(unit.force_1, unit.force_2) for unit in self._units]
-
-    def state(self, unit: int) -> UnitState:
-        """Return the state of a unit at the end of the last step."""
-        return self._units[unit].state(self._dt_s)
+        return [(unit.force_1, unit.force_2) for unit in self.units]
 
     def global_force_on_j(self, unit: int) -> tuple[float, ...]:
         """Return the force of a unit on its node j along the axes of the model, in N."""
-        pair = self._units[unit]
+        pair = self.units[unit]
         forces = (pair.normal_n, -pair.force_1, -pair.force_2)
-        axes = (pair.normal, *pair.tangents)
-        return tuple(
-            sum(force * axis[k] for force, axis in zip(forces, axes, strict=False))
-            for k in range(len(pair.normal))
-        )
+        # a plane model has one tangent
+        terms = zip(forces, (pair.normal, *pair.tangents), strict=False)
+        products = [[force * value for value in axis] for force, axis in terms]
+        return tuple(map(sum, zip(*products, strict=True)))
 
     def ledger(self) -> list[UnitLedger]:
         """Return the ledger of each unit since it was added."""
         return [
             UnitLedger(
+                **asdict(unit.account),
                 name=unit.name,
                 normal_potential_j=unit.normal_potential_j(),
-                **asdict(unit.account),
             )
-            for unit in self._units
+            for unit in self.units
         ]
 
     @contextmanager
@@ -302,11 +278,11 @@ class ContactSet:
         An unused friction spring shows its full stiffness to `eigen` although it has no strength.
         """
         try:
-            for unit in self._units:
+            for unit in self.units:
                 unit.scale_tangents(_SOFT)
             yield
         finally:
-            for unit in self._units:
+            for unit in self.units:
                 unit.scale_tangents(1.0)
 
 
@@ -330,8 +306,3 @@ def make_step(contacts: ContactSet, dt_s: float, *, parts_on_change: int = 1) ->
             return False
         contacts.after_step(part_s, dt_s if part == parts - 1 else part_s)
     return True
-
-
-def _require_choice(field: str, value: str, choices: Sequence[str]) -> None:
-    if value not in choices:
-        raise InputError(f"{field} must be one of {', '.join(choices)}, got {value!r}")

@@ -6,12 +6,11 @@ the end of that step; the error is of second order in the time step while the co
 of first order at its ends.
 """
 
-from functools import partial
 from math import atan2, exp, log, sqrt
 
 from scipy.optimize import brentq
 
-from skewbridge.contact.state import Drive, UnitState
+from skewbridge.contact.law import Drive, UnitState
 from skewbridge.errors import InputError
 
 _LARGEST_DAMPING_RATIO = 1.0e4
@@ -50,31 +49,26 @@ def stribeck_drive(
         )
     _require_positive("stribeck_speed_mps", stribeck_speed_mps)
 
-    coefficient = partial(
-        stribeck_friction,
-        static=static,
-        kinetic=kinetic,
-        stribeck_speed_mps=stribeck_speed_mps,
-        viscous_s_per_m=viscous_s_per_m,
-    )
-
     def friction(state: UnitState, _time_s: float) -> dict[str, float]:
-        return {"friction": coefficient(state.slip_speed_mps)}
+        coefficient = stribeck_friction(
+            state.slip_speed_mps,
+            static=static,
+            kinetic=kinetic,
+            stribeck_speed_mps=stribeck_speed_mps,
+            viscous_s_per_m=viscous_s_per_m,
+        )
+        return {"friction": coefficient}
 
     return Drive(parameters=("friction",), function=friction)
 
 
-def power_law_drive(*, stiffness_n_per_m_p: float, exponent: float) -> Drive:
-    """Return a drive of the secant stiffness of F = k x^p; Hertz's sphere has p = 3/2."""
-    return hunt_crossley_drive(
-        stiffness_n_per_m_p=stiffness_n_per_m_p, exponent=exponent, damping=0.0
-    )
-
-
-def hunt_crossley_drive(*, stiffness_n_per_m_p: float, exponent: float, damping: float) -> Drive:
+def hunt_crossley_drive(
+    *, stiffness_n_per_m_p: float, exponent: float, damping: float = 0.0
+) -> Drive:
     """Return a drive of the secant stiffness of F = k x^p (1 + d / v0 x'), clipped at zero.
 
-    Stiffness k in N/m^p; damping d for the approach speed v0, of `hunt_crossley_damping`.
+    Stiffness k in N/m^p; damping d for the approach speed v0, of `hunt_crossley_damping`. Hertz's
+    sphere has p = 3/2 and no damping.
     """
     _require_positive("stiffness_n_per_m_p", stiffness_n_per_m_p)
     _require_positive("exponent", exponent)
@@ -171,11 +165,8 @@ def kelvin_voigt_damping_ratio(restitution: float) -> float:
     _require_restitution(restitution)
     if restitution == 1.0:
         return 0.0
-
-    def residual(z: float) -> float:
-        return kelvin_voigt_restitution(z) - restitution
-
-    return float(brentq(residual, 0.0, _LARGEST_DAMPING_RATIO, xtol=1e-14))
+    ends = 0.0, _LARGEST_DAMPING_RATIO
+    return float(brentq(lambda z: kelvin_voigt_restitution(z) - restitution, *ends, xtol=1e-14))
 
 
 def hunt_crossley_damping(restitution: float) -> float:
@@ -191,12 +182,11 @@ def hunt_crossley_damping(restitution: float) -> float:
     if restitution == 1.0:
         return 0.0
     e = restitution
-
-    def residual(d: float) -> float:
-        return log((1.0 + d) / (1.0 - e * d)) - d * (1.0 + e)
-
     # Zero is also a root; the residual is negative just above it and infinite at d = 1 / e.
-    return float(brentq(residual, 1e-3 * (1.0 - e), (1.0 - 1e-15) / e, xtol=1e-14))
+    ends = 1e-3 * (1.0 - e), (1.0 - 1e-15) / e
+    return float(
+        brentq(lambda d: log((1.0 + d) / (1.0 - e * d)) - d * (1.0 + e), *ends, xtol=1e-14)
+    )
 
 
 def _require_restitution(restitution: float) -> None:

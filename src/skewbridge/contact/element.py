@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from math import isfinite, sqrt
 from typing import Final, Protocol
 
+import numpy as np
 import openseespy.opensees as ops
 
 from skewbridge.contact.law import ContactLaw
@@ -67,22 +68,13 @@ def contact_frame(
             )
         t1 = unit_vector([b - cosine * a for a, b in zip(n, t1, strict=True)], "tangent", ndm)
     if ndm == 3:
-        return n, t1, cross(n, t1)
+        return n, t1, tuple(np.cross(n, t1).tolist())
     # In plane models, OpenSees always uses the normal turned by 90 degrees.
     if n[0] * t1[1] - n[1] * t1[0] < 0.0:
         raise InputError(
             f"tangent must be the normal turned counter-clockwise in plane models, got {t1}"
         )
     return n, t1
-
-
-def cross(a: Direction, b: Direction) -> Direction:
-    """Return the vector product of two vectors in space."""
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
 
 
 def _default_tangent(n: Direction) -> Direction:
@@ -103,21 +95,9 @@ _MATERIALS_PER_ELEMENT: Final = 8
 class Tags(Protocol):
     """Anything that hands out unused tags, for example the allocator of a bridge model."""
 
-    def node(self) -> int:
-        """Return an unused node tag."""
-        ...
-
-    def element(self) -> int:
-        """Return an unused element tag."""
-        ...
-
-    def material(self) -> int:
-        """Return an unused uniaxial material tag."""
-        ...
-
-    def parameter(self) -> int:
-        """Return an unused parameter tag."""
-        ...
+    def element(self) -> int: ...  # noqa: D102
+    def material(self) -> int: ...  # noqa: D102
+    def parameter(self) -> int: ...  # noqa: D102
 
 
 class TagSource:
@@ -127,13 +107,9 @@ class TagSource:
         self._first = first_material
         self._next_material = first_material
 
-    def node(self) -> int:
-        """Return an unused node tag."""
-        return max(_listed(ops.getNodeTags()), default=0) + 1
-
     def element(self) -> int:
         """Return an unused element tag."""
-        return max(_listed(ops.getEleTags()), default=0) + 1
+        return _free(ops.getEleTags())
 
     def material(self) -> int:
         """Return an unused uniaxial material tag."""
@@ -143,14 +119,12 @@ class TagSource:
 
     def parameter(self) -> int:
         """Return an unused parameter tag."""
-        return max(_listed(ops.getParamTags()), default=0) + 1
+        return _free(ops.getParamTags())
 
 
-def _listed(tags: list[int] | int | None) -> list[int]:
-    """Return the answer of a tag query as a list: OpenSees returns a bare number for one tag."""
-    if tags is None:
-        return []
-    return [tags] if isinstance(tags, int) else list(tags)
+def _free(tags: list[int] | int | None) -> int:
+    """Return the tag above those of a query; OpenSees answers a bare number for one tag."""
+    return (tags if isinstance(tags, int) else max(tags or (), default=0)) + 1
 
 
 def uniaxial(tags: Tags, kind: str, *values: float | str) -> int:
@@ -219,12 +193,21 @@ def make_springs(
 ) -> Springs:
     """Create the element and its parameters; `ContactError` if a parameter does not act."""
     directions = len(frame) - 1
-    normal = _normal_material(tags, law, is_gap_driven=is_gap_driven)
-    tangential = _tangential_material(tags, law.kt_n_per_m, is_elastic=is_elastic)
+    kn, kt = law.kn_n_per_m, law.kt_n_per_m
+    # acts in compression behind the gap: gap and yield of one sign
+    gap = (kn, -kn * _NEVER_M, -law.open_gap_m, 0.0, "noDamage")
+    normal = uniaxial(tags, "ElasticPPGap", *gap)
+    if is_gap_driven:
+        # The gap itself cannot be a parameter: OpenSees accepts an update but keeps the old gap.
+        normal = uniaxial(tags, "InitStrainMaterial", normal, 0.0)
+    if is_elastic:
+        spring = uniaxial(tags, "Elastic", kt)
+        tangential = uniaxial(tags, "InitStrainMaterial", spring, _SIGNATURE_M)
+    else:
+        tangential = uniaxial(tags, "ElasticPP", kt, _SIGNATURE_M)
     materials, local = [normal] + [tangential] * directions, list(range(1, directions + 2))
     if has_dashpot:
-        materials.append(tags.material())
-        ops.uniaxialMaterial("Elastic", materials[-1], 0.0)
+        materials.append(uniaxial(tags, "Elastic", 0.0))
         local.append(1)
     element = tags.element()
     axes = ("-orient", *_orientation(frame))
@@ -255,12 +238,13 @@ def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Direction,
     """
     stiffness, bound, other = 1.0e3, 2.0, 7.0
     yielding = other / stiffness
-    springs = tags.material(), tags.material()
-    ops.uniaxialMaterial("ElasticPPGap", springs[0], stiffness, other, yielding, 0.0, "noDamage")
-    ops.uniaxialMaterial("ElasticPP", springs[1], stiffness, yielding)
-    normal, friction = tags.material(), tags.material()
-    for strained, spring in zip((normal, friction), springs, strict=True):
-        ops.uniaxialMaterial("InitStrainMaterial", strained, spring, 0.0)
+    normal, friction = (
+        uniaxial(tags, "InitStrainMaterial", spring, 0.0)
+        for spring in (
+            uniaxial(tags, "ElasticPPGap", stiffness, other, yielding, 0.0, "noDamage"),
+            uniaxial(tags, "ElasticPP", stiffness, yielding),
+        )
+    )
     element = tags.element()
     local = range(1, len(frame) + 1)
     materials, axes = (normal, *[friction] * (len(frame) - 1)), _orientation(frame)
@@ -278,30 +262,6 @@ def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Direction,
     _expect("bounded friction force", forces[1], bound)
     if len(frame) == 3:
         _expect("friction force of the other direction", forces[2], other)
-
-
-def _normal_material(tags: Tags, law: ContactLaw, *, is_gap_driven: bool) -> int:
-    """Return a spring that acts in compression behind the gap: gap and yield of one sign."""
-    material = tags.material()
-    kn, gap = law.kn_n_per_m, law.open_gap_m
-    ops.uniaxialMaterial("ElasticPPGap", material, kn, -kn * _NEVER_M, -gap, 0.0, "noDamage")
-    if not is_gap_driven:
-        return material
-    # The gap itself cannot be a parameter: OpenSees accepts an update but keeps the old gap.
-    offset = tags.material()
-    ops.uniaxialMaterial("InitStrainMaterial", offset, material, 0.0)
-    return offset
-
-
-def _tangential_material(tags: Tags, kt_n_per_m: float, *, is_elastic: bool) -> int:
-    material = tags.material()
-    if not is_elastic:
-        ops.uniaxialMaterial("ElasticPP", material, kt_n_per_m, _SIGNATURE_M)
-        return material
-    ops.uniaxialMaterial("Elastic", material, kt_n_per_m)
-    offset = tags.material()
-    ops.uniaxialMaterial("InitStrainMaterial", offset, material, _SIGNATURE_M)
-    return offset
 
 
 def _attach(tags: Tags, element: int, position: int, name: str) -> int:

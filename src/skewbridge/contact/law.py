@@ -1,33 +1,34 @@
-"""Coulomb friction with cohesion and a vector stick point, and unilateral contact: pure functions.
+"""Law of a contact pair: Coulomb friction with cohesion, unilateral contact, drives and ledger.
 
 Signs: `opening_m` is positive while the pair is apart, `normal_n` is positive in compression, and
 the tangential force has the sign of the slip (it is the force of the spring; the moving body feels
-its negative). All values are plain floats, because these functions run in the inner loop of the
-response histories. Two values are those along the two directions of the contact plane (the second
-is zero in plane models). `ContactUnit` takes the yields from here and repeats the other formulas
-for speed.
+its negative). Two values are those along the two directions of the contact plane (the second is
+zero in plane models). `ContactUnit` takes the yields from here and repeats the other formulas for
+speed: they are the reference of the checks.
 
 References:
     Rahman and Mackie (2023), Finite Elements in Analysis and Design 218 (parameter updates);
     Simo and Hughes (1998), Computational Inelasticity, chapter 2 (return mapping).
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import hypot, isfinite, sqrt
+from typing import Final, Literal, NamedTuple
 
 from skewbridge.errors import InputError
+
+type Scheme = Literal["vector", "componentwise", "elastic"]
+type Coupling = Literal["extrapolated", "lagged"]
 
 
 # ASSUME Coulomb friction, static equal to kinetic, the same in all directions of the contact plane.
 # ASSUME the contact itself is elastic: restitution comes from a driven damper only.
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class ContactLaw:
     """A contact pair: penalties, Coulomb friction with cohesion, initial gap.
 
     Attributes:
-        kn_n_per_m: Normal penalty stiffness.
-        kt_n_per_m: Tangential penalty stiffness.
-        friction: Coulomb coefficient.
         cohesion_n: Part of the friction limit that does not depend on the normal force; it acts
             only while the pair is closed.
         gap_m: Initial opening.
@@ -62,24 +63,6 @@ class ContactLaw:
         return self.gap_m - self.gap_closing_m
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PairState:
-    """State of a pair at the end of a step, forces with the sign of slip."""
-
-    is_closed: bool
-    is_slipping: bool
-    normal_n: float
-    force_1_n: float
-    force_2_n: float
-    stick_1_m: float
-    stick_2_m: float
-
-
-def normal_force_n(opening_m: float, kn_n_per_m: float) -> float:
-    """Return the compression of a pair: a penalty while the opening is negative, never tension."""
-    return -kn_n_per_m * opening_m if opening_m < 0.0 else 0.0
-
-
 def friction_limit_n(normal_n: float, friction: float, cohesion_n: float) -> float:
     """Return the radius of the cone; zero while open, so that cohesion acts only in contact."""
     return cohesion_n + friction * normal_n if normal_n > 0.0 else 0.0
@@ -101,6 +84,15 @@ def radial_return(
     return scale * trial_1, scale * trial_2
 
 
+class PairState(NamedTuple):
+    """State of a pair at the end of a step, forces with the sign of slip; open at zero normal."""
+
+    normal_n: float
+    force_n: tuple[float, float]
+    stick_m: tuple[float, float]
+    is_slipping: bool
+
+
 def advance_pair(
     law: ContactLaw,
     stick_m: tuple[float, float],
@@ -112,32 +104,15 @@ def advance_pair(
     The stick point is that at the end of the last step, position and opening (the gap is part of
     it) are those at the end of this one.
     """
-    position_1, position_2 = position_m
-    normal = normal_force_n(opening_m, law.kn_n_per_m)
-    if normal <= 0.0:
-        return PairState(
-            is_closed=False,
-            is_slipping=False,
-            normal_n=0.0,
-            force_1_n=0.0,
-            force_2_n=0.0,
-            stick_1_m=position_1,
-            stick_2_m=position_2,
-        )
+    if opening_m >= 0.0:
+        return PairState(0.0, (0.0, 0.0), position_m, is_slipping=False)
+    normal, kt = -law.kn_n_per_m * opening_m, law.kt_n_per_m
     limit = friction_limit_n(normal, law.friction, law.cohesion_n)
-    kt = law.kt_n_per_m
-    offset_1, offset_2 = position_1 - stick_m[0], position_2 - stick_m[1]
+    offset_1, offset_2 = position_m[0] - stick_m[0], position_m[1] - stick_m[1]
     force_1, force_2 = radial_return(offset_1, offset_2, kt, limit)
     is_slipping = kt * hypot(offset_1, offset_2) > limit
-    return PairState(
-        is_closed=True,
-        is_slipping=is_slipping,
-        normal_n=normal,
-        force_1_n=force_1,
-        force_2_n=force_2,
-        stick_1_m=position_1 - force_1 / kt if is_slipping else stick_m[0],
-        stick_2_m=position_2 - force_2 / kt if is_slipping else stick_m[1],
-    )
+    slid_m = position_m[0] - force_1 / kt, position_m[1] - force_2 / kt
+    return PairState(normal, (force_1, force_2), slid_m if is_slipping else stick_m, is_slipping)
 
 
 def yields_on_cone(trial_1_n: float, trial_2_n: float, limit_n: float) -> tuple[float, float]:
@@ -166,3 +141,153 @@ def yields_by_direction(trial_1_n: float, trial_2_n: float, limit_n: float) -> t
         share = limit_n * sqrt(0.5)
         return share, share
     return limit_n * abs(trial_1_n) / size, limit_n * abs(trial_2_n) / size
+
+
+# --- drives and ledger
+
+DRIVEN_PARAMETERS: Final = (
+    "friction",
+    "cohesion_n",
+    "kn_n_per_m",
+    "kt_n_per_m",
+    "gap_closing_m",
+    "dashpot_n_s_per_m",
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnitState:
+    """State of a unit at the end of the last committed step.
+
+    Attributes:
+        opening_m: Gap plus relative displacement along the normal, negative when closed.
+        opening_rate_mps: Mean over the last step, negative when approaching.
+        tangential_n: Friction forces along t1 and t2, with the sign of slip.
+        slip_m: Stick point along t1 and t2 (the position itself while open).
+        position_m: Relative tangential displacement along t1 and t2.
+        slip_speed_mps: Speed of the stick point in the last step.
+        slip_path_m: Length of the slip path under friction so far.
+        slip_work_j: Energy dissipated by slip so far.
+        approach_speed_mps: Closing speed at the last closing of the pair.
+        dt_s: Length of the coming step.
+    """
+
+    is_closed: bool
+    opening_m: float
+    opening_rate_mps: float
+    normal_n: float
+    tangential_n: tuple[float, float]
+    slip_m: tuple[float, float]
+    position_m: tuple[float, float]
+    slip_speed_mps: float
+    slip_path_m: float
+    slip_work_j: float
+    approach_speed_mps: float
+    dt_s: float
+
+    @property
+    def predicted_opening_m(self) -> float:
+        """Opening at the end of the coming step, linear in time."""
+        return self.opening_m + self.opening_rate_mps * self.dt_s
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Drive:
+    """A user function of state and time that sets parameters of a unit after every step.
+
+    It can model effects of temperature, creep, wear or speed. The returned values act in the
+    coming step. Example: temperature closes a joint by 20 mm in 100 s of analysis time, and wear
+    reduces the friction by 0.1 per metre of slip::
+
+        def season(state: UnitState, time_s: float) -> dict[str, float]:
+            return {
+                "gap_closing_m": 0.020 * min(1.0, time_s / 100.0),
+                "friction": max(0.3, 0.5 - 0.1 * state.slip_path_m),
+            }
+
+        contacts.add(..., drive=Drive(parameters=("gap_closing_m", "friction"), function=season))
+
+    Attributes:
+        parameters: Names of the parameters that it sets, from `DRIVEN_PARAMETERS`.
+        function: Called with the state of the unit and the time of the set; returns new values
+            for some or all of the declared parameters.
+
+    Raises:
+        InputError: An unknown name.
+    """
+
+    parameters: tuple[str, ...]
+    function: Callable[[UnitState, float], Mapping[str, float]]
+
+    def __post_init__(self) -> None:
+        for name in self.parameters:
+            if name not in DRIVEN_PARAMETERS:
+                raise InputError(f"a drive may set {', '.join(DRIVEN_PARAMETERS)}; got {name!r}")
+
+    def values(self, state: UnitState, time_s: float) -> Mapping[str, float]:
+        """Call the function; `InputError` for an undeclared name or an impossible value."""
+        values = self.function(state, time_s)
+        for name, value in values.items():
+            if name not in self.parameters:
+                raise InputError(
+                    f"the drive declared {', '.join(self.parameters)} but returned {name!r}"
+                )
+            if not (isfinite(value) and value >= 0.0):
+                raise InputError(f"driven {name} must be finite and not negative, got {value}")
+        return values
+
+
+@dataclass(slots=True)
+class Account:
+    """Running sums of one contact unit; plain numbers, added up in the step loop.
+
+    Attributes:
+        closures: Number of steps that ended closed after one that ended open.
+        max_violation_n: Largest excess of the tangential force over its limit, cohesion + friction
+            x normal force, at the end of a step.
+        slip_work_j: Energy dissipated by slip, trapezoidal rule on end-of-step forces.
+        normal_work_j: Work done on the normal spring (and its dashpot), the same rule.
+        friction_impulse_ns: Sum of friction force times step.
+        friction_work_j: Sum of end-of-step friction force times slip; the next kinds of work are
+            parts of it: above the limit, in steps in which the pair opened, and below.
+        time_over_1_s: Time with a friction force at least 1 % above its limit; ``_10`` and ``_50``
+            for 10 and 50 %.
+        work_over_1_j: Friction work in that time; ``_10`` and ``_50`` likewise.
+    """
+
+    closures: int = 0
+    contact_time_s: float = 0.0
+    max_penetration_m: float = 0.0
+    max_normal_n: float = 0.0
+    max_friction_n: float = 0.0
+    max_limit_n: float = 0.0
+    max_violation_n: float = 0.0
+    slip_path_m: float = 0.0
+    slip_work_j: float = 0.0
+    normal_work_j: float = 0.0
+    friction_impulse_ns: float = 0.0
+    friction_work_j: float = 0.0
+    excess_work_j: float = 0.0
+    opening_work_j: float = 0.0
+    time_over_1_s: float = 0.0
+    time_over_10_s: float = 0.0
+    time_over_50_s: float = 0.0
+    work_over_1_j: float = 0.0
+    work_over_10_j: float = 0.0
+    work_over_50_j: float = 0.0
+
+
+@dataclass(slots=True, kw_only=True)
+class UnitLedger(Account):
+    """Ledger of one named contact unit since it was added, with the energy in its normal spring."""
+
+    name: str
+    normal_potential_j: float
+
+    @property
+    def cone_violation_ratio(self) -> float:
+        """Largest excess over the largest friction limit of the run.
+
+        The excess is at most friction times the error of the predicted normal force.
+        """
+        return self.max_violation_n / self.max_limit_n if self.max_limit_n > 0.0 else 0.0

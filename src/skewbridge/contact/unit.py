@@ -13,12 +13,14 @@ import openseespy.opensees as ops
 
 from skewbridge.contact.element import ContactError, Direction, Springs
 from skewbridge.contact.law import (
+    Account,
     ContactLaw,
+    Drive,
+    UnitState,
     radial_return,
     yields_by_direction,
     yields_on_cone,
 )
-from skewbridge.contact.state import Account, Drive, UnitState
 
 # Force read back against force expected, relative: the springs are evaluated in double precision,
 # and the largest loss is that of a small offset between large displacements.

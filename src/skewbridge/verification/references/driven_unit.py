@@ -108,8 +108,7 @@ def follow_law(law: ContactLaw, path: Array, *, substeps: int = 1) -> Array:
             share = step / substeps
             position = (x0 + share * (x1 - x0), y0 + share * (y1 - y0))
             state = advance_pair(law, stick, position, law.open_gap_m + z0 + share * (z1 - z0))
-            stick = (state.stick_1_m, state.stick_2_m)
-            forces[row] = (state.force_1_n, state.force_2_n, state.normal_n)
+            stick, forces[row] = state.stick_m, (*state.force_n, state.normal_n)
     return forces
 
 

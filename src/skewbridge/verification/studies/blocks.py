@@ -235,7 +235,7 @@ def _check_impacts(study: Study) -> None:
         }.items():
             rebound = float(bounce(drive).velocity_mps[-1, 1])
             study.absolute(f"{name}: restitution {e}", rebound, e, 0.01, "B4")
-    hertz = bounce(drives.power_law_drive(stiffness_n_per_m_p=1e9, exponent=1.5), dt_s=1e-4)
+    hertz = bounce(drives.hunt_crossley_drive(stiffness_n_per_m_p=1e9, exponent=1.5), dt_s=1e-4)
     depth_m = closed_forms.power_law_penetration(_MASS_KG, 1e9, 1.5, 1.0)
     found_m = hertz.ledger.max_penetration_m
     study.relative("Hertz: depth (m)", found_m, depth_m, 5e-3, "energy")

@@ -30,11 +30,11 @@ def verify_contact_gate() -> pd.DataFrame:
 def run(study: Study) -> None:
     """Run the study."""
     closed = advance_pair(PAPER_LAW, (0.0, 0.0), (0.3, 0.4), -0.1)
-    slip_n, ratio = hypot(closed.force_1_n, closed.force_2_n), closed.force_1_n / closed.force_2_n
+    slip_n, ratio = hypot(*closed.force_n), closed.force_n[0] / closed.force_n[1]
     study.relative("slip force (N)", slip_n, 1500.0 + 0.3 * 1e4, 1e-12, "cone")
     study.absolute("direction of the slip force", ratio, 0.75, 1e-12, "cone")
     opened = advance_pair(PAPER_LAW, (0.0, 0.0), (0.3, 0.4), 1e-9)
-    study.absolute("friction while open (N)", opened.force_1_n, 0.0, 0.0, "cone")
+    study.absolute("friction while open (N)", opened.force_n[0], 0.0, 0.0, "cone")
     restitution = kelvin_voigt_restitution(kelvin_voigt_damping_ratio(0.6))
     study.absolute("restitution of the clipped damper", restitution, 0.6, 1e-9, "B4")
     _check_paths(study)
