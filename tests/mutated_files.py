@@ -21,7 +21,7 @@ import pandas as pd
 import yaml
 
 from motions_files import at2_text
-from skewbridge.bridge.catalogue import load_bridge_file
+from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility.fit_data import fit_file
@@ -155,7 +155,7 @@ FAMILIES: dict[str, tuple[str, list[bytes], Callable[[Path], object]]] = {
         ".yaml",
         [shipped("bridges/template"),
          b"extends: osb1\ndeck:\n  depth_m: {v: 2, src: 'd: x'}\n"],
-        load_bridge_file,
+        load_bridge,
     ),
     "fit_cloud": (".json", [json.dumps(CLOUD).encode()], fit("cloud")),
     "fit_stripes": (".json", [json.dumps(STRIPES).encode()], fit("stripes")),

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from motions_files import make_pairs
 from mutated_files import BOMB
-from skewbridge.bridge.catalogue import load_bridge, load_bridge_file
+from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.cli import build_app
 from skewbridge.cli.output import emit_table
 from skewbridge.errors import InputError
@@ -68,7 +68,7 @@ def test_aliases_are_expanded_and_dates_are_text(tmp_path):
 
 @pytest.mark.parametrize("name", ["x" * 100_000, "a/" * 3000, "nul\0", "no/such/file", ""])
 def test_absurd_file_name_is_refused(name):
-    for read in (read_yaml, read_table, read_trace, load_bridge_file, read_data, list_motions):
+    for read in (read_yaml, read_table, read_trace, load_bridge, read_data, list_motions):
         with pytest.raises(InputError) as caught:
             read(Path(f"{name}.yaml"))
         assert len(str(caught.value)) < 300
@@ -114,7 +114,7 @@ def test_a_bridge_is_only_sought_in_its_folders(name, tmp_path):
     child = inside / "mine.yaml"
     child.write_text("extends: ../outside\n", encoding="utf-8")
     with pytest.raises(InputError, match="no other bridge"):
-        load_bridge_file(child)
+        load_bridge(child)
 
 
 @pytest.mark.parametrize("value", [1e300, 1e-300, 501.0])

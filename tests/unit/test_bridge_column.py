@@ -106,19 +106,16 @@ AXIAL_N = 0.25 * 2000.0 * PSI_PA * np.pi * 1.676**2 / 4
 
 
 @pytest.mark.parametrize(
-    ("axial_n", "ductility", "inside", "factors"),
+    ("axial_n", "ductility", "factors"),
     [
-        (AXIAL_N, 8.0, True, (0.3, 1.25)),
-        (9.0 * AXIAL_N, 8.0, True, (0.3, 1.5)),
-        (-AXIAL_N / 2, 8.0, True, (0.3, np.exp(-0.5))),  # tension: 250 psi is half of 500 psi
-        (9.0 * AXIAL_N, 1.0, True, (4.0, 1.0)),
-        (0.0, 8.0, False, (3.0, 1.0)),
+        (AXIAL_N, 8.0, (0.3, 1.25)),
+        (9.0 * AXIAL_N, 8.0, (0.3, 1.5)),
+        (-AXIAL_N / 2, 8.0, (0.3, np.exp(-0.5))),  # tension: 250 psi is half of 500 psi
+        (9.0 * AXIAL_N, 1.0, (4.0, 1.0)),
     ],
 )
-def test_concrete_shear_grows_with_compression_and_falls_under_tension(
-    axial_n, ductility, inside, factors
-):
-    found = float(sdc_shear_strength(SECTION, axial_n, ductility, inside_hinge=inside))
+def test_concrete_shear_grows_with_compression_and_falls_under_tension(axial_n, ductility, factors):
+    found = float(sdc_shear_strength(SECTION, axial_n, ductility))
     assert found == pytest.approx(concrete_n(*factors) + hoop_strength_n(SECTION), rel=1e-6)
 
 

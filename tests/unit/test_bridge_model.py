@@ -370,8 +370,8 @@ def pad_reactions(
         deck = tags.node()
         ops.node(deck, *end.point("bearing", 0.0), 1.0)
         stations = bearing_stations(pads, end, options)
-        arms = build_arms(end, deck, {"bearing": stations}, options, tags)
-        bearings = build_bearings(end, arms, pads, options, tags)
+        points, _ = build_arms(end, deck, {"bearing": stations}, options, tags)
+        bearings = build_bearings(end, points, pads, options, tags)
         ops.timeSeries("Linear", 1)
         ops.pattern("Plain", 1, 1)
         for dof in range(1, 7):

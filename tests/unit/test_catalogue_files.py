@@ -10,7 +10,7 @@ from reference_pages import ROOT
 
 import skewbridge
 from skewbridge.bridge.abutments import BUILDERS
-from skewbridge.bridge.catalogue import bridge_names, load_bridge, load_bridge_file
+from skewbridge.bridge.catalogue import bridge_names, load_bridge
 from skewbridge.bridge.catalogue.loading import FOLDER
 from skewbridge.errors import InputError
 from skewbridge.files.text import read_mapping
@@ -45,7 +45,7 @@ def test_unpublished_details_are_stated_and_the_fixed_bridge_differs_in_base_and
 
 def test_a_user_adds_a_bridge_by_a_file_in_which_nothing_is_missing(tmp_path) -> None:
     path = write_variant(tmp_path, 'deck:\n  width_m: {v: 15.0, src: "d: wider"}\n')
-    bridge = load_bridge_file(path)
+    bridge = load_bridge(path)
     assert bridge.name == "mine"
     assert bridge.deck.width_m == 15.0
     assert bridge.deck.depth_m == load_bridge("osb1").deck.depth_m
@@ -54,7 +54,7 @@ def test_a_user_adds_a_bridge_by_a_file_in_which_nothing_is_missing(tmp_path) ->
     path = tmp_path / "other.yaml"
     path.write_text("\n".join(line for line in lines if "hoop_spacing_mm" not in line))
     with pytest.raises(InputError, match=r"other.yaml: column.hoop_spacing_mm: is missing"):
-        load_bridge_file(path)
+        load_bridge(path)
 
 
 def given(section: str, key: str, value: object) -> str:
@@ -95,7 +95,7 @@ def given(section: str, key: str, value: object) -> str:
 )
 def test_a_bad_value_names_file_key_and_limit(tmp_path, text, key, limit):
     with pytest.raises(InputError) as caught:
-        load_bridge_file(write_variant(tmp_path, text))
+        load_bridge(write_variant(tmp_path, text))
     assert all(part in str(caught.value) for part in ("mine.yaml", key, limit))
 
 
@@ -103,11 +103,11 @@ def test_unknown_or_circular_parents_are_refused(tmp_path: Path) -> None:
     path = write_variant(tmp_path, "")
     path.write_text("extends: osb9\n", encoding="utf-8")
     with pytest.raises(InputError, match="osb9"):
-        load_bridge_file(path)
+        load_bridge(path)
     (tmp_path / "one.yaml").write_text("extends: two\n", encoding="utf-8")
     (tmp_path / "two.yaml").write_text("extends: one\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"two\.yaml: extends: no other bridge 'one'"):
-        load_bridge_file(tmp_path / "one.yaml")
+        load_bridge(tmp_path / "one.yaml")
 
 
 def test_an_own_bridge_is_found_by_its_name_before_the_catalogue(tmp_path, monkeypatch):
@@ -125,7 +125,7 @@ def test_an_own_bridge_is_found_by_its_name_before_the_catalogue(tmp_path, monke
 
 
 def test_template_has_every_key_and_the_schema_of_editors_knows_the_form_of_a_bridge() -> None:
-    template = load_bridge_file(ROOT / "config/bridges/template.yaml")
+    template = load_bridge(ROOT / "config/bridges/template.yaml")
     assert all(value is not None for value in template.model_dump().values())
     assert set(template.sources) > set(load_bridge("osb1").sources)
     text = (ROOT / "config/bridge.schema.json").read_text()

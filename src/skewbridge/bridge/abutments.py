@@ -35,7 +35,7 @@ from skewbridge.bridge.backfill import (
     wing_wall,
 )
 from skewbridge.bridge.catalogue.data import AbutmentData, KeyData
-from skewbridge.bridge.deck import DeckEnd, Side, tributary_shares
+from skewbridge.bridge.deck import DeckEnd, Line, Side, tributary_shares
 from skewbridge.bridge.handles import (
     AbutmentHandle,
     Blueprint,
@@ -61,7 +61,7 @@ from skewbridge.bridge.springs import (
     turned,
 )
 from skewbridge.bridge.supports import (
-    Arms,
+    Points,
     bearing_stations,
     build_arms,
     build_bearings,
@@ -77,7 +77,7 @@ class Joint(Blueprint):
     """The joint of one side, with its deck end at rest; builders add its parts to the handle."""
 
     end: DeckEnd
-    arms: Arms
+    points: Points
     handle: AbutmentHandle
 
     @property
@@ -199,8 +199,9 @@ def support_deck_end(side: Side, deck_node: int, plan: Blueprint) -> Joint:
     end = DeckEnd(side, bridge.length_m, skew_deg, deck.width_m, thickness_m)
     bearing_line = bearing_stations(pads, end, options, has_pads=traits.has_pads)
     outer = end.wall_stations(options.backwall_points if traits.has_wall_points else 2)
-    arms = build_arms(end, deck_node, {"bearing": bearing_line, "outer": outer}, options, plan.tags)
-    bearings = build_bearings(end, arms, pads, options, plan.tags, has_pads=traits.has_pads)
+    lines: dict[Line, list[float]] = {"bearing": bearing_line, "outer": outer}
+    points, arms = build_arms(end, deck_node, lines, options, plan.tags)
+    bearings = build_bearings(end, points, pads, options, plan.tags, has_pads=traits.has_pads)
     z_m = float(ops.nodeCoord(deck_node, 3))
 
     def seat(along_m: float) -> Point:
@@ -218,7 +219,7 @@ def support_deck_end(side: Side, deck_node: int, plan: Blueprint) -> Joint:
         centre=seat(0.0),
         corners=tuple(
             CornerHandle(
-                node=arms.at("outer", along),
+                node=points["outer", along],
                 side=side,
                 kind="acute" if along * end.acute_sign > 0.0 else "obtuse",
                 plan_m=end.point("outer", along),
@@ -227,9 +228,9 @@ def support_deck_end(side: Side, deck_node: int, plan: Blueprint) -> Joint:
         ),
         bearings=bearings,
         pads=tuple(map(seat, pad_stations(pads, end) if traits.has_pads else bearing_line)),
-        links=tuple(arms.elements),
+        links=tuple(arms),
     )
-    return Joint(**vars(plan), end=end, arms=arms, handle=handle)
+    return Joint(**vars(plan), end=end, points=points, handle=handle)
 
 
 def build_joint(joint: Joint) -> AbutmentHandle:
@@ -251,7 +252,7 @@ def _build_simplified(joint: Joint) -> None:
     ends = end.wall_stations(2)
     factors = variation_factors(end, ends, joint.options.backfill_variation)
     for along, factor in zip(ends, factors, strict=True):
-        nodes = grounded_node(end.point("outer", along), tags), joint.arms.at("outer", along)
+        nodes = grounded_node(end.point("outer", along), tags), joint.points["outer", along]
         soil = passive_material(longitudinal.scaled(factor), joint.handle.gap_m, tags)
         wing = plastic_material(transverse, tags)
         wall_spring, wing_spring = spring_element(nodes, end.inward, [soil], [wing], tags)
@@ -263,7 +264,7 @@ def _build_spring(joint: Joint) -> None:
     """Create gap springs of the backfill, and the keys on the body of the abutment."""
     end, tags = joint.end, joint.tags
     for along, _, passive in joint.wall_parts():
-        nodes = grounded_node(end.point("outer", along), tags), joint.arms.at("outer", along)
+        nodes = grounded_node(end.point("outer", along), tags), joint.points["outer", along]
         soil = passive_material(passive, joint.handle.gap_m, tags)
         joint.handle.wall_springs.append(spring_element(nodes, end.inward, [soil], [], tags)[0])
     _build_keys(joint, body=_build_body(joint))
@@ -316,7 +317,7 @@ def _build_contact(joint: Joint) -> None:
         wall = plane_node(end.point("outer", along), mass_kg, tags)
         ground = grounded_node(end.point("outer", along), tags)
         _hold_wall_point(joint, (ground, wall), share, passive)
-        nodes, name = (wall, joint.arms.at("outer", along)), f"backwall {number}"
+        nodes, name = (wall, joint.points["outer", along]), f"backwall {number}"
         unit = joint.add_contact(
             nodes, end.inward, handle.gap_m, kn, friction, name, options.cohesion_n * share
         )
@@ -361,7 +362,7 @@ def _build_keys(joint: Joint, body: int | None) -> None:
         holder = grounded_node(end.point("outer", along), tags) if body is None else body
         handle.key_springs.append(joint.key_spring((holder, node), inward))
         handle.key_nodes.append(node)
-        nodes = node, joint.arms.at("outer", along)
+        nodes = node, joint.points["outer", along]
         if body is None:
             name, gap_m = f"key {'+' if sign > 0.0 else '-'}", options.transverse_gap_m
             handle.key_units.append(joint.add_contact(nodes, inward, gap_m, kn, friction, name))

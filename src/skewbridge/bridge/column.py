@@ -22,13 +22,9 @@ RESIDUAL_SHEAR = 0.1
 class BentCapacity:
     """One of the equal columns of a bent under dead load, and its displacement capacity.
 
-    Attributes:
-        bent: Number from the left, 1 and up.
-        shear_span_m: From a plastic hinge to the point of contraflexure.
-        axial_n: Force at the base.
-        hinge_length_m: Of each plastic hinge.
-        yield_disp_m: Idealised yield displacement under a rigid deck.
-        capacity_m: Displacement at the ultimate curvature.
+    The bent is numbered from the left, 1 and up. The shear span is from a plastic hinge to the
+    point of contraflexure, the axial force that at the base; displacements are those at yield and
+    at the ultimate curvature.
     """
 
     bent: int
@@ -132,12 +128,9 @@ def shear_section(column: ColumnData, span_m: float, curve: MomentCurvature) -> 
 class ShearLoss:
     """Backbone of the shear of a column, the same in all directions.
 
-    Attributes:
-        strength_n: Shear at which the column fails.
-        elastic_m: Shear deformation of the whole column there.
-        failure_drift_ratio: Flexural drift at which a monotonic push reaches the strength; the
-            displacement capacity's if it never does.
-        residual_m: Shear deformation at which the residual strength is reached.
+    The column fails at the strength, with the elastic shear deformation; a monotonic push reaches
+    it at the flexural failure drift (if it never does: the displacement capacity's). At the
+    residual deformation, the residual strength is reached.
     """
 
     strength_n: float

@@ -19,8 +19,7 @@ class ShearSection:
     """Parameters of the shear strength of a circular column.
 
     Core and cover end at the hoop centre line; strengths are the specified ones unless expected.
-    The shear span runs from the largest moment to the point of contraflexure, the neutral axis is
-    that of the idealised flexural strength under dead load.
+    The neutral axis is that of the idealised flexural strength under dead load.
     """
 
     diameter_m: float
@@ -40,11 +39,6 @@ class ShearSection:
     def gross_area_m2(self) -> float:
         """Area of the whole section."""
         return np.pi * self.diameter_m**2 / 4
-
-    @property
-    def volumetric_ratio(self) -> float:
-        """Volume of hoops over volume of the core they enclose."""
-        return 4 * self.hoop_area_m2 / (self.core_diameter_m * self.hoop_spacing_m)
 
     @property
     def as_expected(self) -> "ShearSection":
@@ -74,17 +68,14 @@ def sdc_shear_strength(
     section: ShearSection,
     axial_n: ArrayLike,
     displacement_ductility: ArrayLike,
-    *,
-    inside_hinge: bool = True,
 ) -> FloatArray:
-    """Return Vc + Vs of the Caltrans criteria, with the specified strengths.
+    """Return Vc + Vs of the Caltrans criteria in a plastic hinge, with the specified strengths.
 
     Args:
         section: The column.
         axial_n: Compression (positive) on the section. Under tension the share of the concrete
             falls with the factor exp(P / (500 psi A)).
         displacement_ductility: Local displacement ductility demand; below 1 counts as 1.
-        inside_hinge: Within the plastic hinge region the concrete's share falls with ductility.
 
     Returns:
         Strength in N, in the broadcast shape of the arguments.
@@ -96,12 +87,9 @@ def sdc_shear_strength(
     """
     axial = np.asarray(axial_n, dtype=np.float64)
     ductility = np.maximum(np.asarray(displacement_ductility, dtype=np.float64), 1.0)
-    hoop_pressure_ksi = min(section.volumetric_ratio * section.hoop_yield_pa / KSI, 0.35)
-    factor_1 = (
-        np.clip(hoop_pressure_ksi / 0.150 + 3.67 - ductility, 0.3, 3.0)
-        if inside_hinge
-        else np.full_like(ductility, 3.0)
-    )
+    hoops = 4 * section.hoop_area_m2 / (section.core_diameter_m * section.hoop_spacing_m)
+    hoop_pressure_ksi = min(hoops * section.hoop_yield_pa / KSI, 0.35)
+    factor_1 = np.clip(hoop_pressure_ksi / 0.150 + 3.67 - ductility, 0.3, 3.0)
     gross = section.gross_area_m2
     stress = axial / gross / PSI
     # ASSUME tension starts to weaken the concrete as in ATC-32 and ends it gradually: the straight

@@ -5,7 +5,6 @@ points of the outer face of the end diaphragm that touch walls and keys. All the
 level of the soffit.
 """
 
-from dataclasses import dataclass
 from math import sqrt
 
 import openseespy.opensees as ops
@@ -25,22 +24,8 @@ ARM_AREA_M2 = 10.0
 ARM_INERTIA_M4 = 10.0
 
 
-@dataclass(slots=True, kw_only=True)
-class Arms:
-    """The points of the joint at one deck end, by line and position along the wall.
-
-    Stiff arms (``elements``) carry them from the end node of the spine.
-    """
-
-    deck_node: int
-    nodes: dict[tuple[Line, float], int]
-    elements: list[int]
-
-    def at(self, line: Line, along_m: float) -> int:
-        """Return the node of a line nearest to a position along the wall."""
-        stations = [along for name, along in self.nodes if name == line]
-        nearest = min(stations, key=lambda along: abs(along - along_m))
-        return self.nodes[line, nearest]
+#: Nodes of the joint at one deck end, by line and position along the wall.
+type Points = dict[tuple[Line, float], int]
 
 
 def build_arms(
@@ -49,10 +34,11 @@ def build_arms(
     stations: dict[Line, list[float]],
     options: ModelOptions,
     tags: TagAllocator,
-) -> Arms:
-    """Create the points of a deck end and connect them to the end node of the spine.
+) -> tuple[Points, list[int]]:
+    """Create the points of a deck end and stiff arms to them from the end node of the spine.
 
-    Stations are the positions along the wall at which each line needs a node.
+    Stations are the positions along the wall at which each line needs a node. Returns points and
+    elements.
     """
     transformation = tags.transformation()
     geometry = "Corotational" if options.arrays == "corotational" else "Linear"
@@ -61,7 +47,8 @@ def build_arms(
     # the points do not turn: an arm has a ball joint there, and no torsion
     section = (ARM_AREA_M2, ARM_MODULUS_PA, 1.0, 1.0, ARM_INERTIA_M4, ARM_INERTIA_M4)
     joint = ("-releasez", 2, "-releasey", 2)
-    arms = Arms(deck_node=deck_node, nodes={}, elements=[])
+    points: Points = {}
+    arms: list[int] = []
     for line, positions in stations.items():
         for along in positions:
             node, element = tags.node(), tags.element()
@@ -69,9 +56,9 @@ def build_arms(
             ops.fix(node, 0, 0, 0, 1, 1, 1)
             nodes = (element, deck_node, node)
             ops.element("elasticBeamColumn", *nodes, *section, transformation, *joint)
-            arms.nodes[line, along] = node
-            arms.elements.append(element)
-    return arms
+            points[line, along] = node
+            arms.append(element)
+    return points, arms
 
 
 # ASSUME bending and twisting of a pad are too soft to matter
@@ -105,7 +92,7 @@ def bearing_stations(
 
 def build_bearings(
     end: DeckEnd,
-    arms: Arms,
+    points: Points,
     pads: PadData,
     options: ModelOptions,
     tags: TagAllocator,
@@ -134,8 +121,7 @@ def build_bearings(
         axes = ("-orient", 0.0, 0.0, 1.0, 1.0, 0.0, 0.0)
         kind, values = "zeroLengthSection", (_pad_section(pads, number, upright, tags), *axes)
     handles: list[BearingHandle] = []
-    for along in bearing_stations(pads, end, options, has_pads=has_pads):
-        deck_node = arms.at("bearing", along)
+    for deck_node in (node for (line, _), node in points.items() if line == "bearing"):
         x, y, z = ops.nodeCoord(deck_node)
         seat, element = grounded_node((x, y, z - height_m), tags), tags.element()
         ops.element(kind, element, seat, deck_node, *values)

@@ -5,6 +5,6 @@ format.
 """
 
 from skewbridge.bridge.catalogue.data import BridgeData
-from skewbridge.bridge.catalogue.loading import bridge_names, load_bridge, load_bridge_file
+from skewbridge.bridge.catalogue.loading import bridge_names, load_bridge
 
-__all__ = ["BridgeData", "bridge_names", "load_bridge", "load_bridge_file"]
+__all__ = ["BridgeData", "bridge_names", "load_bridge"]

@@ -37,15 +37,18 @@ def bridge_names() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
 
 
-def load_bridge(name: str) -> BridgeData:
-    """Return a bridge by its name or file; `InputError` names file, key and limit."""
-    return load_bridge_file(bridge_file(name))
+def load_bridge(name: str | Path) -> BridgeData:
+    """Return a bridge by its name or file, read once; `InputError` names file, key and limit."""
+    return _loaded(_file(name))
 
 
-def bridge_file(name: str) -> Path:
+def _file(name: str | Path) -> Path:
     """Return the file of a bridge: the path itself, or the first file of its name."""
-    if name.endswith((".yaml", ".yml")):
-        return Path(name)
+    if isinstance(name, Path) or name.endswith((".yaml", ".yml")):
+        try:
+            return Path(name).resolve()
+        except (OSError, ValueError):
+            raise InputError(f"{shown_path(Path(name))} is not a file name") from None
     found = _named(name, OWN_FOLDER)
     if found is None:
         own = sorted(path.stem for path in OWN_FOLDER.glob("*.yaml"))
@@ -55,15 +58,6 @@ def bridge_file(name: str) -> Path:
             f"{did_you_mean(name, known)}"
         )
     return found
-
-
-def load_bridge_file(path: Path) -> BridgeData:
-    """Return the bridge in a file, read once; `InputError` names file, key and limit."""
-    try:
-        found = path.resolve()
-    except (OSError, ValueError):
-        raise InputError(f"{shown_path(path)} is not a file name") from None
-    return _loaded(found)
 
 
 @cache
@@ -77,7 +71,7 @@ def _loaded(path: Path) -> BridgeData:
 
 def own_bridge_files(name: str) -> list[Path]:
     """Return those files of a bridge and its parents that are not part of the package."""
-    files = (path for path, _ in _with_parents(bridge_file(name).resolve()))
+    files = (path for path, _ in _with_parents(_file(name)))
     return [path for path in files if path.parent != FOLDER.resolve()]
 
 
