@@ -30,7 +30,7 @@ from skewbridge.fragility.paper_table import latex_table, paper_table
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves
 from skewbridge.report.checks import StudyTables, check_tables
-from skewbridge.report.html.explorer import explorer_data
+from skewbridge.report.explorer import explorer_data
 
 _STATES = Path(__file__).parents[1] / "config" / "limit_states.yaml"
 

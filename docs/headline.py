@@ -31,10 +31,13 @@ from skewbridge.report.answer import (
     motions_sentence,
     run_counts,
     short_names,
-    with_limits,
 )
-from skewbridge.report.axis_layout import STYLE, VARIANT_COLOURS
-from skewbridge.report.verdict_style import change_text, interval_text
+from skewbridge.report.appearance import (
+    STYLE,
+    VARIANT_COLOURS,
+    change_text,
+    interval_text,
+)
 from skewbridge.study.folder import StudyFolder
 
 ROOT: Final = Path(__file__).parents[1]
@@ -171,7 +174,6 @@ def write_headline(results: Path, root: Path = ROOT) -> None:
         raise InputError("the study has no pooled effect on a median capacity of the headline")
     suite = read_frame(folder.suite)
     suite = suite[[name for name in _MOTION_COLUMNS if name in suite]]
-    table = with_limits(table, demands, str(curves["im"].iloc[0]))
     tables = {EFFECTS: table, RUNS: run_counts(demands), MOTIONS: suite}
     for path, frame in tables.items():
         (root / path).parent.mkdir(parents=True, exist_ok=True)

@@ -14,8 +14,8 @@ from skewbridge.files.text import merged
 from skewbridge.fragility.limit_states import limit_states_of
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import fragility_tables
-from skewbridge.report.html.page import write_report
-from skewbridge.report.study_figures import CURVES
+from skewbridge.report.page import write_report
+from skewbridge.report.study_figures import SECTIONS
 
 STATES = [
     {
@@ -40,7 +40,7 @@ _CHECKS = {
     "rungs": [],
 }
 _CAPTION = {
-    "name": "one", "section": CURVES, "item": "drift", "title": "A curve",
+    "name": "one", "section": SECTIONS[0], "item": "drift", "title": "A curve",
     "text": "Of a test.", "finding": "It rises.",
 }  # fmt: skip
 

@@ -9,8 +9,9 @@ import pytest
 
 from fragility_tables import synthetic_demands
 from report_pages import write_page
-from skewbridge.report.study_figures import CLOUDS, CURVES, MOTIONS
+from skewbridge.report.study_figures import SECTIONS
 
+CURVES, CLOUDS, *_, MOTIONS = SECTIONS
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 

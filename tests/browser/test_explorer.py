@@ -10,8 +10,8 @@ from skewbridge.demands.validity import is_complete
 from skewbridge.fragility.effects import run_pairs
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.verdicts import judged
+from skewbridge.report.appearance import change_text, interval_text, verdict_style
 from skewbridge.report.fragility_figures import curve_values
-from skewbridge.report.verdict_style import change_text, interval_text, verdict_style
 from skewbridge.units import INCH
 
 pytestmark = pytest.mark.browser

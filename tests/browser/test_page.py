@@ -4,9 +4,10 @@ import pytest
 from typer.testing import CliRunner
 
 from skewbridge.cli import build_app
-from skewbridge.report.study_figures import CLOUDS, CURVES, MOTIONS
+from skewbridge.report.study_figures import SECTIONS
 
 pytestmark = pytest.mark.browser
+CURVES, CLOUDS, *_, MOTIONS = SECTIONS
 VIEWS = ("curves", "cloud", "table", "forest", "grid")
 TOO_WIDE = """() => [...document.querySelectorAll("body *")]
     .filter((each) => !each.closest(".wide") && each.getClientRects().length)

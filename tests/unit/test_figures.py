@@ -16,19 +16,18 @@ from fragility_tables import IM, synthetic_demands
 from skewbridge.cli import build_app
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility.curves import fit_study
-from skewbridge.fragility.effects import effect_tables, median_effects
+from skewbridge.fragility.effects import effect_tables
 from skewbridge.fragility.limit_states import limit_states_of
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.record import GroundMotion, SuiteMotion
-from skewbridge.report import axis_layout
-from skewbridge.report.axis_layout import MARKS, VariantLayout, shown_axes, shown_in
+from skewbridge.report import fragility_figures
+from skewbridge.report.appearance import MARKS, VariantLayout, shown_axes, shown_in
 from skewbridge.report.effect_figures import effects_by_intensity
 from skewbridge.report.fragility_figures import (
     curve_values,
     demand_clouds,
     fragility_curves,
     least_shown,
-    methods_note,
     shown_curves,
 )
 from skewbridge.report.run_figures import frequency_figure, moving_columns
@@ -65,11 +64,10 @@ def demands():
 
 @pytest.fixture(scope="module")
 def tables(demands):
-    """Return curves, effects with those by intensity, and ratios of medians."""
+    """Return curves, and effects with those by intensity."""
     return (
         fit_study(demands, STATES, SETTINGS),
         effect_tables(demands, reference_im={("osb1", "contact_friction"): 0.5}),
-        median_effects(demands, STATES, SETTINGS),
     )
 
 
@@ -89,8 +87,8 @@ def points_of(lines):
 
 
 def test_drawn_curves_are_the_preferred_rows_with_the_total_dispersion(demands, tables):
-    curves, _, medians = tables
-    figure = fragility_curves(curves, demands, medians, "column_drift")
+    curves = tables[0]
+    figure = fragility_curves(curves, demands, "column_drift")
     preferred = curves[curves["preferred"] & (curves["component"] == "column_drift")]
     drawn = [line for line in lines_of(figure) if len(line.get_xdata()) == 160]
     assert len(drawn) == len(preferred) == 8 * 2
@@ -110,35 +108,25 @@ def test_drawn_curves_are_the_preferred_rows_with_the_total_dispersion(demands, 
 
 
 def test_states_and_panels_without_a_curve_give_the_reason(demands, tables):
-    curves, _, medians = tables
-    figure = fragility_curves(curves, demands, medians, "column_drift")
+    curves = tables[0]
+    figure = fragility_curves(curves, demands, "column_drift")
     labels = " ".join(axes.get_ylabel() for axes in figure.axes)
     assert "moderate" in labels
     assert "complete" not in labels
     title = figure.get_suptitle()
     assert "complete, no curve: Column drift ratio: largest 0." in title
     assert "state at 0.9" in title
-    curves, medians = tables[0].copy(), tables[2]
+    curves = curves.copy()
     lost = curves["skew_deg"] == 30
     curves.loc[lost, "preferred"] = False
     curves.loc[lost, "status"] = "bounds_too_wide"
-    figure = fragility_curves(curves, demands, medians, "column_drift")
+    figure = fragility_curves(curves, demands, "column_drift")
     assert any("4 of 4 without a curve: bounds too wide" in text for text in texts(figure))
-    # the ratios next to them still use the cloud fits of these variants
-    assert not any("some medians" in text for text in texts(figure))
-    own = (medians["scope"] == "pooled") & (medians["demand"] == "column_drift/slight")
-    medians = medians.copy()
-    medians.loc[own, ["n_without_curve", "n_extrapolated"]] = [2, 1]
-    assert "some medians: no curve, extrapolated" in texts(figure_of(curves, demands, medians))
-
-
-def figure_of(curves, demands, medians):
-    return fragility_curves(curves, demands, medians, "column_drift")
 
 
 def test_curves_of_exceedance_fits_have_crosses_and_a_legend(demands, tables):
-    curves, medians = tables[0].copy(), tables[2]
-    assert not lines_of(figure_of(curves, demands, medians), "x")
+    curves = tables[0].copy()
+    assert not lines_of(fragility_curves(curves, demands, "column_drift"), "x")
     state = (curves["component"] == "column_drift") & (curves["limit_state"] == "slight")
     state &= curves["skew_deg"] == 30
     fitted = state & (curves["method"] == "exceedance") & (curves["status"] == "ok")
@@ -146,33 +134,19 @@ def test_curves_of_exceedance_fits_have_crosses_and_a_legend(demands, tables):
     names = curves.loc[fitted, "variant"]
     curves.loc[state & curves["variant"].isin(names), "preferred"] = False
     curves.loc[fitted, "preferred"] = True
-    figure = figure_of(curves, demands, medians)
+    figure = fragility_curves(curves, demands, "column_drift")
     assert len(lines_of(figure, "x")) == fitted.sum()
     assert "exceedance fit" in [text.get_text() for text in figure.legends[0].get_texts()]
 
 
-def test_a_change_without_an_estimate_in_some_pairs_states_their_number(demands, tables):
-    medians = tables[2].copy()
-    own = (medians["scope"] == "pooled") & (medians["demand"] == "column_drift/slight")
-    cells = medians.loc[own, "n_cells"]
-    medians.loc[own & (medians["axis"] == "friction"), "n_cells"] = 1
-    figure = figure_of(tables[0], demands, medians)
-    labels = [label.get_text() for axes in figure.axes for label in axes.get_yticklabels()]
-    assert [label for label in labels if "pairs" in label] == [
-        f"Friction 0 to 0.5\n1 of {cells.max()} pairs"
-    ]
-
-
 def test_curves_that_depend_on_the_method_are_marked(demands, tables):
-    curves, medians = tables[0].copy(), tables[2]
+    curves = tables[0].copy()
     cloud = curves["preferred"] & (curves["demand"] == DRIFT) & (curves["limit_state"] == "slight")
     cloud &= curves["skew_deg"] == 30
     curves["methods_differ"] = False
     curves.loc[cloud, ["methods_differ", "methods_ratio"]] = [True, 1.28]
-    figure = fragility_curves(curves, demands, medians, "column_drift")
-    assert sum("exceedance median +28 %" in text for text in texts(figure)) == 1
+    figure = fragility_curves(curves, demands, "column_drift")
     assert sum(len(line.get_xdata()) > 0 for line in lines_of(figure, "D")) == cloud.sum()
-    assert methods_note(curves[~cloud]) == ""
 
 
 def test_separated_outcomes_are_drawn_as_a_bracket_of_the_median():
@@ -183,8 +157,7 @@ def test_separated_outcomes_are_drawn_as_a_bracket_of_the_median():
     curves["preferred"] = False
     shown = shown_curves(curves)
     assert len(shown)
-    none = pd.DataFrame({"demand": [], "scope": [], "status": []}, dtype=str)
-    figure = fragility_curves(curves, demands, none, "column_drift")
+    figure = fragility_curves(curves, demands, "column_drift")
     level = [line for line in lines_of(figure) if set(line.get_ydata()) == {0.5}]
     spans = {tuple(np.round(line.get_xdata(), 6)) for line in level}
     ends = shown[["theta_bracket_low", "theta_bracket_high"]].iloc[0]
@@ -209,28 +182,21 @@ def test_cloud_marks_runs_that_ended_early_and_demands_of_zero(demands, tables):
     assert least_shown(demands.assign(**{DRIFT: 0.0}), tables[0], DRIFT) is None
 
 
-def test_large_cloud_is_a_stated_sample(demands, tables, monkeypatch):
-    assert demand_clouds(demands, tables[0], DRIFT).get_suptitle() == ""
-    monkeypatch.setattr(axis_layout, "MAX_SHOWN_RUNS", 20)
-    figure = demand_clouds(demands, tables[0], DRIFT)
-    assert points_of(lines_of(figure, *MARKS, "v")) == 20
-    assert figure.get_suptitle().startswith(f"20 of {len(demands)} runs")
+def test_marks_of_a_large_cloud_are_pixels_in_a_vector_file(demands, tables, monkeypatch):
+    def drawn_as_pixels():
+        marks = lines_of(demand_clouds(demands, tables[0], DRIFT), *MARKS, "v")
+        assert points_of(marks) == len(demands)
+        return {bool(line.get_rasterized()) for line in marks}
+
+    assert drawn_as_pixels() == {False}
+    monkeypatch.setattr(fragility_figures, "MAX_VECTOR_RUNS", 20)
+    assert drawn_as_pixels() == {True}
 
 
-def test_ratios_of_medians_are_next_to_the_curves_and_no_texts_overlap(demands, tables):
-    curves, _, medians = tables
-    figure = fragility_curves(curves, demands, medians, "column_drift")
-    rows = medians[(medians["scope"] == "pooled") & (medians["status"] == "ok")]
-    rows = rows[rows["demand"] == "column_drift/slight"]
-    panel = next(axes for axes in figure.axes if axes.get_title().startswith("Ratio of medians"))
-    intervals = [list(line.get_xdata()) for line in panel.lines if len(line.get_xdata()) == 2]
-    for ends in rows[["ci_low", "ci_high"]].to_numpy().tolist():
-        assert ends in intervals
-    points = [line.get_xdata()[0] for line in panel.lines if line.get_marker() == "o"]
-    assert points == rows["ratio"].tolist()
-    labels = [label.get_text() for label in panel.get_yticklabels()]
-    assert labels[0] == "Skew 0° to 30°"
-    figure = fragility_curves(tables[0], demands, tables[2], "column_drift")
+def test_no_texts_of_the_curves_overlap(demands, tables):
+    curves = tables[0].copy()
+    curves.loc[curves["skew_deg"] == 30, ["preferred", "status"]] = [False, "bounds_too_wide"]
+    figure = fragility_curves(curves, demands, "column_drift")
     figure.draw_without_rendering()
     boxes = [
         text.get_window_extent().padded(-1.0)
@@ -267,12 +233,11 @@ FOURTH = "transverse_gap_mm"
 def study(demands, tables):
     wave = np.sin(np.arange(400) * 0.1)
     motion = GroundMotion(motion_id="m00", dt_s=0.01, accel_1_mps2=wave, accel_2_mps2=0.5 * wave)
-    curves, effects, medians = tables
+    curves, effects = tables
     return FigureTables(
         demands=demands,
         curves=curves,
         effects=effects.effects,
-        medians=medians,
         intensity_effects=effects.intensities,
         suite=[SuiteMotion(motion=motion, scale=1.5, measures={})],
         pair=None,
@@ -322,10 +287,9 @@ def test_a_fourth_axis_replaces_constant_ones_or_multiplies_the_panels(wide_stud
     assert shown(demands) == ["skew_deg", "gap_mm", "friction", FOURTH]
     assert shown(demands[demands["gap_mm"] == 25]) == ["skew_deg", "friction", FOURTH]
     assert len(shown(demands[demands[FOURTH] == 25])) == 3
-    none = pd.DataFrame({"demand": [], "scope": [], "status": []}, dtype=str)
     for figure in (
         demand_clouds(demands, curves, DRIFT),
-        fragility_curves(curves, demands, none, "column_drift"),
+        fragility_curves(curves, demands, "column_drift"),
     ):
         assert titles(figure)[:4] == [
             f"skew {skew}°, transverse gap {gap} mm" for skew in (0, 30) for gap in (25, 50)
@@ -349,7 +313,6 @@ def test_list_of_figures_follows_limit_states_and_leaves_out_empty_plots(study):
         demands=study.demands.assign(bearing_disp_m=0.0),
         curves=curves,
         effects=study.effects.head(0),
-        medians=study.medians.head(0),
         intensity_effects=study.intensity_effects.head(0),
     )
     names = [caption.name for caption, _ in study_figures(nothing)]
@@ -368,10 +331,9 @@ def test_captions_and_findings_have_the_numbers_of_the_tables(study):
     assert captions["osb1_cf_cloud_bearing_disp_m"].finding == (
         f"{above} of {len(study.demands)} analyses exceed bearing, slight (100 mm)."
     )
-    medians = study.medians
-    rows = medians[(medians["scope"] == "pooled") & medians["demand"].str.startswith("column_dr")]
-    is_certain = rows["verdict_family"].isin(["lower", "higher"]).any()
-    assert ("the largest certain change" in of_curves.finding) == is_certain
+    mild = drawn.loc[drawn["limit_state"] == "slight", "theta"]
+    assert f"(g) for slight (1 %): {mild.min():.3g} (skew" in of_curves.finding
+    assert f") to {mild.max():.3g} (skew" in of_curves.finding
 
 
 def test_frequency_figure_has_an_amplitude_and_a_ratio_per_direction():
@@ -404,7 +366,7 @@ def test_files_do_not_depend_on_the_number_of_processes(study, tmp_path, monkeyp
         "demands": study.demands,
         "curves": study.curves,
         "friction_pair": pd.DataFrame(),
-        **{n: getattr(study, n).head(0) for n in ("effects", "medians", "intensity_effects")},
+        **{n: getattr(study, n).head(0) for n in ("effects", "intensity_effects")},
     }
     paths = {name: tmp_path / f"{name}.parquet" for name in (*tables, "suite")}
     for name, table in tables.items():
@@ -491,7 +453,6 @@ def written(study, tmp_path, monkeypatch):
     tables = {
         "demands": study.demands,
         "fragility/curves": study.curves,
-        "fragility/median_effects": study.medians,
         "fragility/effects": study.effects,
         "fragility/intensity_effects": study.intensity_effects,
         "friction_pair": pd.DataFrame(),

@@ -5,7 +5,7 @@ from skewbridge.study.jobs import script_session
 if __name__ == "__main__":
     with script_session(snakemake) as job:
         from skewbridge.report.checks import require_passed
-        from skewbridge.report.html.page import write_report
+        from skewbridge.report.page import write_report
 
         if job.study.checks == "strict":
             require_passed(job.inputs["checks"])

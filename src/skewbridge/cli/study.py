@@ -56,7 +56,7 @@ def demo(out: Path) -> Answer:
 
     Example: skewbridge demo --out demo
     """
-    from skewbridge.report.html.page import write_report
+    from skewbridge.report.page import write_report
     from skewbridge.study.config import load_config
     from skewbridge.study.folder import StudyFolder, starter_files
 

@@ -10,10 +10,8 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import failure_kinds, is_complete
-from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, axis_names, models_of
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES
@@ -28,22 +26,30 @@ from skewbridge.fragility.verdicts import (
     OK,
     UNDECIDED,
 )
-from skewbridge.report.axis_layout import groups_of, in_words, shown_value, value_text
-from skewbridge.report.verdict_style import change_text, demand_name, interval_text, margin_text
+from skewbridge.report.appearance import (
+    change_text,
+    demand_name,
+    groups_of,
+    in_words,
+    interval_text,
+    margin_text,
+    shown_value,
+    value_text,
+)
 from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import axes_of, axis
 from skewbridge.variant.random_properties import drawn_properties
 
+_EFFECT: Final = (*BRIDGE_COLUMNS, "axis", "from_value", "to_value", "demand")
+_COUNTS: Final = ("n_cells", "n_without_curve", "n_extrapolated")
 #: Columns of `answer_table`: `claim` is the verdict that is printed, adjusted for the family of
 #: comparisons (Holm), for a demand the weaker one of this and of the verdict at the intensity `im`.
 ANSWER_COLUMNS: Final = (
-    *("bridge", "abutment", "axis", "from_value", "to_value", "quantity", "demand", "status"),
-    *("ratio", "ci_low", "ci_high", "level", "margin", "claim", "im", "from_demand", "to_demand"),
-    *("first_im", "last_im", "seat_m"),
-    *("im_low", "im_high", "n_cells", "n_without_curve", "n_extrapolated", "largest_im"),
+    *(*_EFFECT[:-1], "quantity", "demand", "status", "ratio", "ci_low", "ci_high", "level"),
+    *("margin", "claim", "im", "from_demand", "to_demand", "first_im", "last_im"),
+    *("im_low", "im_high", *_COUNTS),
 )
 NOT_REACHED: Final = "not_reached"
-_EFFECT: Final = ("bridge", "abutment", "axis", "from_value", "to_value", "demand")
 #: States of the first screen and of the README.
 LEADING_STATES: Final = (f"{COLUMN_FAILURE}/any", "unseating/slight")
 #: Certainty of a claim in a few words.
@@ -54,7 +60,6 @@ CERTAINTY: Final = {
     NEGLIGIBLE: "certainly small",
     UNDECIDED: "not certain",
 }
-_UNSEATING: Final = "unseating_m"
 
 
 def model_name(bridge: object, abutment: object) -> str:
@@ -78,13 +83,15 @@ def listed(words: Iterable[str]) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
-def counted(number: int, what: str = "") -> str:
-    """Return a number up to eight as a word, with what it counts: ``two spans``."""
+def number_word(number: int) -> str:
+    """Return a number, up to eight as a word."""
     words = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight")
-    text = words[number] if number < len(words) else f"{number}"
-    if not what:
-        return text
-    return f"{text} {what}" if number == 1 else f"{text} {what}s"
+    return words[number] if number < len(words) else f"{number}"
+
+
+def counted(number: int, what: str) -> str:
+    """Return a number with what it counts: ``two spans``."""
+    return f"{number_word(number)} {what}{'' if number == 1 else 's'}"
 
 
 def change_name(name: Any, low: Any, high: Any) -> str:
@@ -104,6 +111,20 @@ def effect_name(demand: Any) -> str:
     return label[:1].lower() + label[1:]
 
 
+def number(value: float) -> str:
+    """Return a number with three digits, without an exponent."""
+    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
+
+
+def largest_change(rows: Iterable[dict[str, Any]]) -> tuple[dict[str, Any], str, str]:
+    """Return the row of the largest ratio either way, ``lowers`` or ``raises``, and its size."""
+    row = max(rows, key=lambda each: abs(np.log(each["ratio"])))
+    return row, "lowers" if row["ratio"] < 1.0 else "raises", change_text(row).lstrip("+-")
+
+
+# --- tables of the answer
+
+
 def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
     """Return the runs of each bridge and abutment model (axis empty), and of each value of an axis.
 
@@ -120,15 +141,15 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
         "n_collapse": demands["status"] == COLLAPSE,
         "n_bounds": ~complete,
     }
-    counted = list(flags)
+    names = list(flags)
     rows: list[dict[str, Any]] = []
     for model, part in models_of(demands.assign(**flags)):
-        rows.append({**model, "axis": "", "value": np.nan, **part[counted].sum()})
+        rows.append({**model, "axis": "", "value": np.nan, **part[names].sum()})
         for name in axis_names(part):
             if part[name].nunique() > 1:
-                sums = records_of(part.groupby(name)[counted].sum().reset_index(names="value"))
+                sums = records_of(part.groupby(name)[names].sum().reset_index(names="value"))
                 rows += [{**model, "axis": name, **row} for row in sums]
-    return pd.DataFrame(rows).astype(dict.fromkeys(counted, int))
+    return pd.DataFrame(rows).astype(dict.fromkeys(names, int))
 
 
 def answer_table(
@@ -144,40 +165,38 @@ def answer_table(
     `HEADLINE_STATES` that the study has (``curves`` lists those that were reached), then the
     headline demands.
     """
-    pooled = effects[
-        (effects["scope"] == "pooled") & effects["demand"].isin(demands_for("headline"))
-    ]
-    keys = [pooled[name] for name in ("bridge", "abutment", "axis")]
+    headline = demands_for("headline")
+    pooled = effects[(effects["scope"] == "pooled") & effects["demand"].isin(headline)]
+    keys = [pooled[name] for name in _EFFECT[:3]]
     pooled = pooled[pooled["to_value"] == pooled["to_value"].groupby(keys).transform("max")]
-    capacities = {
-        tuple(row[name] for name in _EFFECT): row
-        for row in records_of(medians[medians["scope"] == "pooled"])
-    }
-    reached = curves.groupby([*BRIDGE_COLUMNS, curves["component"] + "/" + curves["limit_state"]])
-    largest = reached["n_exceed"].max().to_dict()
     lines = dict(iter(intensities.groupby(list(_EFFECT))))
-    order = [each.name for each in axes_of(set(pooled["axis"]))]
-    rows: list[dict[str, Any]] = []
-    places = groups_of(pooled, _EFFECT[:-1])
-    for place, own in sorted(places, key=lambda each: (*each[0][:2], order.index(each[0][2]))):
-        named = dict(zip(_EFFECT, place, strict=False))
-        for state in HEADLINE_STATES:
-            n_exceed = largest.get((*place[:2], state))
-            if row := capacities.get((*place, state)):
-                ends = {
-                    "from_demand": row["from_mean"],
-                    "to_demand": row["from_mean"] * row["ratio"],
-                }
-                rows.append(row | ends | {"claim": row["verdict_family"]})
-            elif n_exceed is not None:
-                status = NOT_ESTIMABLE if n_exceed > 0 else NOT_REACHED
-                state_row = {"demand": state, "quantity": MEDIAN_CAPACITY, "status": status}
-                rows.append(named | state_row)
-        rows += [_demand_row(row, lines.get((*place, row["demand"]))) for row in records_of(own)]
-    table = pd.DataFrame(rows, columns=list(ANSWER_COLUMNS))
-    for name in ("n_cells", "n_without_curve", "n_extrapolated"):
-        table[name] = pd.to_numeric(table[name], errors="coerce").astype(np.float64)
-    return table
+    demands = pd.DataFrame(
+        [_demand_row(row, lines.get(tuple(row[name] for name in _EFFECT)))
+         for row in records_of(pooled)]
+    )  # fmt: skip
+
+    states = curves.assign(demand=curves["component"] + "/" + curves["limit_state"])
+    states = states.groupby([*BRIDGE_COLUMNS, "demand"])["n_exceed"].max().reset_index()
+    places = pooled[list(_EFFECT[:-1])].drop_duplicates()
+    capacities = places.merge(states[states["demand"].isin(HEADLINE_STATES)])
+    own = medians[medians["scope"] == "pooled"]
+    capacities = capacities.merge(own, how="left", on=list(_EFFECT))
+    missing = np.where(capacities["n_exceed"] > 0, NOT_ESTIMABLE, NOT_REACHED)
+    capacities = capacities.assign(
+        quantity=MEDIAN_CAPACITY,
+        status=capacities["status"].fillna(pd.Series(missing)),
+        claim=capacities["verdict_family"],
+        from_demand=capacities["from_mean"],
+        to_demand=capacities["from_mean"] * capacities["ratio"],
+    )
+
+    table = pd.concat([capacities, demands]).reindex(columns=list(ANSWER_COLUMNS))
+    order = {"axis": [each.name for each in axes_of(table["axis"])]}
+    order["demand"] = [*HEADLINE_STATES, *headline]
+    ranks = {f"_{name}": table[name].map(values.index) for name, values in order.items()}
+    table = table.assign(**ranks).sort_values([*BRIDGE_COLUMNS, "_axis", "from_value", "_demand"])
+    counts = table[list(_COUNTS)].apply(pd.to_numeric, errors="coerce").astype(np.float64)
+    return table.assign(**counts)[list(ANSWER_COLUMNS)].reset_index(drop=True)
 
 
 def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, Any]:
@@ -205,59 +224,34 @@ def _weaker(effect: Mapping[str, Any], point: "pd.Series[Any]") -> str:
     return DETECTABLE if pooled in directed and here in directed and same_sign else UNDECIDED
 
 
-def with_limits(table: pd.DataFrame, demands: pd.DataFrame, im: str) -> pd.DataFrame:
-    """Return the answer with the limits of its numbers as columns seat_m and largest_im.
-
-    seat_m is the support length of the bridge at its widest gap, NaN if its file cannot be read;
-    largest_im is the largest intensity of its runs (g).
-    """
-    largest = demands.groupby(list(BRIDGE_COLUMNS))[im].max().to_dict()
-    models = zip(*(table[name] for name in BRIDGE_COLUMNS), strict=True)
-    widest_m = demands.groupby("bridge")["gap_mm"].max() / 1000.0
-    seats_m = {name: _seat_width_m(str(name)) - gap_m for name, gap_m in widest_m.items()}
-    return table.assign(
-        largest_im=[largest[model] for model in models],
-        seat_m=table["bridge"].map(seats_m).where(table["demand"] == _UNSEATING).astype(float),
-    )
-
-
-def _seat_width_m(bridge: str) -> float:
-    """Return the seat width of a bridge; NaN if its file cannot be read."""
-    try:
-        return load_bridge(bridge).abutment.seat_width_m
-    except InputError:
-        return np.nan
+# --- sentences
 
 
 def extent_of_data(row: Mapping[str, Any]) -> str:
     """Return whether medians of a ratio are extrapolated or lack a curve, as text; else empty."""
-    # tables of earlier versions have no such counts
-    names = ("n_cells", "n_without_curve", "n_extrapolated")
-    pairs, missing, outside = (row.get(name) for name in names)
+    pairs, missing, outside = (row[name] for name in _COUNTS)
     medians = 2 if pd.isna(pairs) else 2 * int(pairs)  # a row of one pair has no number of pairs
-    if pd.notna(outside) and outside > 0:
+    if outside > 0:
         return "extrapolated" if outside == medians else "partly extrapolated"
-    if pd.notna(missing) and missing > 0:
-        return f"{missing:.0f} of {medians} medians without a curve"
-    return ""
+    return f"{missing:.0f} of {medians} medians without a curve" if missing > 0 else ""
 
 
 def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
     """Return a sentence for each leading state whose medians are extrapolated or lack a curve.
 
-    The keys are bridge, abutment model and state; the table is that of `with_limits`.
+    The keys are bridge, abutment model and state.
     """
     notes: dict[tuple[str, str, str], str] = {}
     names = short_names(table)
     rows = table[table["demand"].isin(LEADING_STATES) & (table["status"] == OK)]
     for place, own in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
-        sums, start = own.sum(numeric_only=True), f"{names[place[:2]]}, {effect_name(place[2])}"
+        sums, start = own[list(_COUNTS)].sum(), f"{names[place[:2]]}, {effect_name(place[2])}"
         if sums["n_extrapolated"] > 0:
             some = "" if sums["n_extrapolated"] == 2 * sums["n_cells"] else "some "
             notes[place] = (
                 f"{start}: {some}medians of {own['im_low'].min():.2f} to "
                 f"{own['im_high'].max():.2f} g are extrapolated; fewer than three motions are that "
-                f"strong, the strongest has {own['largest_im'].iloc[0]:.2f} g."
+                "strong."
             )
         elif sums["n_without_curve"] > 0:
             notes[place] = (
@@ -267,42 +261,22 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
     return notes
 
 
-def _ends(row: Mapping[str, Any]) -> str:
-    """Return the demand at both ends of the axis in the unit that engineers use."""
-    demand, seat = str(row["demand"]), row["seat_m"]
-    (low, unit), (high, _) = (shown_value(demand, row[f"{end}_demand"]) for end in ("from", "to"))
-    if demand.endswith("dcr"):
-        low, high, unit = 100.0 * low, 100.0 * high, " % of the capacity"
-    where = ""
-    if np.isfinite(seat):
-        length, unit = shown_value(demand, seat)
-        where = f" on a seat of {number(length)}{unit}"
-    return f"{number(low)} to {number(high)}{unit}{where}"
-
-
-def number(value: float) -> str:
-    """Return a number with three digits, without an exponent."""
-    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
-
-
-def intensity(im: float) -> str:
-    """Return an intensity with two digits."""
-    return f"{im:.2g} g"
-
-
-def clearest_clause(rows: Sequence[Mapping[str, Any]]) -> str:
+def clearest_clause(rows: Sequence[dict[str, Any]]) -> str:
     """Return the largest effect on a demand with a clear direction at an intensity, as a clause."""
     known = [row for row in rows if np.isfinite(row["im"])]
     clear = [row for row in known if row["claim"] in (LOWER, HIGHER) and np.isfinite(row["ratio"])]
-    if clear:
-        row = max(clear, key=lambda each: abs(np.log(each["ratio"])))
-        verb = "lowers" if row["ratio"] < 1.0 else "raises"
-        size = change_text(row).lstrip("+-")
-        effect = f"it {verb} {effect_name(row['demand'])} by {size} ({interval_text(row)})"
-        if np.isfinite([row["from_demand"], row["to_demand"]]).all():
-            effect += f": {_ends(row)}"
-        return f"at {intensity(row['im'])} {effect}"
-    return f"none is certain at {intensity(known[0]['im'])}" if known else "not estimable"
+    if not clear:
+        return f"none is certain at {known[0]['im']:.2g} g" if known else "not estimable"
+    row, verb, size = largest_change(clear)
+    text = f"at {row['im']:.2g} g it {verb} {effect_name(row['demand'])} by {size} "
+    text += f"({interval_text(row)})"
+    ends = [row["from_demand"], row["to_demand"]]
+    if not np.isfinite(ends).all():
+        return text
+    (low, unit), (high, _) = (shown_value(row["demand"], end) for end in ends)
+    if row["demand"].endswith("dcr"):
+        low, high, unit = 100.0 * low, 100.0 * high, " % of the capacity"
+    return f"{text}: {number(low)} to {number(high)}{unit}"
 
 
 def title_of(table: pd.DataFrame) -> str:
@@ -313,17 +287,19 @@ def title_of(table: pd.DataFrame) -> str:
     estimated = table[(table["quantity"] == MEDIAN_CAPACITY) & (table["status"] == OK)]
     if estimated.empty:
         return "No run reaches the limit states of the headline: no median capacity to compare"
-    clauses: list[tuple[int, str]] = []
+    clear: list[str] = []
+    unclear: list[str] = []
+    small: list[str] = []
     for name, part in estimated.groupby("axis", sort=False):
         title, claims = axis(str(name)).title, set(part["claim"])
         if claims & {LOWER, HIGHER, DETECTABLE}:
-            clauses.append((0, f"{title} {_title_claim(part, names)}"))
+            clear.append(f"{title} {_title_claim(part, names)}")
         elif claims == {NEGLIGIBLE}:
             margin = margin_text(part.iloc[0])
-            clauses.append((2, f"{title} changes no median capacity by more than {margin}"))
+            small.append(f"{title} changes no median capacity by more than {margin}")
         else:
-            clauses.append((1, f"{title} changes no median capacity with certainty"))
-    text = "; ".join(clause for _, clause in sorted(clauses, key=lambda each: each[0]))
+            unclear.append(f"{title} changes no median capacity with certainty")
+    text = "; ".join([*clear, *unclear, *small])
     return text[:1].upper() + text[1:]
 
 
@@ -333,16 +309,13 @@ def _title_claim(part: pd.DataFrame, names: Mapping[tuple[str, str], str]) -> st
     The most severe state with a clear direction counts, and the bridge with the largest change of
     it; a less severe one follows if only that one is certain to exceed the margin.
     """
-    certain = part[part["claim"].isin((LOWER, HIGHER))]
-    directed = part[part["claim"].isin((LOWER, HIGHER, DETECTABLE))]
     claims: dict[str, list[str]] = {}
-    for rows in (directed, certain):
+    for wanted in ((LOWER, HIGHER, DETECTABLE), (LOWER, HIGHER)):
+        rows = part[part["claim"].isin(wanted)]
         state = next((name for name in HEADLINE_STATES if (rows["demand"] == name).any()), None)
         if state is None:
             continue
-        own = records_of(rows[rows["demand"] == state])
-        row = max(own, key=lambda each: abs(np.log(each["ratio"])))
-        verb, size = "lowers" if row["ratio"] < 1.0 else "raises", change_text(row).lstrip("+-")
+        row, verb, size = largest_change(records_of(rows[rows["demand"] == state]))
         model = f" of {names[row['bridge'], row['abutment']]}" if len(names) > 1 else ""
         doubt = "size uncertain" if row["claim"] == DETECTABLE else ""
         details = filter(None, [interval_text(row), doubt, extent_of_data(row)])
@@ -377,18 +350,16 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
     synthetic = len(sources) > 0 and sources.str.contains("synthetic|simulated", case=False).all()
     text = f"The {len(suite)} motions are {'synthetic' if synthetic else 'recorded or mixed'}"
     if {"magnitude", "distance_km"} <= set(suite.columns) and suite["magnitude"].notna().any():
-        magnitude, distance = (_span(suite[name]) for name in ("magnitude", "distance_km"))
+        magnitude, distance = (
+            " to ".join(dict.fromkeys(map(number, (suite[name].min(), suite[name].max()))))
+            for name in ("magnitude", "distance_km")
+        )
         scenario = "" if " to " in magnitude + distance else "one scenario, "
         text += f" and of {scenario}magnitude {magnitude} at {distance} km"
     if table["first_im"].notna().any():
         low, high = table["first_im"].min(), table["last_im"].max()
-        text += f"; complete pairs of runs exist from {low:.2g} to {intensity(high)}"
+        text += f"; complete pairs of runs exist from {low:.2g} to {high:.2g} g"
     return f"{text}."
-
-
-def _span(values: "pd.Series[float]") -> str:
-    """Return the range of some values, or the value that all of them have."""
-    return " to ".join(dict.fromkeys((number(values.min()), number(values.max()))))
 
 
 def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]:
@@ -397,38 +368,34 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
     A clause for the title, empty where no suites differ, and a sentence with the largest difference
     and its interval, empty for a study with one suite.
     """
-    keys = [name for name in _EFFECT if name in suites] + ["quantity"]
-    shown = table[table["status"] == OK][keys]
-    own = suites.merge(shown, on=keys) if len(suites) else suites
-    compared = own[own["against"] != ""] if len(own) else own
+    if suites.empty:
+        return "", ""
+    keys = [*_EFFECT, "quantity"]
+    own = suites.merge(table.loc[table["status"] == OK, keys], on=keys)
+    compared, effects = own[own["against"] != ""], own[own["against"] == ""]
     if compared.empty:
         return "", ""
-    names = short_names(compared)
     differing = compared[compared["verdict"] == DEPENDS]
-    counts = own[(own["against"] == "") & (own["suite"] != ALL_SUITES)]
-    motions = counts.groupby("suite", sort=False)["n_motions"].max()
-    parts = [f"{name} ({number})" for name, number in motions.items()]
-    start = (
-        f"Suites {listed(parts)}: {len(differing)} of {len(compared)} differences between suites "
-        f"exceed {LARGEST_ERRORS:g} standard errors, by chance about {0.05 * len(compared):.0f}"
-    )
+    effects = effects[effects["suite"] != ALL_SUITES]
+    motions = effects.groupby("suite", sort=False)["n_motions"].max()
     row = records_of(compared.sort_values("standard_errors", ascending=False).head(1))[0]
-    same = (counts[list(_EFFECT)] == [row[name] for name in _EFFECT]).all(axis=1)
-    effects = {each["suite"]: each for each in records_of(counts[same])}
-    change = change_name(row["axis"], row["from_value"], row["to_value"])
-    what = f"{change} on {effect_name(row['demand'])} of {names[row['bridge'], row['abutment']]}"
+    same = (effects[list(_EFFECT)] == [row[name] for name in _EFFECT]).all(axis=1)
+    by_suite = {each["suite"]: each for each in records_of(effects[same])}
     sizes = listed(
-        f"{change_text(effects[name])} ({interval_text(effects[name])}) under {name}"
+        f"{change_text(by_suite[name])} ({interval_text(by_suite[name])}) under {name}"
         for name in (row["against"], row["suite"])
     )
     text = (
-        f"{start}. The largest: {what}: {sizes}; the ratio of the two effects is "
-        f"{change_text(row)} off 1 ({interval_text(row)})."
+        f"Suites {listed(f'{name} ({count})' for name, count in motions.items())}: "
+        f"{len(differing)} of {len(compared)} differences between suites exceed "
+        f"{LARGEST_ERRORS:g} standard errors, by chance about {0.05 * len(compared):.0f}. "
+        f"The largest: {change_name(row['axis'], row['from_value'], row['to_value'])} on "
+        f"{effect_name(row['demand'])} of {short_names(compared)[row['bridge'], row['abutment']]}: "
+        f"{sizes}; the ratio of the two effects is {change_text(row)} off 1 ({interval_text(row)})."
     )
     if len(differing) <= 0.05 * len(compared):  # no more than chance gives
         return "", text
-    places = differing[["axis", "bridge"]].drop_duplicates()
-    axes = listed(dict.fromkeys(axis(str(name)).title for name in places["axis"]))
+    axes = listed(dict.fromkeys(axis(str(name)).title for name in differing["axis"]))
     return f"; the effect of {axes} {DEPENDS}", text
 
 

@@ -1,7 +1,6 @@
 """Figures of one bridge: its model in plan, elevation and 3D, static pushes, column sections."""
 
-from collections.abc import Iterable
-from itertools import cycle
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -47,30 +46,31 @@ def model_figure(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCAL
     for axes in (plan, end):
         _draw_plan(axes, geometry, gap_scale)
     plan.margins(0.03, 0.10)
-    _draw_members(elevation, geometry, 0, 2)
+    _draw_members(elevation, geometry, [0, 2])
     elevation.set(xlabel="x, longitudinal (m)", ylabel="z above soffit (m)")
     elevation.set_title("elevation (heights stretched)", fontsize=10)
     corners = np.array(geometry.deck_outline)
     right = corners[corners[:, 0] > 0.0]
-    end.set_xlim(right[:, 0].min() - _AROUND_M, right[:, 0].max() + _AROUND_M)
-    end.set_ylim(right[:, 1].min() - _AROUND_M, right[:, 1].max() + _AROUND_M)
+    low, high = right.min(axis=0) - _AROUND_M, right.max(axis=0) + _AROUND_M
+    end.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     end.set_title("right abutment", fontsize=10)
     gap_text = f"; gaps exaggerated {gap_scale:g} times" if geometry.contacts else ""
     figure.suptitle(f"{geometry.title}{gap_text}")
-    handles, labels = elevation.get_legend_handles_labels()
-    more, names = plan.get_legend_handles_labels()
-    unique = dict(zip([*names, *labels], [*more, *handles], strict=True))
-    figure.legend(
-        unique.values(), unique.keys(), loc="outside lower center", ncols=len(unique), frameon=False
-    )
+    entries = [axes.get_legend_handles_labels() for axes in (plan, elevation)]
+    unique = {label: handle for pair in entries for handle, label in zip(*pair, strict=True)}
+    _add_legend(figure, list(unique.values()), list(unique))
     return figure
+
+
+def _add_legend(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) -> None:
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
 
 
 def _draw_plan(axes: Axes, geometry: ModelGeometry, gap_scale: float) -> None:
     outline = np.array([*geometry.deck_outline, geometry.deck_outline[0]])
     axes.fill(*outline.T, color=COLOURS["deck"], alpha=0.10, linewidth=0)
     axes.plot(*outline.T, color=COLOURS["deck"], linewidth=1, alpha=0.5)
-    _draw_members(axes, geometry, 0, 1)
+    _draw_members(axes, geometry, [0, 1])
     if geometry.contacts:
         starts, normals = _contacts(geometry, gap_scale)
         look = {"arrowstyle": "->", "color": COLOURS["contact"]}
@@ -89,27 +89,28 @@ def _contacts(geometry: ModelGeometry, gap_scale: float) -> tuple[Points, Points
     return surfaces - gap_scale * gaps_m[:, None] * normals, normals
 
 
-def _draw_members(axes: Axes, geometry: ModelGeometry, across: int, up: int) -> None:
-    for group, members in _by_group(geometry):
+def _draw_members(axes: Axes, geometry: ModelGeometry, plane: list[int]) -> None:
+    """Draw lines, springs of no length and grounds in the plane of two axes."""
+    for group, members in _by_group(geometry).items():
         ends = np.array([member.ends for member in members])
         is_line = (ends[:, 0] != ends[:, 1]).any(axis=1)
         wide, order = 2.2 if group in ("deck", "columns") else 1.0, 1 if group == "links" else 2
-        lines, points = ends[is_line][..., [across, up]], ends[~is_line, 0]
-        for number, line in enumerate(lines):
-            label = group if number == 0 else None
-            axes.plot(*line.T, color=COLOURS[group], linewidth=wide, label=label, zorder=order)
-        if len(points) and group not in ("links", "contact"):
-            x, y = points[:, across], points[:, up]
-            axes.plot(x, y, "o", color=COLOURS[group], markersize=3.5, label=group)
+        look = {"color": COLOURS[group], "label": group}
+        # breaks between the lines make them one line with one entry in the legend
+        breaks = np.full((int(is_line.sum()), 1, 3), np.nan)
+        lines = np.concatenate([ends[is_line], breaks], axis=1).reshape(-1, 3)
+        if len(lines):
+            axes.plot(*lines[:, plane].T, linewidth=wide, zorder=order, **look)
+        if len(points := ends[~is_line, 0]) and group not in ("links", "contact"):
+            axes.plot(*points[:, plane].T, "o", markersize=3.5, **look)
     if geometry.fixed:
-        ground = np.array(geometry.fixed).T
-        x, y = ground[across], ground[up]
-        axes.plot(x, y, "^", color="black", markersize=3, label="ground", zorder=0)
+        ground = np.array(geometry.fixed)[:, plane].T
+        axes.plot(*ground, "^", color="black", markersize=3, label="ground", zorder=0)
 
 
-def _by_group(geometry: ModelGeometry) -> Iterable[tuple[str, list[Member]]]:
+def _by_group(geometry: ModelGeometry) -> dict[str, list[Member]]:
     groups = {group: [m for m in geometry.members if m.group == group] for group in COLOURS}
-    return [(group, members) for group, members in groups.items() if members]
+    return {group: members for group, members in groups.items() if members}
 
 
 def model_page(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE) -> str:
@@ -122,7 +123,7 @@ def model_page(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE)
         x=x, y=y, z=[0.0] * len(x), i=[0, 0], j=[1, 2], k=[2, 3], color=COLOURS["deck"],
         opacity=0.15, name="soffit", showlegend=True, hoverinfo="skip",
     )  # fmt: skip
-    groups = [(group, own) for group, own in _by_group(geometry) if group != "contact"]
+    groups = [each for each in _by_group(geometry).items() if each[0] != "contact"]
     figure = go.Figure([soffit, *(_group_trace(group, members) for group, members in groups)])
     if geometry.contacts:
         surfaces, normals = _contacts(geometry, gap_scale)
@@ -135,10 +136,13 @@ def model_page(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE)
             for place in geometry.contacts
         ]
         name, colour = f"contacts (gaps {gap_scale:g}x)", COLOURS["contact"]
-        figure.add_trace(_marks(name, surfaces, colour, 4, "square", text=text, hoverinfo="text"))
-        figure.add_trace(_line_trace("contact normals", arrows.reshape(-1, 3), colour, width=3))
+        mark = {"size": 4, "symbol": "square", "color": colour}
+        figure.add_trace(_trace(name, surfaces, text, mode="markers", marker=mark))
+        line = {"color": colour, "width": 3}
+        figure.add_trace(_trace("contact normals", arrows, mode="lines", line=line))
+    mark = {"size": 3, "symbol": "diamond", "color": "black"}
     ground = np.array(geometry.fixed)
-    figure.add_trace(_marks("ground", ground, "black", 3, "diamond", hoverinfo="skip"))
+    figure.add_trace(_trace("ground", ground, mode="markers", marker=mark))
     figure.update_layout(
         title=geometry.title,
         scene=_scene(geometry),
@@ -171,60 +175,39 @@ def _group_trace(group: str, members: list[Member]) -> go.Scatter3d:
         label = f"{group} {member.tag}" if member.tag else group
         text += [f"{label}<br>({x:.2f}, {y:.2f}, {z:.2f}) m" for x, y, z in member.ends]
         text.append("")
-    width = 6 if group in ("deck", "columns") else 3
-    trace = _line_trace(group, ends.reshape(-1, 3), COLOURS[group], width=width)
-    trace.update(mode="lines+markers", marker={"size": 2.5}, text=text, hoverinfo="text")
-    return trace
+    line = {"color": COLOURS[group], "width": 6 if group in ("deck", "columns") else 3}
+    return _trace(group, ends, text, mode="lines+markers", marker={"size": 2.5}, line=line)
 
 
-def _line_trace(name: str, points: Points, colour: str, *, width: int) -> go.Scatter3d:
-    look, (x, y, z) = {"color": colour, "width": width}, points.T
-    return go.Scatter3d(x=x, y=y, z=z, mode="lines", name=name, line=look, hoverinfo="skip")
-
-
-def _marks(
-    name: str, points: Points, colour: str, size: int, symbol: str, **options: Any
-) -> go.Scatter3d:
-    look, (x, y, z) = {"size": size, "symbol": symbol, "color": colour}, points.T
-    return go.Scatter3d(x=x, y=y, z=z, mode="markers", name=name, marker=look, **options)
-
-
-# Okabe and Ito's palette with one line style per model, in the order of the abutment models, so
-# that lines on top of each other show
-STYLES: Final = (
-    {"color": "#999999", "linestyle": "-", "linewidth": 1.5},
-    {"color": "#0072B2", "linestyle": "-", "linewidth": 1.5},
-    {"color": "#E69F00", "linestyle": "-", "linewidth": 3.0},
-    {"color": "#009E73", "linestyle": "--", "linewidth": 2.0},
-    {"color": "#D55E00", "linestyle": ":", "linewidth": 2.0},
-)
+def _trace(name: str, points: Points, text: list[str] | None = None, **look: Any) -> go.Scatter3d:
+    """Return a trace through points, whose texts are shown at the pointer."""
+    x, y, z = points.reshape(-1, 3).T
+    hover = "text" if text else "skip"
+    return go.Scatter3d(x=x, y=y, z=z, name=name, text=text, hoverinfo=hover, **look)
 
 
 def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:
-    """Return pushes (abutment, angle_deg, disp_m, force_kn), a panel per direction."""
-    angles = sorted(curves["angle_deg"].unique())
-    columns = min(3, len(angles))
-    rows = -(-len(angles) // columns)
-    figure = Figure(figsize=(3.8 * columns, 3.2 * rows + 0.8), layout="constrained")
-    panels = list(figure.subplots(rows, columns, sharex=True, squeeze=False).flat)
-    for panel, angle in zip(panels, angles, strict=False):
-        part = curves[curves["angle_deg"] == angle]
-        for abutment, style in zip(ABUTMENTS, cycle(STYLES), strict=False):
-            line = part[part["abutment"] == abutment]
-            if not line.empty:
-                panel.plot(line["disp_m"] / MM, line["force_kn"] / KN, label=abutment, **style)
-        panel.set_title(f"push at {angle:g} degrees from x", fontsize=10)
+    """Return pushes (abutment, angle_deg, disp_m, force_kn), a panel per direction.
+
+    Later abutment models have thinner lines, so that lines on top of each other show.
+    """
+    directions = list(curves.groupby("angle_deg"))
+    rows = -(-len(directions) // 3)
+    figure = Figure(figsize=(11.4, 3.2 * rows + 0.8), layout="constrained")
+    panels = figure.subplots(rows, 3, sharex=True, squeeze=False)
+    for panel, (angle_deg, pushes) in zip(panels.flat, directions, strict=False):
+        for abutment, line in pushes.groupby("abutment", sort=False):
+            place = list(ABUTMENTS).index(str(abutment))
+            colour, width = list(COLOURS.values())[place], 3.6 - 0.6 * place
+            x, y = line["disp_m"] / MM, line["force_kn"] / KN
+            panel.plot(x, y, label=abutment, color=colour, linewidth=width)
+        panel.set_title(f"push at {angle_deg:g} degrees from x", fontsize=10)
         panel.set_ylim(bottom=0.0)
-    for panel in panels[len(angles) :]:
-        panel.set_visible(False)
-    for panel in panels[max(0, len(angles) - columns) : len(angles)]:
+    for panel in panels[-1]:
         panel.set_xlabel("displacement along the push (mm)")
     figure.supylabel("force along the push (MN)")
     figure.suptitle(title, parse_math=False)
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(
-        handles, labels, loc="outside lower center", ncols=len(labels), frameon=False, fontsize=9
-    )
+    _add_legend(figure, *panels[0, 0].get_legend_handles_labels())
     return figure
 
 
@@ -236,12 +219,10 @@ def column_figure(
     bending, capacity = figure.subplots(1, 2)
     bending.plot(curve.curvature_per_m, curve.moment_nm / 1e6, color="#0072B2", label="section")
     knee, end = curve.yield_curvature_per_m, curve.ultimate_curvature_per_m
-    plateau = curve.plastic_moment_nm / 1e6
-    bending.plot(
-        [0.0, knee, end], [0.0, plateau, plateau], "--", color="#D55E00", label="idealised"
-    )
+    plateau, orange = curve.plastic_moment_nm / 1e6, "#D55E00"
+    bending.plot([0.0, knee, end], [0.0, plateau, plateau], "--", color=orange, label="idealised")
     first = curve.first_yield_curvature_per_m, curve.first_yield_moment_nm / 1e6
-    bending.plot(*first, "o", color="#D55E00", label="first yield")
+    bending.plot(*first, "o", color=orange, label="first yield")
     bending.set(xlabel="curvature (1/m)", ylabel="moment (MNm)", xlim=(0, None), ylim=(0, None))
     bending.legend(frameon=False, loc="lower right")
     ductility = np.linspace(1.0, 15.0, 141)
@@ -254,7 +235,7 @@ def column_figure(
         strength_mn = shear_strength(shear, model, axial_n, ductility, ductility) / 1e6
         capacity.plot(ductility, strength_mn, color=colour, label=label)
     demand = curve.plastic_moment_nm / shear.shear_span_m / 1e6
-    capacity.axhline(demand, color="#D55E00", linestyle="--", label="plastic shear Mp / L")
+    capacity.axhline(demand, color=orange, linestyle="--", label="plastic shear Mp / L")
     capacity.set(xlabel="ductility", ylabel="shear (MN)", ylim=(0, None), xlim=(1, 15))
     capacity.legend(frameon=False, fontsize=9)
     figure.suptitle(title, parse_math=False)

@@ -3,9 +3,9 @@
 import json
 import logging
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
@@ -28,8 +28,6 @@ MIRROR_TOLERANCE: Final = 0.01
 _CONTACT_NOTHING: Final = 1e-12
 _MIRROR_NOTHING: Final = 1e-9
 _RUN: Final = ("motion_id", "scale", "incidence_deg")
-_TWIN: Final = "_of_twin"
-
 #: Number of rows that a failed check lists.
 NAMED: Final = 10
 _ROUNDING_KJ: Final = 1e-6
@@ -39,17 +37,6 @@ _CURVE_NAME: Final = ("variant", "component", "limit_state", "method")
 _EFFECT_NAME: Final = ("variant", "bridge", "abutment", "axis", "from_value", "to_value", "demand")
 
 logger = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TableCheck:
-    """One check of the tables of a study."""
-
-    name: str  # of the quantity that is counted or measured
-    value: float
-    limit: float  # largest value that passes
-    passed: bool
-    rows: tuple[str, ...] = ()  # names of the first `NAMED` rows that do not pass
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,8 +53,12 @@ class StudyTables:
     in_rounds: bool = False  # variants took part in different numbers of rounds
 
 
-def check_tables(tables: StudyTables) -> list[TableCheck]:
-    """Return the checks of a study: the share not finished, then counts that must be 0."""
+def check_tables(tables: StudyTables) -> list[dict[str, Any]]:
+    """Return the checks of a study: the share not finished, then counts that must be 0.
+
+    Each has name, value, limit (the largest value that passes), passed, and rows, the names of the
+    first `NAMED` rows that do not pass.
+    """
     demands, curves, effects = tables.demands, tables.curves, tables.effects
     finished = demands["status"].isin(RAN)
     ok, unfinished = demands[finished], demands[~finished]
@@ -81,40 +72,42 @@ def check_tables(tables: StudyTables) -> list[TableCheck]:
     fitted = curves[curves["status"] == "ok"]
     bounded = effects[effects["ci_low"].notna()]
     within = bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])
-    share = len(unfinished) / max(len(demands), 1)
-    rows = (
-        ("analyses listed twice", demands[demands.duplicated(list(KEY))]),
-        ("rows without a known status", demands[~demands["status"].isin(STATUSES)]),
-        ("rows of variants with fewer analyses than others", demands[uneven]),
-        ("finished rows with a demand that is not a number", ok[numbers.isna().any(axis=1)]),
+    share = len(unfinished) / max(len(demands), 1), tables.max_unfinished_share
+    checks = (
+        (f"share of rows with a status other than {' or '.join(RAN)}", unfinished,
+         (*KEY, "status"), share),
+        ("analyses listed twice", demands[demands.duplicated(list(KEY))], KEY),
+        ("rows without a known status", demands[~demands["status"].isin(STATUSES)], KEY),
+        ("rows of variants with fewer analyses than others", demands[uneven], KEY),
+        ("finished rows with a demand that is not a number", ok[numbers.isna().any(axis=1)], KEY),
         ("finished rows whose resultant shear is below a component",
-         ok[ok["column_shear_kn"] < components]),
-        ("rows with negative friction work", ok[ok["slip_work_kj"] < -_ROUNDING_KJ]),
+         ok[ok["column_shear_kn"] < components], KEY),
+        ("rows with negative friction work", ok[ok["slip_work_kj"] < -_ROUNDING_KJ], KEY),
         ("rows with friction work but without friction",
-         ok[loose & (ok["slip_work_kj"].abs() > _ROUNDING_KJ)]),
-        ("rows without friction that differ from contact", contact_differences(ok[loose], ok)),
-        ("rows that differ from their mirror image", mirror_differences(ok, tables.suite)),
+         ok[loose & (ok["slip_work_kj"].abs() > _ROUNDING_KJ)], KEY),
+        ("rows without friction that differ from contact", contact_differences(ok[loose], ok), KEY),
+        ("rows that differ from their mirror image", mirror_differences(ok, tables.suite), KEY),
+        ("fitted curves without a positive median", fitted[~(fitted["theta"] > 0)], _CURVE_NAME),
+        ("medians below that of a smaller capacity", falling_medians(fitted), _CURVE_NAME),
+        ("effects whose interval does not hold the ratio", bounded[~within], _EFFECT_NAME),
     )  # fmt: skip
-    fits = (
-        ("fitted curves without a positive median", fitted[~(fitted["theta"] > 0)]),
-        ("medians below that of a smaller capacity", falling_medians(fitted)),
-    )
-    ratios = (("effects whose interval does not hold the ratio", bounded[~within]),)
-    return [
-        TableCheck(
-            name=f"share of rows with a status other than {' or '.join(RAN)}",
-            value=share,
-            limit=tables.max_unfinished_share,
-            passed=share <= tables.max_unfinished_share,
-            rows=_names(unfinished, (*KEY, "status")),
-        ),
-        *(
-            TableCheck(name=name, value=float(len(found)), limit=0.0, passed=found.empty,
-                       rows=_names(found, named_by))
-            for named_by, group in ((KEY, rows), (_CURVE_NAME, fits), (_EFFECT_NAME, ratios))
-            for name, found in group
-        ),
-    ]  # fmt: skip
+    return [_check(*check) for check in checks]
+
+
+def _check(
+    name: str,
+    found: pd.DataFrame,
+    named_by: Sequence[str],
+    share: tuple[float, float] | None = None,
+) -> dict[str, Any]:
+    """Return the check of rows found: their number, which must be 0, or share and limit."""
+    value, limit = share or (float(len(found)), 0.0)
+    named = found[[name for name in named_by if name in found]].head(NAMED)
+    rows = [
+        ", ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in row)
+        for row in named.itertuples(index=False)
+    ]
+    return {"name": name, "value": value, "limit": limit, "passed": value <= limit, "rows": rows}
 
 
 def falling_medians(fitted: pd.DataFrame) -> pd.DataFrame:
@@ -128,14 +121,6 @@ def falling_medians(fitted: pd.DataFrame) -> pd.DataFrame:
     return ordered[ordered["theta"] < before * (1.0 - _EQUAL_MEDIANS)]
 
 
-def _names(found: pd.DataFrame, named_by: Sequence[str]) -> tuple[str, ...]:
-    named = found[[name for name in named_by if name in found]].head(NAMED)
-    return tuple(
-        ", ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in row)
-        for row in named.itertuples(index=False)
-    )
-
-
 def write_checks(tables: StudyTables, output: Path, suspect: SuspectLimits = LIMITS) -> None:
     """Check the products of a study and write the findings as JSON.
 
@@ -143,15 +128,15 @@ def write_checks(tables: StudyTables, output: Path, suspect: SuspectLimits = LIM
     Failed checks are logged with their rows, and the report shows them at the top.
     """
     checks = check_tables(tables)
-    failed = [check for check in checks if not check.passed]
+    failed = [check for check in checks if not check["passed"]]
     for check in failed:
-        logger.warning("%s: %.4g > %.4g", check.name, check.value, check.limit)
-        for row in check.rows:
+        logger.warning("%s: %.4g > %.4g", check["name"], check["value"], check["limit"])
+        for row in check["rows"]:
             logger.warning("    %s", row)
     demands = tables.demands
     payload = {
         "passed": not failed,
-        "checks": [asdict(check) for check in checks],
+        "checks": checks,
         "suspect_rows": int((demands[SUSPECT] != "").sum()),
         "suspect": [
             {name: found[name] for name in ("reason", "rows", "worst")}
@@ -188,9 +173,8 @@ def contact_differences(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.Data
     without = ok.assign(abutment=ok["abutment"].map(models)).dropna(subset="abutment")
     places = [axis.name for axis in axes_of(ok.columns) if axis.name != "friction"]
     names = [column.name for column in DEMAND_COLUMNS if column.name in ok]
-    keys = ["bridge", "abutment", *places, *_RUN]
-    joined = frictionless.merge(without, on=keys, suffixes=("", _TWIN))
-    return _different(joined, names, CONTACT_TOLERANCE, _CONTACT_NOTHING)
+    pairs = frictionless, without, places, names
+    return _different(*pairs, tolerance=CONTACT_TOLERANCE, nothing=_CONTACT_NOTHING)
 
 
 def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
@@ -208,10 +192,9 @@ def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
         motion_id=left["motion_id"].map(images),
         incidence_deg=-left["incidence_deg"],
     )
-    keys = ["bridge", "abutment", *(axis.name for axis in axes_of(ok.columns)), *_RUN]
-    names = list(demands_for("effect", ok.columns))
-    joined = wanted.merge(ok, on=keys, suffixes=("", _TWIN))
-    found = _different(joined, names, MIRROR_TOLERANCE, _MIRROR_NOTHING)
+    places = [axis.name for axis in axes_of(ok.columns)]
+    pairs = wanted, ok, places, list(demands_for("effect", ok.columns))
+    found = _different(*pairs, tolerance=MIRROR_TOLERANCE, nothing=_MIRROR_NOTHING)
     back = {image: name for name, image in images.items()}
     return found.assign(
         motion_id=found["motion_id"].map(back), incidence_deg=-found["incidence_deg"]
@@ -220,22 +203,28 @@ def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
 
 def mirrored_motions(suite: pd.DataFrame) -> dict[str, str]:
     """Return the name of the mirror image of every motion that has one in the suite."""
-    names, ones, twos = (suite[name] for name in ("motion_id", "accel_1_mps2", "accel_2_mps2"))
-    waves = [
-        (str(name), np.asarray(one, float), np.asarray(two, float))
-        for name, one, two in zip(names, ones, twos, strict=True)
-    ]
-    # 0.0 is added so that a negative zero is the same number as a zero
-    named = {((one + 0.0).tobytes(), (two + 0.0).tobytes()): name for name, one, two in waves}
-    images = {name: ((one + 0.0).tobytes(), (0.0 - two).tobytes()) for name, one, two in waves}
+    columns = (suite[name] for name in ("motion_id", "accel_1_mps2", "accel_2_mps2"))
+    waves = {name: np.array([one, two]) for name, one, two in zip(*columns, strict=True)}
+    # zero is added because a negative zero has other bytes
+    named = {(wave + 0.0).tobytes(): name for name, wave in waves.items()}
+    images = {name: (wave * [[1.0], [-1.0]] + 0.0).tobytes() for name, wave in waves.items()}
     return {name: named[image] for name, image in images.items() if image in named}
 
 
 def _different(
-    joined: pd.DataFrame, names: list[str], tolerance: float, nothing: float
+    rows: pd.DataFrame,
+    others: pd.DataFrame,
+    places: Sequence[str],
+    names: Sequence[str],
+    *,
+    tolerance: float,
+    nothing: float,
 ) -> pd.DataFrame:
-    """Return the rows in which a number differs from that of the paired row."""
-    one = joined[names].to_numpy(float)
-    other = joined[[f"{name}{_TWIN}" for name in names]].to_numpy(float)
+    """Return the rows in which a number differs from that of the same run in another table."""
+    keys = ["bridge", "abutment", *places, *_RUN]
+    joined = rows.merge(others, on=keys, suffixes=("", "_of_twin"))
+    one, other = (
+        joined[[f"{name}{end}" for name in names]].to_numpy(float) for end in ("", "_of_twin")
+    )
     close = np.isclose(one, other, rtol=tolerance, atol=nothing, equal_nan=True)
     return joined[~close.all(axis=1)]

@@ -14,22 +14,23 @@ from matplotlib.ticker import NullLocator
 
 from skewbridge.demands.columns import demands_for
 from skewbridge.files.tables import records_of
-from skewbridge.fragility.verdicts import CELL, DECIDED, HIGHER, LOWER, NEGLIGIBLE
-from skewbridge.report.axis_layout import (
+from skewbridge.fragility.verdicts import CELL, DECIDED
+from skewbridge.report.appearance import (
     MAX_BANDS,
     STYLE,
+    STYLES,
     VARIANT_COLOURS,
+    demand_name,
     groups_of,
     plain_log_ticks,
     value_text,
 )
-from skewbridge.report.verdict_style import demand_name
 from skewbridge.variant.axes import Axis, axes_of
 
 
 def intensity_demands(intensities: pd.DataFrame) -> list[str]:
     """Return the headline demands that have effects by intensity."""
-    return [name for name in demands_for("headline") if (intensities["demand"] == name).any()]
+    return list(demands_for("headline", intensities["demand"]))
 
 
 def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
@@ -38,23 +39,20 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
     Dots are at the reference intensity of the bridge; an open dot is at the end of the range of the
     pairs, where the reference intensity lies outside of it.
     """
-    names = intensity_demands(intensities)
-    along = axes_of(dict.fromkeys(intensities["axis"]))
+    names, along = intensity_demands(intensities), axes_of(intensities["axis"])
     with mpl.rc_context(STYLE):
         size = 2.9 * len(along) + 0.9, 1.9 * len(names) + 0.9
         figure = Figure(figsize=size, layout="constrained")
         panels = figure.subplots(len(names), len(along), squeeze=False, sharex=True, sharey="row")
         for row, name in zip(panels, names, strict=True):
+            own = intensities[intensities["demand"] == name]
             for axes, axis in zip(row, along, strict=True):
-                own = intensities[
-                    (intensities["demand"] == name) & (intensities["axis"] == axis.name)
-                ]
-                _intensity_panel(axes, own, axis, with_legend=name == names[0])
+                _intensity_panel(axes, own[own["axis"] == axis.name], axis)
             row[0].set_ylabel(fill(f"Ratio of {demand_name(name).lower()}", 24))
-        for axes, axis in zip(panels[0], along, strict=True):
-            axes.set_title(axis.label, fontsize=9)
-        for axes in panels[-1]:
-            axes.set_xlabel(im_label)
+        for top, bottom, axis in zip(panels[0], panels[-1], along, strict=True):
+            top.legend(fontsize=7, loc="best")
+            top.set_title(axis.label, fontsize=9)
+            bottom.set_xlabel(im_label)
         panels[0, 0].set_xscale("log")
         plain_log_ticks(panels[0, 0].xaxis)
         level = 100 * float(intensities["level"].iloc[0])
@@ -63,47 +61,7 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
     return figure
 
 
-#: Name and colour of a verdict in the figure of the rounds.
-_ROUND_VERDICTS: Final = {
-    LOWER: ("lower", "#0072b2"),
-    HIGHER: ("higher", "#b84f00"),
-    NEGLIGIBLE: ("within the margin", "#4a545c"),
-}
-
-
-def widths_by_analyses(rounds: pd.DataFrame) -> Figure:
-    """Draw the half-width of the interval of each headline effect over the analyses of the study.
-
-    A dot is at the round of the verdict; lines without one are open. The columns of the table are
-    `fragility.verdicts.ROUND_COLUMNS`.
-    """
-    rounds = rounds.assign(width=50.0 * np.log(rounds["ci_high"] / rounds["ci_low"]))
-    kinds = {"demand": "Demands", "median_capacity": "Median capacities"}
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.8, 3.0), layout="constrained")
-        panels = figure.subplots(1, 2, sharex=True, sharey=True)
-        for axes, (kind, title) in zip(panels, kinds.items(), strict=True):
-            for _, own in rounds[rounds["quantity"] == kind].groupby(list(CELL), sort=False):
-                line = own.sort_values("round")
-                axes.plot(line["analyses"], line["width"], color="#b9c0c5", linewidth=0.8)
-                for verdict in line["verdict"][line["verdict"].isin(DECIDED)].head(1):
-                    first = line[line["verdict"] == verdict].iloc[0]
-                    colour = _ROUND_VERDICTS[verdict][1]
-                    axes.plot(first["analyses"], first["width"], "o", color=colour, markersize=4)
-            axes.set_title(title, fontsize=9)
-            axes.set_xlabel("Analyses of the study")
-        panels[0].set_yscale("log")
-        panels[0].set_ylabel("Half-width of the interval (%)")
-        plain_log_ticks(panels[0].yaxis)
-        handles = [
-            Line2D([], [], marker="o", linestyle="", color=colour, markersize=4, label=name)
-            for name, colour in _ROUND_VERDICTS.values()
-        ]
-        figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
-    return figure
-
-
-def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed: Axis, *, with_legend: bool) -> None:
+def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed: Axis) -> None:
     axes.axhline(1.0, color="#777777", linewidth=0.8)
     changes = groups_of(rows, ["from_value", "to_value"])
     for i, (ends, own) in enumerate(changes):
@@ -117,15 +75,43 @@ def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed: Axis, *, with_lege
         for item in records_of(own[own["at_reference"]]):
             inside = "white" if item["clipped"] else colour
             axes.plot(item["im"], item["ratio"], "o", ms=5, color=colour, mfc=inside)
-    if with_legend:
-        axes.legend(fontsize=7, loc="best")
 
 
-_COLOURS: Final[dict[str, str]] = {"choice": VARIANT_COLOURS[0], "axis": VARIANT_COLOURS[1]}
+def widths_by_analyses(rounds: pd.DataFrame) -> Figure:
+    """Draw the half-width of the interval of each headline effect over the analyses of the study.
+
+    A dot is at the round of the verdict; lines without one are open. The columns of the table are
+    `fragility.verdicts.ROUND_COLUMNS`.
+    """
+    rounds = rounds.assign(width=50.0 * np.log(rounds["ci_high"] / rounds["ci_low"]))
+    kinds = {"demand": "Demands", "median_capacity": "Median capacities"}
+    styles = {style.verdict: style for style in STYLES.values() if style.verdict in DECIDED}
+    dot = {"marker": "o", "linestyle": "", "markersize": 5, "markeredgecolor": "#39434a"}
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.8, 3.0), layout="constrained")
+        panels = figure.subplots(1, 2, sharex=True, sharey=True)
+        for axes, (kind, title) in zip(panels, kinds.items(), strict=True):
+            for _, own in rounds[rounds["quantity"] == kind].groupby(list(CELL), sort=False):
+                line = own.sort_values("round")
+                axes.plot(line["analyses"], line["width"], color="#b9c0c5", linewidth=0.8)
+                for first in records_of(line[line["verdict"].isin(DECIDED)].head(1)):
+                    fill_colour = styles[first["verdict"]].fill
+                    axes.plot(first["analyses"], first["width"], color=fill_colour, **dot)
+            axes.set_title(title, fontsize=9)
+            axes.set_xlabel("Analyses of the study")
+        panels[0].set_yscale("log")
+        panels[0].set_ylabel("Half-width of the interval (%)")
+        plain_log_ticks(panels[0].yaxis)
+        handles = [
+            Line2D([], [], color=style.fill, label=style.text, **dot) for style in styles.values()
+        ]
+        figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
+    return figure
+
+
+_COLOURS: Final = {"choice": VARIANT_COLOURS[0], "axis": VARIANT_COLOURS[1]}
 _KINDS: Final = {"choice": "choice of the modeller", "axis": "axis of the study"}
-_BAR_IN: Final = 0.21  # height of a bar in the figure, with the space between two
-_HEAD_IN: Final = 0.95  # title and axis of a panel
-_LINEAR_PCT: Final = 5.0  # the scale is linear up to here, then logarithmic
+LINEAR_PCT: Final = 5.0  # the scale is linear up to here, then logarithmic
 _TICKS_PCT: Final = (2, 5, 20, 100, 500)
 _LEAST_PCT: Final = 6.0  # range of a panel without any change
 
@@ -133,31 +119,30 @@ _LEAST_PCT: Final = 6.0  # range of a panel without any change
 def _ranked(choices: pd.DataFrame) -> dict[str, pd.DataFrame]:
     """Return the rows of each headline demand, smallest change first, by the demand's label.
 
-    Added are ``bar``, the name of the choice or axis with its change, ``percent`` and its ``text``.
+    Added are ``bar``, the name of the choice or axis with its change, ``percent``, its ``text``
+    and its ``size``, -1 without a pair.
     """
     # imported here: it loads the solver, and few studies compare choices
     from skewbridge.study.modelling_choices import CHOICES
 
     labels = {choice.key: choice.label for choice in CHOICES}
     labels |= {each.name: each.label for each in axes_of(choices["name"])}
-    names, percent = choices["name"].map(labels), 100.0 * (choices["ratio"] - 1.0)
-    texts = [
-        _percent_text(value, n, n_pairs)
-        for value, n, n_pairs in zip(percent, choices["n"], choices["n_pairs"], strict=True)
-    ]
+    percent = 100.0 * (choices["ratio"] - 1.0)
     change = choices["from_value"] + " → " + choices["to_value"]
-    rows = choices.assign(bar=names + " " + change, change=change, percent=percent, text=texts)
-    size = pd.Series(np.log(rows["ratio"])).abs().where(rows["n"] > 0, -1.0)
-    rows = rows.assign(size=size).sort_values("size", kind="stable")
+    texts = percent.map("{:+.1f} %".format).replace({"-0.0 %": "0.0 %", "+0.0 %": "0.0 %"})
+    some = ", " + choices["n"].astype(str) + " of " + choices["n_pairs"].astype(str)
+    texts = (texts + some.where(choices["n"] < choices["n_pairs"], "")).where(
+        choices["n"] > 0, "no pair"
+    )
+    rows = choices.assign(
+        bar=choices["name"].map(labels) + " " + change,
+        change=change,
+        percent=percent,
+        text=texts,
+        size=np.log(choices["ratio"]).abs().where(choices["n"] > 0, -1.0),
+    ).sort_values("size", kind="stable")
     demands = demands_for("headline", choices["demand"].unique())
     return {demand_name(demand): rows[rows["demand"] == demand] for demand in demands}
-
-
-def _percent_text(percent: float, n: int, n_pairs: int) -> str:
-    if not n:
-        return "no pair"
-    text = f"{percent:+.1f} %".replace("-0.0", "0.0").replace("+0.0", "0.0")
-    return text if n == n_pairs else f"{text}, {n} of {n_pairs}"
 
 
 def tornado(choices: pd.DataFrame) -> Figure:
@@ -168,8 +153,8 @@ def tornado(choices: pd.DataFrame) -> Figure:
     ranked = _ranked(choices)
     bars, rows = max(map(len, ranked.values())), -(-len(ranked) // 2)
     with mpl.rc_context(STYLE):
-        height_in = rows * (_BAR_IN * bars + _HEAD_IN) + 0.4
-        figure = Figure(figsize=(12.5, height_in), layout="constrained")
+        size = 12.5, rows * (0.21 * bars + 0.95) + 0.4
+        figure = Figure(figsize=size, layout="constrained")
         panels = list(figure.subplots(rows, 2, squeeze=False).flat)
         for panel, (label, own) in zip(panels, ranked.items(), strict=False):
             _tornado_panel(panel, own)
@@ -194,7 +179,7 @@ def _tornado_panel(panel: Axes, rows: pd.DataFrame) -> None:
     panel.set_yticks(rows["place"], rows["bar"], fontsize=8)
     panel.set_ylim(-0.6, len(rows) - 0.4)
     panel.axvline(0.0, color="black", linewidth=0.8)
-    panel.set_xscale("symlog", linthresh=_LINEAR_PCT)
+    panel.set_xscale("symlog", linthresh=LINEAR_PCT)
     panel.set_xlim(-reach, reach)
     ticks = [tick for tick in _TICKS_PCT if tick <= reach]
     places = [*(-tick for tick in reversed(ticks)), 0, *ticks]
@@ -202,19 +187,6 @@ def _tornado_panel(panel: Axes, rows: pd.DataFrame) -> None:
     panel.xaxis.set_minor_locator(NullLocator())
     panel.set_xlabel("change of the demand (%)")
     panel.grid(visible=False, axis="y")
-
-
-def tornado_text(choices: pd.DataFrame) -> str:
-    """Return the caption of the tornado of a table."""
-    most = int(choices["n_pairs"].max())
-    failed = int(choices.drop_duplicates(["kind", "name", "to_value"])["n_failed"].sum())
-    left_out = f" {failed} pairs with a run that did not end ok are left out." if failed else ""
-    return (
-        f"Bars: geometric mean of the ratio over up to {most} pairs of runs with the same motion "
-        "and variant, a choice against the configured model, an axis from its lowest to its "
-        "highest value; thin lines: the lowest and the highest single pair. The scale is "
-        f"logarithmic above {_LINEAR_PCT:g} %.{left_out}"
-    )
 
 
 def choice_findings(choices: pd.DataFrame) -> list[str]:

@@ -11,27 +11,23 @@ from typing import Final
 
 import pandas as pd
 import yaml
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.fragility.limit_states import LimitState, load_limit_states
+from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.levels import LEVEL_MEASURE
 from skewbridge.report.answer import counted
-from skewbridge.report.axis_layout import (
+from skewbridge.report.appearance import (
     in_words,
     plain_label,
     shown_length,
+    templates,
     threshold_text,
     value_text,
 )
 from skewbridge.study.config import StudyConfig, parse_config
 from skewbridge.variant.axes import axis
 from skewbridge.variant.grid import expand_grid
-from skewbridge.variant.random_properties import (
-    BLOCK,
-    DIRECTION,
-    property_name,
-)
+from skewbridge.variant.random_properties import BLOCK, DIRECTION, property_name
 from skewbridge.variant.variant import ABUTMENTS
 
 #: Full references by their key in the text.
@@ -61,11 +57,11 @@ class Methods:
     def markdown(self) -> str:
         """Return the methods as a page of Markdown."""
         text = "\n".join(f"**{name}.** {text}\n" for name, text in self.parts.items())
-        rows = [" | ".join(cell.replace("|", "/") for cell in row) for row in self.states]
-        rules = " | ".join("---" for _ in STATE_HEADS)
-        table = "\n".join(f"| {row} |" for row in (" | ".join(STATE_HEADS), rules, *rows))
-        listed = "\n".join(f"- {work}" for work in self.references)
-        return f"# Methods\n\n{text}\n## Limit states\n\n{table}\n\n## References\n\n{listed}\n"
+        rows = [[cell.replace("|", "/") for cell in row] for row in self.states]
+        table = [STATE_HEADS, ["---"] * len(STATE_HEADS), *rows]
+        states = "\n".join(f"| {' | '.join(row)} |" for row in table)
+        works = "\n".join(f"- {work}" for work in self.references)
+        return f"# Methods\n\n{text}\n## Limit states\n\n{states}\n\n## References\n\n{works}\n"
 
 
 def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Methods:
@@ -79,47 +75,45 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
     """
     motions, drawn = config.motions, config.uncertainty.drawn
     suite = pd.DataFrame({"source": []}) if suite is None else suite
-    count, levels_g, suites = motions.count, motions.level_range_g, {}
+    count, levels_g = motions.count, motions.level_range_g
     if {"scale", LEVEL_MEASURE} <= set(suite):
         applied_g = suite["scale"] * suite[LEVEL_MEASURE]
         count, levels_g = len(suite), (applied_g.min(), applied_g.max())
-    if "suite" in suite:
-        suites = suite.groupby("suite", sort=False)["motion_id"].nunique().to_dict()
+    suites = suite.groupby("suite", sort=False)["motion_id"].nunique() if "suite" in suite else {}
     bridges = [load_bridge(name) for name in config.grid.bridge]
     model = config.analysis.model_options(config.model)
     dampings = {model.damping_ratio or bridge.damping.ratio for bridge in bridges}
-    values = {
-        "bridges": bridges,
-        "model": model,
-        "dampings": [_percent(ratio) for ratio in sorted(dampings)],
-        "abutments": [ABUTMENTS[name] for name in config.grid.abutment],
-        "axes": [
-            f"{axis(name).title} {', '.join(value_text(axis(name), value) for value in own)}"
-            for name, own in config.grid.values().items()
-        ],
-        "variants": len(expand_grid(config.grid)),
-        "motions": motions,
-        "count": count,
-        "levels_g": levels_g,
-        "source": "; ".join(filter(None, suite["source"].astype(str).unique())),
-        "suites": suites,
-        "random_direction": DIRECTION in drawn,
-        "drawn": {property_name(name): what for name, what in drawn.items()},
-        "block_size": BLOCK,
-        "seed": config.uncertainty.seed,
-        "analysis": config.analysis,
-        "integrator": _INTEGRATORS[str(config.analysis.integrator_command[0])],
-        "fits": config.fragility,
-        "im": plain_label(config.fragility.im),
-        "changed": _changed_settings(config),
-    }
-    functions = {"counted": counted, "shown_length": shown_length, "version": version}
-    functions |= {"numbers": _text, "percent": _percent}
-    environment = Environment(
-        loader=PackageLoader("skewbridge.report.html"), undefined=StrictUndefined
+    template = templates(counted, shown_length, version).get_template("methods.j2")
+    context = template.new_context(
+        {
+            **template.globals,
+            "numbers": _text,
+            "percent": _percent,
+            "bridges": bridges,
+            "model": model,
+            "dampings": [_percent(ratio) for ratio in sorted(dampings)],
+            "abutments": [ABUTMENTS[name] for name in config.grid.abutment],
+            "axes": [
+                f"{axis(name).title} {', '.join(value_text(axis(name), value) for value in own)}"
+                for name, own in config.grid.values().items()
+            ],
+            "variants": len(expand_grid(config.grid)),
+            "motions": motions,
+            "count": count,
+            "levels_g": levels_g,
+            "source": "; ".join(filter(None, suite["source"].astype(str).unique())),
+            "suites": dict(suites),
+            "random_direction": DIRECTION in drawn,
+            "drawn": {property_name(name): what for name, what in drawn.items()},
+            "block_size": BLOCK,
+            "seed": config.uncertainty.seed,
+            "analysis": config.analysis,
+            "integrator": _INTEGRATORS[str(config.analysis.integrator_command[0])],
+            "fits": config.fragility,
+            "im": plain_label(config.fragility.im),
+            "changed": _changed_settings(config),
+        }
     )
-    template = environment.get_template("methods.j2")
-    context = template.new_context(functions | values)
     parts = {
         name.replace("_", " ").capitalize(): " ".join("".join(paragraph(context)).split())
         for name, paragraph in template.blocks.items()
@@ -133,14 +127,28 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
 def _changed_settings(config: StudyConfig) -> list[str]:
     """Return every setting that differs from its default under the same accuracy."""
     own = config.model_dump(mode="json", exclude=_NO_METHOD)
-    usual = parse_config({"accuracy": config.accuracy}).model_dump(mode="json", exclude=_NO_METHOD)
+    usual = parse_config({"accuracy": config.accuracy}).model_dump(mode="json")
     accuracy = [f"`accuracy` {config.accuracy}"] if config.accuracy != "default" else []
     return accuracy + [
         f"`{section}.{key}` {_text(value)} (default {_text(usual[section][key])})"
         for section, values in own.items()
-        for key, value in (values if isinstance(values, dict) else {}).items()
+        for key, value in values.items()
         if value != usual[section][key]
     ]
+
+
+def _limit_states(config: StudyConfig) -> list[list[str]]:
+    rows: list[list[str]] = []
+    states = load_limit_states(Path(config.fragility.limit_states))
+    for component in dict.fromkeys(state.component for state in states):
+        own = [state for state in states if state.component == component]
+        medians = (f"{each.name} {threshold_text(each.demand, each.threshold)}" for each in own)
+        spread = _text(sorted({each.dispersion for each in own}))
+        citation = " ".join(own[0].citation.split())
+        rows.append(
+            [in_words(component), f"`{own[0].demand}`", ", ".join(medians), spread, citation]
+        )
+    return rows
 
 
 def _text(value: object) -> str:
@@ -150,22 +158,6 @@ def _text(value: object) -> str:
     if isinstance(value, float):
         return f"{value:g}"
     return "none" if value is None else str(value)
-
-
-def _limit_states(config: StudyConfig) -> list[tuple[str, ...]]:
-    rows: dict[str, list[LimitState]] = {}
-    for state in load_limit_states(Path(config.fragility.limit_states)):
-        rows.setdefault(state.component, []).append(state)
-    return [
-        (
-            in_words(component),
-            f"`{own[0].demand}`",
-            ", ".join(f"{each.name} {threshold_text(each.demand, each.threshold)}" for each in own),
-            _text(sorted({each.dispersion for each in own})),
-            " ".join(own[0].citation.split()),
-        )
-        for component, own in rows.items()
-    ]
 
 
 def _percent(share: float) -> str:

@@ -7,50 +7,54 @@ from dataclasses import asdict, dataclass, replace
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from functools import partial
+from importlib.resources import files
 from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 
 import matplotlib as mpl
-import numpy as np
 import pandas as pd
+import yaml
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
 from skewbridge.demands.columns import label_of
 from skewbridge.demands.validity import with_derived_columns
 from skewbridge.errors import InputError
-from skewbridge.files.tables import figure_metadata, read_frame, records_of
+from skewbridge.files.tables import figure_metadata, read_frame
 from skewbridge.files.text import shortened, write_text
-from skewbridge.fragility.verdicts import DECIDED, HIGHER, LOWER
+from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
+from skewbridge.fragility.verdicts import DECIDED
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
-from skewbridge.report.answer import change_name, effect_name, listed, model_name, number
-from skewbridge.report.axis_layout import (
+from skewbridge.report.answer import listed, model_name, number
+from skewbridge.report.appearance import (
     MAX_BANDS,
-    MAX_SHOWN_RUNS,
     VariantLayout,
+    demand_name,
+    groups_of,
     in_words,
     plain_label,
+    shown_axes,
     shown_in,
     shown_unit,
+    templates,
     threshold_text,
     value_text,
+    variant_text,
 )
 from skewbridge.report.effect_figures import (
+    LINEAR_PCT,
     choice_findings,
     effects_by_intensity,
     intensity_demands,
     tornado,
-    tornado_text,
     widths_by_analyses,
 )
 from skewbridge.report.fragility_figures import (
     demand_clouds,
     fragility_curves,
     least_shown,
-    median_notes,
-    pooled_ratios,
     shown_curves,
 )
 from skewbridge.report.motion_figures import applied_spectra
@@ -62,7 +66,6 @@ from skewbridge.report.run_figures import (
     mean_period_s,
     moving_columns,
 )
-from skewbridge.report.verdict_style import change_text, demand_name, interval_text, margin_text
 from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.repeats import read_friction_pair
@@ -70,16 +73,14 @@ from skewbridge.units import INCH, MM
 from skewbridge.variant.axes import AXES
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
-#: What figures show; the gallery of the page has them in this order.
-CURVES, CLOUDS, EFFECTS, CHOICES, HISTORIES, MOTIONS = SECTIONS = (
-    "fragility curves",
-    "demand against intensity",
-    "effects by intensity",
-    "modelling choices",
-    "histories",
-    "motions",
+#: Templates of the captions by kind of figure.
+CAPTIONS: Final[Mapping[str, Mapping[str, str]]] = yaml.safe_load(
+    (files("skewbridge.report") / "captions.yaml").read_text("utf-8")
 )
-_TABLES: Final = ("demands", "curves", "medians", "effects", "intensity_effects")
+#: What figures show; the gallery of the page has them in this order.
+SECTIONS: Final = tuple(dict.fromkeys(caption["section"] for caption in CAPTIONS.values()))
+_TABLES: Final = ("demands", "curves", "effects", "intensity_effects")
+_TEXTS: Final = templates(demand_name, in_words, listed, plain_label, threshold_text, variant_text)
 PNG_DPI: Final = 300
 #: A process takes as long to start as to draw five figures.
 FIGURES_OF_A_PROCESS: Final = 12
@@ -96,14 +97,14 @@ type Drawing = Callable[[], Figure]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Caption:
-    """Text of the report about a figure."""
+    """Text of the report about a figure; its parts are described in `captions.yaml`."""
 
-    name: str  # of the file, without ending
-    section: str  # one of `SECTIONS`
+    name: str
+    section: str
     title: str
-    text: str  # content of the figure and its method
-    finding: str  # what it shows in one sentence, from the tables
-    item: str  # component, demand or quantity
+    text: str
+    finding: str
+    item: str
     model: str = ""  # bridge and abutment model; empty for a figure of the whole study
 
 
@@ -116,7 +117,6 @@ class FigureTables:
 
     demands: pd.DataFrame
     curves: pd.DataFrame
-    medians: pd.DataFrame  # effects on median capacities
     effects: pd.DataFrame  # effects on demands
     intensity_effects: pd.DataFrame
     suite: Sequence[SuiteMotion]
@@ -137,17 +137,66 @@ class FigureTables:
 def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     """Yield caption and drawing function of every figure, those of each bridge model first."""
     tables = replace(tables, demands=with_derived_columns(tables.demands))
-    models = tables.demands[["bridge", "abutment"]].drop_duplicates().itertuples(index=False)
-    for bridge, abutment in sorted(models):
-        start = f"{bridge}_{ABUTMENTS[abutment].code}_"
-        model = model_name(bridge, abutment)
+    for (bridge, abutment), _ in tables.demands.groupby(list(BRIDGE_COLUMNS)):
+        start, model = f"{bridge}_{ABUTMENTS[abutment].code}_", model_name(bridge, abutment)
         own = tables.of_model(bridge, abutment)
-        for figures in MODEL_FIGURES:
+        for figures in (_curve_figures, _cloud_figures, _intensity_figures, _choice_figures):
             for caption, draw in figures(own):
                 title = f"{model}: {caption.title}"
                 yield replace(caption, name=start + caption.name, title=title, model=model), draw
-    for figures in STUDY_FIGURES:
+    for figures in (_round_figures, _history_figures, _motion_figures):
         yield from figures(tables)
+
+
+def _caption(kind: str, **values: Any) -> Caption:
+    """Return the caption of a kind of figure with the values of its template."""
+    texts = {
+        name: " ".join(_TEXTS.from_string(text).render(values).split())
+        for name, text in CAPTIONS[kind].items()
+    }
+    return Caption(**texts)
+
+
+def _curve_figures(tables: FigureTables) -> Iterator[StudyFigure]:
+    curves = tables.curves
+    for component, rows in groups_of(shown_curves(curves), ["component"]):
+        drawn = rows[rows["preferred"]]
+        if drawn.empty:  # brackets alone are in the tables
+            continue
+        first = drawn[drawn["limit_state"] == drawn["limit_state"].iloc[0]].sort_values("theta")
+        caption = _caption(
+            "curves",
+            component=component[0],
+            drawn=drawn,
+            shown=len(rows),
+            low=first.iloc[0],
+            high=first.iloc[-1],
+            axes=shown_axes(curves),
+            banded=VariantLayout.of(curves).banded_text,
+        )
+        yield caption, partial(fragility_curves, curves, tables.demands, component[0])
+
+
+def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
+    demands, curves = tables.demands, tables.curves
+    for name in map(str, curves["demand"].unique()):
+        least = least_shown(demands, curves, name) if name in demands else None
+        if least is None:
+            continue
+        known, complete = demands[name].dropna(), demands["complete"]
+        mildest = curves[curves["demand"] == name].sort_values("threshold").iloc[0]
+        caption = _caption(
+            "cloud",
+            demand=name,
+            least=least,
+            mildest=mildest,
+            total=len(demands),
+            known=len(known),
+            early=(~complete[known.index]).sum(),
+            below=(complete & (demands[name] < least)).sum(),
+            above=(known > mildest["threshold"]).sum(),
+        )
+        yield caption, partial(demand_clouds, demands, curves, name)
 
 
 def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
@@ -157,166 +206,48 @@ def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         return
     im = str(tables.curves["im"].iloc[0])
     reference = table[table["at_reference"]]
-    dots = ""
-    if len(reference):
-        inside = reference.loc[~reference["clipped"], "im"].head(1)
-        dots = " Dots are at the reference intensity"
-        dots += "".join(f", {plain_label(im)} {value:.2g}" for value in inside)
-        if reference["clipped"].any():
-            dots += ", open ones at the end of the range nearest to it"
-        dots += "."
     pooled = tables.effects[tables.effects["scope"] == "pooled"]
-    tests = pooled.loc[pooled["demand"].isin(demands), "p_slope"].dropna()
-    caption = Caption(
-        name="effects_by_intensity",
-        section=EFFECTS,
-        item="headline demands",
-        title="Effects by intensity",
-        finding=f"{(tests < 0.05).sum()} of {len(tests)} effects on the headline demands change "
-        "with intensity (p < 0.05).",
-        text="Regression of the paired log ratio on log intensity, all variants, in the range of "
-        f"the pairs. The {100 * table['level'].iloc[0]:g} % bands, clustered by motion, are those "
-        f"of the {MAX_BANDS} largest changes at most.{dots}",
+    caption = _caption(
+        "intensity",
+        tests=pooled.loc[pooled["demand"].isin(demands), "p_slope"].dropna(),
+        level=table["level"].iloc[0],
+        reference=reference,
+        inside=reference.loc[~reference["clipped"], "im"].head(1),
+        max_bands=MAX_BANDS,
+        im=im,
     )
     yield caption, partial(effects_by_intensity, table, label_of(im))
 
 
-def _curve_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    shown = shown_curves(tables.curves)
-    layout = VariantLayout.of(tables.curves)
-    bands = f"; {layout.banded_text} only" if layout.banded_text else ""
-    for component, rows in shown.groupby("component", sort=False):
-        drawn = rows[rows["preferred"]]
-        if drawn.empty:  # brackets alone are in the tables
-            continue
-        words, by_cloud = in_words(component), int((drawn["method"] == "cloud").sum())
-        ratios = pooled_ratios(tables.medians, str(component))
-        crossed = by_cloud < len(drawn)
-        text = (
-            f"Curves with record-to-record and capacity dispersion, {by_cloud} from cloud fits and "
-            f"{len(drawn) - by_cloud} from exceedances{', with crosses' if crossed else ''} "
-            f"({100 * rows['level'].iloc[0]:g} % bands{bands}). Ticks are analyses: at the top "
-            "those that exceed the state, at the bottom those that do not. "
-        )
-        if len(drawn) < len(rows):
-            text += "A bar at 0.5: no curve, the median lies inside it. "
-        text += (
-            "At the right the paired ratios of the medians of the cloud fits, averaged over all "
-            "other axes"
-        )
-        notes = median_notes(ratios)
-        text += (
-            f" (some medians: {', '.join(notes)}; a median without a curve is that of its cloud "
-            "fit, and runs that ended early leave it too uncertain). "
-            if notes
-            else ". "
-        )
-        if differ := int(drawn["methods_differ"].sum()):
-            text += (
-                f"In {differ} of {len(drawn)} the medians of both methods differ (by more than "
-                "15 %, or two standard errors): an open diamond is the other median. "
-            )
-        text += "A limit state that no analysis reached has no curve and is listed at the top."
-        caption = Caption(
-            name=f"curves_{component}",
-            section=CURVES,
-            item=words,
-            title=f"Fragility of {words}",
-            finding=_median_finding(ratios, words),
-            text=text,
-        )
-        given = tables.curves, tables.demands, tables.medians, str(component)
-        yield caption, partial(fragility_curves, *given)
-
-
-def _median_finding(ratios: pd.DataFrame, words: str) -> str:
-    """Return the largest certain change of the medians of a component in one sentence."""
-    if ratios.empty:
-        return f"No two medians of {words} can be compared."
-    certain = records_of(ratios[ratios["verdict_family"].isin((LOWER, HIGHER))])
-    if not certain:
-        return f"No change of these medians by over {margin_text(ratios.iloc[0])} is certain."
-    row = max(certain, key=lambda each: abs(np.log(each["ratio"])))
-    change = change_name(row["axis"], row["from_value"], row["to_value"])
-    verb, size = "lowers" if row["ratio"] < 1.0 else "raises", change_text(row).lstrip("+-")
-    return (
-        f"{change} {verb} the median capacity for {effect_name(row['demand'])} by {size} "
-        f"({interval_text(row)}), the largest certain change."
-    )
-
-
-def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    demands, curves = tables.demands, tables.curves
-    for name in dict.fromkeys(map(str, curves["demand"])):
-        least = least_shown(demands, curves, name) if name in demands else None
-        if least is None:
-            continue
-        known = demands[demands[name].notna()]
-        early = int((~known["complete"]).sum())
-        below = int((known["complete"] & (known[name] < least)).sum())
-        text = f"One mark for each of {len(known)} analyses; lines are the fits. "
-        if len(demands) > MAX_SHOWN_RUNS:
-            text = "Marks are the analyses that the first line counts; lines are the fits of all. "
-        if early:
-            text += (
-                f"{early} analyses (open marks with a tick upward) ended early, by collapse or "
-                "failure of a column, so the demand is a lower bound. "
-            )
-        if below:
-            limit = threshold_text(name, least)
-            text += f"{below} demands are zero or below {limit} and drawn at the bottom."
-        mildest = curves[curves["demand"] == name].sort_values("threshold").iloc[0]
-        above = int((demands[name] > mildest["threshold"]).sum())
-        state = in_words(f"{mildest['component']}, {mildest['limit_state']}")
-        caption = Caption(
-            name=f"cloud_{name}",
-            section=CLOUDS,
-            item=demand_name(name),
-            title=f"{demand_name(name)} against intensity",
-            finding=f"{above} of {len(demands)} analyses exceed {state} "
-            f"({threshold_text(name, float(mildest['threshold']))}).",
-            text=text.strip(),
-        )
-        yield caption, partial(demand_clouds, demands, curves, name)
-
-
 def _choice_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    if tables.choices is None or tables.choices.empty:
+    choices = tables.choices
+    if choices is None or choices.empty:
         return
-    findings = choice_findings(tables.choices)
-    caption = Caption(
-        name="modelling_choices",
-        section=CHOICES,
-        item="headline demands",
-        title="Modelling choices compared with friction, gap and skew",
-        finding=findings[0] if findings else "No choice can be compared with friction.",
-        text=tornado_text(tables.choices),
+    caption = _caption(
+        "choices",
+        findings=choice_findings(choices),
+        pairs=choices["n_pairs"].max(),
+        failed=choices.drop_duplicates(["kind", "name", "to_value"])["n_failed"].sum(),
+        linear_pct=LINEAR_PCT,
     )
-    yield caption, partial(tornado, tables.choices)
+    yield caption, partial(tornado, choices)
 
 
 def _round_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    if tables.rounds is None or tables.rounds.empty:
+    rounds, demands = tables.rounds, tables.demands
+    if rounds is None or rounds.empty:
         return
-    demands = tables.demands
-    last = tables.rounds[tables.rounds["round"] == tables.rounds["round"].max()]
-    decided, analyses = int(last["verdict"].isin(DECIDED).sum()), len(demands)
-    angles = demands["incidence_deg"].nunique()
-    full = demands["variant"].nunique() * len(tables.suite) * angles
-    motions = len({each.motion.motion_id for each in tables.suite})
-    caption = Caption(
-        name="rounds",
-        section=EFFECTS,
-        item="headline effects",
-        title="Rounds of the study",
-        finding=f"{decided} of {len(last)} headline effects are decided after {analyses} analyses; "
-        f"all {motions} motions for every variant are {full} analyses "
-        f"(saved: {100 * (1 - analyses / full):.0f} %).",
-        text="Half-width of the interval of each pooled headline effect after every round, with a "
-        "dot at the round of its verdict; lines without a dot are open. All intervals of an effect "
-        "hold together, so that a verdict keeps its error probability when the study stops.",
+    last = rounds[rounds["round"] == rounds["round"].max()]
+    runs = len(tables.suite) * demands["incidence_deg"].nunique()
+    caption = _caption(
+        "rounds",
+        decided=last["verdict"].isin(DECIDED).sum(),
+        effects=len(last),
+        analyses=len(demands),
+        full=demands["variant"].nunique() * runs,
+        motions=len({each.motion.motion_id for each in tables.suite}),
     )
-    yield caption, partial(widths_by_analyses, tables.rounds)
+    yield caption, partial(widths_by_analyses, rounds)
 
 
 def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
@@ -326,77 +257,26 @@ def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     skew, gap = (value_text(axis, variant.values()[axis.name]) for axis in AXES[:2])
     place = f"{variant.bridge_name}, skew {skew}, gap {gap}, motion {motion_id}"
     pair = f"without and with friction: {place}"
-    yield (
-        Caption(
-            name="hysteresis",
-            section=HISTORIES,
-            item="abutment forces",
-            title=f"Abutment {pair}",
-            finding=_peaks("Largest longitudinal force of the left abutment", runs,
-                           "abutment_left_x_kn", "kN"),
-            text="Forces of the left abutment on the deck (backwall, keys and pads) along and "
-            "across the bridge, of the pads alone, and normal contact forces of backwall and shear "
-            "keys alone, against the displacement of the deck end.",
-        ),
-        partial(hysteresis_figure, runs),
-    )  # fmt: skip
-    yield (
-        Caption(
-            name="displacement",
-            section=HISTORIES,
-            item="deck displacement",
-            title=f"Deck {pair}",
-            finding=_peaks("Largest longitudinal displacement", runs, "deck_ux_m", "m"),
-            text="Displacement and rotation at the mass centre, relative to the ground.",
-        ),
-        partial(displacement_figure, runs),
+    drawings = (
+        ("hysteresis", "abutment_left_x_kn", "kN", hysteresis_figure),
+        ("displacement", "deck_ux_m", "m", displacement_figure),
     )
+    for kind, column, unit, draw in drawings:
+        shown, factor = shown_unit(unit)
+        sizes = (factor * histories[column].abs().max() for histories in runs.values())
+        peaks = [f"{number(size)} {shown}" for size in sizes]
+        yield _caption(kind, pair=pair, runs=runs, peaks=peaks), partial(draw, runs)
     for column in moving_columns(runs)[:1]:
-        periods = listed(f"{mean_period_s(table, column):.2f} s" for table in runs.values())
-        caption = Caption(
-            name="frequency",
-            section=HISTORIES,
-            item="frequency content",
-            title=f"Frequency content {pair}",
-            finding=f"Mean period of the {SPECTRA[column].split(' (')[0]} motion of the deck: "
-            f"{periods} with {listed(runs)}.",
-            text="Smoothed Fourier amplitudes of the deck and their ratio.",
-        )
+        periods = [f"{mean_period_s(histories, column):.2f} s" for histories in runs.values()]
+        way = SPECTRA[column].split(" (")[0]
+        caption = _caption("frequency", pair=pair, runs=runs, periods=periods, way=way)
         yield caption, partial(frequency_figure, runs)
 
 
-def _peaks(what: str, runs: Mapping[str, pd.DataFrame], column: str, unit: str) -> str:
-    """Return the largest absolute value of a column in each run as a sentence."""
-    shown, factor = shown_unit(unit)
-    peaks = [f"{number(factor * table[column].abs().max())} {shown}" for table in runs.values()]
-    return f"{what}: {listed(peaks)} with {listed(runs)}."
-
-
 def _motion_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    if not tables.suite:
-        return
-    scales = [item.scale for item in tables.suite]
-    caption = Caption(
-        name="suite_spectra",
-        section=MOTIONS,
-        item="response spectra",
-        title="Response spectra of the motions",
-        finding=f"{len(scales)} motions with factors from {min(scales):.2g} to {max(scales):.2g}.",
-        text="RotD50, 5 % damping, scaled: one factor per motion, the same for all variants.",
-    )
-    yield caption, partial(applied_spectra, tables.suite)
-
-
-type Figures = Callable[[FigureTables], Iterator[StudyFigure]]
-#: Drawn for each bridge with each abutment model.
-MODEL_FIGURES: Final[tuple[Figures, ...]] = (
-    _curve_figures,
-    _cloud_figures,
-    _intensity_figures,
-    _choice_figures,
-)
-#: Drawn once.
-STUDY_FIGURES: Final[tuple[Figures, ...]] = (_round_figures, _history_figures, _motion_figures)
+    if tables.suite:
+        scales = [item.scale for item in tables.suite]
+        yield _caption("motions", scales=scales), partial(applied_spectra, tables.suite)
 
 
 def read_tables(paths: Mapping[str, Path], choices: Path | None = None) -> FigureTables:
@@ -437,11 +317,9 @@ def draw_study(
     with shown_in(settings.units):
         figures = list(study_figures(read_tables(paths, choices)))
     n_jobs = min(n_jobs, max(1, len(figures) // FIGURES_OF_A_PROCESS))
-    # the quickest last, so that all processes end together
-    ordered = sorted(figures, key=lambda figure: figure[0].section == CLOUDS)
     Parallel(n_jobs=n_jobs, backend="loky")(
         delayed(save_figure)(draw, settings, folder, caption.name, provenance)
-        for caption, draw in ordered
+        for caption, draw in figures
     )
     write_text(captions, json.dumps({"figures": [asdict(each) for each, _ in figures]}, indent=1))
 

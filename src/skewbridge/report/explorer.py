@@ -7,7 +7,7 @@ the npm package plotly.js-basic-dist-min.
 import base64
 import gzip
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files
 from typing import Any, Final
 
@@ -21,8 +21,9 @@ from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import HEADLINE_STATES
 from skewbridge.fragility.verdicts import DIFFERENCE, DIFFERENCES, RATIOS, may_be_negligible
-from skewbridge.report.answer import model_name
-from skewbridge.report.axis_layout import (
+from skewbridge.report.answer import effect_name, model_name
+from skewbridge.report.appearance import (
+    STYLES,
     US_UNITS,
     VARIANT_COLOURS,
     named_value,
@@ -31,11 +32,9 @@ from skewbridge.report.axis_layout import (
     value_text,
     variant_text,
 )
-from skewbridge.report.verdict_style import DEPTHS, STYLES, demand_name
 from skewbridge.statuses import STATUSES
-from skewbridge.variant.axes import Axis, axes_of
+from skewbridge.variant.axes import axes_of
 
-_LIBRARY: Final = "plotly-basic.min.js"
 _FIT_COLUMNS: Final = (
     *("variant", "component", "limit_state", "method", "demand", "preferred", "methods_differ"),
     *("theta", "theta_low", "theta_high", "beta", "beta_total", "threshold"),
@@ -48,9 +47,16 @@ _EFFECT_COLUMNS: Final = (
 )
 
 
-def library() -> str:
-    """Return the source of the plotting library, packed."""
-    return _packed((files("skewbridge.report.html") / "vendor" / _LIBRARY).read_bytes())
+def explorer_of(frames: Mapping[str, pd.DataFrame], units: str) -> dict[str, str]:
+    """Return data and plotting library of the explorer, packed; empty without a curve.
+
+    ``frames`` are demands, curves, effects and medians by name.
+    """
+    if not (frames["curves"]["status"] == FITTED).any():
+        return {}
+    library = files("skewbridge.report") / "vendor" / "plotly-basic.min.js"
+    tables = (frames[name] for name in ("demands", "curves", "effects", "medians"))
+    return {"data": explorer_data(*tables, units), "library": _packed(library.read_bytes())}
 
 
 def explorer_data(
@@ -67,54 +73,52 @@ def explorer_data(
     """
     demands = with_derived_columns(demands)
     im = str(curves["im"].iloc[0])
-    shown = dict.fromkeys([*curves["demand"], *effects["demand"]])
-    columns = [str(name) for name in shown if name in demands]
-    motions = list(dict.fromkeys(demands["motion_id"]))
-    models = demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False, name=None)
-    places = {model: place for place, model in enumerate(models)}
-    variants = demands.drop_duplicates("variant")
-    variant_places = {name: place for place, name in enumerate(variants["variant"])}
+    columns = [name for name in _unique([*curves["demand"], *effects["demand"]]) if name in demands]
+    motions, variants = _unique(demands["motion_id"]), demands.drop_duplicates("variant")
+    models = {model: place for place, model in enumerate(_unique(_models_of(demands)))}
+    places = {name: place for place, name in enumerate(variants["variant"])}
     axes = axes_of(demands.columns)
-    fits = curves[curves["status"] == FITTED]
-    fits = fits.assign(variant=fits["variant"].map(variant_places))[list(_FIT_COLUMNS)]
     names = [axis.name for axis in axes]
-    rows = [row for table in (effects, medians) for row in _effect_rows(table, places, names)]
+    values = {axis: sorted(demands[axis.name].unique()) for axis in axes}
+    fits = curves[curves["status"] == FITTED]
+    fits = fits.assign(variant=fits["variant"].map(places))
+    rows = [row for table in (effects, medians) for row in _effect_rows(table, models, names)]
     payload: dict[str, Any] = {
         "im": plain_label(im),
         "im_name": im,
-        "im_range": [float(demands[im].min()), float(demands[im].max())],
+        "im_range": [demands[im].min(), demands[im].max()],
         "units": units,
         "us": {name: {"unit": us, "factor": factor} for name, (us, factor) in US_UNITS.items()},
         "colours": VARIANT_COLOURS,
-        "models": [model_name(*model) for model in places],
-        "axes": [_axis(axis, sorted(demands[axis.name].unique())) for axis in axes],
+        "models": [model_name(*model) for model in models],
+        "axes": [
+            {
+                "name": axis.name,
+                "label": axis.label,
+                "values": own,
+                "texts": [value_text(axis, value) for value in own],
+                "named": [named_value(axis, value) for value in own],
+            }
+            for axis, own in values.items()
+        ],
         "variants": [
             {
                 "name": row["variant"],
-                "model": places[row["bridge"], row["abutment"]],
+                "model": models[row["bridge"], row["abutment"]],
                 "text": variant_text(shown_axes(variants), row),
-                "values": [row[axis.name] for axis in axes],
+                "values": [row[name] for name in names],
             }
             for row in records_of(variants)
         ],
         "demands": {name: _demand(name) for name in columns},
-        "states": {str(name): demand_name(str(name)) for name in medians["demand"].unique()},
-        "fits": {"columns": _FIT_COLUMNS, "rows": _finite(fits).to_numpy().tolist()},
+        "states": {str(name): effect_name(name) for name in medians["demand"].unique()},
+        "fits": {"columns": _FIT_COLUMNS, "rows": _rows(fits, _FIT_COLUMNS)},
         "effects": {"columns": _EFFECT_COLUMNS, "rows": rows},
-        "styles": {
-            name: {
-                "sign": style.sign,
-                "fill": style.fill,
-                "text": style.words(),
-                "verdict": style.verdict,
-            }
-            for name, style in STYLES.items()
-        },
-        "depths": DEPTHS,
+        "styles": {name: style._asdict() for name, style in STYLES.items()},
         "motions": motions,
         "statuses": STATUSES,
         "runs": {
-            "variant": demands["variant"].map(variant_places).tolist(),
+            "variant": demands["variant"].map(places).tolist(),
             "motion": pd.Categorical(demands["motion_id"], motions).codes.tolist(),
             # runs under the same loading have the same number
             "loading": demands.groupby(list(KEY[1:]), sort=False).ngroup().tolist(),
@@ -126,19 +130,23 @@ def explorer_data(
             "demands": _finite(demands[columns]).to_dict("list"),
         },
     }
-    text = json.dumps(payload, separators=(",", ":"), default=_plain, ensure_ascii=False)
+    text = json.dumps(
+        payload, separators=(",", ":"), default=lambda value: value.item(), ensure_ascii=False
+    )
     return _packed(text.encode("utf-8"))
+
+
+def _unique(values: Iterable[Any]) -> list[Any]:
+    return list(dict.fromkeys(values))
+
+
+def _models_of(table: pd.DataFrame) -> list[tuple[str, str]]:
+    return list(table[list(BRIDGE_COLUMNS)].itertuples(index=False, name=None))
 
 
 def _packed(content: bytes) -> str:
     """Return content as gzip in base64, a third of the size of the text."""
     return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
-
-
-def _axis(axis: Axis, values: list[float]) -> dict[str, Any]:
-    texts = {"texts": value_text, "named": named_value}
-    shown = {name: [text(axis, value) for value in values] for name, text in texts.items()}
-    return {"name": axis.name, "label": axis.label, "values": values, **shown}
 
 
 def _demand(name: str) -> dict[str, Any]:
@@ -152,40 +160,33 @@ def _demand(name: str) -> dict[str, Any]:
 
 
 def _effect_rows(
-    effects: pd.DataFrame, places: dict[Any, int], axes: Sequence[str]
+    effects: pd.DataFrame, models: Mapping[Any, int], axes: Sequence[str]
 ) -> list[list[Any]]:
     """Return rows of `_EFFECT_COLUMNS` on the scale of their verdict; pooled rows have no values.
 
     The page derives the family-wise verdicts, which depend on the margin that is set there.
     """
-    apart = effects["judged_by"] == DIFFERENCE
-    scaled = {
-        to: effects[ratio].where(~apart, effects[difference])
-        for to, ratio, difference in zip(
-            ("value", "low", "high", "margin"),
-            (*RATIOS, "margin"),
-            (*DIFFERENCES, "difference_margin"),
-            strict=True,
-        )
-    }
-    pooled = effects["scope"] == "pooled"
-    others = pd.Series(_finite(effects[list(axes)]).to_numpy().tolist(), index=effects.index)
-    models = zip(effects["bridge"], effects["abutment"], strict=True)
+    names = zip((*RATIOS, "margin"), (*DIFFERENCES, "difference_margin"), strict=True)
+    scaled = [
+        effects[ratio].where(effects["judged_by"] != DIFFERENCE, effects[difference])
+        for ratio, difference in names
+    ]
+    others = pd.Series(_rows(effects, axes), index=effects.index, dtype=object)
     table = effects.assign(
-        **scaled,
-        model=[places[model] for model in models],
-        values=others.where(~pooled, None),
+        **dict(zip(("value", "low", "high", "margin"), scaled, strict=True)),
+        model=[models[model] for model in _models_of(effects)],
+        values=others.where(effects["scope"] != "pooled", None),
         possible=may_be_negligible(effects),
         headline=effects["demand"].isin({*demands_for("headline"), *HEADLINE_STATES}),
-    ).rename(columns={"from_value": "from", "to_value": "to"})
-    return _finite(table[list(_EFFECT_COLUMNS)]).to_numpy().tolist()
+    )
+    return _rows(table.rename(columns={"from_value": "from", "to_value": "to"}), _EFFECT_COLUMNS)
+
+
+def _rows(table: pd.DataFrame, columns: Sequence[str]) -> list[list[Any]]:
+    return _finite(table[list(columns)]).to_numpy().tolist()
 
 
 def _finite(table: pd.DataFrame) -> pd.DataFrame:
     """Return a table of objects, with None for NaN and infinities."""
     numbers = table.replace([np.inf, -np.inf], np.nan)
     return numbers.astype(object).where(numbers.notna(), None)
-
-
-def _plain(value: Any) -> Any:
-    return value.item()

@@ -35,18 +35,15 @@
       families.forEach((members) => {
         const claims = members.map((member) => claimsOf(member, factor));
         const [outside, inside, direction] = ["outside", "inside", "direction"].map((name) => adjusted(claims.map((claim) => ({ effect: claim.effect, p: claim[name] }))));
-        members.forEach((member) => styles.found.set(member, styleIn(member, factor, outside.get(member), inside.get(member), direction.get(member))));
+        members.forEach((member) => styles.found.set(member, styleIn(member, outside.get(member), inside.get(member), direction.get(member))));
       });
     }
     return styles.found.get(effect);
   }
-  function styleIn(effect, factor, outside, inside, direction) {
+  function styleIn(effect, outside, inside, direction) {
     if (effect.status === "not_estimable") return "not_estimable";
-    const [below, above] = marginsOf(effect, factor), value = onScale(effect, effect.value), tail = 1 - effect.level;
-    if (outside <= 0.5 * tail) {
-      const size = Math.abs(value / (value < 0 ? below : above));
-      return (value < 0 ? "lower" : "higher") + (1 + data.depths.filter((depth) => size >= depth).length);
-    }
+    const value = onScale(effect, effect.value), tail = 1 - effect.level;
+    if (outside <= 0.5 * tail) return value < 0 ? "lower" : "higher";
     if (inside <= 0.5 * tail && effect.possible) return "within";
     if (direction <= tail) return value < 0 ? "down" : "up";
     return "undecided";

@@ -1,0 +1,354 @@
+"""Appearance of figures and page: units and words of values, layout of variants, verdicts.
+
+The hue of a verdict is its direction (blue lower, vermilion higher). All common kinds of colour
+blindness distinguish the two hues (Okabe and Ito 2008), and a sign repeats the meaning.
+"""
+
+import re
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from itertools import product
+from textwrap import fill
+from typing import Any, Final, NamedTuple, Self
+
+import numpy as np
+import pandas as pd
+from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from matplotlib.axis import Axis as DrawnAxis
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+from skewbridge.demands.columns import label_of, unit_of
+from skewbridge.fragility.verdicts import (
+    DETECTABLE,
+    DIFFERENCE,
+    DIFFERENCES,
+    HIGHER,
+    LOWER,
+    NEGLIGIBLE,
+    NO_CURVE,
+    NOT_ESTIMABLE,
+    OK,
+    RATIOS,
+    UNDECIDED,
+)
+from skewbridge.units import FOOT, INCH, KIP, KN, MM, MN, Units
+from skewbridge.variant.axes import Axis, axes_of
+
+#: Colours of variants, runs and motions in the order of their values, on the page too. They differ
+#: in lightness for every kind of colour vision and are no colours of verdicts.
+VARIANT_COLOURS: Final = (
+    *("#3b2f6b", "#1a9a78", "#b8860b", "#8f4a86"),
+    *("#6b7378", "#7fb069", "#7a5230", "#111111"),
+)
+STYLE: Final[Any] = {
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e3e3e3",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "font.size": 9,
+    "legend.frameon": False,
+}
+#: Largest number of bands in a panel: more hide each other.
+MAX_BANDS: Final = 2
+#: Marks of the runs in a cloud.
+MARKS: Final = ("o", "s", "D", "P", "X", "*")
+DASHES: Final = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
+_WIDEST, _THINNEST = 2.3, 1.0  # lines in points; later lines are thinner, so that both are visible
+_LEAST_SHOWN: Final = 3  # panels, dashes and colours have an axis each, constant ones included
+_PANEL_LETTERS: Final = 34  # width of the title of a panel
+_MANY: Final = 2000.0  # ratio of the ends of an axis above which only decades have ticks
+
+#: Units that have another name in US units, with the factor to it.
+US_UNITS: Final = {
+    "m": ("in", 1.0 / INCH),
+    "mm": ("in", MM / INCH),
+    "kN": ("kip", KN / KIP),
+    "MN": ("kip", MN / KIP),
+}
+_US_DIGITS: Final = 3  # of a value of the grid that is not a round number in US units
+_UNITS: ContextVar[str] = ContextVar("units", default="si")
+
+type Values = tuple[float, ...]
+type Row = Mapping[Any, Any] | pd.Series
+
+
+# --- units and words of values
+
+
+@contextmanager
+def shown_in(units: Units) -> Generator[None]:
+    """Show all numbers of figures and page in these units; tables stay in SI."""
+    token = _UNITS.set(units)
+    try:
+        yield
+    finally:
+        _UNITS.reset(token)
+
+
+def shown_unit(unit: str) -> tuple[str, float]:
+    """Return the unit in which numbers are shown, and the factor to it."""
+    return US_UNITS.get(unit, (unit, 1.0)) if _UNITS.get() == "us" else (unit, 1.0)
+
+
+def shown_length(length_m: float) -> str:
+    """Return a length of a bridge in m or ft."""
+    return f"{length_m / FOOT:.1f} ft" if _UNITS.get() == "us" else f"{length_m:.1f} m"
+
+
+def shown_label(column: str) -> tuple[str, float]:
+    """Return the label of a column with the shown unit, and the factor to that unit."""
+    unit = unit_of(column)
+    shown, factor = shown_unit(unit)
+    return label_of(column).replace(f"({unit})", f"({shown})"), factor
+
+
+def plain_label(column: str) -> str:
+    """Return the label of a column without the marks of its formula."""
+    return re.sub(r"\$|\\mathrm|[{}_]", "", label_of(column).replace(r"\,", " "))
+
+
+def demand_name(demand: str) -> str:
+    """Return the label of a demand without its unit."""
+    return label_of(demand).split(" (")[0]
+
+
+def in_words(name: object) -> str:
+    """Return a component, limit state or status in words: ``DCR 1.00`` for ``dcr_100``."""
+    return re.sub(r"\bdcr (\d)(\d\d)\b", r"DCR \1.\2", str(name).replace("_", " "))
+
+
+def shown_value(demand: str, value: float) -> tuple[float, str]:
+    """Return a value of a demand in the unit that engineers use, and that unit after a space."""
+    if demand.endswith("drift_ratio"):
+        return 100.0 * value, " %"
+    unit = unit_of(demand)
+    per_unit, small = {"m": (1000.0, "mm"), "rad": (1000.0, "mrad")}.get(unit, (1.0, unit))
+    shown, factor = shown_unit(small)
+    return factor * per_unit * value, f" {shown}".rstrip()
+
+
+def threshold_text(demand: str, threshold: float) -> str:
+    """Return the capacity of a limit state in the unit that engineers use."""
+    value, unit = shown_value(demand, threshold)
+    return f"{value:.3g}{unit}"
+
+
+def value_text(axis: Axis, value: float) -> str:
+    """Return a value of an axis with its unit, such as ``30°`` or ``51 mm``."""
+    if axis.unit in ("-", "deg"):
+        return f"{value:g}" + ("°" if axis.unit == "deg" else "")
+    shown, factor = shown_unit(axis.unit)
+    return f"{value:g} {shown}" if factor == 1.0 else f"{factor * value:.{_US_DIGITS}g} {shown}"
+
+
+def named_value(axis: Axis, value: float) -> str:
+    """Return a value of an axis with its name, such as ``gap 51 mm``."""
+    return f"{axis.symbol or axis.label.lower()} {value_text(axis, value)}"
+
+
+def variant_text(axes: Iterable[Axis], row: Row) -> str:
+    """Return the values of a variant on some axes, such as ``skew 30°, gap 51 mm``."""
+    return ", ".join(named_value(axis, row[axis.name]) for axis in axes)
+
+
+def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:
+    """Return the axes that vary in a table, and constant ones up to a total of three, in order."""
+    present = axes_of(table.columns)
+    constant = [axis for axis in present if table[axis.name].nunique() < 2]
+    kept = max(_LEAST_SHOWN - (len(present) - len(constant)), 0)
+    left_out = {axis.name for axis in constant[kept:]}
+    return tuple(axis for axis in present if axis.name not in left_out)
+
+
+def templates(*functions: Callable[..., Any]) -> Environment:
+    """Return the templates of page, methods and captions, which call functions by their names."""
+    escaped = select_autoescape(("html.j2", "css.j2"), default_for_string=False)
+    loader = PackageLoader("skewbridge.report")
+    environment = Environment(loader=loader, autoescape=escaped, undefined=StrictUndefined)
+    environment.globals.update({function.__name__: function for function in functions})
+    return environment
+
+
+def groups_of(table: pd.DataFrame, columns: Sequence[str]) -> list[tuple[Any, pd.DataFrame]]:
+    """Return the rows with equal values in some columns, in the order of their first rows."""
+    return list(table.groupby(list(columns), sort=False))
+
+
+# --- panels, line styles and ticks of figures
+
+
+def plain_log_ticks(axis: DrawnAxis) -> None:
+    """Label a logarithmic axis with plain numbers at 1, 2 and 5, over many decades at 1 only."""
+    low, high = axis.get_view_interval()
+    many = high > _MANY * low > 0.0
+
+    def plain(value: float, _position: int) -> str:
+        return np.format_float_positional(value, precision=2, fractional=False, trim="-")
+
+    axis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(plain))
+    axis.set_minor_locator(NullLocator())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VariantLayout:
+    """Panels and line styles of the variants in a table.
+
+    The first axis shown has a panel per value, the second dashes and marks, the third a colour and
+    a width. Every further axis multiplies the panels: no axis is averaged over.
+    """
+
+    panel_axes: tuple[Axis, ...]
+    line_axes: tuple[Axis, ...]
+    styles: Mapping[Values, dict[str, Any]]  # by the values of the line axes
+
+    @classmethod
+    def of(cls, table: pd.DataFrame) -> Self:
+        """Return the layout of a table with a column per axis."""
+        shown = shown_axes(table)
+        lines = shown[1:_LEAST_SHOWN]
+        values = [sorted(table[axis.name].unique()) for axis in lines]
+        widths = np.linspace(_WIDEST, _THINNEST, max(len(values[-1]), 2) if values else 2)
+        styles: dict[Values, dict[str, Any]] = {}
+        for key in product(*(enumerate(own) for own in values)):
+            shade = key[-1][0] if key else 0
+            pattern = key[0][0] if len(key) > 1 else 0
+            styles[tuple(value for _, value in key)] = {
+                "color": VARIANT_COLOURS[shade % len(VARIANT_COLOURS)],
+                "linewidth": float(widths[shade]),
+                "linestyle": DASHES[pattern % len(DASHES)],
+                "marker": MARKS[pattern % len(MARKS)],
+            }
+        panels = (*shown[:1], *shown[_LEAST_SHOWN:])
+        return cls(panel_axes=panels, line_axes=lines, styles=styles)
+
+    @property
+    def banded(self) -> Sequence[Values]:
+        """Values of the line axes whose curves have bands, `MAX_BANDS` at most."""
+        return tuple(self.styles)[:MAX_BANDS]
+
+    @property
+    def banded_text(self) -> str:
+        """Variants whose curves have bands; empty where all have."""
+        if len(self.styles) <= MAX_BANDS:
+            return ""
+        return " and ".join(_joined(self.line_axes, values) for values in self.banded)
+
+    def panels(self, table: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+        """Return title and rows of every panel."""
+        return [
+            (fill(_joined(self.panel_axes, values), _PANEL_LETTERS), part)
+            for values, part in _groups(table, self.panel_axes)
+        ]
+
+    def lines(self, table: pd.DataFrame) -> Iterator[tuple[Values, pd.DataFrame, dict[str, Any]]]:
+        """Yield the values of the line axes, the rows with them, and the style of their line."""
+        for values, part in _groups(table, self.line_axes):
+            yield values, part, self.styles[values]
+
+    def handles(self, *, marks: bool = False) -> list[Line2D]:
+        """Return the entries of the legend, those of a cloud with the marks of its points."""
+        hidden = {} if marks else {"marker": ""}
+        return [
+            Line2D([], [], label=_joined(self.line_axes, values), ms=4.0, **style | hidden)
+            for values, style in self.styles.items()
+        ]
+
+
+def _groups(table: pd.DataFrame, axes: Sequence[Axis]) -> list[tuple[Any, pd.DataFrame]]:
+    return list(table.groupby([axis.name for axis in axes])) if axes else [((), table)]
+
+
+def _joined(axes: Sequence[Axis], values: Sequence[Any]) -> str:
+    return ", ".join(map(named_value, axes, values))
+
+
+# --- verdicts
+
+
+class VerdictStyle(NamedTuple):
+    """Appearance of one verdict."""
+
+    name: str  # of its class in the page
+    sign: str
+    fill: str  # colour of the cell
+    ink: str  # colour of its text
+    verdict: str
+    text: str  # of the legend
+
+
+_DARK, _LIGHT = "#1c2226", "#ffffff"
+_OPEN_TEXT: Final = "may or may not exceed the margin"
+STYLES: Final = {
+    style.name: style
+    for style in (
+        VerdictStyle(LOWER, "▼", "#0072b2", _LIGHT, LOWER, "lower by over the margin"),
+        VerdictStyle("down", "▽", "#cfe5f3", _DARK, DETECTABLE, f"lower, {_OPEN_TEXT}"),
+        VerdictStyle("within", "=", "#e3e7ea", _DARK, NEGLIGIBLE, "within the margin"),
+        VerdictStyle("up", "△", "#fbdcc5", _DARK, DETECTABLE, f"higher, {_OPEN_TEXT}"),
+        VerdictStyle(HIGHER, "▲", "#b84f00", _LIGHT, HIGHER, "higher by over the margin"),
+        VerdictStyle(UNDECIDED, "?", "#ffffff", "#4a545c", UNDECIDED,
+                     "inconclusive with these motions"),
+        VerdictStyle(NOT_ESTIMABLE, "–", "#f4f4f4", "#596168", UNDECIDED, "not estimable"),
+    )
+}  # fmt: skip
+
+
+def verdict_style(item: Row) -> VerdictStyle:
+    """Return the style of a row of effects: by family-wise verdict and direction."""
+    if item["status"] != OK:
+        return STYLES[NOT_ESTIMABLE]
+    verdict = str(item["verdict_family"])
+    opened = "down" if _change(item)[0][0] < 0.0 else "up"
+    return STYLES[{NEGLIGIBLE: "within", DETECTABLE: opened}.get(verdict, verdict)]
+
+
+def change_text(item: Row) -> str:
+    """Return an effect as it is judged: in per cent, or in its unit."""
+    if item.get("status") in (NO_CURVE, NOT_ESTIMABLE):
+        return in_words(item["status"])
+    (value, *_), unit = _change(item)
+    return _signed(value, unit)
+
+
+def interval_text(item: Row) -> str:
+    """Return the interval of the effect as it is judged: in per cent, or in its unit."""
+    (_, *ends), unit = _change(item)
+    if not np.isfinite(ends).all():
+        return "no interval"
+    low, high = (_signed(end, unit) for end in ends)
+    return f"{low.removesuffix(unit)} to {high}"
+
+
+def _change(item: Row) -> tuple[list[float], str]:
+    """Return an effect with the ends of its interval as it is judged, and their unit."""
+    if item.get("judged_by") == DIFFERENCE:
+        unit, factor = shown_unit(str(item["unit"]))
+        return [factor * float(item[name]) for name in DIFFERENCES], f" {unit}"
+    return [100.0 * (float(item[name]) - 1.0) for name in RATIOS], " %"
+
+
+def margin_text(item: Row) -> str:
+    """Return the margin of a row with its unit, without sign."""
+    if item.get("judged_by") == DIFFERENCE:
+        unit, factor = shown_unit(str(item["unit"]))
+        return f"{factor * item['difference_margin']:.3g} {unit}"
+    return f"{100 * item['margin']:g} %"
+
+
+def _signed(value: float, unit: str) -> str:
+    """Return a number with its sign and unit, with up to two decimals for small numbers."""
+    if not np.isfinite(value):
+        return "–"
+    digits = 2
+    if abs(value) > 9.5:
+        digits = 0
+    elif abs(value) > 0.95 or unit == " %":
+        digits = 1
+    # adding zero turns a rounded -0.0 into 0.0
+    return f"{round(value, digits) + 0:+.{digits}f}{unit}"

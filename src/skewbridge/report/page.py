@@ -1,0 +1,535 @@
+"""The report: tables and figures of a study joined in one self-contained HTML file."""
+
+import base64
+import json
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from io import BytesIO
+from math import cos, radians, sin, tan
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+import yaml
+from joblib import Parallel, delayed
+from PIL import Image
+
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.catalogue.data import BridgeData
+from skewbridge.demands.columns import demands_for, label_of
+from skewbridge.files.tables import read_frame, read_stamp, records_of
+from skewbridge.files.text import write_text
+from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
+from skewbridge.fragility.fits import FITTED
+from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES
+from skewbridge.fragility.paper_table import (
+    JOINT,
+    chosen_curves,
+    paper_table,
+    printed_rows,
+    ratio_names,
+    with_interval,
+)
+from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, MORE, OK, RATIO
+from skewbridge.report import answer
+from skewbridge.report.answer import (
+    change_name,
+    counted,
+    effect_name,
+    listed,
+    model_name,
+    number_word,
+)
+from skewbridge.report.appearance import (
+    STYLES,
+    VARIANT_COLOURS,
+    change_text,
+    demand_name,
+    groups_of,
+    in_words,
+    interval_text,
+    margin_text,
+    plain_label,
+    shown_axes,
+    shown_in,
+    shown_length,
+    shown_unit,
+    templates,
+    threshold_text,
+    value_text,
+    variant_text,
+    verdict_style,
+)
+from skewbridge.report.effect_figures import choice_findings, choices_left_out
+from skewbridge.report.explorer import explorer_of
+from skewbridge.report.methods import STATE_HEADS, methods_of
+from skewbridge.report.study_figures import SECTIONS, Caption, read_captions
+from skewbridge.statuses import STATUSES
+from skewbridge.study.config import StudyConfig, parse_config
+from skewbridge.study.results import shear_model_medians
+from skewbridge.units import split_unit
+from skewbridge.variant.axes import axes_of
+from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
+
+_CHANGE: Final = ("axis", "from_value", "to_value")
+_WIDEST_BAR: Final = 2.5  # largest ratio at the end of the bars of the answer
+#: Heads of the tests whether residuals depend on a property of the motion.
+_PROPERTIES: Final = {
+    "magnitude": "p, magnitude",
+    "ln_distance": "p, source distance",
+    "ln_scale": "p, scale factor",
+    "ln_duration": "p, duration",
+    "ln_shape": "p, spectral shape Sa(T1)/Sa,avg",
+}
+
+
+def write_report(
+    *,
+    tables: Mapping[str, Path],
+    figures: Path,
+    config: Mapping[str, Any],
+    output: Path,
+    choices: Path | None = None,
+) -> None:
+    """Write the report.
+
+    Args:
+        tables: Paths by name as in `StudyFolder.report_inputs`; check_predict if it was made.
+        figures: Folder of the figures.
+        config: The configuration as plain values.
+        output: The HTML file.
+        choices: Table of modelling choices, where there is one.
+    """
+    frames = {name: read_frame(path) for name, path in tables.items() if path.suffix == ".parquet"}
+    demands, curves, medians = (frames[name] for name in ("demands", "curves", "medians"))
+    study = parse_config(config)
+    environment = templates(
+        *(axes_of, choice_findings, choices_left_out, demand_name, model_name, plain_label),
+        *(shown_axes, variant_text),
+    )
+    environment.filters.update(
+        groups=groups_of,
+        median=_median_text,
+        number=_number,
+        records=records_of,
+        shown=shown_rows,
+        unbroken=_unbroken,
+        words=in_words,
+    )
+    shear_models = shear_model_medians(demands, study.fragility)
+    with shown_in(study.figures.units):
+        page = environment.get_template("report.html.j2").render(
+            **_first_screen(frames, study),
+            **_effect_parts(frames),
+            gallery=pictures_of(read_captions(tables["captions"]), figures),
+            explorer=explorer_of(frames, study.figures.units),
+            tables=frames,
+            paper=paper_rows(curves, medians, frames["joint"]),
+            unreached=states_not_reached(curves),
+            n_variants=curves.groupby(list(BRIDGE_COLUMNS))["variant"].nunique(),
+            properties={k: v for k, v in _PROPERTIES.items() if f"p_{k}" in frames["measures"]},
+            shear_models=shear_models,
+            shear_heads=[
+                f"{label_of(SHEAR_MODEL_DEMANDS[name]).partition(', ')[2]}, θ [interval]"
+                for name in shear_models["limit_state"].unique()
+            ],
+            shear_medians=_shear_medians(curves),
+            choices=groups_of(read_frame(choices), BRIDGE_COLUMNS) if choices else [],
+            fits=Counter(map(in_words, curves["status"])).most_common(),
+            checks=json.loads(tables["checks"].read_text("utf-8")),
+            quality=quality(demands, frames["sensitivity"], frames.get("check_predict")),
+            exclude_suspect=study.fragility.exclude_suspect,
+            methods=methods_of(study, frames["suite"]),
+            state_heads=STATE_HEADS,
+            provenance=dict(sorted(read_stamp(tables["demands"]).items())),
+            config=yaml.safe_dump(dict(config), sort_keys=False),
+        )
+    write_text(output, page)
+
+
+# --- the first screen
+
+
+def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dict[str, Any]:
+    """Return the texts of the first screen: sketch, answer, failures, motions."""
+    demands, curves = frames["demands"], frames["curves"]
+    table = answer.answer_table(
+        medians=frames["medians"],
+        effects=frames["effects"],
+        intensities=frames["intensity_effects"],
+        curves=curves,
+    )
+    counts = answer.run_counts(demands)
+    bridges = [load_bridge(name) for name in dict.fromkeys(study.grid.bridge)]
+    on_suites, suites_text = answer.suites_summary(frames["suites"], table)
+    values = {axis.name: sorted(demands[axis.name].unique()) for axis in axes_of(demands.columns)}
+    texts = {
+        axis.name: ", ".join(value_text(axis, value) for value in values[axis.name])
+        for axis in axes_of(values)
+    }
+    return {
+        "title": f"{answer.title_of(table)}{on_suites}",
+        "subtitle": subtitle(demands, str(curves["im"].iloc[0]), texts),
+        "sketch": sketch(
+            bridges[0], values["skew_deg"], values["gap_mm"], study.model.transverse_gap_mm
+        ),
+        "sketch_colours": dict(zip(("skew", "gap", "friction"), VARIANT_COLOURS[1:4], strict=True)),
+        "axis_texts": texts,
+        "bridges": [(bridge, bridge_words(bridge)) for bridge in bridges],
+        "answer": answer_rows(table, counts),
+        "failures": answer.failure_sentences(counts),
+        "motions_line": f"{answer.motions_sentence(frames['suite'], table)} "
+        f"{answer.properties_sentence(demands)} {suites_text}",
+    }
+
+
+def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
+    """Return the answer as a table: a row per change and model, the leading states as columns.
+
+    It is made from the tables of `answer_table` and `run_counts`.
+    """
+    names, notes = answer.short_names(table), answer.limit_notes(table)
+    signs = {place: number for number, place in enumerate(notes, 1)}
+    capacities = table[table["quantity"] == MEDIAN_CAPACITY]
+    present = capacities["demand"].unique()
+    states = sorted(present, key=lambda state: state not in answer.LEADING_STATES)[:2]
+    ends = capacities.loc[capacities["status"] == OK, ["ci_low", "ci_high"]].to_numpy(np.float64)
+    reach = min(np.nanmax(np.abs(np.log(ends)), initial=0.05), np.log(_WIDEST_BAR))
+    by_value = dict(groups_of(counts, (*BRIDGE_COLUMNS, "axis")))
+    rows: list[dict[str, Any]] = []
+    for change, part in groups_of(table, _CHANGE):
+        for model, own in groups_of(part, BRIDGE_COLUMNS):
+            effects = {row["demand"]: row for row in records_of(own)}
+            failed, runs = (by_value[*model, change[0]][name] for name in ("n_failed", "n_runs"))
+            row = {
+                "change": change_name(*change),
+                "model": names[model] if len(names) > 1 else "",
+                "cells": [
+                    _answer_cell(effects.get(state), reach)
+                    | {"note": signs.get((*model, state), "")}
+                    for state in states
+                ],
+                "failed": f"{failed.iloc[0]} to {failed.iloc[-1]} of {runs.iloc[0]}",
+                "clearest": answer.clearest_clause(
+                    [row for name, row in effects.items() if "/" not in name]
+                ),
+            }
+            rows.append(row)
+    return {
+        "states": [effect_name(state) for state in states],
+        "rows": rows,
+        "notes": list(notes.values()),
+        "level": next((f"{100 * level:g} %" for level in table["level"].dropna()), ""),
+        "margin": next((f"{100 * margin:g} %" for margin in capacities["margin"].dropna()), ""),
+    }
+
+
+def _answer_cell(row: Mapping[str, Any] | None, reach: float) -> dict[str, Any]:
+    """Return the change, both median capacities, the interval, its certainty and its bar.
+
+    Positions of the bar are in per cent of its width, which spans ln ratios from -reach to reach.
+    """
+    if row is None or row["status"] == answer.NOT_REACHED:
+        return {"text": "no run reaches it", "sizes": ""}
+    if row["status"] != OK:
+        return {"text": "not estimable", "sizes": ""}
+    bar = [np.clip(np.log(row[end]) / reach, -1.0, 1.0) for end in ("ci_low", "ratio", "ci_high")]
+    return {
+        **_cell({**row, "verdict_family": row["claim"]}),
+        "certainty": answer.CERTAINTY[row["claim"]],
+        "sizes": f"{row['from_demand']:.2f} → {row['to_demand']:.2f} g",
+        "bar": [round(50.0 + 49.0 * float(share), 1) for share in bar],
+    }
+
+
+def subtitle(demands: pd.DataFrame, im: str, values: Mapping[str, str]) -> str:
+    """Return models, axes with their values, motions and their range in one line."""
+    bridges = ", ".join(demands["bridge"].unique())
+    models = ", ".join(demands["abutment"].unique()).replace("_", "-")
+    axes = " × ".join(f"{each.label.lower()} {values[each.name]}" for each in axes_of(values))
+    low, high = demands["scale"].min(), demands["scale"].max()
+    scaled = "unscaled" if low == high == 1.0 else f"scaled by {low:.2g} to {high:.2g}"
+    motions = demands["motion_id"].nunique()
+    return (
+        f"{bridges} with {models} abutments · {axes} · "
+        f"{motions} motion{'s' if motions > 1 else ''} {scaled}, {plain_label(im)} "
+        f"{demands[im].min():.2g} to {demands[im].max():.2g}"
+    )
+
+
+def bridge_words(bridge: BridgeData) -> str:
+    """Return a bridge in words, such as ``two spans, pinned two-column bent``."""
+    spans = f"{counted(len(bridge.spans_m), 'span')}, {shown_length(bridge.length_m)} long"
+    bents = [
+        f"{'single' if columns == 1 else number_word(columns)}-column bent{'s' * (count > 1)}"
+        for columns, count in Counter(bent.columns for bent in bridge.bents).items()
+    ]
+    return f"{spans}, {bridge.base} {' and '.join(bents)}" if bents else f"{spans}, no bents"
+
+
+#: Size of the picture, and room around the bridge for walls and texts.
+_WIDTH, _HEIGHT, _SIDE, _TOP = 520.0, 190.0, 8.0, 52.0
+_GAP_SHARE: Final = 0.035  # of the length of the bridge, for the largest gap
+_FACTORS: Final = (200, 100, 50, 20, 10, 5, 2, 1)
+
+
+def sketch(
+    bridge: BridgeData, skews_deg: Sequence[float], gaps_mm: Sequence[float], key_gap_mm: float
+) -> dict[str, Any]:
+    """Return the plan of a bridge as polygons and points of a picture.
+
+    The deck is drawn at the largest skew of the study and as an outline at the others; walls and
+    keys are outside it at the largest gap, exaggerated.
+    Joint gaps are normal to the walls; ``key_gap_mm`` is that between deck and shear keys.
+
+    Returns:
+        ``deck``, ``outlines``, ``walls``, ``shear_keys`` (points of SVG polygons), ``columns``
+        (x, y, radius), ``gap``, ``friction`` and ``arc`` of the skew (SVG paths), ``factor`` of
+        the gaps, ``width`` and ``height``.
+    """
+    skew = max(skews_deg, key=abs)
+    cosine, sine = cos(radians(skew)), sin(radians(skew))
+    length, half = bridge.length_m, bridge.deck.width_m / 2
+    gap_m = max(gaps_mm) / 1000.0
+    factor = next((f for f in _FACTORS if f * gap_m <= _GAP_SHARE * length), 1)
+    thickness = max(bridge.abutment.wall_thickness_m, 0.012 * length)
+    # along the bridge, on its axis: end of the deck, face and back of the wall
+    end, face = length / 2, length / 2 + factor * gap_m / cosine
+    back = face + thickness / cosine
+    width = back + half * abs(sine / cosine)
+    scale = min((_WIDTH / 2 - _SIDE) / width, (_HEIGHT / 2 - _TOP) / half)
+
+    def at(x: float, y: float) -> tuple[float, float]:
+        """Return the place of a point in the picture."""
+        return round(_WIDTH / 2 + scale * x, 1), round(_HEIGHT / 2 - scale * y, 1)
+
+    def skewed(x: float, y: float, angle: float = skew) -> str:
+        """Return the place of a point on a line that is parallel to the ends of the deck."""
+        return "{},{}".format(*at(x - y * tan(radians(angle)), y))
+
+    def block(x_from: float, x_to: float, y_from: float, y_to: float, angle: float = skew) -> str:
+        corners = ((x_from, y_from), (x_to, y_from), (x_to, y_to), (x_from, y_to))
+        return " ".join(skewed(x, y, angle) for x, y in corners)
+
+    key, inside = half + factor * key_gap_mm / 1000.0, end - 2.2 * thickness / cosine
+    radius, arm = round(scale * bridge.column.diameter_m / 2, 1), 0.8 * half
+    x, y = at(-end - arm * sine, arm * cosine)
+    return {
+        "width": _WIDTH,
+        "height": _HEIGHT,
+        "deck": block(-end, end, -half, half),
+        "outlines": [block(-end, end, -half, half, each) for each in sorted({*skews_deg} - {skew})],
+        "walls": [block(sign * face, sign * back, -half, half) for sign in (-1, 1)],
+        "shear_keys": [
+            block(sign * inside, sign * end, side * key, side * (key + thickness))
+            for sign in (-1, 1)
+            for side in (-1, 1)
+        ],
+        "columns": [
+            (*at(x_m, (place - (bent.columns - 1) / 2) * bent.column_spacing_m), radius)
+            for x_m, bent in zip(bridge.bent_positions_m, bridge.bents, strict=True)
+            for place in range(bent.columns)
+        ],
+        "gap": f"M{skewed(end, -0.5 * half)} L{skewed(face, -0.5 * half)}",
+        "friction": f"M{skewed(face, 0.2 * half)} L{skewed(face, 0.8 * half)}",
+        "arc": f"M{skewed(-end, 0.0)} L{skewed(-end, arm, 0.0)} "
+        f"A{scale * arm:.1f} {scale * arm:.1f} 0 0 {int(skew < 0)} {x},{y}",
+        "factor": factor,
+    }
+
+
+# --- effects
+
+
+def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
+    """Return the tables of the pooled effects, the headline and all others."""
+    rows = pd.concat([frames["medians"], frames["effects"]], ignore_index=True)
+    pooled = rows[rows["scope"] == "pooled"]
+    ratios = pooled[pooled["judged_by"] == RATIO]
+    leads = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
+    effects, others = (pooled[leads], pooled[~leads]) if leads.any() else (pooled, pooled.head(0))
+    return {
+        "effects": verdict_table(effects, pooled),
+        "other_effects": verdict_table(others, pooled),
+        "any_marked": any(row["mark"] for row in map(_cell, records_of(pooled))),
+        "margin": margin_text(ratios.iloc[0]) if len(ratios) else "",
+        "needed": needed_sentences(frames["needed_motions"]),
+        "styles": STYLES.values(),
+    }
+
+
+def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, Any]:
+    """Return pooled effects as a table: models over changes as heads, a row per demand or state.
+
+    The heads are the changes of ``compared``.
+    """
+    keys = [*BRIDGE_COLUMNS, *_CHANGE]
+    order = [each.name for each in axes_of(compared["axis"])]
+    heads = sorted(
+        set(compared[keys].itertuples(index=False, name=None)),
+        key=lambda head: (*head[:2], order.index(head[2]), *head[3:]),
+    )
+    rows: list[dict[str, Any]] = []
+    for (demand,), own in groups_of(effects, ["demand"]):
+        cells = {tuple(row[name] for name in keys): _cell(row) for row in records_of(own)}
+        label = f"Median, {effect_name(demand)}" if "/" in demand else demand_name(demand)
+        ordered = [cells.get(head) for head in heads]
+        rows.append({"label": label, "margin": margin_text(own.iloc[0]), "cells": ordered})
+    return {
+        "models": Counter(model_name(*head[:2]) for head in heads).items(),
+        "heads": [change_name(*head[2:]) for head in heads],
+        "rows": rows,
+    }
+
+
+def _cell(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return style, change and interval of an effect, marked if medians are extrapolated."""
+    leaves_data = row["quantity"] == MEDIAN_CAPACITY and answer.extent_of_data(row)
+    return {
+        "style": verdict_style(row),
+        "text": change_text(row),
+        "interval": interval_text(row) if row["status"] == OK else "",
+        "mark": "†" if leaves_data else "",
+    }
+
+
+def needed_sentences(needed: pd.DataFrame) -> list[str]:
+    """Return for each axis how many motions would decide the effects that are undecided."""
+    sentences: list[str] = []
+    for change, own in groups_of(needed[needed["forecast"] == MORE], _CHANGE):
+        motions = (
+            f"{effect_name(row['demand'])} of {row['bridge']} {row['needed_motions']:.0f}"
+            for row in records_of(own.sort_values("needed_motions"))
+        )
+        sentences.append(f"{change_name(*change)}: {listed(motions)} motions.")
+    return sentences
+
+
+# --- figures and the explorer
+
+
+# The files have 300 dots per inch for print, a screen shows half of them.
+# Lossless WebP with few shades is smaller than lossy WebP of quality 40, and its texts are sharp.
+# As SVG the figures of two bridges take 10 MB; files for papers lie in the folder of the figures.
+_PACKING: Final[dict[str, Any]] = {"format": "webp", "lossless": True, "quality": 60, "method": 2}
+_STEP: Final = 255 / 11  # between two of the twelve shades of each primary colour
+_SHADES: Final = [round(round(shade / _STEP) * _STEP) for shade in range(256)]
+
+
+def pictures_of(captions: Sequence[Caption], folder: Path) -> list[dict[str, Any]]:
+    """Return the figures of a folder in the order of `SECTIONS`: caption, address, size."""
+    shown = sorted(captions, key=lambda caption: SECTIONS.index(caption.section))
+    packed: Any = Parallel(n_jobs=2, backend="threading")(
+        delayed(_packed)(folder / f"{caption.name}.png") for caption in shown
+    )
+    return [{"caption": each, **picture} for each, picture in zip(shown, packed, strict=True)]
+
+
+def _packed(path: Path) -> dict[str, Any]:
+    """Return the address that holds a picture, and its size in pixels."""
+    with Image.open(path) as drawn:
+        picture = drawn.convert("RGB").reduce(2).point(_SHADES * 3)
+    packed = BytesIO()
+    picture.save(packed, **_PACKING)
+    data = f"data:image/webp;base64,{base64.b64encode(packed.getvalue()).decode()}"
+    return {"data": data, "width": picture.width, "height": picture.height}
+
+
+# --- tables and quality
+
+
+def shown_rows(
+    table: pd.DataFrame | Sequence[Mapping[str, Any]], digits: int = 3
+) -> list[dict[str, str]]:
+    """Return the rows of a table in words: heads with the shown units, numbers in these units."""
+    frame = pd.DataFrame(table)
+    texts: dict[str, list[str]] = {}
+    for name in frame:
+        words, unit = split_unit(str(name))
+        unit, factor = shown_unit(unit)
+        head = words.replace("_", " ") + ("" if unit == "-" else f" ({unit})")
+        values = frame[name] if factor == 1.0 else factor * frame[name]
+        texts[head] = [_number(value, digits) for value in values.tolist()]
+    return records_of(pd.DataFrame(texts))
+
+
+def _number(value: Any, digits: int = 3) -> str:
+    """Return a value of a table as text; a dash for a missing one."""
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return ", ".join(str(item) for item in value)
+    if pd.isna(value):
+        return "–"
+    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
+
+
+def _unbroken(text: str) -> str:
+    """Return a text without line breaks between a number and its unit."""
+    return re.sub(r"(?<=\d) (?=(g|mm|in|mrad|motions)\b|%)", "\u00a0", text)
+
+
+def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame) -> dict[str, Any]:
+    """Return the fragility table for publication: heads, groups of rows by model and state."""
+    table = paper_table(curves, medians, joint)
+    ratios = ratio_names(table)
+    axes = shown_axes(curves)
+    names = {row["variant"]: variant_text(axes, row) for row in records_of(curves)}
+    capacities = {
+        (row["component"], row["limit_state"]): threshold_text(row["demand"], row["threshold"])
+        for row in records_of(curves.drop_duplicates(["component", "limit_state"]))
+    }
+    groups: dict[str, list[dict[str, Any]]] = {}
+    for row, text in zip(records_of(table), printed_rows(table), strict=True):
+        capacity = capacities[row["component"], row["limit_state"]]
+        model = model_name(row["bridge"], row["abutment"])
+        group = groups.setdefault(f"{model}: {in_words(text['state'])} ({capacity})", [])
+        variant = names.get(row["row"], "all variants, middle of the range")
+        more = {"variant": variant, "joint": row["row"] == JOINT}
+        group.append(text | more | {"ratios": [text[name] for name in ratios]})
+    return {
+        "im": plain_label(str(curves["im"].iloc[0])),
+        "level": float(curves["level"].iloc[0]),
+        "ratios": [f"θ ratio, {in_words(name)}" for name in ratios],
+        "groups": groups,
+    }
+
+
+def states_not_reached(curves: pd.DataFrame) -> list[tuple[Any, pd.DataFrame]]:
+    """Return the curves of states that no run reached, by bridge, abutment model and state."""
+    rows = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
+    return groups_of(rows, (*BRIDGE_COLUMNS, "component", "limit_state"))
+
+
+def _median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
+    """Return a median with its interval; without one another text, or the status of the fit."""
+    if row["status"] != FITTED:
+        return otherwise or in_words(row["status"])
+    return with_interval([row[f"theta{end}"] for end in ("", "_low", "_high")])
+
+
+def _shear_medians(curves: pd.DataFrame) -> dict[str, str]:
+    """Return the medians of the study for shear failure of a column by variant."""
+    shear = (curves["component"] == COLUMN_FAILURE) & (curves["limit_state"] == "shear")
+    return {row["variant"]: _median_text(row) for row in records_of(chosen_curves(curves[shear]))}
+
+
+def quality(
+    demands: pd.DataFrame, sensitivity: pd.DataFrame, check: pd.DataFrame | None
+) -> dict[str, Any]:
+    """Return the numbers of the quality of a study, shares in per cent.
+
+    ``check`` has the errors of `predict` inside the grid, if they were measured.
+    """
+    name, rubbed = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
+    compared = None if check is None else check[check["status"] == OK]
+    return {
+        "statuses": [(each, int((demands["status"] == each).sum())) for each in STATUSES],
+        "recovered": int((demands["recovery_rung"] > 0).sum()),
+        "residuals": 100.0 * demands["energy_residual_ratio"].abs(),
+        "changes": 100.0 * sensitivity.get("reference_largest_change", pd.Series(dtype=float)),
+        "compared": sensitivity[["rows", "analysed_s"]].max() if len(sensitivity) else None,
+        "excesses": 100.0 * rubbed.get(name, pd.Series(dtype=float)),
+        "predicted": compared,
+        "errors": None if compared is None else 100.0 * compared["error"].abs(),
+    }
