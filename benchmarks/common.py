@@ -14,8 +14,8 @@ from typing import Any, Final
 
 from scipy.stats import binomtest
 
-from skewbridge.motions.conditioning import cut_to_strongest
 from skewbridge.motions.folder import list_motions
+from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.suite import read_entry
 from skewbridge.variant.variant import Variant

@@ -12,7 +12,7 @@ from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import component_psa, pair_psa
 from skewbridge.motions.synthesis.bssa14 import target_spectrum
 from skewbridge.motions.synthesis.ddk18 import Scenario
-from skewbridge.motions.synthesis.generate import SynthesisOptions, synthesize
+from skewbridge.motions.synthesis.generate import synthesize
 
 
 def _motion(seed: int, npts: int = 600) -> GroundMotion:
@@ -89,9 +89,8 @@ SCENARIOS = st.builds(
 @settings(max_examples=8)
 @given(scenario=SCENARIOS, seed=st.integers(0, 10**6), index=st.integers(0, 500))
 def test_any_scenario_gives_a_finite_and_repeatable_motion(scenario, seed, index):
-    options = SynthesisOptions(dt_s=0.02)
-    one = synthesize(scenario, index=index, seed=seed, options=options)
-    two = synthesize(scenario, index=index, seed=seed, options=options)
+    one = synthesize(scenario, index=index, seed=seed, dt_s=0.02)
+    two = synthesize(scenario, index=index, seed=seed, dt_s=0.02)
     np.testing.assert_array_equal(one.accel_1_mps2, two.accel_1_mps2)
     np.testing.assert_array_equal(one.accel_2_mps2, two.accel_2_mps2)
     assert 0.0 < np.abs(one.accel_1_mps2).max() < 100.0

@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.cli import build_app
 from skewbridge.cli.motions import synthesize
+from skewbridge.motions.spectrum import SPECTRUM_PERIODS_S
 from skewbridge.motions.suite import prepare_suite
-from skewbridge.motions.summary import SPECTRUM_PERIODS_S
 from skewbridge.motions.synthesis.bssa14 import bssa14
 from skewbridge.motions.synthesis.ddk18 import Scenario
 from skewbridge.report.motion_figures import record_page, suite_spectra

@@ -19,7 +19,7 @@ from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacity
 from skewbridge.bridge.section import STEELS, core_concrete, cover_concrete
-from skewbridge.motions.conditioning import cut_to_strongest
+from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from skewbridge.verification.studies.paper_runs import strongest_motions

@@ -60,17 +60,15 @@ def im(files: list[Path], t1_s: float | None, period_s: list[float] | None, **gi
     Example: skewbridge motions im A.AT2 B.AT2 --t1-s 0.75
     """
     from skewbridge.motions.formats import Given
-    from skewbridge.motions.summary import component_summary, pair_summary
+    from skewbridge.motions.intensity import measures_and_spectra
+    from skewbridge.motions.read import read_components
 
-    if len(files) == 2:
-        answer = pair_summary(files[0], files[1], Given(**given), t1_s, period_s)
-    elif len(files) == 1:
-        answer = component_summary(files[0], Given(**given), t1_s, period_s)
-    else:
+    if not 1 <= len(files) <= 2:
         raise InputError(f"motions im takes one or two files, got {len(files)}")
-    for message in answer.pop("messages"):
-        messages.print(message)
-    return Answer(answer)
+    _, dt_s, components, notes = read_components(files, Given(**given))
+    for note in notes:
+        messages.print(note)
+    return Answer(measures_and_spectra(components, dt_s, t1_s, period_s))
 
 
 @command(
@@ -82,16 +80,17 @@ def plot(paths: list[Path], out: Path, **given: Any) -> Answer:
     Example: skewbridge motions plot A.AT2 B.AT2 --out record.png
     """
     from skewbridge.motions.formats import Given
-    from skewbridge.motions.summary import read_components, suite_table
+    from skewbridge.motions.read import read_components
+    from skewbridge.motions.suite import folder_spectra
     from skewbridge.report.motion_figures import record_page, suite_spectra
 
     if len(paths) == 1 and paths[0].is_dir():
         name = paths[0].resolve().name
-        table = suite_table(paths[0])
-        figure = suite_spectra(table.rotd50_g, table.periods_s, title=name, model=table.model)
+        figure = suite_spectra(**folder_spectra(paths[0]), title=name)
     elif len(paths) <= 2:
-        name, step_s, components = read_components(paths, Given(**given))
-        figure = record_page(name, step_s, components)
+        name, step_s, components, _ = read_components(paths, Given(**given))
+        labelled = dict(zip((path.name for path in paths), components, strict=True))
+        figure = record_page(name, step_s, labelled)
     else:
         raise InputError(f"motions plot takes one or two files or a folder, got {len(paths)}")
     path = out if out.suffix.lower() in {".png", ".svg", ".pdf"} else out / f"{name}.png"
@@ -117,18 +116,17 @@ def plot(paths: list[Path], out: Path, **given: Any) -> Answer:
     Opt("shaking_s", float | None, "Length of the strongest part to keep, in s."),
     Opt("free_vibration_s", float, "Zeros added at the end.", 0.0),
 )  # fmt: skip
-def synthesize(out: Path, calibrate: Any, orientation: Any, **given: Any) -> Answer:
+def synthesize(out: Path, **given: Any) -> Answer:
     """Synthesize pairs of motions by the model of Dabaghi and Der Kiureghian (2018).
 
     Example: skewbridge motions synthesize --magnitude 7 --distance-km 10 --vs30-mps 400 --out mine
     """
     from skewbridge.motions.synthesis.ddk18 import Scenario
-    from skewbridge.motions.synthesis.generate import SynthesisOptions, write_synthetic_suite
+    from skewbridge.motions.synthesis.generate import write_synthetic_suite
 
-    suite = {name: given.pop(name) for name in ("count", "seed", "shaking_s", "free_vibration_s")}
-    options = SynthesisOptions(calibrate=calibrate, orientation=orientation)
-    index = write_synthetic_suite(out, Scenario(**given), options=options, **suite)
-    return Answer({"count": suite["count"], "index": str(index)})
+    scenario = Scenario(**{name: given.pop(name) for name in Scenario.__slots__ if name in given})
+    index = write_synthetic_suite(out, scenario, **given)
+    return Answer({"count": given["count"], "index": str(index)})
 
 
 @command(
@@ -147,5 +145,4 @@ def default_suite(out: Path, suite: str, t1_s: float | None) -> Answer:
     from skewbridge.study.config import CONDITIONING_BRIDGE
 
     period_s = load_bridge(CONDITIONING_BRIDGE).t1_s if t1_s is None else t1_s
-    motions = write_default_suite(out, period_s, suite)
-    return Answer({"count": len(motions), "t1_s": period_s})
+    return Answer({"count": write_default_suite(out, period_s, suite), "t1_s": period_s})

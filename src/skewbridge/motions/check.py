@@ -15,6 +15,7 @@ from skewbridge.motions.folder import (
     is_folder,
     list_motions,
     motion_files,
+    motion_of_files,
     pair_files,
     read_index_table,
     write_index,
@@ -56,6 +57,10 @@ class FileCheck:
         """Whether the file can be used."""
         return self.verdict in ("ok", "warn")
 
+    def noted(self, message: str, verdict: FileVerdict | None = None) -> "FileCheck":
+        """Return the check with another message, and with a verdict if one is given."""
+        return replace(self, verdict=verdict or self.verdict, messages=(*self.messages, message))
+
 
 def check_paths(
     paths: list[Path], given: Given | None = None, *, strict: bool = False
@@ -65,6 +70,7 @@ def check_paths(
     A folder with an `index.csv` is compared with it; `InputError` if that or a path is unreadable.
     If `strict`, warnings are errors.
     """
+    doubtful: FileVerdict = "error" if strict else "warn"
     checks: list[FileCheck] = []
     loose: list[Path] = []
     for path in paths:
@@ -74,12 +80,12 @@ def check_paths(
             raise InputError(f"{shown_path(path)} does not exist", file=str(path))
         elif (path / INDEX_NAME).is_file():
             for entry in list_motions(path):
-                files = [_check_file(*each, strict=strict)[0] for each in entry.components]
+                files = [_check_file(*each, doubtful)[0] for each in entry.components]
                 made = FileCheck(file=str(path / entry.motion_id), verdict="ok")
-                checks += _check_entry(entry, files or [made], strict=strict)
+                checks += _check_entry(entry, files or [made], doubtful)
         else:
-            checks += _check_files(_files_of(path), given, strict=strict, of_study=True)
-    return checks + _check_files(loose, given, strict=strict)
+            checks += _check_files(_files_of(path), given, doubtful, of_study=True)
+    return checks + _check_files(loose, given, doubtful)
 
 
 def write_folder_index(folder: Path, given: Given | None = None) -> Path:
@@ -88,27 +94,21 @@ def write_folder_index(folder: Path, given: Given | None = None) -> Path:
     The time step and unit given for files that have none are stored where the index has none.
     `InputError` for a motion that can't be read or an unpaired file.
     """
-    given = given or Given()
+    index, given = folder / INDEX_NAME, given or Given()
     missing = {"dt_s_if_missing": given.dt_s_if_missing, "unit_if_missing": given.unit_if_missing}
-    index = folder / INDEX_NAME
     cells: dict[str, dict[str, object]] = {}
     if index.is_file():
         cells = {row["motion_id"]: row for row in records_of(read_index_table(index))}
     rows: list[dict[str, object]] = []
     for listed in list_motions(folder):
-        entry = replace(
-            listed,
-            sha256="",
-            components=tuple(
-                (path, replace(stated, **missing)) for path, stated in listed.components
-            ),
-        )
-        row = index_row(read_entry(entry), [path for path, _ in entry.components], folder)
+        files = [(path, replace(stated, **missing)) for path, stated in listed.components]
+        entry = listed.model_copy(update={"sha256": "", "components": tuple(files)})
+        row = index_row(read_entry(entry), [path for path, _ in files], folder)
+        units = {read_trace(*component).unit for component in files}
+        row |= {"unit": units.pop() if len(units) == 1 else "", "source": ""}
         old = cells.get(entry.motion_id, {}).items()
         kept = {name: text for name, text in old if text and name not in {"npts", "sha256"}}
-        units = {read_trace(*component).unit for component in entry.components}
-        unit = units.pop() if len(units) == 1 else ""
-        rows.append({**row, "unit": unit, "source": "", **kept})
+        rows.append(row | kept)
     write_index(index, rows)
     return index
 
@@ -119,15 +119,13 @@ def _files_of(folder: Path) -> list[Path]:
         raise InputError(f"no motions in {shown_path(folder)}", folder=str(folder))
     # A velocity or displacement next to its acceleration is not a mistake.
     stems = {path.stem.lower() for path in files}
-    stray = [
-        path
-        for path in files_below(folder)
-        if path.suffix.lower() in {".vt2", ".dt2"} and path.stem.lower() not in stems
-    ]
-    return sorted([*files, *stray])
+    others = (path for path in files_below(folder) if path.suffix.lower() in {".vt2", ".dt2"})
+    return sorted([*files, *(path for path in others if path.stem.lower() not in stems)])
 
 
-def _check_file(path: Path, given: Given | None, *, strict: bool) -> tuple[FileCheck, Trace | None]:
+def _check_file(
+    path: Path, given: Given | None, doubtful: FileVerdict
+) -> tuple[FileCheck, Trace | None]:
     """Return the check of one file, and the component that it has."""
     try:
         trace = read_trace(path, given)
@@ -136,7 +134,7 @@ def _check_file(path: Path, given: Given | None, *, strict: bool) -> tuple[FileC
         return FileCheck(file=str(path), verdict=verdict, messages=(str(error),)), None
     check = FileCheck(
         file=str(path),
-        verdict=_doubtful(strict=strict) if trace.warnings else "ok",
+        verdict=doubtful if trace.warnings else "ok",
         format=trace.format,
         dt_s=trace.dt_s,
         npts=int(trace.accel_mps2.size),
@@ -146,20 +144,13 @@ def _check_file(path: Path, given: Given | None, *, strict: bool) -> tuple[FileC
     return check, trace
 
 
-def _doubtful(*, strict: bool) -> FileVerdict:
-    return "error" if strict else "warn"
-
-
 def _check_files(
-    paths: list[Path], given: Given | None, *, strict: bool, of_study: bool = False
+    paths: list[Path], given: Given | None, doubtful: FileVerdict, *, of_study: bool = False
 ) -> list[FileCheck]:
     """Check files without an index, those of a motion also together."""
-    checks: dict[Path, FileCheck] = {}
-    traces: dict[Path, Trace] = {}
-    for path in paths:
-        checks[path], trace = _check_file(path, given, strict=strict)
-        if trace is not None:
-            traces[path] = trace
+    found = {path: _check_file(path, given, doubtful) for path in paths}
+    checks = {path: check for path, (check, _) in found.items()}
+    traces = {path: trace for path, (_, trace) in found.items() if trace is not None}
     if len(paths) == len(traces) == 2:  # two files are given as a pair
         pairs, alone = [tuple(sorted(traces))], set[Path]()
     else:
@@ -174,17 +165,17 @@ def _check_files(
             pairs.append((first, path))
             alone -= {first, path}
     for pair in pairs:
-        components = tuple((path, given or Given()) for path in pair)
-        entry = IndexEntry(motion_id=motion_name(*pair), components=components)
-        together = _check_entry(entry, [checks[path] for path in pair], strict=strict)
+        entry = motion_of_files(motion_name(*pair), pair, given)
+        together = _check_entry(entry, [checks[path] for path in pair], doubtful)
         checks |= dict(zip(pair, together, strict=True))
-    if of_study:
-        for path in alone:
-            checks[path] = _with(checks[path], "no second component found: a study needs pairs")
+    for path in alone if of_study else ():
+        checks[path] = checks[path].noted("no second component found: a study needs pairs")
     return list(checks.values())
 
 
-def _check_entry(entry: IndexEntry, checks: list[FileCheck], *, strict: bool) -> list[FileCheck]:
+def _check_entry(
+    entry: IndexEntry, checks: list[FileCheck], doubtful: FileVerdict
+) -> list[FileCheck]:
     """Return the checks of the files of a motion with what is wrong with the motion.
 
     A motion that is generated from its number has one check, which names no file.
@@ -194,24 +185,20 @@ def _check_entry(entry: IndexEntry, checks: list[FileCheck], *, strict: bool) ->
     try:
         motion = read_entry(entry)
     except PairError as error:
-        return [*checks[:-1], _with(checks[-1], str(error), "pair_error")]
+        return [*checks[:-1], checks[-1].noted(str(error), "pair_error")]
     except InputError as error:
-        return [_with(check, str(error), "error") for check in checks]
+        return [check.noted(str(error), "error") for check in checks]
     if not entry.components:
         pga_g = max(map(peak_g, motion.components))
         made = {"format": "made", "dt_s": motion.dt_s, "npts": motion.npts, "pga_g": pga_g}
         return [replace(check, **made) for check in checks]
     known = {text for check in checks for text in check.messages}
+    names = [path.name for path, _ in reversed(entry.components)]
     for text in motion.messages:
         if text.partition(": ")[2] not in known:
-            verdict = _doubtful(strict=strict) if text.startswith(DIFFERENT_RECORDS) else None
-            others = [path.name for path, _ in reversed(entry.components)]
+            verdict = doubtful if text.startswith(DIFFERENT_RECORDS) else None
             checks = [
-                _with(check, f"with {other}: {text}", verdict)
-                for check, other in zip(checks, others, strict=True)
+                check.noted(f"with {other}: {text}", verdict)
+                for check, other in zip(checks, names, strict=True)
             ]
     return checks
-
-
-def _with(check: FileCheck, message: str, verdict: FileVerdict | None = None) -> FileCheck:
-    return replace(check, verdict=verdict or check.verdict, messages=(*check.messages, message))

@@ -4,9 +4,10 @@ Each format has a function that recognises its text and one that reads it. A new
 of such functions and a row of `MOTION_FORMATS`.
 """
 
+import math
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import takewhile
 from pathlib import Path
 from typing import Final
@@ -61,27 +62,28 @@ class Given:
 
     def __post_init__(self) -> None:
         for name in ("unit", "unit_if_missing"):
-            unit = getattr(self, name)
-            if unit is None:
-                continue
-            unit = _SPELLINGS.get(unit.strip().lower(), unit.strip().lower())
-            if unit not in UNIT_FACTORS:
-                raise InputError(f"unit must be one of {', '.join(UNIT_FACTORS)}, got {unit!r}")
-            object.__setattr__(self, name, unit)
+            if (unit := getattr(self, name)) is not None:
+                unit = unit.strip().lower()
+                unit = _SPELLINGS.get(unit, unit)
+                if unit not in UNIT_FACTORS:
+                    raise InputError(f"unit must be one of {', '.join(UNIT_FACTORS)}, got {unit!r}")
+                object.__setattr__(self, name, unit)
         for dt_s in (self.dt_s, self.dt_s_if_missing):
-            if dt_s is not None and not (np.isfinite(dt_s) and dt_s > 0.0):
+            if dt_s is not None and not 0.0 < dt_s < np.inf:
                 raise InputError(f"dt_s must be positive, got {dt_s}")
-        if self.channel is not None and self.channel < 1:
-            raise InputError(f"channel must be 1 or more, got {self.channel}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trace:
     """One acceleration component read from one file.
 
+    The readers of the formats leave the values in the unit of the file, with dt_s nan and unit
+    empty where the file does not state them; `trace_of` converts them.
+
     Attributes:
         accel_mps2: Accelerations in m/s2, shape (npts,).
         unit: Unit of the values in the file.
+        is_calibrated: Whether the format itself sets the unit, so that a given one does not count.
         sha256: Digest of the bytes of the file.
         azimuth_deg: Compass direction, nan if the header has none.
         warnings: Doubts about the values; errors under strict checks.
@@ -91,12 +93,13 @@ class Trace:
     path: Path
     format: str
     accel_mps2: Vector
-    dt_s: float
-    unit: str
+    dt_s: float = math.nan
+    unit: str = ""
+    is_calibrated: bool = False
     sha256: str = ""
     event: str = ""
     station: str = ""
-    azimuth_deg: float = float("nan")
+    azimuth_deg: float = math.nan
     warnings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -104,30 +107,6 @@ class Trace:
     def messages(self) -> tuple[str, ...]:
         """Warnings and notes."""
         return (*self.warnings, *self.notes)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FileContent:
-    """Content of a file, values in its own unit, shape (npts,).
-
-    Attributes:
-        dt_s: Time step in s, None if the file does not state it; likewise the unit.
-        is_calibrated: Whether the format itself sets the unit, so that a given one does not count.
-        direction: Compass direction as the header writes it.
-        warnings: Doubts about the values.
-        notes: Assumptions of the reader.
-    """
-
-    format: str
-    values: Vector
-    dt_s: float | None = None
-    unit: str | None = None
-    is_calibrated: bool = False
-    event: str = ""
-    station: str = ""
-    direction: str = ""
-    warnings: Sequence[str] = ()
-    notes: Sequence[str] = ()
 
 
 def fault_in(path: Path, problem: str, line: int | None = None) -> InputError:
@@ -145,51 +124,39 @@ def trace_of(lines: list[str], path: Path, given: Given) -> Trace:
         DtMissingError: Neither the caller nor the file states the time step.
     """
     read = next(read for recognises, read in MOTION_FORMATS if recognises(lines, path))
-    content = read(lines, path, given)
-    dt_s, warnings = _time_step(given, content.dt_s, path)
-    unit, notes = content.unit or DEFAULT_UNIT, []
-    if not content.is_calibrated:
-        unit, notes = _unit(given, content.unit)
-    return Trace(
-        path=path,
-        format=content.format,
-        accel_mps2=content.values * UNIT_FACTORS[unit],
+    trace = read(lines, path, given)
+    dt_s, warnings = trace.dt_s, trace.warnings
+    if given.dt_s is not None:
+        dt_s = given.dt_s
+        if abs(trace.dt_s / dt_s - 1.0) > 1.0e-6:
+            warnings = (f"dt {dt_s} s as given, the file says {trace.dt_s}", *warnings)
+    elif math.isnan(dt_s):
+        if given.dt_s_if_missing is None:
+            raise DtMissingError(
+                f"{path.name}: values only, give the time step (--dt-s, or dt_s in index.csv)",
+                file=str(path),
+            )
+        dt_s = given.dt_s_if_missing
+    unit, notes = (trace.unit, []) if trace.is_calibrated else _unit(given, trace.unit)
+    return replace(
+        trace,
+        accel_mps2=trace.accel_mps2 * UNIT_FACTORS[unit],
         dt_s=dt_s,
         unit=unit,
-        event=content.event,
-        station=content.station,
-        azimuth_deg=_azimuth_deg(content.direction),
-        warnings=(*warnings, *content.warnings),
-        notes=(*notes, *content.notes),
+        warnings=warnings,
+        notes=(*notes, *trace.notes),
     )
 
 
-def _unit(given: Given, in_file: str | None) -> tuple[str, list[str]]:
+def _unit(given: Given, in_file: str) -> tuple[str, list[str]]:
     """Return the unit (given, of the file, given for files without one, g) and notes about it."""
-    if given.unit is not None:
-        clash = in_file is not None and in_file != given.unit
-        note = f"unit {given.unit} as given" + (f", the header says {in_file}" if clash else "")
-        return given.unit, [note] if clash or in_file is None else []
-    if in_file is not None:
-        clash = given.unit_if_missing not in {None, in_file}
-        return in_file, [f"unit {in_file} as the header says"] if clash else []
-    if given.unit_if_missing is not None:
-        return given.unit_if_missing, [f"unit {given.unit_if_missing} as given"]
-    return DEFAULT_UNIT, [f"no unit in the file: {DEFAULT_UNIT} taken"]
-
-
-def _time_step(given: Given, in_file: float | None, path: Path) -> tuple[float, list[str]]:
-    """Return the time step to use and warnings about it."""
-    if given.dt_s is not None:
-        clash = in_file is not None and abs(in_file / given.dt_s - 1.0) > 1.0e-6
-        return given.dt_s, [f"dt {given.dt_s} s as given, the file says {in_file}"] if clash else []
-    dt_s = given.dt_s_if_missing if in_file is None else in_file
-    if dt_s is None:
-        raise DtMissingError(
-            f"{path.name}: values only, give the time step (--dt-s, or dt_s in index.csv)",
-            file=str(path),
-        )
-    return dt_s, []
+    unit = given.unit or in_file or given.unit_if_missing
+    if unit is None:
+        return DEFAULT_UNIT, [f"no unit in the file: {DEFAULT_UNIT} taken"]
+    if unit != in_file:
+        return unit, [f"unit {unit} as given" + (f", the header says {in_file}" if in_file else "")]
+    overrides = given.unit is None and given.unit_if_missing not in {None, unit}
+    return unit, [f"unit {unit} as the header says"] if overrides else []
 
 
 def _channel(given: Given, count: int, path: Path) -> int:
@@ -208,12 +175,12 @@ def _azimuth_deg(text: str) -> float:
     cleaned = text.strip().upper().replace("-", "")
     if cleaned in letters:
         return letters[cleaned]
-    return float(cleaned) if cleaned.isdigit() and int(cleaned) <= 360 else float("nan")
+    return float(cleaned) if cleaned.isdigit() and int(cleaned) <= 360 else math.nan
 
 
-def _first_unit(units: Sequence[tuple[re.Pattern[str], str]], text: str) -> str | None:
-    """Return the unit of the first pattern that a text has."""
-    return next((unit for pattern, unit in units if pattern.search(text)), None)
+def _first_unit(units: Sequence[tuple[re.Pattern[str], str]], text: str) -> str:
+    """Return the unit of the first pattern that a text has, or nothing."""
+    return next((unit for pattern, unit in units if pattern.search(text)), "")
 
 
 def _fortran_float(text: str) -> float:
@@ -282,57 +249,49 @@ _PEER_TITLES = (
     ),
 )
 _PEER_FOOTER = re.compile(r"^\s*\*+\s*end\b", re.IGNORECASE)
-_AT2_VALUES_PER_LINE: Final = 5
 
 
 def _is_peer(lines: list[str], path: Path) -> bool:
     return _peer_sizes(lines) is not None or path.suffix.lower() in {".at2", ".vt2", ".dt2"}
 
 
-def _read_peer(lines: list[str], path: Path, _given: Given) -> FileContent:
+def _read_peer(lines: list[str], path: Path, _given: Given) -> Trace:
     sizes = _peer_sizes(lines)
     if sizes is None:
-        if any(re.search(r"[A-Za-z]{3}", line) for line in _head(lines, _PEER_HEADER_LINES)):
-            raise fault_in(path, "no NPTS and DT in the header")
-        raise fault_in(path, "no header with NPTS and DT: name it .acc and give dt_s")
+        raise fault_in(path, "no header with NPTS, DT; for bare values name it .acc and give dt_s")
     row, npts, dt_s = sizes
     header = _head(lines, row)
-    for line in header:
-        if _NOT_ACCELERATION.search(line):
-            raise fault_in(path, f"not an acceleration: {line.strip()!r}")
+    if other := next(filter(_NOT_ACCELERATION.search, header), None):
+        raise fault_in(path, f"not an acceleration: {other.strip()!r}")
     # The title lines (event, station) may contain anything: units are in the last lines.
     units = filter(None, (_first_unit(_PEER_UNITS, line) for line in reversed(header[1:])))
     rows = takewhile(lambda line: not _PEER_FOOTER.match(line[:HEADER_WIDTH]), lines[row + 1 :])
     data = list(rows)
     values = parse_numbers(data, path, first_line=row + 2)
-    warnings: list[str] = []
+    warnings: tuple[str, ...] = ()
     if values.size > npts:
         if values.size - npts >= len(data[0].split()):
             raise fault_in(path, f"NPTS = {npts}, but {values.size} values")
-        warnings.append(f"NPTS = {npts}, {values.size} values: cut to NPTS")
+        warnings = (f"NPTS = {npts}, {values.size} values: cut to NPTS",)
     elif values.size < npts:
         # A last value without the exponent of all others is cut: `-.31` of `-.3141593E-02`.
         last = " ".join(data[-3:]).upper().split()
         if len(last) > 1 and "E" in last[0] and "E" not in last[-1]:
             raise fault_in(path, "the file ends inside a number")
-        warnings.append(f"NPTS = {npts}, {values.size} values: truncated file?")
-    titles = (
-        match
-        for line in header[:3]
-        for pattern in _PEER_TITLES
-        if (match := pattern.fullmatch(line.strip()))
-    )
-    title = next(titles, None)
+        warnings = (f"NPTS = {npts}, {values.size} values: truncated file?",)
+    titles = (pattern.fullmatch(line.strip()) for line in header[:3] for pattern in _PEER_TITLES)
+    title = next(filter(None, titles), None)
     event, station, azimuth = title.group("event", "station", "azimuth") if title else ("",) * 3
-    return FileContent(
+    return Trace(
+        path=path,
         format="peer_at2",
-        values=values[:npts],
+        accel_mps2=values[:npts],
         dt_s=dt_s,
-        unit=next(units, None),
+        unit=next(units, ""),
         warnings=warnings,
         event=event.strip(),
         station=station.strip(),
-        direction=azimuth,
+        azimuth_deg=_azimuth_deg(azimuth),
     )
 
 
@@ -348,33 +307,30 @@ def _peer_sizes(lines: list[str]) -> tuple[int, int, float] | None:
 def at2_text(motion: GroundMotion, component: int) -> str:
     """Return one component (1 or 2) as the text of a PEER file, in g with 8 digits."""
     azimuth = (motion.azimuth_1_deg, motion.azimuth_2_deg)[component - 1]
-    if not np.isfinite(azimuth):
+    if not math.isfinite(azimuth):
         azimuth = (360.0, 90.0)[component - 1]
     accel_g = motion.components[component - 1] / G_MPS2
     # Smaller numbers would need a three-digit exponent.
-    values = np.where(np.abs(accel_g) < 1.0e-20, 0.0, accel_g)
-    cells = [f"{value:15.7E}" for value in values.tolist()]
-    per_line = _AT2_VALUES_PER_LINE
-    rows = ["".join(cells[i : i + per_line]) for i in range(0, len(cells), per_line)]
-    return "\n".join(
-        [
-            "SYNTHETIC MOTION IN THE FORMAT OF THE PEER NGA STRONG MOTION DATABASE",
-            f"{motion.event.replace(',', ';')}, 1/1/2000, {motion.station}, {azimuth:.0f}",
-            "ACCELERATION TIME SERIES IN UNITS OF G",
-            f"NPTS= {motion.npts:6d}, DT= {motion.dt_s:.6g} SEC",
-            *rows,
-            "",
-        ]
+    values = np.where(np.abs(accel_g) < 1.0e-20, 0.0, accel_g).tolist()
+    rows = [
+        "".join(f"{value:15.7E}" for value in values[i : i + 5]) for i in range(0, len(values), 5)
+    ]
+    head = (
+        "SYNTHETIC MOTION IN THE FORMAT OF THE PEER NGA STRONG MOTION DATABASE",
+        f"{motion.event.replace(',', ';')}, 1/1/2000, {motion.station}, {azimuth:.0f}",
+        "ACCELERATION TIME SERIES IN UNITS OF G",
+        f"NPTS= {motion.npts:6d}, DT= {motion.dt_s:.6g} SEC",
     )
+    return "\n".join([*head, *rows, ""])
 
 
 def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
     """Write both components as `<motion_id>_h1.AT2` and `_h2.AT2`; return their paths."""
-    paths = tuple(folder / f"{motion.motion_id}_h{component}.AT2" for component in (1, 2))
     writable_folder(folder)
-    for component, path in enumerate(paths, start=1):
+    first, second = (folder / f"{motion.motion_id}_h{component}.AT2" for component in (1, 2))
+    for component, path in enumerate((first, second), start=1):
         path.write_text(at2_text(motion, component), encoding="ascii", newline="\n")
-    return paths[0], paths[1]
+    return first, second
 
 
 # ---- CSMIP/CESMD corrected data (.V2): acceleration blocks of fixed-width columns. A file may hold
@@ -398,7 +354,7 @@ def _is_csmip(lines: list[str], path: Path) -> bool:
     )
 
 
-def _read_csmip(lines: list[str], path: Path, given: Given) -> FileContent:
+def _read_csmip(lines: list[str], path: Path, given: Given) -> Trace:
     blocks = [
         (row, match)
         for row, line in enumerate(lines)
@@ -410,28 +366,27 @@ def _read_csmip(lines: list[str], path: Path, given: Given) -> FileContent:
     start, block = blocks[channel - 1]
     npts = int(block["npts"])
     layout = _CSMIP_LAYOUT.search(block["rest"])
-    sizes = (int(layout["per_line"]), int(layout["width"])) if layout else _CSMIP_DEFAULT_LAYOUT
+    sizes = map(int, layout.groups()) if layout else _CSMIP_DEFAULT_LAYOUT
     per_line, width = (max(size, 1) for size in sizes)
     rows = (line.rstrip() for line in lines[start + 1 : start + 1 + -(-npts // per_line)])
     # The columns may touch: blanks are put between them.
     spaced = [" ".join(row[i : i + width] for i in range(0, len(row), width)) for row in rows]
     values = parse_numbers(spaced, path, first_line=start + 2)
     header = lines[blocks[channel - 2][0] if channel > 1 else 0 : start]
-    title = next(
-        (n for n, line in enumerate(header) if "CORRECTED ACCELEROGRAM" in line.upper()), 0
-    )
-    text = [line.strip() for line in _head(header[title:], 25)]
-    directions = (match["direction"] for line in text if (match := _CSMIP_CHANNEL.search(line)))
+    titles = (n for n, line in enumerate(header) if "CORRECTED ACCELEROGRAM" in line.upper())
+    text = [line.strip() for line in _head(header[next(titles, 0) :], 25)]
+    direction = next(filter(None, map(_CSMIP_CHANNEL.search, text)), None)
     truncated = f"header says {npts} points, {values.size} found: truncated file?"
-    return FileContent(
+    return Trace(
+        path=path,
         format="csmip_v2",
-        values=values[:npts],
+        accel_mps2=values[:npts],
         dt_s=_fortran_float(block["dt"]),
-        unit="cm/s2" if re.search("cm/sec", block["rest"], re.IGNORECASE) else None,
+        unit="cm/s2" if re.search("cm/sec", block["rest"], re.IGNORECASE) else "",
         event="".join(text[2:3]),
         station="".join(text[6:7]),
-        direction=next(directions, ""),
-        warnings=[truncated] if values.size < npts else [],
+        azimuth_deg=_azimuth_deg(direction["direction"]) if direction else math.nan,
+        warnings=(truncated,) if values.size < npts else (),
     )
 
 
@@ -439,8 +394,10 @@ def _read_csmip(lines: list[str], path: Path, given: Given) -> FileContent:
 # carry the offset of the instrument: the mean is subtracted, as NIED asks.
 
 _KNET_HEADER_LINES: Final = 17
+_KNET_KEY_WIDTH: Final = 18
 # source: NIED KiK-net manual: 1 to 3 borehole, 4 to 6 surface; N-S, E-W, U-D in turn
 _KNET_CHANNELS: Final = {"1": "N-S", "2": "E-W", "4": "N-S", "5": "E-W"}
+_KNET_SCALE = re.compile(rf"({FLOAT})\(gal\)\s*/\s*({FLOAT})")
 _KNET_PEAK_TOLERANCE: Final = 0.01
 
 
@@ -449,27 +406,18 @@ def _is_knet(lines: list[str], _path: Path) -> bool:
     return "Scale Factor" in head and "Sampling Freq" in head
 
 
-def _read_knet(lines: list[str], path: Path, _given: Given) -> FileContent:
-    head = "\n".join(_head(lines, _KNET_HEADER_LINES))
-
-    def value(key: str) -> str:
-        match = re.search(rf"^{re.escape(key)}\s+(.*)$", head, re.MULTILINE)
-        return match[1].strip() if match else ""
-
-    scale = re.search(rf"Scale Factor\s+({FLOAT})\(gal\)\s*/\s*({FLOAT})", head)
-    frequency = re.search(rf"Sampling Freq\(Hz\)\s+({FLOAT})\s*Hz", head)
+def _read_knet(lines: list[str], path: Path, _given: Given) -> Trace:
+    at = _KNET_KEY_WIDTH
+    head = {line[:at].strip(): line[at:].strip() for line in _head(lines, _KNET_HEADER_LINES)}
+    scale = _KNET_SCALE.match(head.get("Scale Factor", ""))
+    frequency = re.match(rf"({FLOAT})\s*Hz", head.get("Sampling Freq(Hz)", ""))
     if scale is None or frequency is None:
         missing = "Scale Factor" if scale is None else "Sampling Freq"
         raise fault_in(path, f"no {missing} in the header")
-    frequency_hz, range_gal, counts_per_range = (
-        _fortran_float(text) for text in (frequency[1], scale[1], scale[2])
-    )
-    if not (
-        0.0 < frequency_hz <= MAX_MAGNITUDE
-        and 0.0 < range_gal <= MAX_MAGNITUDE
-        and 1.0 <= counts_per_range <= MAX_MAGNITUDE
-    ):
+    numbers = [_fortran_float(text) for text in (frequency[1], *scale.groups())]
+    if not all(0.0 < number <= MAX_MAGNITUDE for number in numbers) or numbers[2] < 1.0:
         raise fault_in(path, "sampling and scale must be positive")
+    frequency_hz, range_gal, counts_per_range = numbers
     memo = (n + 1 for n, line in enumerate(lines[:_KNET_HEADER_LINES]) if line[:5] == "Memo.")
     start = next(memo, _KNET_HEADER_LINES)
     counts = parse_numbers(lines[start:], path, first_line=start + 1)
@@ -477,22 +425,23 @@ def _read_knet(lines: list[str], path: Path, _given: Given) -> FileContent:
         raise fault_in(path, "no values")
     accel_gal = (counts - counts.mean()) * (range_gal / counts_per_range)
     warnings: list[str] = []
-    if peak := re.search(rf"Max\. Acc\. \(gal\)\s+({FLOAT})", head):
-        peak_gal, header_gal = float(np.abs(accel_gal).max()), _fortran_float(peak[1])
+    if peak := re.match(FLOAT, head.get("Max. Acc. (gal)", "")):
+        peak_gal, header_gal = float(np.abs(accel_gal).max()), _fortran_float(peak[0])
         if abs(peak_gal - header_gal) > _KNET_PEAK_TOLERANCE * header_gal:
             warnings.append(f"peak is {peak_gal:.4g} gal, the header says {header_gal:.4g}: cut?")
-    direction = value("Dir.")
-    return FileContent(
+    direction = head.get("Dir.", "")
+    return Trace(
+        path=path,
         format="knet",
-        values=accel_gal,
+        accel_mps2=accel_gal,
         dt_s=1.0 / frequency_hz,
         unit="cm/s2",
         is_calibrated=True,
-        event=value("Origin Time"),
-        station=value("Station Code"),
-        direction=_KNET_CHANNELS.get(direction, direction),
-        warnings=warnings,
-        notes=["instrument offset (mean) taken off"],
+        event=head.get("Origin Time", ""),
+        station=head.get("Station Code", ""),
+        azimuth_deg=_azimuth_deg(_KNET_CHANNELS.get(direction, direction)),
+        warnings=tuple(warnings),
+        notes=("instrument offset (mean) taken off",),
     )
 
 
@@ -530,7 +479,7 @@ def _is_columns(lines: list[str], _path: Path) -> bool:
     return bool((steps > 0.0).all()) and (counts == {2} or uneven <= 0.02 * float(steps.mean()))
 
 
-def _read_columns(lines: list[str], path: Path, given: Given) -> FileContent:
+def _read_columns(lines: list[str], path: Path, given: Given) -> Trace:
     start = _first_row_of_columns(lines) or 0
     rows = [(number, line) for number, line in enumerate(lines[start:], start + 1) if line.strip()]
     count = _column_count(rows[0][1])
@@ -541,12 +490,13 @@ def _read_columns(lines: list[str], path: Path, given: Given) -> FileContent:
     table = values.reshape(-1, count)
     channel = _channel(given, count - 1, path)
     dt_s, warnings = _step_of_times(table[:, 0], rows, path)
-    return FileContent(
+    return Trace(
+        path=path,
         format="two_column" if count == 2 else f"{count}_columns",
-        values=table[:, channel],
+        accel_mps2=table[:, channel],
         dt_s=dt_s,
         unit=_first_unit(_COLUMNS_UNITS, " ".join(_head(lines, start))),
-        warnings=warnings if given.dt_s is None else [],
+        warnings=warnings if given.dt_s is None else (),
     )
 
 
@@ -561,7 +511,7 @@ def _column_count(line: str) -> int:
 
 def _step_of_times(
     time_s: Vector, rows: list[tuple[int, str]], path: Path
-) -> tuple[float, list[str]]:
+) -> tuple[float, tuple[str, ...]]:
     """Return the time step of a column of times, with a warning if they are rounded."""
     steps_s = np.diff(time_s)
     mean_s = float(time_s[-1] - time_s[0]) / max(steps_s.size, 1)
@@ -572,19 +522,15 @@ def _step_of_times(
     allowed_s = min(1.01 * quantum_s, 0.9 * mean_s) + 1.0e-3 * mean_s
     if mean_s <= 0.0 or (steps_s <= 0.0).any() or off_s.max(initial=0.0) > allowed_s:
         worst = int(np.argmax(np.where(steps_s <= 0.0, np.inf, off_s)))
-        raise fault_in(
-            path,
-            f"the time column jumps from {time_s[worst]:g} to {time_s[worst + 1]:g} s, "
-            f"steps of {mean_s:g} s expected",
-            rows[worst + 1][0],
-        )
-    tolerance_s = quantum_s / steps_s.size
+        jump = f"the time column jumps from {time_s[worst]:g} to {time_s[worst + 1]:g} s"
+        raise fault_in(path, f"{jump}, steps of {mean_s:g} s expected", rows[worst + 1][0])
     # The number with the fewest digits within the tolerance
     rounded = (float(f"{mean_s:.{digits}g}") for digits in range(1, 16))
-    step_s = next((value for value in rounded if abs(value - mean_s) <= tolerance_s), mean_s)
+    allowed_s = quantum_s / steps_s.size
+    step_s = next((value for value in rounded if abs(value - mean_s) <= allowed_s), mean_s)
     if off_s.max(initial=0.0) > 1.0e-3 * mean_s:
-        return step_s, [f"time column rounded to {decimals} decimals: dt = {step_s:g} s taken"]
-    return step_s, []
+        return step_s, (f"time column rounded to {decimals} decimals: dt = {step_s:g} s taken",)
+    return step_s, ()
 
 
 def _decimals_of_time(line: str) -> int:
@@ -592,7 +538,7 @@ def _decimals_of_time(line: str) -> int:
     if match is None:
         return 0
     mantissa, _, exponent = match["time"].upper().replace("D", "E").partition("E")
-    digits = len(mantissa.partition(".")[2]) - (int(exponent) if exponent else 0)
+    digits = len(mantissa.partition(".")[2]) - int(exponent or 0)
     return min(max(digits, 0), 15)
 
 
@@ -600,18 +546,15 @@ def _decimals_of_time(line: str) -> int:
 # step must be given; the unit is g unless given.
 
 
-def _read_values(lines: list[str], path: Path, _given: Given) -> FileContent:
-    return FileContent(format="values", values=parse_numbers(lines, path))
+def _read_values(lines: list[str], path: Path, _given: Given) -> Trace:
+    return Trace(path=path, format="values", accel_mps2=parse_numbers(lines, path))
 
 
+type _Recognise = Callable[[list[str], Path], bool]
+type _Read = Callable[[list[str], Path, Given], Trace]
 #: Functions that recognise and read each format; the first that recognises a file reads it, and
 #: the last one accepts any text.
-MOTION_FORMATS: Final[
-    tuple[
-        tuple[Callable[[list[str], Path], bool], Callable[[list[str], Path, Given], FileContent]],
-        ...,
-    ]
-] = (
+MOTION_FORMATS: Final[tuple[tuple[_Recognise, _Read], ...]] = (
     (_is_knet, _read_knet),
     (_is_csmip, _read_csmip),
     (_is_peer, _read_peer),

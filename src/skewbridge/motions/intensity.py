@@ -1,16 +1,26 @@
-"""Intensity measures of a ground motion, units in the names.
+"""Intensity measures of a ground motion, and its strongest part.
 
 RotD50 where an orientation matters. Arias intensity, CAV and significant durations have one value
 per pair: Arias and CAV are the mean of the two components, the durations come from the summed
-build-up of both (which no rotation changes).
+build-up of both (which no rotation changes). Recorded motions are cut only on request.
 """
 
-from typing import Final
+import hashlib
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, Final
 
 import numpy as np
 
+from skewbridge.errors import InputError
 from skewbridge.motions.record import GroundMotion, Vector
-from skewbridge.motions.spectrum import component_psa, orbit_rotd50, pair_psa, sa_avg_periods
+from skewbridge.motions.spectrum import (
+    SPECTRUM_PERIODS_S,
+    component_psa,
+    orbit_rotd50,
+    pair_psa,
+    sa_avg_periods,
+)
 from skewbridge.units import G_MPS2
 
 # Exponent of the scale factor for each measure.
@@ -28,6 +38,8 @@ SCALE_POWERS: Final = {
 IM_COLUMNS: Final = tuple(SCALE_POWERS)
 # source: Housner (1952), spectrum intensity between 0.1 and 2.5 s
 HOUSNER_PERIODS_S: Final = np.linspace(0.1, 2.5, 121)
+TAPER_S: Final = 0.5
+QUIET_SHARE: Final = 1.0e-5  # of the Arias intensity of both components, dropped at each end
 
 
 def motion_measures(motion: GroundMotion, t1_s: float | None) -> dict[str, float]:
@@ -82,9 +94,38 @@ def component_measures(accel_mps2: Vector, dt_s: float) -> dict[str, float]:
     }
 
 
+def measures_and_spectra(
+    components: Sequence[Vector],
+    dt_s: float,
+    t1_s: float | None = None,
+    periods_s: Sequence[float] | None = None,
+) -> dict[str, Any]:
+    """Return the measures and spectra of one component or a pair, by printed name.
+
+    ``_h1`` and ``_h2`` in a name mark a component; other measures belong to the pair.
+    """
+    periods = periods_s or SPECTRUM_PERIODS_S
+    found: dict[str, Any] = {}
+    for end, accel in zip(("_h1_", "_h2_"), components, strict=False):
+        measures = component_measures(accel, dt_s)
+        if t1_s is not None:
+            psa_g = component_psa(accel, dt_s, conditioned_periods(t1_s)) / G_MPS2
+            measures["sa_t1_g"], measures["saavg_g"] = conditioned_levels(psa_g)
+        # the unit stays last: pga_h1_g for pga_g
+        found |= {end.join(name.rsplit("_", 1)): value for name, value in measures.items()}
+        found[f"psa{end}g"] = (component_psa(accel, dt_s, periods) / G_MPS2).tolist()
+    if len(components) == 2:
+        one, two = components
+        pair = GroundMotion(motion_id="pair", dt_s=dt_s, accel_1_mps2=one, accel_2_mps2=two)
+        rotd50, rotd100 = ((psa / G_MPS2).tolist() for psa in pair_psa(one, two, dt_s, periods))
+        found |= {"psa_rotd50_g": rotd50, "psa_rotd100_g": rotd100}
+        found = motion_measures(pair, t1_s) | found
+    return found | {"dt_s": dt_s, "npts": len(components[0]), "periods_s": list(periods)}
+
+
 def peak_g(accel_mps2: Vector) -> float:
     """Return the largest absolute acceleration in g."""
-    return float(np.abs(accel_mps2).max()) / G_MPS2
+    return float(np.abs(accel_mps2).max(initial=0.0)) / G_MPS2
 
 
 def _running_integral(values: Vector, dt_s: float) -> Vector:
@@ -144,3 +185,71 @@ def housner_intensity(accel_mps2: Vector, dt_s: float) -> float:
     from scipy.integrate import trapezoid
 
     return float(trapezoid(psv_mps, HOUSNER_PERIODS_S))
+
+
+def strongest_part(motion: GroundMotion, shaking_s: float) -> GroundMotion:
+    """Return the strongest part of a motion; its digest and messages state the cut."""
+    part = cut_to_strongest(motion, shaking_s, free_vibration_s=0.0)
+    share = pair_arias_build_up(part)[-1] / pair_arias_build_up(motion)[-1]
+    digest = hashlib.sha256(f"{motion.sha256} strongest {shaking_s} s".encode()).hexdigest()
+    message = f"cut to the strongest {shaking_s:g} s: {share:.1%} of the Arias intensity left"
+    return replace(part, sha256=digest, messages=(*motion.messages, message))
+
+
+def cut_to_strongest(
+    motion: GroundMotion, shaking_s: float, free_vibration_s: float
+) -> GroundMotion:
+    """Return the strongest part of a motion, ending at rest, with zeros after it.
+
+    The window of the given length with the most Arias intensity (of both components) is kept, its
+    ends are tapered by half a cosine, and the velocity and displacement at its end are removed by
+    two smooth accelerations over the window, a symmetric and an antisymmetric one. A shorter motion
+    is kept whole. `InputError` for a length that is not positive.
+    """
+    if not shaking_s > 4.0 * TAPER_S:
+        raise InputError(f"shaking_s must be above {4.0 * TAPER_S}, got {shaking_s}")
+    size = min(round(shaking_s / motion.dt_s), motion.npts)
+    both = pair_arias_build_up(motion)
+    first = int(np.argmax(both[size - 1 :] - both[: both.size - size + 1]))
+    return add_free_vibration(_window(motion, first, size), free_vibration_s)
+
+
+def trim_quiet_ends(motion: GroundMotion) -> GroundMotion:
+    """Return a motion without the quiet parts before and after the shaking, ending at rest."""
+    both = pair_arias_build_up(motion)
+    both = both / both[-1]
+    margin = round(2.0 * TAPER_S / motion.dt_s)
+    first = max(int(np.searchsorted(both, QUIET_SHARE)) - margin, 0)
+    last = min(int(np.searchsorted(both, 1.0 - QUIET_SHARE)) + margin, motion.npts)
+    return _window(motion, first, last - first)
+
+
+def add_free_vibration(motion: GroundMotion, seconds: float) -> GroundMotion:
+    """Return the motion with zeros added at its end."""
+    if not 0.0 <= seconds <= 600.0:
+        raise InputError(f"free_vibration_s must be within 0 to 600, got {seconds}")
+    tail = round(seconds / motion.dt_s)
+    return motion.mapped(lambda accel: np.pad(accel, (0, tail)))
+
+
+def _window(motion: GroundMotion, first: int, size: int) -> GroundMotion:
+    return motion.mapped(lambda accel: _at_rest(accel[first : first + size], motion.dt_s))
+
+
+def _at_rest(accel: Vector, dt_s: float) -> Vector:
+    """Return a window with tapered ends whose velocity and displacement end at zero."""
+
+    def end_state(history: Vector) -> Vector:
+        return np.array([velocity(history, dt_s)[-1], displacement(history, dt_s)[-1]])
+
+    size = accel.size
+    ramp = 0.5 - 0.5 * np.cos(np.pi * np.arange(round(TAPER_S / dt_s)) * dt_s / TAPER_S)
+    tapered = accel.copy()
+    tapered[: ramp.size] *= ramp
+    tapered[size - ramp.size :] *= ramp[::-1]
+    share = np.linspace(0.0, 1.0, size)
+    hump = share * (1.0 - share)
+    shapes = (hump, hump * (1.0 - 2.0 * share))
+    ends = np.array([end_state(shape) for shape in shapes]).T
+    amounts = np.linalg.solve(ends, end_state(tapered))
+    return tapered - amounts[0] * shapes[0] - amounts[1] * shapes[1]

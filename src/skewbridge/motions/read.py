@@ -12,7 +12,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.text import read_bytes
 from skewbridge.motions.formats import Given, Trace, fault_in, trace_of
 from skewbridge.motions.intensity import peak_g
-from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.units import G_MPS2
 
@@ -54,10 +54,11 @@ _VERTICAL = re.compile(r"[-_.](UP|UD|DWN|DN|V|VER|VERT|Z|H?3)$|[a-z0-9](DWN|-UP)
 _NIED = re.compile(r"\.(?P<end>EW|NS|UD)(?P<sensor>[12]?)", re.IGNORECASE)
 # Endings that distinguish the components of one motion, the most specific first.
 _ENDINGS: Final = (
-    re.compile(r"(?<=[A-Za-z_.\-])(?P<end>[0-3]\d{2})$"),  # azimuth: TAR090, E06140
-    re.compile(r"(?<=[A-Za-z]\d)(?P<end>[0-3]\d{2})$"),
-    re.compile(r"(?<=[A-Za-z]\d{2})(?P<end>[0-3]\d{2})$"),
-    re.compile(r"(?<=[A-Za-z]\d{3})(?P<end>[0-3]\d{2})$"),
+    # azimuth: TAR090, E06140
+    re.compile(
+        r"(?:(?<=[A-Za-z_.\-])|(?<=[A-Za-z]\d)|(?<=[A-Za-z]\d{2})|(?<=[A-Za-z]\d{3}))"
+        r"(?P<end>[0-3]\d{2})$"
+    ),
     re.compile(r"[-_.](?P<end>H?[12NEXY]|EW|NS|FN|FP)$", re.IGNORECASE),
     re.compile(r"(?<=\d)(?P<end>[12])$"),  # FEMA P-695: 120111, 120112
 )
@@ -104,7 +105,7 @@ def read_trace(path: Path, given: Given | None = None) -> Trace:
     content = read_bytes(path, MAX_FILE_BYTES)
     lines = _text_of(content, path).splitlines()
     trace = trace_of(lines, path, given or Given())
-    refuse_impossible(trace)
+    _refuse_impossible(trace)
     return replace(
         trace,
         sha256=hashlib.sha256(content).hexdigest(),
@@ -133,47 +134,37 @@ def _plain(text: str) -> str:
     return "".join(sign if sign.isprintable() else " " for sign in text).strip()[:MAX_TITLE]
 
 
-def refuse_impossible(trace: Trace) -> None:
-    """Refuse a component that no analysis should use.
-
-    These are too few values, a time step or a peak outside the limits, and zeros alone.
-    """
-    path, accel_mps2 = trace.path, trace.accel_mps2
-    if accel_mps2.size == 0:
-        raise fault_in(path, "no values")
-    low_s, high_s = DT_LIMITS_S
-    if not low_s <= trace.dt_s <= high_s:
-        raise fault_in(path, f"dt = {trace.dt_s} s, allowed {low_s} to {high_s}")
-    if accel_mps2.size < MIN_SAMPLES:
-        raise fault_in(path, f"{accel_mps2.size} values, at least {MIN_SAMPLES} needed")
-    if not np.isfinite(accel_mps2).all():
-        raise fault_in(path, "values must be finite")
-    pga_g = peak_g(accel_mps2)
-    if pga_g == 0.0:
-        raise fault_in(path, "all values are zero")
-    if pga_g > PGA_LIMITS_G[1]:
-        given = f"PGA = {pga_g:.4g} g with the values in {trace.unit}"
-        raise fault_in(path, f"{given}, allowed {PGA_LIMITS_G[1]} g: wrong unit? {_SAY_UNIT}")
+def _refuse_impossible(trace: Trace) -> None:
+    """Refuse a component that no analysis should use."""
+    npts, pga_g = trace.accel_mps2.size, peak_g(trace.accel_mps2)
+    (low_s, high_s), most_g = DT_LIMITS_S, PGA_LIMITS_G[1]
+    reached = f"PGA = {pga_g:.4g} g with the values in {trace.unit}, allowed {most_g} g"
+    for problem, is_there in {
+        "no values": npts == 0,
+        f"dt = {trace.dt_s} s, allowed {low_s} to {high_s}": not low_s <= trace.dt_s <= high_s,
+        f"{npts} values, at least {MIN_SAMPLES} needed": npts < MIN_SAMPLES,
+        "all values are zero": pga_g == 0.0,
+        f"{reached}: wrong unit? {_SAY_UNIT}": pga_g > most_g,
+    }.items():
+        if is_there:
+            raise fault_in(trace.path, problem)
 
 
 def doubts(trace: Trace) -> list[str]:
     """Return warnings on the values of a component that passed `refuse_impossible`."""
-    warnings: list[str] = []
-    accel_mps2 = trace.accel_mps2
-    pga_mps2 = float(np.abs(accel_mps2).max())
-    if pga_mps2 / G_MPS2 < PGA_LIMITS_G[0]:
-        warnings.append(
-            f"PGA = {pga_mps2 / G_MPS2:.3g} g is below {PGA_LIMITS_G[0]} g: wrong unit? {_SAY_UNIT}"
-        )
-    offset = abs(float(accel_mps2.mean())) / pga_mps2
-    if offset > MAX_OFFSET_OF_PGA:
-        warnings.append(f"mean is {offset:.1%} of the PGA: baseline not corrected?")
-    velocity_mps = np.cumsum(accel_mps2) * trace.dt_s
-    pgv_mps = float(np.abs(velocity_mps).max())
-    if pgv_mps > 0.0 and abs(velocity_mps[-1]) > MAX_END_VELOCITY_OF_PGV * pgv_mps:
-        share = abs(float(velocity_mps[-1])) / pgv_mps
-        warnings.append(f"velocity at the end is {share:.0%} of the PGV: baseline not corrected?")
-    return warnings
+    pga_mps2 = float(np.abs(trace.accel_mps2).max())
+    pga_g, least_g = pga_mps2 / G_MPS2, PGA_LIMITS_G[0]
+    offset = abs(float(trace.accel_mps2.mean())) / pga_mps2
+    velocity_mps = np.abs(np.cumsum(trace.accel_mps2)) * trace.dt_s
+    share = float(velocity_mps[-1] / max(velocity_mps.max(), np.finfo(float).tiny))
+    found = {
+        f"PGA = {pga_g:.3g} g is below {least_g} g: wrong unit? {_SAY_UNIT}": pga_g < least_g,
+        f"mean is {offset:.1%} of the PGA: baseline not corrected?": offset > MAX_OFFSET_OF_PGA,
+        f"velocity at the end is {share:.0%} of the PGV: baseline not corrected?": (
+            share > MAX_END_VELOCITY_OF_PGV
+        ),
+    }
+    return [warning for warning, is_there in found.items() if is_there]
 
 
 def read_motion(
@@ -198,27 +189,25 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
             f"of {second.path.name} {second.dt_s} s; they must be equal",
             motion_id=motion_id,
         )
-    sizes = (first.accel_mps2.size, second.accel_mps2.size)
-    messages = [
-        f"{trace.path.name}: {text}" for trace in (first, second) for text in trace.messages
-    ]
+    pair = (first, second)
+    sizes = [trace.accel_mps2.size for trace in pair]
+    messages = [f"{trace.path.name}: {text}" for trace in pair for text in trace.messages]
+    npts = max(sizes)
     if sizes[0] != sizes[1]:
         messages.append(f"lengths {sizes[0]} and {sizes[1]}: zeros added at the end of the shorter")
     for name in ("event", "station"):
-        one, other = (getattr(trace, name) for trace in (first, second))
+        one, other = (getattr(trace, name) for trace in pair)
         if one and other and one.casefold() != other.casefold():
             messages.append(f"{DIFFERENT_RECORDS} Their {name}s differ: {one} and {other}")
-    if max(sizes) > _LENGTH_RATIO * min(sizes):
-        messages.append(
-            f"{DIFFERENT_RECORDS} Their lengths differ: {min(sizes)} and {max(sizes)} points"
-        )
-    npts = max(sizes)
+    if npts > _LENGTH_RATIO * min(sizes):
+        messages.append(f"{DIFFERENT_RECORDS} Their lengths differ: {min(sizes)} and {npts} points")
+    # ASSUME both components start together; the shorter one was cut at its end
+    padded = [np.pad(trace.accel_mps2, (0, npts - trace.accel_mps2.size)) for trace in pair]
     motion = GroundMotion(
         motion_id=motion_id,
         dt_s=first.dt_s,
-        # ASSUME both components start together; the shorter one was cut at its end
-        accel_1_mps2=np.pad(first.accel_mps2, (0, npts - sizes[0])),
-        accel_2_mps2=np.pad(second.accel_mps2, (0, npts - sizes[1])),
+        accel_1_mps2=padded[0],
+        accel_2_mps2=padded[1],
         event=first.event,
         station=first.station,
         azimuth_1_deg=first.azimuth_deg,
@@ -229,6 +218,17 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     )
     refuse_false_waho(motion)
     return motion
+
+
+def read_components(
+    files: list[Path], given: Given
+) -> tuple[str, float, list[Vector], tuple[str, ...]]:
+    """Return name, time step, components (m/s2) and messages of one file or a pair."""
+    if len(files) == 1:
+        trace = read_trace(files[0], given)
+        return files[0].stem, trace.dt_s, [trace.accel_mps2], trace.messages
+    motion = read_motion(files[0], files[1], given)
+    return motion.motion_id, motion.dt_s, list(motion.components), motion.messages
 
 
 def refuse_false_waho(motion: GroundMotion) -> None:

@@ -9,8 +9,7 @@ the convention found in the published NGA-West2 spectra.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +20,11 @@ from skewbridge.motions.record import Vector
 DAMPING_RATIO: Final = 0.05
 STEPS_PER_PERIOD: Final = 10
 ORIENTATIONS: Final = 180  # every degree; 180 to 359 repeat the same projections
+#: Periods of spectra that are printed or drawn.
+SPECTRUM_PERIODS_S: Final = (
+    0.01, 0.02, 0.03, 0.05, 0.075, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0,
+    4.0, 5.0, 7.5, 10.0,
+)  # fmt: skip
 # These values only affect the speed: share of the largest radius, number of points.
 _OUTERMOST: Final = 0.9
 _OUTER_POINTS: Final = 40
@@ -30,15 +34,9 @@ _COSINES: Final = np.cos(_ANGLES_RAD)
 _SINES: Final = np.sin(_ANGLES_RAD)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PairSpectrum:
-    """Pseudo-spectral accelerations of a pair of components, all of shape (periods,).
+class PairSpectrum(NamedTuple):
+    """Median and maximum over all orientations of the pseudo-spectral acceleration of a pair."""
 
-    RotD50 and RotD100 are the median and the maximum over all orientations.
-    """
-
-    psa_1_mps2: Vector
-    psa_2_mps2: Vector
     rotd50_mps2: Vector
     rotd100_mps2: Vector
 
@@ -54,7 +52,7 @@ def component_psa(accel_mps2: Vector, dt_s: float, periods_s: ArrayLike) -> Vect
 def pair_psa(
     accel_1_mps2: Vector, accel_2_mps2: Vector, dt_s: float, periods_s: ArrayLike
 ) -> PairSpectrum:
-    """Return the spectra of a pair: each component, RotD50 and RotD100.
+    """Return RotD50 and RotD100 of a pair, both of shape (periods,).
 
     References:
         Boore (2010), Bulletin of the Seismological Society of America 100(4).
@@ -65,7 +63,7 @@ def pair_psa(
 
 def orbit_rotd50(first: Vector, second: Vector) -> float:
     """Return the median over orientations of the peak of any two-component history."""
-    return float(_orbit_peaks(np.stack([first, second]))[2])
+    return float(_orbit_peaks(np.stack([first, second]))[0])
 
 
 def sa_avg_periods(t1_s: float) -> Vector:
@@ -139,7 +137,7 @@ def _filter(omega: float, xi: float, dt_s: float) -> tuple[Vector, Vector, Vecto
 
 
 def _orbit_peaks(orbit: Vector) -> Vector:
-    """Return the peaks of component 1, of 2, RotD50 and RotD100 of an orbit, shape (2, npts).
+    """Return RotD50 and RotD100 of an orbit of shape (2, npts).
 
     Points nearer to the centre than the two middle ones of the 180 peaks can't change them: some
     of the outermost points give lower bounds of all peaks, and only points beyond the lower middle
@@ -153,8 +151,7 @@ def _orbit_peaks(orbit: Vector) -> Vector:
     bounds = np.sort(_largest_projections(x[some], y[some]))
     beyond = squared >= bounds[(ORIENTATIONS - 1) // 2] ** 2
     projections = _largest_projections(x[beyond], y[beyond])
-    peak_1, peak_2 = max(x.max(), -x.min()), max(y.max(), -y.min())
-    return np.array([peak_1, peak_2, np.median(projections), projections.max()])
+    return np.array([np.median(projections), projections.max()])
 
 
 def _largest_projections(x: Vector, y: Vector) -> Vector:

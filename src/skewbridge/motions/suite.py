@@ -4,9 +4,9 @@ import json
 import logging
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,9 +17,13 @@ from skewbridge.errors import InputError, raise_all
 from skewbridge.files.digests import digest_of, layer_digest, provenance
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.files.text import file_fault, read_json, write_text
-from skewbridge.motions.conditioning import strongest_part
 from skewbridge.motions.folder import IndexEntry, files_below, list_motions
-from skewbridge.motions.intensity import IM_COLUMNS, motion_measures, scaled_measures
+from skewbridge.motions.intensity import (
+    IM_COLUMNS,
+    motion_measures,
+    scaled_measures,
+    strongest_part,
+)
 from skewbridge.motions.levels import (
     BLOCK,
     FACTOR_LIMITS,
@@ -33,6 +37,8 @@ from skewbridge.motions.levels import (
 )
 from skewbridge.motions.read import files_digest, join_traces, read_trace, refuse_false_waho
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
+from skewbridge.motions.spectrum import SPECTRUM_PERIODS_S, pair_psa
+from skewbridge.units import G_MPS2
 
 logger = logging.getLogger(__name__)
 
@@ -70,7 +76,7 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
     return motion
 
 
-def read_entries(entries: Sequence[IndexEntry]) -> list[GroundMotion]:
+def read_entries(entries: Iterable[IndexEntry]) -> list[GroundMotion]:
     """Read listed motions; the `InputError` names every motion that is wrong."""
     motions: list[GroundMotion] = []
     faults: list[InputError] = []
@@ -104,40 +110,35 @@ def prepare_suite(
         One row per motion in suite order: metadata, scale, the intensity columns at factor 1,
         accel_1_mps2 and accel_2_mps2 (lists), messages.
     """
-    entries, wanted = _entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
+    entries, stored = _entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
     motions = read_entries(entries)
     if shaking_s is not None:
         motions = [strongest_part(motion, shaking_s) for motion in motions]
     measures = [motion_measures(motion, t1_s) for motion in motions]
-    stored = np.array([_stored_factor(entry, level_range_g, t1_s) for entry in entries])
     computed = block_factors([row[LEVEL_MEASURE] for row in measures], level_range_g)
-    factors = np.where(np.isnan(stored), computed, stored).tolist()
-    rows: list[dict[str, object]] = []
     low, high = FACTOR_LIMITS
-    for motion, factor, values in list(zip(motions, factors, measures, strict=True))[:wanted]:
-        for message in motion.messages:
+    rows: list[dict[str, object]] = []
+    for motion, kept, factor, values in zip(motions, stored, computed, measures, strict=False):
+        scale = float(factor if math.isnan(kept) else kept)
+        far = f"factor {scale:.3g} is outside {low:g} to {high:g}"
+        for message in (*motion.messages, *([] if low <= scale <= high else [far])):
             logger.warning("motion %s: %s", motion.motion_id, message)
-        if not low <= factor <= high:
-            logger.warning(
-                "motion %s: factor %.3g is outside %g to %g", motion.motion_id, factor, low, high
-            )
         metadata = {name: getattr(motion, name) for name in (*TEXT_FIELDS, *NUMBER_FIELDS)}
         rows.append(
             {
-                "motion_id": motion.motion_id,
-                "scale": factor,
+                "scale": scale,
                 "npts": motion.npts,
                 **metadata,
                 **values,
                 "accel_1_mps2": motion.accel_1_mps2,
                 "accel_2_mps2": motion.accel_2_mps2,
-                "messages": json.dumps(list(motion.messages)),
+                "messages": json.dumps(motion.messages),
             }
         )
     return pd.DataFrame(rows)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class SuiteSource:
     """One suite of a study: its name, its folder, and how many motions of it are taken."""
 
@@ -171,7 +172,7 @@ def suite_sources(motions: MotionsConfig) -> list[SuiteSource]:
         count = motions.count
         if found and count is not None:
             count = min(count, len(list_motions(folder)))
-        found.append(SuiteSource(name=name, folder=folder, count=count))
+        found.append(SuiteSource(name, folder, count))
     names = [source.name for source in found]
     if len(set(names)) < len(names) or not names:
         raise InputError(f"motions.suites must name different suites, got {', '.join(names)}")
@@ -203,8 +204,8 @@ def prepare_suites(motions: MotionsConfig, *, t1_s: float) -> pd.DataFrame:
 
 def _entries_to_read(
     folder: Path, count: int | None, *, t1_s: float, level_range_g: tuple[float, float]
-) -> tuple[list[IndexEntry], int]:
-    """Return the motions to read for a suite of the first `count`, and how many are kept.
+) -> tuple[list[IndexEntry], list[float]]:
+    """Return the motions to read, and the stored factors of those that are kept (nan: none).
 
     Where factors are computed, whole blocks are read: a factor must not depend on the count.
     """
@@ -214,9 +215,16 @@ def _entries_to_read(
         raise InputError(
             f"motions.count = {wanted}, but {folder} has {len(entries)} motions", folder=str(folder)
         )
-    factors = [_stored_factor(entry, level_range_g, t1_s) for entry in entries[:wanted]]
-    blocks = any(math.isnan(factor) for factor in factors)
-    return entries[: math.ceil(wanted / BLOCK) * BLOCK if blocks else wanted], wanted
+    stored: list[float] = []
+    for entry in entries[:wanted]:
+        made_for = (entry.scale_low_g, entry.scale_high_g, entry.scale_t1_s)
+        fits = all(
+            math.isnan(kept) or math.isclose(kept, asked, rel_tol=1e-6)
+            for kept, asked in zip(made_for, (*level_range_g, t1_s), strict=True)
+        )
+        stored.append(entry.scale if fits else math.nan)
+    blocks = any(map(math.isnan, stored))
+    return entries[: math.ceil(wanted / BLOCK) * BLOCK if blocks else wanted], stored
 
 
 def content_digest(
@@ -234,36 +242,35 @@ def content_digest(
     digest was kept in the file `cache`, if there is one.
     """
     readers = layer_digest(("errors.py", "units.py", "files", "motions"))
-    files = [_state_of(path) for path in files_below(folder)]
-    state = digest_of(str(folder.resolve()), count, t1_s, level_range_g, readers, *files)
+    state = digest_of(str(folder.resolve()), count, t1_s, level_range_g, readers, _state_of(folder))
     kept: Any = None
     with suppress(InputError):
         kept = None if cache is None else read_json(cache)
     if isinstance(kept, dict) and kept.get("state") == state:
         return kept["digest"]
-    entries, wanted = _entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
-    read_entries([entry for entry in entries if entry.components])  # not the generated ones
-    digest = digest_of(wanted, *(_values_of(entry, folder) for entry in entries))
+    entries, stored = _entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
+    read_entries(entry for entry in entries if entry.components)  # not the generated ones
+    parts: list[object] = [len(stored)]
+    for entry in entries:
+        files = [(path.relative_to(folder).as_posix(), given) for path, given in entry.components]
+        digest = files_digest(*(path for path, _ in entry.components))
+        parts.append((entry.model_dump(exclude={"components"}), files, digest))
+    digest = digest_of(*parts)
     if cache is not None:
         write_text(cache, json.dumps({"state": state, "digest": digest}))
     return digest
 
 
-def _state_of(path: Path) -> tuple[str, int, int]:
-    """Return name, size and time of a file."""
-    try:
-        state = path.stat()
-    except OSError as error:  # removed since the folder was listed
-        raise file_fault(path, f" cannot be read: {error.strerror}") from None
-    return str(path), state.st_size, state.st_mtime_ns
-
-
-def _values_of(entry: IndexEntry, folder: Path) -> tuple[object, ...]:
-    """Return the values of the index and the digest of the files of one motion."""
-    files = [(path.relative_to(folder), given) for path, given in entry.components]
-    values = asdict(replace(entry, components=())) | {"components": files}
-    digest = files_digest(*(path for path, _ in entry.components))
-    return (*((name, str(value)) for name, value in values.items()), digest)
+def _state_of(folder: Path) -> list[tuple[str, int, int]]:
+    """Return names, sizes and times of the files of a folder."""
+    states: list[tuple[str, int, int]] = []
+    for path in files_below(folder):
+        try:
+            state = path.stat()
+        except OSError as error:  # removed since the folder was listed
+            raise file_fault(path, f" cannot be read: {error.strerror}") from None
+        states.append((str(path), state.st_size, state.st_mtime_ns))
+    return states
 
 
 def write_suite(suite: pd.DataFrame, path: Path) -> None:
@@ -277,16 +284,11 @@ def read_suite(path: Path) -> list[SuiteMotion]:
     for row in read_frame(path).to_dict("records"):
         metadata: dict[str, Any] = {name: str(row[name]) for name in TEXT_FIELDS}
         metadata |= {name: float(row[name]) for name in NUMBER_FIELDS}
-        motion = GroundMotion(
-            **metadata,
-            accel_1_mps2=row["accel_1_mps2"],
-            accel_2_mps2=row["accel_2_mps2"],
-            messages=tuple(json.loads(row["messages"])),
-        )
+        metadata |= {name: row[name] for name in ("accel_1_mps2", "accel_2_mps2")}
         scale = float(row["scale"])
         motions.append(
             SuiteMotion(
-                motion=motion,
+                motion=GroundMotion(**metadata, messages=tuple(json.loads(row["messages"]))),
                 scale=scale,
                 measures=scaled_measures({name: float(row[name]) for name in IM_COLUMNS}, scale),
                 suite=str(row.get("suite", "")),
@@ -296,11 +298,23 @@ def read_suite(path: Path) -> list[SuiteMotion]:
     return motions
 
 
-def _stored_factor(entry: IndexEntry, level_range_g: tuple[float, float], t1_s: float) -> float:
-    """Return the factor of the index, nan if it has none for these levels and this period."""
-    made_for = (entry.scale_low_g, entry.scale_high_g, entry.scale_t1_s)
-    fits = all(
-        math.isnan(kept) or math.isclose(kept, asked, rel_tol=1e-6)
-        for kept, asked in zip(made_for, (*level_range_g, t1_s), strict=True)
-    )
-    return entry.scale if fits else float("nan")
+def folder_spectra(folder: Path) -> dict[str, Any]:
+    """Return the RotD50 spectra of a folder of motions, as the figure of them takes them.
+
+    ``rotd50_g`` has the shape (motions, ``periods_s``). ``model`` has name, median in g and
+    dispersion of BSSA14 where all motions belong to one synthetic scenario; else it is None.
+    """
+    from skewbridge.motions.synthesis.bssa14 import bssa14
+    from skewbridge.motions.synthesis.ddk18 import Scenario
+
+    motions = read_entries(list_motions(folder))
+    periods_s = np.array([period for period in SPECTRUM_PERIODS_S if 0.03 <= period <= 7.5])
+    psa = [pair_psa(*each.components, each.dt_s, periods_s).rotd50_mps2 for each in motions]
+    model = None
+    scenarios = {(m.event, m.magnitude, m.distance_km, m.vs30_mps) for m in motions}
+    if len(scenarios) == 1 and motions[0].event.startswith("DDK18"):
+        event, *numbers = scenarios.pop()
+        site = dict(zip(("magnitude", "distance_km", "vs30_mps"), numbers, strict=True))
+        mechanism = "reverse" if "reverse" in event else "strike_slip"
+        model = ("BSSA14", *bssa14(Scenario(mechanism=mechanism, **site), periods_s))
+    return {"rotd50_g": np.array(psa) / G_MPS2, "periods_s": periods_s, "model": model}

@@ -18,7 +18,7 @@ from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import is_complete
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import read_frame, write_frame
-from skewbridge.motions.conditioning import cut_to_strongest
+from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.statuses import RAN
 from skewbridge.study.config import SensitivityConfig
 from skewbridge.variant.variant import Variant, parse_slug

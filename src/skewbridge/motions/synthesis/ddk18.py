@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Final, Literal
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -27,10 +27,14 @@ type PulseOption = Literal["none", "all", "probability"]
 
 # source: Dabaghi and Der Kiureghian (2018), range of the regression data; below M 6.5 the third
 # predictor is ambiguous in the publication, so the model is not offered there.
-MAGNITUDE_LIMITS: Final = (6.5, 7.9)
-DISTANCE_LIMITS_KM: Final = (0.1, 31.0)
-VS30_LIMITS_MPS: Final = (139.0, 2016.0)
-ZTOR_LIMITS_KM: Final = (0.0, 20.0)
+SCENARIO_LIMITS: Final = {
+    "magnitude": (6.5, 7.9),
+    "distance_km": (0.1, 31.0),
+    "vs30_mps": (139.0, 2016.0),
+    "ztor_km": (0.0, 20.0),
+    "rupture_to_site_km": (0.0, 500.0),
+    "directivity_angle_deg": (0.0, 90.0),
+}
 _REDRAW_LIMIT = 2.0  # source: DDK18, errors beyond two standard deviations are drawn again
 MIN_FREQUENCY_HZ: Final = 0.3  # source: DDK18, floor of the filter frequency
 DURATION_OF_D0_95: Final = 2.5
@@ -66,14 +70,7 @@ class Scenario:
     pulse: PulseOption = "none"
 
     def __post_init__(self) -> None:
-        for name, (low, high) in {
-            "magnitude": MAGNITUDE_LIMITS,
-            "distance_km": DISTANCE_LIMITS_KM,
-            "vs30_mps": VS30_LIMITS_MPS,
-            "ztor_km": ZTOR_LIMITS_KM,
-            "rupture_to_site_km": (0.0, 500.0),
-            "directivity_angle_deg": (0.0, 90.0),
-        }.items():
+        for name, (low, high) in SCENARIO_LIMITS.items():
             value = getattr(self, name)
             if not low <= value <= high:  # also refuses nan
                 raise InputError(f"{name} must be within {low} to {high}, got {value}")
@@ -114,8 +111,7 @@ class Scenario:
         return 1.0 / (1.0 + math.exp(exponent))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Background:
+class Background(NamedTuple):
     """Parameters of the modulated filtered noise of one component.
 
     Attributes:
@@ -134,8 +130,7 @@ class Background:
     damping_ratio: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Pulse:
+class Pulse(NamedTuple):
     """Velocity pulse of component 1; oscillations are gamma, phase is nu of the model."""
 
     peak_cm_s: float
@@ -145,12 +140,10 @@ class Pulse:
     peak_time_s: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ModelParameters:
+class ModelParameters(NamedTuple):
     """Parameters of one motion; `pulse` is None for a motion without one."""
 
-    component_1: Background
-    component_2: Background
+    components: tuple[Background, Background]
     pulse: Pulse | None
 
 
@@ -188,30 +181,20 @@ def transform(normals: Vector, *, with_pulse: bool) -> ModelParameters:
     one, two = np.split(normals[5:] if with_pulse else normals, 2)
     pulse = None
     if with_pulse:
-        pulse = Pulse(
-            peak_cm_s=float(np.exp(normals[0])),
-            period_s=float(np.exp(normals[1])),
-            # source: smelt, beta distribution of gamma on 2 to 3.2
-            oscillations=2.0 + 1.2 * _beta(normals[2], 1.30326178289206, 3.96858083951547),
-            phase_rad=float(2.0 * np.pi * ndtr(normals[3])),
-            peak_time_s=float(np.exp(normals[4])),
-        )
-    return ModelParameters(component_1=_background(one), component_2=_background(two), pulse=pulse)
+        peak_cm_s, period_s, peak_time_s = np.exp(normals[[0, 1, 4]]).tolist()
+        # source: smelt, beta distribution of gamma on 2 to 3.2
+        oscillations = 2.0 + 1.2 * _beta(normals[2], 1.30326178289206, 3.96858083951547)
+        phase_rad = float(2.0 * np.pi * ndtr(normals[3]))
+        pulse = Pulse(peak_cm_s, period_s, oscillations, phase_rad, peak_time_s)
+    return ModelParameters((_background(one), _background(two)), pulse)
 
 
 def _background(normals: Vector) -> Background:
-    arias, d5_95, d0_5, d0_30, f_mid = (float(value) for value in np.exp(normals[:5]))
     # source: smelt, beta distribution of ln(damping) on -4.7 to 0
     log_damping = -4.7 + 4.7 * _beta(normals[6], 5.33551936215137, 3.82954843573707)
-    return Background(
-        arias_cm_s=arias,
-        d5_95_s=d5_95,
-        d0_5_s=d0_5,
-        d0_30_s=d0_30,
-        f_mid_hz=f_mid,
-        f_slope_hz_per_s=_frequency_slope(float(ndtr(normals[5]))),
-        damping_ratio=float(np.exp(log_damping)),
-    )
+    slope = _frequency_slope(float(ndtr(normals[5])))
+    values = [*np.exp(normals[:5]).tolist(), slope, float(np.exp(log_damping))]
+    return Background._make(values)
 
 
 def _frequency_slope(p: float) -> float:
@@ -228,14 +211,13 @@ def _beta(normal: float, alpha: float, beta: float) -> float:
     return float(betaincinv(alpha, beta, ndtr(normal)))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Modulation:
+class Modulation(NamedTuple):
     """Envelope q(t): rises as c (t/peak)^power until the peak, then falls as exp(-decay t)."""
 
     power: float
     decay_per_s: float
     peak_s: float
-    amplitude_g: float
+    amplitude_g: float = 1.0
 
     def at(self, time_s: Vector) -> Vector:
         """Return the envelope in g."""
@@ -256,13 +238,8 @@ def fit_modulation(arias_cm_s: float, d5_95_s: float, d0_5_s: float, d0_30_s: fl
     """Return the envelope with 5, 30 and 95 % times nearest to the given ones."""
     wanted_s = np.array([d0_5_s, d0_30_s, d0_5_s + d5_95_s])
 
-    def shape_of(logs: Vector, amplitude_g: float = 1.0) -> Modulation:
-        power, decay, peak_s = (float(value) for value in np.exp(logs))
-        return Modulation(power=power, decay_per_s=decay, peak_s=peak_s, amplitude_g=amplitude_g)
-
     def misfit(logs: Vector) -> Vector:
-        shape = shape_of(logs)
-        return np.array([shape.time_of_share(share) for share in (0.05, 0.30, 0.95)]) - wanted_s
+        return _times_of(Modulation(*np.exp(logs).tolist())) - wanted_s
 
     logs, cost = np.zeros(3), math.inf
     bounds = (np.log([1e-3, 1e-3, 1e-2]), np.log([100.0, 100.0, 200.0]))
@@ -273,15 +250,15 @@ def fit_modulation(arias_cm_s: float, d5_95_s: float, d0_5_s: float, d0_30_s: fl
             logs, cost = fit.x, fit.cost
         if cost < 1.0e-12:
             break
-    shape = shape_of(logs)
+    shape = Modulation(*np.exp(logs).tolist())
     total_s = shape.peak_s / (2.0 * shape.power + 1.0) + 0.5 / shape.decay_per_s
-    return shape_of(logs, float(np.sqrt(arias_cm_s / _MODEL_G_CM_S2 / (0.5 * np.pi * total_s))))
+    amplitude_g = float(np.sqrt(arias_cm_s / _MODEL_G_CM_S2 / (0.5 * np.pi * total_s)))
+    return shape._replace(amplitude_g=amplitude_g)
 
 
-def envelope_of(background: Background) -> Modulation:
-    """Return the envelope of a component."""
-    b = background
-    return fit_modulation(b.arias_cm_s, b.d5_95_s, b.d0_5_s, b.d0_30_s)
+def _times_of(shape: Modulation) -> Vector:
+    """Return the times in s of 5, 30 and 95 % of the Arias intensity."""
+    return np.array([shape.time_of_share(share) for share in (0.05, 0.30, 0.95)])
 
 
 def meets_its_times(background: Background) -> bool:
@@ -290,12 +267,9 @@ def meets_its_times(background: Background) -> bool:
     For some drawn times no envelope is exact. The best fit is then at a kink of the misfit, where
     the search ends at a point that depends on the processor.
     """
-    fit = envelope_of(background)
-    d0_95_s = background.d0_5_s + background.d5_95_s
-    wanted_s = {0.05: background.d0_5_s, 0.30: background.d0_30_s, 0.95: d0_95_s}
-    return all(
-        abs(fit.time_of_share(share) - time_s) < 1.0e-6 for share, time_s in wanted_s.items()
-    )
+    _, d5_95_s, d0_5_s, d0_30_s, *_ = background
+    off_s = _times_of(fit_modulation(*background[:4])) - [d0_5_s, d0_30_s, d0_5_s + d5_95_s]
+    return bool((np.abs(off_s) < 1.0e-6).all())
 
 
 def filtered_noise(
@@ -346,9 +320,7 @@ def simulate_background(
 
     The zero pads the filter needs stay at both ends; the model's t = 0 is the returned time.
     """
-    parts = (parameters.component_1, parameters.component_2)
-    envelopes = [envelope_of(part) for part in parts]
-    pulse = parameters.pulse
+    parts, pulse = parameters
     duration_s = DURATION_OF_D0_95 * max(b.d0_5_s + b.d5_95_s for b in parts)
     if pulse is not None:
         duration_s = max(duration_s, pulse.peak_time_s + pulse.oscillations * pulse.period_s)
@@ -357,8 +329,8 @@ def simulate_background(
     corner_hz = corner_frequency_hz(magnitude)
     pad = int(np.ceil(0.5 * 1.5 * 4 / corner_hz / dt_s))
     components: list[Vector] = []
-    for part, envelope in zip(parts, envelopes, strict=True):
-        noise = rng.standard_normal(npts)
+    for part in parts:
+        envelope, noise = fit_modulation(*part[:4]), rng.standard_normal(npts)
         shaking = envelope.at(time_s) * filtered_noise(part, envelope, noise, dt_s)
         accel_g = high_pass(np.pad(shaking, pad), dt_s, corner_hz)
         components.append(accel_g * np.sqrt(part.arias_cm_s / arias_cm_s(accel_g, dt_s)))

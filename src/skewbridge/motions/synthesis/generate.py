@@ -8,20 +8,20 @@ import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 
 from skewbridge.errors import InputError
-from skewbridge.motions.conditioning import (
+from skewbridge.motions.folder import INDEX_NAME, index_row, write_index
+from skewbridge.motions.formats import at2_text, write_at2
+from skewbridge.motions.intensity import (
     add_free_vibration,
     cut_to_strongest,
-    effect_on_measures,
+    motion_measures,
+    pair_arias_build_up,
     trim_quiet_ends,
 )
-from skewbridge.motions.folder import INDEX_NAME, MADE_FROM, OF_SUITE, index_row, write_index
-from skewbridge.motions.formats import at2_text, write_at2
-from skewbridge.motions.intensity import motion_measures, pair_arias_build_up
 from skewbridge.motions.levels import LEVEL_MEASURE, LEVEL_RANGE_G, block_factors
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
@@ -36,6 +36,9 @@ from skewbridge.motions.synthesis.ddk18 import (
     simulate_background,
 )
 from skewbridge.units import G_MPS2
+
+type Calibrate = Literal["bssa14", "none"]
+type Orientation = Literal["random", "principal"]
 
 DT_S: Final = 0.01
 SOURCE: Final = "synthetic: model of Dabaghi and Der Kiureghian (2018)"
@@ -79,45 +82,43 @@ SUITES: Final = {
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SynthesisOptions:
-    """Options of the synthesis.
+def synthesize(
+    scenario: Scenario,
+    *,
+    index: int,
+    seed: int,
+    calibrate: Calibrate = "bssa14",
+    orientation: Orientation = "random",
+    turn_pulses: bool = False,
+    dt_s: float = DT_S,
+) -> GroundMotion:
+    """Return one synthetic motion, which depends on the seed and its index (from 0) only.
 
-    Attributes:
+    The random stream is that of ``SeedSequence([seed, index])``.
+
+    Args:
+        scenario: Earthquake, path and site.
+        index: Number in the stream of the seed, from 0.
+        seed: Seed of the suite.
         calibrate: ``bssa14`` brings medians and dispersions to that model; ``none`` leaves the
             model as published.
         orientation: ``random`` turns each pair about the vertical, so that the stronger principal
             component is not always along the bridge; ``principal`` keeps component 1 the stronger
             one. A pulse is in component 1 unless pulses are turned as well.
-        dt_s: Time step in s.
         turn_pulses: Whether ``random`` also turns pairs with a pulse.
+        dt_s: Time step in s.
     """
-
-    calibrate: Literal["bssa14", "none"] = "bssa14"
-    orientation: Literal["random", "principal"] = "random"
-    dt_s: float = DT_S
-    turn_pulses: bool = False
-
-
-def synthesize(
-    scenario: Scenario, *, index: int, seed: int, options: SynthesisOptions | None = None
-) -> GroundMotion:
-    """Return one synthetic motion, which depends on the seed and its index (from 0) only.
-
-    The random stream is that of ``SeedSequence([seed, index])``.
-    """
-    how = options or SynthesisOptions()
     parameters, rng = drawn_parameters(scenario, index=index, seed=seed)
     pulse = parameters.pulse
-    one_g, two_g, start_s = simulate_background(parameters, scenario.magnitude, rng, how.dt_s)
-    if how.calibrate == "bssa14":
+    one_g, two_g, start_s = simulate_background(parameters, scenario.magnitude, rng, dt_s)
+    if calibrate == "bssa14":
         target_g = target_spectrum(scenario, seed, index)
         corner_hz = corner_frequency_hz(scenario.magnitude)
-        one_g, two_g = calibrate_pair(one_g, two_g, how.dt_s, target_g, corner_hz)
+        one_g, two_g = calibrate_pair(one_g, two_g, dt_s, target_g, corner_hz)
     if pulse is not None:
-        time_s = np.arange(one_g.size, dtype=np.float64) * how.dt_s - start_s
+        time_s = np.arange(one_g.size, dtype=np.float64) * dt_s - start_s
         one_g = one_g + pulse_acceleration(pulse, time_s)
-    if how.orientation == "random" and (pulse is None or how.turn_pulses):
+    if orientation == "random" and (pulse is None or turn_pulses):
         # ASSUME any direction of the principal axes is as likely as another
         angle_rad = np.pi * ((index + 1) * _GOLDEN_SHARE % 1.0)
         cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
@@ -125,7 +126,7 @@ def synthesize(
     kind = scenario.mechanism if pulse is None else f"{scenario.mechanism}, pulse"
     return GroundMotion(
         motion_id=f"syn{index + 1:03d}",
-        dt_s=how.dt_s,
+        dt_s=dt_s,
         accel_1_mps2=one_g * G_MPS2,
         accel_2_mps2=two_g * G_MPS2,
         event=f"DDK18 M{scenario.magnitude:g} {kind}",
@@ -151,22 +152,14 @@ def drawn_parameters(
     return draw_parameters(scenario, rng, with_pulse=with_pulse), rng
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class DefaultMotion:
-    """One motion of a shipped suite: as synthesized, and as cut for the suite.
+def default_motions(
+    count: int | None = None, suite: str = "near"
+) -> Iterator[tuple[int, GroundMotion, bool]]:
+    """Yield the first motions of a shipped suite; the count changes none of them.
 
-    The number is that in the stream of the seed, from 1. A motion that is not stored in files is
-    generated by `made_motion`.
+    Each has its number in the stream of the seed, from 1, and whether it is stored in files; the
+    others are generated by `made_motion`.
     """
-
-    number: int
-    whole: GroundMotion
-    cut: GroundMotion
-    is_stored: bool
-
-
-def default_motions(count: int | None = None, suite: str = "near") -> Iterator[DefaultMotion]:
-    """Yield the first motions of a shipped suite; the count changes none of them."""
     rule = SUITES[suite]
     motions = number = 0
     while motions < (rule.count if count is None else count):
@@ -174,14 +167,13 @@ def default_motions(count: int | None = None, suite: str = "near") -> Iterator[D
         is_stored = motions < rule.stored
         if not is_stored:
             drawn, _ = drawn_parameters(rule.scenario, index=number - 1, seed=SEED)
-            if not all(map(meets_its_times, (drawn.component_1, drawn.component_2))):
+            if not all(map(meets_its_times, drawn.components)):
                 continue
         whole, cut = _synthesized(number, rule)
         kept = pair_arias_build_up(cut)[-1] / pair_arias_build_up(whole)[-1]
         if kept >= MIN_ARIAS_KEPT and (is_stored or _is_clear_of_ties(cut)):
             motions += 1
-            used = cut if is_stored else _rounded(cut)
-            yield DefaultMotion(number=number, whole=whole, cut=used, is_stored=is_stored)
+            yield number, cut if is_stored else _rounded(cut), is_stored
 
 
 def made_motion(number: int, suite: str = "near") -> GroundMotion:
@@ -197,32 +189,29 @@ def made_motion(number: int, suite: str = "near") -> GroundMotion:
     return replace(motion, sha256=hashlib.sha256(text.encode("ascii")).hexdigest())
 
 
-def write_default_suite(folder: Path, t1_s: float, suite: str = "near") -> list[dict[str, float]]:
+def write_default_suite(folder: Path, t1_s: float, suite: str = "near") -> int:
     """Write a shipped suite: `index.csv` and, for motions with files, `synthetic/*.AT2`.
 
-    The scale factors are those for the conditioning period of osb1, which the index stores.
-
-    Returns:
-        Effect of the cut on each motion, see `effect_on_measures`.
+    The scale factors are those for the conditioning period of osb1, which the index stores. Returns
+    the number of motions.
     """
-    effects: list[dict[str, float]] = []
     rows: list[dict[str, object]] = []
     levels_g: list[float] = []
-    for item in default_motions(suite=suite):
-        effects.append(effect_on_measures(item.whole, item.cut))
-        files = write_at2(item.cut, folder / "synthetic") if item.is_stored else ()
+    for number, cut, is_stored in default_motions(suite=suite):
+        files = write_at2(cut, folder / "synthetic") if is_stored else ()
         # a factor is that of the motion as written, with 8 digits
-        motion = read_motion(*files) if files else made_motion(item.number, suite)
-        rows.append(_row(item.cut if files else motion, files, folder))
+        motion = read_motion(*files) if files else made_motion(number, suite)
+        rows.append(_row(cut if files else motion, files, folder))
         if not files:
-            rows[-1] |= {MADE_FROM: item.number} | ({} if suite == "near" else {OF_SUITE: suite})
+            rows[-1]["made_from_number"] = number
+            rows[-1] |= {} if suite == "near" else {"made_from_suite": suite}
         levels_g.append(motion_measures(motion, t1_s)[LEVEL_MEASURE])
     low_g, high_g = LEVEL_RANGE_G
     for row, factor in zip(rows, block_factors(levels_g), strict=True):
         row |= {"scale": float(f"{factor:.6g}"), "scale_t1_s": t1_s}
         row |= {"scale_low_g": low_g, "scale_high_g": high_g}
     write_index(folder / INDEX_NAME, rows)
-    return effects
+    return len(rows)
 
 
 def write_synthetic_suite(
@@ -230,22 +219,21 @@ def write_synthetic_suite(
     scenario: Scenario,
     *,
     count: int,
-    seed: int,
-    options: SynthesisOptions,
     shaking_s: float | None = None,
     free_vibration_s: float = 0.0,
+    **synthesis: Any,
 ) -> Path:
     """Write pairs as PEER files with an `index.csv`, which is replaced; return its path.
 
     Pair i of a seed is the same whatever the count. Of each only the strongest `shaking_s` are
-    kept; None cuts only the quiet ends. Zeros of `free_vibration_s` are added at the end.
-    `InputError` for a count or length outside its limits.
+    kept; None cuts only the quiet ends. Zeros of `free_vibration_s` are added at the end. The seed
+    and options of `synthesize` follow. `InputError` for a count or length outside its limits.
     """
     if not 1 <= count <= MAX_COUNT:
         raise InputError(f"count must be between 1 and {MAX_COUNT}, got {count}")
     rows: list[dict[str, object]] = []
     for index in range(count):
-        motion = synthesize(scenario, index=index, seed=seed, options=options)
+        motion = synthesize(scenario, index=index, **synthesis)
         if shaking_s is None:
             motion = add_free_vibration(trim_quiet_ends(motion), free_vibration_s)
         else:
@@ -257,8 +245,7 @@ def write_synthetic_suite(
 
 def _synthesized(number: int, rule: SuiteRule) -> tuple[GroundMotion, GroundMotion]:
     """Return a motion of the stream, whole and cut."""
-    options = SynthesisOptions(turn_pulses=True)
-    whole = synthesize(rule.scenario, index=number - 1, seed=SEED, options=options)
+    whole = synthesize(rule.scenario, index=number - 1, seed=SEED, turn_pulses=True)
     whole = replace(whole, motion_id=f"{rule.letters}{number:03d}")
     return whole, cut_to_strongest(whole, rule.shaking_s, FREE_VIBRATION_S)
 

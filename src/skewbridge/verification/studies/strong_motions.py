@@ -34,7 +34,7 @@ from skewbridge.analysis.recovery import rung_shares, steps_as_text, steps_from_
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.demands.validity import LIMITS
-from skewbridge.motions.conditioning import cut_to_strongest
+from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.motions.suite import read_entry
 from skewbridge.statuses import COLLAPSE, OK
