@@ -19,7 +19,6 @@ from skewbridge.fragility.fits import (
 from skewbridge.fragility.likelihood import (
     NormalKernel,
     drop_of,
-    exceedance_kernel,
     maximise,
     profile_ends,
 )
@@ -84,12 +83,11 @@ def test_separated_data_have_firth_estimates_and_bounds_of_the_likelihood():
         assert 2 * (best - loglik(end)) == pytest.approx(1.6449**2, rel=1e-3)
 
 
-def test_stripes_without_runs_fractions_of_runs_and_medians_beyond_them_have_warnings():
+def test_stripes_without_runs_and_medians_beyond_them_have_warnings():
     fit = fit_stripes([0.2, 0.5, 0.8, 1.1], [0, 20, 20, 20], [0, 7, 12, 17])
     assert (fit.warnings[0], fit.n_runs) == ("stripes_without_runs", 60)
-    fit = fit_stripes([0.2, 0.4, 0.6, 0.8], [20] * 4, [0.4, 4.2, 11.7, 17.3])
-    assert (fit.status, fit.ci_method) == ("ok", "")
-    assert "fractional_counts_no_interval" in fit.warnings
+    with pytest.raises(InputError, match="k must be whole"):
+        fit_stripes([0.2, 0.4], [20, 20], [0.4, 4.0])
     fit = fit_stripes([1.0, 1.5, 2.0], [60, 48, 45], [0, 2, 2])
     assert {"median_extrapolated", "wide_ci"} <= set(fit.warnings)
 
@@ -101,7 +99,8 @@ def test_ends_of_the_profile_have_its_drop_also_where_theta_is_far_away():
     for seed in range(20):
         noise = 0.6 * np.random.default_rng(seed).normal(size=30)
         hits = (ln_im + noise > 0.1).astype(float)
-        kernel = exceedance_kernel(ln_im, hits, 1.0 - hits)
+        ends = np.where(hits > 0.0, [np.full(30, -np.inf), ln_im], [ln_im, np.full(30, np.inf)])
+        kernel = NormalKernel(-np.ones((30, 1)), *ends)
         best = maximise(kernel, np.array([[0.0, 1.0]]))
         if not best.converged[0] or best.params[0, 1] < 0.05:
             continue

@@ -70,7 +70,7 @@ def test_medians_between_the_variants_follow_the_generator():
     model = JointModel.of_row(row)
     point = {"skew_deg": 45.0, "gap_mm": 40.0, "friction": 0.3}
     origin = {"skew_deg": 0.0, "gap_mm": 0.0, "friction": 0.0}
-    ratio, low, high = model.ratio(origin, point, 0.9)
+    ratio, low, high = model.median(point, origin, 0.9)
     assert ratio == pytest.approx(np.exp(-effect(point) / row["slope"]), rel=0.02)
     assert low < ratio < high
     assert {"skew_deg:skew_deg", "skew_deg:friction"} < set(row["terms"].split(";"))
@@ -103,7 +103,7 @@ def test_negative_skews_count_by_size_unless_the_study_has_both_signs():
     row = row_of(both)
     model = JointModel.of_row(row)
     assert model.axis_range.limits["skew_deg"] == (-45.0, 45.0)
-    apart = model.ratio(point | {"skew_deg": -45.0}, point | {"skew_deg": 45.0}, 0.95)
+    apart = model.median(point | {"skew_deg": 45.0}, point | {"skew_deg": -45.0}, 0.95)
     assert apart[0] == pytest.approx(np.exp(-0.45 / row["slope"]), rel=0.03)
 
 

@@ -28,7 +28,6 @@ from skewbridge.demands.validity import (
 )
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Index, Mask, as_column, read_any, require
-from skewbridge.files.text import checked, read_yaml
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.statuses import OK, STATUSES
 from skewbridge.variant.axes import AXES, Axis, axes_of
@@ -143,12 +142,6 @@ class ColumnMap(BaseModel):
     constants: dict[str, str | float] = Field(
         {}, description="values of columns that the file lacks"
     )
-
-
-def read_mapped(path: Path, column_file: Path) -> pd.DataFrame:
-    """Read runs of another program as `read_foreign`, by a YAML file with a `ColumnMap`."""
-    chosen = checked(ColumnMap, read_yaml(column_file), column_file.name)
-    return read_foreign(path, chosen.columns, factors=chosen.factors, constants=chosen.constants)
 
 
 def read_foreign(

@@ -8,8 +8,10 @@ of the SimCenter; Hazus 6.1, section 7: medians have the factor sqrt(sin(90 deg 
 
 import json
 import re
+from collections import defaultdict
 from collections.abc import Iterator
 from importlib.metadata import version
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 from xml.etree import ElementTree
@@ -247,7 +249,10 @@ def write_skew_scaling(curves: pd.DataFrame, medians: pd.DataFrame, out: Path) -
     """
     table = _skew_factors(curves, medians)
     places = {
-        (variant, part["component"].iloc[0], state): (_pelicun_id(variant, scale), f"LS{number}")
+        (variant, part["component"].iloc[0], state): (
+            identifier(f"{variant}.{scale}", *_PELICUN_ID),
+            f"LS{number}",
+        )
         for variant, scale, states, part in _functions(curves)
         for number, state in enumerate(states, start=1)
     }
@@ -292,10 +297,6 @@ def identifier(name: str, signs: str, longest: int) -> str:
     return f"{plain[: longest - len(digest) - 1]}_{digest}"
 
 
-def _pelicun_id(variant: str, scale: str) -> str:
-    return identifier(f"{variant}.{scale}", *_PELICUN_ID)
-
-
 def measure_names(column: str) -> tuple[str, float, str, str]:
     """Return name and factor in OpenQuake, demand type and unit in pelicun of an intensity."""
     if match := re.match(r"im_sa_(\d+)p(\d+)_", column):
@@ -312,29 +313,36 @@ def write_nrml(curves: pd.DataFrame, out: Path) -> list[dict[str, Any]]:
     scale and set of fitted states where they differ. In functions that are ``crossing``, a severer
     curve lies above a milder one near the medians, a negative fraction of damage in OpenQuake.
     """
-    groups: dict[tuple[str, tuple[str, ...]], list[pd.DataFrame]] = {}
+    groups: dict[tuple[str, tuple[str, ...]], list[pd.DataFrame]] = defaultdict(list)
     for _, scale, known, rows in _functions(curves):
         states = tuple(name for name in known if rows["status"].get(name) == FITTED)
         if states:
             name = scale if len(states) == len(known) else "_".join((scale, *states))
-            groups.setdefault((name, states), []).append(rows.loc[list(states)])
-    single = len({states for _, states in groups}) == 1
-    files: dict[Path, tuple[tuple[str, ...], list[pd.DataFrame]]] = {}
-    for (scale, states), parts in groups.items():
-        name = re.sub(r"[^A-Za-z0-9_-]+", "_", scale)
-        path = out if single else out.with_name(f"{out.stem}_{name}{out.suffix}")
-        files.setdefault(path, (states, []))[1].extend(parts)
-    return [_write_model(path, *content) for path, content in files.items()]
+            name = re.sub(r"[^A-Za-z0-9_-]+", "_", name)
+            groups[name, states].append(rows.loc[list(states)])
+    if len({states for _, states in groups}) == 1:
+        ((_, states), *_), parts = groups, chain.from_iterable(groups.values())
+        return [_write_model(out, states, list(parts))]
+    return [
+        _write_model(out.with_name(f"{out.stem}_{name}{out.suffix}"), states, parts)
+        for (name, states), parts in groups.items()
+    ]
 
 
 def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame]) -> dict[str, Any]:
     ElementTree.register_namespace("", _NRML)
+
+    def add(parent: Element, tag: str, text: str | None = None, **values: str) -> Element:
+        element = ElementTree.SubElement(parent, f"{{{_NRML}}}{tag}", values)
+        element.text = text
+        return element
+
     root = ElementTree.Element(f"{{{_NRML}}}nrml")
     kind = {"assetCategory": "bridges", "lossCategory": "structural"}
-    model = _add(root, "fragilityModel", id="skewbridge", **kind)
+    model = add(root, "fragilityModel", id="skewbridge", **kind)
     text = "skewbridge, lognormal fits; dispersion including that of the capacity"
-    _add(model, "description", text)
-    _add(model, "limitStates", " ".join(states))
+    add(model, "description", text)
+    add(model, "limitStates", " ".join(states))
     crossing: list[str] = []
     for part in parts:
         variant, scale, column = map(str, part[["variant", "damage_scale", "im"]].iloc[0])
@@ -344,17 +352,16 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
         if not measure:
             advice = "fit with im_sa_1p000_rotd50_g or another Sa(T)"
             raise InputError(f"{column} has no name in OpenQuake: {advice}", column=column)
-        function = _add(model, "fragilityFunction", id=name, format="continuous", shape="logncdf")
-        ends = np.array([theta.min(), theta.max()])
-        low, high = ends * factor * np.exp(np.array([-_TAIL, _TAIL]) * beta.max())
+        function = add(model, "fragilityFunction", id=name, format="continuous", shape="logncdf")
+        ends = np.log([theta.min(), theta.max()])
+        low, high = factor * np.exp(ends + np.array([-_TAIL, _TAIL]) * beta.max())
         limits = {"noDamageLimit": f"{low:.6g}", "minIML": f"{low:.6g}", "maxIML": f"{high:.6g}"}
-        _add(function, "imls", imt=measure, **limits)
+        add(function, "imls", imt=measure, **limits)
         mean = factor * theta * np.exp(0.5 * beta**2)
         deviation = mean * np.sqrt(np.expm1(beta**2))
         for state, m, s in zip(part["limit_state"], mean, deviation, strict=True):
-            _add(function, "params", ls=str(state), mean=f"{m:.15g}", stddev=f"{s:.15g}")
-        start, stop = np.log(ends) + np.array([-_USED, _USED]) * beta.max()
-        grid = np.linspace(start, stop, 400)[:, None]
+            add(function, "params", ls=str(state), mean=f"{m:.15g}", stddev=f"{s:.15g}")
+        grid = np.linspace(*(ends + np.array([-_USED, _USED]) * beta.max()), 400)[:, None]
         if (np.diff(special.ndtr((grid - np.log(theta)) / beta), axis=1) > _CROSSING).any():
             crossing.append(name)
     tree = ElementTree.ElementTree(root)
@@ -362,12 +369,6 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
     tree.write(path, encoding="utf-8", xml_declaration=True)
     written = {"file": str(path), "limit_states": list(states), "functions": len(parts)}
     return written | {"crossing": crossing}
-
-
-def _add(parent: Element, tag: str, text: str = "", **values: str) -> Element:
-    element = ElementTree.SubElement(parent, f"{{{_NRML}}}{tag}", values)
-    element.text = text or None
-    return element
 
 
 def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
@@ -391,7 +392,7 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
         *_, demand, unit = measure_names(column)
         if not demand:
             raise InputError(f"{column} has no demand type in pelicun", column=column)
-        name = _pelicun_id(variant, scale)
+        name = identifier(f"{variant}.{scale}", *_PELICUN_ID)
         row: dict[str, Any] = {"ID": name, "Incomplete": 0, "Demand-Type": demand}
         # 0 lets pelicun take the larger direction times 1.2; our measures are RotD50 already
         row |= {"Demand-Unit": unit, "Demand-Offset": 0, "Demand-Directional": 1}

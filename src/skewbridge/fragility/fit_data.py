@@ -13,9 +13,9 @@ from pydantic.dataclasses import dataclass
 from skewbridge.demands.validity import BEYOND_MODEL, failure_kinds, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import as_column, positive, read_any, require, same_length
-from skewbridge.files.text import checked, read_json, shortened, shown_path
+from skewbridge.files.text import checked, read_json, read_yaml, shortened, shown_path
 from skewbridge.fragility import fits
-from skewbridge.fragility.demand_table import motion_codes, need_columns, read_mapped
+from skewbridge.fragility.demand_table import ColumnMap, motion_codes, need_columns, read_foreign
 from skewbridge.fragility.fits import FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import MAX_DISPERSION, LimitState
 from skewbridge.fragility.motion_means import motion_weights
@@ -69,7 +69,11 @@ def fit_file(path: Path, **given: Any) -> fits.FragilityFit:
     An `InputError` names the option, or file, column and row.
     """
     options = checked(FitOptions, given, "options of the fit")
-    data = read_data(path) if options.columns is None else read_mapped(path, options.columns)
+    if options.columns is None:
+        data = read_data(path)
+    else:
+        chosen = checked(ColumnMap, read_yaml(options.columns), options.columns.name)
+        data = read_foreign(path, **chosen.model_dump())
     columns = {str(name): values for name, values in data.items()}
     try:
         if options.edp is not None or options.im is not None:

@@ -43,12 +43,6 @@ BOUNDS_TOO_WIDE: Final = "bounds_too_wide"
 MAX_BOUNDS_RATIO: Final = 1.15
 
 
-#: ln of the intensities and of the lower and upper ends of the demands, shape (n,) each.
-type Cloud = tuple[Floats, Floats, Floats]
-#: Median and dispersion of the capacity of each state.
-type Capacities = Sequence[tuple[float, float]]
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FragilityFit:
     """A lognormal fragility curve P = Phi(ln(x/theta)/beta), or the reason why there is none."""
@@ -189,13 +183,14 @@ def fit_stripes(
 
     l(a) = sum k ln Phi(eta) + (n - k) ln Phi(-eta), eta = a0 + a1 ln x; theta = exp(-a0/a1) and
     beta = 1/a1. The existence test runs first and gives the status. Levels ``im`` may repeat, those
-    without runs are dropped with a warning; fractions of ``k`` (uncertain capacity) leave no
-    interval. An `InputError` names the row of a value that is missing, not positive or not in 0..n.
+    without runs are dropped with a warning. An `InputError` names the row of a value that is
+    missing, not positive, or not a whole number in 0..n.
     """
     x, runs, exceed = positive(im, "im"), as_column(n, "n"), as_column(k, "k")
     same_length(im=x, n=runs, k=exceed)
     require(np.isfinite(runs) & (runs >= 0.0), "n", "must be >= 0 and finite", runs)
-    require((exceed >= 0.0) & (exceed <= runs), "k", "must satisfy 0<=k<=n", exceed)
+    whole = exceed == np.round(exceed)
+    require(whole & (exceed >= 0.0) & (exceed <= runs), "k", "must be whole, 0<=k<=n", exceed)
     kept = runs > 0.0
     x, runs, exceed = x[kept], runs[kept], exceed[kept]
     total, ln_im = round(float(np.sum(runs))), np.log(x)
@@ -208,21 +203,20 @@ def fit_stripes(
         return blank
     if status != FITTED:
         return replace(blank, details=_stripe_bounds(status, ln_im, runs, exceed, settings))
-    kernel = likelihood.exceedance_kernel(ln_im, exceed, runs - exceed)
+    inf, counts = np.full(x.size, np.inf), np.append(exceed, runs - exceed)
+    low, high, some = np.append(-inf, ln_im), np.append(ln_im, inf), counts > 0.0
+    ones = -np.ones((int(some.sum()), 1))
+    kernel = likelihood.NormalKernel(ones, low[some], high[some], counts[some])
     # line through the probits of the shares, which are kept off 0 and 1
     if maximum is None:
         line = np.polyfit(ln_im, special.ndtri((exceed + 0.5) / (runs + 1.0)), 1, w=np.sqrt(runs))
         maximum = likelihood.maximise(kernel, line[None, ::-1])
-    whole, records = bool(np.all(exceed == np.round(exceed))), n_records or total
-    fit = _completed(blank, kernel, maximum, x, n_records=records, interval=interval and whole)
+    fit = _completed(blank, kernel, maximum, x, n_records=n_records or total, interval=interval)
     if fit.status != FITTED:
         return fit
-    fit, loglik = fit.warned(*_overlap_warnings(x, runs, exceed)), fit.loglik
-    if whole:
-        ways = special.gammaln(runs + 1.0) - special.gammaln(exceed + 1.0)
-        loglik += float(np.sum(ways - special.gammaln(runs - exceed + 1.0)))
-    else:
-        fit = fit.warned("fractional_counts_no_interval")
+    fit = fit.warned(*_overlap_warnings(x, runs, exceed))
+    ways = special.gammaln(runs + 1.0) - special.gammaln(exceed + 1.0)
+    loglik = fit.loglik + float(np.sum(ways - special.gammaln(runs - exceed + 1.0)))
     eta = fit.details["a0"] + fit.details["a1"] * ln_im
     goodness = {"loglik_kernel": fit.loglik, "link_p": _link_p(eta, ln_im, runs, exceed)}
     return replace(fit, loglik=loglik, details={**fit.details, **goodness})
@@ -488,12 +482,12 @@ def fit_cloud(
 
 
 def fit_cloud_states(
-    cloud: Cloud, capacities: Capacities, settings: FitSettings, without_each: Lines | None = None
+    cloud: tuple[Floats, Floats, Floats],  # ln of intensities, lower and upper ends, (n,) each
+    capacities: Sequence[tuple[float, float]],  # median and dispersion of each state
+    settings: FitSettings,
+    without_each: Lines | None = None,  # the lines without each motion where motions repeat
 ) -> list[FragilityFit]:
-    """Fit one line to a cloud and return the curve of each state, as `fit_cloud` does.
-
-    ``without_each`` are the lines without each motion where motions repeat.
-    """
+    """Fit one line to a cloud and return the curve of each state, as `fit_cloud` does."""
     x, low, high = cloud
     seen = low == high
     n_motions = x.size if without_each is None else without_each.b.size
@@ -562,7 +556,11 @@ def _fit_least_squares(
 
 
 def _fit_tobit(
-    blank: FragilityFit, cloud: Cloud, capacities: Capacities, *, interval: bool
+    blank: FragilityFit,
+    cloud: tuple[Floats, Floats, Floats],
+    capacities: Sequence[tuple[float, float]],
+    *,
+    interval: bool,
 ) -> list[FragilityFit]:
     """Complete the cloud fits of some states with censored demands."""
     # with (d0, d1, h) of z = h ln D - d0 - d1 ln x the predictor is (d0 - h ln c) + d1 ln x
@@ -584,7 +582,7 @@ def _fit_tobit(
 
 
 def binomial_status(ln_im: Floats, n: Floats, k: Floats) -> str:
-    """Return the status of stripes with n > 0, arrays of shape (J,); k may be fractions.
+    """Return the status of stripes with n > 0, arrays of shape (J,).
 
     With hi0 the largest level having a non-exceedance and lo1 the smallest having an exceedance:
     hi0 < lo1 is complete separation, hi0 = lo1 quasi-separation; the mirror image is

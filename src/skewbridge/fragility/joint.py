@@ -462,24 +462,19 @@ class JointModel:
         half = special.stdtrit(self.freedom, 0.5 + 0.5 * level) * np.sqrt(variance)
         return float(np.exp(estimate - half)), float(np.exp(estimate + half))
 
-    def vector(self, values: Mapping[str, float]) -> Floats:
-        """Return the constant and the terms at values of the axes, shape (1 + q,)."""
-        return term_matrix(self.terms, self.axis_range.variables(values))[0]
-
-    def median(self, values: Mapping[str, float]) -> tuple[float, float, float]:
-        """Return theta and the ends of its interval at values of the axes."""
-        return self._exponential(self.vector(values), self.level)
-
-    def ratio(
-        self, below: Mapping[str, float], above: Mapping[str, float], level: float
+    def median(
+        self,
+        values: Mapping[str, float],
+        over: Mapping[str, float] | None = None,
+        level: float | None = None,
     ) -> tuple[float, float, float]:
-        """Return the ratio of medians of two points, above to below, and its interval."""
-        return self._exponential(self.vector(above) - self.vector(below), level)
-
-    def _exponential(self, vector: Floats, level: float) -> tuple[float, float, float]:
+        """Return theta at values of the axes, or its ratio to that at others, and its interval."""
+        points = values if over is None else {n: [values[n], over[n]] for n in values}
+        vectors = term_matrix(self.terms, self.axis_range.variables(points))
+        vector = vectors[0] if over is None else vectors[0] - vectors[1]
         estimate = float(vector @ self.coefficients)
         variance = float(vector @ self.covariance[:-2, :-2] @ vector)
-        return (float(np.exp(estimate)), *self.interval(estimate, variance, level))
+        return (float(np.exp(estimate)), *self.interval(estimate, variance, level or self.level))
 
 
 def joint_table(

@@ -173,17 +173,6 @@ class NormalKernel:
         return 0.5 * (row_products(step, step) @ cube)
 
 
-def exceedance_kernel(ln_im: Floats, exceed: Floats, remain: Floats) -> NormalKernel:
-    """Return the kernel of counts of exceedance: eta = a0 + a1 ln x, parameters (a0, a1).
-
-    It is Eq. 11 of Baker (2015), see `fits`, without the binomial coefficient; arrays (J,).
-    """
-    inf, counts = np.full(ln_im.size, np.inf), np.append(exceed, remain)
-    lower, upper = np.append(-inf, ln_im), np.append(ln_im, inf)
-    some = counts > 0.0
-    return NormalKernel(-np.ones((int(some.sum()), 1)), lower[some], upper[some], counts[some])
-
-
 class Maximum(NamedTuple):
     """Maxima of a batch of R log-likelihoods."""
 

@@ -80,7 +80,7 @@ def paper_table(
         middle = model.axis_range.middle
         for axis in middle:
             low, high = (middle | {axis: end} for end in model.axis_range.limits[axis])
-            out |= _ratio(axis, model.ratio(low, high, settings.effect_confidence))
+            out |= _ratio(axis, model.median(high, low, settings.effect_confidence))
         rows.append(out | {"row": JOINT, "method": JOINT})
     table = pd.DataFrame(rows, columns=list(paper_columns(_axes(curves))))
     table = table[table.groupby(list(_STATE))["theta"].transform("count") > 0]
