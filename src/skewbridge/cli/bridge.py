@@ -35,12 +35,11 @@ _MAX_DISP: Final = Opt("max_disp_m", float, "Final displacement of the push, in 
 _PUSH: Final = (
     *VARIANT,
     OUT,
-    Opt("direction", Literal["x", "y"], "Direction of the push: x longitudinal, y transverse.",
-        "x"),
+    Opt("direction", Literal["x", "y"], "Direction: x longitudinal, y transverse.", "x"),
     Opt("angle_deg", float | None, "Direction counter-clockwise from x; replaces --direction."),
     _MAX_DISP,
     UNITS,
-)  # fmt: skip
+)
 
 commands = new_group()
 bridge = new_group(name="bridge", help=COMMANDS["bridge"][1])
@@ -251,16 +250,11 @@ def column(bridge: str, out: Path, bent: int, units: Units) -> Answer:
 
 @command(
     bridge,
-    Arg("source", Path | None,
-        "Folder of `skewbridge run`, or a demands.parquet; without it: --bridge alone.", None,
-        "[RUN|DEMANDS]"),
-    BRIDGE._replace(
-        kind=str | None, default=None,
-        help="Bridge; RUN or DEMANDS need it only if the name in the table is unknown.",
-    ),
+    Arg("source", Path | None, "Folder of `run`, or demands.parquet.", None, "[RUN|DEMANDS]"),
+    BRIDGE._replace(kind=str | None, default=None, help="Bridge, if the table has no known name."),
     _OPTIONAL_OUT,
     UNITS,
-)  # fmt: skip
+)
 def sdc(source: Path | None, bridge: str | None, out: Path | None, units: Units) -> Answer:
     """Check displacement, P-Delta and seat as in the Caltrans criteria.
 

@@ -29,9 +29,8 @@ commands = new_group()
     Opt("censor_above", float | None, "Censor demands at or above this value (cloud)."),
     Opt("assumed_beta", float, "Dispersion for one-sided bounds.", 0.4),
     Opt("accept_bounds", bool, "Fit even if failed runs decide the result.", False),
-    Opt("columns", Path | None, "YAML file that maps our column names to those of the data, with "
-        "unit factors and constants."),
-)  # fmt: skip
+    Opt("columns", Path | None, "YAML file with the names, factors and constants of the columns."),
+)
 def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answer:
     """Fit a fragility curve: theta, beta, their intervals and a status.
 
@@ -59,15 +58,11 @@ def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answ
     Arg("curves", Path, "Table of curves of a study (.parquet, .csv).", ...),
     Opt("form", str, "File format.", ..., "[nrml|pelicun|dlml|csv|latex]", flags="--format"),
     Opt("out", Path, "File to write.", ...),
-    Opt("method", Literal["cloud", "exceedance", "ida_interval"] | None,
-        "Method of the curves; by default the preferred one."),
+    Opt("method", Literal["cloud", "exceedance", "ida_interval"] | None, "Method of the curves."),
     Opt("hazard", Path | None, "Hazard curve, CSV with im and rate: adds annual frequencies."),
-    Opt("im_range", tuple[float, float] | None, "Range of a table of probabilities (csv).",
-        None, "LOW HIGH"),
-    Opt("skew_factors", bool,
-        "theta(skew)/theta(0) with intervals, and those of Hazus (csv); as scaling specification "
-        "(pelicun).", False),
-)  # fmt: skip
+    Opt("im_range", tuple[float, float] | None, "Range of probabilities (csv).", None, "LOW HIGH"),
+    Opt("skew_factors", bool, "Ratios to skew 0 (csv), scaling specification (pelicun).", False),
+)
 def export(curves: Path, form: str, out: Path, **given: Any) -> Answer:
     """Write fragility curves for other tools, spreadsheets and papers.
 
@@ -108,12 +103,11 @@ def statistics(demands: Path, out: Path, **given: Any) -> Answer:
     Opt("axis", list[str] | None, "A further axis; repeatable.", None, "NAME=VALUE"),
     STUDY,
     Opt("bridge", str | None, "Bridge of the curves; needed if there are several.", None, "NAME"),
-    ABUTMENT._replace(kind=str | None, default=None,
-                      help="By default the only model of the study, or contact-friction."),
+    ABUTMENT._replace(kind=str | None, default=None, help="Abutment model, if there are several."),
     Opt("component", str | None, "Only this component.", None, "NAME"),
     Opt("state", str | None, "Only this limit state.", None, "NAME"),
     Opt("at", float | None, "Intensity at which to give probabilities."),
-)  # fmt: skip
+)
 def predict(axis: list[str] | None, study: Path | None, **given: Any) -> Answer:
     """Predict fragility between the variants of a study.
 

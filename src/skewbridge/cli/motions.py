@@ -110,12 +110,11 @@ def plot(paths: list[Path], out: Path, **given: Any) -> Answer:
     Opt("rupture_to_site_km", float, "Rupture length towards the site, for pulses.", 20.0),
     Opt("count", int, "Number of pairs.", 40),
     Opt("seed", int, "Seed of the suite.", 1),
-    Opt("calibrate", Literal["bssa14", "none"], "Ground-motion model that the spectra follow.",
-        "bssa14"),
+    Opt("calibrate", Literal["bssa14", "none"], "Ground-motion model of the spectra.", "bssa14"),
     Opt("orientation", Literal["random", "principal"], "Orientation of the components.", "random"),
     Opt("shaking_s", float | None, "Length of the strongest part to keep, in s."),
     Opt("free_vibration_s", float, "Zeros added at the end.", 0.0),
-)  # fmt: skip
+)
 def synthesize(out: Path, **given: Any) -> Answer:
     """Synthesize pairs of motions by the model of Dabaghi and Der Kiureghian (2018).
 

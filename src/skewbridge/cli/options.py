@@ -100,13 +100,11 @@ VARIANT: Final = (
     BRIDGE,
     ABUTMENT,
     *(
-        Opt(axis.name, float, f"{axis.description[0].upper()}{axis.description[1:]}, "
-            f"{axis.low:g} to {axis.high:g}.", axis.usual)
+        Opt(axis.name, float, f"{axis.label_with_unit}, {axis.low:g} to {axis.high:g}.", axis.usual)
         for axis in AXES
     ),
-    Opt("changes", list[str] | None,
-        "Any key of model or analysis (config/README.md), e.g. backfill=sdc; repeatable.",
-        None, "KEY=VALUE", flags="--set"),
+    Opt("changes", list[str] | None, "A key of model or analysis (config/README.md); repeatable.",
+        None, "KEY=VALUE", "--set"),
 )  # fmt: skip
 
 

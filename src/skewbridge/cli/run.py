@@ -38,11 +38,9 @@ _SHOWN: Final = (
     commands,
     *VARIANT,
     OUT,
-    Opt("motion", tuple[Path, Path] | None,
-        "Two component files: along x and along y at incidence 0."),
+    Opt("motion", tuple[Path, Path] | None, "Files of the components along x and y."),
     Opt("figures", bool, "Draw the figures.", True, flags="--figures/--no-figures"),
-    Opt("row_key", str | None, "Repeat this row of the demands of --study.", None, "RUN_KEY",
-        flags="--row"),
+    Opt("row", str | None, "Repeat this row of the demands of --study.", None, "RUN_KEY"),
     STUDY,
     Opt("scale", float, "Factor on both components.", 1.0),
     Opt("incidence_deg", float, "Angle from bridge x to component 1.", 0.0),
@@ -51,7 +49,7 @@ _SHOWN: Final = (
     Opt("dt_s", float | None, "Time step in s; overrides the step of --accuracy."),
     Opt("duration_s", float | None, "Cut the motion to this length."),
     UNITS,
-)  # fmt: skip
+)
 def run(out: Path, **given: Any) -> Answer:
     """Analyse one variant under one motion and draw its histories.
 
@@ -59,7 +57,7 @@ def run(out: Path, **given: Any) -> Answer:
 
     Example: skewbridge run --skew-deg 30 --motion A.AT2 B.AT2 --out run30
     """
-    key = given["row_key"]
+    key = given["row"]
     task = _task(given) if key is None else _task_of_row(key, given["study"])
     result, row = _analysed(task, writable_folder(out))
     _write(task, result, row, out, with_figures=given["figures"])

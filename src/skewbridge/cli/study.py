@@ -82,9 +82,8 @@ def demo(out: Path) -> Answer:
 @command(
     commands,
     PLANNED_STUDY,
-    Opt("profile", str | None, "Profile of a cluster: adds the jobs and hours there.", None,
-        "slurm|FOLDER"),
-)  # fmt: skip
+    Opt("profile", str | None, "Cluster profile: adds its jobs and hours.", None, "slurm|FOLDER"),
+)
 def plan(study: Path | None, profile: str | None) -> Answer:
     """Show the variants, analyses, cost and progress of a study.
 
@@ -106,8 +105,8 @@ def plan(study: Path | None, profile: str | None) -> Answer:
     table = folder.fragility("needed_motions")
     needed = records_of(read_frame(table)) if table.is_file() else []
     shown = {
-        "variants": [{"variant": k, "analyses": n} for k, n in forecast.variants.items()],
         **forecast.summary,
+        "analyses of": forecast.variants,
         "Motions that decide the pooled effects": selected(
             needed, *_CHANGE, "verdict", "n_motions", "forecast", *_MORE
         ),
@@ -208,27 +207,16 @@ def provenance(file: Path, study: Path | None) -> Answer:
 
     config = config_of(study)
     origin = origin_of(file, config, DEFAULT_CONFIG)
-    now = origin["now"]
-    rows = [
-        {
-            "provenance": name,
-            "file": value,
-            "now": "same" if now.get(name) == value else now.get(name),
-        }
-        for name, value in sorted(origin["provenance"].items())
-    ]
     result = "current" if origin["current"] else "not current: its rule would make another result"
     notes = [f"{result}; compared with {config} (another study: --study RESULTS_FOLDER)"]
-    code = 0 if origin["current"] else EXIT_FAILED
-    return Answer(origin, {"provenance": rows}, notes=notes, exit_code=code)
+    return Answer(origin, notes=notes, exit_code=0 if origin["current"] else EXIT_FAILED)
 
 
 @command(
     study,
-    Opt("status", Literal["failed", *FAILED],
-        "Status of the analyses to repeat; failed: all without a usable result.", "failed"),
+    Opt("status", Literal["failed", *FAILED], "Status to repeat; failed: all of these.", "failed"),
     STUDY,
-)  # fmt: skip
+)
 def retry(status: str, study: Path | None) -> Answer:
     """Forget failed analyses, so that the next run of the study repeats them.
 
@@ -263,15 +251,15 @@ def journal(compact: bool, study: Path | None) -> Answer:
 
 @command(
     study,
-    Arg("names", list[str] | None,
-        "File names of figures; * matches any text. Without names: list the figures.", None,
-        "[NAME]..."),
+    Arg(
+        "names", list[str] | None, "Files; * matches any text. Without: a list.", None, "[NAME]..."
+    ),
     OUT._replace(default=Path()),
     STUDY,
     Opt("width_mm", float | None, "Width; overrides figures.width_mm."),
     Opt("font", str | None, "Font family; overrides figures.font."),
     Opt("font_size_pt", float | None, "Size; overrides figures.font_size_pt."),
-)  # fmt: skip
+)
 def plot(names: list[str] | None, out: Path, study: Path | None, **given: Any) -> Answer:
     """Draw figures of a finished study again, as SVG and PNG.
 

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import ConfigDict, Field
+from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from skewbridge.files.text import Number, Whole
+from skewbridge.files.text import OPTIONS, Number, Whole
 from skewbridge.statuses import OK
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def with_derived_columns(table: "pd.DataFrame") -> "pd.DataFrame":
     return table.assign(**derived)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class SuspectLimits:
     """Largest values that are not suspect: section ``suspect`` of the configuration.
 
@@ -101,25 +101,20 @@ class SuspectLimits:
     the force of one contact at most a tenth of the weight.
     """
 
-    max_loosened_ratio: Number = Field(
-        default=0.01, ge=0.0, le=1.0, description="share of steps that met only the looser test"
-    )
-    max_rung: Whole = Field(default=4, ge=0, description="highest recovery step")
-    max_energy_residual: Number = Field(
-        default=0.01, gt=0.0, description="energy not accounted for, over the input"
-    )
-    max_contact_energy: Number = Field(
-        default=0.01, gt=0.0, description="energy made at the contacts, over the input"
-    )
-    max_cone_excess: Number = Field(
-        default=0.03, gt=0.0, description="share of the friction work above the limit"
-    )
-    max_contact_weights: Number = Field(
-        default=0.5, gt=0.0, description="normal force of one contact over the weight of the bridge"
-    )
-    max_houbolt_failures: Whole = Field(
-        default=2, ge=0, description="failed attempts under Houbolt"
-    )
+    max_loosened_ratio: Number = Field(default=0.01, ge=0.0, le=1.0)
+    """share of steps that met only the looser test"""
+    max_rung: Whole = Field(default=4, ge=0)
+    """highest recovery step"""
+    max_energy_residual: Number = Field(default=0.01, gt=0.0)
+    """energy not accounted for, over the input"""
+    max_contact_energy: Number = Field(default=0.01, gt=0.0)
+    """energy made at the contacts, over the input"""
+    max_cone_excess: Number = Field(default=0.03, gt=0.0)
+    """share of the friction work above the limit"""
+    max_contact_weights: Number = Field(default=0.5, gt=0.0)
+    """normal force of one contact over the weight of the bridge"""
+    max_houbolt_failures: Whole = Field(default=2, ge=0)
+    """failed attempts under Houbolt"""
 
 
 LIMITS: Final = SuspectLimits()
