@@ -300,7 +300,7 @@ def test_a_journal_cut_at_any_byte_of_its_last_line_loses_that_line_only(journal
         content = read_content([journal])
         complete = whole[first:end].strip() == whole[first:].strip()
         assert set(content.rows) == ({"a", "b"} if complete else {"a"})
-        assert content.damaged == (not complete and bool(whole[first:end].strip()))
+        assert content.counts["damaged"] == (not complete and bool(whole[first:end].strip()))
         written(journal, [{"run_key": "c", "status": "ok"}])
         assert "c" in read_content([journal]).rows
 
@@ -314,7 +314,7 @@ def test_no_altered_byte_puts_another_row_into_the_study(journal):
             content = read_content([journal])
             found = as_text(content.rows)
             assert found.items() <= expected.items()
-            assert len(found) == 2 or content.damaged
+            assert len(found) == 2 or content.counts["damaged"]
 
 
 @pytest.mark.parametrize(
@@ -326,7 +326,7 @@ def test_garbage_in_the_middle_is_counted_and_passed_over(journal, garbage):
     journal.write_bytes(first + garbage)
     written(journal, ROWS[1:])
     content = read_content([journal])
-    assert (set(content.rows), content.damaged) == ({"a", "b"}, 1)
+    assert (set(content.rows), content.counts["damaged"]) == ({"a", "b"}, 1)
     assert "1 line(s) cut short or altered" in content.sentences[0]
 
 
@@ -336,8 +336,8 @@ def test_compaction_keeps_the_last_line_of_every_key(journal):
     folder = StudyFolder(journal.parents[1])
     before = compact_journals(folder)
     after = read_content([journal])
-    assert (before.repeated, before.damaged) == (1, 1)
-    assert (after.repeated, after.damaged) == (0, 0)
+    assert (before.counts["repeated"], before.counts["damaged"]) == (1, 1)
+    assert (after.counts["repeated"], after.counts["damaged"]) == (0, 0)
     assert as_text(after.rows) == as_text(before.rows)
     assert after.rows["b"]["column_shear_kn"] == 6.0
 

@@ -128,15 +128,15 @@ def status(failed: bool, study: Path | None) -> Answer:
 
     Example: skewbridge status --study results/smoke
     """
-    from skewbridge.study.progress import failed_analyses, forecast_study
+    from skewbridge.study.progress import forecast_study
 
     config, _ = study_of(study)
-    failures = failed_analyses(config)
+    forecast = forecast_study(config)
+    failures = forecast.failures
     if failed:
         shown = {"failed": selected(failures, "variant", "motion", "status", "reason")}
         repeat = [row["command"] for row in failures]
         return Answer({"failed": len(failures), "analyses": failures}, shown, notes=repeat)
-    forecast = forecast_study(config)
     last = failures[-1] if failures else None
     answer = {"results": config.results, **forecast.summary, "last_failure": last}
     return Answer(answer, notes=forecast.notes)
@@ -245,8 +245,7 @@ def journal(compact: bool, study: Path | None) -> Answer:
 
     folder = StudyFolder(folder_of(study))
     content = compact_journals(folder) if compact else read_content(folder.journals)
-    counts = {name: getattr(content, name) for name in ("repeated", "outdated", "damaged")}
-    return Answer({"analyses": len(content.rows), **counts, "compacted": compact})
+    return Answer({"analyses": len(content.rows), **content.counts, "compacted": compact})
 
 
 @command(

@@ -45,6 +45,7 @@ logger = logging.getLogger(__name__)
 progress_logger = logging.getLogger(PROGRESS_LOG)
 
 LOG_INTERVAL_S: Final = 60.0
+_FAILURE: Final = ("variant", "motion_id", "status", "collapse_criterion")
 PGV: Final = "im_pgv_rotd50_mps"
 #: Time that a job waits for the lock of its journal. If the node of the previous job was lost,
 #: NFSv4 releases the lock when the lease of that node ends (90 s by default); if the node comes
@@ -203,7 +204,12 @@ def run_in_journal(
         with job_progress(name, len(by_key), len(by_key.keys() & done.keys())) as advance:
 
             def on_finished(row: Row) -> None:
-                log_failure(row)
+                if row["status"] in FAILED:
+                    logger.warning(
+                        "%s under %s: %s (%s); alone: %s",
+                        *(row[column] for column in _FAILURE),
+                        run_command(row),
+                    )
                 advance(row["run_key"] in by_key)  # not for analyses that a search adds
 
             rows = run_tasks(
@@ -253,20 +259,6 @@ def job_progress(name: str, count: int, before: int) -> Generator[Callable[[bool
         yield advance
     finally:
         log()
-
-
-def log_failure(row: Mapping[str, Any]) -> None:
-    """Warn of an analysis without a usable result, with the command that repeats it."""
-    if row["status"] in FAILED:
-        logger.warning(failure_note(row))
-
-
-def failure_note(row: Mapping[str, Any]) -> str:
-    """Return the outcome of an analysis, and the command that repeats it alone."""
-    return (
-        f"{row['variant']} under {row['motion_id']}: {row['status']} "
-        f"({row['collapse_criterion']}); alone: {run_command(row)}"
-    )
 
 
 def run_command(row: Mapping[str, Any]) -> str:

@@ -11,7 +11,16 @@ from skewbridge.analysis.accuracy import NUMERICS, Accuracy, under_explicit_keys
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.validity import SuspectLimits
 from skewbridge.errors import InputError, did_you_mean
-from skewbridge.files.text import FileName, Number, Whole, checked, merged, read_mapping, shortened
+from skewbridge.files.text import (
+    OPTIONS,
+    FileName,
+    Number,
+    Whole,
+    checked,
+    merged,
+    read_mapping,
+    shortened,
+)
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.levels import MotionsConfig
 from skewbridge.study.folder import DEFAULT_ROOT, default_root
@@ -30,73 +39,48 @@ GENERIC_FONTS: Final = ("sans-serif", "serif", "monospace")
 DESIGN_FONT_PT: Final = 9.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class SensitivityConfig:
     """Numerical check: rows of the study at the reference accuracy, and with other penalties."""
 
-    rows: Whole = Field(
-        default=4,
-        ge=0,
-        le=10_000,
-        description="rows repeated at the reference accuracy and with other penalties",
-    )
-    window_s: Number | None = Field(
-        default=6.0,
-        ge=3.0,
-        le=1.0e4,
-        description="analyse only this strongest part of each motion; null: the whole motion",
-    )
+    rows: Whole = Field(default=4, ge=0, le=10_000)
+    """rows repeated at the reference accuracy and with other penalties"""
+    window_s: Number | None = Field(default=6.0, ge=3.0, le=1.0e4)
+    """analyse only this strongest part of each motion; null: the whole motion"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class BatchesConfig:
     """Worker processes of the analyses; these keys change no result."""
 
-    no_progress_s: Whole = Field(
-        default=120,
-        ge=1,
-        le=86400,
-        description="time without a step after which an analysis is ended and tried once more",
-    )
+    no_progress_s: Whole = Field(default=120, ge=1, le=86400)
+    """time without a step after which an analysis is ended and tried once more"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class ModellingChoicesConfig:
     """Analyses of `make choices`: options of `model` and `analysis` changed one at a time."""
 
-    motions: Whole = Field(
-        default=8, ge=1, le=10_000, description="motions of each variant, spread over their PGV"
-    )
-    variants: tuple[Annotated[str, Field(max_length=500)], ...] = Field(
-        default=(),
-        max_length=1000,
-        description="variants to analyse; if the list is empty, two of each bridge",
-    )
+    motions: Whole = Field(default=8, ge=1, le=10_000)
+    """motions of each variant, spread over their PGV"""
+    variants: tuple[Annotated[str, Field(max_length=500)], ...] = Field(default=(), max_length=1000)
+    """variants to analyse; if the list is empty, two of each bridge"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class DesignConfig:
     """Rounds of motions until the headline effects are decided (`make study UNTIL=decided`)."""
 
-    until: Literal["decided"] | None = Field(
-        default=None,
-        description="decided: run in rounds until the headline effects are decided; null: every "
-        "variant under every motion",
-    )
-    first: Whole = Field(default=12, ge=5, le=10_000, description="motions of the first round")
-    step: Whole = Field(default=4, ge=1, le=10_000, description="motions that a round adds")
-    most: Whole = Field(
-        default=64,
-        ge=6,
-        le=10_000,
-        description="largest number of motions, in place of motions.count",
-    )
-    hours: Number = Field(
-        default=2.0,
-        gt=0.0,
-        le=10_000.0,
-        description="time limit of one command, with tables and page",
-    )
+    until: Literal["decided"] | None = Field(default=None)
+    """decided: rounds until the headline effects are decided; null: every variant and motion"""
+    first: Whole = Field(default=12, ge=5, le=10_000)
+    """motions of the first round"""
+    step: Whole = Field(default=4, ge=1, le=10_000)
+    """motions that a round adds"""
+    most: Whole = Field(default=64, ge=6, le=10_000)
+    """largest number of motions, in place of motions.count"""
+    hours: Number = Field(default=2.0, gt=0.0, le=10_000.0)
+    """time limit of one command, with tables and page"""
 
     @model_validator(mode="after")
     def _rounds_follow(self) -> Self:
@@ -110,35 +94,29 @@ class DesignConfig:
         return (*range(self.first, self.most, self.step), self.most)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class FigureSettings:
     """Units of figures and page, width and font of the figures."""
 
-    units: Units = Field(default="si", description="units of figures and page; tables stay SI")
-
-    width_mm: Number | None = Field(
-        default=None,
-        ge=40.0,
-        le=500.0,
-        description="width of figures; null: as wide as their panels need",
-    )
-    font: Annotated[str, Field(min_length=1, max_length=100)] = Field(
-        default="sans-serif", description="sans-serif, serif, monospace or an installed font"
-    )
-    font_size_pt: Number = Field(
-        default=DESIGN_FONT_PT, ge=4.0, le=24.0, description="size of axis labels"
-    )
+    units: Units = Field(default="si")
+    """units of figures and page; tables stay SI"""
+    width_mm: Number | None = Field(default=None, ge=40.0, le=500.0)
+    """width of figures; null: as wide as their panels need"""
+    font: Annotated[str, Field(min_length=1, max_length=100)] = Field(default="sans-serif")
+    """sans-serif, serif, monospace or an installed font"""
+    font_size_pt: Number = Field(default=DESIGN_FONT_PT, ge=4.0, le=24.0)
+    """size of axis labels"""
 
 
 class StudyConfig(BaseModel):
     """The whole configuration."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = OPTIONS | ConfigDict(frozen=True)
 
-    results: FileName = Field(default=DEFAULT_ROOT, description="folder of the study's files")
-    accuracy: Accuracy = Field(
-        default="default", description="set of numerics; a key under model or analysis overrides it"
-    )
+    results: FileName = Field(default=DEFAULT_ROOT)
+    """folder of the study's files"""
+    accuracy: Accuracy = Field(default="default")
+    """set of numerics; a key under model or analysis overrides it"""
     grid: GridConfig = Field(default_factory=GridConfig)
     motions: MotionsConfig = Field(default_factory=MotionsConfig)
     model: ModelOptions = Field(default_factory=ModelOptions)
@@ -147,16 +125,10 @@ class StudyConfig(BaseModel):
     suspect: SuspectLimits = Field(default_factory=SuspectLimits)
     fragility: FitSettings = Field(default_factory=FitSettings)
     sensitivity: SensitivityConfig = Field(default_factory=SensitivityConfig)
-    checks: Literal["report", "strict"] = Field(
-        default="report",
-        description="failed check of the tables: shown on the page, or stops the study",
-    )
-    max_unfinished_share: Number = Field(
-        default=0.01,
-        ge=0.0,
-        le=1.0,
-        description="largest share of failed analyses that passes the checks",
-    )
+    checks: Literal["report", "strict"] = Field(default="report")
+    """failed check of the tables: shown on the page, or stops the study"""
+    max_unfinished_share: Number = Field(default=0.01, ge=0.0, le=1.0)
+    """largest share of failed analyses that passes the checks"""
     design: DesignConfig = Field(default_factory=DesignConfig)
     figures: FigureSettings = Field(default_factory=FigureSettings)
     modelling_choices: ModellingChoicesConfig = Field(default_factory=ModellingChoicesConfig)

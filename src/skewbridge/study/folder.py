@@ -8,6 +8,8 @@ from skewbridge.errors import InputError
 from skewbridge.files.digests import PACKAGE
 
 DEFAULT_ROOT: Final = "results"
+#: Columns of tables with their meaning, by table.
+COLUMNS_FILE: Final = Path(__file__).with_name("columns.yaml")
 #: Paths as in a clone; pyproject.toml installs the same files next to the package.
 STARTER_PARTS: Final = (
     "Snakefile",

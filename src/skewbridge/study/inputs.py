@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -30,36 +31,34 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
     Raises:
         InputError: Something is missing or wrong; the message has a line for each fault.
     """
+    checks: list[Callable[[], object]] = [
+        *(partial(load_bridge, name) for name in config.bridges_with_periods()),
+        partial(_check_column, "fragility.im", config.fragility.im, INTENSITY_COLUMNS),
+        partial(_check_limit_states, Path(config.fragility.limit_states)),
+        partial(check_font, config.figures.font),
+        partial(motions_digest, config, cache),
+        partial(chosen_variants, expand_grid(config.grid), config.modelling_choices.variants),
+    ]
+    if config.motions.design == "ida":
+        demand = config.motions.ida_demand
+        checks.append(partial(_check_column, "motions.ida_demand", demand, DEMAND_COLUMNS))
     faults: list[InputError] = []
-
-    def attempt(check: Callable[[], object]) -> None:
+    for check in checks:
         try:
             check()
         except InputError as error:
             faults.append(error)
-
-    for name in config.bridges_with_periods():
-        attempt(lambda name=name: load_bridge(name))
-    attempt(lambda: _check_column("fragility.im", config.fragility.im, INTENSITY_COLUMNS))
-    if config.motions.design == "ida":
-        demand = config.motions.ida_demand
-        attempt(lambda: _check_column("motions.ida_demand", demand, DEMAND_COLUMNS))
-    attempt(lambda: _check_limit_states(Path(config.fragility.limit_states)))
-    attempt(lambda: check_font(config.figures.font))
-    attempt(lambda: motions_digest(config, cache))
-    attempt(lambda: chosen_variants(expand_grid(config.grid), config.modelling_choices.variants))
     raise_all(faults)
 
 
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:
     """Return the digest of the contents of the motions of a study, see `content_digest`."""
-    low_g, high_g = config.motions.level_range_g
     digests = [
         content_digest(
             source.folder,
             source.count,
             t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s,
-            level_range_g=(low_g, high_g),
+            level_range_g=config.motions.level_range_g,
             cache=None if cache is None else cache.with_stem(f"{cache.stem}{number or ''}"),
         )
         for number, source in enumerate(suite_sources(config.motions))
@@ -85,10 +84,8 @@ def _check_limit_states(path: Path) -> None:
     )
 
 
-def prepare_motions(study: StudyConfig, folder: StudyFolder | None = None) -> None:
+def prepare_motions(study: StudyConfig) -> None:
     """Read the motions, fix their factors, measure them for every bridge, write both tables.
-
-    They are written to the folder of the study, or to another one.
 
     Raises:
         InputError: A folder or motion is missing or malformed.
@@ -97,20 +94,15 @@ def prepare_motions(study: StudyConfig, folder: StudyFolder | None = None) -> No
     from skewbridge.motions.intensity import motion_measures
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
 
-    folder = folder or StudyFolder(Path(study.results))
-    suite = designed = prepare_suites(study.motions, t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s)
-    if study.motions.design == "cloud":
+    folder, motions = StudyFolder(Path(study.results)), study.motions
+    suite = designed = prepare_suites(motions, t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s)
+    if motions.design == "cloud":
         designed = suite.assign(scale=1.0)
-    elif study.motions.design == "stripes":
-        low, high = study.motions.factor_limits
-        designed = striped(suite, study.motions.stripes_g, factor_limits=(low, high))
-    logger.info(
-        "%d motions, %d rows, factors %.2f to %.2f",
-        len(suite),
-        len(designed),
-        designed["scale"].min(),
-        designed["scale"].max(),
-    )
+    elif motions.design == "stripes":
+        designed = striped(suite, motions.stripes_g, factor_limits=motions.factor_limits)
+    factors = designed["scale"]
+    counts = len(suite), len(designed)
+    logger.info("%d motions, %d rows, factors %.2f to %.2f", *counts, factors.min(), factors.max())
     write_suite(designed, folder.suite)
     distinct = {motion.motion.motion_id: motion.motion for motion in read_suite(folder.suite)}
     intensities = [

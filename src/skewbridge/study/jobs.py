@@ -3,7 +3,7 @@
 import errno
 import logging
 import sys
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +23,7 @@ from skewbridge.files.digests import (
     provenance,
 )
 from skewbridge.files.tables import read_stamp, stamp
+from skewbridge.files.text import read_yaml
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, load_config, parse_config
 from skewbridge.study.folder import StudyFolder
@@ -42,29 +43,11 @@ _OF_THE_DISK: Final = frozenset(
 )
 #: Keys of the configuration that influence no result.
 _NO_RESULT: Final = {"results", "batches"}
-_TABLES: Final = ("errors.py", "units.py", "files", "variant", "demands")
-_ANALYSES: Final = (
-    *ENGINE,
-    "files",
-    "demands",
-    *(f"study/{name}.py" for name in ("analyses", "batch", "journal")),
-)
-_VERIFICATION: Final = (*ENGINE, "files", "motions", "demands/validity.py", "verification")
-_CHOICES: Final = ("study/modelling_choices.py", "study/modelling_choices.yaml")
-#: The figure of the modelling choices has their labels.
-_SCREEN: Final = (*_TABLES, "motions", "fragility", "report", "study/config.py", *_CHOICES)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recipe:
-    """Dependencies of the outputs of a rule.
-
-    Attributes:
-        sources: Packages and files of the package whose code makes them.
-        sections: Keys of the configuration.
-        after: Rules whose outputs it reads.
-        inputs: Further inputs, see `_input_digests`; the motions count for all after another rule.
-    """
+    """Dependencies of the outputs of a rule, see recipes.yaml."""
 
     sources: tuple[str, ...]
     sections: tuple[str, ...] = ()
@@ -72,74 +55,31 @@ class Recipe:
     inputs: tuple[str, ...] = ()
 
 
-def _analyses(*sources: str, sections: tuple[str, ...], inputs: tuple[str, ...] = ()) -> Recipe:
-    """Return the recipe of a rule that runs analyses, with what else it depends on."""
-    return Recipe(
-        sources=(*_ANALYSES, *sources),
-        sections=("motions", "model", "uncertainty", "analysis", *sections),
-        after=("prepare_motions",),
-        inputs=("bridges", "opensees", *inputs),
-    )
+def _recipes() -> dict[str, Recipe]:
+    listed = read_yaml(Path(__file__).with_name("recipes.yaml"))
+    result = tuple(name for name in StudyConfig.model_fields if name not in _NO_RESULT)
+    groups: dict[str, tuple[str, ...]] = {"engine": ENGINE, "all": result}
+
+    def spelled(names: Sequence[str]) -> tuple[str, ...]:
+        """Return names with those of a group in its place."""
+        return tuple(part for name in names for part in groups.get(name, (name,)))
+
+    for name, parts in listed["groups"].items():  # a group may have earlier ones
+        groups[name] = spelled(parts)
+    return {
+        rule: Recipe(**{kind: spelled(names) for kind, names in recipe.items()})
+        for rule, recipe in listed["rules"].items()
+    }
 
 
-#: By rule, in the order in which one reads the other.
-RECIPES: Final[Mapping[str, Recipe]] = {
-    "prepare_motions": Recipe(
-        sources=(*_TABLES[:-1], "motions", "study/inputs.py"),
-        sections=("motions",),
-        inputs=("motions", "periods"),
-    ),
-    "verify_contact": Recipe(sources=_VERIFICATION, inputs=("opensees",)),
-    "verification": Recipe(
-        sources=(
-            *(*_VERIFICATION, "fragility", "report/run_figures.py"),
-            *(f"study/{name}.py" for name in ("analyses", "batch", "inputs", "journal")),
-        ),
-        inputs=("opensees",),
-    ),
-    "analyse": _analyses(sections=("suspect",)),
-    "plan_round": Recipe(
-        sources=(
-            *(*_ANALYSES, "fragility"),
-            *(f"study/{name}.py" for name in ("progress", "rounds")),
-        ),
-        sections=("fragility",),
-        after=("prepare_motions",),
-        inputs=("variants", "limit_states", "bridges"),
-    ),
-    "analyse_round": _analyses(sections=("suspect",)),
-    "collect_rounds": Recipe(sources=(*_TABLES, "fragility"), after=("plan_round",)),
-    "collect_demands": Recipe(sources=_TABLES, after=("analyse",), inputs=("variants",)),
-    "sensitivity": _analyses("study/repeats.py", sections=("sensitivity",), inputs=("variants",)),
-    "modelling_choices": _analyses(*_CHOICES, sections=("grid", "modelling_choices")),
-    "friction_pair": Recipe(sources=(*_ANALYSES, "study/repeats.py"), after=("collect_demands",)),
-    "fit_fragility": Recipe(
-        sources=(*_TABLES, "fragility", "report/checks.py"),
-        sections=("fragility", "max_unfinished_share", "suspect"),
-        after=("collect_demands",),
-        inputs=("limit_states",),
-    ),
-    "check_predict": Recipe(
-        sources=(*_ANALYSES, "fragility", "study/predict_check.py"),
-        sections=("grid",),
-        after=("fit_fragility",),
-    ),
-    "figures": Recipe(
-        sources=_SCREEN, sections=("figures",), after=("friction_pair", "fit_fragility")
-    ),
-    "report": Recipe(
-        sources=(*_SCREEN, "study/results.py"),
-        sections=tuple(name for name in StudyConfig.model_fields if name not in _NO_RESULT),
-        after=("verify_contact", "figures", "sensitivity"),
-    ),
-}
+RECIPES: Final[Mapping[str, Recipe]] = _recipes()
 
 
 def made_from(study: StudyConfig) -> dict[str, dict[str, str]]:
     """Return the digests of everything that the outputs of each rule depend on, by name.
 
-    Equal digests mean equal outputs. They are parameters of the rules, so that Snakemake repeats
-    the rules that changed, and are stored in the outputs. `InputError` for a wrong input.
+    They are parameters of the rules, so that Snakemake repeats the rules that changed, and are
+    stored in the outputs. `InputError` for a wrong input.
     """
     inputs = _input_digests(study)
     sources = layer_digests({rule: recipe.sources for rule, recipe in RECIPES.items()})
@@ -294,8 +234,8 @@ def script_session(snakemake: Any) -> Generator[Job]:
 
 
 def _job(snakemake: Any) -> Job:
-    study = parse_config({**snakemake.config, "results": snakemake.params.results})
     made = snakemake.params.made_from
+    study = parse_config({**snakemake.config, "results": snakemake.params.results})
     if made["sources"] != layer_digest(RECIPES[snakemake.rule].sources):
         raise InputError("the sources were edited while the study ran: run the same command again")
     return Job(

@@ -10,9 +10,10 @@ import os
 import re
 import time
 import zlib
+from collections import Counter
 from collections.abc import Collection, Generator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -33,51 +34,42 @@ POLL_S: Final = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JournalContent:
-    """Content of the journals of a study.
+    """Content of the journals of a study; lines of unknown form are counted."""
 
-    Attributes:
-        rows: Rows by `run_key`; the last line of a key counts.
-        repeated: Lines whose key has a later line.
-        outdated: Lines that another version of the program wrote.
-        damaged: Lines that were cut short by a kill or altered since; their analyses run again.
-    """
-
-    rows: dict[str, Row] = field(default_factory=dict[str, Row])
-    repeated: int = 0
-    outdated: int = 0
-    damaged: int = 0
+    rows: dict[str, Row]  # by `run_key`; the last line of a key counts
+    counts: Counter[str]  # lines repeated later, outdated (of another version), damaged (cut short)
 
     @property
     def sentences(self) -> tuple[str, ...]:
         """Messages about lines that are not used."""
         reasons = {
-            "of another version of skewbridge": self.outdated,
-            "cut short or altered": self.damaged,
+            "outdated": "of another version of skewbridge",
+            "damaged": "cut short or altered",
         }
         return tuple(
-            f"The journals hold {count} line(s) {reason}, which do not count: their analyses run "
-            "again (`skewbridge study journal --compact` removes the lines)."
-            for reason, count in reasons.items()
-            if count
+            f"The journals hold {self.counts[name]} line(s) {reason}, which do not count: their "
+            "analyses run again (`skewbridge study journal --compact` removes the lines)."
+            for name, reason in reasons.items()
+            if self.counts[name]
         )
 
 
 def read_content(paths: Sequence[Path]) -> JournalContent:
-    """Return the content of journals; lines of unknown form are counted and skipped."""
+    """Return the content of journals, whether they exist or not."""
     rows: dict[str, Row] = {}
-    repeated = outdated = damaged = 0
+    counts: Counter[str] = Counter(repeated=0, outdated=0, damaged=0)
     for path in paths:
         content = path.read_bytes() if path.exists() else b""
         for line in filter(bytes.strip, content.split(b"\n")):
             row = _row(line)
             if row is None:
-                damaged += 1
+                counts["damaged"] += 1
             elif row.pop(_FORMAT_KEY, 1) != JOURNAL_FORMAT or "run_key" not in row:
-                outdated += 1
+                counts["outdated"] += 1
             else:
-                repeated += row["run_key"] in rows
+                counts["repeated"] += row["run_key"] in rows
                 rows[row["run_key"]] = row
-    return JournalContent(rows=rows, repeated=repeated, outdated=outdated, damaged=damaged)
+    return JournalContent(rows=rows, counts=counts)
 
 
 def _row(line: bytes) -> Row | None:
@@ -144,11 +136,8 @@ def open_journal(path: Path, patience_s: float = 0.0) -> Generator[JournalWriter
 
 
 def _lock(descriptor: int, path: Path, patience_s: float) -> None:
-    """Lock a journal against other processes, including those on other nodes of a cluster.
-
-    `flock`, which NFS 4 makes a lock of the whole file, because a lock by `fcntl` ends when this
-    process closes any descriptor of the file, as reading the journals does.
-    """
+    # flock also locks against other nodes of a cluster (NFS 4 makes it a lock of the file). A lock
+    # by fcntl ends when this process closes any descriptor of the file, as after reading it.
     until_s = time.monotonic() + patience_s
     while True:
         try:
@@ -170,10 +159,7 @@ def _lock(descriptor: int, path: Path, patience_s: float) -> None:
 def compact_journals(folder: StudyFolder, dropped: Collection[str] = ()) -> JournalContent:
     """Rewrite the journals with the last line of every key, and return their previous content.
 
-    Rows of the dropped statuses go as well.
-
-    Raises:
-        InputError: The study runs; nothing has changed then.
+    Rows of the dropped statuses go as well. `InputError` if the study runs: nothing changes then.
     """
     content = read_content(folder.journals)
     with ExitStack() as locks:
@@ -190,10 +176,7 @@ def forget(folder: StudyFolder, statuses: Collection[str]) -> list[Row]:
     """Remove analyses of some statuses from the journals and return their rows.
 
     The page and the demands with these rows go as well: Snakemake repeats only what is missing on
-    the way to a missing target.
-
-    Raises:
-        InputError: The study runs.
+    the way to a missing target. `InputError` if the study runs.
     """
     rows = read_content(folder.journals).rows.values()
     forgotten = [row for row in rows if row["status"] in statuses]

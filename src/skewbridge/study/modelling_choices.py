@@ -22,6 +22,7 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.files.text import read_yaml
 from skewbridge.statuses import OK
+from skewbridge.study.folder import COLUMNS_FILE
 from skewbridge.units import MN, split_unit
 from skewbridge.variant.options import HingeRule
 from skewbridge.variant.variant import Variant, parse_slug
@@ -140,24 +141,7 @@ def choice_text(key: str, value: Value) -> str:
 
 
 CHOICE_CONFIDENCE: Final = 0.90
-#: Columns of the table with their meaning.
-CHOICE_COLUMNS: Final = {
-    "bridge": "bridge",
-    "abutment": "abutment model",
-    "kind": "`choice` of the modeller, or `axis` of the grid",
-    "name": "key of the option, or name of the axis",
-    "from_value": "configured value; of an axis the lowest (skew: smallest angle)",
-    "to_value": "value tried; of an axis the highest",
-    "demand": "demand column",
-    "ratio": "geometric mean of the demand at to_value over that at from_value",
-    "ci_low": f"lower end of its {CHOICE_CONFIDENCE:.0%} interval (t, means of the motions)",
-    "ci_high": "upper end of its interval",
-    "lowest": "smallest ratio of one pair",
-    "highest": "largest ratio of one pair",
-    "n": "pairs in which both runs ended `ok`, demand above zero",
-    "n_failed": "pairs in which a run did not end `ok`",
-    "n_pairs": "all pairs: variants times motions",
-}
+CHOICE_COLUMNS: Final[dict[str, str]] = read_yaml(COLUMNS_FILE)["modelling_choices"]
 #: Columns of one value compared; the others are of its ratio for one demand.
 _COMPARED: Final = list(CHOICE_COLUMNS)[:6]
 

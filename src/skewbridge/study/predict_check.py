@@ -13,6 +13,7 @@ import pandas as pd
 from skewbridge.demands.validity import with_derived_columns
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_frame, records_of
+from skewbridge.files.text import read_yaml
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, LOADING_COLUMNS, prepared
 from skewbridge.fragility.fits import FITTED, NO_EXCEEDANCE, NOT_APPLICABLE
@@ -22,6 +23,7 @@ from skewbridge.fragility.paper_table import chosen_curves
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import write_described
 from skewbridge.study.analyses import StudySetup, run_in_journal, sampled
+from skewbridge.study.folder import COLUMNS_FILE
 from skewbridge.variant.axes import axis
 from skewbridge.variant.variant import Variant
 
@@ -30,21 +32,7 @@ MOTIONS: Final = 16
 #: Shares of the range of every other axis, for each inner variant; the axes between them have the
 #: complement, so that the variants are not all on one diagonal.
 _SHARES: Final = (0.5, 0.25, 0.75)
-#: Columns of the table of the check.
-CHECK_COLUMNS: Final[dict[str, str]] = {
-    "variant": "variant inside the grid",
-    "bridge": "catalogue entry",
-    "abutment": "abutment model",
-    "component": "component of the limit state",
-    "limit_state": "degree of damage",
-    "status": "ok, or why there is nothing to compare",
-    "theta_predicted": "median from the joint model under the same motions",
-    "theta_analysed": "median of the cloud of this variant",
-    "error": "theta_predicted/theta_analysed - 1",
-    "se_analysed": "standard error of ln theta_analysed",
-    "n_exceed": "runs of this variant known to exceed the state",
-    "n_motions": "motions of this variant",
-}
+CHECK_COLUMNS: Final[dict[str, str]] = read_yaml(COLUMNS_FILE)["check_predict"]
 
 
 def write_predict_check(

@@ -46,18 +46,13 @@ def end_with_parent() -> None:
 
 @cache
 def hush_exit_message() -> None:
-    """Let the process end without OpenSees' message; calling it again does nothing.
+    """Let the process end without the message that OpenSees writes after Python has ended."""
 
-    The C++ library writes it after Python has ended and has written what it has to say.
-    """
-    atexit.register(_close_stderr)
+    def close_stderr() -> None:
+        sys.stderr.flush()
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
 
-
-def _close_stderr() -> None:
-    sys.stderr.flush()
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 2)
-    os.close(nowhere)
+    atexit.register(close_stderr)
 
 
 @contextmanager
@@ -100,13 +95,10 @@ def worker_processes() -> list[psutil.Process]:
 
 
 def hold_tree(folder: Path) -> None:
-    """Take the lock of a tree (in its ``.snakemake``) for the rest of this process.
+    """Take the lock of a tree (in its ``.snakemake``); `InputError` if another study runs there.
 
-    The kernel releases the lock when the process ends, unlike Snakemake's own lock files, which a
-    killed run leaves behind.
-
-    Raises:
-        InputError: Another study runs there.
+    The kernel releases it when this process ends, unlike Snakemake's own lock files, which a killed
+    run leaves behind.
     """
     folder.mkdir(parents=True, exist_ok=True)
     # Not closed: the lock ends with the process. No child inherits it.

@@ -16,7 +16,7 @@ from skewbridge.motions.folder import list_motions
 from skewbridge.motions.levels import most_trials
 from skewbridge.motions.suite import suite_sources
 from skewbridge.statuses import FAILED
-from skewbridge.study.analyses import StudySetup, failure_note, run_command
+from skewbridge.study.analyses import StudySetup, run_command
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import JournalContent, read_content
@@ -24,7 +24,6 @@ from skewbridge.study.task import run_key
 from skewbridge.variant.grid import expand_grid
 
 CRASH: Final = "crash"
-SHOWN_CRASHES: Final = 10
 #: Processor seconds per second of motion where no analysis has been measured yet.
 #: source: docs/scaling.md, two-column bridge, default steps
 CPU_S_PER_MOTION_S: Final = 0.08
@@ -49,17 +48,15 @@ class StudyProgress:
         summary: Variants, analyses, those done (with a row, whatever its status), failed (without a
             usable result), suspect (to be checked by the user) and left; `ledger`, finished
             analyses by status and by the highest recovery step they used; the forecast.
-        cpu_s: Mean processor time of the finished analyses that have one; None before the first.
-        variants: Number of analyses of each variant.
-        variants_left: Number of variants with analyses that are not done.
-        notes: Sentences about lines of the journals that do not count, and about analyses that
-            ended their workers.
+        failures: Analyses without a usable result, with the command that repeats each alone.
+        notes: Sentences about analyses that ended their workers and lines that do not count.
     """
 
     summary: dict[str, Any]
-    cpu_s: float | None
-    variants: dict[str, int]
-    variants_left: int
+    failures: list[dict[str, Any]]
+    cpu_s: float | None  # mean processor time of the finished analyses that have one
+    variants: dict[str, int]  # number of analyses of each
+    variants_left: int  # with analyses that are not done
     notes: tuple[str, ...]
 
 
@@ -69,18 +66,28 @@ def study_progress(
     """Count the finished analyses of a study, from its `run_keys` by variant and its journals."""
     done, analyses = content.rows, sum(map(len, run_keys.values()))
     rows = [done[key] for keys in run_keys.values() for key in keys if key in done]
-    crashes = [failure_note(row) for row in rows if row["status"] == CRASH]
-    if len(crashes) > SHOWN_CRASHES:
-        crashes[SHOWN_CRASHES:] = [f"and {len(crashes) - SHOWN_CRASHES} more with status {CRASH}"]
-    if crashes:
-        crashes.append("`skewbridge study retry` lets the study try them again.")
+    failures = [
+        {
+            "variant": row["variant"],
+            "motion": row["motion_id"],
+            "status": row["status"],
+            "reason": row["collapse_criterion"],
+            "command": run_command(row),
+        }
+        for row in rows
+        if row["status"] in FAILED
+    ]
+    notes = content.sentences
+    if crashes := sum(row["status"] == CRASH for row in rows):
+        text = f"{crashes} analyses ended their workers (status {CRASH}); `skewbridge status "
+        notes += (f"{text}--failed` lists them and `skewbridge study retry` tries them again.",)
     times_s = [row["cpu_s"] for row in rows if row["cpu_s"] == row["cpu_s"]]
     return StudyProgress(
         summary={
             "variants": len(run_keys),
             "analyses": analyses,
             "done": len(rows),
-            "failed": sum(row["status"] in FAILED for row in rows),
+            "failed": len(failures),
             "suspect": sum(bool(reasons(row, limits)) for row in rows),
             "left": analyses - len(rows),
             "ledger": {
@@ -88,10 +95,11 @@ def study_progress(
                 for name, column in (("status", "status"), ("recovery_step", "recovery_rung"))
             },
         },
+        failures=failures,
         cpu_s=sum(times_s) / len(times_s) if times_s else None,
         variants={slug: len(keys) for slug, keys in run_keys.items()},
         variants_left=sum(not done.keys() >= set(keys) for keys in run_keys.values()),
-        notes=(*content.sentences, *crashes),
+        notes=notes,
     )
 
 
@@ -184,20 +192,3 @@ def analysis_keys(config: StudyConfig) -> Mapping[str, Sequence[str]]:
         return {slug: [run_key(task) for task in setup.tasks(slug)] for slug in slugs}
     except (InputError, KeyError):  # prepared by another version, or for other bridges
         return {}
-
-
-def failed_analyses(config: StudyConfig) -> list[dict[str, Any]]:
-    """Return the analyses of a study without a usable result, with the command of each alone."""
-    rows = read_content(StudyFolder(Path(config.results)).journals).rows
-    wanted = [key for keys in analysis_keys(config).values() for key in keys]
-    return [
-        {
-            "variant": row["variant"],
-            "motion": row["motion_id"],
-            "status": row["status"],
-            "reason": row["collapse_criterion"],
-            "command": run_command(row),
-        }
-        for row in (rows[key] for key in wanted if key in rows)
-        if row["status"] in FAILED
-    ]

@@ -146,11 +146,9 @@ def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFr
     need_columns(source, ["status"], path.name)
     measures = list(map(str, source.filter(regex="^im_")))
     chosen = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
-    if im is None and chosen not in measures:
-        raise InputError(f"choose --im: one of {', '.join(measures)}", column="im")
-    if chosen not in source:
-        text = f"{path.name}: no column {chosen!r}; intensities: {', '.join(measures)}"
-        raise InputError(text, column=chosen)
+    if measures and chosen not in source:
+        problem = f"{path.name}: no column {im!r}; intensities:" if im else "choose --im: one of"
+        raise InputError(f"{problem} {', '.join(measures)}", column=im or "im")
     named = {*TEXT_COLUMNS, *KEY_COLUMNS, *axis_names(source), COMPLETE, chosen}
     named |= {state.demand for state in states} | {column.name for column in DEMAND_COLUMNS}
     prefixes = ("im_", DRAW_PREFIX)

@@ -28,11 +28,9 @@ from skewbridge.fragility.demand_table import axis_names, prepared
 from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.limit_states import (
     HEADLINE_STATES,
-    LimitState,
     load_limit_states,
     with_column_failure,
 )
-from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.verdicts import (
     CELL,
     DECIDED,
@@ -54,26 +52,21 @@ progress_logger = logging.getLogger(PROGRESS_LOG)
 
 #: Environment variable with the time at which the command began and its processors (rounds.smk).
 CLOCK: Final = "SKEWBRIDGE_CLOCK"
-#: Reasons for which a study ends.
+#: Reasons for which a study ends, with a sentence about each.
 ALL_DECIDED: Final = "decided"
 OUT_OF_REACH: Final = "most"
 OUT_OF_TIME: Final = "hours"
+_ENDS: Final = {
+    ALL_DECIDED: "the question is answered",
+    OUT_OF_REACH: "{left} are out of reach of the largest number of motions (design.most)",
+    OUT_OF_TIME: "the time is used up (design.hours {hours:g}): a larger value resumes",
+}
 # ASSUME a cell is worth its analyses if it has this chance to be decided
 LEAST_CHANCE: Final = 0.2
 # ASSUME analyses take at most ten times as long as forecast before any is measured
 TRIED: Final = 0.1
 # A round of so many motions is not made in two: each round costs a start of all its jobs.
 FEW_MOTIONS: Final = 3
-
-
-def headline_effects(
-    demands: pd.DataFrame, states: Sequence[LimitState], settings: FitSettings
-) -> pd.DataFrame:
-    """Return the effects of the headline in `prepared` demands, pooled and of pairs of variants."""
-    names = demands_for("headline", demands.columns)
-    chosen = [state for state in states if state.key in HEADLINE_STATES]
-    effects = effect_tables(demands, names, settings).effects
-    return pd.concat([effects, median_effects(demands, chosen, settings)], ignore_index=True)
 
 
 def targets(
@@ -199,20 +192,19 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     has the demands of all earlier ones.
     """
     entered_s = time.monotonic()
-    design, folder = study.design, StudyFolder(Path(study.results))
-    setup = StudySetup.of(study)
-    plans = [read_json(folder.round(n)) for n in range(1, number)]
+    design, setup = study.design, StudySetup.of(study)
+    plans = [read_json(setup.folder.round(n)) for n in range(1, number)]
     slugs = sorted(variant.slug for variant in expand_grid(study.grid))
     motions = {slug: plans[-1]["motions"][slug][1] if plans else 0 for slug in slugs}
-    per_motion = len(setup.tasks(slugs[0])) / len(setup.motion_ids)
+    tasks = setup.tasks(slugs[0])
+    per_motion = len(tasks) / len(setup.motion_ids)
     demands = pd.concat(map(read_frame, earlier), ignore_index=True) if earlier else pd.DataFrame()
     if earlier:
         mean_s = demands.groupby("variant")["wall_s"].mean()
         per_s = float(demands["wall_s"].sum() / demands["duration_s"].sum())
     else:
         per_s = CPU_S_PER_MOTION_S
-        lasting_s = float(np.mean([task.analysed_s for task in setup.tasks(slugs[0])]))
-        mean_s = pd.Series(per_s * lasting_s, index=slugs)
+        mean_s = pd.Series(per_s * np.mean([task.analysed_s for task in tasks]), index=slugs)
     began_s, cores = map(float, os.environ.get(CLOCK, f"{time.time()} 1").split())
     own_s = {slug: float(mean_s[slug]) for slug in slugs}
     cost_s = {slug: own_s[slug] * per_motion / cores for slug in slugs}
@@ -266,7 +258,11 @@ def _looked_at(
     states = with_column_failure(states, with_derived_columns(demands.head(0)).columns)
     names = list(dict.fromkeys(state.demand for state in states))
     rows = prepared(demands, names, study.fragility).table
-    effects = headline_effects(rows, states, study.fragility)
+    headline = [state for state in states if state.key in HEADLINE_STATES]
+    demand_names = demands_for("headline", rows.columns)
+    effects = effect_tables(rows, demand_names, study.fragility).effects
+    medians = median_effects(rows, headline, study.fragility)
+    effects = pd.concat([effects, medians], ignore_index=True)
     history = pd.DataFrame([cell for plan in plans for cell in plan["cells"]])
     looks = study.design.looks
     effects = kept(at_looks(effects, looks, runs_per_motion(demands)), history)
@@ -287,13 +283,7 @@ def round_line(plan: Mapping[str, Any]) -> str:
         minutes = max(round(plan["forecast_s"] / 60), 1)
         return f"{start}next {plan['analyses']} analyses, about {minutes} min"
     left = cells - plan["decided"]
-    reasons = {
-        ALL_DECIDED: "the question is answered",
-        OUT_OF_REACH: f"{left} are out of reach of the largest number of motions (design.most)",
-        OUT_OF_TIME: f"the time is used up (design.hours {plan['hours']:g}): "
-        "a larger value resumes",
-    }
-    return start + reasons[plan["ended"]]
+    return start + _ENDS[plan["ended"]].format(left=left, hours=plan["hours"])
 
 
 def tables_of_round(folder: StudyFolder, plan: Path) -> list[Path]:
