@@ -11,23 +11,12 @@ from skewbridge.verification import registry
 from skewbridge.verification.registry import COLUMNS, Study
 from skewbridge.verification.statements import (
     RESOLUTION,
+    RULES,
     STATEMENTS,
     Run,
     Verdict,
-    at_least,
-    at_most,
-    equal,
-    falls_to,
-    greater,
-    grows_with,
-    hardly_changed,
-    lower,
-    more_often,
     over_runs,
-    reduced_by,
     relative_change,
-    smaller,
-    some_within,
 )
 from skewbridge.verification.studies.paper_runs import SCALES
 
@@ -37,33 +26,33 @@ X = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
 @pytest.mark.parametrize(
     ("rule", "numbers", "outcome"),
     [
-        (at_most, (2.0, 2.0), "agrees"), (at_most, (2.1, 2.0), "disagrees"),
-        (at_most, (math.nan, 2.0), "undecidable"), (at_least, (2.0, 2.0), "agrees"),
-        (at_least, (1.9, 2.0), "disagrees"), (greater, (1.1, 1.0), "agrees"),
-        (greater, (1.0, 1.0), "disagrees"), (greater, (1.9, 1.0, 2.0), "disagrees"),
-        (smaller, (0.9, 1.0), "agrees"), (smaller, (1.0, 1.0), "disagrees"),
-        (equal, (1.0, 1.0), "agrees"), (equal, (0.99, 1.0), "disagrees"),
-        (some_within, ({1.0: 0.8, 2.0: 0.5}, 0.4, 0.7), "agrees"),
-        (some_within, ({1.0: 0.8, 2.0: 0.9}, 0.4, 0.7), "disagrees"),
-        (falls_to, ([0.3, 0.2, 0.1], 0.1), "agrees"),
-        (falls_to, ([0.3, 0.2, 0.15], 0.1), "disagrees"),
-        (falls_to, ([0.3, 0.05, 0.1], 0.1), "disagrees"), (lower, (0.9, 1.0), "agrees"),
-        (lower, (1.1, 1.0), "disagrees"), (lower, (1.0 - 0.5 * RESOLUTION, 1.0), "undecidable"),
-        (hardly_changed, (1.04, 1.0), "agrees"), (hardly_changed, (0.94, 1.0), "disagrees"),
-        (more_often, (9, 10), "agrees"), (more_often, (1, 10), "disagrees"),
-        (more_often, (6, 10), "undecidable"), (more_often, (3, 3), "undecidable"),
-        (more_often, (0, 0), "undecidable"),
-        (grows_with, (X, [2.0, 1.0, 4.0, 3.0, 6.0, 5.0]), "agrees"),
-        (grows_with, (X, [-value for value in X]), "disagrees"),
-        (grows_with, (X[:3], X[:3]), "undecidable"),
+        ("at most", (2.0, 2.0), "agrees"), ("at most", (2.1, 2.0), "disagrees"),
+        ("at most", (math.nan, 2.0), "undecidable"), ("at least", (2.0, 2.0), "agrees"),
+        ("at least", (1.9, 2.0), "disagrees"), ("greater", (1.1, 1.0), "agrees"),
+        ("greater", (1.0, 1.0), "disagrees"), ("greater", (1.9, 1.0, 2.0), "disagrees"),
+        ("smaller", (0.9, 1.0), "agrees"), ("smaller", (1.0, 1.0), "disagrees"),
+        ("equal", (1.0, 1.0), "agrees"), ("equal", (0.99, 1.0), "disagrees"),
+        ("some within", ({1.0: 0.8, 2.0: 0.5}, 0.4, 0.7), "agrees"),
+        ("some within", ({1.0: 0.8, 2.0: 0.9}, 0.4, 0.7), "disagrees"),
+        ("falls to", ([0.3, 0.2, 0.1], 0.1), "agrees"),
+        ("falls to", ([0.3, 0.2, 0.15], 0.1), "disagrees"),
+        ("falls to", ([0.3, 0.05, 0.1], 0.1), "disagrees"), ("lower", (0.9, 1.0), "agrees"),
+        ("lower", (1.1, 1.0), "disagrees"), ("lower", (1.0 - 0.5 * RESOLUTION, 1.0), "undecidable"),
+        ("hardly changed", (1.04, 1.0), "agrees"), ("hardly changed", (0.94, 1.0), "disagrees"),
+        ("more often", (9, 10), "agrees"), ("more often", (1, 10), "disagrees"),
+        ("more often", (6, 10), "undecidable"), ("more often", (3, 3), "undecidable"),
+        ("more often", (0, 0), "undecidable"),
+        ("grows", (X, [2.0, 1.0, 4.0, 3.0, 6.0, 5.0]), "agrees"),
+        ("grows", (X, [-value for value in X]), "disagrees"),
+        ("grows", (X[:3], X[:3]), "undecidable"),
         pytest.param(
-            grows_with, (X, [1.0] * 6), "undecidable",
+            "grows", (X, [1.0] * 6), "undecidable",
             marks=pytest.mark.filterwarnings("ignore:An input array is constant"),
         ),
     ],
 )  # fmt: skip
 def test_each_rule_has_one_outcome(rule, numbers, outcome):
-    assert rule(*numbers).outcome == outcome
+    assert RULES[rule](*numbers).outcome == outcome
 
 
 @pytest.mark.parametrize(
@@ -78,16 +67,16 @@ def test_each_rule_has_one_outcome(rule, numbers, outcome):
     ],
 )
 def test_size_of_a_reduction_is_judged_under_the_papers_record_only(value, same_record, outcome):
-    verdict = reduced_by(value, 1.0, 0.015, 0.035, same_record=same_record)
+    verdict = RULES["reduced by"](value, 1.0, 0.015, 0.035, same_record=same_record)
     assert verdict.outcome == outcome
 
 
-@pytest.mark.parametrize("rule", [lower, hardly_changed])
+@pytest.mark.parametrize("rule", ["lower", "hardly changed"])
 @pytest.mark.parametrize("value", [0.0, 1.0])
 def test_change_from_zero_and_insignificant_correlation_are_undecidable(rule, value):
-    assert rule(value, 0.0).outcome == "undecidable"
+    assert RULES[rule](value, 0.0).outcome == "undecidable"
     assert not math.isfinite(relative_change(value, 0.0))
-    weak = grows_with(X, [3.0, 1.0, 5.0, 2.0, 6.0, 1.5])
+    weak = RULES["grows"](X, [3.0, 1.0, 5.0, 2.0, 6.0, 1.5])
     assert weak.value > 0.0
     assert weak.outcome == "undecidable"
     assert "p = " in weak.reason
@@ -106,8 +95,7 @@ def test_every_statement_names_a_study_a_number_and_its_place_in_the_paper():
 def test_statement_without_verdict_is_left_open_with_the_reason():
     study = Study("fig7-8")
     study.states("skew deck rotates", "gap 3 mm", 2.0)
-    study.leave_open("the study stopped")
-    rows = {row["quantity"]: row for row in study.statement_rows()}
+    rows = {row["quantity"]: row for row in study.statement_rows("the study stopped")}
     assert len(rows) == sum(found.study == "fig7-8" for found in STATEMENTS.values())
     assert rows[STATEMENTS["skew deck rotates"].claim]["outcome"] == "agrees"
     assert "not public" in rows[STATEMENTS["test forces"].claim]["reason"]
@@ -127,7 +115,7 @@ def verify(monkeypatch, folder, *, truth):
         return study
 
     monkeypatch.setattr(registry, "run_study", run_study)
-    return run("verify", "fig10", "--out", folder)
+    return run("verify", "restitution", "--out", folder)
 
 
 def test_disagreement_is_reported_and_only_a_failed_check_fails(monkeypatch, tmp_path):
@@ -197,7 +185,6 @@ def test_runs_of_a_case_become_one_row_that_counts_those_that_agree():
         run = Run(f"scale {scale:g}", scale)
         study.states("transverse peak", "skew 0", 0.9, 1.0, run=run)
         study.states("several contacts", "skew 0", 9, run=run, premise=scale > 1.0)
-    study.leave_open()
     rows = {row["quantity"]: row for row in study.statement_rows() if row["case"]}
     assert len(rows) == 2
     peak, contacts = (rows[STATEMENTS[n].claim] for n in ("transverse peak", "several contacts"))

@@ -33,7 +33,7 @@ ROLLER = variant(0, "roller")
 def test_study_of_hand_values_agrees():
     study = run_study("bridges")
     assert len(study.comparisons) == 57
-    assert [row.quantity for row in study.comparisons if not row.is_passed] == []
+    assert [row["quantity"] for row in study.comparisons if not row["pass"]] == []
 
 
 def test_reactions_of_two_equal_spans_are_three_eighths_and_ten_eighths():

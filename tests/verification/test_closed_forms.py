@@ -23,15 +23,13 @@ from skewbridge.contact.drives import (
 from skewbridge.errors import InputError
 from skewbridge.verification.references.blocks import (
     TABLE_G_MPS2,
-    run_block,
-    run_upright,
-    sliding_block,
-)
-from skewbridge.verification.references.closed_forms import (
     RockingBlock,
     circular_path_lag_rad,
     circular_path_work_j,
+    run_block,
+    run_upright,
     sine_pulse_first_slip,
+    sliding_block,
 )
 from skewbridge.verification.references.driven_unit import (
     PAPER_LAW,
@@ -53,8 +51,8 @@ SLIP_M = 0.045
 def test_studies_of_closed_forms_agree(name, count):
     study = run_study(name)
     assert len(study.comparisons) == count
-    assert [row.quantity for row in study.comparisons if not row.is_passed] == []
-    assert {found.verdict.outcome for found in study.verdicts} <= {"agrees"}
+    assert [row["quantity"] for row in study.comparisons if not row["pass"]] == []
+    assert {row["outcome"] for row in study.statement_rows()} <= {"agrees"}
 
 
 # Friction, start and end of the first slip, its length, and the final slip of an independent

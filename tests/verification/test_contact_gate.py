@@ -8,8 +8,7 @@ from skewbridge.contact import law as contact_law
 from skewbridge.verification.references.cases import deck_case
 from skewbridge.verification.references.deck_solvers import run_deck
 from skewbridge.verification.references.driven_unit import drive_unit, path_work_j
-from skewbridge.verification.studies import gate
-from skewbridge.verification.studies.blocks import TABLE, integrator_restitution
+from skewbridge.verification.studies.blocks import integrator_restitution, verify_contact_gate
 from skewbridge.verification.studies.native_element import (
     IMPLEX,
     IMPLICIT,
@@ -21,7 +20,7 @@ from skewbridge.verification.studies.spatial_path import path_error
 
 
 def test_contact_checks_pass():
-    table = gate.verify_contact_gate()
+    table = verify_contact_gate()
     assert table.loc[~table["pass"], "quantity"].tolist() == []
     assert len(table) >= 15
 
@@ -45,7 +44,7 @@ def no_updates(monkeypatch):
 @pytest.mark.parametrize(("fault", "words"), [(half_cone, ("",)), (no_updates, ("lag", "work"))])
 def test_contact_checks_fail_with_a_fault_in_friction(monkeypatch, fault, words):
     fault(monkeypatch)
-    failed = gate.verify_contact_gate().query("not `pass`")["quantity"]
+    failed = verify_contact_gate().query("not `pass`")["quantity"]
     assert any(word in quantity for quantity in failed for word in words)
 
 
@@ -81,12 +80,22 @@ def test_both_couplings_are_of_first_order_on_a_path_that_stays_closed(coupling)
         assert errors[1] <= 0.012
 
 
-@pytest.mark.parametrize("step", [0.1, 0.5, 1.0, 2.0])
-def test_integrators_lose_energy_at_impact_as_without_opensees(step):
-    reference = TABLE[step]
+# Means of Houbolt and Newmark, least and largest of Newmark: own integration without OpenSees.
+@pytest.mark.parametrize(
+    ("step", "houbolt_mean", "newmark_mean", "ends"),
+    [
+        (0.1, 0.9984, 1.0000, (0.9988, 1.0012)),
+        (0.5, 0.9255, 1.0004, (0.9712, 1.0286)),
+        (1.0, 0.7947, 1.0056, (0.9037, 1.1076)),
+        (2.0, 0.6525, 1.0000, (1.0000, 1.0000)),
+    ],
+)
+def test_integrators_lose_energy_at_impact_as_without_opensees(
+    step, houbolt_mean, newmark_mean, ends
+):
     # Houbolt depends on how it is started before the impact: 0.01; Newmark is one-step.
     houbolt = integrator_restitution("houbolt", step)
-    assert houbolt.mean() == pytest.approx(reference[0], abs=0.01)
+    assert houbolt.mean() == pytest.approx(houbolt_mean, abs=0.01)
     newmark = integrator_restitution("newmark", step)
-    assert newmark.mean() == pytest.approx(reference[3], abs=1e-3)
-    assert (newmark.min(), newmark.max()) == pytest.approx(reference[4:6], abs=0.02)
+    assert newmark.mean() == pytest.approx(newmark_mean, abs=1e-3)
+    assert (newmark.min(), newmark.max()) == pytest.approx(ends, abs=0.02)

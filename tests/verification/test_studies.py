@@ -15,11 +15,16 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
 from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.units import G_MPS2
+from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.registry import Study, run_study
 from skewbridge.verification.statements import STATEMENTS
 from skewbridge.verification.studies import paper_runs, strong_motions
-from skewbridge.verification.studies.bridge_friction import half_cycles, stick_slip_changes
+from skewbridge.verification.studies.bridge_friction import (
+    DeckMotion,
+    half_cycles,
+    stick_slip_changes,
+)
 from skewbridge.verification.studies.paper_runs import paper_variant, strongest_motions
 from skewbridge.verification.studies.published import (
     COMPARED,
@@ -46,11 +51,10 @@ from skewbridge.verification.studies.strong_motions import (
     CONVERGENCE,
     DEMANDS,
     HARD_SET,
-    PGA_G,
-    REFINEMENTS,
+    MESHES,
+    STEPS,
     compare_with_finer,
     judge_changes,
-    pairs,
     pooled_ratios,
     relative_changes,
     run_accuracy,
@@ -58,14 +62,12 @@ from skewbridge.verification.studies.strong_motions import (
 )
 from strong_motion import strong_motion
 
-ONE = replace(
-    HARD_SET, bridges=("osb1",), abutments=("roller",), skews_deg=(0,), motion_count=1, processes=1
-)
+ROLLER = GridConfig(bridge=("osb1",), abutment=("roller",), skew_deg=(0,), friction=(0.0,))
+ONE = replace(HARD_SET, grid=ROLLER, motion_count=1, processes=1)
 # two motions cut to 2 s of shaking beyond their tapers, friction alone, coarse against default
 TINY = replace(
-    ACCURACY["accuracy"],
-    skews_deg=(0,),
-    gaps_mm=(25,),
+    ACCURACY,
+    grid=GridConfig(bridge=("osb1",), skew_deg=(0,), gap_mm=(25,)),
     motion_count=2,
     window_s=2.1,
     processes=1,
@@ -73,11 +75,11 @@ TINY = replace(
 
 
 def test_the_hard_set_has_every_bridge_abutment_and_skew():
-    assert len({variant.slug for variant in HARD_SET.variants()}) == len(HARD_SET.variants()) == 45
+    assert len(expand_grid(HARD_SET.grid)) == 45
 
 
 def test_motions_are_the_strongest_and_reach_the_peak():
-    motions = strongest_motions(3, PGA_G)
+    motions = strongest_motions(3, HARD_SET.pga_g)
     assert len({motion.motion_id for motion in motions}) == 3
     for motion in motions:
         peak_g = orbit_rotd50(motion.accel_1_mps2, motion.accel_2_mps2) / G_MPS2
@@ -87,17 +89,16 @@ def test_motions_are_the_strongest_and_reach_the_peak():
 @pytest.mark.parametrize(
     ("changes", "sound"), [({}, 1.0), ({"max_iterations": 2, "mean_iterations": 1.0}, 0.0)]
 )
-def test_analyses_of_the_hard_set_count_if_they_end_well(changes, sound):
-    study, settings = Study("hard-set"), AnalysisSettings(duration_s=3.0, **changes)
+def test_analyses_of_the_hard_set_count_if_they_end_well(changes, sound, tmp_path):
+    study, settings = Study("hard-set", tmp_path), AnalysisSettings(duration_s=3.0, **changes)
     run_hard_set(study, ONE, settings)
     (row,) = study.comparisons
-    assert (row.value, row.reference, row.is_passed) == (sound, 1.0, bool(sound))
+    assert (row["value"], row["reference"], row["pass"]) == (sound, 1.0, bool(sound))
     failed = f"{study.tables['rows']['motion_id'].iloc[0]}: timeout"
-    assert study.tables["statuses"]["analyses"].tolist() == [1]
     rungs = study.tables["rungs"].set_index("rung")
     assert rungs["analyses"].sum() == 1
     assert rungs["steps_share"].sum() == pytest.approx(1.0)
-    assert sound or all(word in row.quantity for word in failed.split(": "))
+    assert sound or all(word in row["quantity"] for word in failed.split(": "))
 
 
 def test_resume_of_the_accuracy_repeats_only_the_line_cut_short(monkeypatch, tmp_path):
@@ -108,9 +109,9 @@ def test_resume_of_the_accuracy_repeats_only_the_line_cut_short(monkeypatch, tmp
     assert set(table["count"]) == {2}
     assert (tmp_path / "accuracy.jsonl").read_text().count('"run_key"') == 8
     summary, failed = first.comparisons[-2:]
-    assert summary.value == pytest.approx(table["difference_percent"].abs().max())
-    assert "largest difference of 8 pooled ratios" in summary.quantity
-    assert failed.value == 0.0
+    assert summary["value"] == pytest.approx(table["difference_percent"].abs().max())
+    assert "largest difference of 8 pooled ratios" in summary["quantity"]
+    assert failed["value"] == 0.0
     journal = tmp_path / "accuracy.jsonl"
     journal.write_bytes(journal.read_bytes().rstrip()[:-20])  # as a kill leaves the last line
     slugs, lines, analyse = [], [], strong_motions.analyse
@@ -121,19 +122,19 @@ def test_resume_of_the_accuracy_repeats_only_the_line_cut_short(monkeypatch, tmp
     second = Study("accuracy", tmp_path, lines.append)
     run_accuracy(second, TINY, ("fast", "default"))
     assert len(slugs) == 1
-    assert lines[0].startswith(f"8 of 8 analyses, 0 min left; last: {slugs[0]}")
+    assert lines[0].startswith(f"8 of 8 analyses; last: {slugs[0]}")
     assert second.tables["ratios"].equals(table)
     assert second.comparisons == first.comparisons
 
 
-def judged(demand, changes, refinement=REFINEMENTS[0]):
+def judged(demand, changes, refinement=STEPS[0]):
     """Return whether the largest change of a demand and the share above its limit pass."""
     study = Study("convergence")
     table = pd.DataFrame(dict.fromkeys(CHANGES, 0.0), index=range(len(changes)))
     judge_changes(study, table.assign(**{demand: changes}), refinement)
-    rows = [row for row in study.comparisons if row.quantity.startswith(demand)]
-    assert all(row.is_passed for row in study.comparisons if row not in rows)
-    return [row.is_passed for row in rows if row.tolerance is not None]
+    rows = [row for row in study.comparisons if row["quantity"].startswith(demand)]
+    assert all(row["pass"] for row in study.comparisons if row not in rows)
+    return [row["pass"] for row in rows if row["tolerance"] is not None]
 
 
 @pytest.mark.parametrize(
@@ -154,7 +155,7 @@ def test_changes_are_judged_by_their_size_and_their_share(demand, changes, passe
 
 
 def test_changes_of_the_reference_itself_are_reported_only():
-    assert judged("column_shear_kn", [0.5] * 20, REFINEMENTS[1]) == []
+    assert judged("column_shear_kn", [0.5] * 20, STEPS[1]) == []
 
 
 def test_changes_up_to_the_floor_count_as_none():
@@ -165,13 +166,11 @@ def test_changes_up_to_the_floor_count_as_none():
     assert relative_changes("unseating_m", values, exact).iloc[0] == pytest.approx(0.09)
 
 
-def test_each_case_is_compared_with_finer_steps_and_meshes():
-    one = replace(
-        CONVERGENCE, bridges=("osb1",), skews_deg=(30,), gaps_mm=(25,), motion_count=1, window_s=2.1
-    )
-    meshes = [each for each in REFINEMENTS if each.kind == "mesh"]
-    study = Study("convergence-mesh")
-    compare_with_finer(study, replace(one, processes=1), meshes)
+def test_each_case_is_compared_with_finer_meshes(tmp_path):
+    grid = GridConfig(bridge=("osb1",), skew_deg=(30,), gap_mm=(25,), friction=(0.5,))
+    one = replace(CONVERGENCE, grid=grid, motion_count=1, window_s=2.1, processes=1)
+    study = Study("convergence-mesh", tmp_path)
+    compare_with_finer(study, one, MESHES)
     changes = study.tables["changes"].set_index("against")
     assert list(changes.index) == ["9 wall points", "17 wall points", "fine fibers"]
     assert (changes["numerics"] == "default").all()
@@ -180,37 +179,34 @@ def test_each_case_is_compared_with_finer_steps_and_meshes():
     assert (changes["column_shear_kn"].abs() < 0.01).all()
 
 
-def test_accuracy_pairs_neighbours_on_every_axis():
-    found = pairs(ACCURACY["accuracy"])
-    axes = ("friction_pct", "gap_mm", "skew_deg")
-    assert [sum(name == axis for name, *_ in found) for axis in axes] == [6, 6, 8]
-    for axis, before, after in found:
-        assert replace(before, **{axis: getattr(after, axis)}) == after
-        assert getattr(after, axis) > getattr(before, axis)
-
-
 BOTH = ("default", "reference")
 
 
-def made_up(chosen, ratios):
-    """Return peaks that grow by a ratio per motion and accuracy wherever there is friction."""
-    size = {"default": 1.0, "reference": 2.0}
-    return {
-        (accuracy, variant, motion): dict.fromkeys(
-            DEMANDS, size[accuracy] * (ratio if variant.friction_pct else 1.0)
-        )
+def made_up(ratios, **values):
+    """Peaks that grow by a ratio per accuracy and motion wherever there is friction."""
+    grid = GridConfig(bridge=("osb1",), **values)
+    sizes = dict(zip(BOTH, (1.0, 2.0), strict=True))
+    rows = [
+        {"numerics": accuracy, "motion_id": motion, "skew_deg": variant.skew_deg}
+        | {"gap_mm": variant.gap_mm, "friction_pct": variant.friction_pct}
+        | dict.fromkeys(DEMANDS, sizes[accuracy] * (ratio if variant.friction_pct else 1.0))
         for (accuracy, motion), ratio in ratios.items()
-        for variant in chosen.variants()
-    }
+        for variant in expand_grid(grid)
+    ]
+    return pd.DataFrame(rows)
 
 
 def test_ratios_are_geometric_means_over_motions_and_over_places():
-    chosen = replace(ACCURACY["accuracy"], skews_deg=(0, 30))
     ratios = dict(zip(product(BOTH, "ab"), (1.2, 0.9, 1.1, 0.9), strict=True))
-    table = pooled_ratios(chosen, made_up(chosen, ratios), "ab", BOTH)
+    table = pooled_ratios(made_up(ratios, skew_deg=(0, 30, 60)), BOTH)
+    pooled = table[table["place"] == ALL_PLACES]
+    steps = set(zip(pooled["axis"], pooled["from_value"], pooled["to_value"], strict=True))
+    skews = {("skew_deg", 0, 30), ("skew_deg", 30, 60)}  # neighbours only
+    assert steps == {("friction_pct", 0, 50), ("gap_mm", 25, 51)} | skews
     friction = table[table["axis"] == "friction_pct"]
-    assert len(friction) == len(DEMANDS) * (4 + 1)
-    assert set(friction.loc[friction["place"] == ALL_PLACES, "count"]) == {8}
+    assert len(friction) == len(DEMANDS) * (6 + 1)
+    assert set(friction.loc[friction["place"] == ALL_PLACES, "count"]) == {12}
+    assert "skew_deg 30, gap_mm 25" in set(friction["place"])
     assert friction["ratio"].to_numpy() == pytest.approx((1.2 * 0.9) ** 0.5)
     assert friction["exact_ratio"].to_numpy() == pytest.approx((1.1 * 0.9) ** 0.5)
     difference = 100 * ((1.2 / 1.1) ** 0.5 - 1)
@@ -220,10 +216,10 @@ def test_ratios_are_geometric_means_over_motions_and_over_places():
 
 
 def test_motion_without_the_demand_is_left_out_of_both():
-    chosen = replace(ACCURACY["accuracy"], skews_deg=(0,), gaps_mm=(25,))
-    found = made_up(chosen, dict.fromkeys(product(BOTH, "ab"), 1.5))
-    found["reference", chosen.variants()[0], "b"]["unseating_m"] = 0.0
-    table = pooled_ratios(chosen, found, "ab", BOTH).query(f"place == '{ALL_PLACES}'")
+    peaks = made_up(dict.fromkeys(product(BOTH, "ab"), 1.5), skew_deg=(0,), gap_mm=(25,))
+    last = peaks.index[(peaks["numerics"] == "reference") & (peaks["motion_id"] == "b")][0]
+    peaks.loc[last, "unseating_m"] = 0.0
+    table = pooled_ratios(peaks, BOTH).query(f"place == '{ALL_PLACES}'")
     assert table.set_index("demand")["count"].to_dict() == {
         demand: 1 if demand == "unseating_m" else 2 for demand in DEMANDS
     }
@@ -363,13 +359,14 @@ T_S = np.linspace(0.0, 4.0, 401)
 def test_half_cycles_lie_between_zero_crossings_and_notice_contact():
     plain, no_contact = np.sin(2 * np.pi * T_S), np.zeros(T_S.size, dtype=bool)
     both = np.column_stack([plain, plain])
-    cycles = half_cycles(T_S, both, 0.9 * both, 0, [no_contact])
+    smooth = DeckMotion(T_S, both, no_contact)
+    cycles = half_cycles((smooth._replace(disp_m=0.9 * both), smooth), 0)
     assert cycles["change"].tolist() == pytest.approx([-0.1] * 8)
     assert cycles["together"].tolist() == pytest.approx([1.0] * 8)
     assert not cycles["has_contact"].any()
     both *= np.where(T_S < 2.0, 1.0, 0.1)[:, None]  # small half cycles are left out
-    contact = (T_S > 0.2) & (T_S < 0.3)
-    cycles = half_cycles(T_S, both, both, 1, [contact, no_contact])
+    rough = DeckMotion(T_S, both, (T_S > 0.2) & (T_S < 0.3))
+    cycles = half_cycles((rough, smooth._replace(disp_m=both)), 1)
     assert cycles["has_contact"].tolist() == [True, False, False, False]
 
 
@@ -426,8 +423,8 @@ def test_contacts_without_friction_carry_none_while_the_others_slip(place, free)
 @pytest.mark.parametrize("study", ["fig10", "fig11-12", "friction-source", "ladder"])
 def test_dynamic_study_passes_and_judges_its_statements(study):
     found = run_study(study)
-    failed = [row.quantity for row in found.comparisons if not row.is_passed]
+    failed = [row["quantity"] for row in found.comparisons if not row["pass"]]
     assert not failed
     assert bool(found.figures) is (study != "friction-source")  # that one is no figure of the paper
-    judged = {finding.statement for finding in found.verdicts if finding.case}
-    assert judged >= {key for key, row in STATEMENTS.items() if row.study == study}
+    judged = {row["quantity"] for row in found.statement_rows() if row["case"]}
+    assert judged >= {row.claim for row in STATEMENTS.values() if row.study == study}

@@ -8,7 +8,7 @@ if __name__ == "__main__":
     with script_session(snakemake) as job:
         from skewbridge.files.digests import provenance
         from skewbridge.files.tables import write_frame
-        from skewbridge.verification.studies.gate import verify_contact_gate
+        from skewbridge.verification.studies.blocks import verify_contact_gate
 
         checks = verify_contact_gate()
         failed = checks[~checks["pass"]]

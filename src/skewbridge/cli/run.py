@@ -215,7 +215,7 @@ def doctor() -> Answer:
         **{name: version(name) for name in packages},
     }
     try:
-        from skewbridge.verification.studies.gate import verify_contact_gate
+        from skewbridge.verification.studies.blocks import verify_contact_gate
 
         checks = verify_contact_gate()
         failed = [str(name) for name in checks.loc[~checks["pass"], "quantity"]]

@@ -5,11 +5,10 @@ module of `studies` that takes a `Study` and adds comparisons, figures and table
 it in `STUDIES`. The module is imported when the study runs.
 """
 
-import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
-from math import isfinite
+from math import ceil, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -24,7 +23,7 @@ if TYPE_CHECKING:  # each workflow runs the gate, which draws nothing
 
 # Name of the study (figures as in the paper), module and function.
 STUDIES: Final[dict[str, str]] = {
-    "gate": "gate:run",
+    "gate": "blocks:run_gate",
     "fig1": "blocks:run",
     "fig3": "spatial_path:run",
     "fig4": "particle_between_lines:run",
@@ -57,57 +56,45 @@ COLUMNS: Final = ("study", "quantity", "value", "reference", "tolerance", "pass"
 # Runs that judge a case: the record at several scales and other motions, and how many agree.
 RUN_COLUMNS: Final = ("scales", "scales_agree", "motions", "motions_agree")
 STATEMENT_COLUMNS: Final = (*COLUMNS, "case", "outcome", "reason", *RUN_COLUMNS)
-# Source of references that show whether the model changed, not whether it is right.
-EARLIER_MODEL: Final = "this project's earlier model (regression only)"
 
+type Row = dict[str, Any]
 
-@dataclass(frozen=True, slots=True)
-class ReferenceCheck:
-    """A computed quantity compared with its reference.
-
-    The tolerance is the largest absolute difference; None: reported, not judged.
-    """
-
-    quantity: str
-    value: float
-    reference: float
-    tolerance: float | None
-    source: str
-
-    @property
-    def is_passed(self) -> bool:
-        """Whether the difference is within the tolerance; a row without tolerance passes."""
-        if self.tolerance is None:
-            return True
-        return isfinite(self.value) and abs(self.value - self.reference) <= self.tolerance
-
-
-class StatementCase(NamedTuple):
-    """Verdict on a statement of the paper in one case, from all its runs."""
-
-    statement: str
-    case: str
-    verdict: Verdict
+#: References of comparisons that no study computes, with their tolerances (in %, relative to the
+#: reference; empty: only reported) and sources, by study and quantity.
+TABULATED: Final = (
+    pd.read_csv(Path(__file__).with_name("reference_values.csv"), dtype={"tolerance": str})
+    .fillna({"tolerance": ""})
+    .set_index(["study", "quantity"])
+)
 
 
 @dataclass(frozen=True, slots=True)
 class Study:
     """Collects the results of a study: comparisons, verdicts on statements, figures, tables.
 
-    A long study keeps finished analyses in the folder `kept` and logs its progress by
-    `report_progress`, line by line.
+    A comparison is a row with the columns of the `verify` command; `runs` has the verdicts on a
+    statement in a case by run, or a single one by None. A long study keeps finished analyses in the
+    folder `kept` and logs its progress by `report_progress`, line by line.
     """
 
     name: str
-    kept: Path | None = None
+    kept: Path = Path()
     report_progress: Callable[[str], None] | None = None
-    comparisons: list[ReferenceCheck] = field(default_factory=list[ReferenceCheck])
-    verdicts: list[StatementCase] = field(default_factory=list[StatementCase])
-    runs: dict[tuple[str, str], dict[Run, Verdict | None]] = field(
-        default_factory=dict[tuple[str, str], dict[Run, Verdict | None]]
+    comparisons: list[Row] = field(default_factory=list[Row])
+    runs: dict[tuple[str, str], dict[Run | None, Verdict | None]] = field(
+        default_factory=dict[tuple[str, str], dict[Run | None, Verdict | None]]
     )
     figures: "dict[str, Figure]" = field(default_factory=dict)
     tables: dict[str, pd.DataFrame] = field(default_factory=dict[str, pd.DataFrame])
+
+    def absolute(
+        self, quantity: str, value: float, reference: float, tolerance: float | None, source: str
+    ) -> None:
+        """Compare with an absolute tolerance; without one, only report."""
+        value, reference = float(value), float(reference)
+        passed = tolerance is None or (isfinite(value) and abs(value - reference) <= tolerance)
+        row = (self.name, quantity, value, reference, tolerance, passed, source)
+        self.comparisons.append(dict(zip(COLUMNS, row, strict=True)))
 
     def relative(
         self, quantity: str, value: float, reference: float, tolerance: float | None, source: str
@@ -116,12 +103,13 @@ class Study:
         limit = None if tolerance is None else tolerance * abs(reference)
         self.absolute(quantity, value, reference, limit, source)
 
-    def absolute(
-        self, quantity: str, value: float, reference: float, tolerance: float | None, source: str
-    ) -> None:
-        """Compare with an absolute tolerance; without one, only report."""
-        check = ReferenceCheck(quantity, float(value), float(reference), tolerance, source)
-        self.comparisons.append(check)
+    def tabulated(self, quantity: str, value: float) -> None:
+        """Compare with the reference in `reference_values.csv`."""
+        reference, text, source = TABULATED.loc[(self.name, quantity)]
+        tolerance = float(text.removesuffix("%")) if text else None
+        if text.endswith("%"):
+            tolerance = abs(reference) * float(text[:-1]) / 100.0
+        self.absolute(quantity, value, reference, tolerance, source)
 
     def at_most(self, quantity: str, value: float, limit: float, source: str) -> None:
         """Compare a quantity that is not negative with zero."""
@@ -146,69 +134,89 @@ class Study:
     ) -> None:
         """Add the verdict on a statement (a row of the table) in one case, from its numbers.
 
-        `leave_open` joins the verdicts of several runs of a case; one that does not meet the
-        premise of the statement does not count.
+        The verdicts of several runs of a case are joined; a run that does not meet the premise of
+        the statement does not count.
         """
         verdict = STATEMENTS[statement].verdict(*numbers, **conditions)
-        if run is None:
-            self.verdicts.append(StatementCase(statement, case, verdict))
-        else:
-            self.runs.setdefault((statement, case), {})[run] = verdict if premise else None
+        self.runs.setdefault((statement, case), {})[run] = verdict if premise else None
 
-    def leave_open(self, reason: str = "") -> None:
-        """Join the runs of each case; a statement of this study without a verdict stays open."""
-        self.verdicts.extend(
-            StatementCase(*key, over_runs(runs)) for key, runs in self.runs.items()
-        )
-        self.runs.clear()
-        judged = {found.statement for found in self.verdicts}
-        for key, statement in STATEMENTS.items():
-            if statement.study == self.name and key not in judged:
-                verdict = Verdict("undecidable", statement.open_because or reason)
-                self.verdicts.append(StatementCase(key, "", verdict))
+    def statement_rows(self, open_because: str = "") -> list[Row]:
+        """Return one row per case of a statement; no verdict fails the study.
 
-    def rows(self) -> list[dict[str, Any]]:
-        """Return one row per comparison, with the columns of the `verify` command."""
-        return [
-            {
-                "study": self.name,
-                "quantity": found.quantity,
-                "value": found.value,
-                "reference": found.reference,
-                "tolerance": found.tolerance,
-                "pass": found.is_passed,
-                "source": found.source,
-            }
-            for found in self.comparisons
-        ]
-
-    def statement_rows(self) -> list[dict[str, Any]]:
-        """Return one row per verdict; no verdict fails the study."""
-        return [
-            {
-                "study": self.name,
-                "quantity": STATEMENTS[statement].claim,
-                "value": verdict.value,
-                "reference": verdict.reference,
-                "tolerance": None,
-                "pass": True,
-                "source": f"paper, {STATEMENTS[statement].place}",
-                "case": case,
-                "outcome": verdict.outcome,
-                "reason": verdict.reason,
-                **dict(zip(RUN_COLUMNS, verdict.scales + verdict.motions, strict=True)),
-            }
-            for statement, case, verdict in self.verdicts
-        ]
+        A statement of this study without a case stays open for the reason of its row, or the given
+        one.
+        """
+        verdicts = {key: runs.get(None) or over_runs(runs) for key, runs in self.runs.items()}
+        judged = {statement for statement, _ in verdicts}
+        for key, row in STATEMENTS.items():
+            if row.study == self.name and key not in judged:
+                verdicts[key, ""] = Verdict("undecidable", row.open_because or open_because)
+        rows: list[Row] = []
+        for (key, case), found in verdicts.items():
+            claim, source = STATEMENTS[key].claim, f"paper, {STATEMENTS[key].place}"
+            numbers = found.value, found.reference, None, True
+            judgement = case, found.outcome, found.reason, *found.scales, *found.motions
+            row = (self.name, claim, *numbers, source, *judgement)
+            rows.append(dict(zip(STATEMENT_COLUMNS, row, strict=True)))
+        return rows
 
     def table(self) -> pd.DataFrame:
-        """Return the rows as a table."""
-        return pd.DataFrame(self.rows(), columns=list(COLUMNS))
+        """Return the comparisons as a table."""
+        return pd.DataFrame(self.comparisons, columns=list(COLUMNS))
+
+
+class Panel(NamedTuple):
+    """A panel of a figure: labels of its axes, and x, y and looks of each line by its name."""
+
+    x: str
+    y: str
+    lines: Mapping[str, tuple[Any, ...]]
+    title: str = ""
+    options: Mapping[str, Any] = {}  # of the axes, such as their scale
+
+
+def drawn(
+    panels: Sequence[Panel], *, columns: int = 1, height_in: float, title: str = "", **options: Any
+) -> "Figure":
+    """Draw panels row by row, in the style of the report.
+
+    A line is (x, y) or (x, y, matplotlib keywords). Lines of one name have one colour in all
+    panels and one entry of the legend, except those whose name starts with an underscore.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    from skewbridge.report.axis_layout import STYLE, VARIANT_COLOURS
+
+    names = dict.fromkeys(name for panel in panels for name in panel.lines)
+    colours = dict(zip(names, VARIANT_COLOURS, strict=False))
+    first = next(iter(names))  # wide, so that it shows below the others
+    with mpl.rc_context({**STYLE, "font.size": 8, "axes.titlelocation": "left"}):
+        figure = Figure(figsize=(7.2, height_in), layout="constrained")
+        axes = figure.subplots(ceil(len(panels) / columns), columns, squeeze=False, **options)
+        entries: dict[str, Any] = {}
+        for axis, panel in zip(axes.flat, panels, strict=True):
+            for name, (x, y, *looks) in panel.lines.items():
+                look = {
+                    "color": colours[name],
+                    "lw": 1.8 if name == first else 0.9,
+                    **(looks[0] if looks else {}),
+                }
+                (line,) = axis.plot(x, y, label=name, **look)
+                if not name.startswith("_"):
+                    entries.setdefault(name, line)
+            axis.set(xlabel=panel.x, ylabel=panel.y, title=panel.title, **panel.options)
+        if len(entries) > 1:
+            figure.legend(
+                entries.values(), entries, loc="outside upper center", ncols=min(len(entries), 4)
+            )
+        figure.suptitle(title)
+    return figure
 
 
 def run_studies(
     names: Sequence[str], out: Path, *, report_progress: Callable[[str], None] | None = None
-) -> list[dict[str, Any]]:
+) -> list[Row]:
     """Run studies, write their tables and figures, and return all rows.
 
     The folder gets the comparisons of each study (`<study>.parquet`, `<study>.json`), its figures
@@ -224,28 +232,27 @@ def run_studies(
     if unknown:
         raise InputError(f"unknown study {', '.join(unknown)}; the studies are {', '.join(known)}")
     writable_folder(out)
-    rows: list[dict[str, Any]] = []
-    statements: list[dict[str, Any]] = []
+    rows: list[Row] = []
+    statements: list[Row] = []
     for name in names or STUDIES:
         if report_progress:
             report_progress(f"{name} ...")
+        stopped = ""
         try:
             study = run_study(name, out, report_progress)
         except RuntimeError as error:
             # The others still run.
-            study = Study(name)
+            study, stopped = Study(name), f"the study stopped: {error}"
             study.holds(f"the study finishes ({error})", truth=False, source="")
-            study.leave_open(f"the study stopped: {error}")
         table = study.table()
         table.to_parquet(out / f"{name}.parquet", index=False)
-        text = json.dumps(json.loads(table.to_json(orient="records") or "[]"), indent=1)
-        (out / f"{name}.json").write_text(f"{text}\n", encoding="utf-8")
+        table.to_json(out / f"{name}.json", orient="records", indent=1)
         for label, figure in study.figures.items():
             figure.savefig(out / f"{name}_{label}.svg", metadata={"Date": None})
         for label, extra in study.tables.items():
             extra.to_parquet(out / f"{name}_{label}.parquet", index=False)
-        rows += study.rows()
-        statements += study.statement_rows()
+        rows += study.comparisons
+        statements += study.statement_rows(stopped)
         # After each study, so that an interrupted run keeps its results.
         pd.DataFrame(rows, columns=list(COLUMNS)).to_parquet(out / "studies.parquet", index=False)
         verdicts = pd.DataFrame(statements, columns=list(STATEMENT_COLUMNS))
@@ -255,14 +262,13 @@ def run_studies(
 
 
 def run_study(
-    name: str, kept: Path | None = None, report_progress: Callable[[str], None] | None = None
+    name: str, kept: Path = Path(), report_progress: Callable[[str], None] | None = None
 ) -> Study:
-    """Run one study; statements without a verdict are undecidable.
+    """Run one study; `RuntimeError` if a solver fails.
 
-    A long study keeps finished analyses in the folder `kept`. `RuntimeError` if a solver fails.
+    A long study keeps finished analyses in the folder `kept`.
     """
     study = Study(name, kept, report_progress)
     module, function = (STUDIES | LONG_STUDIES)[name].split(":")
     getattr(import_module(f"skewbridge.verification.studies.{module}"), function)(study)
-    study.leave_open()
     return study

@@ -22,6 +22,7 @@ References:
 """
 
 import csv
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -101,13 +102,6 @@ def over_runs(verdicts: Mapping[Run, Verdict | None]) -> Verdict:
     return Verdict(outcome, reason, nominal.value, nominal.reference, scales, motions)
 
 
-def relative_change(value: float, reference: float) -> float:
-    """Return the change over the reference; nan or infinite if the reference is zero."""
-    if reference == 0.0:
-        return nan if value == 0.0 else inf
-    return value / reference - 1.0
-
-
 def _decided(truth: bool, reason: str, value: float, reference: float) -> Verdict:
     if isnan(value) or isnan(reference):
         return Verdict("undecidable", f"{reason}: not a number", value, reference)
@@ -117,32 +111,15 @@ def _decided(truth: bool, reason: str, value: float, reference: float) -> Verdic
 # The rules take the numbers of a case, then the limits of the table.
 
 
-def at_most(value: float, limit: float) -> Verdict:
-    """Judge that a value does not exceed a limit."""
-    return _decided(value <= limit, f"{value:.4g}, limit {limit:.4g}", value, limit)
+def _comparison(holds: Callable[[float, float], bool], words: str) -> Callable[..., Verdict]:
+    """Return a rule that compares a value with a limit, or with a multiple of another value."""
 
+    def judge(value: float, reference: float, factor: float = 1.0) -> Verdict:
+        required = "" if factor == 1.0 else f", required factor {factor:g}"
+        reason = f"{value:.4g}{words} {reference:.4g}{required}"
+        return _decided(holds(value, factor * reference), reason, value, reference)
 
-def at_least(value: float, limit: float) -> Verdict:
-    """Judge that a value reaches a limit."""
-    return _decided(value >= limit, f"{value:.4g}, at least {limit:.4g}", value, limit)
-
-
-def greater(value: float, reference: float, factor: float = 1.0) -> Verdict:
-    """Judge that a value exceeds its reference, or a multiple of it."""
-    required = "" if factor == 1.0 else f", required factor {factor:g}"
-    reason = f"{value:.4g} against {reference:.4g}{required}"
-    return _decided(value > factor * reference, reason, value, reference)
-
-
-def smaller(value: float, reference: float) -> Verdict:
-    """Judge that a value is below its reference."""
-    return _decided(value < reference, f"{value:.4g} against {reference:.4g}", value, reference)
-
-
-def equal(value: float, reference: float) -> Verdict:
-    """Judge that a value equals its reference."""
-    reason = f"{value:.4g} against {reference:.4g}"
-    return _decided(isclose(value, reference), reason, value, reference)
+    return judge
 
 
 def some_within(values: Mapping[float, float], low: float, high: float) -> Verdict:
@@ -160,15 +137,34 @@ def falls_to(values: Sequence[float], limit: float) -> Verdict:
     return _decided(falls and values[-1] <= limit, reason, values[-1], limit)
 
 
-def lower(value: float, reference: float) -> Verdict:
-    """Judge that a peak with friction is below the peak without it (the reference)."""
+def relative_change(value: float, reference: float) -> float:
+    """Return the change over the reference; nan or infinite if the reference is zero."""
+    if reference == 0.0:
+        return nan if value == 0.0 else inf
+    return value / reference - 1.0
+
+
+def _change(
+    value: float, reference: float, low: float, high: float, words: str, *, open_within: str = ""
+) -> Verdict:
+    """Judge that the change of a peak by friction, over the peak without, is within limits.
+
+    With a reason `open_within`, a change that the reason covers is undecidable.
+    """
     change = relative_change(value, reference)
+    reason = f"changes by {change:+.1%}{words}"
     if not isfinite(change):
         return Verdict("undecidable", "zero without friction", value, reference)
-    if abs(change) <= RESOLUTION:
-        reason = f"changes by {change:+.1%}, within the resolution of {RESOLUTION:.1%}"
-        return Verdict("undecidable", reason, value, reference)
-    return _decided(change < 0.0, f"changes by {change:+.1%}", value, reference)
+    if open_within:
+        return Verdict("undecidable", f"{reason}, {open_within}", value, reference)
+    return _decided(low <= change <= high, reason, value, reference)
+
+
+def lower(value: float, reference: float) -> Verdict:
+    """Judge that a peak with friction is below the peak without it (the reference)."""
+    is_small = abs(relative_change(value, reference)) <= RESOLUTION
+    text = f"within the resolution of {RESOLUTION:.1%}" if is_small else ""
+    return _change(value, reference, -inf, 0.0, "", open_within=text)
 
 
 def reduced_by(
@@ -178,22 +174,15 @@ def reduced_by(
 
     Under another record than the paper's (`same_record` false) the size is undecidable.
     """
-    change = relative_change(value, reference)
-    reason = f"changes by {change:+.1%}, reduction of {low:.1%} to {high:.1%} in the paper"
-    if not isfinite(change):
-        return Verdict("undecidable", "zero without friction", value, reference)
-    if change < RESOLUTION and not same_record:
-        return Verdict("undecidable", f"{reason}, other record", value, reference)
-    return _decided(low <= -change <= high, reason, value, reference)
+    is_reduced = relative_change(value, reference) < RESOLUTION
+    text = "other record" if is_reduced and not same_record else ""
+    words = f", reduction of {low:.1%} to {high:.1%} in the paper"
+    return _change(value, reference, -high, -low, words, open_within=text)
 
 
 def hardly_changed(value: float, reference: float) -> Verdict:
     """Judge that friction changes a peak by at most `SMALL`."""
-    change = relative_change(value, reference)
-    if not isfinite(change):
-        return Verdict("undecidable", "zero without friction", value, reference)
-    reason = f"changes by {change:+.1%}, small is {SMALL:.0%}"
-    return _decided(abs(change) <= SMALL, reason, value, reference)
+    return _change(value, reference, -SMALL, SMALL, f", small is {SMALL:.0%}")
 
 
 def more_often(count: int, total: int) -> Verdict:
@@ -231,12 +220,12 @@ def _tested(text: str, p_for: float, p_against: float, numbers: tuple[float, flo
 
 
 #: Rules by their names in the table.
-_RULES: Final[Mapping[str, Callable[..., Verdict]]] = {
-    "at most": at_most,
-    "at least": at_least,
-    "greater": greater,
-    "smaller": smaller,
-    "equal": equal,
+RULES: Final[Mapping[str, Callable[..., Verdict]]] = {
+    "at most": _comparison(operator.le, ", limit"),
+    "at least": _comparison(operator.ge, ", at least"),
+    "greater": _comparison(operator.gt, " against"),
+    "smaller": _comparison(operator.lt, " against"),
+    "equal": _comparison(isclose, " against"),
     "some within": some_within,
     "falls to": falls_to,
     "lower": lower,
@@ -268,7 +257,7 @@ class Statement:
         if self.open_because:
             listed = [f"{self.number} {number:.2g}" for number in numbers[:1]]
             return Verdict("undecidable", "; ".join([*listed, self.open_because]), *numbers)
-        found = _RULES[self.rule](*numbers, *self.limits, **conditions)
+        found = RULES[self.rule](*numbers, *self.limits, **conditions)
         return replace(found, reason=f"{self.number}: {found.reason}")
 
 

@@ -57,8 +57,6 @@ _PENALTY_RESOLUTION: Final = 0.01
 # At this step the tabulated peaks with e <= 0.6 are within 0.05 % of the converged ones.
 _LARGEST_LCP_STEP_S: Final = 2.0e-5
 
-type State = tuple[float, float, float, float, float, float]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SkewDeck:
@@ -264,15 +262,13 @@ def _table(history: DeckHistory) -> pa.Table:
         *((f"fn_{corner}_n", "N", "compression") for corner in CORNERS),
         *((f"ft_{corner}_n", "N", "friction force with the sign of slip") for corner in CORNERS),
     ]
-    schema = pa.schema(
-        [
-            pa.field(name, pa.float64(), metadata={"unit": unit, "description": text})
-            for name, unit, text in columns
-        ]
-    )
+    fields = [
+        pa.field(name, pa.float64(), metadata={"unit": unit, "description": text})
+        for name, unit, text in columns
+    ]
     values = (history.q, history.openings_m, history.normals_n, history.tangentials_n)
     table = np.column_stack([history.t_s, *values])
-    return pa.table([pa.array(column) for column in table.T], schema=schema)
+    return pa.table(list(table.T), schema=pa.schema(fields))
 
 
 def run_opensees(
@@ -349,77 +345,9 @@ def excite_deck(
     return times, accel
 
 
-class PenaltyDeck:
-    """Right-hand side and stick points; plain floats, because it is called very often."""
-
-    def __init__(self, case: DeckCase, deck: SkewDeck) -> None:
-        diagonals = (deck.mass, deck.stiffness, deck.damping)
-        self._mass, self._stiffness, self._damping = (values.tolist() for values in diagonals)
-        self._rows = np.hstack([deck.normal_rows, deck.tangent_rows]).tolist()
-        self._gap, self._kn = case.gap_normal_m, case.normal_stiffness_n_per_m
-        self._kt, self._dashpot = case.kt_n_per_m, deck.dashpot_n_s_per_m
-        self._friction, self._cohesion = case.friction, case.cohesion_n
-        self.stick = [0.0] * len(self._rows)
-
-    def forces(self, state: State) -> list[tuple[float, float, float]]:
-        """Return compression, friction (with the sign of slip) and slip of each corner."""
-        x, y, r, vx, vy, vr = state
-        result: list[tuple[float, float, float]] = []
-        for (nx, ny, nr, tx, ty, tr), stick in zip(self._rows, self.stick, strict=True):
-            opening = self._gap + nx * x + ny * y + nr * r
-            slip = tx * x + ty * y + tr * r
-            normal = -self._kn * opening
-            if self._dashpot and opening < 0.0:
-                normal -= self._dashpot * (nx * vx + ny * vy + nr * vr)
-            if opening >= 0.0 or normal <= 0.0:
-                result.append((0.0, 0.0, slip))
-                continue
-            limit = self._cohesion + self._friction * normal
-            trial = self._kt * (slip - stick)
-            result.append((normal, max(-limit, min(limit, trial)), slip))
-        return result
-
-    def rate(self, state: State, ax: float, ay: float) -> State:
-        """Return the time derivative of (q, v) under a ground acceleration."""
-        x, y, r, vx, vy, vr = state
-        (mx, my, mr), (kx, ky, kr), (cx, cy, cr) = self._mass, self._stiffness, self._damping
-        fx, fy, fr = -kx * x - cx * vx - mx * ax, -ky * y - cy * vy - my * ay, -kr * r - cr * vr
-        for (nx, ny, nr, tx, ty, tr), (normal, friction, _) in zip(
-            self._rows, self.forces(state), strict=True
-        ):
-            if normal:
-                fx += normal * nx - friction * tx
-                fy += normal * ny - friction * ty
-                fr += normal * nr - friction * tr
-        return vx, vy, vr, fx / mx, fy / my, fr / mr
-
-    def step(self, s: State, h: float, accel: list[float]) -> State:
-        """Return the state after a Runge-Kutta step; accelerations at start, middle and end."""
-
-        def moved(rate: State, h: float) -> State:
-            (x, y, r, vx, vy, vr), (a, b, c, d, e, f) = s, rate
-            return x + h * a, y + h * b, r + h * c, vx + h * d, vy + h * e, vr + h * f
-
-        ax0, ay0, ax1, ay1, ax2, ay2 = accel
-        k1 = self.rate(s, ax0, ay0)
-        k2 = self.rate(moved(k1, 0.5 * h), ax1, ay1)
-        k3 = self.rate(moved(k2, 0.5 * h), ax1, ay1)
-        k4 = self.rate(moved(k3, h), ax2, ay2)
-        x, y, r, vx, vy, vr = (
-            a + 2.0 * (b + c) + d for a, b, c, d in zip(k1, k2, k3, k4, strict=True)
-        )
-        return moved((x, y, r, vx, vy, vr), h / 6.0)
-
-    def move_stick_points(self, forces: list[tuple[float, float, float]]) -> None:
-        """Bring the stick points to the end of a step."""
-        for k, (normal, friction, slip) in enumerate(forces):
-            self.stick[k] = slip - friction / self._kt if normal else slip
-
-
 def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     """Integrate a deck case with penalty contact; output at multiples of the case's dt_s."""
     deck = make_deck(case)
-    model = PenaltyDeck(case, deck)
     times = live.even_times(case.duration_s, case.dt_s)
     inner = max(1, ceil(case.dt_s * case.contact_frequency_rad_per_s / _PENALTY_RESOLUTION))
     # A jump of the pulse inside a step gets a step end of its own.
@@ -431,15 +359,44 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     # Accelerations at start, middle and end of each step, one-sided at jumps.
     inside = 1e-9 * (ends - starts)
     stages = (starts + inside, 0.5 * (starts + ends), ends - inside)
-    accels = np.concatenate([excitation.at(t) for t in stages]).T
-    state: State = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    rows = np.zeros((len(fine), 14))
-    for k, h in enumerate(ends - starts):
-        state = model.step(state, float(h), accels[k].tolist())
-        forces = model.forces(state)
-        model.move_stick_points(forces)
-        normals, frictions, _ = zip(*forces, strict=True)
-        rows[k + 1] = [*state, *normals, *frictions]
+    accels = np.zeros((len(starts), 3, 6))  # step, stage, of (q, v)
+    accels[:, :, 3:5] = np.stack([excitation.at(t).T for t in stages], axis=1)
+    # A state is (q, v); without contact its rate is free @ state, less the acceleration.
+    free = np.zeros((6, 6))
+    free[:3, 3:] = np.eye(3)
+    free[3:] = -np.hstack([np.diag(deck.stiffness / deck.mass), np.diag(deck.damping / deck.mass)])
+    spread = np.zeros((6, 8))  # of compression and friction at the corners
+    spread[3:] = np.vstack([deck.normal_rows, -deck.tangent_rows]).T / deck.mass[:, None]
+    kn, kt, stick = case.normal_stiffness_n_per_m, case.kt_n_per_m, np.zeros(len(CORNERS))
+
+    def contact(state: Array) -> Array | None:
+        """Return compression and friction (with the sign of slip) of the corners; None if open."""
+        openings = case.gap_normal_m + deck.normal_rows @ state[:3]
+        if openings.min() >= 0.0:
+            return None
+        normals = -kn * openings - deck.dashpot_n_s_per_m * (deck.normal_rows @ state[3:])
+        normals = np.where(openings < 0.0, np.maximum(0.0, normals), 0.0)
+        limits = np.where(normals > 0.0, case.cohesion_n + case.friction * normals, 0.0)
+        trial = kt * (deck.tangent_rows @ state[:3] - stick)
+        return np.append(normals, np.maximum(-limits, np.minimum(limits, trial)))
+
+    def rate(state: Array, accel: Array) -> Array:
+        forces, result = contact(state), free @ state - accel
+        return result if forces is None else result + spread @ forces
+
+    state, rows = np.zeros(6), np.zeros((len(fine), 14))
+    for k, h in enumerate((ends - starts).tolist()):
+        start, middle, end = accels[k]
+        k1 = rate(state, start)
+        k2 = rate(state + 0.5 * h * k1, middle)
+        k3 = rate(state + 0.5 * h * k2, middle)
+        k4 = rate(state + h * k3, end)
+        state = state + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+        rows[k + 1, :6], forces = state, contact(state)
+        stick = deck.tangent_rows @ state[:3]
+        if forces is not None:
+            rows[k + 1, 6:] = forces
+            stick = stick - np.where(forces[:4] > 0.0, forces[4:] / kt, 0.0)
     openings = case.gap_normal_m + rows[:, :3] @ deck.normal_rows.T
     half = 0.5 * float(np.median(ends - starts))
     accel = excitation.mean(fine - half, fine + half)

@@ -6,10 +6,9 @@ for a missing record is named on every figure.
 """
 
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Final, Self
 
 from skewbridge.errors import InputError
 from skewbridge.files.digests import PACKAGE
@@ -36,7 +35,6 @@ TARZANA_PGA_ROTD50_G: Final = 1.6440
 # The package's motions have no pulse: at the peak of WAHO they leave the gaps of OSB1 open, so they
 # could not check what the paper states about contact.
 CLOSING_FACTOR: Final = 3.0
-
 # source: PEER NGA-West2, RSN 6 (Imperial Valley 1940, El Centro): geometric mean of the two
 # components, 0.2808 and 0.2107 g
 EL_CENTRO_PGA_G: Final = 0.2432
@@ -73,7 +71,7 @@ class PaperMotion:
         """Whether this is the motion of the study at scale 1."""
         return self.run.scale == 1.0
 
-    def runs(self) -> "Sequence[PaperMotion]":
+    def runs(self) -> list[Self]:
         """Return this motion at `SCALES`; for a stand-in, other motions of the suite as well."""
         scaled = [
             replace(self, motion=self.motion.scaled(scale), run=Run(f"scale {scale:g}", scale))
@@ -96,59 +94,54 @@ class PaperMotion:
 
 def tarzana() -> PaperMotion:
     """Return Tarzana with 090 longitudinal and 000 transverse, or a synthetic pair as strong."""
-    files = _find("*TAR090*"), _find("*TAR360*") or _find("*TAR000*")
-    pga_g = TARZANA_PGA_ROTD50_G
-    return _record(files, "TAR", "Tarzana (TAR)", pga_g) or _synthetic(pga_g, "Tarzana")
+    patterns = ("*TAR090*", "*TAR360*", "*TAR000*")
+    return _record("Tarzana", "TAR", patterns, TARZANA_PGA_ROTD50_G)
 
 
 def waho() -> PaperMotion:
     """Return WAHO with 090 longitudinal and 000 transverse, its surrogate, or a synthetic pair."""
-    files = _find("*WAH090*"), _find("*WAH000*")
-    closing_g = CLOSING_FACTOR * WAHO_PGA_ROTD50_G
-    if found := _record(files, "RSN811_WAHO", "WAHO", closing_g):
-        return found
+    patterns = ("*WAH090*", "*WAH000*")
+    found = _record("WAHO", "RSN811_WAHO", patterns, WAHO_PGA_ROTD50_G, CLOSING_FACTOR)
     north, east = (_find(name) for name in SURROGATE_FILES)
-    if north and east:
-        motion = read_motion(east, north, Given(unit="g"), motion_id=SURROGATE_ID)
-        label = f"surrogate for WAHO: Capitola x {SURROGATE_FACTOR:g}"
-        return PaperMotion(motion.scaled(SURROGATE_FACTOR), label, closing_g)
-    return _synthetic(WAHO_PGA_ROTD50_G, "WAHO", CLOSING_FACTOR)
+    if found.is_paper_record or not (north and east):
+        return found
+    motion = read_motion(east, north, Given(unit="g"), motion_id=SURROGATE_ID)
+    label = f"surrogate for WAHO: Capitola x {SURROGATE_FACTOR:g}"
+    return replace(found, motion=motion.scaled(SURROGATE_FACTOR), label=label)
 
 
 def el_centro() -> PaperMotion:
     """Return El Centro with 180 longitudinal and 270 transverse, or a synthetic pair as strong."""
-    files = _find("*ELC180*"), _find("*ELC270*")
-    found = _record(files, "RSN6_ELC", "El Centro (ELC)", EL_CENTRO_PGA_G)
-    return found or _synthetic(EL_CENTRO_PGA_G, "El Centro")
+    return _record("El Centro", "RSN6_ELC", ("*ELC180*", "*ELC270*"), EL_CENTRO_PGA_G)
 
 
-def _find(pattern: str) -> Path | None:
+def _find(*patterns: str) -> Path | None:
     """Return the first file that matches a pattern in the folders, in order of names."""
     named = [part for part in os.environ.get(FOLDERS_VARIABLE, "").split(os.pathsep) if part]
-    found = (file for folder in (*named, "motions") for file in sorted(Path(folder).rglob(pattern)))
+    folders = [Path(folder) for folder in (*named, "motions")]
+    found = (file for each in patterns for at in folders for file in sorted(at.rglob(each)))
     return next(found, None)
 
 
 def _record(
-    files: tuple[Path | None, Path | None], motion_id: str, label: str, other_pga_g: float
-) -> PaperMotion | None:
-    """Return the paper's record from its two files; None if a file is missing or not the record."""
-    first, second = files
-    if first is None or second is None:
-        return None
-    try:
-        motion = read_motion(first, second, motion_id=motion_id)
-    except FalseClaimError:
-        return None
-    return PaperMotion(motion, label, other_pga_g, is_paper_record=True)
+    name: str, motion_id: str, patterns: tuple[str, ...], pga_rotd50_g: float, factor: float = 1.0
+) -> PaperMotion:
+    """Return the paper's record, from patterns of the first file and of the second.
 
-
-def _synthetic(pga_rotd50_g: float, wanted: str, factor: float = 1.0) -> PaperMotion:
-    """Return the first motion of the package's suite, scaled to a multiple of a published peak."""
+    Without its files (or if they hold another record), the first motion of the package's suite,
+    scaled to a multiple of the published peak.
+    """
+    first, second = _find(patterns[0]), _find(*patterns[1:])
+    pga_g = factor * pga_rotd50_g
+    if first and second:
+        try:
+            motion = read_motion(first, second, motion_id=motion_id)
+            return PaperMotion(motion, name, pga_g, is_paper_record=True)
+        except FalseClaimError:
+            pass
     motion = read_entry(embedded_entries()[0])
-    label = f"synthetic {motion.motion_id} at {factor:g} x the peak of {wanted}"
-    scaled = motion.scaled(factor * pga_rotd50_g / _pga_g(motion))
-    return PaperMotion(scaled, label, factor * pga_rotd50_g)
+    label = f"synthetic {motion.motion_id} at {factor:g} x the peak of {name}"
+    return PaperMotion(motion.scaled(pga_g / _pga_g(motion)), label, pga_g)
 
 
 def _pga_g(motion: GroundMotion) -> float:
@@ -178,13 +171,14 @@ def paper_variant(
     bridge: str = "osb1",
     abutment: str = "contact_friction",
     skew_deg: int = 0,
+    gap_mm: int = GAP_MM,
     friction_pct: int = FRICTION_PCT,
 ) -> Variant:
-    """Return a variant with the paper's gap, and its friction unless another is given."""
+    """Return a variant with the paper's gap and friction unless others are given."""
     return Variant(
         bridge=bridge,
         abutment=abutment,
         skew_deg=skew_deg,
-        gap_mm=GAP_MM,
+        gap_mm=gap_mm,
         friction_pct=friction_pct,
     )

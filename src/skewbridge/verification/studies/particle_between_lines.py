@@ -10,31 +10,20 @@ from typing import Final, NamedTuple
 
 import numpy as np
 import openseespy.opensees as ops
-from matplotlib.figure import Figure
 
 from skewbridge.contact import ContactSet, UnitLedger
 from skewbridge.contact.drives import kelvin_voigt_damping_ratio, kelvin_voigt_drive
+from skewbridge.units import KN, MM
 from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.deck_solvers import BaseAcceleration
 from skewbridge.verification.references.lcp import LcpHistory, RigidContacts, moreau_jean
 from skewbridge.verification.references.live_model import Array
-from skewbridge.verification.registry import Study
-from skewbridge.verification.studies import figure_style as style
+from skewbridge.verification.registry import Panel, Study, drawn
 
 _GROUND: Final = 1
 _PARTICLE: Final = 2
 _DURATION_S: Final = 3.0
 _LCP_STEP_S: Final = 2.0e-5
-_LCP: Final = "own Moreau-Jean solver at h = 1e-6 s (docs/theory/verification.md)"
-# Peaks of ux, uy, ut and the sum of normal impulses, by restitution; friction 0.1.
-# source: docs/theory/verification.md, computed at h = 1e-6 s.
-LCP_PEAKS: Final = {
-    0.0: (0.152081, 0.089238, 0.164634, 3133.04),
-    0.6: (0.153500, 0.082905, 0.163860, 5465.14),
-    1.0: (0.166286, 0.086752, 0.186432, 4835.24),
-}
-FIRST_CONTACT_S: Final = 0.0764011
-_PEAKS: Final = ("ux", "uy", "ut")
 _CLOSE: Final = 0.03  # of the gap: the penetration that Kn = 1e9 N/m permits
 
 # ASSUME mass, support and restitution: the paper gives gap, slope, pulse, friction, damping.
@@ -117,78 +106,79 @@ def run_particle_lcp(restitution: float, h_s: float, duration_s: float) -> LcpHi
 
 def run(study: Study) -> None:
     """Run the study."""
-    rigid = {e: run_particle_lcp(e, _LCP_STEP_S, _DURATION_S) for e in LCP_PEAKS}
+    rigid = {e: run_particle_lcp(e, _LCP_STEP_S, _DURATION_S) for e in (0.0, 0.6, 1.0)}
     for restitution, history in rigid.items():
-        *peaks, impulse = LCP_PEAKS[restitution]
         name = f"LCP, restitution {restitution:g}:"
-        for quantity, value, exact in zip(_PEAKS, peaks_m(history.q), peaks, strict=True):
+        for quantity, value in peaks_m(history.q).items():
             # Time stepping converges slowly without loss at impact: shown, not judged.
-            tolerance = None if restitution == 1.0 else 1e-3
-            study.relative(f"{name} peak {quantity} (m)", value, exact, tolerance, _LCP)
+            study.tabulated(f"{name} peak {quantity} (m)", value)
         total = float(history.normal_impulses_ns.sum())
         if restitution < 1.0:
-            study.relative(f"{name} normal impulse (N s)", total, impulse, 5e-3, _LCP)
+            study.tabulated(f"{name} normal impulse (N s)", total)
         if restitution == 0.6:
             ratio = float(np.abs(history.tangent_impulses_ns).sum()) / total
-            study.absolute(f"{name} friction over normal impulse", ratio, 0.1, 1e-3, "Coulomb")
+            study.tabulated(f"{name} friction over normal impulse", ratio)
     # Step times the frequency of the mass on the penalty: 0.05.
     dt = 0.05 * (_MASS_KG / _KN_N_PER_M) ** 0.5
     history = run_particle(dt, _DURATION_S, keep=lambda k: k % 10 == 0)
     compare_with_lcp(study, history, rigid[0.6])
-    study.figures["particle"] = _figure(history, rigid[0.6])
+    _draw(study, history, rigid[0.6])
 
 
-def peaks_m(positions_m: Array) -> tuple[float, float, float]:
-    """Return the largest ux, uy and displacement along the lines of positions, shape (n, 2)."""
-    ux, uy = np.abs(positions_m).max(axis=0)
-    return float(ux), float(uy), float(np.abs(positions_m @ TANGENT).max())
+def peaks_m(positions_m: Array) -> dict[str, float]:
+    """Return the largest ux, uy and displacement along the lines, ut, of positions (n, 2)."""
+    peaks = np.abs(np.column_stack([positions_m, positions_m @ TANGENT])).max(axis=0)
+    return dict(zip(("ux", "uy", "ut"), peaks.tolist(), strict=True))
 
 
 def compare_with_lcp(study: Study, history: ParticleHistory, rigid: LcpHistory) -> None:
     """Compare the penalty particle of OpenSees with the rigid one of restitution 0.6."""
-    d, case = _HALF_GAP_M, "OpenSees, Kn 1e9"
-    peaks = zip(_PEAKS, peaks_m(history.position_m), LCP_PEAKS[0.6], strict=False)
-    for quantity, value, peak in peaks:
-        study.relative(f"{case}: peak {quantity} (m)", value, peak, 0.015, _LCP)
-    normal = history.position_m @ NORMAL
-    error = live.rms(normal - np.interp(history.t_s, rigid.t_s, rigid.q @ NORMAL)) / d
-    study.at_most(f"{case}: RMS of un against LCP over gap", error, _CLOSE, _LCP)
-    depth = max(ledger.max_penetration_m for ledger in history.ledgers) / d
+    case = "OpenSees, Kn 1e9"
+    for quantity, value in peaks_m(history.position_m).items():
+        study.tabulated(f"{case}: peak {quantity} (m)", value)
+    normal, exact = history.position_m @ NORMAL, rigid.q @ NORMAL
+    error = live.rms(normal - np.interp(history.t_s, rigid.t_s, exact)) / _HALF_GAP_M
+    source = "own Moreau-Jean solver at the step of the study"
+    study.at_most(f"{case}: RMS of un against LCP over gap", error, _CLOSE, source)
+    depth = max(ledger.max_penetration_m for ledger in history.ledgers) / _HALF_GAP_M
     study.at_most(f"{case}: penetration over gap", depth, _CLOSE, "penalty")
     study.states("node to line", f"{case} N/m", error)
     study.states("penalties enforce", f"{case} N/m", depth)
-    motions = {f"{case} N/m": normal, "rigid, restitution 0.6": rigid.q @ NORMAL}
-    for name, motion in motions.items():
-        study.states("bounded by the lines", name, float(np.abs(motion).max()) / d - 1.0)
-    first_s = float(history.t_s[np.flatnonzero(np.abs(normal) > d)[0]])
-    text, source = "OpenSees: first contact (s)", "closed form of free flight"
-    study.absolute(text, first_s, FIRST_CONTACT_S, 6e-4, source)
+    for name, motion in {f"{case} N/m": normal, "rigid, restitution 0.6": exact}.items():
+        study.states("bounded by the lines", name, float(np.abs(motion).max()) / _HALF_GAP_M - 1.0)
+    first_s = float(history.t_s[np.flatnonzero(np.abs(normal) > _HALF_GAP_M)[0]])
+    study.tabulated("OpenSees: first contact (s)", first_s)
     excess = live.cone_excess(history.friction_n, history.normal_n, _FRICTION)
     text = "OpenSees: friction beyond the cone over its largest"
     study.at_most(text, excess, 0.1, "one step of the predicted compression at impact")
 
 
-def _figure(history: ParticleHistory, rigid: LcpHistory) -> Figure:
-    figure, axes = style.panels(2, 2, height_in=4.8)
-    (plane, across), (along, force) = axes
-    reach = np.array([-0.2, 0.2])
-    for side, colour in ((0, style.BLACK), (1, style.GREEN), (-1, style.BLUE)):
-        x, y = (1000.0 * (reach[:, None] * TANGENT + side * _HALF_GAP_M * NORMAL)).T
-        style.line(plane, x, y, colour, ls="--" if side else "-")
-    t, moved = history.t_s, 1000.0 * history.position_m
-    style.line(plane, moved[:, 0], moved[:, 1], style.ORANGE)
-    style.label(plane, "ux (mm)", "uy (mm)", "path of the particle")
-    panels = ((across, NORMAL, "un", "normal"), (along, TANGENT, "ut", "along the lines"))
-    for axis, direction, name, title in panels:
-        of_rigid = 1000.0 * rigid.q @ direction
-        style.line(axis, rigid.t_s, of_rigid, style.GREY, "LCP, e = 0.6", lw=2.2)
-        style.line(axis, t, moved @ direction, style.ORANGE, "OpenSees")
-        style.label(axis, "time (s)", f"{name} (mm)", title)
-    for side in (_HALF_GAP_M, -_HALF_GAP_M):
-        across.axhline(1000.0 * side, color=style.BLUE, lw=0.8, ls="--")
-    style.legend(along, loc="upper right")
-    style.line(force, t, history.normal_n.sum(axis=1) / 1000.0, style.BLUE, "N", lw=0.8)
-    style.line(force, t, history.friction_n.sum(axis=1) / 1000.0, style.ORANGE, "F", lw=0.8)
-    style.label(force, "time (s)", "force (kN)", "contact forces of both lines")
-    style.legend(force)
-    return figure
+def _draw(study: Study, history: ParticleHistory, rigid: LcpHistory) -> None:
+    """Draw the path between the lines, both displacements and the contact forces over time."""
+    name, of_lcp = "OpenSees", "LCP, e = 0.6"
+    t, moved, exact = history.t_s, history.position_m / MM, rigid.q / MM
+    ends, offset = 200.0 * np.outer((-1.0, 1.0), TANGENT), _HALF_GAP_M / MM * NORMAL
+    forces = {"N": history.normal_n, "F": history.friction_n}
+    panels = [
+        Panel(
+            "ux (mm)",
+            "uy (mm)",
+            {"line": (ends + offset).T, "_": (ends - offset).T, name: moved.T},
+            "path of the particle",
+        ),
+        *(
+            Panel(
+                "time (s)",
+                text,
+                {of_lcp: (rigid.t_s, exact @ way), name: (t, moved @ way)},
+            )
+            for text, way in (("normal, un (mm)", NORMAL), ("along the lines, ut (mm)", TANGENT))
+        ),
+        Panel(
+            "time (s)",
+            "force (kN)",
+            {name: (t, force.sum(axis=1) / KN) for name, force in forces.items()},
+            "contact forces of both lines",
+        ),
+    ]
+    study.figures["particle"] = drawn(panels, columns=2, height_in=4.8)

@@ -22,13 +22,14 @@ References:
 """
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from math import log, nan, radians, sin, sqrt
+from math import nan, radians, sin, sqrt
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -48,6 +49,7 @@ from skewbridge.fragility.paper_table import chosen_curves
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves
 from skewbridge.motions.levels import MotionsConfig
+from skewbridge.report.axis_layout import STYLE, VARIANT_COLOURS, plain_log_ticks
 from skewbridge.statuses import OK, RAN
 from skewbridge.study.analyses import StudySetup
 from skewbridge.study.batch import row_of_task
@@ -58,8 +60,8 @@ from skewbridge.study.task import Task, outcome_of
 from skewbridge.units import INCH
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.variant import Variant
-from skewbridge.verification.registry import Study
-from skewbridge.verification.studies import figure_style as style
+from skewbridge.verification.registry import Row, Study
+from skewbridge.verification.studies.paper_runs import paper_variant
 from skewbridge.verification.studies.strong_motions import rows_of_tasks
 
 BRIDGES: Final = {3: "osb1", 1: "osb1_era1"}
@@ -95,10 +97,7 @@ class Change:
     name: str
     demands: Mapping[str, str] = field(default_factory=dict[str, str])  # others, by component
     capacity: str = "capacity"  # column of the published table
-    # on capacities, by era, component and state
-    factors: Mapping[tuple[int, str, str], float] = field(
-        default_factory=dict[tuple[int, str, str], float]
-    )
+    weaker_bearing: bool = False  # 3 in instead of 4 in, moderate damage of era 1
     first_yield: bool = False  # curvature ductility refers to the first yield of a bar
     whole: bool = True  # peaks of the whole motion, or up to the failure of a column
     bridges: Mapping[int, str] = field(default_factory=lambda: dict(BRIDGES))  # other eras are out
@@ -111,11 +110,8 @@ CHANGES: Final = (
     Change(
         name="capacity: joint opening of the curve, that of era 2", capacity="capacity_of_curve"
     ),
-    Change(
-        # source: Mangalathu, Soleimani and Jeon (2017), table 4, by the comments of simcenter-dlml
-        name="capacity: bearing 3 in instead of 4 in",
-        factors={(1, "bearing", "moderate"): 0.75},
-    ),
+    # source: Mangalathu, Soleimani and Jeon (2017), table 4, by the comments of simcenter-dlml
+    Change(name="capacity: bearing 3 in instead of 4 in", weaker_bearing=True),
     Change(
         name="demand: any move of the deck end on its seat",
         demands={"unseating": "bearing_disp_m", "deck_displacement": "bearing_disp_m"},
@@ -138,19 +134,22 @@ def published_curves() -> pd.DataFrame:
 def run(study: Study) -> None:
     """Run the analyses, fit both eras with each change, and compare."""
     published = published_curves()
-    cases = [
-        (era, change) for era in BRIDGES for change in (NONE, *CHANGES) if era in change.bridges
-    ]
-    keys = [
-        (study_variant(change.bridges[era], 0, change.gap_mm), change.keys) for era, change in cases
-    ]
-    demands = analysed_demands(study, {key: (key[0], {"keys": key[1]}) for key in keys}, MOTIONS)
+    runs: dict[Any, tuple[Variant, dict[str, str]]] = {
+        (era, change.name): (
+            paper_variant(bridge=change.bridges[era], gap_mm=change.gap_mm),
+            {"keys": change.keys},
+        )
+        for era in BRIDGES
+        for change in (NONE, *CHANGES)
+        if era in change.bridges
+    }
+    demands = analysed_demands(study, runs, MOTIONS)
+    changes = {change.name: change for change in (NONE, *CHANGES)}
     found = [
-        medians(published[published["era"] == era], demands[key], era, change)
-        for key, (era, change) in zip(keys, cases, strict=True)
+        medians(published[published["era"] == era], table, era, changes[name])
+        for (era, name), table in demands.items()
     ]
-    table = compared(published, pd.concat(found, ignore_index=True))
-    study.tables["ratios"] = table
+    study.tables["ratios"] = table = compared(published, pd.concat(found, ignore_index=True))
     ours = table[table["change"] == NONE.name]
     for row in records_of(ours):
         name = f"era {row['era']}, {row['component']} {row['state']}"
@@ -169,20 +168,8 @@ def run(study: Study) -> None:
             text = f"{name} is inside {RANGE[0]:g} to {RANGE[1]:g} or explained ({best})"
             study.holds(text, truth=bool(row["is_explained"]), source=SOURCE)
         else:
-            text = f"{name}, not judged ({best})"
-            study.report(text, row["changed_ratio"], 1.0, SOURCE)
-    study.figures["medians"] = _figure(ours)
-
-
-def study_variant(bridge: str, skew_deg: int, gap_mm: int = 25) -> Variant:
-    """Return a variant of the default study, with friction 0.5."""
-    return Variant(
-        bridge=bridge,
-        abutment="contact_friction",
-        skew_deg=skew_deg,
-        gap_mm=gap_mm,
-        friction_pct=50,
-    )
+            study.report(f"{name}, not judged ({best})", row["changed_ratio"], 1.0, SOURCE)
+    study.figures["medians"] = _figure(ours[ours["status"] == FITTED])
 
 
 def analysed_demands[Key](
@@ -208,13 +195,13 @@ def analysed_demands[Key](
         for task in setup.tasks(variant.slug)
     ]
     rows = rows_of_tasks(study, [task for _, task in tasks], _peaks, len(os.sched_getaffinity(0)))
-    tables: dict[Key, list[dict[str, Any]]] = {}
+    tables: dict[Key, list[Row]] = {}
     for (key, task), row in zip(tasks, rows, strict=True):
         tables.setdefault(key, []).append(row_of_task(row, task, row["run_key"]))
     return {key: pd.DataFrame(table) for key, table in tables.items()}
 
 
-def _peaks(task: Task) -> dict[str, Any]:
+def _peaks(task: Task) -> Row:
     """Return the outcome of an analysis, and the peaks of its whole history."""
     result = analyse(task.variant, task.excitation, task.settings, task.options)
     whole = {f"{WHOLE}{name}": float(peak) for name, peak in result.whole_history.items()}
@@ -238,11 +225,11 @@ def medians(
         name = DEMANDS["column_curvature"]
         factor = curve.yield_curvature_per_m / curve.first_yield_curvature_per_m
         demands = demands.assign(**{name: demands[name] * factor})
-    columns = DEMANDS | dict(change.demands)
-    states = [
-        replace(state, threshold=state.threshold * change.factors.get((era, *key), 1.0))
-        for key, state in capacities(published, columns, change.capacity).items()
-    ]
+    limits = capacities(published, DEMANDS | dict(change.demands), change.capacity)
+    if change.weaker_bearing and era == 1:
+        key = "bearing", "moderate"
+        limits[key] = replace(limits[key], threshold=0.75 * limits[key].threshold)
+    states = list(limits.values())
     rows = prepared(demands, list(dict.fromkeys(each.demand for each in states)), SETTINGS).table
     curves = fit_study(rows, states, SETTINGS)
     components = chosen_curves(curves, "cloud")  # as theirs
@@ -289,10 +276,10 @@ def compared(published: pd.DataFrame, ours: pd.DataFrame) -> pd.DataFrame:
     return table
 
 
-def outside(ratio: float) -> float:
-    """Return the distance of a ratio from `RANGE` in its logarithm; 0 inside."""
+def outside(ratio: pd.DataFrame | float) -> Any:
+    """Return the distance of ratios from `RANGE` in their logarithm; 0 inside."""
     low, high = RANGE
-    return max(log(low / ratio), log(ratio / high), 0.0)
+    return np.maximum(np.maximum(np.log(low / ratio), np.log(ratio / high)), 0.0)
 
 
 def explanations(table: pd.DataFrame) -> pd.DataFrame:
@@ -301,38 +288,35 @@ def explanations(table: pd.DataFrame) -> pd.DataFrame:
     Columns: era, component, state, ratio, change, changed_ratio, closed (share of the distance from
     the range that the change closes) and is_explained; ratios inside have no change.
     """
-    rows: list[dict[str, Any]] = []
-    for key, part in table.groupby(["era", *_KEYS], sort=False):
-        ratios = part.set_index("change")["ratio"].dropna()
-        if NONE.name not in ratios:
-            continue
-        distances = ratios.map(outside)
-        best = str(distances.idxmin())  # the first of equals, which is none where it is inside
-        before, after = distances[NONE.name], distances[best]
-        closed = 1.0 - after / before if before > 0.0 else nan
-        row: dict[str, Any] = dict(zip(("era", *_KEYS), key, strict=True))
-        row |= {"ratio": ratios[NONE.name], "change": best, "changed_ratio": ratios[best]}
-        rows.append(row | {"closed": closed, "is_explained": before == 0.0 or closed >= 0.5})
-    return pd.DataFrame(rows)
+    wide = table.pivot(index=["era", *_KEYS], columns="change", values="ratio")
+    # no change first: it is the best of equals where it is inside
+    ratios = wide[list(dict.fromkeys([NONE.name, *table["change"]]))].dropna(subset=[NONE.name])
+    distances = outside(ratios)
+    best, before = distances.idxmin(axis=1), distances[NONE.name]
+    closed = (1.0 - distances.min(axis=1) / before).where(before > 0.0)
+    found = pd.DataFrame({"ratio": ratios[NONE.name], "change": best})
+    found["changed_ratio"] = [ratios.at[key, change] for key, change in best.items()]
+    is_explained = (before == 0.0) | (closed >= 0.5)
+    return found.assign(closed=closed, is_explained=is_explained).reset_index()
 
 
 def _figure(table: pd.DataFrame) -> Figure:
     """Draw the ratio of medians of each state with its interval, one panel per era."""
-    figure, axes = style.panels(1, len(BRIDGES), height_in=4.6, sharex=True)
-    for axis, (era, bridge) in zip(axes[0], BRIDGES.items(), strict=True):
-        rows = table[(table["era"] == era) & (table["status"] == FITTED)]
-        y = np.arange(len(rows))
-        axis.axvspan(*RANGE, color=style.GREY, alpha=0.25, lw=0.0)
-        axis.axvline(1.0, color=style.BLACK, lw=0.6)
-        axis.hlines(y, rows["ratio_low"], rows["ratio_high"], color=style.BLUE, lw=1.2)
-        style.dots(axis, rows["ratio"], y, style.BLUE)
-        names = rows["component"].str.replace("_", " ") + ", " + rows["state"]
-        axis.set_yticks(y, list(names))
-        axis.invert_yaxis()
-        axis.set_xscale("log")
-        axis.set_xticks([0.5, 0.75, 1.0, 1.33, 2.0, 3.0], ["0.5", "0.75", "1", "1.33", "2", "3"])
-        axis.minorticks_off()
-        style.label(axis, "our median over the published one", "", f"{bridge}, era {era}")
+    with mpl.rc_context({**STYLE, "font.size": 8}):
+        figure = Figure(figsize=(7.2, 4.6), layout="constrained")
+        axes = figure.subplots(1, len(BRIDGES), sharex=True)
+        for axis, (era, bridge) in zip(axes, BRIDGES.items(), strict=True):
+            rows = table[table["era"] == era]
+            names = rows["component"].str.replace("_", " ") + ", " + rows["state"]
+            axis.axvspan(*RANGE, color="0.55", alpha=0.25, lw=0.0)
+            axis.axvline(1.0, color="0.1", lw=0.6)
+            axis.hlines(names, rows["ratio_low"], rows["ratio_high"], color=VARIANT_COLOURS[0])
+            axis.plot(rows["ratio"], names, "o", ms=3.5, color=VARIANT_COLOURS[0])
+            axis.invert_yaxis()
+            axis.set_xscale("log")
+            plain_log_ticks(axis.xaxis)
+            text = "our median over the published one"
+            axis.set(xlabel=text, title=f"{bridge}, era {era}")
     return figure
 
 
@@ -369,12 +353,12 @@ _EFFECT: Final = ("ratio", "ratio_low", "ratio_high", "n_motions")
 def run_skew(study: Study) -> None:
     """Run the bridges at their skews and one bridge with other choices; report the effects."""
     plain = {
-        (bridge, skew, NONE.name): (study_variant(bridge, skew), {})
+        (bridge, skew, NONE.name): (paper_variant(bridge=bridge, skew_deg=skew, gap_mm=25), {})
         for bridge in SKEW_BRIDGES
         for skew in SKEWS_DEG
     }
     changed = {
-        (CHOSEN, skew, choice): (study_variant(CHOSEN, skew), options)
+        (CHOSEN, skew, choice): (paper_variant(bridge=CHOSEN, skew_deg=skew, gap_mm=25), options)
         for choice, options in CHOICES.items()
         for skew in (SKEWS_DEG[0], SKEWS_DEG[-1])
         if skew or not ONLY_SKEWED & options.keys()
@@ -414,15 +398,11 @@ def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
     demand), ratio, ratio_low, ratio_high and n_motions. Motions whose demand is zero at either skew
     are left out.
     """
+    # by their names for whole motions, which are judged by ratios alone
+    names = [f"{WHOLE}{name}" for name in COMPARED]
     runs = table.assign(**{"status": OK, COMPLETE: True, BEYOND_MODEL: ""})
-    parts: list[pd.DataFrame] = []
-    for (_, choice), part in runs.groupby(["bridge", "choice"], sort=False):
-        # by their names for whole motions, which are judged by ratios alone
-        effects = effect_tables(part, [f"{WHOLE}{name}" for name in COMPARED], SETTINGS).effects
-        found = _effects_of_skew(effects, str(choice))
-        found["demand"] = found["demand"].str.removeprefix(WHOLE)
-        parts += [found[found["demand"] == demand] for demand in COMPARED]
-    found = pd.concat(parts, ignore_index=True)
+    found = _effects_of_skew(runs, lambda part: effect_tables(part, names, SETTINGS).effects)
+    found["demand"] = found["demand"].str.removeprefix(WHOLE)
     return found.assign(mean=found["from_mean"] * found["ratio"])[[*_EFFECT_KEYS, "mean", *_EFFECT]]
 
 
@@ -433,12 +413,12 @@ def median_factors(table: pd.DataFrame) -> pd.DataFrame:
     """
     published = published_curves()
     states = list(capacities(published[published["era"] == 3], DEMANDS).values())
-    parts: list[pd.DataFrame] = []
-    for choice, part in _with_whole_peaks(table).groupby("choice", sort=False):
+
+    def effects(part: pd.DataFrame) -> pd.DataFrame:
         rows = prepared(part, list(DEMANDS.values()), SETTINGS).table
-        effects = median_effects(rows, states, SETTINGS, axes=["skew_deg"])
-        parts.append(_effects_of_skew(effects, str(choice)))
-    return pd.concat(parts, ignore_index=True)[[*_EFFECT_KEYS, *_EFFECT]]
+        return median_effects(rows, states, SETTINGS, axes=["skew_deg"])
+
+    return _effects_of_skew(_with_whole_peaks(table), effects)[[*_EFFECT_KEYS, *_EFFECT]]
 
 
 def _with_whole_peaks(table: pd.DataFrame) -> pd.DataFrame:
@@ -447,11 +427,19 @@ def _with_whole_peaks(table: pd.DataFrame) -> pd.DataFrame:
     return table.assign(**whole | {BEYOND_MODEL: "", COMPLETE: table["status"] == OK})
 
 
-def _effects_of_skew(effects: pd.DataFrame, choice: str) -> pd.DataFrame:
-    """Return the pooled effects of one choice with the names of this study."""
-    pooled = effects[effects["scope"] == "pooled"]
-    names = {"ci_low": "ratio_low", "ci_high": "ratio_high"}
-    return pooled.rename(columns=names).assign(choice=choice, skew_deg=pooled["to_value"])
+def _effects_of_skew(
+    table: pd.DataFrame, effects: Callable[[pd.DataFrame], pd.DataFrame]
+) -> pd.DataFrame:
+    """Return the pooled effects of each choice with the names of this study."""
+    found = pd.concat(
+        [
+            effects(part).assign(choice=choice)
+            for choice, part in table.groupby("choice", sort=False)
+        ]
+    )
+    names = {"to_value": "skew_deg", "ci_low": "ratio_low", "ci_high": "ratio_high"}
+    pooled = found[found["scope"] == "pooled"].drop(columns="skew_deg", errors="ignore")
+    return pooled.rename(columns=names).reset_index(drop=True)
 
 
 def _case(row: Mapping[str, Any]) -> str:
