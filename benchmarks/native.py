@@ -15,7 +15,7 @@ from common import cpu_s, interleaved, options, ratio, show
 
 from skewbridge.verification.references.cases import deck_case
 from skewbridge.verification.references.deck_solvers import run_deck
-from skewbridge.verification.studies.native_element import IMPLICIT, run_native_deck
+from skewbridge.verification.studies.spatial_path import IMPLICIT, run_native_deck
 
 DT_S = 1.0e-4
 

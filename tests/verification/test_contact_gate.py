@@ -9,14 +9,14 @@ from skewbridge.verification.references.cases import deck_case
 from skewbridge.verification.references.deck_solvers import run_deck
 from skewbridge.verification.references.driven_unit import drive_unit, path_work_j
 from skewbridge.verification.studies.blocks import integrator_restitution, verify_contact_gate
-from skewbridge.verification.studies.native_element import (
+from skewbridge.verification.studies.spatial_path import (
     IMPLEX,
     IMPLICIT,
     curved_path,
     drive_native,
+    path_error,
     run_native_deck,
 )
-from skewbridge.verification.studies.spatial_path import path_error
 
 
 def test_contact_checks_pass():

@@ -38,7 +38,7 @@ STUDIES: Final[dict[str, str]] = {
     "closed-forms": "blocks:run_closed_forms",
     "restitution": "blocks:run_integrators",
     "convergence": "strong_motions:run_convergence",
-    "native": "native_element:run",
+    "native": "spatial_path:run_native",
     "hard-set": "strong_motions:run",
 }
 # Studies of many analyses: they run only when named, and an interrupted one can be resumed.
