@@ -24,7 +24,7 @@ from skewbridge.verification.studies.skew_deck import locked_rotation, perimeter
 
 def tabulated(study, start, names):
     """References of quantities that begin alike."""
-    return [TABULATED.loc[(study, f"{start}: {name}"), "reference"] for name in names]
+    return [float(TABULATED[study, f"{start}: {name}"]["reference"]) for name in names]
 
 
 def elastic_peaks(name):

@@ -16,7 +16,7 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.files.text import writable_folder
-from skewbridge.verification.statements import STATEMENTS, Run, Verdict, over_runs
+from skewbridge.verification.statements import STATEMENTS, Run, Verdict, over_runs, records_in
 
 if TYPE_CHECKING:  # each workflow runs the gate, which draws nothing
     from matplotlib.figure import Figure
@@ -59,13 +59,12 @@ STATEMENT_COLUMNS: Final = (*COLUMNS, "case", "outcome", "reason", *RUN_COLUMNS)
 
 type Row = dict[str, Any]
 
-#: References of comparisons that no study computes, with their tolerances (in %, relative to the
-#: reference; empty: only reported) and sources, by study and quantity.
-TABULATED: Final = (
-    pd.read_csv(Path(__file__).with_name("reference_values.csv"), dtype={"tolerance": str})
-    .fillna({"tolerance": ""})
-    .set_index(["study", "quantity"])
-)
+#: Rows of `reference_values.csv` by study and quantity: references that no study computes. A
+#: tolerance in % is relative to the reference; without one a value is only reported.
+TABULATED: Final[dict[tuple[str, str], dict[str, str]]] = {
+    (row["study"], row["quantity"]): row
+    for row in records_in(Path(__file__).with_name("reference_values.csv"))
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,11 +104,13 @@ class Study:
 
     def tabulated(self, quantity: str, value: float) -> None:
         """Compare with the reference in `reference_values.csv`."""
-        reference, text, source = TABULATED.loc[(self.name, quantity)]
-        tolerance = float(text.removesuffix("%")) if text else None
-        if text.endswith("%"):
-            tolerance = abs(reference) * float(text[:-1]) / 100.0
-        self.absolute(quantity, value, reference, tolerance, source)
+        row = TABULATED[self.name, quantity]
+        reference, tolerance, source = float(row["reference"]), row["tolerance"], row["source"]
+        if tolerance.endswith("%"):
+            self.relative(quantity, value, reference, float(tolerance[:-1]) / 100.0, source)
+        else:
+            limit = float(tolerance) if tolerance else None
+            self.absolute(quantity, value, reference, limit, source)
 
     def at_most(self, quantity: str, value: float, limit: float, source: str) -> None:
         """Compare a quantity that is not negative with zero."""
@@ -146,7 +147,7 @@ class Study:
         A statement of this study without a case stays open for the reason of its row, or the given
         one.
         """
-        verdicts = {key: runs.get(None) or over_runs(runs) for key, runs in self.runs.items()}
+        verdicts = {key: over_runs(runs) for key, runs in self.runs.items()}
         judged = {statement for statement, _ in verdicts}
         for key, row in STATEMENTS.items():
             if row.study == self.name and key not in judged:
@@ -170,15 +171,26 @@ class Panel(NamedTuple):
 
     x: str
     y: str
-    lines: Mapping[str, tuple[Any, ...]]
+    lines: Mapping[str, Any]
     title: str = ""
     options: Mapping[str, Any] = {}  # of the axes, such as their scale
 
 
+_STYLE: Final[Any] = {
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.titlelocation": "left",
+    "font.size": 8,
+    "grid.alpha": 0.4,
+    "legend.frameon": False,
+}
+
+
 def drawn(
-    panels: Sequence[Panel], *, columns: int = 1, height_in: float, title: str = "", **options: Any
+    panels: Sequence[Panel], *, columns: int = 1, height_in: float, title: str = ""
 ) -> "Figure":
-    """Draw panels row by row, in the style of the report.
+    """Draw panels row by row, all studies in one style.
 
     A line is (x, y) or (x, y, matplotlib keywords). Lines of one name have one colour in all
     panels and one entry of the legend, except those whose name starts with an underscore.
@@ -186,29 +198,21 @@ def drawn(
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    from skewbridge.report.axis_layout import STYLE, VARIANT_COLOURS
-
-    names = dict.fromkeys(name for panel in panels for name in panel.lines)
-    colours = dict(zip(names, VARIANT_COLOURS, strict=False))
-    first = next(iter(names))  # wide, so that it shows below the others
-    with mpl.rc_context({**STYLE, "font.size": 8, "axes.titlelocation": "left"}):
+    names = list(dict.fromkeys(name for panel in panels for name in panel.lines))
+    with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(7.2, height_in), layout="constrained")
-        axes = figure.subplots(ceil(len(panels) / columns), columns, squeeze=False, **options)
+        axes = figure.subplots(ceil(len(panels) / columns), columns, squeeze=False)
         entries: dict[str, Any] = {}
         for axis, panel in zip(axes.flat, panels, strict=True):
             for name, (x, y, *looks) in panel.lines.items():
-                look = {
-                    "color": colours[name],
-                    "lw": 1.8 if name == first else 0.9,
-                    **(looks[0] if looks else {}),
-                }
-                (line,) = axis.plot(x, y, label=name, **look)
-                if not name.startswith("_"):
-                    entries.setdefault(name, line)
+                place = names.index(name)  # the first line is wide, to show below the others
+                look = {"color": f"C{place}", "lw": 0.9 if place else 1.8}
+                (entries[name],) = axis.plot(x, y, **look | (looks[0] if looks else {}))
             axis.set(xlabel=panel.x, ylabel=panel.y, title=panel.title, **panel.options)
-        if len(entries) > 1:
+        named = {name: line for name, line in entries.items() if not name.startswith("_")}
+        if len(named) > 1:
             figure.legend(
-                entries.values(), entries, loc="outside upper center", ncols=min(len(entries), 4)
+                named.values(), named, loc="outside upper center", ncols=min(len(named), 4)
             )
         figure.suptitle(title)
     return figure

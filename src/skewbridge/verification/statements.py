@@ -70,13 +70,15 @@ class Run:
 NOMINAL: Final = Run("scale 1", 1.0)
 
 
-def over_runs(verdicts: Mapping[Run, Verdict | None]) -> Verdict:
+def over_runs(verdicts: Mapping[Run | None, Verdict | None]) -> Verdict:
     """Return the verdict of a case from those of its runs; None where the premise is not met.
 
-    The statement agrees (disagrees) if it does so in nine of ten runs that meet its premise, and
-    if at least `FEWEST_RUNS` runs meet it.
+    A single verdict without a run is that of the case. Otherwise the statement agrees (disagrees)
+    if it does so in nine of ten runs that meet its premise, and if at least `FEWEST_RUNS` runs do.
     """
-    judged = {run: found for run, found in verdicts.items() if found is not None}
+    if single := verdicts.get(None):
+        return single
+    judged = {run: found for run, found in verdicts.items() if run and found}
     kinds = [
         [found.outcome for run, found in judged.items() if (run.scale is None) is is_other]
         for is_other in (False, True)
@@ -261,13 +263,13 @@ class Statement:
         return replace(found, reason=f"{self.number}: {found.reason}")
 
 
-def _read() -> dict[str, Statement]:
-    """Return the table of statements by name."""
-    with Path(__file__).with_name("statements.csv").open(encoding="utf-8", newline="") as file:
-        return {
-            row.pop("statement"): Statement(limits=(*map(float, row.pop("limits").split()),), **row)
-            for row in csv.DictReader(file)
-        }
+def records_in(file: Path) -> list[dict[str, str]]:
+    """Return the rows of a table of this package."""
+    with file.open(encoding="utf-8", newline="") as lines:
+        return list(csv.DictReader(lines))
 
 
-STATEMENTS: Final[Mapping[str, Statement]] = _read()
+STATEMENTS: Final[Mapping[str, Statement]] = {
+    row.pop("statement"): Statement(limits=(*map(float, row.pop("limits").split()),), **row)
+    for row in records_in(Path(__file__).with_name("statements.csv"))
+}

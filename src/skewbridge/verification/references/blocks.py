@@ -113,8 +113,7 @@ def run_block(
         force = np.zeros_like(times) if force_n is None else force_n(times)
         if base_mps2 is not None:
             force = force - block.mass_kg * base_mps2(times)
-        live.hold_load(_MASS, 1, (0.0, -block.normal_load_n))
-        live.load_node(_MASS, 2, dt_s, force, (1.0, 0.0))
+        live.load_node(_MASS, block.normal_load_n, dt_s, force)
         live.path_series(3, dt_s, np.zeros_like(times) if anchor_m is None else anchor_m(times))
         ops.pattern("Plain", 3, 3)
         ops.sp(_ANCHOR, 1, 1.0)
@@ -126,9 +125,9 @@ def run_block(
             contacts.after_step(_SETTLING_S)
             contacts.start_from_rest()
             ops.setTime(0.0)
-        rows = [state(), *(state() for _ in live.march(contacts, times, dt_s))]
+        rows = live.record(contacts, times, dt_s, state)
         ledger = contacts.ledger()[0]
-    position, velocity, forces = np.split(np.array(rows), (2, 4), axis=1)
+    position, velocity, forces = np.split(rows, (2, 4), axis=1)
     return BlockHistory(times, position, velocity, forces[:, 0], forces[:, 1], ledger)
 
 
@@ -343,13 +342,14 @@ def run_upright(
             ops.fix(floor, 1, 1, 1)
             place = floor, corner, (0.0, 1.0), max(0.0, y), friction
             contacts.add(*place, kn=_UPRIGHT_PENALTY_N_PER_M, kt=_UPRIGHT_PENALTY_N_PER_M)
-        live.hold_load(_CENTRE, 1, (0.0, -_UPRIGHT_MASS_KG * block.gravity_mps2, 0.0))
         push = np.zeros_like(times) if base_mps2 is None else -_UPRIGHT_MASS_KG * base_mps2(times)
-        live.load_node(_CENTRE, 2, dt_s, push, (1.0, 0.0, 0.0))
+        weight_n = _UPRIGHT_MASS_KG * block.gravity_mps2
+        live.load_node(_CENTRE, weight_n, dt_s, push, rotations=1)
         _ROCKING_SOLVER.prepare()
-        rows = np.zeros((len(times), 5))
-        rows[0, 0], rows[0, 3:] = angle_rad, contacts.openings_m
-        for k in live.march(contacts, times, dt_s):
+
+        def state() -> list[float]:
             feet = [ops.nodeDisp(corner, 1) for corner in _CORNERS]
-            rows[k] = [angle_rad + ops.nodeDisp(_CENTRE, 3), *feet, *contacts.openings_m]
+            return [angle_rad + ops.nodeDisp(_CENTRE, 3), *feet, *contacts.openings_m]
+
+        rows = live.record(contacts, times, dt_s, state)
     return UprightHistory(times, rows[:, 0], rows[:, 1:3], rows[:, 3:])

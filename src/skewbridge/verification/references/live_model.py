@@ -57,19 +57,16 @@ def path_series(tag: int, dt_s: float, values: Array) -> None:
 
 
 def load_node(
-    node: int, tag: int, dt_s: float, values: Array, direction: tuple[float, ...]
+    node: int, weight_n: float, dt_s: float, force_n: Array, *, rotations: int = 0
 ) -> None:
-    """Load a node along a direction by a force that varies in time."""
-    path_series(tag, dt_s, values)
-    ops.pattern("Plain", tag, tag)
-    ops.load(node, *direction)
-
-
-def hold_load(node: int, tag: int, load: tuple[float, ...]) -> None:
-    """Load a node by a constant load."""
-    ops.timeSeries("Constant", tag)
-    ops.pattern("Plain", tag, tag)
-    ops.load(node, *load)
+    """Load a node by a constant weight, against y, and by a force along x that varies in time."""
+    rest = [0.0] * rotations
+    ops.timeSeries("Constant", 1)
+    ops.pattern("Plain", 1, 1)
+    ops.load(node, 0.0, -weight_n, *rest)
+    path_series(2, dt_s, force_n)
+    ops.pattern("Plain", 2, 2)
+    ops.load(node, 1.0, 0.0, *rest)
 
 
 def shake_base(mass_node: int, dt_s: float, accel_mps2: Array) -> None:
@@ -109,6 +106,13 @@ def rms(values: Array) -> float:
 def even_times(duration_s: float, dt_s: float) -> Array:
     """Return the times of even steps from zero to the end, or to the first time after it."""
     return np.arange(ceil(duration_s / dt_s - 1e-9) + 1, dtype=np.float64) * dt_s
+
+
+def record(
+    contacts: ContactSet, times_s: Array, dt_s: float, state: Callable[[], list[float]]
+) -> Array:
+    """Step to the given times and return the states at all of them, the first included."""
+    return np.array([state(), *(state() for _ in march(contacts, times_s, dt_s))])
 
 
 def march(

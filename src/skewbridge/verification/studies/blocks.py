@@ -225,7 +225,7 @@ def _check_upright(study: Study, b: float, h: float) -> None:
         pushed = models.run_upright(block, 1e-3, 4.0, friction=friction, base_mps2=growing_mps2)
         lifted = (pushed.t_s > 1.0) & (pushed.openings_m.max(axis=1) > 0.0)
         if friction == 1.0:
-            start = growing_mps2(pushed.t_s[np.flatnonzero(lifted)[0]])
+            start = float(growing_mps2(pushed.t_s[lifted][:1])[0])
             text = f"{name}: uplift at (m/s2)"
             study.relative(text, start, block.uplift_mps2, 0.02, "B9, g b / h")
         else:

@@ -9,10 +9,9 @@ named section state, which shows whether the model has changed, not whether it i
 from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import openseespy.opensees as ops
-import pandas as pd
 
 from skewbridge.analysis.modal import ModalResult, modal_properties, modes_of
 from skewbridge.analysis.pushover import push_abutment, push_bridge
@@ -25,6 +24,7 @@ from skewbridge.bridge.shear_capacity import sdc_shear_strength
 from skewbridge.units import KN
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.registry import Study
+from skewbridge.verification.statements import records_in
 from skewbridge.verification.studies.paper_runs import paper_variant
 
 STATES: Final = {
@@ -35,12 +35,10 @@ STATES: Final = {
 }
 STIFF_N_PER_M: Final = 1.0e12  # holds a deck end
 
-type Values = Mapping[str, Any]
+type Values = Mapping[str, str]
 """A row of the table."""
 
-_TABLE: Final = pd.read_csv(
-    Path(__file__).parents[1] / "bridge_values.csv", keep_default_na=False
-).to_dict("records")
+_TABLE: Final = records_in(Path(__file__).parents[1] / "bridge_values.csv")
 _AXIAL: Final = "base axial force (kN)"
 
 
@@ -51,7 +49,8 @@ def run(study: Study) -> None:
         words = (f"{row['bridge']} {quantity} {row['at']}".strip(), row["abutment"], row["state"])
         name = f"{', '.join(filter(None, words))} ({unit}"
         found = COMPUTED[row["quantity"]](row)
-        study.relative(name, found, row["reference"], row["tolerance"], row["source"])
+        numbers = float(row["reference"]), float(row["tolerance"])
+        study.relative(name, found, *numbers, row["source"])
     for bridge in ("bridge_a", "bridge_b", "bridge_c"):
         by_hand = total_weight_n(load_bridge(bridge)) / KN
         found = _modes(bridge, "contact", "hinge").weight_kn
@@ -91,8 +90,10 @@ def _held_period_s(row: Values) -> float:
 def _pushed_kn(row: Values) -> float:
     """Return the strength of a bridge pushed at an angle."""
     variant = paper_variant(bridge=row["bridge"], abutment=row["abutment"])
-    end = {"max_disp_m": float(row["end_m"]), "steps": 60}
-    return push_bridge(variant, STATES[row["state"]], angle_deg=float(row["at"]), **end).peak_n / KN
+    angle_deg, end_m = float(row["at"]), float(row["end_m"])
+    options = STATES[row["state"]]
+    curve = push_bridge(variant, options, angle_deg=angle_deg, max_disp_m=end_m, steps=60)
+    return curve.peak_n / KN
 
 
 def _bent(row: Values) -> BentCapacity:
@@ -103,7 +104,8 @@ def _shear_strength_kn(row: Values) -> float:
     """Return the strength of a column at ductility 5, under the axial force of the model."""
     data = load_bridge(row["bridge"])
     axials = [each for each in _TABLE if each["quantity"] == _AXIAL]
-    axial_n = next(each["reference"] for each in axials if each["bridge"] == row["bridge"]) * KN
+    axial = next(each["reference"] for each in axials if each["bridge"] == row["bridge"])
+    axial_n = float(axial) * KN
     curve = section_response(data.column, axial_n)
     shear = shear_section(data.column, data.bents[0].clear_height_m, curve)
     return float(sdc_shear_strength(shear, axial_n, 5.0)) / KN

@@ -295,9 +295,10 @@ def explanations(table: pd.DataFrame) -> pd.DataFrame:
     best, before = distances.idxmin(axis=1), distances[NONE.name]
     closed = (1.0 - distances.min(axis=1) / before).where(before > 0.0)
     found = pd.DataFrame({"ratio": ratios[NONE.name], "change": best})
-    found["changed_ratio"] = [ratios.at[key, change] for key, change in best.items()]
+    changed = ratios.to_numpy()[np.arange(len(best)), ratios.columns.get_indexer(best)]
     is_explained = (before == 0.0) | (closed >= 0.5)
-    return found.assign(closed=closed, is_explained=is_explained).reset_index()
+    found = found.assign(changed_ratio=changed, closed=closed, is_explained=is_explained)
+    return found.reset_index()
 
 
 def _figure(table: pd.DataFrame) -> Figure:

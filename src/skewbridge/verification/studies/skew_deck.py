@@ -168,14 +168,12 @@ def _draw_c1(study: Study, rigid: DeckHistory, elastic: DeckHistory) -> None:
     title = "case C1: W/L = 1/2, skew 30 deg, no friction"
     study.figures["displacements"] = drawn(panels, height_in=5.6, title=title)
     rows = solvers.make_deck(deck_case("C1")).tangent_rows
+    slips = {name: (h.t_s, 1e3 * h.q @ rows.T) for name, h in runs.items()}
+    openings = {name: (h.t_s, 1e3 * h.openings_m) for name, h in runs.items()}
     panels = [
-        Panel("time (s)", text, {n: (h.t_s, 1e3 * moved(h)) for n, h in runs.items()}, name)
-        for text, value in (
-            ("tangential (mm)", lambda h, k: h.q @ rows[k]),
-            ("opening (mm)", lambda h, k: h.openings_m[:, k]),
-        )
-        for k, name in enumerate(_NAMES[:2])
-        for moved in [partial(value, k=k)]
+        Panel("time (s)", text, {n: (t, moved[:, k]) for n, (t, moved) in lines.items()}, corner)
+        for text, lines in (("tangential (mm)", slips), ("opening (mm)", openings))
+        for k, corner in enumerate(_NAMES[:2])
     ]
     study.figures["corners"] = drawn(panels, columns=2, height_in=4.4)
 

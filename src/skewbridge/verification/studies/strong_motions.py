@@ -145,9 +145,13 @@ def run_hard_set(study: Study, chosen: CaseSet, settings: AnalysisSettings) -> N
     study.tables["rungs"] = pd.DataFrame(rung_shares(map(steps_from_text, table["steps_by_rung"])))
 
 
+def _unreported(_time_s: float, _duration_s: float) -> None:
+    """Ignore the progress of an analysis."""
+
+
 def _ending(task: Task) -> Row:
     """Return how an analysis ends, and whether it ends as required."""
-    ending = analyse_task(task, Path(os.devnull), lambda *_: None)
+    ending = analyse_task(task, Path(os.devnull), _unreported)
     is_accounted = abs(ending.get("energy_residual_ratio", inf)) <= LIMITS.max_energy_residual
     reason = ending["collapse_criterion"]
     is_physical = ending["status"] == COLLAPSE and bool(reason) and is_accounted
@@ -204,6 +208,10 @@ class Numerics:
     model: Mapping[str, Any] = field(default_factory=dict[str, Any])
     coarse: str = "default"
     interval: int = 1
+
+
+def _accuracy(name: Accuracy) -> Numerics:
+    return Numerics(name, analysis=NUMERICS[name]["analysis"], model=NUMERICS[name]["model"])
 
 
 def _mesh(name: str, **model: Any) -> Numerics:
@@ -335,7 +343,7 @@ def run_pairs(study: Study) -> None:
 
 def run_accuracy(study: Study, chosen: CaseSet, accuracies: tuple[Accuracy, Accuracy]) -> None:
     """Compare the pooled ratios of a set at the first accuracy with those at the second."""
-    peaks = _peaks(study, chosen, [Numerics(name, **NUMERICS[name]) for name in accuracies])
+    peaks = _peaks(study, chosen, [_accuracy(name) for name in accuracies])
     study.tables["ratios"] = table = pooled_ratios(peaks, accuracies)
     source = "the same pairs at accuracy reference"
     for row in table.to_dict("records"):
@@ -358,8 +366,9 @@ def pooled_ratios(peaks: pd.DataFrame, accuracies: tuple[Accuracy, Accuracy]) ->
     """
     keys = [*_AXES, "motion_id", "demand"]
     long = peaks.melt(["numerics", *keys[:-1]], DEMANDS, "demand", "peak").query("peak > 0.0")
-    logs = np.log(long.pivot(index=keys, columns="numerics", values="peak"))
-    logs = logs.rename(columns=dict(zip(accuracies, ("ratio", "exact_ratio"), strict=True)))
+    names = dict(zip(accuracies, ("ratio", "exact_ratio"), strict=True))
+    wide = long.pivot(index=keys, columns="numerics", values="peak").rename(columns=names)
+    logs = wide.apply(np.log)
     parts: list[pd.DataFrame] = []
     for axis in _AXES:
         others = [name for name in reversed(_AXES) if name != axis]
@@ -369,8 +378,9 @@ def pooled_ratios(peaks: pd.DataFrame, accuracies: tuple[Accuracy, Accuracy]) ->
             change = change.assign(axis=axis, from_value=before, to_value=after)
             places = (", ".join(f"{n} {row[n]}" for n in others) for _, row in change.iterrows())
             parts += [change.assign(place=list(places)), change.assign(place=ALL_PLACES)]
-    names = ["axis", "from_value", "to_value", "place", "demand"]
-    groups = pd.concat(parts).groupby(names, sort=False)
+    groups = pd.concat(parts).groupby(
+        ["axis", "from_value", "to_value", "place", "demand"], sort=False
+    )
     pooled = groups[["ratio", "exact_ratio"]].mean().apply(np.exp)
     pooled["difference_percent"] = 100.0 * (pooled["ratio"] / pooled["exact_ratio"] - 1.0)
     return pooled.assign(count=groups.size()).reset_index()
