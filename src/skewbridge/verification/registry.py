@@ -176,7 +176,7 @@ class Panel(NamedTuple):
     options: Mapping[str, Any] = {}  # of the axes, such as their scale
 
 
-_STYLE: Final[Any] = {
+STYLE: Final[Any] = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
@@ -199,7 +199,7 @@ def drawn(
     from matplotlib.figure import Figure
 
     names = list(dict.fromkeys(name for panel in panels for name in panel.lines))
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.2, height_in), layout="constrained")
         axes = figure.subplots(ceil(len(panels) / columns), columns, squeeze=False)
         entries: dict[str, Any] = {}

@@ -49,7 +49,6 @@ from skewbridge.fragility.paper_table import chosen_curves
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves
 from skewbridge.motions.levels import MotionsConfig
-from skewbridge.report.axis_layout import STYLE, VARIANT_COLOURS, plain_log_ticks
 from skewbridge.statuses import OK, RAN
 from skewbridge.study.analyses import StudySetup
 from skewbridge.study.batch import row_of_task
@@ -60,7 +59,7 @@ from skewbridge.study.task import Task, outcome_of
 from skewbridge.units import INCH
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.variant import Variant
-from skewbridge.verification.registry import Row, Study
+from skewbridge.verification.registry import STYLE, Row, Study
 from skewbridge.verification.studies.paper_runs import paper_variant
 from skewbridge.verification.studies.strong_motions import rows_of_tasks
 
@@ -303,7 +302,7 @@ def explanations(table: pd.DataFrame) -> pd.DataFrame:
 
 def _figure(table: pd.DataFrame) -> Figure:
     """Draw the ratio of medians of each state with its interval, one panel per era."""
-    with mpl.rc_context({**STYLE, "font.size": 8}):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.2, 4.6), layout="constrained")
         axes = figure.subplots(1, len(BRIDGES), sharex=True)
         for axis, (era, bridge) in zip(axes, BRIDGES.items(), strict=True):
@@ -311,11 +310,14 @@ def _figure(table: pd.DataFrame) -> Figure:
             names = rows["component"].str.replace("_", " ") + ", " + rows["state"]
             axis.axvspan(*RANGE, color="0.55", alpha=0.25, lw=0.0)
             axis.axvline(1.0, color="0.1", lw=0.6)
-            axis.hlines(names, rows["ratio_low"], rows["ratio_high"], color=VARIANT_COLOURS[0])
-            axis.plot(rows["ratio"], names, "o", ms=3.5, color=VARIANT_COLOURS[0])
+            axis.hlines(names, rows["ratio_low"], rows["ratio_high"])
+            axis.plot(rows["ratio"], names, "o", ms=3.5)
             axis.invert_yaxis()
             axis.set_xscale("log")
-            plain_log_ticks(axis.xaxis)
+            axis.set_xticks(
+                [0.5, 0.75, 1.0, 1.33, 2.0, 3.0], ["0.5", "0.75", "1", "1.33", "2", "3"]
+            )
+            axis.minorticks_off()
             text = "our median over the published one"
             axis.set(xlabel=text, title=f"{bridge}, era {era}")
     return figure
