@@ -2,12 +2,18 @@
 
 import json
 
+from click.testing import Result
 from typer.testing import CliRunner
 
 from skewbridge.cli import build_app
 
 
+def invoke(*arguments: object) -> Result:
+    """Run a command; its outputs and exit code are in the result."""
+    return CliRunner().invoke(build_app(), [*map(str, arguments)])
+
+
 def run(*arguments: object) -> tuple[int, dict]:
     """Return the exit code and the JSON answer of a command."""
-    result = CliRunner().invoke(build_app(), [*map(str, arguments), "--json"])
+    result = invoke(*arguments, "--json")
     return result.exit_code, json.loads(result.stdout)

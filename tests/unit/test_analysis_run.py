@@ -8,12 +8,11 @@ from pathlib import Path
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
-from typer.testing import CliRunner
 
+from cli_json import invoke
 from cli_json import run as run_json
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
-from skewbridge.cli import build_app
 from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS
 from skewbridge.demands.tables import to_table
 from skewbridge.files.tables import write_table
@@ -101,8 +100,7 @@ def test_a_row_lists_its_suspect_properties(pair, tmp_path):
 
 def test_the_printed_answer_has_the_main_demands_in_the_units_asked_for(pair, tmp_path):
     out = ("--out", tmp_path / "out", "--units", "us", "--duration-s", "1", "--no-figures")
-    given = map(str, ("run", "--motion", *pair, *out))
-    printed = CliRunner().invoke(build_app(), [*given])
+    printed = invoke("run", "--motion", *pair, *out)
     assert {"status", "suspect", "column_shear_dcr", "deck_disp_in"} <= set(printed.stdout.split())
     assert "osb1_cf_skew00_gap051_mu050" in printed.stdout
     assert f"written to {tmp_path}/out" in printed.stderr

@@ -1,8 +1,8 @@
 """The commands of the bridge package, from outside; doubts about a bridge file and its period."""
 
-import json
 import logging
 from dataclasses import replace
+from functools import partial
 from math import radians
 from pathlib import Path
 
@@ -10,9 +10,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import Result
-from typer.testing import CliRunner
 
 from bridge_variants import variant
+from cli_json import invoke, run
 from skewbridge.analysis.modal import (
     conditioning_period_s,
     periods_of_file,
@@ -28,18 +28,14 @@ from skewbridge.analysis.sdc import (
 )
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacities, bent_capacity
-from skewbridge.cli import build_app
 
-
-def bridge(*arguments: object) -> Result:
-    """Run a command of the group `bridge`."""
-    return CliRunner().invoke(build_app(), ["bridge", *map(str, arguments)])
+bridge = partial(invoke, "bridge")
 
 
 def answer(*arguments: object) -> dict:
-    result = bridge(*arguments, "--json")
-    assert result.exit_code == 0, result.stderr
-    return json.loads(result.stdout)
+    code, found = run("bridge", *arguments)
+    assert code == 0, found
+    return found
 
 
 def one_line(result: Result) -> str:
@@ -214,7 +210,7 @@ def test_changed_spans_are_reported_with_the_model_period(longer, tmp_path, capl
     assert "t1_s = 0.7192 s is" in bridge("modal", "--bridge", longer).stderr
     config = tmp_path / "own.yaml"
     config.write_text(f"results: {tmp_path}/results\ngrid:\n  bridge: [{longer}]\n")
-    result = CliRunner().invoke(build_app(), ["plan", "--config", str(config)])
+    result = invoke("plan", "--config", config)
     assert result.exit_code == 0, result.stderr
     assert "warning: longer: t1_s = 0.7192 s" in result.stderr
     caplog.clear()

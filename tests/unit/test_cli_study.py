@@ -15,11 +15,9 @@ import pytest
 import yte
 from reference_pages import ROOT
 from rocrate.rocrate import ROCrate
-from typer.testing import CliRunner
 
-from cli_json import run
+from cli_json import invoke, run
 from fragility_tables import synthetic_demands
-from skewbridge.cli import build_app
 from skewbridge.cli.options import config_of, folder_of
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.errors import InputError
@@ -69,15 +67,9 @@ def test_plan_counts_the_analyses_and_the_doctor_finds_a_working_environment() -
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("grid: {skew_deg: [75]}", ("got 75",)),
-        (None, ("bad.yaml",)),
-        (
-            "model: {bakfill: sdc}\ngird: {}\n",
-            (
-                "model.bakfill: unknown key (did you mean model.backfill?)",
-                "gird: unknown key (did you mean grid?)",
-            ),
-        ),
+        (None, "bad.yaml"),
+        ("model: {bakfill: sdc}", "model.bakfill: unknown key (did you mean model.backfill?)"),
+        ("gird: {}", "gird: unknown key (did you mean grid?)"),
     ],
 )
 def test_a_bad_or_missing_configuration_ends_with_2_and_one_message(tmp_path, text, words) -> None:
@@ -86,7 +78,7 @@ def test_a_bad_or_missing_configuration_ends_with_2_and_one_message(tmp_path, te
         path.write_text(text)
     code, found = run("plan", "--config", path)
     assert code == 2
-    assert all(each in found["message"] for each in words)
+    assert words in found["message"]
 
 
 @pytest.fixture
@@ -103,21 +95,18 @@ def failed_study(tmp_path: Path) -> Path:
     return config
 
 
-def test_failed_analyses_are_tried_again_on_request(failed_study: Path) -> None:
-    retried = answer("study", "retry", "--study", str(failed_study))
-    assert retried["analyses"] == [{"variant": "v", "motion": "m", "status": "crash"}]
-    assert answer("study", "retry", "--study", str(failed_study))["forgotten"] == 0
-    code, refused = run("study", "retry", "--status", "ok")
-    assert code == 2
-    assert "'ok' is not one of 'failed'" in refused["message"]
-
-
-def test_journals_are_counted_and_compacted(failed_study: Path) -> None:
+def test_journals_are_counted_and_compacted_and_failures_forgotten(failed_study: Path) -> None:
     counted = {"analyses": 2, "repeated": 0, "outdated": 0, "damaged": 1}
     config = ("--study", str(failed_study))
     assert answer("study", "journal", *config) == counted | {"compacted": False}
     assert answer("study", "journal", "--compact", *config) == counted | {"compacted": True}
     assert answer("study", "journal", *config)["damaged"] == 0
+    retried = answer("study", "retry", *config)
+    assert retried["analyses"] == [{"variant": "v", "motion": "m", "status": "crash"}]
+    assert answer("study", "retry", *config)["forgotten"] == 0
+    code, refused = run("study", "retry", "--status", "ok")
+    assert code == 2
+    assert "'ok' is not one of 'failed'" in refused["message"]
 
 
 def test_a_study_is_named_by_its_folder_or_its_configuration(tmp_path, monkeypatch):
@@ -220,10 +209,9 @@ def _study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def archived(out: str) -> dict:
-    arguments = ["study", "archive", "--study", "own.yaml", "--out", out, "--json"]
-    result = CliRunner().invoke(build_app(), [*arguments, "--author", "A. Engineer"])
-    assert result.exit_code == 0, result.stderr
-    return json.loads(result.stdout)
+    return answer(
+        "study", "archive", "--study", "own.yaml", "--out", out, "--author", "A. Engineer"
+    )
 
 
 def test_archive_is_a_crate_with_all_inputs_and_valid_digests(study: Path) -> None:
@@ -294,13 +282,13 @@ def test_an_archive_has_the_configuration_of_the_study_and_reports_other_origins
 )
 def test_unfinished_study_is_refused(study: Path, arguments: list[str], message: str) -> None:
     (study / "other.yaml").write_text("results: results\n")
-    result = CliRunner().invoke(build_app(), ["study", "archive", "--study", *arguments])
+    result = invoke("study", "archive", "--study", *arguments)
     assert result.exit_code == 2
     assert message in result.stderr.replace("\n", " ")
 
 
 def test_methods_are_those_of_the_configuration(study: Path) -> None:
-    result = CliRunner().invoke(build_app(), ["study", "methods", "--study", "own.yaml"])
+    result = invoke("study", "methods", "--study", "own.yaml")
     assert result.exit_code == 0, result.stderr
     text = result.stdout
     assert "skew 0°, 30°, 60°; the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants" in text

@@ -14,6 +14,7 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 import skewbridge
+from cli_json import invoke
 from skewbridge.cli import COMMANDS, build_app
 from skewbridge.files.digests import ENGINE, digest_of, layer_digest
 from skewbridge.study.jobs import RECIPES
@@ -269,13 +270,8 @@ def test_the_summary_in_the_help_is_that_of_the_command(name: str) -> None:
     assert COMMANDS[name][1] in shown
 
 
-def test_a_mistyped_command_gets_a_suggestion() -> None:
-    result = CliRunner().invoke(build_app(), ["rnu"])
+def test_a_mistyped_command_gets_a_suggestion_and_the_version_is_shown() -> None:
+    result = invoke("rnu")
     assert result.exit_code == 2
     assert "'run'" in result.stderr
-
-
-def test_the_version_is_shown() -> None:
-    shown = CliRunner().invoke(build_app(), ["--version"])
-    assert shown.exit_code == 0
-    assert shown.stdout.startswith("skewbridge 0.")
+    assert invoke("--version").stdout.startswith("skewbridge 0.")

@@ -6,10 +6,9 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
-from typer.testing import CliRunner
 
+from cli_json import invoke
 from motions_files import at2_text, index_of, make_pairs, shaken_g
-from skewbridge.cli import build_app
 from skewbridge.cli.motions import synthesize
 from skewbridge.motions.spectrum import SPECTRUM_PERIODS_S
 from skewbridge.motions.suite import prepare_suite
@@ -21,7 +20,7 @@ SCENARIO = Scenario(magnitude=7.0, distance_km=10.0, vs30_mps=400.0)
 
 
 def _run(*arguments: object) -> tuple[int, str, str]:
-    result = CliRunner().invoke(build_app(), ["motions", *map(str, arguments)])
+    result = invoke("motions", *arguments)
     return result.exit_code, result.stdout, result.stderr
 
 

@@ -13,10 +13,9 @@ import pandas as pd
 import pyarrow as pa
 import pytest
 from matplotlib.figure import Figure
-from typer.testing import CliRunner
 
 import skewbridge
-from skewbridge.cli import build_app
+from cli_json import invoke, run
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.files.digests import engine_digest, layer_digest, provenance
 from skewbridge.files.tables import (
@@ -35,7 +34,6 @@ ROOT = Path(__file__).parents[2]
 STAMP = {"rule": "fit_fragility", "title": 'a <script> & "quotes"', "rule_digest": "0" * 16}
 FRAME = pd.DataFrame({"theta": [0.5, 0.7]})
 RULE = "collect_demands"
-runner = CliRunner()
 
 
 @pytest.fixture(autouse=True)
@@ -204,9 +202,7 @@ def of_study(tmp_path, monkeypatch) -> Path:
 def answered(path: Path, config: str = "") -> tuple[int, dict]:
     named = path.parent / "study.yaml"
     named.write_text(config or "motions: {count: 3}")
-    arguments = ["provenance", str(path), "--study", str(named), "--json"]
-    result = runner.invoke(build_app(), arguments)
-    return result.exit_code, json.loads(result.stdout)
+    return run("provenance", path, "--study", named)
 
 
 def test_a_table_is_current_until_its_rule_would_make_another(of_study, monkeypatch):
@@ -221,7 +217,7 @@ def test_a_table_is_current_until_its_rule_would_make_another(of_study, monkeypa
     monkeypatch.setattr(jobs, "made_from", lambda _: {RULE: made})
     assert current() == [1, False, ["rule_digest"]]
     # a file of another configuration asks for it
-    result = runner.invoke(build_app(), ["provenance", str(of_study)])
+    result = invoke("provenance", of_study)
     assert result.exit_code == 1
     assert "compared with config/config.yaml" in result.stderr
     assert "--study" in result.stderr
