@@ -58,16 +58,15 @@ def read_bytes(path: Path, most: int) -> bytes:
     """Return the content of a file of at most `most` bytes; `InputError` if it is not one."""
     try:
         state = path.stat()
-        if not S_ISREG(state.st_mode):
-            raise file_fault(path, ": a file is needed, not a folder or device")
-        if state.st_size > most:
-            raise file_fault(path, f": has {state.st_size} bytes, at most {most} are read")
-        content = path.read_bytes()
-    except InputError:
-        raise
+        is_read = S_ISREG(state.st_mode) and state.st_size <= most
+        content = path.read_bytes() if is_read else b""
     except (OSError, ValueError) as error:  # a path with a zero byte is a ValueError
         reason = getattr(error, "strerror", None) or error
         raise file_fault(path, f" cannot be read: {reason}") from None
+    if not S_ISREG(state.st_mode):
+        raise file_fault(path, ": a file is needed, not a folder or device")
+    if not is_read:
+        raise file_fault(path, f": has {state.st_size} bytes, at most {most} are read")
     return content
 
 
@@ -355,12 +354,7 @@ def _keys(schema: Mapping[str, Any], classes: Mapping[str, Any], above: str = ""
 
 def _explain(finding: Any, keys: Sequence[str]) -> str:
     """Return one finding of pydantic in words: key, limit, value given."""
-    where = ".".join(
-        str(part)
-        if isinstance(part, int) or (part.isidentifier() and len(part) < 60)
-        else shortened(part)
-        for part in finding["loc"]
-    )
+    where = ".".join(printable(str(part)[:LONGEST_SHOWN]) for part in finding["loc"])
     kind, given = finding["type"], finding["input"]
     if kind in _UNKNOWN:
         words = f"unknown key{did_you_mean(where, keys)}"
