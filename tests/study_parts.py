@@ -12,7 +12,7 @@ from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study.analyses import StudySetup
 from skewbridge.study.batch import row_of_task
-from skewbridge.study.folder import StudyFolder
+from skewbridge.study.config import StudyConfig
 from skewbridge.study.task import Task, no_result, run_key
 from skewbridge.variant.options import ModelOptions
 
@@ -30,21 +30,16 @@ def wave(motion_id="wave", *, duration_s=1.0, number=1, scale=1.0, peak_mps2=1.0
     return SuiteMotion(motion=motion, scale=scale, measures=motion_measures(motion, 0.7))
 
 
-def study_of(folder: Path | str, *motions: SuiteMotion, bridges=("osb1",), **changes) -> StudySetup:
+def study_of(
+    folder: Path | str, *motions: SuiteMotion, bridges=("osb1",), draws=None, **sections
+) -> StudySetup:
     """Return the set-up of a study of the bridges with the motions, or with one wave."""
     suite = motions or (wave(),)
     measures = {
         (bridge, each.motion.motion_id): dict(each.measures) for bridge in bridges for each in suite
     }
-    setup = StudySetup(
-        folder=StudyFolder(Path(folder)),
-        suite=suite,
-        measures=measures,
-        incidence_deg=(0.0,),
-        settings=AnalysisSettings(),
-        options=ModelOptions(),
-    )
-    return replace(setup, **changes)
+    study = StudyConfig(results=str(folder), **sections)
+    return StudySetup(study=study, suite=suite, measures=measures, draws=draws or {})
 
 
 def task_of(motion: SuiteMotion | None = None, **changes) -> Task:

@@ -150,14 +150,15 @@ SLUGS = (
 )
 
 
-def setup_in(folder: Path, lengths_s: Sequence[float] = (1.0, 3.0, 2.0)) -> StudySetup:
-    return study_of(folder, *(wave(f"m{s:g}", duration_s=s, number=s) for s in lengths_s))
+def setup_in(folder: Path, lengths_s: Sequence[float] = (1.0, 3.0, 2.0), **sections) -> StudySetup:
+    waves = (wave(f"m{s:g}", duration_s=s, number=s) for s in lengths_s)
+    return study_of(folder, *waves, **sections)
 
 
 def test_the_analysis_of_a_row_is_found_also_in_a_search(tmp_path: Path) -> None:
     plain = setup_in(tmp_path)
-    ida = MotionsConfig(ida_demand="deck_disp_m", ida_threshold=0.1, level_range_g=(0.1, 2.0))
-    searching = replace(plain, search=ida)
+    ida = MotionsConfig(design="ida", ida_demand="deck_disp_m", level_range_g=(0.1, 2.0))
+    searching = setup_in(tmp_path, motions=ida)
     first = searching.tasks(SLUGS[1])[1]
     for setup, task in (
         (plain, plain.tasks(SLUGS[1])[2]),
@@ -267,9 +268,7 @@ def test_values_on_axes_and_bridges_from_any_path_reach_the_analyses(tmp_path: P
             "model": {"keys": "monolithic", "transverse_gap_mm": 3.0},
         }
     )
-    setup = study_of(
-        "results", bridges=study.grid.bridge, settings=study.analysis, options=study.model
-    )
+    setup = study_of("results", bridges=study.grid.bridge, model=study.model)
     variants = expand_grid(study.grid)
     tasks = [setup.tasks(variant.slug)[0] for variant in variants]
     assert [task.variant for task in tasks] == variants
@@ -349,7 +348,8 @@ def test_sensitivity_rows_differ_and_both_sides_are_analysed_for_the_window(setu
     assert reference.options.backwall_points > rows[0].options.backwall_points
     # an analysis that is shorter than the window keeps the key that it has in the study
     for window_s, duration_s in ((None, None), (30.0, None), (6.0, 0.5)):
-        short = replace(setup, settings=AnalysisSettings(duration_s=duration_s))
+        settings = AnalysisSettings(duration_s=duration_s)
+        short = study_of("results", wave("pulse"), analysis=settings)
         row = sampled_rows(short, [SLUG], 1, window_s)[0]
         assert run_key(row) == run_key(short.tasks(SLUG)[0])
     task = setup.tasks(SLUG)[0]

@@ -13,9 +13,7 @@ from math import sqrt
 from pathlib import Path
 from typing import Any, Final, Self
 
-from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.tables import write_variant
-from skewbridge.demands.validity import LIMITS, SuspectLimits
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_table
 from skewbridge.motions.intensity import IM_COLUMNS, scaled_measures
@@ -36,7 +34,6 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import Row, open_journal, read_content
 from skewbridge.study.processes import PROGRESS_LOG
 from skewbridge.study.task import Task, run_key
-from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.random_properties import DIRECTION, with_draw
 from skewbridge.variant.variant import parse_slug
 
@@ -55,30 +52,20 @@ PREDECESSOR_S: Final = 180.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudySetup:
-    """Settings, motions and worker processes that all variants of a study share.
+    """The configuration of a study with its prepared motions."""
 
-    Attributes:
-        suite: The ground motions with their factors.
-        measures: Intensity measures at factor 1, by bridge (as the grid names it) and motion.
-        draws: Random properties by motion; empty where they are not drawn.
-        search: Demand, limit and levels of an IDA; None where the factors are given.
-    """
-
-    folder: StudyFolder
-    suite: tuple[SuiteMotion, ...]
+    study: StudyConfig
+    suite: tuple[SuiteMotion, ...]  # with their factors
+    #: Intensity measures at factor 1, by bridge (as the grid names it) and motion.
     measures: Mapping[tuple[str, str], dict[str, float]]
-    incidence_deg: tuple[float, ...]
-    settings: AnalysisSettings
-    options: ModelOptions
+    #: Random properties by motion; empty where they are not drawn.
     draws: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    search: MotionsConfig | None = None
-    limits: SuspectLimits = LIMITS
-    workers: Workers = field(default_factory=Workers)
+    workers: int = 1
 
     @classmethod
     def of(cls, study: StudyConfig, workers: int = 1) -> Self:
         """Return the setup of a study; `InputError` unless this version prepared its motions."""
-        folder, motions = StudyFolder(Path(study.results)), study.motions
+        folder = StudyFolder(Path(study.results))
         suite = tuple(read_suite(folder.suite))
         draws: dict[str, dict[str, float]] = {}
         for place, name in enumerate(dict.fromkeys(motion.suite for motion in suite)):
@@ -86,21 +73,21 @@ class StudySetup:
             # by their numbers, whatever the design of the study leaves out
             listed = [ids.get(number, "") for number in range(max(ids) + 1)]
             draws |= study.uncertainty.draws(listed, name if place else "")
-        return cls(
-            folder=folder,
-            suite=suite,
-            measures={
-                (row["bridge"], row["motion_id"]): {name: row[name] for name in IM_COLUMNS}
-                for row in read_table(folder.intensities).to_pylist()
-            },
-            incidence_deg=motions.incidence_deg,
-            settings=study.analysis,
-            options=study.model,
-            draws=draws,
-            search=motions if motions.design == "ida" else None,
-            limits=study.suspect,
-            workers=Workers(count=workers, no_progress_s=study.batches.no_progress_s),
-        )
+        measures = {
+            (row["bridge"], row["motion_id"]): {name: row[name] for name in IM_COLUMNS}
+            for row in read_table(folder.intensities).to_pylist()
+        }
+        return cls(study=study, suite=suite, measures=measures, draws=draws, workers=workers)
+
+    @property
+    def folder(self) -> StudyFolder:
+        """Files of the study."""
+        return StudyFolder(Path(self.study.results))
+
+    @property
+    def ida(self) -> MotionsConfig | None:
+        """Demand, limit and levels of an IDA; None where the factors are given."""
+        return self.study.motions if self.study.motions.design == "ida" else None
 
     @property
     def motion_ids(self) -> list[str]:
@@ -123,7 +110,7 @@ class StudySetup:
         if variant.bridge not in files:
             raise InputError(f"{slug}: the study has the bridges {', '.join(files)}")
         variant = replace(variant, bridge=files[variant.bridge])
-        options = replace(self.options, **dict(variant.options))
+        options = replace(self.study.model, **dict(variant.options))
         tasks: list[Task] = []
         for motion in self.suite:
             draw = self.draws.get(motion.motion.motion_id, {})
@@ -132,11 +119,11 @@ class StudySetup:
                     variant=variant,
                     motion=self._for_bridge(variant.bridge, motion),
                     incidence_deg=(angle + draw.get(DIRECTION, 0.0)) % 360.0,
-                    settings=self.settings,
+                    settings=self.study.analysis,
                     options=with_draw(options, draw),
                     draw=draw,
                 )
-                for angle in self.incidence_deg
+                for angle in self.study.motions.incidence_deg
             ]
         return tasks
 
@@ -145,7 +132,7 @@ class StudySetup:
         wanted = row["motion_id"], row["scale"], row["incidence_deg"]
         for task in self.tasks(row["variant"]):
             # a search chooses its factors
-            trial = task if self.search is None else at_factor(task, row["scale"])
+            trial = at_factor(task, row["scale"]) if self.ida else task
             motion = trial.motion
             if (motion.motion.motion_id, motion.scale, trial.incidence_deg) == wanted:
                 return trial
@@ -153,8 +140,8 @@ class StudySetup:
 
     def _for_bridge(self, bridge: str, motion: SuiteMotion) -> SuiteMotion:
         at_1, scale = self.measures[bridge, motion.motion.motion_id], motion.scale
-        if self.search is not None:
-            low, high = search_limits(self.search, replace(motion, scale=1.0, measures=at_1))
+        if self.ida:
+            low, high = search_limits(self.ida, replace(motion, scale=1.0, measures=at_1))
             scale = sqrt(low * high)
         return replace(motion, scale=scale, measures=scaled_measures(at_1, scale))
 
@@ -172,13 +159,9 @@ def sampled(tasks: Sequence[Task], count: int) -> list[Task]:
 
 
 def analyse_variant(setup: StudySetup, slug: str, output: Path) -> None:
-    """Run the analyses of a variant that its journal does not have, and write its demands.
-
-    Raises:
-        InputError: Another process analyses this variant, or its files cannot be written.
-    """
+    """Run the analyses of a variant that its journal does not have, and write its demands."""
     rows = run_in_journal(setup, slug, setup.tasks(slug), of_variant=True)
-    write_variant(rows, output, setup.limits)
+    write_variant(rows, output, setup.study.suspect)
 
 
 def run_in_journal(
@@ -188,12 +171,9 @@ def run_in_journal(
 
     The name is that of the journal for new rows and of the folder for messages of the solver.
     Equal tasks are analysed once. Of a variant, only its own journals are read, and in an IDA each
-    task begins a search.
-
-    Raises:
-        InputError: The journal is being written by another process, or cannot be written.
+    task begins a search. `InputError` if another process holds the journal or it cannot be written.
     """
-    folder, ida = setup.folder, setup.search if of_variant else None
+    folder, ida = setup.folder, setup.ida if of_variant else None
     own, searches = folder.journal(name), folder.journal(f"{name}_searches")
     by_key = {run_key(task): task for task in sorted(tasks, key=lambda task: -task.analysed_s)}
     with open_journal(own, PREDECESSOR_S) as journal:
@@ -216,7 +196,7 @@ def run_in_journal(
                 by_key,
                 journal,
                 done,
-                workers=setup.workers,
+                workers=Workers(setup.workers, setup.study.batches.no_progress_s),
                 log_folder=folder.solver_logs / name,
                 on_finished=on_finished,
                 search=ida and partial(search_capacity, ida, done, searches),

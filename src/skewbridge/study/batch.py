@@ -168,7 +168,7 @@ def at_factor(task: Task, factor: float) -> Task:
 # ---- The pool
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Workers:
     """Number of worker processes, and the time without a step after which a worker is ended."""
 

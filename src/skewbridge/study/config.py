@@ -155,10 +155,8 @@ def parse_config(
     """Return the validated configuration; an omitted section has its defaults.
 
     The first of `files`, from which it was read, names the folder of the results if no key does.
-    Messages name it as `where`.
-
-    Raises:
-        InputError: One line per unknown key or value outside its limits, with the limit.
+    Messages name it as `where`; the `InputError` has a line per unknown key or value outside its
+    limits.
     """
     full = {"results": default_root(files[0]) if files else DEFAULT_ROOT, **raw}
     design, motions = raw.get("design"), raw.get("motions", {})

@@ -32,8 +32,7 @@ _LEFT_OUT: Final = shutil.ignore_patterns("__pycache__", ".*")
 def default_root(configuration: str | Path) -> str:
     """Return the folder of a study whose configuration does not name it.
 
-    It is `results/NAME` for `config/NAME.yaml`, so that a copy of a configuration has its own
-    folder, and `results` otherwise.
+    It is `results/NAME` for `config/NAME.yaml`, so that a copy has its own, else `results`.
     """
     path = Path(configuration).resolve()
     is_named = path.parent.name == "config" and path.stem != "config"
@@ -93,10 +92,10 @@ class StudyFolder:
     @property
     def report_inputs(self) -> dict[str, Path]:
         """The files that the page is made from, by name; the figures are in their own folder."""
+        own = ("captions", "demands", "suite", "contact_checks", "checks", "sensitivity")
         fits = ("curves", "effects", "needed_motions", "intensity_effects", "input_notes", "suites")
         return {
-            **{name: getattr(self, name) for name in ("captions", "demands", "suite")},
-            **{name: getattr(self, name) for name in ("contact_checks", "checks", "sensitivity")},
+            **{name: getattr(self, name) for name in own},
             **{name: self.fragility(name) for name in (*fits, "system", "measures", "joint")},
             "medians": self.fragility("median_effects"),
         }
@@ -123,8 +122,7 @@ def starter_files(package: Path = PACKAGE) -> Path:
 def write_starter(folder: Path) -> list[Path]:
     """Write the files of a study into a folder, and return the files and folders written.
 
-    Raises:
-        InputError: One of the files exists already; nothing is written then.
+    An `InputError` names those that exist already; nothing is written then.
     """
     source = starter_files()
     there = [part for part in STARTER_PARTS if (folder / part).exists()]

@@ -8,7 +8,7 @@ friction pair is one analysis without and with friction, with its histories for 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import pandas as pd
@@ -145,11 +145,9 @@ def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
     by_bridge_and_gap: dict[Variant, list[Variant]] = {}
     for variant in map(parse_slug, demands["variant"].unique()):
         by_bridge_and_gap.setdefault(replace(variant, friction_pct=0), []).append(variant)
-    pairs = {key: sorted(group) for key, group in by_bridge_and_gap.items() if len(group) > 1}
-    if not pairs:
-        return None
-    chosen = pairs[max(pairs, key=lambda key: (abs(key.skew_deg), -key.gap_mm))]
-    return chosen[0], chosen[-1]
+    pairs = [sorted(group) for group in by_bridge_and_gap.values() if len(group) > 1]
+    chosen = max(pairs, key=lambda pair: (abs(pair[0].skew_deg), -pair[0].gap_mm), default=None)
+    return None if chosen is None else (chosen[0], chosen[-1])
 
 
 def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:
@@ -189,10 +187,8 @@ def read_friction_pair(path: Path) -> tuple[Variant, str, dict[str, pd.DataFrame
     if table.empty:
         return None
     runs = {parse_slug(str(slug)): rows for slug, rows in table.groupby("variant")}
-    histories: dict[str, Any] = {
-        f"friction {variant.friction:g}": rows.drop(columns=["variant", "motion_id"])
-        .dropna(axis="columns", how="all")
-        .reset_index(drop=True)
-        for variant, rows in runs.items()
-    }
+    histories: dict[str, pd.DataFrame] = {}
+    for variant, rows in runs.items():
+        whole = rows.drop(columns=["variant", "motion_id"]).dropna(axis="columns", how="all")
+        histories[f"friction {variant.friction:g}"] = whole.reset_index(drop=True)
     return next(iter(runs)), str(table["motion_id"].iloc[0]), histories

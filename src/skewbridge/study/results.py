@@ -182,12 +182,7 @@ def _settings(im: str, margin: float | None) -> FitSettings:
 
 
 def statistics_of(
-    demands: Path,
-    out: Path,
-    *,
-    limit_states: Path,
-    im: str | None = None,
-    margin: float | None = None,
+    demands: Path, out: Path, limit_states: Path, im: str | None = None, margin: float | None = None
 ) -> dict[str, Any]:
     """Write every table of results/fragility from a table of demands, and return their summary.
 
@@ -244,11 +239,8 @@ def compare_studies(
 
     Runs are paired where bridge, abutment model, all axes, motion, scale and incidence agree.
     Motions are matched by the digests of their files if both studies have a suite, otherwise by
-    name. Pairs in which one run ended early count as bounds, as in `demand_effects`. The medians
-    are those of the limit states, with intensity `im`.
-
-    Raises:
-        InputError: A table or column is missing, a value unusable, or nothing in common.
+    name. Pairs in which one run ended early count as bounds, as in `demand_effects`. An
+    `InputError` names what is missing or unusable, or why the studies have nothing in common.
     """
     settings, states = _settings(im, margin), load_limit_states(limit_states)
     other = _other_motions(first, second)
