@@ -29,16 +29,6 @@ from skewbridge.contact.law import ContactLaw, Coupling, Drive, Scheme, UnitLedg
 from skewbridge.contact.unit import ContactUnit
 
 __all__ = [
-    "ContactError",
-    "ContactLaw",
-    "ContactSet",
-    "ContactUnit",
-    "Coupling",
-    "Drive",
-    "Scheme",
-    "TagSource",
-    "Tags",
-    "UnitLedger",
-    "UnitState",
-    "make_step",
-]
+    "ContactError", "ContactLaw", "ContactSet", "ContactUnit", "Coupling", "Drive", "Scheme",
+    "TagSource", "Tags", "UnitLedger", "UnitState", "make_step",
+]  # fmt: skip

@@ -2,7 +2,7 @@
 
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import replace
 from math import inf
 from typing import Final, get_args
 
@@ -68,7 +68,6 @@ class ContactSet:
         self._tags: Tags = TagSource() if tags is None else tags
         self._is_updated = update
         self._unit_type = _UNIT_TYPES[scheme]
-        self._is_elastic = scheme == "elastic"
         self._is_extrapolated = coupling == "extrapolated"
         self.units: list[ContactUnit] = []
         self.changes: list[int] = []
@@ -126,18 +125,11 @@ class ContactSet:
         frame = contact_frame(normal, tangent, ndm)
         nodes = (node_i, node_j)
         require_nodes(nodes, ndm)
-        if not self.units and not self._is_elastic:
+        is_elastic = self._unit_type is ElasticUnit
+        if not self.units and not is_elastic:
             prove_bounds_act(self._tags, nodes, frame)
         driven = drive.parameters if drive else ()
-        springs = make_springs(
-            self._tags,
-            nodes,
-            frame,
-            law,
-            is_elastic=self._is_elastic,
-            has_dashpot="dashpot_n_s_per_m" in driven,
-            is_gap_driven="gap_closing_m" in driven,
-        )
+        springs = make_springs(self._tags, nodes, frame, law, driven, is_elastic=is_elastic)
         index = len(self.units)
         unit = self._unit_type(name or f"contact {index}", nodes, frame, law, springs, drive)
         if drive:
@@ -149,9 +141,7 @@ class ContactSet:
     def after_step(self, dt_s: float, next_dt_s: float | None = None) -> bool:
         """Read a converged step and set the bounds of the next one; call it once per step.
 
-        Args:
-            dt_s: Length of the step just done.
-            next_dt_s: Length of the coming step, if it differs.
+        The lengths are those of the step just done and of the coming one, if it differs.
 
         Returns:
             Whether a pair opened or closed in the step.
@@ -182,16 +172,15 @@ class ContactSet:
         Call it before the retry of a failed step (OpenSees has returned to the committed state,
         which is also the state tracked here) and when the step changes.
         """
-        if not (self._is_updated and self._is_extrapolated and self._dt_s > 0.0):
-            return
-        for unit in self.units:
-            unit.set_bounds(next_dt_s / self._dt_s)
+        if self._is_updated and self._is_extrapolated and self._dt_s > 0.0:
+            for unit in self.units:
+                unit.set_bounds(next_dt_s / self._dt_s)
 
     def start_from_rest(self) -> None:
         """Read the committed state as one at rest, between a static and a dynamic stage.
 
-        The increments of a static stage do not predict the coming motion, so the bounds of the
-        first step are those of the state itself.
+        The bounds of the first step are those of this state: the increments of a static stage do
+        not predict the coming motion.
         """
         for unit in self.units:
             unit.rest()
@@ -263,11 +252,7 @@ class ContactSet:
     def ledger(self) -> list[UnitLedger]:
         """Return the ledger of each unit since it was added."""
         return [
-            UnitLedger(
-                **asdict(unit.account),
-                name=unit.name,
-                normal_potential_j=unit.normal_potential_j(),
-            )
+            replace(unit.account, normal_potential_j=0.5 * unit.kn * min(unit.opening, 0.0) ** 2)
             for unit in self.units
         ]
 
@@ -289,13 +274,13 @@ class ContactSet:
 def make_step(contacts: ContactSet, dt_s: float, *, parts_on_change: int = 1) -> bool:
     """Make one step of the transient analysis and update the contacts.
 
-    A pair that closes or opens inside a step costs one order of accuracy. Sub-steps where a change
-    is expected restore it at little cost. Use them with one-step integrators only: Houbolt restarts
-    by the trapezoidal rule whenever the step changes.
+    A pair that closes or opens inside a step costs one order of accuracy; sub-steps where a change
+    is expected restore it. Use them with one-step integrators only: Houbolt restarts by the
+    trapezoidal rule whenever the step changes.
 
     Returns:
-        Whether OpenSees made the step. If not, the domain is at the last part that was committed
-        and the contacts with it.
+        Whether OpenSees made the step. If not, domain and contacts are at the last part that was
+        committed.
     """
     parts = parts_on_change if contacts.time_to_change_s() < dt_s else 1
     part_s = dt_s / parts

@@ -10,7 +10,7 @@ from math import atan2, exp, log, sqrt
 
 from scipy.optimize import brentq
 
-from skewbridge.contact.law import Drive, UnitState
+from skewbridge.contact.law import Drive, UnitState, require_limits
 from skewbridge.errors import InputError
 
 _LARGEST_DAMPING_RATIO = 1.0e4
@@ -24,9 +24,7 @@ def stribeck_friction(
     stribeck_speed_mps: float,
     viscous_s_per_m: float = 0.0,
 ) -> float:
-    """Return the friction coefficient at a slip speed.
-
-    mu = kinetic + (static - kinetic) exp(-(v / v_s)^2) + viscous v.
+    """Return kinetic + (static - kinetic) exp(-(v / v_s)^2) + viscous v at a slip speed v.
 
     References:
         Armstrong-Helouvry, Dupont and Canudas de Wit (1994), Automatica 30.
@@ -47,7 +45,7 @@ def stribeck_drive(
         raise InputError(
             f"friction must be 0 <= kinetic <= static, got kinetic {kinetic}, static {static}"
         )
-    _require_positive("stribeck_speed_mps", stribeck_speed_mps)
+    require_limits("stribeck_speed_mps", stribeck_speed_mps, is_positive=True)
 
     def friction(state: UnitState, _time_s: float) -> dict[str, float]:
         coefficient = stribeck_friction(
@@ -70,10 +68,9 @@ def hunt_crossley_drive(
     Stiffness k in N/m^p; damping d for the approach speed v0, of `hunt_crossley_damping`. Hertz's
     sphere has p = 3/2 and no damping.
     """
-    _require_positive("stiffness_n_per_m_p", stiffness_n_per_m_p)
-    _require_positive("exponent", exponent)
-    if damping < 0.0:
-        raise InputError(f"damping must not be negative, got {damping}")
+    require_limits("stiffness_n_per_m_p", stiffness_n_per_m_p, is_positive=True)
+    require_limits("exponent", exponent, is_positive=True)
+    require_limits("damping", damping)
 
     def secant(state: UnitState, _time_s: float) -> dict[str, float]:
         penetration = -state.predicted_opening_m
@@ -95,8 +92,8 @@ def approach_stiffness_drive(
 
     The stiffness is set while the pair is open and kept until it opens again.
     """
-    _require_positive("kn_n_per_m", kn_n_per_m)
-    _require_positive("reference_speed_mps", reference_speed_mps)
+    require_limits("kn_n_per_m", kn_n_per_m, is_positive=True)
+    require_limits("reference_speed_mps", reference_speed_mps, is_positive=True)
 
     def stiffness(state: UnitState, _time_s: float) -> dict[str, float]:
         approach = -state.opening_rate_mps
@@ -110,15 +107,13 @@ def approach_stiffness_drive(
 def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
     """Return a drive of a normal spring with a dashpot whose sum acts in compression only.
 
-    The force of the dashpot jumps when the pair closes within a step. Steps weigh the force at
-    their ends, so at the end of that one it gets the part of the step after closing plus half a
-    step: the impulse is then right. When the sum would pull, spring and dashpot are switched off
-    until the pair opens or approaches again: this is what makes the restitution that of
-    `kelvin_voigt_restitution`.
+    The force of the dashpot jumps when the pair closes within a step; at the end of that one it
+    gets the part of the step after closing plus half a step, which makes the impulse right. When
+    the sum would pull, spring and dashpot are switched off until the pair opens or approaches
+    again, as `kelvin_voigt_restitution` assumes.
     """
-    _require_positive("kn_n_per_m", kn_n_per_m)
-    if dashpot_n_s_per_m < 0.0:
-        raise InputError(f"dashpot_n_s_per_m must not be negative, got {dashpot_n_s_per_m}")
+    require_limits("kn_n_per_m", kn_n_per_m, is_positive=True)
+    require_limits("dashpot_n_s_per_m", dashpot_n_s_per_m)
 
     def spring_and_dashpot(state: UnitState, _time_s: float) -> dict[str, float]:
         opening, rate = state.opening_m, state.opening_rate_mps
@@ -134,11 +129,6 @@ def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
     return Drive(parameters=("kn_n_per_m", "dashpot_n_s_per_m"), function=spring_and_dashpot)
 
 
-def _require_positive(field: str, value: float) -> None:
-    if not value > 0.0:
-        raise InputError(f"{field} must be positive, got {value}")
-
-
 def kelvin_voigt_restitution(damping_ratio: float) -> float:
     """Return rebound over approach speed of a Kelvin-Voigt contact that carries no tension.
 
@@ -149,8 +139,7 @@ def kelvin_voigt_restitution(damping_ratio: float) -> float:
         Schwager and Poeschel (2007), Granular Matter 9 (end of contact at zero force).
     """
     z = damping_ratio
-    if z < 0.0:
-        raise InputError(f"damping_ratio must not be negative, got {z}")
+    require_limits("damping_ratio", z)
     if z < 1.0:
         root = sqrt(1.0 - z * z)
         return exp(-z / root * atan2(2.0 * z * root, 2.0 * z * z - 1.0)) if z > 0.0 else 1.0

@@ -8,7 +8,7 @@ element and its effect on a force is checked before use.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite, sqrt
+from math import hypot, isfinite, sqrt
 from typing import Final, Protocol
 
 import numpy as np
@@ -44,29 +44,24 @@ def contact_frame(
 ) -> tuple[Direction, ...]:
     """Return the orthonormal frame (normal, tangent) in the plane, (normal, t1, t2) in space.
 
-    Args:
-        normal: Outward normal of the surface, any length.
-        tangent: First direction of the contact plane; by default horizontal (z x normal), and x
-            for a vertical normal; in the plane always the normal turned counter-clockwise.
-        ndm: Dimensions of the model, 2 or 3.
-
-    Raises:
-        InputError: A vector is zero, or the tangent is not perpendicular to the normal.
+    The tangent is by default horizontal (z x normal), and x for a vertical normal; in the plane
+    (``ndm`` 2) always the normal turned counter-clockwise. `InputError` if a vector is zero, or the
+    tangent is not perpendicular to the normal.
     """
     if ndm not in (2, 3):
         raise InputError(f"contacts need a model of 2 or 3 dimensions, got ndm = {ndm}")
     n = unit_vector(normal, "normal", ndm)
     if tangent is None:
-        t1 = _default_tangent(n)
-    else:
-        t1 = unit_vector(tangent, "tangent", ndm)
-        cosine = sum(a * b for a, b in zip(n, t1, strict=True))
-        if abs(cosine) > ORTHOGONALITY_LIMIT:
-            raise InputError(
-                "normal and tangent must be perpendicular (cosine at most "
-                f"{ORTHOGONALITY_LIMIT}), got a cosine of {cosine:.3g}"
-            )
-        t1 = unit_vector([b - cosine * a for a, b in zip(n, t1, strict=True)], "tangent", ndm)
+        is_vertical = ndm == 3 and hypot(n[0], n[1]) < _VERTICAL_LIMIT
+        tangent = (1.0, 0.0, 0.0) if is_vertical else (-n[1], n[0], 0.0)[:ndm]
+    t1 = unit_vector(tangent, "tangent", ndm)
+    cosine = sum(a * b for a, b in zip(n, t1, strict=True))
+    if abs(cosine) > ORTHOGONALITY_LIMIT:
+        raise InputError(
+            "normal and tangent must be perpendicular (cosine at most "
+            f"{ORTHOGONALITY_LIMIT}), got a cosine of {cosine:.3g}"
+        )
+    t1 = unit_vector([b - cosine * a for a, b in zip(n, t1, strict=True)], "tangent", ndm)
     if ndm == 3:
         return n, t1, tuple(np.cross(n, t1).tolist())
     # In plane models, OpenSees always uses the normal turned by 90 degrees.
@@ -75,15 +70,6 @@ def contact_frame(
             f"tangent must be the normal turned counter-clockwise in plane models, got {t1}"
         )
     return n, t1
-
-
-def _default_tangent(n: Direction) -> Direction:
-    if len(n) == 2:
-        return (-n[1], n[0])
-    horizontal = (n[0] * n[0] + n[1] * n[1]) ** 0.5
-    if horizontal < _VERTICAL_LIMIT:
-        return unit_vector([1.0 - n[0] * n[0], -n[0] * n[1], -n[0] * n[2]], "tangent", 3)
-    return (-n[1] / horizontal, n[0] / horizontal, 0.0)
 
 
 # ASSUME a user's own material tags lie below this one: OpenSees cannot be asked for them.
@@ -104,8 +90,7 @@ class TagSource:
     """Hands out tags above those of the domain when asked, materials above a first one."""
 
     def __init__(self, first_material: int = FIRST_FREE_MATERIAL) -> None:
-        self._first = first_material
-        self._next_material = first_material
+        self._first = self._next_material = first_material
 
     def element(self) -> int:
         """Return an unused element tag."""
@@ -152,9 +137,7 @@ class ContactError(RuntimeError):
 class Springs:
     """Tags of the zeroLength element of one contact and of its parameters.
 
-    The parameters set the normal stiffness, the tangential stiffnesses, the friction bounds
-    (yields, or stick points in scheme elastic) and, if driven, the dashpot and the offset of the
-    normal spring.
+    Bounds are yields of the friction springs, or their stick points in scheme elastic.
     """
 
     element: int
@@ -186,13 +169,16 @@ def make_springs(
     nodes: tuple[int, int],
     frame: tuple[Direction, ...],
     law: ContactLaw,
+    driven: Sequence[str],
     *,
-    is_elastic: bool = False,
-    has_dashpot: bool = False,
-    is_gap_driven: bool = False,
+    is_elastic: bool,
 ) -> Springs:
-    """Create the element and its parameters; `ContactError` if a parameter does not act."""
-    directions = len(frame) - 1
+    """Create the element and its parameters; `ContactError` if a parameter does not act.
+
+    A driven dashpot or gap needs a material and a parameter of its own.
+    """
+    directions, is_gap_driven = len(frame) - 1, "gap_closing_m" in driven
+    has_dashpot = "dashpot_n_s_per_m" in driven
     kn, kt = law.kn_n_per_m, law.kt_n_per_m
     # acts in compression behind the gap: gap and yield of one sign
     gap = (kn, -kn * _NEVER_M, -law.open_gap_m, 0.0, "noDamage")
@@ -231,10 +217,7 @@ def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Direction,
 
     A bound acts at the next state determination, which a live domain makes only in an analysis.
     So a probe element between the same nodes, its springs behind an initial strain, is driven past
-    all its yields, read and removed; nothing else of the domain is touched.
-
-    Raises:
-        ContactError: The force does not follow the bound.
+    all its yields, read and removed. `ContactError` if the force does not follow the bound.
     """
     stiffness, bound, other = 1.0e3, 2.0, 7.0
     yielding = other / stiffness
@@ -270,12 +253,9 @@ def _attach(tags: Tags, element: int, position: int, name: str) -> int:
     return parameter
 
 
-def _orientation(frame: tuple[Direction, ...]) -> tuple[float, ...]:
+def _orientation(frame: tuple[Direction, ...]) -> list[float]:
     """Return the local x and the vector in the local xy plane, three components each."""
-    normal, tangent = frame[0], frame[1]
-    if len(frame) == 3:
-        return (*normal, *tangent)
-    return (*normal, 0.0, *tangent, 0.0)
+    return [value for axis in frame[:2] for value in (*axis, 0.0)[:3]]
 
 
 def _prove(springs: Springs, law: ContactLaw, *, is_elastic: bool) -> None:

@@ -22,6 +22,13 @@ type Scheme = Literal["vector", "componentwise", "elastic"]
 type Coupling = Literal["extrapolated", "lagged"]
 
 
+def require_limits(name: str, value: float, *, is_positive: bool = False) -> None:
+    """Refuse a value that is negative or not finite, or zero if it must be positive."""
+    if not (isfinite(value) and value >= 0.0 and (value or not is_positive)):
+        kind = "positive" if is_positive else "not negative"
+        raise InputError(f"{name} must be finite and {kind}, got {value}")
+
+
 # ASSUME Coulomb friction, static equal to kinetic, the same in all directions of the contact plane.
 # ASSUME the contact itself is elastic: restitution comes from a driven damper only.
 @dataclass(frozen=True, slots=True)
@@ -47,11 +54,9 @@ class ContactLaw:
 
     def __post_init__(self) -> None:
         for name in ("kn_n_per_m", "kt_n_per_m"):
-            if not (isfinite(value := getattr(self, name)) and value > 0.0):
-                raise InputError(f"{name} must be a positive finite stiffness, got {value}")
+            require_limits(name, getattr(self, name), is_positive=True)
         for name in ("friction", "cohesion_n", "gap_m", "gap_closing_m"):
-            if not (isfinite(value := getattr(self, name)) and value >= 0.0):
-                raise InputError(f"{name} must be finite and not negative, got {value}")
+            require_limits(name, getattr(self, name))
         if self.gap_closing_m > self.gap_m:
             raise InputError(
                 f"gap_closing_m must be at most gap_m = {self.gap_m}, got {self.gap_closing_m}"
@@ -146,13 +151,8 @@ def yields_by_direction(trial_1_n: float, trial_2_n: float, limit_n: float) -> t
 # --- drives and ledger
 
 DRIVEN_PARAMETERS: Final = (
-    "friction",
-    "cohesion_n",
-    "kn_n_per_m",
-    "kt_n_per_m",
-    "gap_closing_m",
-    "dashpot_n_s_per_m",
-)
+    "friction", "cohesion_n", "kn_n_per_m", "kt_n_per_m", "gap_closing_m", "dashpot_n_s_per_m"
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,7 +162,7 @@ class UnitState:
     Attributes:
         opening_m: Gap plus relative displacement along the normal, negative when closed.
         opening_rate_mps: Mean over the last step, negative when approaching.
-        tangential_n: Friction forces along t1 and t2, with the sign of slip.
+        normal_n: Compression; the tangential forces along t1 and t2 have the sign of slip.
         slip_m: Stick point along t1 and t2 (the position itself while open).
         position_m: Relative tangential displacement along t1 and t2.
         slip_speed_mps: Speed of the stick point in the last step.
@@ -207,13 +207,8 @@ class Drive:
 
         contacts.add(..., drive=Drive(parameters=("gap_closing_m", "friction"), function=season))
 
-    Attributes:
-        parameters: Names of the parameters that it sets, from `DRIVEN_PARAMETERS`.
-        function: Called with the state of the unit and the time of the set; returns new values
-            for some or all of the declared parameters.
-
-    Raises:
-        InputError: An unknown name.
+    The parameters are names from `DRIVEN_PARAMETERS`, else `InputError`. The function gets the
+    state of the unit and the time of the set and returns new values for some or all of them.
     """
 
     parameters: tuple[str, ...]
@@ -232,14 +227,13 @@ class Drive:
                 raise InputError(
                     f"the drive declared {', '.join(self.parameters)} but returned {name!r}"
                 )
-            if not (isfinite(value) and value >= 0.0):
-                raise InputError(f"driven {name} must be finite and not negative, got {value}")
+            require_limits(f"driven {name}", value)
         return values
 
 
 @dataclass(slots=True)
-class Account:
-    """Running sums of one contact unit; plain numbers, added up in the step loop.
+class UnitLedger:
+    """Running sums of one named contact unit since it was added.
 
     Attributes:
         closures: Number of steps that ended closed after one that ended open.
@@ -253,8 +247,10 @@ class Account:
         time_over_1_s: Time with a friction force at least 1 % above its limit; ``_10`` and ``_50``
             for 10 and 50 %.
         work_over_1_j: Friction work in that time; ``_10`` and ``_50`` likewise.
+        normal_potential_j: Energy in the normal spring, when the ledger was read.
     """
 
+    name: str
     closures: int = 0
     contact_time_s: float = 0.0
     max_penetration_m: float = 0.0
@@ -275,14 +271,7 @@ class Account:
     work_over_1_j: float = 0.0
     work_over_10_j: float = 0.0
     work_over_50_j: float = 0.0
-
-
-@dataclass(slots=True, kw_only=True)
-class UnitLedger(Account):
-    """Ledger of one named contact unit since it was added, with the energy in its normal spring."""
-
-    name: str
-    normal_potential_j: float
+    normal_potential_j: float = 0.0
 
     @property
     def cone_violation_ratio(self) -> float:

@@ -13,9 +13,9 @@ import openseespy.opensees as ops
 
 from skewbridge.contact.element import ContactError, Direction, Springs
 from skewbridge.contact.law import (
-    Account,
     ContactLaw,
     Drive,
+    UnitLedger,
     UnitState,
     radial_return,
     yields_by_direction,
@@ -39,13 +39,10 @@ _update_parameter = ops.updateParameter
 class ContactUnit:
     """A node-to-node pair with one tracked vector stick point (scheme `vector`).
 
-    `ContactSet.add` makes it. Its friction springs get their bounds from the tracked state. The
-    attributes below are for callers.
+    `ContactSet.add` makes it, from node i of the surface to node j of the body. Its friction
+    springs get their bounds from the tracked state.
 
     Attributes:
-        name: Name given by the caller.
-        node_i: Node of the surface.
-        node_j: Node of the body.
         element: Tag of the zeroLength element.
         normal: Outward normal of the surface.
         tangents: One direction of the contact plane in plane models, two in space.
@@ -78,7 +75,7 @@ class ContactUnit:
         self.kn, self.kt = law.kn_n_per_m, law.kt_n_per_m
         self.friction, self.cohesion, self.dashpot = law.friction, law.cohesion_n, 0.0
         self.drive = drive
-        self.account = Account()
+        self.account = UnitLedger(name)
         self._is_space = len(frame) == 3
         self.closed = self._is_watched = False
         self.opening = self.opening_before = law.open_gap_m
@@ -99,10 +96,6 @@ class ContactUnit:
             return 0.0
         rate = (self.opening - self.opening_before) / self._dt
         return (rate + sqrt(rate**2 + 2.0 * accel_mps2 * self.opening)) / accel_mps2
-
-    def normal_potential_j(self) -> float:
-        """Return the energy stored in the normal spring."""
-        return 0.5 * self.kn * self.opening**2 if self.opening < 0.0 else 0.0
 
     def state(self, dt_s: float) -> UnitState:
         """Return the state at the end of the last committed step, before one of `dt_s`."""
