@@ -14,7 +14,7 @@ from typing import Any, Final
 import yaml
 from pydantic import TypeAdapter
 
-from skewbridge.bridge.catalogue.loading import bridge_schema
+from skewbridge.bridge.catalogue import bridge_schema
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.fragility.limit_states import LimitStateEntry
 from skewbridge.fragility.study_tables import DESCRIPTIONS, PAPER_TABLE

@@ -21,6 +21,7 @@ from skewbridge.analysis.modal import (
 from skewbridge.analysis.model_script import model_script, recording
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import configure_solver
+from skewbridge.bridge.abutments import bearing_stations, build_arms, build_bearings
 from skewbridge.bridge.backfill import variation_factors
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import PadData
@@ -38,8 +39,7 @@ from skewbridge.bridge.gravity import (
 )
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import DomainError, build, domain
-from skewbridge.bridge.springs import NORMAL_OVER_TANGENT, normal_penalty, tangent_penalty
-from skewbridge.bridge.supports import bearing_stations, build_arms, build_bearings
+from skewbridge.bridge.springs import NORMAL_OVER_TANGENT, penalties
 from skewbridge.errors import InputError
 from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
@@ -201,12 +201,12 @@ def test_non_uniform_backfill_is_largest_at_the_acute_corner_of_either_sign() ->
 
 def test_penalties_are_bounded_by_softening_and_by_the_step() -> None:
     options = ModelOptions()
-    assert normal_penalty(1.0e7, 1e9, options) == pytest.approx(50 * 1.0e7)  # 2 % softer in series
-    kn = normal_penalty(1.0e9, 4000.0, options)
+    assert penalties(1.0e7, 1e9, options)[0] == pytest.approx(50 * 1.0e7)  # 2 % softer in series
+    kn, kt = penalties(1.0e9, 4000.0, options)
     assert 0.005 * (kn / 4000.0) ** 0.5 == pytest.approx(3.0)  # rad per step of 5 ms
-    assert tangent_penalty(kn, options) == pytest.approx(kn / NORMAL_OVER_TANGENT)
+    assert kt == pytest.approx(kn / NORMAL_OVER_TANGENT)
     named = ModelOptions(normal_stiffness_n_per_m=7.0, tangent_stiffness_n_per_m=3.0)
-    assert (normal_penalty(1.0, 1.0, named), tangent_penalty(1.0, named)) == (7.0, 3.0)
+    assert penalties(1.0, 1.0, named) == (7.0, 3.0)
 
 
 def test_four_elements_per_span_give_the_periods_of_sixteen() -> None:

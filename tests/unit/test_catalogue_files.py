@@ -10,8 +10,7 @@ from reference_pages import ROOT
 
 import skewbridge
 from skewbridge.bridge.abutments import BUILDERS
-from skewbridge.bridge.catalogue import bridge_names, load_bridge
-from skewbridge.bridge.catalogue.loading import FOLDER
+from skewbridge.bridge.catalogue import FOLDER, bridge_names, load_bridge
 from skewbridge.errors import InputError
 from skewbridge.files.text import read_mapping
 from skewbridge.report.methods import methods_of

@@ -17,7 +17,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from skewbridge.bridge.catalogue.loading import bridge_schema
+from skewbridge.bridge.catalogue import bridge_schema
 from skewbridge.cli import build_app
 from skewbridge.cli.study import DEMO_STUDY
 from skewbridge.fragility.demand_table import ColumnMap

@@ -15,7 +15,7 @@ from motions_files import index_of, make_pairs
 from skewbridge.analysis.accuracy import NUMERICS
 from skewbridge.analysis.keys import bridge_digest
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.bridge.catalogue.loading import FOLDER
+from skewbridge.bridge.catalogue import FOLDER
 from skewbridge.demands.tables import join_variants, to_table
 from skewbridge.demands.validity import SUSPECT, SuspectLimits, reasons
 from skewbridge.errors import InputError

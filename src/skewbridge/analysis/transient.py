@@ -20,7 +20,7 @@ from skewbridge.analysis.recovery import LADDER, Effort
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
 from skewbridge.analysis.trace import Monitor, at_regular_steps
-from skewbridge.bridge.geometry import ContactLayout, contact_layout
+from skewbridge.bridge.geometry import ModelGeometry, geometry_of
 from skewbridge.bridge.handles import BridgeModel, ColumnHandle, PlanVector, Point
 from skewbridge.bridge.model import build, domain
 from skewbridge.contact import ContactError, ContactSet
@@ -73,7 +73,7 @@ class AnalysisResult:
         energy_kj: Energy balance by term; empty if it was not kept.
         histories: Columns of the history table at the regular steps, each of shape (steps + 1,),
             or None.
-        contact_layout: Positions of the contacts, if there are histories and contacts.
+        geometry: Of the model, if there are histories and contacts.
         messages: Why the analysis ended early, and notes on its demands.
     """
 
@@ -93,7 +93,7 @@ class AnalysisResult:
     model_end: ModelEnd
     energy_kj: Mapping[str, float]
     histories: dict[str, NDArray[np.float64]] | None
-    contact_layout: ContactLayout | None
+    geometry: ModelGeometry | None
     messages: tuple[str, ...]
 
 
@@ -193,9 +193,7 @@ class _History:
             model_end=end,
             energy_kj=energy,
             histories=histories,
-            contact_layout=contact_layout(self._model)
-            if self._histories and self._model.contacts
-            else None,
+            geometry=geometry_of(self._model) if histories and self._model.contacts else None,
             messages=tuple(messages),
         )
 

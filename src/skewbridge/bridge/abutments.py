@@ -1,5 +1,9 @@
 """Seat abutments: deck end on its supports, and the joint of each abutment model.
 
+Stiff arms run from the end node of the spine to the tops of the pads on the bearing line, and to
+the points of the outer face of the end diaphragm that touch walls and keys. All these points are at
+the level of the soffit.
+
 `roller` has only vertical supports at both ends of the skewed bearing line. `simplified` adds a
 rigid bar of deck width with a gap and a bilinear spring at each end. `spring` has pads, gap springs
 of the backfill, shear keys, wing walls and embankment: each exterior key is between the deck
@@ -34,15 +38,17 @@ from skewbridge.bridge.backfill import (
     wing_share,
     wing_wall,
 )
-from skewbridge.bridge.catalogue.data import AbutmentData, KeyData
+from skewbridge.bridge.catalogue.data import AbutmentData, KeyData, PadData
 from skewbridge.bridge.deck import DeckEnd, Line, Side, tributary_shares
 from skewbridge.bridge.handles import (
     AbutmentHandle,
+    BearingHandle,
     Blueprint,
     CornerHandle,
     PlanVector,
     Point,
     SpringHandle,
+    TagAllocator,
 )
 from skewbridge.bridge.springs import (
     damping_n_s_per_m,
@@ -52,22 +58,144 @@ from skewbridge.bridge.springs import (
     key_face_material,
     key_material,
     key_stiffness_n_per_m,
-    normal_penalty,
     passive_material,
+    penalties,
     plane_node,
     plastic_material,
     spring_element,
-    tangent_penalty,
     turned,
 )
-from skewbridge.bridge.supports import (
-    Points,
-    bearing_stations,
-    build_arms,
-    build_bearings,
-    pad_stations,
-)
-from skewbridge.units import MM, TONNE
+from skewbridge.contact.element import uniaxial
+from skewbridge.units import KN, MM, TONNE
+from skewbridge.variant.options import ModelOptions
+
+# Far stiffer than the deck's end element (1e10 N/m), soft enough for double precision. A hundredth
+# of it needs 8 to 15 % more iterations.
+ARM_MODULUS_PA = 2.5e13
+ARM_AREA_M2 = 10.0
+ARM_INERTIA_M4 = 10.0
+
+
+#: Nodes of the joint at one deck end, by line and position along the wall.
+type Points = dict[tuple[Line, float], int]
+
+
+def build_arms(
+    end: DeckEnd,
+    deck_node: int,
+    stations: dict[Line, list[float]],
+    options: ModelOptions,
+    tags: TagAllocator,
+) -> tuple[Points, list[int]]:
+    """Create the points of a deck end and stiff arms to them from the end node of the spine.
+
+    Stations are the positions along the wall at which each line needs a node. Returns points and
+    elements.
+    """
+    transformation = tags.transformation()
+    geometry = "Corotational" if options.arrays == "corotational" else "Linear"
+    # no arm is parallel to the normal of the wall
+    ops.geomTransf(geometry, transformation, *end.normal, 0.0)
+    # the points do not turn: an arm has a ball joint there, and no torsion
+    section = (ARM_AREA_M2, ARM_MODULUS_PA, 1.0, 1.0, ARM_INERTIA_M4, ARM_INERTIA_M4)
+    joint = ("-releasez", 2, "-releasey", 2)
+    points: Points = {}
+    arms: list[int] = []
+    for line, positions in stations.items():
+        for along in positions:
+            node, element = tags.node(), tags.element()
+            ops.node(node, *end.point(line, along), 0.0)
+            ops.fix(node, 0, 0, 0, 1, 1, 1)
+            nodes = (element, deck_node, node)
+            ops.element("elasticBeamColumn", *nodes, *section, transformation, *joint)
+            points[line, along] = node
+            arms.append(element)
+    return points, arms
+
+
+# ASSUME bending and twisting of a pad are too soft to matter
+PAD_ROTATION_NM_PER_RAD = 1.0e5
+# source: PyPBEE, no quadratic hardening of the pads
+PAD_HARDENING = (0.0, 3.0)  # quadratic share and its exponent
+
+
+def pad_stations(pads: PadData, end: DeckEnd) -> list[float]:
+    """Return positions of the pads along the wall, equally spaced across the deck."""
+    stretch = end.wall_length_m / end.width_m
+    middle = (pads.count - 1) / 2
+    return [(i - middle) * pads.spacing_m * stretch for i in range(pads.count)]
+
+
+def bearing_stations(
+    pads: PadData, end: DeckEnd, options: ModelOptions, *, has_pads: bool = True
+) -> list[float]:
+    """Return the positions along the wall of pad elements, or of supports at both ends.
+
+    Two pad elements are placed so that they have the rotational stiffness of all pads.
+    """
+    if not has_pads:
+        return [-end.wall_length_m / 2, end.wall_length_m / 2]
+    stations = pad_stations(pads, end)
+    if options.pads == "each":
+        return stations
+    arm = sqrt(sum(along**2 for along in stations) / len(stations))
+    return [-arm, arm]
+
+
+def build_bearings(
+    end: DeckEnd,
+    points: Points,
+    pads: PadData,
+    options: ModelOptions,
+    tags: TagAllocator,
+    *,
+    has_pads: bool = True,
+) -> tuple[BearingHandle, ...]:
+    """Create pads, or vertical supports, between fixed seat nodes and the bearing line.
+
+    Vertical springs are elastic in compression and open in tension. A bearing element per pad is a
+    pad height long; elements that are half of the pads, or a support, have no length.
+    """
+    is_each = has_pads and options.pads == "each"
+    number, height_m = (1, pads.height_m) if is_each else (pads.count / 2, 0.0)
+    upright = uniaxial(tags, "ENT", number * (pads.vertical_stiffness_mn_per_m * 1e6))
+    if not has_pads:
+        kind, values = "zeroLength", ("-mat", upright, "-dir", 3)
+    elif is_each:
+        bend = elastic_material(PAD_ROTATION_NM_PER_RAD, tags)
+        elastic = pads.shear_stiffness_kn_per_m * KN, pads.yield_force_kn * KN
+        springs = ("-P", upright, "-T", bend, "-My", bend, "-Mz", bend, "-orient", *end.normal, 0.0)
+        kind = "elastomericBearingPlasticity"
+        values = (*elastic, pads.hardening_ratio, *PAD_HARDENING, *springs)
+    else:
+        # ASSUME the pads do not resist rotation: their stiffness is too small to matter
+        # axial force along z, shear along x and y of the model
+        axes = ("-orient", 0.0, 0.0, 1.0, 1.0, 0.0, 0.0)
+        kind, values = "zeroLengthSection", (_pad_section(pads, number, upright, tags), *axes)
+    handles: list[BearingHandle] = []
+    for deck_node in (node for (line, _), node in points.items() if line == "bearing"):
+        x, y, z = ops.nodeCoord(deck_node)
+        seat, element = grounded_node((x, y, z - height_m), tags), tags.element()
+        ops.element(kind, element, seat, deck_node, *values)
+        handles.append(BearingHandle(element=element, seat_node=seat, deck_node=deck_node))
+    return tuple(handles)
+
+
+def _pad_section(pads: PadData, number: float, upright: int, tags: TagAllocator) -> int:
+    """Create the section of some pads: vertical spring, and a yield circle of the shear force.
+
+    The shear law is that of the bearing element, a plastic spring of the characteristic strength in
+    parallel with an elastic one, at a tenth of the cost.
+    """
+    plastic = 1.0 - pads.hardening_ratio
+    stiffness = number * pads.shear_stiffness_kn_per_m * KN
+    hardening = stiffness * pads.hardening_ratio / plastic
+    shear, section = tags.section(), tags.section()
+    strength_n, directions = number * pads.yield_force_kn * KN / plastic, ("Vy", "Vz")
+    ops.section("Bidirectional", shear, stiffness, strength_n, 0.0, hardening, *directions)
+    ops.section("Aggregator", section, upright, "P", "-section", shear)
+    return section
+
 
 CONCRETE_KG_PER_M3 = 2400.0  # source: usual density of reinforced concrete
 
@@ -90,6 +218,11 @@ class Joint(Blueprint):
         """Backbone of the shear keys under option ``keys``."""
         is_monolithic = self.options.keys == "monolithic"
         return self.data.monolithic_key if is_monolithic else self.data.sacrificial_key
+
+    @property
+    def wing(self) -> Passive:
+        """Resistance of the wing walls."""
+        return self.soil(wing_wall(self.data))
 
     def soil(self, passive: Passive) -> Passive:
         """Return the resistance of a soil with the factors of the options."""
@@ -124,30 +257,23 @@ class Joint(Blueprint):
     def key_spring(self, nodes: tuple[int, int], inward: PlanVector) -> SpringHandle:
         """Create the spring of a key: its backbone across the face and along it."""
         stiffness, mass_kg = key_stiffness_n_per_m(self.key), self.key_mass_kg
-        dashpot_n_s_per_m = damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness, mass_kg)
-        damped = elastic_material(0.0, self.tags, dashpot_n_s_per_m=dashpot_n_s_per_m)
+        dashpot = damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness, mass_kg)
+        damped = elastic_material(0.0, self.tags, dashpot)
         across = [key_material(self.key, self.tags), damped]
         # ASSUME elastic up to the same strength along the face, independent of the force across
         # it: a broken key gets friction from its residual force only, which is below the strength
         if self.options.key_along_face == "backbone":
             along = [key_face_material(self.key, self.tags), damped]
         else:
-            along = [elastic_material(stiffness, self.tags, dashpot_n_s_per_m=dashpot_n_s_per_m)]
+            along = [elastic_material(stiffness, self.tags, dashpot)]
         return spring_element(nodes, inward, across, along, self.tags)[0]
 
-    def wall_dashpot_n_s_per_m(
-        self, stiffness_n_per_m: float, mass_kg: float, share: float = 1.0
-    ) -> float:
-        """Return the dashpot of a share of the wall, against the fill."""
+    def dashpot_n_s_per_m(self, stiffness_n_per_m: float, mass_kg: float, share: float) -> float:
+        """Return the dashpot of a share of the wall against the fill."""
         vs_mps = self.options.backfill_vs_mps
         if vs_mps is None:
             return damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness_n_per_m, mass_kg)
         return share * radiation_n_s_per_m(self.data, vs_mps)
-
-    def wing_dashpot_n_s_per_m(self, wing: Passive, mass_kg: float, share: float = 1.0) -> float:
-        """Return the dashpot of a share of the wing walls, along the backwall."""
-        radiating = share * wing_share(self.data)
-        return self.wall_dashpot_n_s_per_m(wing.stiffness_n_per_m, mass_kg, radiating)
 
     def moving_mass_kg(self, mass_kg: float) -> float:
         """Return the mass of a wall or key node: the given mass, or zero without ``wall_mass``."""
@@ -170,7 +296,7 @@ class Joint(Blueprint):
         nodes: tuple[int, int],
         inward: PlanVector,
         gap_m: float,
-        kn_n_per_m: float,
+        stiffness: tuple[float, float],
         friction: float,
         name: str,
         cohesion_n: float = 0.0,
@@ -184,8 +310,8 @@ class Joint(Blueprint):
             gap_m,
             friction,
             cohesion_n,
-            kn=kn_n_per_m,
-            kt=tangent_penalty(kn_n_per_m, self.options),
+            kn=stiffness[0],
+            kt=stiffness[1],
             tangent=(*turned(inward), 0.0),
             name=f"{self.end.side} {name}",
         )
@@ -248,7 +374,7 @@ def _build_simplified(joint: Joint) -> None:
     end, tags = joint.end, joint.tags
     longitudinal = joint.soil(sdc_backfill(joint.data)).scaled(0.5 * skew_reduction(end.skew_rad))
     # ASSUME the transverse springs have no gap, as in the published model
-    transverse = joint.soil(wing_wall(joint.data)).scaled(0.5)
+    transverse = joint.wing.scaled(0.5)
     ends = end.wall_stations(2)
     factors = variation_factors(end, ends, joint.options.backfill_variation)
     for along, factor in zip(ends, factors, strict=True):
@@ -288,19 +414,16 @@ def _build_body(joint: Joint) -> int:
     end, data, tags = joint.end, joint.data, joint.tags
     embankment_kg = embankment_mass_kg(data) if joint.options.embankment_mass else 0.0
     mass_kg = joint.wall_mass_kg + embankment_kg
-    wing = joint.soil(wing_wall(data))
     # ASSUME across the wall the body is held by its initial backfill stiffness
     across = joint.wall_parts()[0][2].stiffness_n_per_m / skew_reduction(end.skew_rad)
     moving_kg = joint.moving_mass_kg(joint.wall_mass_kg) + embankment_kg
     body = plane_node(end.point("outer", 0.0), moving_kg, tags)
     ground = grounded_node(end.point("outer", 0.0), tags)
-    along_n_s_per_m = joint.wing_dashpot_n_s_per_m(wing, mass_kg)
-    along_wall = [
-        plastic_material(wing, tags),
-        elastic_material(0.0, tags, dashpot_n_s_per_m=along_n_s_per_m),
-    ]
-    across_n_s_per_m = joint.wall_dashpot_n_s_per_m(across, mass_kg)
-    across_it = [elastic_material(across, tags, dashpot_n_s_per_m=across_n_s_per_m)]
+    wing = joint.wing
+    dashpot = joint.dashpot_n_s_per_m(wing.stiffness_n_per_m, mass_kg, wing_share(data))
+    along_wall = [plastic_material(wing, tags), elastic_material(0.0, tags, dashpot)]
+    dashpot = joint.dashpot_n_s_per_m(across, mass_kg, 1.0)
+    across_it = [elastic_material(across, tags, dashpot)]
     spring, _ = spring_element((ground, body), end.tangent, along_wall, across_it, tags)
     joint.handle.wing_springs.append(spring)
     return body
@@ -313,13 +436,13 @@ def _build_contact(joint: Joint) -> None:
     for number, (along, share, passive) in enumerate(joint.wall_parts(), start=1):
         mass_kg = joint.moving_mass_kg(joint.wall_mass_kg * share)
         # The penalty of a point is proportional to its soil, so that the soil spreads the force.
-        kn = normal_penalty(passive.stiffness_n_per_m, mass_kg, options)
+        stiffness = penalties(passive.stiffness_n_per_m, mass_kg, options)
         wall = plane_node(end.point("outer", along), mass_kg, tags)
         ground = grounded_node(end.point("outer", along), tags)
         _hold_wall_point(joint, (ground, wall), share, passive)
         nodes, name = (wall, joint.points["outer", along]), f"backwall {number}"
         unit = joint.add_contact(
-            nodes, end.inward, handle.gap_m, kn, friction, name, options.cohesion_n * share
+            nodes, end.inward, handle.gap_m, stiffness, friction, name, options.cohesion_n * share
         )
         handle.wall_units.append(unit)
         handle.wall_nodes.append(wall)
@@ -330,20 +453,15 @@ def _hold_wall_point(joint: Joint, nodes: tuple[int, int], share: float, passive
     """Create the springs between ground and a wall node."""
     end, tags, mass_kg = joint.end, joint.tags, joint.wall_mass_kg * share
     weak = joint.options.wall_restoring_n_per_m * skew_reduction(end.skew_rad) * share
-    stiffness, wing = passive.stiffness_n_per_m, joint.soil(wing_wall(joint.data)).scaled(share)
+    stiffness, wing = passive.stiffness_n_per_m, joint.wing.scaled(share)
     # ASSUME towards the deck the stem of the wall is as stiff as the soil initially: shaking
     # alone does not swing the wall into the gap
-    leaning = stiffness + weak
-    dashpot = joint.wall_dashpot_n_s_per_m(stiffness, mass_kg, share)
-    across = [
-        passive_material(passive, 0.0, tags),
-        elastic_material(leaning, tags, dashpot_n_s_per_m=dashpot, compression_n_per_m=weak),
-    ]
-    dashpot = joint.wing_dashpot_n_s_per_m(wing, mass_kg, share)
-    along = [
-        plastic_material(wing, tags),
-        elastic_material(weak, tags, dashpot_n_s_per_m=dashpot),
-    ]
+    dashpot = joint.dashpot_n_s_per_m(stiffness, mass_kg, share)
+    leaning = elastic_material(stiffness + weak, tags, dashpot, compression_n_per_m=weak)
+    across = [passive_material(passive, 0.0, tags), leaning]
+    wing_part = share * wing_share(joint.data)
+    dashpot = joint.dashpot_n_s_per_m(wing.stiffness_n_per_m, mass_kg, wing_part)
+    along = [plastic_material(wing, tags), elastic_material(weak, tags, dashpot)]
     wall_spring, wing_spring = spring_element(nodes, end.inward, across, along, tags)
     joint.handle.wall_springs.append(wall_spring)
     joint.handle.wing_springs.append(wing_spring)
@@ -354,7 +472,7 @@ def _build_keys(joint: Joint, body: int | None) -> None:
     end, handle, options, tags = joint.end, joint.handle, joint.options, joint.tags
     friction = joint.variant.friction * (options.friction_at != "walls")
     mass_kg = joint.moving_mass_kg(joint.key_mass_kg)
-    kn = normal_penalty(key_stiffness_n_per_m(joint.key), mass_kg, options)
+    stiffness = penalties(key_stiffness_n_per_m(joint.key), mass_kg, options)
     for sign in (-1.0, 1.0):
         along, inward = sign * end.wall_length_m / 2, joint.key_inward_normal(sign)
         node = plane_node(end.point("outer", along), mass_kg, tags)
@@ -365,9 +483,11 @@ def _build_keys(joint: Joint, body: int | None) -> None:
         nodes = node, joint.points["outer", along]
         if body is None:
             name, gap_m = f"key {'+' if sign > 0.0 else '-'}", options.transverse_gap_m
-            handle.key_units.append(joint.add_contact(nodes, inward, gap_m, kn, friction, name))
+            handle.key_units.append(
+                joint.add_contact(nodes, inward, gap_m, stiffness, friction, name)
+            )
         else:
-            gap = gap_material(kn, options.transverse_gap_m, tags)
+            gap = gap_material(stiffness[0], options.transverse_gap_m, tags)
             spring, _ = spring_element(nodes, inward, [gap], [], tags)
             handle.other_springs.append(spring.element)
 

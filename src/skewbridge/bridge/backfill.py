@@ -48,8 +48,8 @@ class Passive:
     def polygon(self, chords: int) -> tuple[FloatArray, FloatArray]:
         """Return closures in m and forces in N of a polygon inscribed in the hyperbola.
 
-        From the origin to the ultimate force. All chords have the same largest relative error of
-        the force, 0.1 % with 30 chords. ``failure_ratio`` must not be zero.
+        All chords, up to the ultimate force, have the same largest relative error of the force,
+        0.1 % with 30 chords.
         """
         ratio = self.failure_ratio
         yield_m = self.ultimate_n / self.stiffness_n_per_m

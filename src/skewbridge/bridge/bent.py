@@ -31,11 +31,7 @@ RIGID_BENDING = 1000.0  # times the second moment of area of the cap
 def build_bents(
     bridge: BridgeData, spine: Deck, options: ModelOptions, tags: TagAllocator
 ) -> tuple[tuple[ColumnHandle, ...], tuple[int, ...]]:
-    """Create caps, columns and bases, and put their weight on the spine and cap nodes.
-
-    Returns:
-        All columns, and the elements of the foundation springs under them.
-    """
+    """Create caps, columns and bases, with their weight; return columns and foundation springs."""
     upright, level = tags.transformation(), tags.transformation()
     # a column ends at the soffit, rigidly below its joint at the deck's centroid
     below = (0.0, 0.0, -bridge.deck.centroid_above_soffit_m)
@@ -120,9 +116,9 @@ def _spread_deck_load(
 ) -> None:
     """Spread the dead load of the deck over the width of a cap.
 
-    The spine applies it at the middle of the cap, which would bend the cap and push the column
-    bases apart. The loads added here are self-equilibrated: the fixed-end forces of the cap
-    between its nodes under a uniform load, less the load of the spine.
+    At the middle of the cap, where the spine applies it, it would bend the cap and push the column
+    bases apart. Adds the fixed-end forces of the cap between its nodes under a uniform load, less
+    the load of the spine: together they are in equilibrium.
     """
     bent, width = bridge.bents[number], bridge.deck.width_m
     load_n = deck_reactions_n(bridge)[number + 1] + bent.cap_weight_kn * KN
@@ -229,10 +225,7 @@ COLUMN_ITERATIONS = (10, 1.0e-2)
 
 
 def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllocator) -> int:
-    """Create the fiber section of a column and return its tag.
-
-    Concrete01 for confined core and spalling cover, Steel02 for the bars; torsion is elastic.
-    """
+    """Create the fiber section of a column and return its tag; torsion is elastic."""
     has_end = options.fiber_end == "loss"
     cover = concrete_material(cover_concrete(column), 0.0, tags)
     bar = bar_material(column, tags, has_end=has_end)
@@ -352,11 +345,8 @@ def elastic_points(hinge_ratio: float, *, is_pinned: bool) -> tuple[list[float],
     """Return places and weights of the elastic sections of a column, over its height from the base.
 
     The flexibility of an elastic part is an integral of at most quadratic functions: two points
-    with the first four moments of all elastic points of HingeRadau give the same.
-
-    Args:
-        hinge_ratio: Length of each plastic hinge over the height.
-        is_pinned: Whether the hinge at the base is elastic as well.
+    with the first four moments of all elastic points of HingeRadau give the same. A hinge is
+    ``hinge_ratio`` of the height long; at a pinned base it is elastic as well.
 
     References:
         Scott and Fenves (2006), J. Struct. Eng. 132(2), 244-252: HingeRadau. Golub and Welsch

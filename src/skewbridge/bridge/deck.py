@@ -25,7 +25,7 @@ type Line = Literal["bearing", "outer"]
 
 @dataclass(frozen=True, slots=True)
 class DeckEnd:
-    """One end of the deck in plan, ``left`` (negative x) or ``right``, with signed skew.
+    """One end of the deck in plan, with signed skew.
 
     The bearing lines cross the centreline ``length_m`` apart; the thickness is that of the end
     diaphragm, normal to its faces.
@@ -75,12 +75,9 @@ class DeckEnd:
     def point(self, line: Line, along_m: float) -> PlanVector:
         """Return a point of the joint, ``along_m`` from the centreline along the wall."""
         # ASSUME the pads are under the middle of the end diaphragm
-        faces = {"bearing": 0.0, "outer": 0.5}[line]
+        faces, (x, y) = {"bearing": 0.0, "outer": 0.5}[line], self.tangent
         offset = faces * self.thickness_m * self.sign / cos(self.skew_rad)
-        return (
-            self.sign * self.length_m / 2 + offset + along_m * self.tangent[0],
-            along_m * self.tangent[1],
-        )
+        return self.sign * self.length_m / 2 + offset + along_m * x, along_m * y
 
     def wall_stations(self, count: int) -> list[float]:
         """Return positions along the wall, corners included, increasing."""
@@ -111,14 +108,9 @@ NEAR_M = 0.05
 
 @dataclass(slots=True, kw_only=True)
 class Deck:
-    """The built spine, while the model grows: nodes from left to right.
+    """The built spine, nodes from left to right, to which bents add elements and dead load.
 
-    Attributes:
-        bent_nodes: Spine node of each bent.
-        elements: Spine and cap elements.
-        loads_n: Downward dead load by node.
-        moments_nm: Fixed-end moments of the dead load about x and y, by node.
-        masses_kg: Horizontal mass by node.
+    Loads by node are downward; moments are the fixed-end moments about x and y.
     """
 
     nodes: list[int]
@@ -127,7 +119,6 @@ class Deck:
     elements: list[int]
     loads_n: dict[int, float] = field(default_factory=lambda: defaultdict(float))
     moments_nm: dict[int, tuple[float, float]] = field(default_factory=dict)
-    masses_kg: dict[int, float] = field(default_factory=lambda: defaultdict(float))
 
 
 def mass_centre_m(bridge: BridgeData) -> float:
@@ -236,7 +227,6 @@ def _add_deck_masses(spine: Deck, deck: DeckData, lengths_m: list[float]) -> Non
         if node in (spine.nodes[0], spine.nodes[-1]):
             weight += deck.diaphragm_weight_kn * KN
         mass = weight / G_MPS2
-        spine.masses_kg[node] += mass
         # vertically, half elements at the nodes give far better bending modes of the spans
         lifted = spine.loads_n[node] / G_MPS2
         turning = (mass * (across + upright), mass * upright, mass * across)
@@ -255,6 +245,5 @@ def add_weight(spine: Deck, node: int, weight_n: float, mass_kg: float) -> None:
     Called for caps and columns, whose rotational inertia comes from their positions.
     """
     spine.loads_n[node] += weight_n
-    spine.masses_kg[node] += mass_kg
     before = [float(ops.nodeMass(node, dof)) for dof in range(1, 7)]
     ops.mass(node, *(value + mass_kg for value in before[:3]), *before[3:])

@@ -1,6 +1,5 @@
 """Geometry of a built model as plain data, for drawings and replays."""
 
-from collections.abc import Generator
 from dataclasses import dataclass
 
 import openseespy.opensees as ops
@@ -42,25 +41,20 @@ class ContactPlace:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ContactLayout:
-    """Deck corners counter-clockwise around it, and contacts (none without contact units)."""
-
-    corners: tuple[CornerHandle, ...]
-    contacts: tuple[ContactPlace, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ModelGeometry(ContactLayout):
+class ModelGeometry:
     """Geometry of a variant, for drawings.
 
     Attributes:
         members: All lines with a length, and zero-length springs as points (equal ends).
         fixed: Positions of fully or partly fixed nodes.
+        corners: Deck corners, counter-clockwise.
     """
 
     title: str
     members: tuple[Member, ...]
+    contacts: tuple[ContactPlace, ...]
     fixed: tuple[Position, ...]
+    corners: tuple[CornerHandle, ...]
 
     @property
     def deck_outline(self) -> list[PlanVector]:
@@ -68,39 +62,39 @@ class ModelGeometry(ContactLayout):
         return [corner.plan_m for corner in self.corners]
 
 
-def model_geometry(variant: Variant, options: ModelOptions | None = None) -> ModelGeometry:
+def model_geometry(variant: Variant, options: ModelOptions) -> ModelGeometry:
     """Build a variant and return its geometry."""
     with domain():
-        model = build(variant, options or ModelOptions())
-        layout = contact_layout(model)
-        return ModelGeometry(
-            title=model.variant.slug,
-            members=tuple(_members(model)),
-            fixed=tuple(map(_place, ops.getFixedNodes())),
-            corners=layout.corners,
-            contacts=layout.contacts,
-        )
+        return geometry_of(build(variant, options))
 
 
-def contact_layout(model: BridgeModel) -> ContactLayout:
-    """Return corners and contacts of a built model."""
+def geometry_of(model: BridgeModel) -> ModelGeometry:
+    """Return the geometry of a built model at rest."""
     units = model.contacts.units if model.contacts else ()
-    return ContactLayout(
-        # each end lists its corners along its tangent: together they go once around
-        corners=tuple(corner for end in reversed(model.abutments) for corner in end.corners),
+    return ModelGeometry(
+        title=model.variant.slug,
+        members=tuple(
+            Member(group=group, tag=tag, ends=(_place(i), _place(j)))
+            for group, tags in model.energy_elements.items()
+            for tag in tags
+            for i, j in (ops.eleNodes(tag),)
+        ),
         contacts=tuple(
             ContactPlace(
-                name=units[index].name,
+                name=unit.name,
                 side=abutment.side,
-                surface=_place(units[index].node_j),
-                normal=(units[index].normal[0], units[index].normal[1]),
-                tangent=(units[index].tangents[0][0], units[index].tangents[0][1]),
-                gap_m=units[index].gap_m,
-                friction=units[index].friction,
+                surface=_place(unit.node_j),
+                normal=(unit.normal[0], unit.normal[1]),
+                tangent=(unit.tangents[0][0], unit.tangents[0][1]),
+                gap_m=unit.gap_m,
+                friction=unit.friction,
             )
             for abutment in model.abutments
-            for index in (*abutment.wall_units, *abutment.key_units)
+            for unit in (units[index] for index in (*abutment.wall_units, *abutment.key_units))
         ),
+        fixed=tuple(map(_place, ops.getFixedNodes())),
+        # each end lists its corners along its tangent: together they go once around
+        corners=tuple(corner for end in reversed(model.abutments) for corner in end.corners),
     )
 
 
@@ -112,10 +106,3 @@ def contact_column(name: str) -> str:
 def _place(node: int) -> Position:
     x, y, z = ops.nodeCoord(node)
     return float(x), float(y), float(z)
-
-
-def _members(model: BridgeModel) -> Generator[Member]:
-    for group, tags in model.energy_elements.items():
-        for tag in tags:
-            i, j = ops.eleNodes(tag)
-            yield Member(group=group, tag=tag, ends=(_place(i), _place(j)))

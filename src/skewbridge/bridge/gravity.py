@@ -72,8 +72,8 @@ def hold_dead_load(
 ) -> None:
     """Apply downward loads and moments about x and y by node, and hold them; time is then zero.
 
-    All loads are nodal, because the corotational transformation ignores element loads.
-    `GravityError` if there is no equilibrium.
+    Nodal, because the corotational transformation ignores element loads. `GravityError` if there is
+    no equilibrium.
     """
     open_linear_pattern(tags)
     for node, load_n in loads_n.items():

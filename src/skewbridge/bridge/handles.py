@@ -38,12 +38,11 @@ class Point:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpringHandle:
-    """One spring of a zeroLength element.
+    """One spring of a zeroLength element, from the ground side to the deck side.
 
     Attributes:
         component: 0-based place in ``basicForce`` and ``basicDeformation``.
         direction: Plan unit vector of positive deformation (second node minus first).
-        nodes: First (ground side) and second (deck side) node.
     """
 
     element: int
@@ -65,9 +64,7 @@ class ColumnHandle:
             torsion); empty for elastic columns.
         yield_curvature_per_m: Idealised yield curvature under dead load.
         yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
-            ductility in the shear capacity.
-        drift_capacity_ratio: Displacement capacity of its bent by the Caltrans criteria over clear
-            height.
+            ductility in the shear capacity; the drift capacity is by the Caltrans criteria.
         is_elastic: Whether the column has no strength, so that it never fails.
         loses_shear_strength: Whether the model includes its shear failure.
     """
@@ -122,18 +119,14 @@ class AbutmentHandle:
         side: ``left`` (negative x) or ``right``.
         normal: Outward normal of the deck end (towards the backfill), in plan.
         tangent: ``normal`` turned by +90 degrees: along the wall.
-        gap_m: Opening of the joint at rest, normal to the wall.
-        transverse_gap_m: Gap at the keys.
+        gap_m: Opening of the joint at rest, normal to the wall; the transverse gap is at the keys.
         seat_width_m: From the backwall to the edge of the seat, normal to it.
         centre: Middle of the bearing line at the top of the pads.
-        bearings: Pads (or supports), or elements that represent several pads.
-        pads: Tops of the pads (or supports).
+        bearings: Elements of pads (each may represent several) or of supports; ``pads`` are the
+            tops of all.
         links: Stiff arms from the end node of the deck to the points of the joint.
         wall_units: Indices of the backwall's contacts in `BridgeModel.contacts`, along
-            ``tangent``; empty without contact.
-        key_units: Indices of the keys' contacts.
-        wall_nodes: Backwall nodes of the contacts, same order as ``wall_units``.
-        key_nodes: Key nodes, same order as ``key_units``.
+            ``tangent``; empty without contact. Those of the keys, and the nodes of both, likewise.
         wall_springs: Springs that push the deck away from the backfill: between ground and wall
             node with contact, between ground and deck without.
         key_springs: Backbones of the shear keys: between ground, or the body of `spring`, and key

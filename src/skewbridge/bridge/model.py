@@ -64,7 +64,7 @@ def build(variant: Variant, options: ModelOptions) -> BridgeModel:
         **vars(plan),
         deck_nodes=tuple(spine.nodes),
         deck_centre_node=spine.centre_node,
-        deck_masses_kg=dict(spine.masses_kg),
+        deck_masses_kg={node: ops.nodeMass(node, 1) for node in spine.loads_n},
         dead_loads_n=dict(spine.loads_n),
         dead_moments_nm=spine.moments_nm,
         columns=columns,

@@ -138,11 +138,6 @@ class MomentCurvature:
     ultimate_curvature_per_m: float
     neutral_axis_depth_m: float
 
-    @property
-    def curvature_ductility(self) -> float:
-        """Ultimate over idealised yield curvature."""
-        return self.ultimate_curvature_per_m / self.yield_curvature_per_m
-
 
 @lru_cache(maxsize=32)
 def section_response(column: ColumnData, axial_n: float) -> MomentCurvature:

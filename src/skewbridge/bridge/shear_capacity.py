@@ -71,14 +71,9 @@ def sdc_shear_strength(
 ) -> FloatArray:
     """Return Vc + Vs of the Caltrans criteria in a plastic hinge, with the specified strengths.
 
-    Args:
-        section: The column.
-        axial_n: Compression (positive) on the section. Under tension the share of the concrete
-            falls with the factor exp(P / (500 psi A)).
-        displacement_ductility: Local displacement ductility demand; below 1 counts as 1.
-
-    Returns:
-        Strength in N, in the broadcast shape of the arguments.
+    Compression is positive; under tension the share of the concrete falls with the factor
+    exp(P / (500 psi A)). A local displacement ductility demand below 1 counts as 1. The strength
+    has the broadcast shape of the arguments.
 
     References:
         Caltrans Seismic Design Criteria 1.7 section 3.6, 2.0 section 5.3.7; they drop the concrete

@@ -66,8 +66,8 @@ def plastic_material(passive: Passive, tags: TagAllocator) -> int:
 def elastic_material(
     stiffness_n_per_m: float,
     tags: TagAllocator,
-    *,
     dashpot_n_s_per_m: float = 0.0,
+    *,
     compression_n_per_m: float | None = None,
 ) -> int:
     """Create an elastic spring with a parallel dashpot.
@@ -172,24 +172,19 @@ MAX_RADIANS_PER_STEP = 3.0
 NORMAL_OVER_TANGENT = 5.0
 
 
-def normal_penalty(neighbour_n_per_m: float, mass_kg: float, options: ModelOptions) -> float:
-    """Return the normal penalty of a contact in N/m, unless the options name one.
+def penalties(
+    neighbour_n_per_m: float, mass_kg: float, options: ModelOptions
+) -> tuple[float, float]:
+    """Return the normal and the tangential penalty of a contact in N/m.
 
-    The neighbour is the stiffest spring in series with the contact; the mass is that of the node
-    between them (a node without mass sets no limit).
+    They follow from the stiffest spring in series with the contact and the mass of the node between
+    them (a node without mass sets no limit), unless the options name them.
     """
-    factor = options.normal_stiffness_factor
-    if options.normal_stiffness_n_per_m is not None:
-        return factor * options.normal_stiffness_n_per_m
-    stiff = NORMAL_OVER_NEIGHBOUR * neighbour_n_per_m
-    if mass_kg > 0.0:
-        stiff = min(stiff, mass_kg * (MAX_RADIANS_PER_STEP / NOMINAL_STEP_S) ** 2)
-    return factor * stiff
-
-
-def tangent_penalty(normal_n_per_m: float, options: ModelOptions) -> float:
-    """Return the tangential penalty of a contact in N/m, from its normal penalty."""
-    factor = options.tangent_stiffness_factor
-    if options.tangent_stiffness_n_per_m is not None:
-        return factor * options.tangent_stiffness_n_per_m
-    return factor * normal_n_per_m / options.normal_stiffness_factor / NORMAL_OVER_TANGENT
+    normal, tangential = options.normal_stiffness_n_per_m, options.tangent_stiffness_n_per_m
+    if normal is None:
+        normal = NORMAL_OVER_NEIGHBOUR * neighbour_n_per_m
+        if mass_kg > 0.0:
+            normal = min(normal, mass_kg * (MAX_RADIANS_PER_STEP / NOMINAL_STEP_S) ** 2)
+    if tangential is None:
+        tangential = normal / NORMAL_OVER_TANGENT
+    return options.normal_stiffness_factor * normal, options.tangent_stiffness_factor * tangential

@@ -242,7 +242,7 @@ def column(bridge: str, out: Path, bent: int, units: Units) -> Answer:
         "plastic_moment_knm": curve.plastic_moment_nm / KN,
         "yield_curvature_per_m": curve.yield_curvature_per_m,
         "ultimate_curvature_per_m": curve.ultimate_curvature_per_m,
-        "curvature_ductility": curve.curvature_ductility,
+        "curvature_ductility": curve.ultimate_curvature_per_m / curve.yield_curvature_per_m,
         "plastic_shear_kn": curve.plastic_moment_nm / column.shear_span_m / KN,
     }
     return Answer(summary, units=units)

@@ -81,8 +81,7 @@ def folder_of(study: Path | None) -> Path:
 
 def known_bridges() -> list[str]:
     """Return the names of the catalogue and of the bridges in config/bridges."""
-    from skewbridge.bridge.catalogue import bridge_names
-    from skewbridge.bridge.catalogue.loading import OWN_FOLDER
+    from skewbridge.bridge.catalogue import OWN_FOLDER, bridge_names
 
     return [*bridge_names(), *(path.stem for path in sorted(OWN_FOLDER.glob("*.yaml")))]
 

@@ -170,9 +170,9 @@ def _write(
     for name, figure in run_figures(histories, title=title).items():
         for path in (out / f"{name}.png", out / f"{name}.svg"):
             figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
-    if result.contact_layout is not None:
+    if result.geometry is not None:
         page = out / "contact_replay.html"
-        write_text(page, replay_page(result.contact_layout, histories, title=title))
+        write_text(page, replay_page(result.geometry, histories, title=title))
         stamp(page, digests)
 
 

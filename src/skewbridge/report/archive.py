@@ -18,7 +18,7 @@ import yaml
 from rocrate.model import ContextEntity, Person
 from rocrate.rocrate import ROCrate
 
-from skewbridge.bridge.catalogue.loading import own_bridge_files
+from skewbridge.bridge.catalogue import own_bridge_files
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.files.digests import licence_of
 from skewbridge.files.tables import read_frame, read_stamp

@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
-from skewbridge.bridge.geometry import ContactLayout, contact_column
+from skewbridge.bridge.geometry import ModelGeometry, contact_column
 from skewbridge.report.appearance import VARIANT_COLOURS
 from skewbridge.units import KN
 
@@ -24,7 +24,7 @@ _OPEN, _STICK, _SLIP = "#b8b8b8", VARIANT_COLOURS[1], VARIANT_COLOURS[2]
 _FORCE: Final = VARIANT_COLOURS[3]
 
 
-def replay_page(layout: ContactLayout, histories: pd.DataFrame, *, title: str) -> str:
+def replay_page(layout: ModelGeometry, histories: pd.DataFrame, *, title: str) -> str:
     """Return the page: a plan with a time slider over the number of closed contacts.
 
     It opens at the first contact. Displacements and gaps have the same exaggeration, so that deck
@@ -58,7 +58,7 @@ class _Scene:
     Arrays of positions have the shape (rows, points, 2).
     """
 
-    def __init__(self, layout: ContactLayout, histories: pd.DataFrame) -> None:
+    def __init__(self, layout: ModelGeometry, histories: pd.DataFrame) -> None:
         self.contacts, corners = layout.contacts, layout.corners
         self.time_s: Points = histories["t_s"].to_numpy()
         self.normal_kn, self.friction_kn, across_kn, openings_m = (

@@ -1,10 +1,189 @@
-"""The catalogue of bridges: one YAML file each, every number with its source.
+"""The catalogue of bridges: format of their files, inheritance, validation and JSON schema.
 
-A user's own bridges are in `config/bridges/`; `skewbridge.bridge.catalogue.loading` describes the
-format.
+A number is written with its source as ``{v: 5.64, src: "a: paper, section 5"}``. The source
+classes are a (the paper), b (found text), c (recollection of a named report), d (engineering rule)
+and calc (computed from other numbers). A list of numbers takes one such mapping with a list as
+``v``. ``extends: NAME`` starts from another bridge; mappings merge, other values replace.
+
+A bridge is found by its name in ``config/bridges/`` of the working folder, then in the catalogue
+of the package. A path that ends in ``.yaml`` names any other file.
 """
 
-from skewbridge.bridge.catalogue.data import BridgeData
-from skewbridge.bridge.catalogue.loading import bridge_names, load_bridge
+import re
+from collections.abc import Mapping
+from functools import cache, reduce
+from pathlib import Path
+from typing import Any, Final
 
-__all__ = ["BridgeData", "bridge_names", "load_bridge"]
+from skewbridge.bridge.catalogue.data import BridgeData
+from skewbridge.errors import InputError, did_you_mean
+from skewbridge.files.text import checked, read_mapping, shortened, shown_path
+
+__all__ = ["BridgeData", "bridge_names", "bridge_schema", "load_bridge", "own_bridge_files"]
+
+FOLDER: Final = Path(__file__).parent
+#: Bridges of the user, next to the configuration.
+OWN_FOLDER: Final = Path("config/bridges")
+#: Pattern of the name of a bridge, which is also that of its file in these folders.
+NAME_PATTERN: Final = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
+MAX_PARENTS: Final = 10
+SOURCE_PATTERN: Final = r"(a|b|c|d|calc): \S.*"
+SOURCE_LETTERS: Final = (
+    "a (the paper), b (a document at hand), c (a named report from memory), d (an engineering "
+    "rule) or calc (computed from the other numbers)"
+)
+
+
+def bridge_names() -> tuple[str, ...]:
+    """Return the names of the catalogue."""
+    return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
+
+
+def load_bridge(name: str | Path) -> BridgeData:
+    """Return a bridge by its name or file, read once; `InputError` names file, key and limit."""
+    return _loaded(_file(name))
+
+
+def _file(name: str | Path) -> Path:
+    """Return the file of a bridge: the path itself, or the first file of its name."""
+    if isinstance(name, Path) or name.endswith((".yaml", ".yml")):
+        try:
+            return Path(name).resolve()
+        except (OSError, ValueError):
+            raise InputError(f"{shown_path(Path(name))} is not a file name") from None
+    found = _named(name, OWN_FOLDER)
+    if found is None:
+        own = sorted(path.stem for path in OWN_FOLDER.glob("*.yaml"))
+        known = (*bridge_names(), *own)
+        raise InputError(
+            f"bridge must be one of {', '.join(known)}, got {shortened(name)}"
+            f"{did_you_mean(name, known)}"
+        )
+    return found
+
+
+@cache
+def _loaded(path: Path) -> BridgeData:
+    sources: dict[str, str] = {}
+    trees = (tree for _, tree in reversed(_with_parents(path)))
+    plain = _strip(reduce(_overlay, trees), "", sources, path)
+    raw = {**plain, "name": path.stem, "sources": sources}
+    return checked(BridgeData, raw, Path(path.name))
+
+
+def own_bridge_files(name: str) -> list[Path]:
+    """Return those files of a bridge and its parents that are not part of the package."""
+    files = (path for path, _ in _with_parents(_file(name)))
+    return [path for path in files if path.parent != FOLDER.resolve()]
+
+
+def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
+    """Return the files and contents of a bridge, its parent, the parent's parent and so on."""
+    found: list[tuple[Path, dict[str, Any]]] = []
+    while True:
+        tree = read_mapping(path)
+        parent = tree.pop("extends", None)
+        found.append((path, tree))
+        if parent is None:
+            return found
+        base = _named(f"{parent}", path.parent, without=tuple(seen for seen, _ in found))
+        if base is None:
+            message = f"{path.name}: extends: no other bridge {shortened(parent)}"
+            raise InputError(message, file=path.name)
+        if len(found) > MAX_PARENTS:
+            raise InputError(f"{path.name}: extends: more than {MAX_PARENTS} bridges in a row")
+        path = base
+
+
+def _named(name: str, folder: Path, without: tuple[Path, ...] = ()) -> Path | None:
+    """Return the first file of a bridge in the given, the user's and the package's folder.
+
+    None if there is no such file, or if the name could lead out of these folders.
+    """
+    if not re.fullmatch(NAME_PATTERN, name):
+        return None
+    paths = (
+        (place / f"{name}.yaml").resolve() for place in dict.fromkeys((folder, OWN_FOLDER, FOLDER))
+    )
+    return next((path for path in paths if path.is_file() and path not in without), None)
+
+
+def _overlay(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a bridge with another merged over it; a number and its source are one value."""
+    merged = dict(base)
+    for key, value in top.items():
+        below = merged.get(key)
+        deeper = isinstance(value, dict) and "v" not in value and isinstance(below, dict)
+        merged[key] = _overlay(below, value) if deeper and below is not None else value
+    return merged
+
+
+def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
+    """Return the tree with plain values, and collect the sources by path."""
+    if isinstance(node, dict):
+        if "v" in node:
+            source = node.get("src", "")
+            if set(node) - {"v", "src"} or not re.fullmatch(SOURCE_PATTERN, str(source)):
+                raise InputError(
+                    f"{path.name}: {where}: src must be 'LETTER: text', where the letter is "
+                    f"{SOURCE_LETTERS}; got {shortened(source)}",
+                    file=path.name,
+                )
+            sources[where] = str(source)
+            return node["v"]
+        return {
+            key: _strip(value, f"{where}.{key}".lstrip("."), sources, path)
+            for key, value in node.items()
+        }
+    if isinstance(node, list):
+        return [_strip(item, f"{where}.{i}", sources, path) for i, item in enumerate(node)]
+    if isinstance(node, int | float) and not isinstance(node, bool):
+        raise InputError(
+            f"{path.name}: {where}: the number {node:g} has no source; write {{v: {node:g}, src: "
+            f"'LETTER: text'}}, in the unit of the key, where the letter is {SOURCE_LETTERS}",
+            file=path.name,
+        )
+    return node
+
+
+def bridge_schema() -> dict[str, Any]:
+    """Return the JSON schema of a bridge file; only one that extends another may omit keys."""
+    schema = BridgeData.model_json_schema()
+    kinds: dict[str, Any] = schema["$defs"]
+    for part in (schema, *kinds.values()):
+        if "properties" in part:
+            part["properties"] = {
+                name: _with_source(field, kinds) for name, field in part["properties"].items()
+            }
+    needed = [name for name in schema.pop("required") if name not in {"name", "sources"}]
+    for part in kinds.values():
+        part.pop("required", None)
+    for name in ("name", "sources"):
+        del schema["properties"][name]
+    schema["properties"]["extends"] = {
+        "type": "string",
+        "description": "name of the bridge that this one starts from",
+    }
+    schema["anyOf"] = [{"required": ["extends"]}, {"required": needed}]
+    return schema
+
+
+def _with_source(field: dict[str, Any], kinds: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of a field in the file: numbers as value and source, others unchanged."""
+    known = [option for option in field.get("anyOf", [field]) if option.get("type") != "null"]
+    if not _is_number(known[0], kinds):
+        return field
+    source = {"type": "string", "pattern": f"^{SOURCE_PATTERN}$"}
+    return {
+        "type": "object",
+        "properties": {"v": known[0], "src": source},
+        "required": ["v", "src"],
+        "additionalProperties": False,
+    }
+
+
+def _is_number(field: dict[str, Any], kinds: dict[str, Any]) -> bool:
+    kind = kinds[field["$ref"].rsplit("/", 1)[1]] if "$ref" in field else field
+    if kind.get("type") == "array":
+        return _is_number(kind.get("items") or kind["prefixItems"][0], kinds)
+    return kind.get("type") in {"number", "integer"}
