@@ -82,7 +82,7 @@ SCENARIOS = st.builds(
     vs30_mps=st.floats(150.0, 1500.0),
     mechanism=st.sampled_from(["strike_slip", "reverse"]),
     ztor_km=st.just(0.0),
-    pulse=st.sampled_from(["none", "all", "probability"]),
+    pulse=st.sampled_from(["none", "all"]),
 )
 
 

@@ -29,7 +29,6 @@ from skewbridge.motions.levels import (
     LEVEL_MEASURE,
     LEVEL_RANGE_G,
     block_factors,
-    block_targets,
     bracket_capacity,
     most_trials,
     striped,
@@ -455,9 +454,9 @@ def test_two_blocks_interleave_and_an_incomplete_block_fills_the_range_alone():
     np.testing.assert_allclose(np.sort(shares[16:]), (np.arange(4) + 3 / 4) / 4)
     np.testing.assert_array_equal(block_factors(own_g[:16], (0.1, 1.5)), factors[:16])
     # the sequence of van der Corput
-    for block, offset in enumerate((0.5, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875)):
-        share = (np.arange(8) + offset) / 8
-        np.testing.assert_array_equal(block_targets(block, 8, (0.1, 1.5)), 0.1 * 15.0**share)
+    blocks_g = block_factors([1.0] * 56, (0.1, 1.5)).reshape(7, 8)
+    offsets = np.array([[0.5, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875]]).T
+    np.testing.assert_array_equal(blocks_g, 0.1 * 15.0 ** ((np.arange(8) + offsets) / 8))
 
 
 def test_pairs_are_found_in_sub_folders_among_other_files_and_ordered_by_the_index(tmp_path):

@@ -106,7 +106,7 @@ def plot(paths: list[Path], out: Path, **given: Any) -> Answer:
     Opt("vs30_mps", float, "Mean shear-wave velocity of the upper 30 m.", ...),
     Opt("mechanism", Literal["strike_slip", "reverse"], "Mechanism.", "strike_slip"),
     Opt("ztor_km", float, "Depth to the top of the rupture.", 0.0),
-    Opt("pulse", Literal["none", "all", "probability"], "Motions with a pulse.", "none"),
+    Opt("pulse", Literal["none", "all"], "Motions with a pulse.", "none"),
     Opt("rupture_to_site_km", float, "Rupture length towards the site, for pulses.", 20.0),
     Opt("count", int, "Number of pairs.", 40),
     Opt("seed", int, "Seed of the suite.", 1),

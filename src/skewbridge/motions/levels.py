@@ -81,40 +81,28 @@ class MotionsConfig:
         return self
 
 
-def block_targets(block: int, size: int, level_range_g: tuple[float, float]) -> Vector:
-    """Return ascending target levels in g of one block of motions, log-uniformly spread.
-
-    Each block covers the whole range in equal steps; the offset of block b is element b + 1 of
-    the van der Corput sequence, so that any number of blocks fills the range evenly.
-    """
-    low_g, high_g = level_range_g
-    from scipy.stats import qmc  # here: workers that read the configuration do without scipy
-
-    sequence = qmc.Halton(1, scramble=False).fast_forward(block + 1)
-    share = (np.arange(size) + float(sequence.random(1)[0, 0])) / size
-    return low_g * (high_g / low_g) ** share
-
-
 def block_factors(
     level_at_1_g: Sequence[float], level_range_g: tuple[float, float] = LEVEL_RANGE_G
 ) -> Vector:
     """Return one scale factor per motion of a suite, in suite order.
 
-    In each block of 8 consecutive motions the targets go to the motions in the order of their own
-    levels, which keeps the factors near 1. A block does not depend on the others: a longer suite
-    keeps the factors of its full blocks.
+    In each block of 8 consecutive motions, targets in equal logarithmic steps go to the motions in
+    the order of their own levels, which keeps the factors near 1. The offset of block b is element
+    b + 1 of the van der Corput sequence, so that any number of blocks fills the range evenly, and a
+    longer suite keeps the factors of its full blocks.
     """
+    from scipy.stats import qmc  # here: workers that read the configuration do without scipy
+
     low_g, high_g = level_range_g
-    if not 0.0 < low_g < high_g:
-        raise InputError(
-            f"level_range_g must be two ascending positive levels, got {level_range_g}"
-        )
     levels = np.asarray(level_at_1_g, dtype=np.float64)
+    starts = range(0, levels.size, BLOCK)
+    offsets = qmc.Halton(1, scramble=False).fast_forward(1).random(len(starts))[:, 0]
     factors = np.empty(levels.size)
-    for block, start in enumerate(range(0, levels.size, BLOCK)):
+    for start, offset in zip(starts, offsets, strict=True):
         of_block = levels[start : start + BLOCK]
-        targets = block_targets(block, of_block.size, level_range_g)
-        factors[start + np.argsort(of_block, kind="stable")] = targets
+        share = (np.arange(of_block.size) + offset) / of_block.size
+        in_order = start + np.argsort(of_block, kind="stable")
+        factors[in_order] = low_g * (high_g / low_g) ** share
     return factors / levels
 
 

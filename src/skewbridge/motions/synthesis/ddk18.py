@@ -22,9 +22,6 @@ from skewbridge.motions.intensity import arias_build_up
 from skewbridge.motions.record import Vector
 from skewbridge.units import G_MPS2, GAL
 
-type Mechanism = Literal["strike_slip", "reverse"]
-type PulseOption = Literal["none", "all", "probability"]
-
 # source: Dabaghi and Der Kiureghian (2018), range of the regression data; below M 6.5 the third
 # predictor is ambiguous in the publication, so the model is not offered there.
 SCENARIO_LIMITS: Final = {
@@ -33,7 +30,6 @@ SCENARIO_LIMITS: Final = {
     "vs30_mps": (139.0, 2016.0),
     "ztor_km": (0.0, 20.0),
     "rupture_to_site_km": (0.0, 500.0),
-    "directivity_angle_deg": (0.0, 90.0),
 }
 _REDRAW_LIMIT = 2.0  # source: DDK18, errors beyond two standard deviations are drawn again
 MIN_FREQUENCY_HZ: Final = 0.3  # source: DDK18, floor of the filter frequency
@@ -55,19 +51,16 @@ class Scenario:
         ztor_km: Depth to the top of the rupture.
         rupture_to_site_km: Length of the rupture towards the site (strike-slip) or up-dip of the
             hypocentre (reverse); only matters for pulses.
-        directivity_angle_deg: Angle between rupture direction and path to the site.
-        pulse: Motions with a near-fault pulse: ``none``, ``all``, or by the model's
-            ``probability`` of one.
+        pulse: Whether all motions have a near-fault pulse, or none.
     """
 
     magnitude: float
     distance_km: float
     vs30_mps: float
-    mechanism: Mechanism = "strike_slip"
+    mechanism: Literal["strike_slip", "reverse"] = "strike_slip"
     ztor_km: float = 0.0
     rupture_to_site_km: float = 20.0
-    directivity_angle_deg: float = 0.0
-    pulse: PulseOption = "none"
+    pulse: Literal["none", "all"] = "none"
 
     def __post_init__(self) -> None:
         for name, (low, high) in SCENARIO_LIMITS.items():
@@ -96,19 +89,6 @@ class Scenario:
             math.log(min(self.vs30_mps, 1100.0)),
             self.rupture_to_site_km,
         )
-
-    @property
-    def pulse_probability(self) -> float:
-        """Probability of a pulse in the direction it is largest.
-
-        References:
-            Shahi and Baker (2014) form as fitted in Dabaghi and Der Kiureghian (2018).
-        """
-        strike_slip = self.mechanism == "strike_slip"
-        c = (0.457, 0.126, 0.244, 0.013) if strike_slip else (0.304, 0.072, 0.208, 0.021)
-        exponent = c[0] + c[1] * self.distance_km - c[2] * math.sqrt(self.rupture_to_site_km)
-        exponent += c[3] * self.directivity_angle_deg
-        return 1.0 / (1.0 + math.exp(exponent))
 
 
 class Background(NamedTuple):
@@ -148,39 +128,37 @@ class ModelParameters(NamedTuple):
 
 
 @cache
-def _regression(with_pulse: bool) -> tuple[Vector, Vector, Vector]:
+def _regression(pulse: str) -> tuple[Vector, Vector, Vector]:
     """Return coefficients, standard deviations and the Cholesky factor of the correlation."""
     path = files("skewbridge.motions.synthesis").joinpath("data/ddk18.json")
-    table = json.loads(path.read_text(encoding="utf-8"))["pulse" if with_pulse else "nopulse"]
+    table = json.loads(path.read_text(encoding="utf-8"))["nopulse" if pulse == "none" else "pulse"]
     return np.array(table["beta"]), np.array(table["sigma"]), np.linalg.cholesky(table["corr"])
 
 
-def mean_normals(scenario: Scenario, *, with_pulse: bool) -> Vector:
-    """Return the regression values of the normal variables, shape (14,), with pulse (19,)."""
-    return _regression(with_pulse)[0] @ np.array(scenario.predictors)
+def mean_normals(scenario: Scenario) -> Vector:
+    """Return the regression values of the normal variables, shape (14,), with a pulse (19,)."""
+    return _regression(scenario.pulse)[0] @ np.array(scenario.predictors)
 
 
-def draw_parameters(
-    scenario: Scenario, rng: np.random.Generator, *, with_pulse: bool
-) -> ModelParameters:
+def draw_parameters(scenario: Scenario, rng: np.random.Generator) -> ModelParameters:
     """Return one random set of parameters."""
-    _, sigma, root = _regression(with_pulse)
-    mean = mean_normals(scenario, with_pulse=with_pulse)
+    mean = mean_normals(scenario)
+    _, sigma, root = _regression(scenario.pulse)
     while True:
         errors = root @ rng.standard_normal(mean.size)
         if np.abs(errors).max() > _REDRAW_LIMIT:
             continue
-        parameters = transform(mean + sigma * errors, with_pulse=with_pulse)
+        parameters = transform(mean + sigma * errors)
         pulse = parameters.pulse
         if pulse is None or pulse.peak_time_s >= 0.5 * pulse.oscillations * pulse.period_s:
             return parameters
 
 
-def transform(normals: Vector, *, with_pulse: bool) -> ModelParameters:
-    """Return the physical parameters of a vector of normal variables."""
-    one, two = np.split(normals[5:] if with_pulse else normals, 2)
+def transform(normals: Vector) -> ModelParameters:
+    """Return the physical parameters of a vector of normal variables, with a pulse if it has 19."""
+    one, two = np.split(normals[-14:], 2)
     pulse = None
-    if with_pulse:
+    if normals.size > 14:
         peak_cm_s, period_s, peak_time_s = np.exp(normals[[0, 1, 4]]).tolist()
         # source: smelt, beta distribution of gamma on 2 to 3.2
         oscillations = 2.0 + 1.2 * _beta(normals[2], 1.30326178289206, 3.96858083951547)

@@ -145,11 +145,8 @@ def drawn_parameters(
     if seed < 0 or index < 0:
         raise InputError(f"seed and index must not be negative, got {seed} and {index}")
     rng = np.random.default_rng(np.random.SeedSequence([seed, index]))
-    draw = float(rng.uniform())  # drawn in any case: the option must not shift the stream
-    with_pulse = scenario.pulse == "all" or (
-        scenario.pulse == "probability" and draw < scenario.pulse_probability
-    )
-    return draw_parameters(scenario, rng, with_pulse=with_pulse), rng
+    rng.uniform()  # begins every stream, so that motions keep their values
+    return draw_parameters(scenario, rng), rng
 
 
 def default_motions(
