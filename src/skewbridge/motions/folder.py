@@ -4,6 +4,7 @@ import math
 import re
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
@@ -146,10 +147,9 @@ def motion_files(folder: Path) -> list[Path]:
 
 def is_folder(path: Path) -> bool:
     """Return whether a folder exists; any text may be its name."""
-    try:
+    with suppress(OSError):
         return path.is_dir()
-    except OSError:
-        return False
+    return False
 
 
 def files_below(folder: Path) -> list[Path]:
@@ -192,23 +192,17 @@ def pair_files(
     left = {name: files for name, files in groups.items() if name not in pairs}
     records: defaultdict[tuple[str, str], list[Trace]] = defaultdict(list)
     for files in left.values():
-        try:
-            traces = [read(path) for path in files]
-        except InputError:
-            continue
-        for trace in traces:
-            if trace.station:
+        with suppress(InputError):
+            for trace in [read(path) for path in files]:
                 records[trace.event, trace.station].append(trace)
     used: set[Path] = set()
     for (event, station), record in records.items():
+        record.sort(key=lambda trace: trace.path.name)
         ends = [trace for trace in record if math.isfinite(trace.azimuth_deg)]
-        if len(ends) != 2:
-            continue
-        first, second = sorted(ends, key=lambda trace: trace.path.name)
-        apart_deg = (first.azimuth_deg - second.azimuth_deg) % 180.0
-        if abs(apart_deg - 90.0) <= AZIMUTH_TOLERANCE_DEG:
+        apart_deg = ends[0].azimuth_deg - ends[-1].azimuth_deg if len(ends) == 2 else 0.0
+        if station and abs(apart_deg % 180.0 - 90.0) <= AZIMUTH_TOLERANCE_DEG:
             name = re.sub(r"[^A-Za-z0-9]+", "_", f"{station}_{event}").strip("_")
-            pairs[name] = (first.path, second.path)
+            pairs[name] = (ends[0].path, ends[1].path)
             used |= {trace.path for trace in record}
     alone = {name: files for name, files in left.items() if not used.issuperset(files)}
     return dict(sorted(pairs.items())), alone

@@ -20,10 +20,7 @@ from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.units import G_MPS2, GAL
 
 UNIT_FACTORS: Final = {"g": G_MPS2, "cm/s2": GAL, "m/s2": 1.0}
-_SPELLINGS: Final = {
-    "cm/s/s": "cm/s2", "cm/s^2": "cm/s2", "cm/sec2": "cm/s2", "cm/sec/sec": "cm/s2",
-    "gal": "cm/s2", "m/s/s": "m/s2", "m/s^2": "m/s2", "m/sec2": "m/s2",
-}  # fmt: skip
+_SPELLINGS: Final = {"sec": "s", "^": "", "/s/s": "/s2", "gal": "cm/s2"}
 # ASSUME values without a unit are in g, as in nearly all public files; a message states it.
 DEFAULT_UNIT: Final = "g"
 HEADER_WIDTH: Final = 300  # no header line is longer; the rest of a longer one is not searched
@@ -64,7 +61,8 @@ class Given:
         for name in ("unit", "unit_if_missing"):
             if (unit := getattr(self, name)) is not None:
                 unit = unit.strip().lower()
-                unit = _SPELLINGS.get(unit, unit)
+                for spelling, usual in _SPELLINGS.items():
+                    unit = unit.replace(spelling, usual)
                 if unit not in UNIT_FACTORS:
                     raise InputError(f"unit must be one of {', '.join(UNIT_FACTORS)}, got {unit!r}")
                 object.__setattr__(self, name, unit)
@@ -171,11 +169,10 @@ def _channel(given: Given, count: int, path: Path) -> int:
 
 def _azimuth_deg(text: str) -> float:
     """Return a compass direction written as degrees or as N, E, S, W; nan if it is neither."""
-    letters = {"N": 0.0, "E": 90.0, "S": 180.0, "W": 270.0, "NS": 0.0, "EW": 90.0}
+    letters = {"N": "0", "E": "90", "S": "180", "W": "270", "NS": "0", "EW": "90"}
     cleaned = text.strip().upper().replace("-", "")
-    if cleaned in letters:
-        return letters[cleaned]
-    return float(cleaned) if cleaned.isdigit() and int(cleaned) <= 360 else math.nan
+    degrees = letters.get(cleaned, cleaned)
+    return float(degrees) if degrees.isdecimal() and int(degrees) <= 360 else math.nan
 
 
 def _first_unit(units: Sequence[tuple[re.Pattern[str], str]], text: str) -> str:
@@ -424,11 +421,10 @@ def _read_knet(lines: list[str], path: Path, _given: Given) -> Trace:
     if counts.size == 0:
         raise fault_in(path, "no values")
     accel_gal = (counts - counts.mean()) * (range_gal / counts_per_range)
-    warnings: list[str] = []
-    if peak := re.match(FLOAT, head.get("Max. Acc. (gal)", "")):
-        peak_gal, header_gal = float(np.abs(accel_gal).max()), _fortran_float(peak[0])
-        if abs(peak_gal - header_gal) > _KNET_PEAK_TOLERANCE * header_gal:
-            warnings.append(f"peak is {peak_gal:.4g} gal, the header says {header_gal:.4g}: cut?")
+    stated, peak_gal = re.match(FLOAT, head.get("Max. Acc. (gal)", "")), np.abs(accel_gal).max()
+    header_gal = _fortran_float(stated[0]) if stated else peak_gal
+    cut = f"peak is {peak_gal:.4g} gal, the header says {header_gal:.4g}: cut?"
+    is_cut = abs(peak_gal - header_gal) > _KNET_PEAK_TOLERANCE * header_gal
     direction = head.get("Dir.", "")
     return Trace(
         path=path,
@@ -440,7 +436,7 @@ def _read_knet(lines: list[str], path: Path, _given: Given) -> Trace:
         event=head.get("Origin Time", ""),
         station=head.get("Station Code", ""),
         azimuth_deg=_azimuth_deg(_KNET_CHANNELS.get(direction, direction)),
-        warnings=tuple(warnings),
+        warnings=(cut,) if is_cut else (),
         notes=("instrument offset (mean) taken off",),
     )
 

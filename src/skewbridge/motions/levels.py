@@ -138,8 +138,7 @@ def striped(
 
 def most_trials(limits: tuple[float, float], tolerance: float = IDA_TOLERANCE) -> int:
     """Return the largest number of analyses of `bracket_capacity`, one of them at an end."""
-    low, high = limits
-    halvings = ceil(log2(log(high / low) / log1p(tolerance)))
+    halvings = ceil(log2(log(limits[1] / limits[0]) / log1p(tolerance)))
     return max(halvings, 1) + 1
 
 

@@ -1,7 +1,7 @@
 """A two-component ground motion in SI units, with its metadata."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -53,8 +53,8 @@ class GroundMotion:
     azimuth_2_deg: float = float("nan")
     source: str = ""
     sha256: str = ""
-    files: tuple[str, ...] = field(default=())
-    messages: tuple[str, ...] = field(default=())
+    files: tuple[str, ...] = ()
+    messages: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.dt_s) and self.dt_s > 0.0):
@@ -63,20 +63,15 @@ class GroundMotion:
             values = np.array(getattr(self, name), dtype=np.float64)
             if values.ndim != 1 or values.size < 2:
                 raise InputError(f"motion {self.motion_id}: {name} needs at least 2 values")
-            if not np.isfinite(values).all():
-                where = int(np.flatnonzero(~np.isfinite(values))[0])
-                raise InputError(
-                    f"motion {self.motion_id}: {name}[{where}] is {values[where]}, "
-                    "every value must be finite"
-                )
+            if (bad := np.flatnonzero(~np.isfinite(values))).size:
+                wrong = f"{name}[{bad[0]}] is {values[bad[0]]}"
+                raise InputError(f"motion {self.motion_id}: {wrong}, every value must be finite")
             values.flags.writeable = False
             object.__setattr__(self, name, values)
-        sizes = [accel.size for accel in self.components]
-        if sizes[0] != sizes[1]:
-            raise InputError(
-                f"motion {self.motion_id}: components have {sizes[0]} and {sizes[1]} values, "
-                "they must be equal"
-            )
+        one, two = (accel.size for accel in self.components)
+        if one != two:
+            text = f"components have {one} and {two} values, they must be equal"
+            raise InputError(f"motion {self.motion_id}: {text}")
 
     @property
     def npts(self) -> int:
@@ -116,7 +111,7 @@ class GroundMotion:
 
     def mapped(self, treat: Callable[[Vector], Vector]) -> "GroundMotion":
         """Return the motion with a treatment applied to each component."""
-        return self.with_components(treat(self.accel_1_mps2), treat(self.accel_2_mps2))
+        return self.with_components(*map(treat, self.components))
 
     def with_components(self, accel_1_mps2: Vector, accel_2_mps2: Vector) -> "GroundMotion":
         """Return the motion with other waveforms and the same metadata."""

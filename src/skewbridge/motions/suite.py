@@ -62,13 +62,11 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
         one, two = (read_trace(path, given) for path, given in entry.components)
         motion = join_traces(one, two, motion_id=entry.motion_id)
     if entry.sha256 and entry.sha256 != motion.sha256:
-        what, why = "its values", "other libraries?"
-        if motion.files:
-            what, why = f"the files {' and '.join(motion.files)}", "changed files?"
+        named = f"the files {' and '.join(motion.files)}" if motion.files else "its values"
         raise InputError(
-            f"motion {entry.motion_id}: {what} "
-            f"have sha256 {motion.sha256[:12]}..., the index has {entry.sha256[:12]}...: "
-            f"{why} run `skewbridge motions check --write` to accept them",
+            f"motion {entry.motion_id}: {named} have sha256 {motion.sha256[:12]}..., the index has "
+            f"{entry.sha256[:12]}...: {'changed files' if motion.files else 'other libraries'}? "
+            "run `skewbridge motions check --write` to accept them",
             motion_id=entry.motion_id,
         )
     motion = replace(motion, **entry.metadata)
