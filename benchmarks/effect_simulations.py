@@ -108,7 +108,7 @@ def simulate(
     )
     model = {"bridge": bridge, "abutment": "contact_friction", "axis": AXIS}
     start, to = GRID[AXIS]
-    return Pairs.of(model | {"from_value": start, "to_value": to}, table)
+    return Pairs(model | {"from_value": start, "to_value": to}, table)
 
 
 @cache

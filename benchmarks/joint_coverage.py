@@ -107,7 +107,7 @@ def measure(collapse: float, replicates: int, seed: int) -> list[dict[str, Any]]
     for _ in range(replicates):
         found = joint_table(simulated(table, collapse, rng), [STATE], None, settings)
         for row in records_of(found[found["status"] == FITTED]):
-            model = JointModel.of_row(row)
+            model = JointModel(row)
             estimates = {name: model.median(place) for name, place in PLACES.items()}
             for name in ("beta", "beta_total"):
                 estimates[name] = row[name], row[f"{name}_low"], row[f"{name}_high"]

@@ -65,10 +65,10 @@ def strongest(table, count):
 
 
 def test_every_variant_state_and_method_has_one_row_in_any_order_of_the_runs():
-    table = synthetic_demands(skews=(0, 30))
+    table = synthetic_demands(skews=(0, 30), gaps=(51,), frictions=(50,))
     curves = curves_of(table, STATES)
     assert list(curves.columns) == [name for name in CURVE_COLUMNS if name in curves]
-    assert len(curves) == 8 * len(STATES) * 2
+    assert len(curves) == 2 * len(STATES) * 2
     assert not curves.duplicated(["variant", "component", "limit_state", "method"]).any()
     estimated = curves["status"] == "ok"
     for name in ("theta", "beta", "theta_low", "beta_total"):
@@ -322,7 +322,7 @@ def test_a_column_of_a_new_axis_is_an_axis_of_every_table(with_new_axis, tmp_pat
 
 
 def test_every_column_of_every_table_has_a_description_and_every_demand_its_unit(tmp_path):
-    table = synthetic_demands(skews=(0, 30), gaps=(51,), motions=12)
+    table = synthetic_demands(skews=(0, 30), gaps=(51,), frictions=(50,), motions=12)
     suite = table[["motion_id"]].drop_duplicates().assign(magnitude=7.0, distance_km=8.0)
     tables = fragility_tables(table, STATES, SETTINGS, suite)
     for name, frame in tables.items():

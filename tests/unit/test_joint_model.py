@@ -67,7 +67,7 @@ def test_medians_between_the_variants_follow_the_generator():
 
     table = shifted(synthetic_demands(**GRID), effect)
     row = row_of(table, curves=clouds(table, DRIFT))
-    model = JointModel.of_row(row)
+    model = JointModel(row)
     point = {"skew_deg": 45.0, "gap_mm": 40.0, "friction": 0.3}
     origin = {"skew_deg": 0.0, "gap_mm": 0.0, "friction": 0.0}
     ratio, low, high = model.median(point, origin, 0.9)
@@ -93,7 +93,7 @@ def test_states_of_a_component_share_dispersion_and_slope():
 
 
 def test_negative_skews_count_by_size_unless_the_study_has_both_signs():
-    model = JointModel.of_row(row_of(synthetic_demands(**SMALL | {"skews": (0, -30, -60)})))
+    model = JointModel(row_of(synthetic_demands(**SMALL | {"skews": (0, -30, -60)})))
     assert model.axis_range.limits["skew_deg"] == (0.0, 60.0)
     point = {"friction": 0.5}
     assert model.median(point | {"skew_deg": -45.0}) == model.median(point | {"skew_deg": 45.0})
@@ -101,7 +101,7 @@ def test_negative_skews_count_by_size_unless_the_study_has_both_signs():
         synthetic_demands(**SMALL | {"skews": (-45, 0, 45)}), lambda t: 0.3 * t["skew_deg"] / 60.0
     )
     row = row_of(both)
-    model = JointModel.of_row(row)
+    model = JointModel(row)
     assert model.axis_range.limits["skew_deg"] == (-45.0, 45.0)
     apart = model.median(point | {"skew_deg": 45.0}, point | {"skew_deg": -45.0}, 0.95)
     assert apart[0] == pytest.approx(np.exp(-0.45 / row["slope"]), rel=0.03)
@@ -404,7 +404,7 @@ def test_joint_rows_compare_the_ends_of_an_axis_at_the_middle_of_the_others(writ
 
 
 def test_fit_prints_the_table_of_a_paper(written, tmp_path):
-    DEMANDS.to_parquet(tmp_path / "demands.parquet")
+    DEMANDS.query("gap_mm == 51")[NEEDED].to_parquet(tmp_path / "demands.parquet")
     states = ("--limit-states", written[0] / "states.yaml")
     code, found = run("fit", tmp_path / "demands.parquet", "--paper-table", *states)
     assert code == 0, found

@@ -150,9 +150,6 @@ class _DemandFits:
         """Return the cloud fits; refused where no run, or every run, exceeds the state."""
         outcomes, used = self._outcomes, self._outcomes.used
         medians = np.stack([lines.ln_theta(state.threshold) for state in self._states])
-        if not np.any(used):
-            blank = FragilityFit(method="cloud", status=fitting.NO_RUNS)
-            return _StateFits([blank] * len(self._states), medians, lines.beta())
         kept = np.any(self._weights[:, used] == 0.0, axis=1)
         without = Lines(lines.ln_a[kept], lines.b[kept], lines.sigma[kept])
         repeated = np.unique(self._motion[used]).size < np.sum(used)
@@ -202,15 +199,13 @@ class _DemandFits:
     ) -> FragilityFit:
         """Return the fit of one state by itself, or only its status and a start value."""
         im, hits = self._im[known], exceed[known].astype(np.float64)
-        if im.size == 0:
-            return FragilityFit(method="stripes", status=fitting.NO_RUNS)
         each, settings = np.ones(im.size), self._settings
-        if whole:
+        if whole and im.size:
             further: Any = {"n_records": int(np.unique(self._motion[known]).size), "maximum": best}
             return fitting.fit_stripes(im, each, hits, settings=settings, interval=False, **further)
         status = fitting.binomial_status(np.log(im), each, hits)
-        middle = float(np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))))
-        return FragilityFit(method="stripes", status=status, theta=middle, beta=0.5)
+        start = np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))) if status == FITTED else nan
+        return FragilityFit(method="stripes", status=status, theta=float(start), beta=0.5)
 
     def _brackets(self) -> _StateFits | None:
         """Fit the brackets of the first exceedance per motion; None if all ran at one level."""

@@ -7,15 +7,13 @@ out of all variants (Bell and McCaffrey 2002, see fits).
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from math import nan
-from typing import Any, Final, NamedTuple, Self
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from skewbridge.demands.columns import Difference, column_of, demands_for
 from skewbridge.demands.validity import BEYOND_MODEL, is_beyond_model, is_complete
@@ -44,50 +42,38 @@ _ENDS: Final = ("from", "to")
 INTENSITY_COLUMNS: Final = demand_table.described("intensity_effects")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Pairs:
     """All n pairs of runs from one value of an axis to another, of one bridge and abutment model.
 
     A run that collapsed, failed or lost a column has peaks up to then, so its demands are at least
-    so large.
+    so large. ``place`` has bridge, abutment, axis, from_value and to_value, ``table`` the columns
+    of `run_pairs`.
     """
 
-    place: Mapping[str, Any]  # bridge, abutment, axis, from_value and to_value
-    table: pd.DataFrame  # of `run_pairs`
-    #: For each pair of variants the values of the other axes, and the numbers of its rows.
-    cells: Sequence[tuple[Mapping[str, Any], Index]]
-    motions: Index  # number of the motion
-    count: int  # of motions
-    side: NDArray[np.int_]  # `EXACT`, `AT_LEAST`, `AT_MOST` or `UNKNOWN`
-    counted: dict[str, Mask]  # columns that count pairs, by name
-
-    @classmethod
-    def of(cls, place: Mapping[str, Any], table: pd.DataFrame) -> Self:
-        """Return the pairs of `run_pairs` with the values of ``place``."""
+    def __init__(self, place: Mapping[str, Any], table: pd.DataFrame) -> None:
+        self.place, self.table = place, table
         names = [name for name in demand_table.axis_names(table) if name != place["axis"]]
         whole = {(): np.arange(len(table))}
         groups = table.groupby(names, sort=True, dropna=False).indices if names else whole
         keys = (key if isinstance(key, tuple) else (key,) for key in groups)
-        places = [dict(zip(names, key, strict=True)) for key in keys]
-        rows = [np.asarray(numbers, dtype=np.intp) for numbers in groups.values()]
+        places = (dict(zip(names, key, strict=True)) for key in keys)
+        rows = (np.asarray(numbers, dtype=np.intp) for numbers in groups.values())
+        #: For each pair of variants the values of the other axes, and the numbers of its rows.
+        self.cells = list(zip(places, rows, strict=True))
+        self.motions = demand_table.motion_codes(table)
+        self.count = int(self.motions.max()) + 1
         (top, bottom), (status_to, status_from), (failed_to, failed_from) = (
             (table[f"{name}_to"].to_numpy(), table[f"{name}_from"].to_numpy())
             for name in ("complete", "status", BEYOND_MODEL)
         )
-        motions, known = demand_table.motion_codes(table), [top & bottom, bottom, top]
-        return cls(
-            place=place,
-            table=table,
-            cells=list(zip(places, rows, strict=True)),
-            motions=motions,
-            count=int(motions.max()) + 1,
-            side=np.select(known, [EXACT, AT_LEAST, AT_MOST], default=UNKNOWN),
-            counted={
-                "n_beyond_model": failed_to | failed_from,
-                "n_collapse_from": status_from == COLLAPSE,
-                "n_collapse_to": status_to == COLLAPSE,
-            },
-        )
+        known = [top & bottom, bottom, top]
+        #: `EXACT`, `AT_LEAST`, `AT_MOST` or `UNKNOWN`, shape (n,).
+        self.side = np.select(known, [EXACT, AT_LEAST, AT_MOST], default=UNKNOWN)
+        self._counted: dict[str, Mask] = {
+            "n_beyond_model": failed_to | failed_from,
+            "n_collapse_from": status_from == COLLAPSE,
+            "n_collapse_to": status_to == COLLAPSE,
+        }
 
     def ends(self, name: str) -> tuple[Floats, Floats]:
         """Return a column at to_value and at from_value, each of shape (n,)."""
@@ -121,7 +107,7 @@ class Pairs:
 
     def counts(self, rows: Index, used: Mask, discordant: Mask) -> dict[str, int]:
         """Return the columns ``n_`` of some pairs, except n_cells; arrays are of all n pairs."""
-        counted = self.counted | {
+        counted = self._counted | {
             "n_bounds": used & (self.side != EXACT),
             "n_left_out": ~used,
             "n_discordant": discordant,
@@ -192,7 +178,7 @@ def effect_tables(
     demand_table.need_columns(demands, (*demand_table.KEY_COLUMNS, *names))
     paired = [name for name in dict.fromkeys([*names, settings.im]) if name in demands.columns]
     pairs = (
-        Pairs.of(model | {"axis": axis, "from_value": start, "to_value": end}, part)
+        Pairs(model | {"axis": axis, "from_value": start, "to_value": end}, part)
         for model, rows in demand_table.models_of(demands)
         for axis in demand_table.varying_axes(rows)
         for (start, end), part in run_pairs(rows, axis, paired).groupby(["from_value", "to_value"])

@@ -33,7 +33,6 @@ QUASI_SEPARATION: Final = "quasi_separation"
 NON_INCREASING: Final = "non_increasing"
 NOT_APPLICABLE: Final = "not_applicable"
 NOT_CONVERGED: Final = "not_converged"
-NO_RUNS: Final = "no_runs"
 WIDE_CI_RATIO: Final = 3.0
 FEW_RECORDS: Final = 10
 FEW_MIXED_STRIPES: Final = 3
@@ -194,7 +193,7 @@ def fit_stripes(
     kept = runs > 0.0
     x, runs, exceed = x[kept], runs[kept], exceed[kept]
     total, ln_im = round(float(np.sum(runs))), np.log(x)
-    status = binomial_status(ln_im, runs, exceed) if total else NO_RUNS
+    status = binomial_status(ln_im, runs, exceed) if total else "no_runs"
     names = () if np.all(kept) else ("stripes_without_runs",)
     blank = FragilityFit(
         method="stripes", status=status, n_runs=total, level=settings.confidence, warnings=names

@@ -16,7 +16,7 @@ Louis (1982), JRSS B 44(2):226-233; errors of left-out predictions, Allen (1974)
 """
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from math import nan
@@ -117,7 +117,7 @@ def fit_mixed(data: MixedData) -> MixedFit:
     """Fit the mixed model by maximum likelihood; some values must be known."""
     start, floor = _first_parameters(data)
     every = np.ones(int(np.max(data.motion)) + 1, dtype=np.bool_)
-    return _maximised(_Likelihood(data), start, floor, every, _DECREMENT)
+    return _maximised(_likelihood(data), start, floor, every, _DECREMENT)
 
 
 def without_each_motion(data: MixedData, fit: MixedFit) -> Floats:
@@ -126,7 +126,7 @@ def without_each_motion(data: MixedData, fit: MixedFit) -> Floats:
     The start is exact for delta at fixed tau and sigma where all values are known, and for tau and
     sigma where few motions have any leverage.
     """
-    likelihood, (_, floor) = _Likelihood(data), _first_parameters(data)
+    likelihood, (_, floor) = _likelihood(data), _first_parameters(data)
     total, count = np.sum(fit.information, axis=0), fit.score.shape[0]
     held = np.diag(total)[-2:] * (1.0 - 1.0 / count)
     rows: list[Floats] = []
@@ -140,13 +140,17 @@ def without_each_motion(data: MixedData, fit: MixedFit) -> Floats:
 
 
 def _maximised(
-    likelihood: "_Likelihood", start: Floats, floor: float, motions: Mask, decrement: float
+    likelihood: Callable[[Floats], MixedFit],
+    start: Floats,
+    floor: float,
+    motions: Mask,
+    decrement: float,
 ) -> MixedFit:
     """Return the fit to some motions by Newton's method."""
     # `floor` bounds ln tau and ln sigma; a step that gains less than `decrement` is the last one
 
     def at(parameters: Floats) -> MixedFit:
-        return likelihood.at(np.append(parameters[:-2], np.maximum(parameters[-2:], floor)))
+        return likelihood(np.append(parameters[:-2], np.maximum(parameters[-2:], floor)))
 
     fit = at(start)
     for _ in range(_ROUNDS):
@@ -201,34 +205,25 @@ def _uphill(score: Floats, information: Floats) -> Floats:
     return scale * (vectors @ (inverse * (vectors.T @ (scale * score))))
 
 
-class _Likelihood:
-    """Log-likelihood of the data by motion, with first and second derivatives."""
+def _likelihood(data: MixedData) -> Callable[[Floats], MixedFit]:
+    """Return the log-likelihood by motion with its derivatives, a function of parameters (m,)."""
+    values, count = data.bound, int(np.max(data.motion)) + 1
+    censored = np.bincount(data.motion, data.lower != data.upper) > 0.0
+    # motions without and with censored runs, their runs and their integrals
+    kinds = [motions for motions in (~censored, censored) if np.any(motions)]
+    parts = [(m, m[data.motion], _Integrals(data, m[data.motion])) for m in kinds]
 
-    def __init__(self, data: MixedData) -> None:
-        self._values, self._count = data.bound, int(np.max(data.motion)) + 1
-        censored = np.bincount(data.motion, data.lower != data.upper) > 0.0
-        # motions without and with censored runs, their runs and their integrals
-        self._parts: list[tuple[Mask, Mask, _Integrals]] = []
-        for motions in (~censored, censored):
-            if np.any(motions):
-                runs = motions[data.motion]
-                self._parts.append((motions, runs, _Integrals(data, runs)))
-
-    def at(self, parameters: Floats) -> MixedFit:
-        """Return the log-likelihood, its derivatives and expected values at parameters (m,)."""
-        shape = self._count, parameters.size
-        fit = MixedFit(
-            parameters,
-            score=np.empty(shape),
-            information=np.empty((*shape, parameters.size)),
-            logliks=np.empty(self._count),
-            expected=self._values.copy(),
-        )
-        for motions, runs, part in self._parts:
+    def at(parameters: Floats) -> MixedFit:
+        shape = count, parameters.size
+        empty = np.empty(shape), np.empty((*shape, parameters.size)), np.empty(count)
+        fit = MixedFit(parameters, *empty, values.copy())
+        for motions, runs, part in parts:
             found = part.at(parameters)
             fit.score[motions], fit.information[motions], fit.logliks[motions] = found[:3]
             fit.expected[runs] = found[3]
         return fit
+
+    return at
 
 
 class _Integrals:
@@ -427,35 +422,19 @@ def term_sets(variables: Mapping[str, Floats]) -> list[tuple[str, ...]]:
     return list(dict.fromkeys(sets))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class JointModel:
-    """A joint model of one limit state: ln theta is linear in terms of the axes."""
+    """A joint model of one limit state, from its row of results/fragility/joint.parquet."""
 
-    axis_range: AxisRange
-    terms: tuple[str, ...]  # after the constant
-    coefficients: Floats  # of ln theta, shape (1 + q,)
-    beta: float  # record-to-record
-    beta_total: float  # including the capacity
-    covariance: Floats  # of coefficients, ln beta and ln beta_total, shape (3 + q, 3 + q)
-    freedom: int  # degrees of freedom of the intervals
-    level: float  # confidence level of the intervals
-
-    @classmethod
-    def of_row(cls, row: Mapping[str, Any]) -> "JointModel":
-        """Return the model of a row of results/fragility/joint.parquet."""
-        coefficients = np.asarray(row["coefficients"], dtype=np.float64)
-        size = coefficients.size + 2
+    def __init__(self, row: Mapping[str, Any]) -> None:
         limits = {name: (low, high) for name, (low, high) in json.loads(row["axis_ranges"]).items()}
-        return cls(
-            axis_range=AxisRange(limits=limits, signed_skew=bool(row["signed_skew"])),
-            terms=tuple(filter(None, str(row["terms"]).split(";"))),
-            coefficients=coefficients,
-            beta=float(row["beta"]),
-            beta_total=float(row["beta_total"]),
-            covariance=np.asarray(row["covariance"], dtype=np.float64).reshape(size, size),
-            freedom=int(row["n_motions"]) - 2,
-            level=float(row["level"]),
-        )
+        self.axis_range = AxisRange(limits=limits, signed_skew=bool(row["signed_skew"]))
+        self.beta, self.beta_total = float(row["beta"]), float(row["beta_total"])
+        self.freedom, self.level = int(row["n_motions"]) - 2, float(row["level"])
+        self._terms = tuple(filter(None, str(row["terms"]).split(";")))
+        self._coefficients = np.asarray(row["coefficients"], dtype=np.float64)
+        size = self._coefficients.size + 2
+        #: Of coefficients, ln beta and ln beta_total, shape (3 + q, 3 + q).
+        self.covariance = np.asarray(row["covariance"], dtype=np.float64).reshape(size, size)
 
     def interval(self, estimate: float, variance: float, level: float) -> tuple[float, float]:
         """Return the ends of the interval of exp(estimate)."""
@@ -470,9 +449,9 @@ class JointModel:
     ) -> tuple[float, float, float]:
         """Return theta at values of the axes, or its ratio to that at others, and its interval."""
         points = values if over is None else {n: [values[n], over[n]] for n in values}
-        vectors = term_matrix(self.terms, self.axis_range.variables(points))
+        vectors = term_matrix(self._terms, self.axis_range.variables(points))
         vector = vectors[0] if over is None else vectors[0] - vectors[1]
-        estimate = float(vector @ self.coefficients)
+        estimate = float(vector @ self._coefficients)
         variance = float(vector @ self.covariance[:-2, :-2] @ vector)
         return (float(np.exp(estimate)), *self.interval(estimate, variance, level or self.level))
 
@@ -633,7 +612,7 @@ def _estimate(
     found |= {"beta": float(np.exp(estimate[-2])), "beta_total": float(np.exp(estimate[-1]))}
     found["coefficients"] = estimate[:-2].tolist()
     found["covariance"] = jackknife_covariance(without).ravel().tolist()
-    model = JointModel.of_row({**row, **found})
+    model = JointModel({**row, **found})
     found["theta"], found["theta_low"], found["theta_high"] = model.median(model.axis_range.middle)
     for name, place in (("beta", -2), ("beta_total", -1)):
         ends = model.interval(estimate[place], model.covariance[place, place], model.level)

@@ -75,7 +75,7 @@ def paper_table(
     chosen = with_ratios(chosen_curves(curves), medians)
     rows = records_of(chosen.assign(row=chosen["variant"]))
     for row in records_of(joint[joint["status"] == FITTED]):
-        model = JointModel.of_row(row)
+        model = JointModel(row)
         out = {name: row[name] for name in PAPER_COLUMNS if name in row}
         middle = model.axis_range.middle
         for axis in middle:

@@ -50,15 +50,11 @@ DEMAND: Final = "demand"
 MEDIAN_CAPACITY: Final = "median_capacity"
 RATIOS: Final = ("ratio", "ci_low", "ci_high")
 DIFFERENCES: Final = ("difference", "difference_low", "difference_high")
-
-
 #: Columns that count runs and curves behind medians; missing in effects on demands.
 MEDIAN_COUNTS: Final = (
     *("n_exceed_from", "n_exceed_to", "n_unknown_from", "n_unknown_to"),
     *("n_without_curve", "n_extrapolated"),
 )
-
-
 #: Probability that the needed motions decide an effect of the size estimated now.
 POWER: Final = 0.8
 #: Upper limit of the search; an effect that needs more lies on the margin.
@@ -67,10 +63,6 @@ DECIDED_NOW: Final = "decided"
 MORE: Final = "more motions"
 ON_MARGIN: Final = "on the margin"
 UNKNOWN: Final = "unknown"
-
-
-#: Power of time in the spending of the error probability: 1 spends evenly over the motions.
-SPENDING_POWER: Final = 1.0
 # ASSUME a fifth of the error probability covers what the boundary leaves out: few motions, tails
 # heavier than normal, bounds. source: benchmarks/sequential_verdicts.py; without it 5.4 to 6.6 %
 # of the simulated verdicts were wrong at the margin, in place of 5 %
@@ -246,12 +238,11 @@ def look_levels(times: tuple[float, ...], level: float) -> tuple[float, ...]:
     """Return the two-sided level of the interval at each look.
 
     On either side, the probability that any of the intervals up to time t leaves out the true value
-    is (1 - level)/2 times t**`SPENDING_POWER` times `SPENT`. ``times`` are shares of the
-    information, rising to 1, and ``level`` is that of all intervals together.
+    is (1 - level)/2 times t times `SPENT`. ``times`` are shares of the information, rising to 1,
+    and ``level`` is that of all intervals together.
     """
-    shares = np.diff(np.asarray(times) ** SPENDING_POWER, prepend=0.0)
-    spent = SPENT * 0.5 * (1.0 - level) * shares
-    steps = np.sqrt(np.diff(times, prepend=0.0))
+    shares = np.diff(times, prepend=0.0)
+    spent, steps = SPENT * 0.5 * (1.0 - level) * shares, np.sqrt(shares)
     # paths of a Brownian motion that have not crossed: places and their probabilities
     at, mass = np.zeros(1), np.ones(1)
     levels: list[float] = []

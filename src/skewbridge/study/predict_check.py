@@ -127,7 +127,7 @@ def check_predict(
         elif unfitted:
             row["status"] = unfitted[0]
         else:
-            predicted = JointModel.of_row(model).median(cloud)[0]
+            predicted = JointModel(model).median(cloud)[0]
             row |= {
                 "theta_predicted": predicted,
                 "theta_analysed": cloud["theta"],

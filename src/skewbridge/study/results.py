@@ -260,7 +260,7 @@ def compare_studies(
     change = {"axis": STUDY, "from_value": 0.0, "to_value": 1.0}
     effects: list[dict[str, Any]] = []
     for model, part in models_of(pairs):
-        of_model = Pairs.of(model | change, part)
+        of_model = Pairs(model | change, part)
         effects += demand_effects(of_model, names=names, settings=settings, reference_im={})[0]
     variant = [*BRIDGE_COLUMNS, *axis_names(both)]
     paired = both.merge(pairs[[*variant, *LOADING_COLUMNS]].drop_duplicates())
@@ -343,7 +343,7 @@ def predict_states(
         raise InputError(f"no joint model of these limit states has an estimate: {why}")
     rows: list[Row] = []
     for row in usable:
-        model = JointModel.of_row(row)
+        model = JointModel(row)
         model.axis_range.check(values)
         theta, *ends = model.median(values)
         found = {"component": row["component"], "state": row["limit_state"], "theta": theta}
