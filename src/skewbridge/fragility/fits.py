@@ -81,21 +81,12 @@ class FragilityFit:
         refused = fit.status == FITTED and not (narrow or accept)
         return fit.without_estimate(BOUNDS_TOO_WIDE) if refused else fit
 
-    @property
-    def se_ln_theta(self) -> float:
-        """Standard error of ln theta."""
-        return float(np.sqrt(self.var_ln_theta))
-
-    @property
-    def se_beta(self) -> float:
-        """Standard error of beta."""
-        return float(np.sqrt(self.var_beta))
-
     def as_json(self) -> dict[str, Any]:
         """Return the object that `skewbridge fit --json` prints."""
         names = "status theta beta cov_ln_theta_beta ci_theta ci_beta ci_method level loglik n_runs"
         values = {name: getattr(self, name) for name in (*names.split(), "method", "warnings")}
-        values |= {**self.details, "se_ln_theta": self.se_ln_theta, "se_beta": self.se_beta}
+        errors = np.sqrt([self.var_ln_theta, self.var_beta]).tolist()
+        values |= {**self.details, "se_ln_theta": errors[0], "se_beta": errors[1]}
         return {name: list(v) if isinstance(v, tuple) else v for name, v in values.items()}
 
 

@@ -7,7 +7,7 @@ Biometrika 52:591-611, and Lilliefors (1967), JASA 62(318):399-402.
 
 from dataclasses import dataclass
 from math import nan
-from typing import Final, NamedTuple, Self
+from typing import Final, NamedTuple
 
 import numpy as np
 from scipy import special
@@ -32,11 +32,6 @@ class Lines:
     b: Floats  # NaN where there is no line or it does not rise
     sigma: Floats  # scatter of e
 
-    @classmethod
-    def blank(cls, count: int) -> Self:
-        """Return replicates without a line."""
-        return cls(*np.full((3, count), np.nan))
-
     def ln_theta(self, threshold: float) -> Floats:
         """Return ln of the intensity at which the line reaches a demand, shape (R,)."""
         return (np.log(threshold) - self.ln_a) / self.b
@@ -51,9 +46,11 @@ def fit_lines(x: Floats, lower: Floats, upper: Floats, weights: Floats) -> Lines
 
     ``x`` is ln intensity, ``lower`` and ``upper`` are ln of the ends of each demand, shape (n,):
     equal where it is known, infinite where it is censored; ``weights`` (R, n) is how often each run
-    counts. NaN for replicates with a single intensity, without convergence or a rising line.
+    counts. NaN with fewer than three known demands, a single intensity, or no rising line.
     """
-    seen = lower == upper
+    seen, known = lower == upper, x[lower == upper]
+    if known.size < 3 or (known.size < x.size and np.ptp(known) == 0.0):
+        return Lines(*np.full((3, weights.shape[0]), np.nan))
     if np.all(seen):
         centre_x, centre_y = float(np.mean(x)), float(np.mean(lower))
         u, v = x - centre_x, lower - centre_y
@@ -66,8 +63,6 @@ def fit_lines(x: Floats, lower: Floats, upper: Floats, weights: Floats) -> Lines
             b = np.where((sxx > 1e-9) & (sxy > 0.0), sxy / sxx, np.nan)
             sigma = np.sqrt(np.maximum(syy - b * sxy, 0.0) / np.maximum(total - 2.0, 1.0))
         return Lines(mean_v + centre_y - b * (mean_u + centre_x), b, sigma)
-    if np.sum(seen) < 3 or np.ptp(x[seen]) == 0.0:
-        return Lines.blank(weights.shape[0])
     design, start = np.column_stack([np.ones(x.size), x]), tobit_start(x, lower, seen)
     if weights.shape[0] > 1:  # the line through all runs is close to that of each replicate
         start = maximise(NormalKernel(design, lower, upper), start, covariance=False).params

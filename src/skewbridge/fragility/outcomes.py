@@ -29,7 +29,6 @@ TREATMENTS: Final = ("exclude", "all_exceed", "none_exceed")
 # ASSUME where a demand is zero in some run (the deck did not reach a wall or key), demands below a
 # tenth of the mildest state count only as small
 _SMALL_SHARE: Final = 0.1
-_MIN_RUNS: Final = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,8 +89,6 @@ class DemandOutcomes:
     def lines(self, ln_im: Floats, weights: Floats) -> Lines:
         """Return the lines of ln demand on ln intensity (n,) for weights of the runs (R, n)."""
         used = self.used
-        if np.sum(used) < _MIN_RUNS:
-            return Lines.blank(weights.shape[0])
         return fit_lines(ln_im[used], *self.ln_ends, weights[:, used])
 
     def treated(self, state: LimitState, treatment: str) -> "DemandOutcomes":
