@@ -359,7 +359,7 @@ def _median_rows(
     number = part.groupby(names, dropna=False).ngroup()
     variants = part[[*demand_table.IDENTITY_COLUMNS, *names]].assign(number=number)
     variants = variants.drop_duplicates("number").sort_values("number")
-    medians = _Medians(part, number.to_numpy(), states, settings.im, curves)
+    medians = _Medians(part, number.to_numpy(dtype=np.intp), states, settings.im, curves)
     shared = {"quantity": verdicts.MEDIAN_CAPACITY, "margin": settings.median_margin}
 
     def estimate(ratio: Jackknifed, row: Row, medians: int) -> Row:
@@ -372,9 +372,9 @@ def _median_rows(
     for axis in along:
         others = [name for name in names if name != axis]
         pairs = _paired(variants, axis, others).groupby(["from_value", "to_value"])
-        for ((start, end), cells), (j, state) in product(pairs, enumerate(states)):
-            place = {**description, **shared, "demand": state.key}
-            place |= {"axis": axis, "from_value": float(start), "to_value": float(end)}
+        for (_, cells), (j, state) in product(pairs, enumerate(states)):
+            place = {**description, **shared, "demand": state.key, "axis": axis}
+            place |= {n: float(cells[n].iloc[0]) for n in ("from_value", "to_value")}
             ratios: list[Jackknifed] = []
             found: list[Row] = []
             for cell in cells.to_dict("records"):

@@ -231,7 +231,8 @@ def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     # ASSUME independent medians: without the pairs of motions the interval is too wide, never too
     # narrow, since both skews see the same motions
     variance = both["var_ln_theta"] + both["var_ln_theta_straight"]
-    paired = 0.5 * np.log(both[ends[1]].astype(np.float64) / both[ends[0]].astype(np.float64))
+    low, high = (both[end].astype(np.float64) for end in ends)
+    paired = pd.Series(0.5 * np.log(high / low))
     half = paired.fillna(variance**0.5 * float(special.ndtri(0.95)))
     both["interval"] = np.where(paired.isna(), "independent", "paired")
     both["factor_low"] = both["factor"] * np.exp(-half)
@@ -361,7 +362,8 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
         deviation = mean * np.sqrt(np.expm1(beta**2))
         for state, m, s in zip(part["limit_state"], mean, deviation, strict=True):
             add(function, "params", ls=str(state), mean=f"{m:.15g}", stddev=f"{s:.15g}")
-        grid = np.linspace(*(ends + np.array([-_USED, _USED]) * beta.max()), 400)[:, None]
+        start, stop = ends + np.array([-_USED, _USED]) * beta.max()
+        grid = np.linspace(start, stop, 400)[:, None]
         if (np.diff(special.ndtr((grid - np.log(theta)) / beta), axis=1) > _CROSSING).any():
             crossing.append(name)
     tree = ElementTree.ElementTree(root)

@@ -38,14 +38,14 @@ class FitOptions:
     #: Of a cloud; None is ols, or tobit where demands are censored.
     model: Literal["ols", "tobit"] | None = None
     link: Literal["probit"] = "probit"  # curves are lognormal
-    level: float = Field(DEFAULTS.confidence, gt=0.5, lt=1.0)
+    level: float = Field(default=DEFAULTS.confidence, gt=0.5, lt=1.0)
     threshold: float | None = None  # median capacity, if the file does not give it
     im: str | None = None  # column of intensities, for a table of runs
     edp: str | None = None  # column of demands, for a table of runs
-    capacity_dispersion: float = Field(0.0, ge=0.0, le=MAX_DISPERSION)  # cloud
+    capacity_dispersion: float = Field(default=0.0, ge=0.0, le=MAX_DISPERSION)  # cloud
     censor_above: float | None = None  # demands at or above it are censored there (cloud)
     #: Dispersion for one-sided bounds.
-    assumed_beta: float = Field(DEFAULTS.assumed_beta, gt=0.0, le=2.0)
+    assumed_beta: float = Field(default=DEFAULTS.assumed_beta, gt=0.0, le=2.0)
     accept_bounds: bool = False  # give a median though unknown outcomes move it by 15 % or more
     columns: Path | None = None  # file that maps the columns of a foreign table to ours
 

@@ -179,8 +179,8 @@ def fit_stripes(
     x, runs, exceed = positive(im, "im"), as_column(n, "n"), as_column(k, "k")
     same_length(im=x, n=runs, k=exceed)
     require(np.isfinite(runs) & (runs >= 0.0), "n", "must be >= 0 and finite", runs)
-    whole = exceed == np.round(exceed)
-    require(whole & (exceed >= 0.0) & (exceed <= runs), "k", "must be whole, 0<=k<=n", exceed)
+    require((exceed >= 0.0) & (exceed <= runs), "k", "must satisfy 0<=k<=n", exceed)
+    require(exceed == np.round(exceed), "k", "must be whole", exceed)
     kept = runs > 0.0
     x, runs, exceed = x[kept], runs[kept], exceed[kept]
     total, ln_im = round(float(np.sum(runs))), np.log(x)

@@ -25,7 +25,7 @@ from skewbridge.fragility.lines import Lines, fit_lines
 from skewbridge.statuses import COLLAPSE
 
 #: Treatments of unknown outcomes: left out, all exceeding, none exceeding.
-TREATMENTS: Final = ("exclude", "all_exceed", "none_exceed")
+TREATMENTS: Final[tuple[str, ...]] = ("exclude", "all_exceed", "none_exceed")
 # ASSUME where a demand is zero in some run (the deck did not reach a wall or key), demands below a
 # tenth of the mildest state count only as small
 _SMALL_SHARE: Final = 0.1

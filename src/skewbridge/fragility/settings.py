@@ -15,38 +15,52 @@ _COLUMNS: Final = {column.name: column for column in DEMAND_COLUMNS}
 class FitSettings:
     """Settings of fits and paired effects."""
 
-    im: str = Field("im_saavg_rotd50_g", description="intensity measure: an im_ column of demands")
-    limit_states: FileName = Field(
-        "config/limit_states.yaml", description="file with the limit states"
+    im: str = Field(
+        default="im_saavg_rotd50_g", description="intensity measure: an im_ column of demands"
     )
-    confidence: Number = Field(0.95, gt=0.5, lt=1.0, description="level of the intervals of fits")
+    limit_states: FileName = Field(
+        default="config/limit_states.yaml", description="file with the limit states"
+    )
+    confidence: Number = Field(
+        default=0.95, gt=0.5, lt=1.0, description="level of the intervals of fits"
+    )
     effect_confidence: Number = Field(
-        0.90, gt=0.5, lt=1.0, description="level of the intervals of effects"
+        default=0.90, gt=0.5, lt=1.0, description="level of the intervals of effects"
     )
     # ASSUME 5 % of demand is below what a designer would act on
-    margin: Number = Field(0.05, gt=0.0, lt=1.0, description="negligible change of a demand")
+    margin: Number = Field(
+        default=0.05, gt=0.0, lt=1.0, description="negligible change of a demand"
+    )
     # ASSUME a median capacity changes by the demand ratio to the power -1/slope; with the slopes
     # near 1 of most demands the same 5 % is as small a change
     median_margin: Number = Field(
-        0.05, gt=0.0, lt=1.0, description="negligible change of a median capacity"
+        default=0.05, gt=0.0, lt=1.0, description="negligible change of a median capacity"
     )
     margins: dict[str, Annotated[Number, Field(gt=0.0)]] = Field(
-        {},
+        default={},
         description="margins of single columns; mrad for deck rotation, mm for abutment "
         "deformations",
     )
     bootstrap: Whole = Field(
-        999, ge=99, le=100_000, description="bootstrap replicates that rank intensity measures"
+        default=999,
+        ge=99,
+        le=100_000,
+        description="bootstrap replicates that rank intensity measures",
     )
     seed: Whole = Field(
-        20261120, ge=0, le=2**63 - 1, description="seed of that bootstrap and of system curves"
+        default=20261120,
+        ge=0,
+        le=2**63 - 1,
+        description="seed of that bootstrap and of system curves",
     )
     accept_bounds: Flag = Field(
-        False, description="report medians that unknown outcomes may move by more than 15 %"
+        default=False, description="report medians that unknown outcomes may move by more than 15 %"
     )
-    exclude_suspect: Flag = Field(False, description="treat suspect rows as failed analyses")
+    exclude_suspect: Flag = Field(
+        default=False, description="treat suspect rows as failed analyses"
+    )
     assumed_beta: Number = Field(
-        0.4, gt=0.0, le=2.0, description="dispersion for bounds of medians"
+        default=0.4, gt=0.0, le=2.0, description="dispersion for bounds of medians"
     )
 
     @model_validator(mode="after")

@@ -50,7 +50,7 @@ SUITE_CURVE_COLUMNS: Final = (
     *("method", "theta", "theta_low", "theta_high", "beta", "level", "n_records", "status"),
 )
 
-DESCRIPTIONS: Final[dict[str, Mapping[str, str]]] = {
+DESCRIPTIONS: Final = {
     name: described(name)
     for name in (
         *("curves", "median_effects", "effects", "intensity_effects", "needed_motions", "joint"),
