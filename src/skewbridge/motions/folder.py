@@ -98,8 +98,7 @@ INDEX_COLUMNS: Final = tuple(IndexEntry.model_fields)[:-2]
 def list_motions(folder: Path) -> list[IndexEntry]:
     """Return the motions of a folder by its `index.csv`, else by file names and headers.
 
-    Raises:
-        InputError: No folder, no motions, an unpaired file, a broken index.
+    `InputError` for no folder, no motions, an unpaired file or a broken index.
     """
     if not is_folder(folder):
         raise InputError(f"motions folder {shown_path(folder)} does not exist", folder=str(folder))
@@ -234,9 +233,7 @@ def group_by_name(paths: Iterable[Path]) -> dict[str, list[Path]]:
 def read_index(index: Path) -> list[IndexEntry]:
     """Return the entries of an `index.csv`, in its order.
 
-    Raises:
-        InputError: Missing columns, a repeated motion, a value that is not a number, a file
-            outside the folder; the message names the row.
+    `InputError` names the row of a repeated motion, a wrong value or a file outside the folder.
     """
     table = read_index_table(index)
     repeated = table["motion_id"][table["motion_id"].duplicated()]

@@ -115,12 +115,7 @@ def fault_in(path: Path, problem: str, line: int | None = None) -> InputError:
 
 
 def trace_of(lines: list[str], path: Path, given: Given) -> Trace:
-    """Return the component in the lines of a file of any format.
-
-    Raises:
-        InputError: The lines are not an acceleration; the message names the file.
-        DtMissingError: Neither the caller nor the file states the time step.
-    """
+    """Return the component in the lines of a file of any format; errors as `read_trace`."""
     read = next(read for recognises, read in MOTION_FORMATS if recognises(lines, path))
     trace = read(lines, path, given)
     dt_s, warnings = trace.dt_s, trace.warnings
@@ -457,11 +452,8 @@ _COLUMNS_UNITS: Final = (
 
 
 def _is_columns(lines: list[str], _path: Path) -> bool:
-    """Return whether columns start within the first lines, the first of them a time.
-
-    In two columns the times only have to rise, so that a gap is reported later; in more columns
-    the steps must be equal, or the bare values of other formats would pass.
-    """
+    # In two columns the times only have to rise, so that a gap is reported later; in more columns
+    # the steps must be equal, or the bare values of other formats would pass.
     start = _first_row_of_columns(lines)
     if start is None:
         return False

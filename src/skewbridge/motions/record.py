@@ -35,9 +35,8 @@ class GroundMotion:
         sha256: Digest of the bytes of the component files, first then second.
         messages: Messages of the reader.
 
-    Raises:
-        InputError: Components of different length, a time step that is not positive, or a value
-            that is not finite.
+    `InputError` for components of different length, a time step that is not positive, or a value
+    that is not finite.
     """
 
     motion_id: str

@@ -48,8 +48,7 @@ RECORDS_VARIABLE: Final = "SKEWBRIDGE_RECORDS"
 def read_entry(entry: IndexEntry) -> GroundMotion:
     """Read or generate one listed motion; the index overrides the file headers.
 
-    Raises:
-        InputError: Unreadable files, a digest that differs, a false claim to be the WAHO record.
+    `InputError` for unreadable files, another digest, or a false claim to be the WAHO record.
     """
     if entry.made_from_number is not None:
         # Here: a suite of files alone needs none of the model.
@@ -149,10 +148,8 @@ def suite_sources(motions: MotionsConfig) -> list[SuiteSource]:
     """Return the suites of a study in the order of the configuration.
 
     `records` is the folder that the environment variable SKEWBRIDGE_RECORDS names; without it the
-    suite is left out. Suites after the first may have fewer motions than asked for.
-
-    Raises:
-        InputError: A folder is missing, two suites have the same name, or none is left.
+    suite is left out. Suites after the first may have fewer motions than asked for. `InputError`
+    if a folder is missing, two suites have the same name, or none is left.
     """
     own, records = Path(motions.folder), os.environ.get(RECORDS_VARIABLE, "").split(os.pathsep)[0]
     first, *others = SHIPPED_SUITES
@@ -180,8 +177,7 @@ def suite_sources(motions: MotionsConfig) -> list[SuiteSource]:
 def prepare_suites(motions: MotionsConfig, *, t1_s: float) -> pd.DataFrame:
     """Return the rows of `prepare_suite` of all suites of a study, with `suite` and `number`.
 
-    Raises:
-        InputError: As `prepare_suite`, or two suites have a motion of the same name.
+    `InputError` if two suites have a motion of the same name.
     """
     tables = [
         prepare_suite(

@@ -37,11 +37,7 @@ _TRIALS: Final = 200  # hypercubes of a block, of which the least correlated one
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class RandomProperty:
-    """Distribution of one property, as a factor on its value in the model or an offset from it.
-
-    Raises:
-        ValidationError: The limits leave no values, or those of a uniform property are not finite.
-    """
+    """Distribution of one property, as a factor on its value in the model or an offset from it."""
 
     distribution: Literal["normal", "lognormal", "uniform"] = Field()
     """distribution between the limits low and high"""

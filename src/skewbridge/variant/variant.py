@@ -152,8 +152,7 @@ class Variant:
     def at(cls, bridge: str, abutment: str, values: Mapping[str, float]) -> Self:
         """Return the variant at these values of every core axis and of modelling options.
 
-        Raises:
-            InputError: An axis is unknown or a value is not on it.
+        `InputError` for an unknown axis or a value that is not on it.
         """
         core = {core.name: core.count(values[core.name]) for core in AXES}
         options = {name: axis(name).checked(values[name]) for name in values if name not in core}
