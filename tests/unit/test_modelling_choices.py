@@ -15,7 +15,6 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.report.effect_figures import (
     choice_findings,
-    choices_left_out,
     tornado,
 )
 from skewbridge.study.analyses import StudySetup, sampled
@@ -238,8 +237,6 @@ def test_findings_and_tornado_list_choices_that_move_a_demand_more_than_friction
     without = table[table["name"] != "key_frame"]
     assert choice_findings(without)[1].endswith("no choice tried moves it more.")
     assert not choice_findings(table[table["name"] != "friction"])
-    assert "Key frame" in choices_left_out(without)
-    assert "Key frame" not in choices_left_out(table)
     values = table[["name", "to_value"]].drop_duplicates()
     panels = [panel for panel in tornado(table).axes if panel.patches]
     assert len(panels) == len(demands_for("headline"))

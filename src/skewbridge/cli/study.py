@@ -321,9 +321,11 @@ def archive(study: Path | None, out: Path, author: list[str] | None, licence: st
     if out.suffix != ".zip":
         raise InputError(f"--out must end with .zip, got {out.name}")
     config = config_of(study)
-    written = write_archive(config, DEFAULT_CONFIG, out, licence=licence, authors=author or ())
+    names, doubts = write_archive(
+        config, DEFAULT_CONFIG, out, licence=licence, authors=author or ()
+    )
     size = {"archive": str(out), "bytes": out.stat().st_size}
-    return Answer(size | {"files": written.names, "doubts": written.doubts})
+    return Answer(size | {"files": names, "doubts": doubts})
 
 
 def _comparison_row(row: dict[str, Any]) -> dict[str, Any]:

@@ -6,11 +6,12 @@ References:
 
 import re
 import warnings
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from hashlib import sha256
 from importlib.metadata import metadata, requires, version
 from io import BytesIO
+from itertools import chain
 from pathlib import Path
 from typing import Final
 
@@ -52,22 +53,16 @@ _ACCELERATIONS: Final = ["accel_1_mps2", "accel_2_mps2"]
 _MAX_BYTES: Final = 2_000_000_000
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Archive:
-    """Files of an archive, and reservations for readers of the paper, one sentence each."""
-
-    names: tuple[str, ...]
-    doubts: tuple[str, ...]
-
-
 def write_archive(
     config: Path, base: Path, out: Path, *, licence: str, authors: Sequence[str] = ()
-) -> Archive:
+) -> tuple[list[str], list[str]]:
     """Write a finished study as a Workflow RO-Crate in a ZIP file.
 
     Accelerations are left out: recorded motions may not be passed on; ``motions.csv`` has their
     sources and digests. Every file has its SHA-256 in ``ro-crate-metadata.json``. The configuration
     is merged over ``base``; the licence, a web address, is that of the results.
+
+    Returns the names of the files, and reservations for readers of the paper, one sentence each.
     """
     study = load_config(config, base=base)
     folder = StudyFolder(Path(study.results))
@@ -101,7 +96,7 @@ def write_archive(
     with written_aside(writable_file(out)) as part:
         crate.write_zip(part)
     names = sorted(entity.id for entity in crate.data_entities if entity.type != "Dataset")
-    return Archive(names=tuple(names), doubts=doubts)
+    return names, doubts
 
 
 def _files(
@@ -117,31 +112,21 @@ def _files(
         "METHODS.md": (methods_of(study, suite).markdown().encode(), "methods for a paper"),
         "requirements.txt": (_software().encode(), "packages with versions and licences"),
     }
-    start = starter_files()
-    found = {
-        path.relative_to(start).as_posix(): (path, "workflow")
-        for pattern in _WORKFLOW
-        for path in start.glob(pattern)
-        if path.is_file() and "__pycache__" not in path.parts
-    }
-    inputs = [base, config, Path(study.fragility.limit_states)]
-    for name in study.grid.bridge:
-        inputs += own_bridge_files(name)
-    found |= {_inside(path): (path, "configuration") for path in inputs}
+    start, found = starter_files(), dict[str, tuple[Path, str]]()
+    for path in chain.from_iterable(start.glob(pattern) for pattern in _WORKFLOW):
+        if path.is_file() and "__pycache__" not in path.parts:
+            found[path.relative_to(start).as_posix()] = path, "workflow"
+    bridges = chain.from_iterable(map(own_bridge_files, study.grid.bridge))
+    for path in (base, config, Path(study.fragility.limit_states), *bridges):
+        place, here = path.resolve(), Path.cwd()
+        inside = place.relative_to(here) if place.is_relative_to(here) else None
+        found[(inside or Path("config/elsewhere", path.name)).as_posix()] = path, "configuration"
     for pattern, text in TAKEN.items():
         for path in folder.root.glob(pattern):
             found[f"results/{path.relative_to(folder.root).as_posix()}"] = path, text
-    for name, (path, text) in found.items():
-        files[name] = read_bytes(path, _MAX_BYTES), text
-    return files
-
-
-def _inside(path: Path) -> str:
-    """Return the name of an input in the archive: as in the folder of the study, if it is there."""
-    try:
-        return path.resolve().relative_to(Path.cwd()).as_posix()
-    except ValueError:
-        return f"config/elsewhere/{path.name}"
+    return files | {
+        name: (read_bytes(path, _MAX_BYTES), text) for name, (path, text) in found.items()
+    }
 
 
 def _software() -> str:
@@ -152,7 +137,7 @@ def _software() -> str:
     return "".join(f"{name}=={data['Version']}  # {licence_of(data)}\n" for name, data in packages)
 
 
-def _doubts(folder: StudyFolder, config: Path, base: Path) -> tuple[str, ...]:
+def _doubts(folder: StudyFolder, config: Path, base: Path) -> list[str]:
     """Return the ways in which the tables differ from the study as configured now."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -161,20 +146,20 @@ def _doubts(folder: StudyFolder, config: Path, base: Path) -> tuple[str, ...]:
     try:
         origin = origin_of(folder.demands, config, base)
     except (InputError, SolutionError) as error:
-        return (*doubts, f"not compared with the present sources and configuration: {error}")
+        return [*doubts, f"not compared with the present sources and configuration: {error}"]
     if not origin["current"]:
         differing = ", ".join(origin["differences"])
         doubts.append(f"the present sources or configuration give other demands ({differing})")
-    return tuple(doubts)
+    return doubts
 
 
 def _description(stamp: Mapping[str, str], doubts: Sequence[str]) -> str:
     changed = " with local changes" if stamp.get("git_dirty") == "yes" else ""
+    known = defaultdict(lambda: "unknown", stamp)
     return (
-        f"Made with skewbridge {stamp.get('skewbridge_version', '?')}, commit "
-        f"{stamp.get('git_commit', 'unknown')}{changed}, on Python "
-        f"{stamp.get('python_version', '?')} and OpenSeesPy "
-        f"{stamp.get('openseespy_version', '?')}. "
+        f"Made with skewbridge {known['skewbridge_version']}, commit {known['git_commit']}"
+        f"{changed}, on Python {known['python_version']} and OpenSeesPy "
+        f"{known['openseespy_version']}. "
         "To repeat it, install that version and run `snakemake --configfile whole_config.yaml` in "
         "this folder with the motions of motions.csv in the folder that the configuration names. "
         "OpenSees is free for research, education and internal use. "

@@ -203,11 +203,3 @@ def choice_findings(choices: pd.DataFrame) -> list[str]:
                 + (f"more than that do {sizes}." if sizes else "no choice tried moves it more.")
             )
     return found
-
-
-def choices_left_out(choices: pd.DataFrame) -> list[str]:
-    """Return the labels of the choices that a table does not have."""
-    from skewbridge.study.modelling_choices import CHOICES
-
-    tried = set(choices["name"])
-    return [choice.label for choice in CHOICES if choice.key not in tried]

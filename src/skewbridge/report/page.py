@@ -38,7 +38,6 @@ from skewbridge.report.answer import (
     change_name,
     counted,
     effect_name,
-    listed,
     model_name,
     number_word,
 )
@@ -62,11 +61,9 @@ from skewbridge.report.appearance import (
     variant_text,
     verdict_style,
 )
-from skewbridge.report.effect_figures import choice_findings, choices_left_out
 from skewbridge.report.explorer import explorer_of
 from skewbridge.report.methods import STATE_HEADS, methods_of
 from skewbridge.report.study_figures import SECTIONS, Caption, read_captions
-from skewbridge.statuses import STATUSES
 from skewbridge.study.config import StudyConfig, parse_config
 from skewbridge.study.results import shear_model_medians
 from skewbridge.units import split_unit
@@ -75,14 +72,13 @@ from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 
 _CHANGE: Final = ("axis", "from_value", "to_value")
 _WIDEST_BAR: Final = 2.5  # largest ratio at the end of the bars of the answer
-#: Heads of the tests whether residuals depend on a property of the motion.
-_PROPERTIES: Final = {
-    "magnitude": "p, magnitude",
-    "ln_distance": "p, source distance",
-    "ln_scale": "p, scale factor",
-    "ln_duration": "p, duration",
-    "ln_shape": "p, spectral shape Sa(T1)/Sa,avg",
-}
+_NEEDED: Final = (*BRIDGE_COLUMNS, *_CHANGE, "demand", "n_motions", "needed_motions")
+#: Columns of the ranked intensity measures, with the tests whether residuals depend on a property.
+_MEASURES: Final = (
+    *(*BRIDGE_COLUMNS, "demand", "im", "recommended", "proficiency", "efficiency", "practicality"),
+    *("r2", "p_magnitude", "p_ln_distance", "p_ln_scale", "p_ln_duration", "p_ln_shape"),
+    "p_best_proficiency",
+)
 
 
 def write_report(
@@ -105,10 +101,7 @@ def write_report(
     frames = {name: read_frame(path) for name, path in tables.items() if path.suffix == ".parquet"}
     demands, curves, medians = (frames[name] for name in ("demands", "curves", "medians"))
     study = parse_config(config)
-    environment = templates(
-        *(axes_of, choice_findings, choices_left_out, demand_name, model_name, plain_label),
-        *(shown_axes, variant_text),
-    )
+    environment = templates(axes_of, model_name, shown_axes, variant_text)
     environment.filters.update(
         groups=groups_of,
         median=_median_text,
@@ -129,7 +122,7 @@ def write_report(
             paper=paper_rows(curves, medians, frames["joint"]),
             unreached=states_not_reached(curves),
             n_variants=curves.groupby(list(BRIDGE_COLUMNS))["variant"].nunique(),
-            properties={k: v for k, v in _PROPERTIES.items() if f"p_{k}" in frames["measures"]},
+            measure_columns=list(_MEASURES),
             shear_models=shear_models,
             shear_heads=[
                 f"{label_of(SHEAR_MODEL_DEMANDS[name]).partition(', ')[2]}, θ [interval]"
@@ -137,7 +130,6 @@ def write_report(
             ],
             shear_medians=_shear_medians(curves),
             choices=groups_of(read_frame(choices), BRIDGE_COLUMNS) if choices else [],
-            fits=Counter(map(in_words, curves["status"])).most_common(),
             checks=json.loads(tables["checks"].read_text("utf-8")),
             quality=quality(demands, frames["sensitivity"], frames.get("check_predict")),
             exclude_suspect=study.fragility.exclude_suspect,
@@ -347,7 +339,7 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     """Return the tables of the pooled effects, the headline and all others."""
     rows = pd.concat([frames["medians"], frames["effects"]], ignore_index=True)
     pooled = rows[rows["scope"] == "pooled"]
-    ratios = pooled[pooled["judged_by"] == RATIO]
+    ratios, needed = pooled[pooled["judged_by"] == RATIO], frames["needed_motions"]
     leads = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
     effects, others = (pooled[leads], pooled[~leads]) if leads.any() else (pooled, pooled.head(0))
     return {
@@ -355,7 +347,7 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
         "other_effects": verdict_table(others, pooled),
         "any_marked": any(row["mark"] for row in map(_cell, records_of(pooled))),
         "margin": margin_text(ratios.iloc[0]) if len(ratios) else "",
-        "needed": needed_sentences(frames["needed_motions"]),
+        "needed": needed.loc[needed["forecast"] == MORE, list(_NEEDED)],
         "styles": STYLES.values(),
     }
 
@@ -395,18 +387,6 @@ def _cell(row: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def needed_sentences(needed: pd.DataFrame) -> list[str]:
-    """Return for each axis how many motions would decide the effects that are undecided."""
-    sentences: list[str] = []
-    for change, own in groups_of(needed[needed["forecast"] == MORE], _CHANGE):
-        motions = (
-            f"{effect_name(row['demand'])} of {row['bridge']} {row['needed_motions']:.0f}"
-            for row in records_of(own.sort_values("needed_motions"))
-        )
-        sentences.append(f"{change_name(*change)}: {listed(motions)} motions.")
-    return sentences
-
-
 # --- figures and the explorer
 
 
@@ -440,11 +420,18 @@ def _packed(path: Path) -> dict[str, Any]:
 # --- tables and quality
 
 
+#: Columns whose values are names, with the function that returns them in words.
+_IN_WORDS: Final = {"demand": effect_name, "im": plain_label, "abutment": in_words}
+
+
 def shown_rows(
     table: pd.DataFrame | Sequence[Mapping[str, Any]], digits: int = 3
 ) -> list[dict[str, str]]:
     """Return the rows of a table in words: heads with the shown units, numbers in these units."""
     frame = pd.DataFrame(table)
+    frame = frame.assign(
+        **{name: frame[name].map(_IN_WORDS[name]) for name in _IN_WORDS.keys() & set(frame)}
+    )
     texts: dict[str, list[str]] = {}
     for name in frame:
         words, unit = split_unit(str(name))
@@ -524,8 +511,6 @@ def quality(
     name, rubbed = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
     compared = None if check is None else check[check["status"] == OK]
     return {
-        "statuses": [(each, int((demands["status"] == each).sum())) for each in STATUSES],
-        "recovered": int((demands["recovery_rung"] > 0).sum()),
         "residuals": 100.0 * demands["energy_residual_ratio"].abs(),
         "changes": 100.0 * sensitivity.get("reference_largest_change", pd.Series(dtype=float)),
         "compared": sensitivity[["rows", "analysed_s"]].max() if len(sensitivity) else None,
