@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from io import BytesIO
-from math import cos, radians, sin, tan
+from math import cos, radians, sin
 from pathlib import Path
 from typing import Any, Final
 
@@ -270,64 +270,41 @@ _FACTORS: Final = (200, 100, 50, 20, 10, 5, 2, 1)
 def sketch(
     bridge: BridgeData, skews_deg: Sequence[float], gaps_mm: Sequence[float], key_gap_mm: float
 ) -> dict[str, Any]:
-    """Return the plan of a bridge as polygons and points of a picture.
+    """Return the dimensions of a plan of a bridge without skew (m); the picture skews it.
 
     The deck is drawn at the largest skew of the study and as an outline at the others; walls and
-    keys are outside it at the largest gap, exaggerated.
-    Joint gaps are normal to the walls; ``key_gap_mm`` is that between deck and shear keys.
-
-    Returns:
-        ``deck``, ``outlines``, ``walls``, ``shear_keys`` (points of SVG polygons), ``columns``
-        (x, y, radius), ``gap``, ``friction`` and ``arc`` of the skew (SVG paths), ``factor`` of
-        the gaps, ``width`` and ``height``.
+    keys are outside it at the largest gap, ``factor`` times as wide. Joint gaps are normal to the
+    walls; ``key_gap_mm`` is that between deck and shear keys.
     """
-    skew = max(skews_deg, key=abs)
-    cosine, sine = cos(radians(skew)), sin(radians(skew))
-    length, half = bridge.length_m, bridge.deck.width_m / 2
-    gap_m = max(gaps_mm) / 1000.0
-    factor = next((f for f in _FACTORS if f * gap_m <= _GAP_SHARE * length), 1)
-    thickness = max(bridge.abutment.wall_thickness_m, 0.012 * length)
-    # along the bridge, on its axis: end of the deck, face and back of the wall
-    end, face = length / 2, length / 2 + factor * gap_m / cosine
-    back = face + thickness / cosine
-    width = back + half * abs(sine / cosine)
-    scale = min((_WIDTH / 2 - _SIDE) / width, (_HEIGHT / 2 - _TOP) / half)
-
-    def at(x: float, y: float) -> tuple[float, float]:
-        """Return the place of a point in the picture."""
-        return round(_WIDTH / 2 + scale * x, 1), round(_HEIGHT / 2 - scale * y, 1)
-
-    def skewed(x: float, y: float, angle: float = skew) -> str:
-        """Return the place of a point on a line that is parallel to the ends of the deck."""
-        return "{},{}".format(*at(x - y * tan(radians(angle)), y))
-
-    def block(x_from: float, x_to: float, y_from: float, y_to: float, angle: float = skew) -> str:
-        corners = ((x_from, y_from), (x_to, y_from), (x_to, y_to), (x_from, y_to))
-        return " ".join(skewed(x, y, angle) for x, y in corners)
-
-    key, inside = half + factor * key_gap_mm / 1000.0, end - 2.2 * thickness / cosine
-    radius, arm = round(scale * bridge.column.diameter_m / 2, 1), 0.8 * half
-    x, y = at(-end - arm * sine, arm * cosine)
+    skew, gap_m = max(skews_deg, key=abs), max(gaps_mm) / 1000.0
+    sine, cosine = sin(radians(skew)), cos(radians(skew))
+    end, half = bridge.length_m / 2, bridge.deck.width_m / 2
+    factor = next((f for f in _FACTORS if f * gap_m <= _GAP_SHARE * bridge.length_m), 1)
+    thickness = max(bridge.abutment.wall_thickness_m, 0.012 * bridge.length_m)
+    face = end + factor * gap_m / cosine
+    back, arm = face + thickness / cosine, 0.8 * half
+    reach = back + half * abs(sine / cosine)
     return {
         "width": _WIDTH,
         "height": _HEIGHT,
-        "deck": block(-end, end, -half, half),
-        "outlines": [block(-end, end, -half, half, each) for each in sorted({*skews_deg} - {skew})],
-        "walls": [block(sign * face, sign * back, -half, half) for sign in (-1, 1)],
-        "shear_keys": [
-            block(sign * inside, sign * end, side * key, side * (key + thickness))
-            for sign in (-1, 1)
-            for side in (-1, 1)
-        ],
+        "scale": min((_WIDTH / 2 - _SIDE) / reach, (_HEIGHT / 2 - _TOP) / half),
+        "skew": skew,
+        "others": sorted({*skews_deg} - {skew}),
+        "end": end,
+        "half": half,
+        "face": face,
+        "back": back,
+        "thickness": thickness,
+        "key": half + factor * key_gap_mm / 1000.0,
+        "key_length": 2.2 * thickness / cosine,
         "columns": [
-            (*at(x_m, (place - (bent.columns - 1) / 2) * bent.column_spacing_m), radius)
+            (x_m, (place - (bent.columns - 1) / 2) * bent.column_spacing_m)
             for x_m, bent in zip(bridge.bent_positions_m, bridge.bents, strict=True)
             for place in range(bent.columns)
         ],
-        "gap": f"M{skewed(end, -0.5 * half)} L{skewed(face, -0.5 * half)}",
-        "friction": f"M{skewed(face, 0.2 * half)} L{skewed(face, 0.8 * half)}",
-        "arc": f"M{skewed(-end, 0.0)} L{skewed(-end, arm, 0.0)} "
-        f"A{scale * arm:.1f} {scale * arm:.1f} 0 0 {int(skew < 0)} {x},{y}",
+        "radius": bridge.column.diameter_m / 2,
+        "arm": arm,
+        "tip": (-end - arm * sine, arm * cosine),
         "factor": factor,
     }
 
