@@ -82,6 +82,10 @@ def lines_of(figure, *markers):
     return [line for line in lines if not markers or line.get_marker() in markers]
 
 
+def legend(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
 def points_of(lines):
     return sum(len(line.get_xdata()) for line in lines)
 
@@ -107,7 +111,7 @@ def test_drawn_curves_are_the_preferred_rows_with_the_total_dispersion(demands, 
     assert "gap 25 mm, μ 0 and gap 25 mm, μ 0.5" in figure.get_suptitle()
 
 
-def test_states_and_panels_without_a_curve_give_the_reason(demands, tables):
+def test_states_and_panels_without_a_curve_give_the_reason_and_no_texts_overlap(demands, tables):
     curves = tables[0]
     figure = fragility_curves(curves, demands, "column_drift")
     labels = " ".join(axes.get_ylabel() for axes in figure.axes)
@@ -122,31 +126,31 @@ def test_states_and_panels_without_a_curve_give_the_reason(demands, tables):
     curves.loc[lost, "status"] = "bounds_too_wide"
     figure = fragility_curves(curves, demands, "column_drift")
     assert any("4 of 4 without a curve: bounds too wide" in text for text in texts(figure))
+    boxes = [
+        text.get_window_extent().padded(-1.0)
+        for axes in figure.axes
+        for text in (axes.title, axes.xaxis.label, axes.yaxis.label, *axes.texts)
+        if text.get_text().strip() and text.get_window_extent().width > 2
+    ]  # fmt: skip
+    overlaps = [(a, b) for i, a in enumerate(boxes) for b in boxes[i + 1 :] if a.overlaps(b)]
+    assert len(boxes) > 6
+    assert not overlaps
 
 
-def test_curves_of_exceedance_fits_have_crosses_and_a_legend(demands, tables):
+def test_curves_of_exceedance_fits_have_crosses_and_those_that_differ_diamonds(demands, tables):
     curves = tables[0].copy()
-    assert not lines_of(fragility_curves(curves, demands, "column_drift"), "x")
+    curves["methods_differ"] = False
+    assert not lines_of(fragility_curves(curves, demands, "column_drift"), "x", "D")
     state = (curves["component"] == "column_drift") & (curves["limit_state"] == "slight")
     state &= curves["skew_deg"] == 30
     fitted = state & (curves["method"] == "exceedance") & (curves["status"] == "ok")
     assert fitted.any()
     names = curves.loc[fitted, "variant"]
     curves.loc[state & curves["variant"].isin(names), "preferred"] = False
-    curves.loc[fitted, "preferred"] = True
+    curves.loc[fitted, ["preferred", "methods_differ"]] = True
     figure = fragility_curves(curves, demands, "column_drift")
-    assert len(lines_of(figure, "x")) == fitted.sum()
-    assert "exceedance fit" in [text.get_text() for text in figure.legends[0].get_texts()]
-
-
-def test_curves_that_depend_on_the_method_are_marked(demands, tables):
-    curves = tables[0].copy()
-    cloud = curves["preferred"] & (curves["demand"] == DRIFT) & (curves["limit_state"] == "slight")
-    cloud &= curves["skew_deg"] == 30
-    curves["methods_differ"] = False
-    curves.loc[cloud, ["methods_differ", "methods_ratio"]] = [True, 1.28]
-    figure = fragility_curves(curves, demands, "column_drift")
-    assert sum(len(line.get_xdata()) > 0 for line in lines_of(figure, "D")) == cloud.sum()
+    assert len(lines_of(figure, "x")) == len(lines_of(figure, "D")) == fitted.sum()
+    assert {"exceedance fit", "median, other method"} < set(legend(figure))
 
 
 def test_separated_outcomes_are_drawn_as_a_bracket_of_the_median():
@@ -191,22 +195,6 @@ def test_marks_of_a_large_cloud_are_pixels_in_a_vector_file(demands, tables, mon
     assert drawn_as_pixels() == {False}
     monkeypatch.setattr(fragility_figures, "MAX_VECTOR_RUNS", 20)
     assert drawn_as_pixels() == {True}
-
-
-def test_no_texts_of_the_curves_overlap(demands, tables):
-    curves = tables[0].copy()
-    curves.loc[curves["skew_deg"] == 30, ["preferred", "status"]] = [False, "bounds_too_wide"]
-    figure = fragility_curves(curves, demands, "column_drift")
-    figure.draw_without_rendering()
-    boxes = [
-        text.get_window_extent().padded(-1.0)
-        for axes in figure.axes
-        for text in (axes.title, axes.xaxis.label, axes.yaxis.label, *axes.texts)
-        if text.get_text().strip() and text.get_window_extent().width > 2
-    ]  # fmt: skip
-    overlaps = [(a, b) for i, a in enumerate(boxes) for b in boxes[i + 1 :] if a.overlaps(b)]
-    assert len(boxes) > 6
-    assert not overlaps
 
 
 def test_effects_by_intensity_are_lines_with_bands_and_a_reference(tables):
@@ -259,10 +247,6 @@ def wide_study():
 
 def titles(figure):
     return [axes.get_title() for axes in figure.axes]
-
-
-def legend(figure):
-    return [text.get_text() for text in figure.legends[0].get_texts()]
 
 
 def test_three_axes_have_panels_dashes_and_colours(study):

@@ -72,11 +72,16 @@ def test_bases_axes_counts_and_answers_are_those_of_the_study(render):
     assert "<b>certain" in head or "certain</b>" in head
 
 
-def test_tables_intensities_and_links_are_those_of_the_fits(render):
-    demands = synthetic_demands(skews=(0, 30), gaps=(25,))
-    demands["scale"] = 1.5
+def test_failures_tables_intensities_and_links_are_those_of_the_study(render):
+    demands = synthetic_demands(skews=(0, 30), gaps=(25,)).assign(scale=1.5, beyond_model="")
     demands.loc[demands.index[0], "scale"] = 0.25
+    demands.loc[demands.index[:5], "beyond_model"] = "shear"
+    demands.loc[demands.index[5:7], "beyond_model"] = "flexure"
     page, frames = render(demands)
+    head = answer_of(page)
+    assert f"Columns failed in 7 of {len(demands)} runs: 5 in shear, 2 in flexure" in head
+    assert "0 runs collapsed; in 7 runs the demands are peaks up to a failure" in head
+    assert ">4 to 3 of 32</td>" in head or ">7 to 0 of 32</td>" in head
     assert "motions scaled by 0.25 to 1.5," in page
     assert set(frames["curves"]["im"]) == {IM}
     assert "Median θ of Sa,avg RotD50 (g)" in page
@@ -120,18 +125,6 @@ def test_a_missing_exceedance_or_comparison_is_stated(render):
     assert "No comparison is possible" in page
     assert "1 motion unscaled," in page
     assert "No two variants of this study can be compared." in page
-
-
-def test_failures_and_lower_bounds_are_on_the_first_screen(render):
-    demands = synthetic_demands(skews=(0, 60), gaps=(25,))
-    demands["beyond_model"] = ""
-    demands.loc[demands.index[:5], "beyond_model"] = "shear"
-    demands.loc[demands.index[5:7], "beyond_model"] = "flexure"
-    page, _ = render(demands)
-    head = answer_of(page)
-    assert f"Columns failed in 7 of {len(demands)} runs: 5 in shear, 2 in flexure" in head
-    assert "0 runs collapsed; in 7 runs the demands are peaks up to a failure" in head
-    assert ">4 to 3 of 32</td>" in head or ">7 to 0 of 32</td>" in head
 
 
 def test_sketch_and_words_have_the_geometry_of_the_bridge():
