@@ -1,6 +1,6 @@
 """The section of a column whose strengths and demands are worked out by hand."""
 
-from skewbridge.bridge.shear_capacity import ShearSection
+from skewbridge.bridge.section import ShearSection
 
 SECTION = ShearSection(
     diameter_m=1.676,

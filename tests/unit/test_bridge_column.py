@@ -23,12 +23,10 @@ from skewbridge.bridge.section import (
     bracketed_root,
     core_concrete,
     cover_concrete,
-    section_response,
-)
-from skewbridge.bridge.shear_capacity import (
     hoop_strength_n,
     kowalsky_priestley_strength,
     sdc_shear_strength,
+    section_response,
     shear_strength,
 )
 from skewbridge.units import MM

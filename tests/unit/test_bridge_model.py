@@ -27,15 +27,13 @@ from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import PadData
 from skewbridge.bridge.deck import (
     DeckEnd,
+    column_axial_forces_n,
     lumping_shares,
     mass_centre_m,
-    spine_points_m,
-    tributary_shares,
-)
-from skewbridge.bridge.gravity import (
-    column_axial_forces_n,
     open_linear_pattern,
+    spine_points_m,
     support_reactions_n,
+    tributary_shares,
 )
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import DomainError, build, domain

@@ -25,7 +25,7 @@ from skewbridge.bridge.handles import (
     SpringHandle,
 )
 from skewbridge.bridge.model import domain
-from skewbridge.bridge.shear_capacity import sdc_shear_strength
+from skewbridge.bridge.section import sdc_shear_strength
 from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS, key_values
 from skewbridge.demands.tables import demands_schema, to_table
 from skewbridge.demands.validity import (

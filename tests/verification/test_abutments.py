@@ -21,7 +21,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.abutments import Joint
 from skewbridge.bridge.backfill import wall_backfill
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
-from skewbridge.bridge.gravity import deck_reactions_n
+from skewbridge.bridge.deck import deck_reactions_n
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.springs import (

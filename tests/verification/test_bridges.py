@@ -15,7 +15,7 @@ from bridge_variants import analysed, variant
 from skewbridge.analysis.modal import modal_properties
 from skewbridge.analysis.pushover import push_bridge
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
-from skewbridge.bridge.gravity import (
+from skewbridge.bridge.deck import (
     column_axial_n,
     continuous_reactions_n,
     deck_reactions_n,

@@ -14,7 +14,7 @@ from skewbridge.analysis.modal import (
 from skewbridge.analysis.sdc import capacity_rows
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
 from skewbridge.bridge.column import bent_capacity
-from skewbridge.bridge.shear_capacity import sdc_shear_strength
+from skewbridge.bridge.section import sdc_shear_strength
 from skewbridge.units import KN, MPA
 
 #: Largest axial force under dead load over the expected strength of the gross section.

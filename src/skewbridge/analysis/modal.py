@@ -11,7 +11,7 @@ import openseespy.opensees as ops
 
 from skewbridge.analysis.step_loop import solver_log
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
-from skewbridge.bridge.gravity import GravityError, column_axial_forces_n, support_reactions_n
+from skewbridge.bridge.deck import GravityError, column_axial_forces_n, support_reactions_n
 from skewbridge.bridge.handles import BridgeModel, ColumnHandle
 from skewbridge.bridge.model import build, domain
 from skewbridge.errors import SolutionError

@@ -17,7 +17,7 @@ from skewbridge.bridge.handles import (
     PlanVector,
     SpringHandle,
 )
-from skewbridge.bridge.shear_capacity import shear_strength
+from skewbridge.bridge.section import shear_strength
 from skewbridge.contact.law import UnitLedger
 from skewbridge.units import KJ, KN
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS, ShearModel

@@ -9,7 +9,7 @@ import numpy as np
 import openseespy.opensees as ops
 
 from skewbridge.analysis.trace import Series
-from skewbridge.bridge.gravity import open_linear_pattern
+from skewbridge.bridge.deck import open_linear_pattern
 from skewbridge.bridge.handles import PlanVector, TagAllocator
 from skewbridge.bridge.model import build, build_abutment, domain
 from skewbridge.bridge.springs import elastic_material, grounded_node

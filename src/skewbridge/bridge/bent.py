@@ -8,8 +8,7 @@ import openseespy.opensees as ops
 
 from skewbridge.bridge.catalogue.data import BridgeData, ColumnData
 from skewbridge.bridge.column import RESIDUAL_SHEAR, BentCapacity, bent_capacity, shear_loss
-from skewbridge.bridge.deck import Deck, add_moment, add_weight
-from skewbridge.bridge.gravity import column_weight_n, deck_reactions_n
+from skewbridge.bridge.deck import Deck, add_moment, add_weight, column_weight_n, deck_reactions_n
 from skewbridge.bridge.handles import ColumnHandle, Point, TagAllocator
 from skewbridge.bridge.section import (
     Concrete,

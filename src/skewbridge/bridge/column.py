@@ -6,9 +6,16 @@ from math import radians, tan
 import numpy as np
 
 from skewbridge.bridge.catalogue.data import BridgeData, ColumnData
-from skewbridge.bridge.gravity import column_axial_n
-from skewbridge.bridge.section import MomentCurvature, section_response, shear_modulus_pa, steel_of
-from skewbridge.bridge.shear_capacity import ShearSection, hoop_strength_n, shear_strength
+from skewbridge.bridge.deck import column_axial_n
+from skewbridge.bridge.section import (
+    MomentCurvature,
+    ShearSection,
+    hoop_strength_n,
+    section_response,
+    shear_modulus_pa,
+    shear_strength,
+    steel_of,
+)
 from skewbridge.units import GPA, MM, MPA
 from skewbridge.variant.options import HingeRule, ShearModel
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from itertools import count
 
 from skewbridge.bridge.catalogue.data import BridgeData
-from skewbridge.bridge.shear_capacity import ShearSection
+from skewbridge.bridge.section import ShearSection
 from skewbridge.contact import ContactSet
 from skewbridge.variant.options import ModelOptions, ShearModel
 from skewbridge.variant.variant import Variant

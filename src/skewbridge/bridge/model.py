@@ -11,8 +11,7 @@ import openseespy.opensees as ops
 from skewbridge.bridge.abutments import build_joint, support_deck_end
 from skewbridge.bridge.bent import build_bents
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
-from skewbridge.bridge.deck import build_spine
-from skewbridge.bridge.gravity import deck_reactions_n, hold_dead_load
+from skewbridge.bridge.deck import build_spine, deck_reactions_n, hold_dead_load
 from skewbridge.bridge.handles import AbutmentHandle, Blueprint, BridgeModel, TagAllocator
 from skewbridge.contact import ContactSet
 from skewbridge.units import G_MPS2

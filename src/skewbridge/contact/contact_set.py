@@ -177,11 +177,7 @@ class ContactSet:
                 unit.set_bounds(next_dt_s / self._dt_s)
 
     def start_from_rest(self) -> None:
-        """Read the committed state as one at rest, between a static and a dynamic stage.
-
-        The bounds of the first step are those of this state: the increments of a static stage do
-        not predict the coming motion.
-        """
+        """Read the committed state as one at rest: a static stage does not predict motion."""
         for unit in self.units:
             unit.rest()
             if self._is_updated:
@@ -212,17 +208,11 @@ class ContactSet:
         self._steps_to_change = least_steps
 
     def time_to_change_s(self) -> float:
-        """Return the time until the first pair opens or closes at the speeds of the last step.
-
-        Infinite if no pair does, and before the first step.
-        """
+        """Return the time until a pair opens or closes at its last speed; infinite if none does."""
         return self._steps_to_change * self._dt_s if self._dt_s > 0.0 else inf
 
     def time_to_closing_s(self, accel_mps2: float) -> float:
-        """Return the time until the first open pair closes if all are accelerated towards closing.
-
-        Zero where a pair is closed, and before the first step.
-        """
+        """Return the time until an open pair closes if accelerated; zero if one is closed."""
         return min((unit.time_to_closing_s(accel_mps2) for unit in self.units), default=inf)
 
     @property

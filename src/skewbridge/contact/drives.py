@@ -132,8 +132,7 @@ def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
 def kelvin_voigt_restitution(damping_ratio: float) -> float:
     """Return rebound over approach speed of a Kelvin-Voigt contact that carries no tension.
 
-    The textbook relation lets the dashpot pull the bodies together before they separate. With the
-    force clipped at zero the rebound is faster, so the same restitution needs more damping.
+    It is faster than the textbook's, whose dashpot pulls the bodies together before they separate.
 
     References:
         Schwager and Poeschel (2007), Granular Matter 9 (end of contact at zero force).

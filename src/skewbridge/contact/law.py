@@ -78,8 +78,7 @@ def radial_return(
 ) -> tuple[float, float]:
     """Return the tangential force for an offset from the stick point, returned to the cone.
 
-    Offsets are position minus stick point, the limit is the radius of the cone. After slip the
-    stick point is the position minus force / kt.
+    After slip the stick point is the position minus force / kt.
     """
     trial_1, trial_2 = kt_n_per_m * offset_1_m, kt_n_per_m * offset_2_m
     size = hypot(trial_1, trial_2)
@@ -275,8 +274,5 @@ class UnitLedger:
 
     @property
     def cone_violation_ratio(self) -> float:
-        """Largest excess over the largest friction limit of the run.
-
-        The excess is at most friction times the error of the predicted normal force.
-        """
+        """Largest excess over the largest friction limit of the run."""
         return self.max_violation_n / self.max_limit_n if self.max_limit_n > 0.0 else 0.0

@@ -356,8 +356,7 @@ class ComponentwiseUnit(ContactUnit):
     """The literal reading of the paper: each spring returns to its own yield.
 
     The bounds are the limit times the direction cosines of the displacement from the springs' own
-    plastic strains. In space this does not converge with the time step (the force lags the
-    velocity by 25.4 degrees instead of 13.0 on a circle of radius 0.2 m).
+    plastic strains. In space this does not converge with the time step.
     """
 
     __slots__ = ()

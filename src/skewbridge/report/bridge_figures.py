@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from skewbridge.bridge.geometry import Member, ModelGeometry
-from skewbridge.bridge.section import MomentCurvature
-from skewbridge.bridge.shear_capacity import ShearSection, shear_strength
+from skewbridge.bridge.section import MomentCurvature, ShearSection, shear_strength
 from skewbridge.units import KN, MM
 from skewbridge.variant.options import ShearModel
 from skewbridge.variant.variant import ABUTMENTS

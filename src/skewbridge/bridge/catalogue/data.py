@@ -5,6 +5,7 @@ where they enter the model.
 """
 
 import math
+from itertools import accumulate
 from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
@@ -260,11 +261,7 @@ class BridgeData(_Part, frozen=True):
     @property
     def bent_positions_m(self) -> list[float]:
         """Positions of the bents along x, origin at the middle of the deck."""
-        x, positions = -self.length_m / 2, list[float]()
-        for span in self.spans_m[:-1]:
-            x += span
-            positions.append(x)
-        return positions
+        return list(accumulate(self.spans_m[:-1], initial=-self.length_m / 2))[1:]
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

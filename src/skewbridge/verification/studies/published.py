@@ -36,7 +36,7 @@ from matplotlib.figure import Figure
 
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.gravity import column_axial_n
+from skewbridge.bridge.deck import column_axial_n
 from skewbridge.bridge.section import section_response
 from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE
 from skewbridge.files.tables import records_of
