@@ -46,8 +46,7 @@ _ROCKING_SOLVER: Final = live.Solver(
 class Block:
     """A mass with one contact, a constant load onto the surface and a spring along x to an anchor.
 
-    The spring is free at x = 0. The mass has inertia along y if it bounces; otherwise it rests on
-    the surface from the start.
+    The spring is free at x = 0. A mass that does not bounce rests on the surface from the start.
     """
 
     mass_kg: float

@@ -294,15 +294,15 @@ def run_opensees(
             normal, kt = deck.normal_rows[k, :2].tolist(), case.kt_n_per_m
             contacts.add(wall, node, normal, *law, kn=kn, kt=kt, drive=drive, name=CORNERS[k])
         times, accel = excite_deck(case, excitation)
-        rows, openings = np.zeros((len(times), 14)), np.zeros((len(times), 4))
-        openings[0] = case.gap_normal_m
-        for k in live.march(contacts, times, case.dt_s, parts_on_change):
+
+        def state() -> list[float]:
             (r1, _), (r2, _), (l1, _), (l2, _) = contacts.tangentials_n
             # The units count slip along the normal turned counter-clockwise, the tangent at left.
             forces = [*contacts.normals_n, -r1, -r2, l1, l2]
-            rows[k] = [*ops.nodeDisp(CENTRE), *ops.nodeVel(CENTRE), *forces]
-            openings[k] = contacts.openings_m
-    return _penalty_history(deck, times, rows, openings, accel)
+            return [*ops.nodeDisp(CENTRE), *ops.nodeVel(CENTRE), *forces, *contacts.openings_m]
+
+        rows = live.record(contacts, times, case.dt_s, state, parts_on_change)
+    return _penalty_history(deck, times, rows[:, :14], rows[:, 14:], accel)
 
 
 def build_deck(deck: SkewDeck, wall_offset_m: float = 0.0) -> None:
@@ -416,10 +416,9 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     fine = live.even_times(case.dt_s * (len(times) - 1), dt_s)
     loads = np.zeros((len(fine) - 1, 3))
     loads[:, :2] = -deck.mass[:2] * excitation.mean(fine[:-1], fine[1:]).T
+    gaps_m = np.full(len(CORNERS), case.gap_normal_m)
     contacts = RigidContacts(
-        normal_rows=deck.normal_rows,
-        gaps_m=np.full(len(CORNERS), case.gap_normal_m),
-        tangent_rows=deck.tangent_rows[::2],
+        *(deck.normal_rows, gaps_m, deck.tangent_rows[::2]),
         groups=(0, 0, 1, 1),
         friction=case.friction,
         cohesion_n=case.cohesion_n,

@@ -34,7 +34,7 @@ _THETA: Final = 0.5
 _ROUNDING: Final = 1e-10
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class RigidContacts:
     """Contacts of a structure, those of a group with one tangent; cohesion is that per contact.
 

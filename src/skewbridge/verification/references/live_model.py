@@ -109,10 +109,15 @@ def even_times(duration_s: float, dt_s: float) -> Array:
 
 
 def record(
-    contacts: ContactSet, times_s: Array, dt_s: float, state: Callable[[], list[float]]
+    contacts: ContactSet,
+    times_s: Array,
+    dt_s: float,
+    state: Callable[[], list[float]],
+    parts_on_change: int = 1,
 ) -> Array:
     """Step to the given times and return the states at all of them, the first included."""
-    return np.array([state(), *(state() for _ in march(contacts, times_s, dt_s))])
+    steps = march(contacts, times_s, dt_s, parts_on_change)
+    return np.array([state(), *(state() for _ in steps)])
 
 
 def march(

@@ -192,18 +192,17 @@ def run_abutment(study: Study) -> None:
     # a push along one axis without skew is independent of friction
     rough, smooth = paper_variant(), paper_variant(friction_pct=0)
     for axis, angle_deg in zip(_AXES, (0.0, 90.0), strict=True):
-        push = partial(
-            push_abutment, options=ModelOptions(), angle_deg=angle_deg, max_disp_m=_PUSH_M
+        force_n, exact_n = (
+            push_abutment(each, ModelOptions(), angle_deg=angle_deg, max_disp_m=_PUSH_M).force_n
+            for each in (rough, smooth)
         )
-        exact_n = push(smooth).force_n
-        change = float(np.abs(push(rough).force_n - exact_n).max() / np.abs(exact_n).max())
+        change = float(np.abs(force_n - exact_n).max() / np.abs(exact_n).max())
         study.states("static push", f"skew 0, {axis}", change)
 
 
 def _abutment(motion: PaperMotion, variant: Variant, **options: Any) -> AbutmentHistory:
-    settings = AnalysisSettings(duration_s=DURATION_S)
-    excitation = Excitation(motion=motion.motion)
-    return abutment_history(variant, excitation, settings, ModelOptions(**options))
+    run = Excitation(motion=motion.motion), AnalysisSettings(duration_s=DURATION_S)
+    return abutment_history(variant, *run, ModelOptions(**options))
 
 
 def _slip_kj(history: AbutmentHistory, kind: str = "") -> float:
@@ -278,8 +277,8 @@ def _analysis(
 ) -> AnalysisResult:
     """Return the analysis of a bridge under a motion, with its histories."""
     settings = AnalysisSettings(scheme=scheme, duration_s=DURATION_S)
-    excitation = Excitation(motion=motion.motion)
-    return analyse(variant, excitation, settings, ModelOptions(**options), histories=True)
+    run = variant, Excitation(motion=motion.motion), settings, ModelOptions(**options)
+    return analyse(*run, histories=True)
 
 
 def _histories(result: AnalysisResult) -> Mapping[str, Array]:

@@ -4,7 +4,6 @@ The particle on an isotropic support runs in OpenSees with contact units and as 
 Moreau-Jean time stepping.
 """
 
-from collections.abc import Callable
 from math import cos, pi, radians, sin
 from typing import Final, NamedTuple
 
@@ -52,8 +51,8 @@ class ParticleHistory(NamedTuple):
     ledgers: list[UnitLedger]
 
 
-def run_particle(dt_s: float, duration_s: float, keep: Callable[[int], bool]) -> ParticleHistory:
-    """Run the particle in OpenSees by the trapezoidal rule; keep the steps that `keep` accepts."""
+def run_particle(dt_s: float, duration_s: float) -> ParticleHistory:
+    """Run the particle in OpenSees by the trapezoidal rule; keep every tenth step."""
     times = live.even_times(duration_s, dt_s)
     dashpot = 2.0 * kelvin_voigt_damping_ratio(0.6) * (_KN_N_PER_M * _MASS_KG) ** 0.5
     drive = kelvin_voigt_drive(kn_n_per_m=_KN_N_PER_M, dashpot_n_s_per_m=dashpot)
@@ -75,7 +74,7 @@ def run_particle(dt_s: float, duration_s: float, keep: Callable[[int], bool]) ->
         live.Solver(constraints="Plain").prepare()
         rows: list[list[float]] = [[0.0] * 7]
         for k in live.march(contacts, times, dt_s):
-            if keep(k):
+            if k % 10 == 0:
                 (lower, _), (upper, _) = contacts.tangentials_n
                 # The unit of the lower line counts slip along minus the tangent.
                 forces = [-lower, upper, *contacts.normals_n]
@@ -87,14 +86,9 @@ def run_particle(dt_s: float, duration_s: float, keep: Callable[[int], bool]) ->
 
 def run_particle_lcp(restitution: float, h_s: float, duration_s: float) -> LcpHistory:
     """Run the particle with rigid contacts by Moreau-Jean time stepping."""
+    rows = np.array([NORMAL, -NORMAL]), np.full(2, _HALF_GAP_M), np.array([TANGENT, TANGENT])
     contacts = RigidContacts(
-        normal_rows=np.array([NORMAL, -NORMAL]),
-        gaps_m=np.full(2, _HALF_GAP_M),
-        tangent_rows=np.array([TANGENT, TANGENT]),
-        groups=(0, 1),
-        friction=_FRICTION,
-        cohesion_n=0.0,
-        restitution=restitution,
+        *rows, groups=(0, 1), friction=_FRICTION, cohesion_n=0.0, restitution=restitution
     )
     times = live.even_times(duration_s, h_s)
     loads = -_MASS_KG * _PULSE.mean(times[:-1], times[1:]).T
@@ -120,7 +114,7 @@ def run(study: Study) -> None:
             study.tabulated(f"{name} friction over normal impulse", ratio)
     # Step times the frequency of the mass on the penalty: 0.05.
     dt = 0.05 * (_MASS_KG / _KN_N_PER_M) ** 0.5
-    history = run_particle(dt, _DURATION_S, keep=lambda k: k % 10 == 0)
+    history = run_particle(dt, _DURATION_S)
     compare_with_lcp(study, history, rigid[0.6])
     _draw(study, history, rigid[0.6])
 
@@ -159,26 +153,11 @@ def _draw(study: Study, history: ParticleHistory, rigid: LcpHistory) -> None:
     t, moved, exact = history.t_s, history.position_m / MM, rigid.q / MM
     ends, offset = 200.0 * np.outer((-1.0, 1.0), TANGENT), _HALF_GAP_M / MM * NORMAL
     forces = {"N": history.normal_n, "F": history.friction_n}
-    panels = [
-        Panel(
-            "ux (mm)",
-            "uy (mm)",
-            {"line": (ends + offset).T, "_": (ends - offset).T, name: moved.T},
-            "path of the particle",
-        ),
-        *(
-            Panel(
-                "time (s)",
-                text,
-                {of_lcp: (rigid.t_s, exact @ way), name: (t, moved @ way)},
-            )
-            for text, way in (("normal, un (mm)", NORMAL), ("along the lines, ut (mm)", TANGENT))
-        ),
-        Panel(
-            "time (s)",
-            "force (kN)",
-            {name: (t, force.sum(axis=1) / KN) for name, force in forces.items()},
-            "contact forces of both lines",
-        ),
-    ]
+    path = {"line": (ends + offset).T, "_": (ends - offset).T, name: moved.T}
+    panels = [Panel("ux (mm)", "uy (mm)", path, "path of the particle")]
+    for text, way in (("normal, un (mm)", NORMAL), ("along the lines, ut (mm)", TANGENT)):
+        lines = {of_lcp: (rigid.t_s, exact @ way), name: (t, moved @ way)}
+        panels.append(Panel("time (s)", text, lines))
+    totals = {name: (t, force.sum(axis=1) / KN) for name, force in forces.items()}
+    panels.append(Panel("time (s)", "force (kN)", totals, "contact forces of both lines"))
     study.figures["particle"] = drawn(panels, columns=2, height_in=4.8)

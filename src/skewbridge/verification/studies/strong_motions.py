@@ -1,16 +1,11 @@
 """Analyses under strong motions: stress cases, convergence of the numerics, accuracy of effects.
 
 `run_hard_set`: every abutment model, skew and kind of bridge under the strongest motions of the
-package's suite, scaled to a PGA (RotD50) of 1.2 g. Each analysis must end `ok` or in a physical
-`collapse`, with its criterion named and its energy accounted for.
-
-`compare_with_finer`: the demands at the default steps against half a millisecond throughout, and
-those against a quarter; the demands at the default mesh against more points of a wall and finer
-fibers.
-
-`run_accuracy`: the effects of friction, gap and skew at the default accuracy against the reference:
-ratios of peaks under the same motion, pooled by their geometric mean over the motions. Errors that
-both members of a pair share cancel; the rest must be small compared with the effects.
+suite at 1.2 g. Each analysis must end `ok` or in a physical `collapse`, with its criterion named
+and its energy accounted for. `compare_with_finer`: the demands at the default steps and mesh
+against finer ones. `run_accuracy`: the effects of friction, gap and skew at the default accuracy
+against the reference, as ratios of peaks under the same motion. Errors that both members of a pair
+share cancel; the rest must be small compared with the effects.
 
 Motions are cut to their strongest seconds. Finished analyses are kept in a journal: run the same
 command to resume. Except for the stress cases, peaks are those of whole histories, whether or not
@@ -210,10 +205,6 @@ class Numerics:
     interval: int = 1
 
 
-def _accuracy(name: Accuracy) -> Numerics:
-    return Numerics(name, analysis=NUMERICS[name]["analysis"], model=NUMERICS[name]["model"])
-
-
 def _mesh(name: str, **model: Any) -> Numerics:
     return Numerics(name, f"at the default mesh against {name}", model=model)
 
@@ -343,7 +334,9 @@ def run_pairs(study: Study) -> None:
 
 def run_accuracy(study: Study, chosen: CaseSet, accuracies: tuple[Accuracy, Accuracy]) -> None:
     """Compare the pooled ratios of a set at the first accuracy with those at the second."""
-    peaks = _peaks(study, chosen, [_accuracy(name) for name in accuracies])
+    changes = {name: NUMERICS[name] for name in accuracies}
+    numerics = [Numerics(name, "", of["analysis"], of["model"]) for name, of in changes.items()]
+    peaks = _peaks(study, chosen, numerics)
     study.tables["ratios"] = table = pooled_ratios(peaks, accuracies)
     source = "the same pairs at accuracy reference"
     for row in table.to_dict("records"):
