@@ -59,19 +59,10 @@ def drive_unit(
         # The solver needs one equation; the idle spring has no load.
         ops.uniaxialMaterial("Elastic", 1, 1.0)
         ops.element("zeroLength", 1, anchor, idle, "-mat", 1, "-dir", 1)
-        contacts.add(
-            surface,
-            body,
-            (0.0, 0.0, 1.0),
-            law.gap_m,
-            law.friction,
-            law.cohesion_n,
-            kn=law.kn_n_per_m,
-            kt=law.kt_n_per_m,
-            tangent=(1.0, 0.0, 0.0),
-            gap_closing_m=law.gap_closing_m,
-            name="driven unit",
-        )
+        place = surface, body, (0.0, 0.0, 1.0), law.gap_m, law.friction, law.cohesion_n
+        kn, kt, closing_m = law.kn_n_per_m, law.kt_n_per_m, law.gap_closing_m
+        along_x = (1.0, 0.0, 0.0)
+        contacts.add(*place, kn=kn, kt=kt, tangent=along_x, gap_closing_m=closing_m, name="unit")
         drive_node(body, path, system="ProfileSPD")
         # Go to the first row without friction, which becomes the state of rest.
         _analyze_to_next_row(1)
@@ -129,13 +120,8 @@ def drive_node(node: int, path: Array, *, system: str) -> None:
         path_series(dof, 1.0, np.append(0.0, path[:, dof]))
         ops.pattern("Plain", dof, dof)
         ops.sp(node, dof, 1.0)
-    Solver(
-        system=system,
-        iterations=10,
-        algorithm="Linear",
-        integrator=("LoadControl", 1.0),
-        analysis="Static",
-    ).prepare()
+    control = ("LoadControl", 1.0)
+    Solver(system=system, algorithm="Linear", integrator=control, analysis="Static").prepare()
 
 
 def _analyze_to_next_row(row: int) -> None:
@@ -146,8 +132,7 @@ def _analyze_to_next_row(row: int) -> None:
 def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]:
     """Run a contact case, write its forces, and return peaks, work and cone violation.
 
-    The CSV has t_s, fx_n, fy_n, fz_n at the times of the path: forces with the sign of slip,
-    compression positive.
+    The CSV has t_s, fx_n, fy_n, fz_n at the times of the path, with the signs of `PathResult`.
     """
     case = read_case(case_file, ContactCase)
     path = read_path(file_of_case(case_file, case.path))

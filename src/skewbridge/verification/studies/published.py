@@ -1,10 +1,8 @@
 """Fragility curves and effects of skew that others published, against ours.
 
-`published.csv` holds the curves of Mangalathu (2017) for two-span box-girder bridges with
-two-column bents and seat abutments, built after 1991 (era 3: osb1) and before 1971 (era 1:
-osb1_era1). Ours are fitted on their intensity measure Sa(1.0 s), with the capacities of their table
-and the peaks of whole motions, since their columns fail in bending only.
-
+`published.csv` holds the curves of Mangalathu (2017) for bridges built after 1991 (era 3: osb1) and
+before 1971 (era 1: osb1_era1). Ours are fitted on their intensity measure Sa(1.0 s), with the
+capacities of their table and the peaks of whole motions, since their columns fail in bending only.
 Where the ratio of medians is outside `RANGE`, runs with one named change each (`CHANGES`) show what
 moves it: a change explains a ratio if it brings it inside, or closes half of the distance to it.
 Nothing is fitted to the published values.
@@ -212,9 +210,8 @@ def medians(
 ) -> pd.DataFrame:
     """Return the medians and dispersions of the study for the published components and the system.
 
-    The published curves are those of the era, the demands have the peaks of whole motions. Columns:
-    era, change, component, state, status, theta, theta_low, theta_high, beta and theta_bound, a
-    lower bound of the median of a state that no run reaches.
+    Columns: era, change, component, state, status, theta, theta_low, theta_high, beta and
+    theta_bound, a lower bound of the median of a state that no run reaches.
     """
     if change.whole:
         demands = _with_whole_peaks(demands)
