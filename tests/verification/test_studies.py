@@ -19,54 +19,20 @@ from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.registry import Study, run_study
 from skewbridge.verification.statements import STATEMENTS
-from skewbridge.verification.studies import paper_runs, strong_motions
+from skewbridge.verification.studies import paper_runs, published, strong_motions
 from skewbridge.verification.studies.bridge_friction import (
     DeckMotion,
     half_cycles,
     stick_slip_changes,
 )
 from skewbridge.verification.studies.paper_runs import paper_variant, strongest_motions
-from skewbridge.verification.studies.published import (
-    COMPARED,
-    NONE,
-    SYSTEM,
-    WHOLE,
-    Change,
-    compared,
-    demand_ratios,
-    explanations,
-    hazus_factor,
-    median_factors,
-    medians,
-    outside,
-    published_curves,
-)
-from skewbridge.verification.studies.published import (
-    DEMANDS as PUBLISHED_DEMANDS,
-)
-from skewbridge.verification.studies.strong_motions import (
-    ACCURACY,
-    ALL_PLACES,
-    CHANGES,
-    CONVERGENCE,
-    DEMANDS,
-    HARD_SET,
-    MESHES,
-    STEPS,
-    compare_with_finer,
-    judge_changes,
-    pooled_ratios,
-    relative_changes,
-    run_accuracy,
-    run_hard_set,
-)
 from strong_motion import strong_motion
 
 ROLLER = GridConfig(bridge=("osb1",), abutment=("roller",), skew_deg=(0,), friction=(0.0,))
-ONE = replace(HARD_SET, grid=ROLLER, motion_count=1, processes=1)
+ONE = replace(strong_motions.HARD_SET, grid=ROLLER, motion_count=1, processes=1)
 # two motions cut to 2 s of shaking beyond their tapers, friction alone, coarse against default
 TINY = replace(
-    ACCURACY,
+    strong_motions.ACCURACY,
     grid=GridConfig(bridge=("osb1",), skew_deg=(0,), gap_mm=(25,)),
     motion_count=2,
     window_s=2.1,
@@ -74,12 +40,9 @@ TINY = replace(
 )
 
 
-def test_the_hard_set_has_every_bridge_abutment_and_skew():
-    assert len(expand_grid(HARD_SET.grid)) == 45
-
-
-def test_motions_are_the_strongest_and_reach_the_peak():
-    motions = strongest_motions(3, HARD_SET.pga_g)
+def test_the_hard_set_has_every_bridge_abutment_and_skew_and_motions_that_reach_the_peak():
+    assert len(expand_grid(strong_motions.HARD_SET.grid)) == 45
+    motions = strongest_motions(3, strong_motions.HARD_SET.pga_g)
     assert len({motion.motion_id for motion in motions}) == 3
     for motion in motions:
         peak_g = orbit_rotd50(motion.accel_1_mps2, motion.accel_2_mps2) / G_MPS2
@@ -91,7 +54,7 @@ def test_motions_are_the_strongest_and_reach_the_peak():
 )
 def test_analyses_of_the_hard_set_count_if_they_end_well(changes, sound, tmp_path):
     study, settings = Study("hard-set", tmp_path), AnalysisSettings(duration_s=3.0, **changes)
-    run_hard_set(study, ONE, settings)
+    strong_motions.run_hard_set(study, ONE, settings)
     (row,) = study.comparisons
     assert (row["value"], row["reference"], row["pass"]) == (sound, 1.0, bool(sound))
     failed = f"{study.tables['rows']['motion_id'].iloc[0]}: timeout"
@@ -103,9 +66,9 @@ def test_analyses_of_the_hard_set_count_if_they_end_well(changes, sound, tmp_pat
 
 def test_resume_of_the_accuracy_repeats_only_the_line_cut_short(monkeypatch, tmp_path):
     first = Study("accuracy", tmp_path)
-    run_accuracy(first, TINY, ("fast", "default"))
+    strong_motions.run_accuracy(first, TINY, ("fast", "default"))
     table = first.tables["ratios"]
-    assert len(table) == 2 * len(DEMANDS)  # one place, and all of them
+    assert len(table) == 2 * len(strong_motions.DEMANDS)  # one place, and all of them
     assert set(table["count"]) == {2}
     assert (tmp_path / "accuracy.jsonl").read_text().count('"run_key"') == 8
     summary, failed = first.comparisons[-2:]
@@ -120,18 +83,18 @@ def test_resume_of_the_accuracy_repeats_only_the_line_cut_short(monkeypatch, tmp
         strong_motions, "analyse", lambda *given: slugs.append(given[0].slug) or analyse(*given)
     )
     second = Study("accuracy", tmp_path, lines.append)
-    run_accuracy(second, TINY, ("fast", "default"))
+    strong_motions.run_accuracy(second, TINY, ("fast", "default"))
     assert len(slugs) == 1
     assert lines[0].startswith(f"8 of 8 analyses; last: {slugs[0]}")
     assert second.tables["ratios"].equals(table)
     assert second.comparisons == first.comparisons
 
 
-def judged(demand, changes, refinement=STEPS[0]):
+def judged(demand, changes, refinement=strong_motions.STEPS[0]):
     """Return whether the largest change of a demand and the share above its limit pass."""
     study = Study("convergence")
-    table = pd.DataFrame(dict.fromkeys(CHANGES, 0.0), index=range(len(changes)))
-    judge_changes(study, table.assign(**{demand: changes}), refinement)
+    table = pd.DataFrame(dict.fromkeys(strong_motions.CHANGES, 0.0), index=range(len(changes)))
+    strong_motions.judge_changes(study, table.assign(**{demand: changes}), refinement)
     rows = [row for row in study.comparisons if row["quantity"].startswith(demand)]
     assert all(row["pass"] for row in study.comparisons if row not in rows)
     return [row["pass"] for row in rows if row["tolerance"] is not None]
@@ -152,25 +115,25 @@ def judged(demand, changes, refinement=STEPS[0]):
 )
 def test_changes_are_judged_by_their_size_and_their_share(demand, changes, passed):
     assert judged(demand, changes) == passed
-
-
-def test_changes_of_the_reference_itself_are_reported_only():
-    assert judged("column_shear_kn", [0.5] * 20, STEPS[1]) == []
+    # those of the reference itself are only reported
+    assert judged(demand, changes, strong_motions.STEPS[1]) == []
 
 
 def test_changes_up_to_the_floor_count_as_none():
     exact = pd.Series([1.0e-3, 1.0e-3, 0.0, nan, 1.0e-3])
     values = pd.Series([1.09e-3, 1.2e-3, 0.9e-4, nan, nan])
-    found = relative_changes("deck_rotation_rad", values, exact)
+    found = strong_motions.relative_changes("deck_rotation_rad", values, exact)
     assert found.tolist() == pytest.approx([0.0, 0.2, 0.0, 0.0, inf])
-    assert relative_changes("unseating_m", values, exact).iloc[0] == pytest.approx(0.09)
+    assert strong_motions.relative_changes("unseating_m", values, exact).iloc[0] == pytest.approx(
+        0.09
+    )
 
 
 def test_each_case_is_compared_with_finer_meshes(tmp_path):
     grid = GridConfig(bridge=("osb1",), skew_deg=(30,), gap_mm=(25,), friction=(0.5,))
-    one = replace(CONVERGENCE, grid=grid, motion_count=1, window_s=2.1, processes=1)
+    one = replace(strong_motions.CONVERGENCE, grid=grid, motion_count=1, window_s=2.1, processes=1)
     study = Study("convergence-mesh", tmp_path)
-    compare_with_finer(study, one, MESHES)
+    strong_motions.compare_with_finer(study, one, strong_motions.MESHES)
     changes = study.tables["changes"].set_index("against")
     assert list(changes.index) == ["9 wall points", "17 wall points", "fine fibers"]
     assert (changes["numerics"] == "default").all()
@@ -189,7 +152,9 @@ def made_up(ratios, **values):
     rows = [
         {"numerics": accuracy, "motion_id": motion, "skew_deg": variant.skew_deg}
         | {"gap_mm": variant.gap_mm, "friction_pct": variant.friction_pct}
-        | dict.fromkeys(DEMANDS, sizes[accuracy] * (ratio if variant.friction_pct else 1.0))
+        | dict.fromkeys(
+            strong_motions.DEMANDS, sizes[accuracy] * (ratio if variant.friction_pct else 1.0)
+        )
         for (accuracy, motion), ratio in ratios.items()
         for variant in expand_grid(grid)
     ]
@@ -198,14 +163,14 @@ def made_up(ratios, **values):
 
 def test_ratios_are_geometric_means_over_motions_and_over_places():
     ratios = dict(zip(product(BOTH, "ab"), (1.2, 0.9, 1.1, 0.9), strict=True))
-    table = pooled_ratios(made_up(ratios, skew_deg=(0, 30, 60)), BOTH)
-    pooled = table[table["place"] == ALL_PLACES]
+    table = strong_motions.pooled_ratios(made_up(ratios, skew_deg=(0, 30, 60)), BOTH)
+    pooled = table[table["place"] == strong_motions.ALL_PLACES]
     steps = set(zip(pooled["axis"], pooled["from_value"], pooled["to_value"], strict=True))
     skews = {("skew_deg", 0, 30), ("skew_deg", 30, 60)}  # neighbours only
     assert steps == {("friction_pct", 0, 50), ("gap_mm", 25, 51)} | skews
     friction = table[table["axis"] == "friction_pct"]
-    assert len(friction) == len(DEMANDS) * (6 + 1)
-    assert set(friction.loc[friction["place"] == ALL_PLACES, "count"]) == {12}
+    assert len(friction) == len(strong_motions.DEMANDS) * (6 + 1)
+    assert set(friction.loc[friction["place"] == strong_motions.ALL_PLACES, "count"]) == {12}
     assert "skew_deg 30, gap_mm 25" in set(friction["place"])
     assert friction["ratio"].to_numpy() == pytest.approx((1.2 * 0.9) ** 0.5)
     assert friction["exact_ratio"].to_numpy() == pytest.approx((1.1 * 0.9) ** 0.5)
@@ -219,16 +184,18 @@ def test_motion_without_the_demand_is_left_out_of_both():
     peaks = made_up(dict.fromkeys(product(BOTH, "ab"), 1.5), skew_deg=(0,), gap_mm=(25,))
     last = peaks.index[(peaks["numerics"] == "reference") & (peaks["motion_id"] == "b")][0]
     peaks.loc[last, "unseating_m"] = 0.0
-    table = pooled_ratios(peaks, BOTH).query(f"place == '{ALL_PLACES}'")
+    table = strong_motions.pooled_ratios(peaks, BOTH).query(
+        f"place == '{strong_motions.ALL_PLACES}'"
+    )
     assert table.set_index("demand")["count"].to_dict() == {
-        demand: 1 if demand == "unseating_m" else 2 for demand in DEMANDS
+        demand: 1 if demand == "unseating_m" else 2 for demand in strong_motions.DEMANDS
     }
 
 
 # --- published curves and effects of skew: the stored table, our medians, ratios and reasons
 
 
-PUBLISHED = published_curves()
+PUBLISHED = published.published_curves()
 
 
 def line_error(part: pd.DataFrame, capacity: str) -> float:
@@ -239,7 +206,7 @@ def line_error(part: pd.DataFrame, capacity: str) -> float:
 
 def test_medians_of_a_component_lie_on_a_line_of_its_capacities():
     """The source fits ln demand by a line; medians are printed with two or three digits."""
-    parts = PUBLISHED[PUBLISHED["component"] != SYSTEM].groupby(["era", "component"])
+    parts = PUBLISHED[PUBLISHED["component"] != published.SYSTEM].groupby(["era", "component"])
     four = {key: part for key, part in parts if len(part) == 4}
     assert len(four) == 4
     for part in four.values():
@@ -247,7 +214,9 @@ def test_medians_of_a_component_lie_on_a_line_of_its_capacities():
     # the doubt about joint opening of era 3: its own capacities do not make its curve
     assert line_error(four[3, "unseating"], "capacity") > 0.1
     keys = set(zip(PUBLISHED["era"], PUBLISHED["component"], strict=True))
-    assert keys >= {(era, name) for era in (1, 3) for name in (*PUBLISHED_DEMANDS, SYSTEM)}
+    assert keys >= {
+        (era, name) for era in (1, 3) for name in (*published.DEMANDS, published.SYSTEM)
+    }
     assert not PUBLISHED.duplicated(["era", "component", "state"]).any()
     assert (PUBLISHED["row"].str.extract(r"CRCB\.E(\d)")[0].astype(int) == PUBLISHED["era"]).all()
 
@@ -260,45 +229,49 @@ def scattered_demands(slope: float = 1.0, sigma: float = 0.3) -> pd.DataFrame:
     table["beyond_model"] = ""
     era = PUBLISHED[(PUBLISHED["era"] == 3) & (PUBLISHED["state"] == "slight")]
     for row in era.to_dict("records"):
-        if row["component"] in PUBLISHED_DEMANDS:
+        if row["component"] in published.DEMANDS:
             capacity = row["capacity"] * (0.0254 if row["unit"] == "in" else 1.0)
             scatter = np.exp(sigma * random.standard_normal(im.size))
-            table["whole_" + PUBLISHED_DEMANDS[row["component"]]] = (
+            table["whole_" + published.DEMANDS[row["component"]]] = (
                 capacity * (im / row["median_g"]) ** slope * scatter
             )
-    for name in PUBLISHED_DEMANDS.values():  # columns fail at once
+    for name in published.DEMANDS.values():  # columns fail at once
         table[name] = 1e-3
     return table
 
 
 def test_medians_of_demands_that_follow_the_published_line_are_the_published_ones():
     curves = PUBLISHED[PUBLISHED["era"] == 3]
-    found = medians(curves, scattered_demands(), 3, NONE)
-    table = compared(PUBLISHED, found).set_index(["component", "state"])
+    found = published.medians(curves, scattered_demands(), 3, published.NONE)
+    table = published.compared(PUBLISHED, found).set_index(["component", "state"])
     slight = table.xs("slight", level="state")
-    assert slight["ratio"].drop(SYSTEM).to_numpy() == pytest.approx(1.0, rel=0.15)
+    assert slight["ratio"].drop(published.SYSTEM).to_numpy() == pytest.approx(1.0, rel=0.15)
     assert (slight["ratio_low"] < slight["ratio"]).all()
     # the smaller capacity of the curve lowers the median by as much as the line is steep
-    change = Change(name="capacity", capacity="capacity_of_curve")
-    lower = medians(curves, scattered_demands(), 3, change).set_index(["component", "state"])
+    change = published.Change(name="capacity", capacity="capacity_of_curve")
+    lower = published.medians(curves, scattered_demands(), 3, change).set_index(
+        ["component", "state"]
+    )
     key = "unseating", "slight"
     assert lower.loc[key, "theta"] / table.loc[key, "theta"] == pytest.approx(1 / 1.5, rel=0.1)
 
 
 def test_a_state_that_no_run_reaches_has_a_lower_bound_of_its_median():
     curves, demands = PUBLISHED[PUBLISHED["era"] == 3], scattered_demands()
-    columns = [f"{WHOLE}{name}" for name in PUBLISHED_DEMANDS.values()]
-    found = medians(curves, demands.assign(**(demands[columns] * 1e-3)), 3, NONE)
-    found = found[found["component"] != SYSTEM]
+    columns = [f"{published.WHOLE}{name}" for name in published.DEMANDS.values()]
+    found = published.medians(
+        curves, demands.assign(**(demands[columns] * 1e-3)), 3, published.NONE
+    )
+    found = found[found["component"] != published.SYSTEM]
     assert found["theta"].isna().all()
     # 40 runs up to 2.5 g, assumed dispersion 0.4
     assert found["theta_bound"].between(1.0, 2.5).all()
-    assert medians(curves, demands, 3, NONE)["theta_bound"].isna().any()
+    assert published.medians(curves, demands, 3, published.NONE)["theta_bound"].isna().any()
 
 
 def test_a_change_explains_a_ratio_if_it_closes_half_of_its_distance_from_the_range():
-    assert outside(1.0) == outside(1.33) == 0.0
-    assert outside(0.75 / 2.0) == pytest.approx(np.log(2.0))
+    assert published.outside(1.0) == published.outside(1.33) == 0.0
+    assert published.outside(0.75 / 2.0) == pytest.approx(np.log(2.0))
     rows = [
         ("bearing", "none", 1.1), ("bearing", "gap", 1.0),
         ("unseating", "none", 1.33 * 2.0), ("unseating", "gap", 1.33 * 1.3),
@@ -306,7 +279,7 @@ def test_a_change_explains_a_ratio_if_it_closes_half_of_its_distance_from_the_ra
         ("column_curvature", "gap", 1.33 * 1.6), ("column_curvature", "bridge", np.nan),
     ]  # fmt: skip
     table = pd.DataFrame(rows, columns=["component", "change", "ratio"])
-    found = explanations(table.assign(era=3, state="slight")).set_index("component")
+    found = published.explanations(table.assign(era=3, state="slight")).set_index("component")
     assert found[["change", "is_explained"]].T.to_dict("list") == {
         "bearing": ["none", True],
         "unseating": ["gap", True],
@@ -319,7 +292,7 @@ def test_a_change_explains_a_ratio_if_it_closes_half_of_its_distance_from_the_ra
 
 def test_factor_of_hazus_at_known_skews():
     """Hazus tables round 0.983, 0.931, 0.841 and 0.707 for 15, 30, 45 and 60 degrees."""
-    factors = [hazus_factor(skew) for skew in (0, 15, 30, 45, -60)]
+    factors = [published.hazus_factor(skew) for skew in (0, 15, 30, 45, -60)]
     assert factors == pytest.approx([1.0, 0.983, 0.931, 0.841, 0.707], abs=5e-4)
 
 
@@ -331,17 +304,17 @@ def test_effects_of_skew_are_those_of_demands_that_grow_by_a_fifth():
     for skew, factor in ((0, 1.0), (60, 1.2)):
         variant = f"bridge_b_cf_skew{skew:02d}_gap025_mu050"
         part = runs_of_one_variant(variant, "bridge_b", skew, im).assign(choice="none")
-        for name in sorted({*COMPARED, *PUBLISHED_DEMANDS.values()}):
+        for name in sorted({*published.COMPARED, *published.DEMANDS.values()}):
             scatter = np.exp(0.02 * random.standard_normal(im.size))
-            part[f"{WHOLE}{name}"] = factor * 8.0 * im * scatter
+            part[f"{published.WHOLE}{name}"] = factor * 8.0 * im * scatter
         parts.append(part)
     table = pd.concat(parts, ignore_index=True)
-    factors = median_factors(table).set_index("demand")
+    factors = published.median_factors(table).set_index("demand")
     assert factors.loc["column_curvature/moderate", "ratio"] == pytest.approx(1 / 1.2, rel=0.03)
     lacks = (table["motion_id"] == "m00") & (table["skew_deg"] == 60)
-    table.loc[lacks, f"{WHOLE}abutment_passive_m"] = 0.0
-    found = demand_ratios(table)
-    assert set(found["demand"]) == set(COMPARED)
+    table.loc[lacks, f"{published.WHOLE}abutment_passive_m"] = 0.0
+    found = published.demand_ratios(table)
+    assert set(found["demand"]) == set(published.COMPARED)
     assert (found["skew_deg"] == 60).all()
     assert found["ratio"].to_numpy() == pytest.approx(1.2, rel=0.03)
     assert (found["ratio_low"] < 1.2 * 1.03).all()
