@@ -25,7 +25,7 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.files.text import merged, read_mapping, writable_folder, written_aside
 from skewbridge.report.methods import REFERENCES, methods_of
-from skewbridge.study.analyses import StudySetup, job_progress
+from skewbridge.study.analyses import StudySetup, run_in_journal
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import write_starter
 from skewbridge.study.inputs import prepare_motions
@@ -35,6 +35,7 @@ from skewbridge.study.processes import cancel_left_behind
 from skewbridge.study.progress import forecast_study, job_size
 from skewbridge.study.task import run_key
 from skewbridge.variant.grid import expand_grid
+from study_parts import row_of, study_of, wave
 
 BASE = ROOT / "config/config.yaml"
 COLUMN_NAMES = [column.name for column in COLUMNS]
@@ -155,21 +156,29 @@ def test_new_gap_repeats_no_finished_analysis(tmp_path: Path) -> None:
     ]
 
 
-def test_a_run_reports_the_progress_of_each_variant(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_reports_the_progress_of_each_variant(tmp_path, monkeypatch, capsys) -> None:
+    setup = study_of(tmp_path, *(wave(f"m{n}", number=n) for n in (1, 2, 3)))
+    tasks = setup.tasks("osb1_cf_skew30_gap025_mu050")
+    with open_journal(setup.folder.journal("osb1_v")) as journal:
+        journal.append(row_of(tasks[0]))
+    monkeypatch.setattr(
+        "skewbridge.study.batch.in_workers",
+        lambda _work, left, _count: ((key, [row_of(task)]) for key, task in left.items()),
+    )
+    monkeypatch.setattr("skewbridge.study.analyses.LOG_INTERVAL_S", 0.0)
     terminal = logging.StreamHandler()
     terminal.addFilter(for_terminal)
     logger = logging.getLogger("skewbridge")
     logger.setLevel(logging.INFO)
     logger.addHandler(terminal)
     try:
-        with job_progress("osb1_v", 6, 4) as advance:
-            advance(True)
-            advance(False)  # an analysis that a search adds
+        run_in_journal(setup, "osb1_v", tasks)
         logging.getLogger("skewbridge.other").info("for the log file alone")
     finally:
         logger.removeHandler(terminal)
     printed = capsys.readouterr().err
-    assert "osb1_v: 5 of 6 analyses done (4 of them before), " in printed
+    assert "osb1_v: 2 of 3 analyses done (1 of them before), " in printed
+    assert "osb1_v: 3 of 3 analyses done (1 of them before), " in printed
     assert "min left" in printed
     assert "per minute" in printed
     assert "for the log file" not in printed

@@ -27,7 +27,6 @@ from skewbridge.study.modelling_choices import (
     axis_pairs,
     choice_pairs,
     choices_table,
-    friction_split,
     write_choices,
 )
 from skewbridge.study.task import Task, run_key
@@ -110,13 +109,15 @@ def test_axes_go_from_end_to_end_and_one_value_is_none(tmp_path: Path) -> None:
     ends = [(labels["name"], *(each.variant.slug for each in both)) for labels, *both in pairs]
     assert ends == [
         ("skew_deg", "osb1_cf_skew00_gap025_mu050", SLUG),
-        ("friction", "osb1_cf_skew30_gap025_mu000", SLUG),
+        *[("friction", "osb1_cf_skew30_gap025_mu000", SLUG)] * 3,
     ]
+    friction = [(labels["to_value"], after.options.friction_at) for labels, _, after in pairs[1:]]
+    assert friction == [("0.5", "all"), ("0.5 at walls", "walls"), ("0.5 at keys", "keys")]
     labels = {"kind": "axis", "name": "skew_deg", "from_value": "0 deg", "to_value": "30 deg"}
     assert pairs[0][0] == labels
     one_skew = AXES | {"skew_deg": (0.0,)}
     assert not list(axis_pairs(setup, "osb1_ro_skew00_gap000_mu000", one_skew, 1))
-    assert not list(friction_split(setup, SLUG, {"friction": (0.2, 0.5)}, 1))
+    assert len(list(axis_pairs(setup, SLUG, {"friction": (0.2, 0.5)}, 1))) == 1
 
 
 def test_two_variants_of_each_bridge_are_changed_unless_others_are_named() -> None:

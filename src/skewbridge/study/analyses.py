@@ -5,8 +5,7 @@ The journal of a job is its cache: an analysis that a journal of the study has i
 
 import logging
 import time
-from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence, Sized
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import sqrt
@@ -42,7 +41,7 @@ logger = logging.getLogger(__name__)
 progress_logger = logging.getLogger(PROGRESS_LOG)
 
 LOG_INTERVAL_S: Final = 60.0
-_FAILURE: Final = ("variant", "motion_id", "status", "collapse_criterion")
+_OUTCOME: Final = ("variant", "motion_id", "status", "collapse_criterion")
 PGV: Final = "im_pgv_rotd50_mps"
 #: Time that a job waits for the lock of its journal. If the node of the previous job was lost,
 #: NFSv4 releases the lock when the lease of that node ends (90 s by default); if the node comes
@@ -181,17 +180,20 @@ def run_in_journal(
         for sentence in content.sentences:
             logger.warning("%s: %s", name, sentence)
         done = content.rows
-        with job_progress(name, len(by_key), len(by_key.keys() & done.keys())) as advance:
+        finished = before = len(by_key.keys() & done.keys())
+        began_s = logged_s = time.monotonic()
 
-            def on_finished(row: Row) -> None:
-                if row["status"] in FAILED:
-                    logger.warning(
-                        "%s under %s: %s (%s); alone: %s",
-                        *(row[column] for column in _FAILURE),
-                        run_command(row),
-                    )
-                advance(row["run_key"] in by_key)  # not for analyses that a search adds
+        def on_finished(row: Row) -> None:
+            nonlocal finished, logged_s
+            if row["status"] in FAILED:
+                outcome = (row[column] for column in _OUTCOME)
+                logger.warning("%s under %s: %s (%s); alone: %s", *outcome, run_command(row))
+            finished += row["run_key"] in by_key  # not those that a search adds
+            if time.monotonic() - logged_s > LOG_INTERVAL_S:
+                logged_s = time.monotonic()
+                progress_logger.info("%s: %s", name, _progress(by_key, before, finished, began_s))
 
+        try:
             rows = run_tasks(
                 by_key,
                 journal,
@@ -201,6 +203,8 @@ def run_in_journal(
                 on_finished=on_finished,
                 search=ida and partial(search_capacity, ida, done, searches),
             )
+        finally:
+            progress_logger.info("%s: %s", name, _progress(by_key, before, finished, began_s))
     # names and measures of the task, for rows of the journals and of equal tasks
     return [
         row_of_task(row, at_factor(task, row["scale"]) if ida else task, row["run_key"])
@@ -209,36 +213,14 @@ def run_in_journal(
     ]
 
 
-@contextmanager
-def job_progress(name: str, count: int, before: int) -> Generator[Callable[[bool], None]]:
-    """Log a line a minute on a job of so many analyses, and one at its end.
-
-    Yields a function that counts a finished analysis if it is true.
-    """
-    done = before
-    began_s = logged_s = time.monotonic()
-
-    def log() -> None:
-        nonlocal logged_s
-        logged_s = time.monotonic()
-        new, left = done - before, count - done
-        per_min = new / max(logged_s - began_s, 1e-9) * 60
-        text = f"{name}: {done} of {count} analyses done"
-        text += f" ({before} of them before)" if before else ""
-        text += f", {per_min:.1f} per minute" if new else ""
-        text += f", {left / per_min:.0f} min left" if new and left else ""
-        progress_logger.info("%s", text)
-
-    def advance(counts: bool) -> None:
-        nonlocal done
-        done += counts
-        if time.monotonic() - logged_s > LOG_INTERVAL_S:
-            log()
-
-    try:
-        yield advance
-    finally:
-        log()
+def _progress(tasks: Sized, before: int, finished: int, began_s: float) -> str:
+    """Return the progress of a job, some of whose tasks were finished before it began."""
+    new, left = finished - before, len(tasks) - finished
+    per_min = new / max(time.monotonic() - began_s, 1e-9) * 60
+    text = f"{finished} of {len(tasks)} analyses done"
+    text += f" ({before} of them before)" if before else ""
+    text += f", {per_min:.1f} per minute" if new else ""
+    return text + (f", {left / per_min:.0f} min left" if new and left else "")
 
 
 def run_command(row: Mapping[str, Any]) -> str:

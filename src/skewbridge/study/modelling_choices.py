@@ -160,7 +160,10 @@ def choice_pairs(
 def axis_pairs(
     setup: "StudySetup", slug: str, axes: Mapping[str, Sequence[float]], count: int
 ) -> Iterator[TaskPair]:
-    """Yield the analyses of a variant at the ends of each axis of the grid that has two values."""
+    """Yield the analyses of a variant at the ends of each axis of the grid that has two values.
+
+    Those without friction also with friction of walls or keys only: they divide its effect.
+    """
     from skewbridge.study.analyses import sampled
 
     variant = parse_slug(slug)
@@ -175,25 +178,14 @@ def axis_pairs(
         labels = _labelled("axis", name, *(choice_text(name, value) for value in ends))
         for one, other in zip(before, after, strict=True):
             yield labels, one, other
+            if name == "friction" and one.variant.friction == 0.0:
+                for place in ("walls", "keys"):
+                    changed = replace(other, options=replace(other.options, friction_at=place))
+                    yield labels | {"to_value": f"{labels['to_value']} at {place}"}, one, changed
 
 
 def _labelled(*texts: str) -> dict[str, str]:
     return dict(zip(_COMPARED[2:], texts, strict=True))
-
-
-def friction_split(
-    setup: "StudySetup", slug: str, axes: Mapping[str, Sequence[float]], count: int
-) -> Iterator[TaskPair]:
-    """Yield the analyses without friction and with that of walls or keys only.
-
-    Together with the pair of the axis they divide the effect of friction between both places.
-    """
-    friction = {"friction": axes.get("friction", (0.0,))}
-    for labels, before, after in axis_pairs(setup, slug, friction, count):
-        if before.variant.friction == 0.0:
-            for place in ("walls", "keys"):
-                changed = replace(after, options=replace(after.options, friction_at=place))
-                yield labels | {"to_value": f"{labels['to_value']} at {place}"}, before, changed
 
 
 def write_choices(
@@ -213,7 +205,6 @@ def write_choices(
     for slug in variants:
         pairs += choice_pairs(sampled(setup.tasks(slug), motions))
         pairs += axis_pairs(setup, slug, axes, motions)
-        pairs += friction_split(setup, slug, axes, motions)
     tasks = [task for _, *both in pairs for task in both]
     rows = run_in_journal(setup, "modelling_choices", tasks)
     by_key = {row["run_key"]: row for row in rows}
