@@ -177,29 +177,20 @@ class Workers:
 
 
 def run_tasks(
-    tasks: Mapping[str, Task],
-    journal: JournalWriter,
-    done: Mapping[str, Row],
+    tasks: Mapping[str, Task],  # by `run_key`, in the order in which to start them
+    journal: JournalWriter,  # for the new rows
+    done: Mapping[str, Row],  # rows that the journals have already, by `run_key`
     *,
     workers: Workers,
-    log_folder: Path,
-    on_finished: Callable[[Row], None],
-    search: Work | None = None,
+    log_folder: Path,  # for the messages of the solver
+    on_finished: Callable[[Row], None],  # called with each new row
+    search: Work | None = None,  # makes the rows of a task that begins a search
 ) -> dict[str, list[Row]]:
     """Run the tasks without a row in the journals, and return the rows of each task by its key.
 
     A worker that dies (a fault inside the solver) or hangs affects only its analysis: it is tried
     once more alone, and where that ends a second worker it is recorded with status ``crash``.
-
-    Args:
-        tasks: Tasks by `run_key`, in the order in which to start them.
-        journal: Open journal for the new rows.
-        done: Rows that the journals have already, by `run_key`.
-        workers: The worker processes.
-        log_folder: Folder for the messages of the solver.
-        on_finished: Called with each new row.
-        search: Makes the rows of a task that begins a search, whatever the journals have. By
-            default a task is one analysis, run if it is new.
+    A search runs whatever the journals have; otherwise a task is one analysis, run if it is new.
     """
     rows = {key: [done[key]] for key in tasks if key in done and search is None}
     work = partial(_guarded, search, log_folder, workers.no_progress_s)

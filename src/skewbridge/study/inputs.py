@@ -26,10 +26,8 @@ logger = logging.getLogger(__name__)
 def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
     """Read bridges, motions and limit states of a study, look up columns and fonts that it names.
 
-    The file `cache` remembers which motions have been read (`content_digest`).
-
-    Raises:
-        InputError: Something is missing or wrong; the message has a line for each fault.
+    The file `cache` remembers which motions have been read (`content_digest`). The `InputError` has
+    a line for each fault.
     """
     checks: list[Callable[[], object]] = [
         *(partial(load_bridge, name) for name in config.bridges_with_periods()),
@@ -85,11 +83,7 @@ def _check_limit_states(path: Path) -> None:
 
 
 def prepare_motions(study: StudyConfig) -> None:
-    """Read the motions, fix their factors, measure them for every bridge, write both tables.
-
-    Raises:
-        InputError: A folder or motion is missing or malformed.
-    """
+    """Read the motions, fix their factors, measure them for every bridge, write both tables."""
     # Here, because every job imports this module, and they load scipy.signal.
     from skewbridge.motions.intensity import motion_measures
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite

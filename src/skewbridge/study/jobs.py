@@ -133,12 +133,8 @@ def origin_of(path: Path, config: Path, base: Path | None = None) -> dict[str, A
     and sections of the configuration; what its rule does not use may differ. A result of
     ``skewbridge run`` is current if the sources of an analysis and OpenSees are the same.
 
-    Returns:
-        Whether it is ``current``, its ``provenance`` and that which it would have ``now``, by name,
-        and the names of the ``differences``.
-
-    Raises:
-        InputError: The file has no provenance, or the configuration is bad.
+    Returned are ``current``, the ``provenance`` and that which it would have ``now``, by name, and
+    the names of the ``differences``. `InputError` for a file without provenance.
     """
     recorded = read_stamp(path)
     now = {name: value for name, value in provenance().items() if name in recorded}

@@ -120,8 +120,7 @@ class JournalWriter:
 def open_journal(path: Path, patience_s: float = 0.0) -> Generator[JournalWriter]:
     """Lock a journal and open it for writing.
 
-    Raises:
-        InputError: Another process still holds it after `patience_s`, or it cannot be written.
+    `InputError` if another process still holds it after `patience_s`, or it cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -70,12 +70,12 @@ FEW_MOTIONS: Final = 3
 
 
 def targets(
-    effects: pd.DataFrame,
-    motions: Mapping[str, int],
-    cost_s: Mapping[str, float],
-    places: pd.DataFrame,
-    looks: Sequence[int],
-    level: float,
+    effects: pd.DataFrame,  # of the headline at the looks so far, with their verdicts
+    motions: Mapping[str, int],  # of each variant so far, from the first of the suite
+    cost_s: Mapping[str, float],  # processor time of an analysis, by variant
+    places: pd.DataFrame,  # bridge, abutment model and axes of each variant, indexed by its name
+    looks: Sequence[int],  # motions at each look
+    level: float,  # two-sided level of all intervals of a cell together
 ) -> tuple[pd.DataFrame, list[dict[str, int]]]:
     """Return the pooled cells, and the number of motions that each needs of its variants.
 
@@ -83,14 +83,6 @@ def targets(
     little scatter or long analyses get fewer, the others more, for the same error (Neyman 1934). A
     cell that the last look would decide with a probability below `LEAST_CHANCE` is not asked, until
     a later round finds a better chance.
-
-    Args:
-        effects: Effects of the headline at the looks so far, with their verdicts.
-        motions: Motions of each variant so far, from the first of the suite.
-        cost_s: Processor time of an analysis, by variant.
-        places: Bridge, abutment model and axes of each variant, indexed by its name.
-        looks: Motions at each look.
-        level: Two-sided level of all intervals of a cell together.
     """
     axes = axis_names(places)
     pooled = effects[effects["scope"] == "pooled"].reset_index(drop=True)
@@ -136,22 +128,15 @@ def _keys(table: pd.DataFrame, axes: Sequence[str]) -> list[tuple[Any, ...]]:
 
 
 def next_motions(
-    wanted: Iterable[Mapping[str, int]],
-    motions: Mapping[str, int],
-    cost_s: Mapping[str, float],
-    looks: Sequence[int],
-    time_s: float,
+    wanted: Iterable[Mapping[str, int]],  # motions that each cell needs of its variants
+    motions: Mapping[str, int],  # of each variant so far
+    cost_s: Mapping[str, float],  # time that one more motion of a variant adds to the round
+    looks: Sequence[int],  # motions at each look
+    time_s: float,  # for the round
 ) -> dict[str, int]:
     """Return the motions that each variant has after the next round.
 
     The cells that cost least to decide come first, as long as the round fits into the time.
-
-    Args:
-        wanted: Motions that each cell needs of its variants, see `targets`.
-        motions: Motions of each variant so far.
-        cost_s: Time that one more motion of a variant adds to the round.
-        looks: Motions at each look.
-        time_s: Time for the round.
     """
 
     def left_s(cell: Mapping[str, int]) -> float:
