@@ -20,9 +20,8 @@ from typing import Any, Final
 from common import RESULTS, Case, cpu_s, interleaved, options, osb1, ratio, spread, suite_motion
 from plain import COMMIT, analyse_plain
 
-from skewbridge.analysis.accuracy import Accuracy, at_accuracy
 from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.settings import Accuracy, AnalysisSettings, at_accuracy
 from skewbridge.analysis.transient import AnalysisResult, analyse
 from skewbridge.files.digests import canonical, digest_of, engine_digest
 from skewbridge.study.journal import open_journal, read_content

@@ -121,7 +121,7 @@ SCRIPTS = Path(__file__).parents[2] / "workflow" / "scripts"
 PERIODS_IN_LOG = "analysis/modal.py"
 #: Configuration, which is digested by its values, and scheduling, which changes no result.
 NOT_IN_RESULTS = {
-    "__init__.py", "fragility/settings.py", "analysis/settings.py", "analysis/accuracy.py",
+    "__init__.py", "fragility/settings.py", "analysis/settings.py",
     "motions/levels.py", "study/config.py", "study/folder.py", "study/inputs.py",
     "study/processes.py", "study/jobs.py",
 }  # fmt: skip

@@ -1,18 +1,22 @@
-"""Settings of the time integration and of its end: section ``analysis``."""
+"""Numerics of an analysis: section ``analysis`` of the configuration, and named sets of them."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from math import ceil, log2
-from typing import Final, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self, get_args
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 from pydantic_core import ArgsKwargs
 
-from skewbridge.files.text import Flag, Number, Whole
+from skewbridge.errors import InputError
+from skewbridge.files.text import OPTIONS, Flag, Number, Whole, merged
 from skewbridge.variant.options import ModelOptions
 
 type AnalysisScheme = Literal["default", "paper"]
+type Accuracy = Literal["reference", "default", "fast"]
 OpenSeesCommand = tuple[str | float | int, ...]
+Step = Annotated[Number, Field(ge=1.0e-5, le=0.02)]
 
 PAPER_DT_S: Final = 0.005  # source: Rahman & Mackie, section 5
 
@@ -22,8 +26,39 @@ _INTEGRATOR: Final = ("Newmark", 0.5, 0.25, "-form", "V")
 _PAPER_INTEGRATOR: Final = ("Houbolt",)  # source: Rahman & Mackie, section 5
 _KNOWN: Final = (("Houbolt",), ("Newmark",), ("HHT",))
 
+#: By name, the keys of the sections ``analysis`` and ``model`` that a set of numerics changes.
+NUMERICS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
+    # Changes at half of this step: docs/theory/analysis.md, convergence.
+    "reference": {
+        "analysis": {
+            "dt_s": 0.0005,
+            "contact_dt_s": None,
+            "event_dt_s": None,
+            "tolerance_j": 1.0e-8,
+            "reuse_tangent": False,
+        },
+        "model": {
+            "backwall_points": 9,
+            "pads": "each",
+            "column_fibers": (12, 32, 3),
+            "deck_elements_per_span": 8,
+        },
+    },
+    "default": {"analysis": {}, "model": {}},
+    "fast": {
+        "analysis": {
+            "dt_s": 0.010,
+            "contact_dt_s": 0.010,
+            "event_dt_s": 0.00125,
+            "max_friction_error": 0.1,
+            "tolerance_j": 1.0e-2,
+        },
+        "model": {"column_fibers": (4, 12, 1), "deck_elements_per_span": 3},
+    },
+}
 
-@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class AnalysisSettings:
     """Numbers of the transient analysis; each field is a key of the configuration.
 
@@ -32,86 +67,38 @@ class AnalysisSettings:
             an `InputError`).
     """
 
-    scheme: AnalysisScheme = Field(
-        default="default",
-        description="paper: numerics and wall model of the paper",
-    )
-    dt_s: Number = Field(
-        default=0.010,
-        ge=1.0e-5,
-        le=0.02,
-        description=f"regular time step; fixed at {PAPER_DT_S:g} in scheme paper",
-    )
-    contact_dt_s: Number | None = Field(
-        default=0.005,
-        ge=1.0e-5,
-        le=0.02,
-        description="largest step in contact, the regular step over a power of two; null (scheme "
-        "paper): the regular step",
-    )
-    event_dt_s: Number | None = Field(
-        default=0.0003125,
-        ge=1.0e-5,
-        le=0.02,
-        description="largest step when a contact opens or closes",
-    )
-    max_friction_error: Number = Field(
-        default=0.02,
-        ge=1.0e-4,
-        le=1.0e9,
-        description="excess of friction over its limit above which steps in contact are halved",
-    )
-    duration_s: Number | None = Field(
-        default=None,
-        gt=0.0,
-        le=1.0e4,
-        description="shorten motions to this length; null: whole motions",
-    )
-    free_vibration_s: Number = Field(
-        default=0.0,
-        ge=0.0,
-        le=1.0e3,
-        description="zeros after the motion",
-    )
-    collapse_drift_ratio: Number = Field(
-        default=0.10,  # source: design criterion of the study
-        ge=1.0e-4,
-        le=0.5,
-        description="column drift that counts as collapse",
-    )
-    collapse_deck_disp_m: Number = Field(
-        default=2.0,  # source: design criterion of the study
-        ge=1.0e-3,
-        le=5.0,
-        description="deck displacement that counts as collapse",
-    )
-    integrator: OpenSeesCommand | None = Field(
-        default=None,
-        description="such as [Newmark, 0.5, 0.25]; null: the integrator of the scheme",
-    )
-    tolerance_j: Number = Field(
-        default=1.0e-4,
-        ge=1.0e-16,
-        le=1.0e3,
-        description="convergence test on the energy of an increment",
-    )
-    reuse_tangent: Flag = Field(
-        default=True,
-        description="far from contact, use an earlier tangent and converge to 0.1 J",
-    )
-    max_iterations: Whole = Field(
-        default=15, ge=2, le=1000, description="iterations of one attempt at one step"
-    )
-    mean_iterations: Number = Field(
-        default=40.0,
-        ge=1.0,
-        le=1.0e4,
-        description="iterations per regular step above which the status is timeout",
-    )
-    energy: Flag = Field(
-        default=True,
-        description="keep the energy balance (2 to 3 % of the time)",
-    )
+    scheme: AnalysisScheme = Field(default="default")
+    """paper: numerics and wall model of the paper"""
+    dt_s: Step = Field(default=0.010)
+    """regular time step; fixed at 0.005 in scheme paper"""
+    contact_dt_s: Step | None = Field(default=0.005)
+    """largest step in contact, the regular step over a power of two; null (scheme paper): the \
+regular step"""
+    event_dt_s: Step | None = Field(default=0.0003125)
+    """largest step when a contact opens or closes"""
+    max_friction_error: Number = Field(default=0.02, ge=1.0e-4, le=1.0e9)
+    """excess of friction over its limit above which steps in contact are halved"""
+    duration_s: Number | None = Field(default=None, gt=0.0, le=1.0e4)
+    """shorten motions to this length; null: whole motions"""
+    free_vibration_s: Number = Field(default=0.0, ge=0.0, le=1.0e3)
+    """zeros after the motion"""
+    # source: design criterion of the study, as is the next one
+    collapse_drift_ratio: Number = Field(default=0.10, ge=1.0e-4, le=0.5)
+    """column drift that counts as collapse"""
+    collapse_deck_disp_m: Number = Field(default=2.0, ge=1.0e-3, le=5.0)
+    """deck displacement that counts as collapse"""
+    integrator: OpenSeesCommand | None = Field(default=None)
+    """such as [Newmark, 0.5, 0.25]; null: the integrator of the scheme"""
+    tolerance_j: Number = Field(default=1.0e-4, ge=1.0e-16, le=1.0e3)
+    """convergence test on the energy of an increment"""
+    reuse_tangent: Flag = Field(default=True)
+    """far from contact, use an earlier tangent and converge to 0.1 J"""
+    max_iterations: Whole = Field(default=15, ge=2, le=1000)
+    """iterations of one attempt at one step"""
+    mean_iterations: Number = Field(default=40.0, ge=1.0, le=1.0e4)
+    """iterations per regular step above which the status is timeout"""
+    energy: Flag = Field(default=True)
+    """keep the energy balance (2 to 3 % of the time)"""
 
     @model_validator(mode="before")
     @classmethod
@@ -179,3 +166,19 @@ class AnalysisSettings:
 def _halvings(step_s: float, largest_s: float | None) -> int:
     """Return the fewest halvings of a step that leave no more than the largest one."""
     return 0 if largest_s is None else max(0, ceil(log2(step_s / largest_s) - 1e-9))
+
+
+def under_explicit_keys(raw: Mapping[str, Any], accuracy: object) -> dict[str, Any]:
+    """Return sections of a configuration with a set of numerics below their explicit keys."""
+    if accuracy not in NUMERICS:
+        known = ", ".join(get_args(Accuracy.__value__))
+        raise InputError(f"accuracy must be one of {known}, got {accuracy!r}")
+    return merged(NUMERICS[str(accuracy)], raw)
+
+
+def at_accuracy(
+    settings: AnalysisSettings, options: ModelOptions, accuracy: Accuracy
+) -> tuple[AnalysisSettings, ModelOptions]:
+    """Return settings and options with a set of numerics instead of their own."""
+    numerics = NUMERICS[accuracy]
+    return replace(settings, **numerics["analysis"]), replace(options, **numerics["model"])

@@ -5,8 +5,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from skewbridge.analysis.accuracy import under_explicit_keys
-from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.settings import AnalysisSettings, under_explicit_keys
 from skewbridge.cli.output import Opt
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, parse_yaml, read_yaml, shortened

@@ -7,8 +7,7 @@ from typing import Annotated, Any, Final, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from skewbridge.analysis.accuracy import NUMERICS, Accuracy, under_explicit_keys
-from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.settings import NUMERICS, Accuracy, AnalysisSettings, under_explicit_keys
 from skewbridge.demands.validity import SuspectLimits
 from skewbridge.errors import InputError, did_you_mean
 from skewbridge.files.text import (

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import pandas as pd
 
-from skewbridge.analysis.accuracy import at_accuracy
+from skewbridge.analysis.settings import at_accuracy
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import is_complete
 from skewbridge.files.digests import provenance

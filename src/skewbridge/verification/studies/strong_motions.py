@@ -24,9 +24,8 @@ import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
 
-from skewbridge.analysis.accuracy import NUMERICS, Accuracy
 from skewbridge.analysis.recovery import rung_shares, steps_from_text
-from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.settings import NUMERICS, Accuracy, AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.demands.validity import LIMITS
 from skewbridge.motions.intensity import cut_to_strongest
