@@ -13,18 +13,18 @@ from click.testing import Result
 
 from bridge_variants import variant
 from cli_json import invoke, run
-from skewbridge.analysis.modal import (
-    conditioning_period_s,
-    periods_of_file,
-    standing_bridge,
-    warn_of_periods,
-)
-from skewbridge.analysis.sdc import (
+from skewbridge.analysis.bridge_check import (
     corner_moves_m,
     sdc_rows,
     seat_demand_aashto_m,
     seat_demand_sdc_m,
     summary_row,
+)
+from skewbridge.analysis.modal import (
+    conditioning_period_s,
+    periods_of_file,
+    standing_bridge,
+    warn_of_periods,
 )
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacities, bent_capacity

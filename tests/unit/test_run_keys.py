@@ -12,9 +12,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from motions_files import index_of, make_pairs
-from skewbridge.analysis.keys import bridge_digest
 from skewbridge.analysis.settings import NUMERICS, AnalysisSettings
-from skewbridge.bridge.catalogue import FOLDER
+from skewbridge.bridge.catalogue import FOLDER, bridge_digest
 from skewbridge.demands.tables import join_variants, to_table
 from skewbridge.demands.validity import SUSPECT, SuspectLimits, reasons
 from skewbridge.errors import InputError

@@ -1,115 +1,234 @@
-"""Check of a bridge before a study: weight, periods, capacities and doubtful properties."""
+"""Checks of a bridge: dead load and modes before a study, and the seismic design criteria."""
 
 from collections import Counter
-from dataclasses import dataclass
-from math import inf
+from collections.abc import Iterator, Mapping
+from math import cos, degrees, inf, radians, sin
 from typing import Any, Final
 
-from skewbridge.analysis.modal import (
-    ModalResult,
-    conditioning_period_s,
-    periods_of_file,
-    standing_bridge,
-)
-from skewbridge.analysis.sdc import capacity_rows
+import numpy as np
+from numpy.typing import NDArray
+
+from skewbridge.analysis.modal import conditioning_period_s, periods_of_file, standing_bridge
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
-from skewbridge.bridge.column import bent_capacity
+from skewbridge.bridge.column import BentCapacity, bent_capacities
 from skewbridge.bridge.section import sdc_shear_strength
-from skewbridge.units import KN, MPA
+from skewbridge.units import FOOT, INCH, KN, MPA
+from skewbridge.variant.variant import Variant
 
 #: Largest axial force under dead load over the expected strength of the gross section.
 #: source: AASHTO Guide Specifications for LRFD Seismic Bridge Design, 8.7.2, ductile columns
 AXIAL_LOAD_LIMIT: Final = 0.2
+P_DELTA_LIMIT: Final = 0.20  # source: Caltrans SDC 1.7 section 4.2
+MINIMUM_SEAT_M: Final = 30 * INCH  # source: Caltrans SDC 1.7 section 7.8.3
+SEAT_ALLOWANCE_M: Final = 4 * INCH  # source: same, beyond movements and demand
+# ASSUME prestress shortening, creep, shrinkage and temperature together take 1/1000 of the length
+SHORTENING_RATIO: Final = 1.0e-3
+SEISMIC_SEAT_FACTOR: Final = 1.5  # source: AASHTO LRFD table 4.7.4.4-1, higher zones
 DIRECTIONS: Final = {"x": "longitudinal", "y": "transverse", "z": "vertical", "rz": "in plan"}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BridgeCheck:
-    """A bridge under dead load with open gaps, at zero skew: weight, reactions, modes.
+def check_bridge(name: str) -> dict[str, Any]:
+    """Build a bridge with open gaps at zero skew, apply its dead load and check it.
 
-    Attributes:
-        bents: A row per bent with loads and capacities of one of its columns.
-        findings: Properties that would cause trouble in a study, one sentence each.
+    Returns:
+        Weight, reactions, periods and the sources of the numbers by name; ``findings``, sentences
+        on properties that would cause trouble in a study; ``modes``; ``bents``, a row per bent
+        with loads and capacities of one of its columns.
     """
-
-    bridge: BridgeData
-    standing: ModalResult
-    bents: tuple[dict[str, Any], ...]
-    findings: tuple[str, ...]
-
-    def summary(self) -> dict[str, Any]:
-        """Return weight, reactions, periods and the sources of the numbers by name."""
-        left, right = self.standing.abutment_reaction_kn
-        kinds = Counter(source.split(":", 1)[0] for source in self.bridge.sources.values())
-        return {
-            "bridge": self.bridge.name,
-            "title": self.bridge.title,
-            "length_m": self.bridge.length_m,
-            "weight_kn": self.standing.weight_kn,
-            "reaction_left_kn": left,
-            "reaction_right_kn": right,
-            **{
-                f"period_{direction}_s": self.standing.period_s(direction)
-                for direction in DIRECTIONS
-            },
-            "t1_of_the_model_s": conditioning_period_s(self.standing),
-            "t1_of_the_file_s": self.bridge.t1_s,
-            "sources": ", ".join(f"{kinds[kind]} {kind}" for kind in sorted(kinds)),
-        }
-
-
-def check_bridge(name: str) -> BridgeCheck:
-    """Build a bridge by its name or file, apply its dead load and check it."""
     data, standing = load_bridge(name), standing_bridge(name)
-    bents = tuple(_bent_row(data, row) for row in capacity_rows(data))
+    periods_s = {direction: standing.period_s(direction) for direction in DIRECTIONS}
+    left, right = standing.abutment_reaction_kn
+    bents = [_bent_row(data, bent) for bent in bent_capacities(data)]
     findings = [finding for row in bents for finding in _bent_findings(row)]
-    for direction, adjective in DIRECTIONS.items():
-        if standing.period_s(direction) == inf:
-            findings.append(f"nothing holds the bridge {adjective}: its period is infinite")
-    for side, force_kn in zip(("left", "right"), standing.abutment_reaction_kn, strict=True):
-        if force_kn <= 0.0:
-            findings.append(f"the deck lifts off the {side} abutment under dead load")
-    findings += periods_of_file(name, standing)
-    return BridgeCheck(bridge=data, standing=standing, bents=bents, findings=tuple(findings))
-
-
-def _bent_row(bridge: BridgeData, row: dict[str, Any]) -> dict[str, Any]:
-    """Return the capacities of a bent with axial load ratio and shear of one of its columns."""
-    column, bent = bridge.column, bent_capacity(bridge, row["bent"] - 1)
-    strength_kn = column.expected_concrete_strength_mpa * MPA * column.gross_area_m2 / KN
-    ductility = bent.capacity_m / bent.yield_disp_m
-    shear_n = sdc_shear_strength(bent.shear, bent.axial_n, ductility)
+    findings += [
+        f"nothing holds the bridge {DIRECTIONS[direction]}: its period is infinite"
+        for direction, period_s in periods_s.items()
+        if period_s == inf
+    ]
+    findings += [
+        f"the deck lifts off the {side} abutment under dead load"
+        for side, force_kn in (("left", left), ("right", right))
+        if force_kn <= 0.0
+    ]
+    kinds = Counter(source.split(":", 1)[0] for source in data.sources.values())
     return {
-        "bent": row["bent"],
-        "axial_kn": row["axial_kn"],
-        "axial_load_ratio": row["axial_kn"] / strength_kn,
-        "axial_load_limit": AXIAL_LOAD_LIMIT,
-        "plastic_moment_knm": row["plastic_moment_knm"],
-        "plastic_shear_kn": row["plastic_moment_knm"] / bent.shear_span_m,
-        "shear_strength_kn": float(shear_n) / KN,
-        "yield_disp_m": row["yield_disp_m"],
-        "disp_capacity_m": row["capacity_m"],
-        "p_delta_ratio": row["p_delta_ratio"],
-        "p_delta_limit": row["p_delta_limit"],
+        "bridge": data.name,
+        "title": data.title,
+        "length_m": data.length_m,
+        "weight_kn": standing.weight_kn,
+        "reaction_left_kn": left,
+        "reaction_right_kn": right,
+        **{f"period_{direction}_s": period_s for direction, period_s in periods_s.items()},
+        "t1_of_the_model_s": conditioning_period_s(standing),
+        "t1_of_the_file_s": data.t1_s,
+        "sources": ", ".join(f"{kinds[kind]} {kind}" for kind in sorted(kinds)),
+        "findings": findings + periods_of_file(name, standing),
+        "modes": standing.modes,
+        "bents": bents,
     }
 
 
-def _bent_findings(row: dict[str, Any]) -> list[str]:
-    findings: list[str] = []
-    if row["axial_load_ratio"] > row["axial_load_limit"]:
-        findings.append(
-            f"bent {row['bent']}: axial load ratio {row['axial_load_ratio']:.3f} is above "
-            f"{row['axial_load_limit']:g} (AASHTO Guide Specifications 8.7.2)"
+def _bent_row(bridge: BridgeData, bent: BentCapacity) -> dict[str, Any]:
+    """Return loads and capacities of one column of a bent; shear at the displacement capacity."""
+    column, plastic_moment_knm = bridge.column, bent.curve.plastic_moment_nm / KN
+    strength_kn = column.expected_concrete_strength_mpa * MPA * column.gross_area_m2 / KN
+    ductility = bent.capacity_m / bent.yield_disp_m
+    return {
+        "bent": bent.bent,
+        "axial_kn": bent.axial_n / KN,
+        "axial_load_ratio": bent.axial_n / KN / strength_kn,
+        "axial_load_limit": AXIAL_LOAD_LIMIT,
+        "plastic_moment_knm": plastic_moment_knm,
+        "plastic_shear_kn": plastic_moment_knm / bent.shear_span_m,
+        "shear_strength_kn": float(sdc_shear_strength(bent.shear, bent.axial_n, ductility)) / KN,
+        "yield_disp_m": bent.yield_disp_m,
+        "disp_capacity_m": bent.capacity_m,
+        "p_delta_ratio": bent.p_delta_ratio(bent.capacity_m),
+        "p_delta_limit": P_DELTA_LIMIT,
+    }
+
+
+def _bent_findings(row: Mapping[str, Any]) -> Iterator[str]:
+    bent = f"bent {row['bent']}"
+    if row["axial_load_ratio"] > AXIAL_LOAD_LIMIT:
+        yield (
+            f"{bent}: axial load ratio {row['axial_load_ratio']:.3f} is above "
+            f"{AXIAL_LOAD_LIMIT:g} (AASHTO Guide Specifications 8.7.2)"
         )
     if row["plastic_shear_kn"] > row["shear_strength_kn"]:
-        findings.append(
-            f"bent {row['bent']}: the plastic shear of a column, {row['plastic_shear_kn']:.0f} kN, "
+        yield (
+            f"{bent}: the plastic shear of a column, {row['plastic_shear_kn']:.0f} kN, "
             f"is above its strength at the displacement capacity, {row['shear_strength_kn']:.0f} "
             "kN (SDC 3.6): it fails in shear before its hinges have turned"
         )
-    if row["p_delta_ratio"] > row["p_delta_limit"]:
-        findings.append(
-            f"bent {row['bent']}: P-Delta ratio {row['p_delta_ratio']:.2f} at the displacement "
-            f"capacity is above {row['p_delta_limit']:g} (SDC 4.2)"
+    if row["p_delta_ratio"] > P_DELTA_LIMIT:
+        yield (
+            f"{bent}: P-Delta ratio {row['p_delta_ratio']:.2f} at the displacement "
+            f"capacity is above {P_DELTA_LIMIT:g} (SDC 4.2)"
         )
-    return findings
+
+
+def support_length_m(variant: Variant, bridge: BridgeData) -> float:
+    """Return the length of deck on the seat at rest, normal to it: the seat less the gap.
+
+    References:
+        AASHTO LRFD figure 4.7.4.4-1: N is the overlap of girder and seat.
+    """
+    return bridge.abutment.seat_width_m - variant.normalised().normal_gap_m()
+
+
+def seat_demand_sdc_m(bridge: BridgeData, unseating_m: float) -> float:
+    """Return the required support length normal to the bearing line.
+
+    References:
+        Caltrans SDC 1.7 section 7.8.3.
+    """
+    movement = SHORTENING_RATIO * bridge.length_m / 2
+    return max(movement + unseating_m + SEAT_ALLOWANCE_M, MINIMUM_SEAT_M)
+
+
+def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
+    """Return 1.5 N with the skew factor, N = (8 + 0.02 L + 0.08 H)(1 + 0.000125 S^2) inches.
+
+    L is the length of deck to the next joint and H the mean column height, both in ft; S the skew
+    in degrees.
+
+    References:
+        AASHTO LRFD Bridge Design Specifications 4.7.4.4.
+    """
+    heights = [bent.clear_height_m for bent in bridge.bents]
+    height_ft = sum(heights) / len(heights) / FOOT if heights else 0.0
+    length_ft = bridge.length_m / FOOT
+    skew = 1.0 + 0.000125 * degrees(skew_rad) ** 2
+    return SEISMIC_SEAT_FACTOR * (8.0 + 0.02 * length_ft + 0.08 * height_ft) * skew * INCH
+
+
+def capacity_rows(bridge: BridgeData) -> list[dict[str, object]]:
+    """Return the capacities of the bents of a bridge by the Caltrans SDC, a row per bent.
+
+    The P-Delta ratio is that at the displacement capacity. ``disp_at_p_delta_limit_m`` is the
+    displacement at which the ratio reaches its limit.
+    """
+    rows: list[dict[str, object]] = []
+    for bent in bent_capacities(bridge):
+        ratio = bent.p_delta_ratio(bent.capacity_m)
+        rows.append(
+            {
+                "bent": bent.bent,
+                "hinge_length_m": bent.hinge_length_m,
+                "hinge_length_by": bent.hinge_length_by,
+                "axial_kn": bent.axial_n / KN,
+                "plastic_moment_knm": bent.curve.plastic_moment_nm / KN,
+                "yield_disp_m": bent.yield_disp_m,
+                "capacity_m": bent.capacity_m,
+                "p_delta_ratio": ratio,
+                "p_delta_limit": P_DELTA_LIMIT,
+                "disp_at_p_delta_limit_m": P_DELTA_LIMIT * bent.capacity_m / ratio,
+                "ok": ratio <= P_DELTA_LIMIT,
+            }
+        )
+    return rows
+
+
+def sdc_rows(
+    variant: Variant, deck_disp_m: float, corners_m: Mapping[str, float]
+) -> list[dict[str, object]]:
+    """Return the table of checks of one variant: rows of check, demand, capacity, ratio, ok.
+
+    The corners are named as in `corner_moves_m`, which gives their outward displacements.
+    """
+    bridge = load_bridge(variant.bridge)
+    support, skew = support_length_m(variant, bridge), radians(variant.skew_deg)
+    rows: list[dict[str, object]] = []
+
+    def compare(check: str, demand: float, capacity: float) -> None:
+        ratio, ok = demand / capacity, demand <= capacity
+        rows.append(
+            {"check": check, "demand": demand, "capacity": capacity, "ratio": ratio, "ok": ok}
+        )
+
+    for bent in bent_capacities(bridge):
+        name, hinge = f"bent {bent.bent}", f"{bent.hinge_length_m:.3f} m by {bent.hinge_length_by}"
+        compare(f"{name} displacement, hinge {hinge} (m)", deck_disp_m, bent.capacity_m)
+        compare(f"{name} P-Delta ratio", bent.p_delta_ratio(deck_disp_m), P_DELTA_LIMIT)
+    for corner, unseating_m in corners_m.items():
+        compare(f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), support)
+    compare("seat, AASHTO 1.5 N (m)", seat_demand_aashto_m(bridge, skew), support)
+    return rows
+
+
+def summary_row(
+    variant: Variant, deck_disp_m: float, acute_m: float, worst_m: float
+) -> dict[str, object]:
+    """Return the ratios of demand to capacity of one variant, in one row.
+
+    The outward moves, normal to the seat, are those of the worse acute and of the worst corner.
+    """
+    bridge = load_bridge(variant.bridge)
+    bents, support = bent_capacities(bridge), support_length_m(variant, bridge)
+    aashto_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg))
+    return {
+        "variant": variant.slug,
+        "disp_ratio": max((deck_disp_m / bent.capacity_m for bent in bents), default=0.0),
+        "p_delta_ratio": max((bent.p_delta_ratio(deck_disp_m) for bent in bents), default=0.0),
+        "seat_acute_ratio": seat_demand_sdc_m(bridge, acute_m) / support,
+        "seat_worst_ratio": seat_demand_sdc_m(bridge, worst_m) / support,
+        "seat_aashto_ratio": aashto_m / support,
+    }
+
+
+def corner_moves_m(
+    variant: Variant, histories: Mapping[str, NDArray[np.float64]]
+) -> dict[str, float]:
+    """Return the largest outward move of each deck corner, normal to its seat.
+
+    The histories are those of a single analysis; a corner is named ``left acute``, for example.
+    """
+    skew = radians(variant.skew_deg)
+    moves: dict[str, float] = {}
+    for side, sign in (("left", -1.0), ("right", 1.0)):
+        for kind in ("acute", "obtuse"):
+            name = f"abutment_{side}_{kind}"
+            along = cos(skew) * histories[f"{name}_x_m"] + sin(skew) * histories[f"{name}_y_m"]
+            moves[f"{side} {kind}"] = max(0.0, float(np.max(-sign * along)))
+    return moves

@@ -1,22 +1,17 @@
-"""Demands of an analysis on columns, deck, abutments and contacts: pure functions of the trace.
+"""Histories of an analysis and their peaks, the demands: pure functions of the trace.
 
 Displacements are relative to the ground and counted from the state under gravity.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.analysis.trace import ResponseTrace, Series
-from skewbridge.bridge.handles import (
-    AbutmentHandle,
-    BridgeModel,
-    ColumnHandle,
-    PlanVector,
-    SpringHandle,
-)
+from skewbridge.bridge.geometry import contact_column
+from skewbridge.bridge.handles import AbutmentHandle, BridgeModel, ColumnHandle, SpringHandle
 from skewbridge.bridge.section import shear_strength
 from skewbridge.contact.law import UnitLedger
 from skewbridge.units import KJ, KN
@@ -31,20 +26,15 @@ def demands(
 ) -> dict[str, float]:
     """Return the demand columns of the table, peaks over the trace.
 
-    Totals of the contacts are those of the whole analysis, even if the trace is a part of it.
-
-    Args:
-        model: The model in the open domain.
-        trace: Readings.
-        ground_accel_mps2: Ground acceleration along x and y at the times of the trace, (n, 2).
-        energy_ratios: Energy columns, nan without an energy balance.
+    The ground acceleration is that along x and y at the times of the trace, (n, 2). Totals of the
+    contacts are those of the whole analysis, even if the trace is a part of it.
     """
     return {
         **column_demands(model.columns, trace),
         **_deck_demands(model, trace, ground_accel_mps2),
         **_abutment_demands(model, trace),
         **_force_demands(model, trace),
-        **contact_demands(model),
+        **_contact_demands(model),
         **energy_ratios,
     }
 
@@ -113,12 +103,12 @@ def column_demands(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> dic
     }
 
 
-def column_base_shear_n(column: ColumnHandle, trace: ResponseTrace) -> NDArray[np.float64]:
+def column_base_shear_n(column: ColumnHandle, trace: ResponseTrace) -> Series:
     """Return the horizontal force at the base of a column, x and y, shape (n, 2)."""
     return trace.columns[column.element][:, :2]
 
 
-def column_shear_n(column: ColumnHandle, trace: ResponseTrace) -> NDArray[np.float64]:
+def column_shear_n(column: ColumnHandle, trace: ResponseTrace) -> Series:
     """Return the shear of a column's sections, x and y, with the sign of the base force, (n, 2).
 
     A section is normal to the inclined chord, so the axial force has a component along it: the
@@ -172,19 +162,19 @@ def curvature_ductility(column: ColumnHandle, trace: ResponseTrace) -> Series:
 
 
 def _deck_demands(model: BridgeModel, trace: ResponseTrace, ground: Series) -> dict[str, float]:
-    disp = trace.disp(model.deck_centre_node)
+    x, y, *_, turn = trace.disp(model.deck_centre_node).T
     return {
-        "deck_disp_x_m": peak([disp[:, 0]]),
-        "deck_disp_y_m": peak([disp[:, 1]]),
-        "deck_disp_m": peak([np.hypot(disp[:, 0], disp[:, 1])]),
-        "deck_rotation_rad": peak([disp[:, 5]]),
+        "deck_disp_x_m": peak([x]),
+        "deck_disp_y_m": peak([y]),
+        "deck_disp_m": peak([np.hypot(x, y)]),
+        "deck_rotation_rad": peak([turn]),
         "deck_accel_mps2": peak([np.hypot(*(trace.centre_accel_mps2 + ground).T)]),
     }
 
 
 def _abutment_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, float]:
     abutments = model.abutments
-    pushes = [wall_push_m(abutment, trace) for abutment in abutments]
+    pushes = [_wall_push_m(abutment, trace) for abutment in abutments]
     pads = [trace.disp(pad) for abutment in abutments for pad in abutment.pads]
     return {
         "abutment_passive_m": highest(pushes),
@@ -208,10 +198,9 @@ def _transverse_m(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
     # ASSUME a key is part of the abutment, even after it broke
     nodes = (*abutment.wall_nodes, *abutment.key_nodes)
     if nodes:
-        moves = [np.abs(along(abutment.tangent, trace.disp(node))) for node in nodes]
-        return np.maximum.reduce(moves)
+        return np.maximum.reduce([np.abs(_along(abutment.tangent, trace.disp(n))) for n in nodes])
     moves = [
-        np.abs(along(abutment.tangent, _deformation(spring, trace))) - abutment.transverse_gap_m
+        np.abs(_along(abutment.tangent, _deformation(spring, trace))) - abutment.transverse_gap_m
         for spring in (*abutment.key_springs, *abutment.wing_springs)
     ]
     return np.maximum.reduce([np.zeros(len(trace.time_s)), *moves])
@@ -222,7 +211,7 @@ def _deformation(spring: SpringHandle, trace: ResponseTrace) -> Series:
     return trace.disp(spring.nodes[1]) - trace.disp(spring.nodes[0])
 
 
-def along(direction: PlanVector, disp: NDArray[np.float64]) -> Series:
+def _along(direction: Sequence[float], disp: Series) -> Series:
     """Return the plan displacement along a direction, shape (n,)."""
     return disp[:, 0] * direction[0] + disp[:, 1] * direction[1]
 
@@ -233,24 +222,24 @@ def unseating_m(abutment: AbutmentHandle, trace: ResponseTrace, kind: str | None
     The larger one of both corners, or that of the ``acute`` or ``obtuse`` corner if given.
     """
     moves = [
-        -along(abutment.normal, trace.disp(corner.node))
+        -_along(abutment.normal, trace.disp(corner.node))
         for corner in abutment.corners
         if kind is None or corner.kind == kind
     ]
     return np.maximum.reduce(moves)
 
 
-def wall_push_m(abutment: AbutmentHandle, trace: ResponseTrace) -> NDArray[np.float64]:
+def _wall_push_m(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
     """Return the displacement of the points of a backwall into the fill, shape (n, points).
 
     Without wall nodes it is the closing of the springs less the gap, never negative.
     """
     if abutment.wall_nodes:
         return np.column_stack(
-            [along(abutment.normal, trace.disp(node)) for node in abutment.wall_nodes]
+            [_along(abutment.normal, trace.disp(node)) for node in abutment.wall_nodes]
         )
     pushes = [
-        along(abutment.normal, _deformation(spring, trace)) - abutment.gap_m
+        _along(abutment.normal, _deformation(spring, trace)) - abutment.gap_m
         for spring in abutment.wall_springs
     ]
     return np.maximum(np.column_stack(pushes), 0.0) if pushes else np.zeros((len(trace.time_s), 1))
@@ -269,7 +258,7 @@ def _force_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, float]
     return {
         "shear_key_force_kn": peak(keys) / KN,
         "shear_key_disp_m": peak(
-            move for abutment in abutments for move in key_deformations_m(abutment, trace)
+            move for abutment in abutments for move in _key_deformations_m(abutment, trace)
         ),
         "backwall_force_kn": highest(walls) / KN,
         "friction_force_kn": peak(friction) / KN,
@@ -307,23 +296,23 @@ def key_forces_n(abutment: AbutmentHandle, trace: ResponseTrace) -> list[Series]
     return forces
 
 
-def key_deformations_m(abutment: AbutmentHandle, trace: ResponseTrace) -> list[Series]:
+def _key_deformations_m(abutment: AbutmentHandle, trace: ResponseTrace) -> list[Series]:
     """Return the deformation of each shear key along its normal, never negative, each shape (n,).
 
     Without key nodes it is the closing of the transverse springs less the gap.
     """
     gap_m = 0.0 if abutment.key_nodes else abutment.transverse_gap_m
-    moves = [
-        along(spring.direction, _deformation(spring, trace)) for spring in abutment.key_springs
+    return [
+        np.maximum(np.abs(_along(spring.direction, _deformation(spring, trace))) - gap_m, 0.0)
+        for spring in abutment.key_springs
     ]
-    return [np.maximum(np.abs(move) - gap_m, 0.0) for move in moves]
 
 
 def _closed(trace: ResponseTrace, units: Sequence[int]) -> NDArray[np.bool_]:
     return (trace.normals_n[:, list(units)] > 0.0).any(axis=1)
 
 
-def contact_demands(model: BridgeModel) -> dict[str, float]:
+def _contact_demands(model: BridgeModel) -> dict[str, float]:
     """Return the contact columns of the demands table; all zero for a model without contacts.
 
     Closures and peaks of single contacts depend on the time step; times, impulses and works
@@ -331,8 +320,10 @@ def contact_demands(model: BridgeModel) -> dict[str, float]:
     those at backwalls or keys.
     """
     units = [] if model.contacts is None else model.contacts.ledger()
-    walls = [units[index] for side in model.abutments for index in side.wall_units]
-    keys = [units[index] for side in model.abutments for index in side.key_units]
+    walls, keys = (
+        [units[index] for side in model.abutments for index in getattr(side, places)]
+        for places in ("wall_units", "key_units")
+    )
     return {
         "contact_closures": _sum(units, "closures"),
         "contact_time_s": _sum(units, "contact_time_s"),
@@ -374,3 +365,85 @@ def peak(series: Iterable[Series]) -> float:
 def highest(series: Iterable[Series]) -> float:
     """Return the largest value of all series, at least 0."""
     return max(0.0, *(float(values.max()) for values in series))
+
+
+def histories_of(
+    model: BridgeModel, trace: ResponseTrace, ground_accel_mps2: Series
+) -> dict[str, Series]:
+    """Return the history columns, each of shape (n,); the first row is the state under gravity.
+
+    Forces of an abutment are those of all its parts on the deck (contacts, springs and pads),
+    positive when they oppose a positive displacement, so that they plot as hysteresis loops.
+    """
+    disp = trace.disp(model.deck_centre_node)
+
+    def largest(of_column: Callable[[ColumnHandle, ResponseTrace], Series]) -> Series:
+        """Return the largest of all columns in each row; zero for a single span, without any."""
+        series = [of_column(column, trace) for column in model.columns]
+        sizes = [np.hypot(*each.T) if each.ndim == 2 else each for each in series]
+        return np.maximum.reduce([np.zeros(len(trace.time_s)), *sizes])
+
+    table: dict[str, Series] = {
+        "t_s": trace.time_s,
+        **_plan("ground_a{}_mps2", ground_accel_mps2),
+        **_plan("deck_u{}_m", disp),
+        "deck_rot_rad": disp[:, 5],
+        "column_shear_kn": largest(column_shear_n) / KN,
+        "column_base_shear_kn": largest(column_base_shear_n) / KN,
+        "column_shear_dcr": largest(column_shear_dcr),
+    }
+    for number, column in enumerate(model.columns, start=1):
+        table |= _plan(f"column_{number}_shear_{{}}_kn", column_shear_n(column, trace) / KN)
+        table[f"column_{number}_axial_kn"] = trace.columns[column.element][:, 2] / KN
+        table[f"column_{number}_drift_ratio"] = column_drift(column, trace)
+    for abutment in model.abutments:
+        name = f"abutment_{abutment.side}"
+        pads_n = _pads_force_n(abutment, trace)
+        table |= {
+            **_plan(f"{name}_{{}}_m", trace.disp(abutment.centre)),
+            **_plan(f"{name}_{{}}_kn", _joint_force_n(model, abutment, trace, pads_n) / KN),
+            **_plan(f"{name}_pads_{{}}_kn", pads_n / KN),
+            f"{name}_wall_kn": wall_force_n(abutment, trace) / KN,
+            f"{name}_backfill_kn": backfill_force_n(abutment, trace) / KN,
+            f"{name}_unseating_m": unseating_m(abutment, trace),
+        }
+        for corner in abutment.corners:
+            table |= _plan(f"{name}_{corner.kind}_{{}}_m", trace.disp(corner.node))
+    for index, unit in enumerate(model.contacts.units if model.contacts else ()):
+        name = contact_column(unit.name)
+        moved = trace.disp(unit.node_j) - trace.disp(unit.node_i)
+        table[f"{name}_opening_m"] = unit.gap_m + moved[:, :3] @ np.array(unit.normal)
+        table[f"{name}_normal_kn"] = trace.normals_n[:, index] / KN
+        table[f"{name}_friction_1_kn"] = trace.tangentials_n[:, index, 0] / KN
+        table[f"{name}_friction_2_kn"] = trace.tangentials_n[:, index, 1] / KN
+    return {name: np.array(values) for name, values in table.items()}
+
+
+def _plan(name: str, vectors: Series) -> dict[str, Series]:
+    """Return the components along x and y as columns, with the axis in the name."""
+    return {name.format(axis): vectors[:, k] for k, axis in enumerate("xy")}
+
+
+def _pads_force_n(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
+    """Return the force of the pads (or supports) on the deck along x and y, shape (n, 2)."""
+    total = np.zeros((len(trace.time_s), 2))
+    for bearing in abutment.bearings:
+        total += trace.bearings[bearing.element]
+    return total
+
+
+def _joint_force_n(
+    model: BridgeModel, abutment: AbutmentHandle, trace: ResponseTrace, pads_n: Series
+) -> Series:
+    """Return the force of an abutment on the deck along x and y: pads, contacts or springs."""
+    total = pads_n.copy()
+    if model.contacts is not None:
+        for index in (*abutment.wall_units, *abutment.key_units):
+            unit = model.contacts.units[index]
+            total -= np.outer(trace.normals_n[:, index], unit.normal[:2])
+            for k, tangent in enumerate(unit.tangents):
+                total += np.outer(trace.tangentials_n[:, index, k], tangent[:2])
+        return total
+    for spring in abutment.springs:
+        total += np.outer(trace.spring_force(spring), spring.direction)
+    return total

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from skewbridge.analysis.energy import EnergyBalance, energy_ratios
 from skewbridge.analysis.ground import Excitation, GroundInput
-from skewbridge.analysis.histories import histories_of
 from skewbridge.analysis.modal import apply_rayleigh, damp_columns
-from skewbridge.analysis.peaks import ModelEnd, demands, model_end
+from skewbridge.analysis.peaks import ModelEnd, demands, histories_of, model_end
 from skewbridge.analysis.recovery import LADDER, Effort
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log

@@ -95,19 +95,13 @@ def check(name: str | None, bridge: str, out: Path | None, units: Units) -> Answ
     from skewbridge.bridge.geometry import model_geometry
     from skewbridge.report.bridge_figures import model_figure
 
-    report = check_bridge(name or bridge)
-    picture = writable_folder(out or Path("results/bridges") / report.bridge.name) / "model.png"
+    answer = check_bridge(name or bridge)
+    picture = writable_folder(out or Path("results/bridges") / answer["bridge"]) / "model.png"
     skewed = replace(parse_slug("osb1_cf_skew30_gap051_mu050"), bridge=name or bridge)
     model_figure(model_geometry(skewed, ModelOptions())).savefig(picture, dpi=150)
-    for finding in report.findings:
+    for finding in answer["findings"]:
         warn(finding)
-    answer = {
-        **report.summary(),
-        "findings": report.findings,
-        "picture": str(picture),
-        "modes": [asdict(mode) for mode in report.standing.modes],
-        "bents": report.bents,
-    }
+    answer |= {"picture": str(picture), "modes": [asdict(mode) for mode in answer["modes"]]}
     return Answer(answer, units=units)
 
 
@@ -264,7 +258,12 @@ def sdc(source: Path | None, bridge: str | None, out: Path | None, units: Units)
 
     Example: skewbridge bridge sdc --bridge osb1
     """
-    from skewbridge.analysis.sdc import capacity_rows, corner_moves_m, sdc_rows, summary_row
+    from skewbridge.analysis.bridge_check import (
+        capacity_rows,
+        corner_moves_m,
+        sdc_rows,
+        summary_row,
+    )
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.files.tables import read_frame
 

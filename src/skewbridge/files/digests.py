@@ -27,7 +27,7 @@ ENGINE: Final = (
     "analysis",
     "study/task.py",
 )
-#: Bridges are digested by their numbers (`analysis.keys.bridge_digest`), for studies that use them.
+#: Bridges are digested by their numbers (`bridge.catalogue.bridge_digest`), where they are used.
 _CATALOGUE: Final = Path("bridge", "catalogue")
 _PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "skewbridge")
 

@@ -29,7 +29,7 @@ def replay_page(layout: ModelGeometry, histories: pd.DataFrame, *, title: str) -
 
     It opens at the first contact. Displacements and gaps have the same exaggeration, so that deck
     and wall touch in the picture where they touch in the analysis. The histories are those of
-    `skewbridge.analysis.histories` of the same run.
+    `analysis.peaks.histories_of` of the same run.
     """
     scene = _Scene(layout, histories)
     rows = _frame_rows(scene.time_s, scene.closed)

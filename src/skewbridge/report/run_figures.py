@@ -34,7 +34,7 @@ SPECTRA: Final = {
 
 
 def run_figures(histories: pd.DataFrame, *, title: str) -> dict[str, Figure]:
-    """Return the figures of an analysis by file name, from `skewbridge.analysis.histories`."""
+    """Return the figures of an analysis by file name, from `analysis.peaks.histories_of`."""
     # imported here: it takes a second to load, and the figures of a study do not need it
     import seaborn as sns  # also registers the colour map "flare"
 

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from skewbridge.analysis.keys import bridge_digest
-from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.catalogue import bridge_digest, load_bridge
 from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
 from skewbridge.files.digests import (
     ENGINE,

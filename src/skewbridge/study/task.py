@@ -4,22 +4,24 @@ The sources of this module are part of the key of every analysis (`files.digests
 that an edit runs all analyses again. Scheduling, journals and configuration are kept out of it.
 """
 
+import hashlib
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from functools import lru_cache
 from math import inf
 from pathlib import Path
 from typing import Any
 
 from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.keys import input_digest
 from skewbridge.analysis.recovery import steps_as_text
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Progress
 from skewbridge.analysis.transient import AnalysisResult, analyse
+from skewbridge.bridge.catalogue import bridge_digest
 from skewbridge.errors import InputError
-from skewbridge.files.digests import digest_of, engine_digest, opensees_version
-from skewbridge.motions.record import SuiteMotion
+from skewbridge.files.digests import canonical, digest_of, engine_digest, opensees_version
+from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.statuses import RAN
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
@@ -56,14 +58,31 @@ class Task:
 
 
 def run_key(task: Task) -> str:
-    """Return the digest of everything that the result of an analysis depends on."""
+    """Return the digest of everything that the result of an analysis depends on.
+
+    Of the motion these are its accelerations and time step as analysed, whatever files they were
+    read from; its name, event and intensity measures are not.
+    """
     return digest_of(
-        input_digest(task.variant, task.motion.motion, task.settings, task.options),
+        canonical(asdict(task.variant)),
+        _motion_digest(task.motion.motion),
+        canonical(asdict(task.settings)),
+        canonical(asdict(task.options)),
+        bridge_digest(task.variant.bridge),
         float(task.motion.scale),
         float(task.incidence_deg),
         engine_digest(),
         opensees_version(),
     )
+
+
+@lru_cache(maxsize=1024)
+def _motion_digest(motion: GroundMotion) -> str:
+    """Return the digest of the accelerations and the time step of a motion."""
+    digest = hashlib.sha256(repr(float(motion.dt_s)).encode())
+    for values in motion.components:
+        digest.update(values.astype("<f8").tobytes())
+    return digest.hexdigest()[:16]
 
 
 def analyse_task(task: Task, log_path: Path, progress: Progress) -> dict[str, Any]:
