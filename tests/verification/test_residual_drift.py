@@ -14,7 +14,6 @@ from bridge_variants import analysed, variant
 from skewbridge.analysis import transient
 from skewbridge.analysis.modal import apply_rayleigh
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.bridge.handles import Point
 from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
 from strong_motion import strong_motion
@@ -71,23 +70,19 @@ def test_a_collapsed_run_keeps_the_drift_of_its_last_step():
 
 
 def test_drifts_are_those_of_the_top_against_the_base():
-    """A model at rest under gravity, with prescribed positions under gravity."""
+    """A model at rest under gravity, whose bases stood elsewhere when the drifts began."""
     with domain():
         model = build(replace(CASE, abutment="roller"), ModelOptions())
         apply_rayleigh(model)
-        columns = model.columns
-        # an index per column, so that each has a drift of its own
-        moved = {column.top: (0.03, 0.08 + 0.01 * i) for i, column in enumerate(columns)}
-        moved |= {column.base_node: (-0.01, 0.05) for column in columns}
-
-        def plan_m(place):
-            if not isinstance(place, Point):
-                return np.array(ops.nodeDisp(place))[:2]
-            disp = np.array(ops.nodeDisp(place.node))
-            return (disp[:3] + np.cross(disp[3:], place.arm_m))[:2]
-
-        start = {node: tuple(plan_m(node) - moved[node]) for node in moved}
-        found = transient.drifts_at_rest(model, AnalysisSettings(), start.__getitem__)
-    moves_m = [np.hypot(0.04, 0.03 + 0.01 * i) for i in range(len(columns))]
-    heights_m = [column.clear_height_m for column in columns]
+        leans = []
+        for i, column in enumerate(model.columns):
+            stood = ops.nodeDisp(column.base_node)[:2]
+            for dof, move_m in enumerate((0.04, 0.03 + 0.01 * i), start=1):
+                ops.setNodeDisp(column.base_node, dof, stood[dof - 1] + move_m, "-commit")
+            leans.append(transient.Lean(column))
+            for dof in (1, 2):
+                ops.setNodeDisp(column.base_node, dof, stood[dof - 1], "-commit")
+        found = transient.drifts_at_rest(model, AnalysisSettings(), leans)
+    moves_m = [np.hypot(0.04, 0.03 + 0.01 * i) for i in range(len(leans))]
+    heights_m = [column.clear_height_m for column in model.columns]
     assert found.drifts == pytest.approx(np.divide(moves_m, heights_m), rel=1e-6)

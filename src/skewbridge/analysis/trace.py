@@ -5,7 +5,7 @@ afterwards, one quantity at a time.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from errno import ENOSPC
 from itertools import accumulate, pairwise
 from pathlib import Path
@@ -54,20 +54,14 @@ class ResponseTrace:
 
     def at(self, rows: slice | list[int] | NDArray[np.bool_]) -> "ResponseTrace":
         """Return the trace at some rows."""
-
-        def parts[Key](records: Mapping[Key, Series]) -> dict[Key, Series]:
-            return {key: series[rows] for key, series in records.items()}
-
+        records = {each.name: getattr(self, each.name) for each in fields(self) if each.init}
         return ResponseTrace(
-            time_s=self.time_s[rows],
-            centre_accel_mps2=self.centre_accel_mps2[rows],
-            nodes=parts(self.nodes),
-            columns=parts(self.columns),
-            sections=parts(self.sections),
-            springs=parts(self.springs),
-            bearings=parts(self.bearings),
-            normals_n=self.normals_n[rows],
-            tangentials_n=self.tangentials_n[rows],
+            **{
+                name: {key: series[rows] for key, series in record.items()}
+                if isinstance(record, Mapping)
+                else record[rows]
+                for name, record in records.items()
+            }
         )
 
     def position(self, place: int | Point) -> Series:
@@ -87,11 +81,6 @@ class ResponseTrace:
         """Displacements and rotations of a node or point since gravity, shape (n, 6)."""
         values = self.position(place)
         return values - values[0]
-
-    def under_gravity_m(self, place: int | Point) -> tuple[float, float]:
-        """Plan displacement of a node or point under gravity, from which all others count."""
-        x, y = self.at(slice(1)).position(place)[0, :2].tolist()
-        return x, y
 
     def spring_force(self, handle: SpringHandle) -> Series:
         """Force of a spring, shape (n,)."""

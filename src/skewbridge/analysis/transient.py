@@ -1,6 +1,6 @@
 """Nonlinear response history of one variant under one motion, its limits and its residual drift."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from math import hypot, nan, pi
@@ -28,8 +28,6 @@ from skewbridge.statuses import OK, Status
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS, ModelOptions
 from skewbridge.variant.variant import Variant
 
-#: Plan displacement of a node or point, in m.
-type PlanPositions = Callable[[int | Point], PlanVector]
 # ASSUME no bridge moves this fast. A diverging solution may keep converging, with forces of any
 # size, so these limits end it. They are far above any real response and do not define collapse.
 MAX_STEP_DRIFT: Final = 0.05
@@ -165,7 +163,7 @@ class _History:
             found |= {name: whole[name] for name in (_RESIDUAL, *SHEAR_MODEL_DEMANDS.values())}
         messages = [ending.message] if ending.message else []
         if ending.status == OK:
-            rest = drifts_at_rest(self._model, self._settings, trace.under_gravity_m)
+            rest = drifts_at_rest(self._model, self._settings, self._watch.columns)
             if rest.reason:
                 messages.append(f"residual drift is that of the last step: {rest.reason}")
             else:
@@ -221,6 +219,9 @@ class _History:
 class Watch:
     """Compares each step with the limits; made in the state under gravity.
 
+    Attributes:
+        columns: Drifts of the columns since then.
+
     Raises:
         InputError: The joint gap leaves the deck no support on its seat.
     """
@@ -230,7 +231,7 @@ class Watch:
         self._max_normal_n = MAX_CONTACT_WEIGHTS * model.weight_n
         self._contacts = model.contacts
         self._deck = _Moved(model.deck_centre_node)
-        self._columns = tuple(_Lean(column) for column in model.columns)
+        self.columns = tuple(Lean(column) for column in model.columns)
         self._corners = tuple(
             (_Moved(corner.node), abutment.normal, abutment.support_length_m)
             for abutment in model.abutments
@@ -251,7 +252,7 @@ class Watch:
         collapse.
         """
         drift, disp_m = 0.0, hypot(*self._deck.disp_m())
-        for column in self._columns:
+        for column in self.columns:
             if not (ratio := column.drift_ratio()) <= drift:  # NaN counts
                 drift = ratio
         step_drift, step_disp_m = drift - self._drift_ratio, disp_m - self._disp_m
@@ -280,16 +281,16 @@ class Watch:
 
 
 class _Moved:
-    """Plan displacement of a node or point in the open domain, from now or from ``zero_m``."""
+    """Plan displacement of a node or point in the open domain, from now on."""
 
     __slots__ = ("_has_arm", "_node", "_x", "_y", "_z", "_zero_x", "_zero_y")
 
-    def __init__(self, place: int | Point, zero_m: PlanVector | None = None) -> None:
+    def __init__(self, place: int | Point) -> None:
         point = place if isinstance(place, Point) else Point(place)
         self._node, (self._x, self._y, self._z) = point.node, point.arm_m
         self._has_arm = any(point.arm_m)
         self._zero_x = self._zero_y = 0.0
-        self._zero_x, self._zero_y = self.disp_m() if zero_m is None else zero_m
+        self._zero_x, self._zero_y = self.disp_m()
 
     def disp_m(self) -> PlanVector:
         """Return the displacement along x and y."""
@@ -300,16 +301,13 @@ class _Moved:
         return x - self._zero_x, y - self._zero_y
 
 
-class _Lean:
-    """Drift of a column in the open domain, counted like the displacements of its ends."""
+class Lean:
+    """Drift of a column in the open domain, from now on."""
 
     __slots__ = ("_base", "_height_m", "_top")
 
-    def __init__(self, column: ColumnHandle, zero_m: PlanPositions | None = None) -> None:
-        self._top, self._base = (
-            _Moved(place, zero_m(place) if zero_m else None)
-            for place in (column.top, column.base_node)
-        )
+    def __init__(self, column: ColumnHandle) -> None:
+        self._top, self._base = _Moved(column.top), _Moved(column.base_node)
         self._height_m = column.clear_height_m
 
     def drift_ratio(self) -> float:
@@ -330,7 +328,7 @@ class Rest:
 def drifts_at_rest(
     model: BridgeModel,
     settings: AnalysisSettings,
-    under_gravity_m: PlanPositions,
+    columns: Sequence[Lean],
 ) -> Rest:
     """Let the model in the open domain come to rest from its last state; return its drifts.
 
@@ -342,7 +340,7 @@ def drifts_at_rest(
     Args:
         model: Model after the last step of a history, whose motion has ended.
         settings: Settings of the history.
-        under_gravity_m: Plan displacement of a node or point under gravity; drifts count from it.
+        columns: Drifts of the columns, from the state under gravity.
     """
     period_s = model.bridge.damping.long_period_s
     # ASSUME the path to rest adds no plastic drift: critical damping leaves no cycles
@@ -354,7 +352,6 @@ def drifts_at_rest(
     _forget_accelerations()
     ops.integrator(*_INTEGRATOR)
     ops.analysis("Transient", "-noWarnings")
-    columns = [_Lean(column, under_gravity_m) for column in model.columns]
 
     def read() -> tuple[float, ...]:
         return tuple(column.drift_ratio() for column in columns)
