@@ -42,7 +42,8 @@ def model_script(variant: Variant, options: ModelOptions) -> str:
     with recording() as record, domain():
         model = build(variant, options)
         apply_rayleigh(model)
-        return record.script(variant.normalised().slug) + _contact_table(model)
+        commands = HEADER.format(title=variant.normalised().slug) + "\n".join(record)
+        return f"{commands}\n{_contact_table(model)}"
 
 
 def _contact_table(model: BridgeModel) -> str:
@@ -59,18 +60,10 @@ def _contact_table(model: BridgeModel) -> str:
     return "\n".join(["", "CONTACTS = [", *rows, "]", ""])
 
 
-class Recording(list[str]):
-    """The commands of a `recording()` block, in order."""
-
-    def script(self, title: str) -> str:
-        """Return a script that repeats the commands."""
-        return HEADER.format(title=title) + "\n".join(self) + "\n"
-
-
 @contextmanager
-def recording() -> Generator[Recording]:
-    """Record every OpenSees command that is called inside the block."""
-    record = Recording()
+def recording() -> Generator[list[str]]:
+    """Record every OpenSees command that is called inside the block, in order."""
+    record: list[str] = []
     originals = {name: getattr(ops, name) for name in RECORDED}
 
     def listening(name: str, command: Callable[..., Any]) -> Callable[..., Any]:

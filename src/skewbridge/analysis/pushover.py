@@ -81,7 +81,7 @@ def push_bridge(
             # unit loads: the load factor is the base shear
             return _along(model.deck_centre_node, direction) - start, float(ops.getTime())
 
-        control = 0 if abs(direction[0]) >= abs(direction[1]) else 1  # the larger component
+        control = int(abs(direction[0]) < abs(direction[1]))  # the larger component
         integrator = ("DisplacementControl", model.deck_centre_node, control + 1)
         return _march(model.contacts, max_disp_m * direction[control], steps, read, integrator)
 
