@@ -10,7 +10,7 @@ from errno import ENOSPC
 from itertools import accumulate, pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final
+from typing import Any, Final, cast
 
 import numpy as np
 import openseespy.opensees as ops
@@ -54,15 +54,14 @@ class ResponseTrace:
 
     def at(self, rows: slice | list[int] | NDArray[np.bool_]) -> "ResponseTrace":
         """Return the trace at some rows."""
-        records = {each.name: getattr(self, each.name) for each in fields(self) if each.init}
-        return ResponseTrace(
-            **{
-                name: {key: series[rows] for key, series in record.items()}
-                if isinstance(record, Mapping)
-                else record[rows]
-                for name, record in records.items()
-            }
-        )
+
+        def cut(record: Any) -> Any:
+            if isinstance(record, dict):
+                return {key: series[rows] for key, series in cast(dict[Any, Any], record).items()}
+            return record[rows]
+
+        parts = {each.name: cut(getattr(self, each.name)) for each in fields(self) if each.init}
+        return ResponseTrace(**parts)
 
     def position(self, place: int | Point) -> Series:
         """Displacements and rotations of a node or point since before gravity, shape (n, 6).
