@@ -119,12 +119,6 @@ def test_equal_file_names_in_several_folders_lose_no_pair(folders, names):
     assert sorted(path for group in groups.values() for path in group) == files
 
 
-def test_unpaired_component_is_named(tmp_path):
-    (tmp_path / "A090.AT2").touch()
-    with pytest.raises(InputError, match=r"A090\.AT2.*2 needed"):
-        list_motions(tmp_path)
-
-
 @pytest.mark.parametrize(("offset", "is_doubtful"), [(0.03, True), (-0.03, True), (0.01, False)])
 def test_offset_of_either_sign_gets_a_warning(offset, is_doubtful):
     wave = np.tile([1.0, -1.0], 500) + offset

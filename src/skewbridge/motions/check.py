@@ -6,7 +6,7 @@ from typing import Literal
 
 from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
-from skewbridge.files.text import shown_path
+from skewbridge.files.text import file_fault, shown_path
 from skewbridge.motions.folder import (
     INDEX_NAME,
     IndexEntry,
@@ -116,7 +116,7 @@ def write_folder_index(folder: Path, given: Given | None = None) -> Path:
 def _files_of(folder: Path) -> list[Path]:
     files = motion_files(folder)
     if not files:
-        raise InputError(f"no motions in {shown_path(folder)}", folder=str(folder))
+        raise file_fault(folder, " has no motions")
     # A velocity or displacement next to its acceleration is not a mistake.
     stems = {path.stem.lower() for path in files}
     others = (path for path in files_below(folder) if path.suffix.lower() in {".vt2", ".dt2"})

@@ -115,7 +115,7 @@ def list_motions(folder: Path) -> list[IndexEntry]:
             files=names,
         )
     if not pairs:
-        raise InputError(f"no motions in {shown_path(folder)}", folder=str(folder))
+        raise file_fault(folder, " has no motions")
     return [motion_of_files(name, pair) for name, pair in pairs.items()]
 
 
@@ -156,12 +156,9 @@ def files_below(folder: Path) -> list[Path]:
     try:
         files = [path for path in islice(folder.rglob("*"), MAX_FILES + 1) if path.is_file()]
     except OSError as error:
-        raise InputError(f"{shown_path(folder)}: {error.strerror}", folder=str(folder)) from None
+        raise file_fault(folder, f": {error.strerror}") from None
     if len(files) > MAX_FILES:
-        raise InputError(
-            f"{shown_path(folder)} has more than {MAX_FILES} files: name the folder of the motions",
-            folder=str(folder),
-        )
+        raise file_fault(folder, f" has more than {MAX_FILES} files: name that of the motions")
     return sorted(files)
 
 

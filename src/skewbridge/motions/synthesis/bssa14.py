@@ -10,7 +10,7 @@ thereby duration and non-stationarity stay as they are.
 """
 
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -35,9 +35,7 @@ MAX_LOG_FACTOR: Final = 3.0
 
 @cache
 def _table() -> pd.DataFrame:
-    path = files("skewbridge.motions.synthesis").joinpath("data/bssa14.csv")
-    with path.open(encoding="utf-8") as stream:
-        return pd.read_csv(stream, comment="#").set_index("period")
+    return pd.read_csv(Path(__file__).parent / "data/bssa14.csv", comment="#", index_col="period")
 
 
 def bssa14(scenario: Scenario, periods_s: ArrayLike) -> tuple[Vector, Vector]:
@@ -56,8 +54,7 @@ def bssa14(scenario: Scenario, periods_s: ArrayLike) -> tuple[Vector, Vector]:
 
 
 def _coefficients(periods_s: list[float]) -> dict[str, Vector]:
-    rows = _table().loc[periods_s]
-    return {str(name): rows[name].to_numpy(dtype=np.float64) for name in rows.columns}
+    return {str(name): values.to_numpy(float) for name, values in _table().loc[periods_s].items()}
 
 
 def _source_and_path(scenario: Scenario, c: dict[str, Vector]) -> Vector:

@@ -10,7 +10,7 @@ import json
 import math
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
@@ -130,8 +130,8 @@ class ModelParameters(NamedTuple):
 @cache
 def _regression(pulse: str) -> tuple[Vector, Vector, Vector]:
     """Return coefficients, standard deviations and the Cholesky factor of the correlation."""
-    path = files("skewbridge.motions.synthesis").joinpath("data/ddk18.json")
-    table = json.loads(path.read_text(encoding="utf-8"))["nopulse" if pulse == "none" else "pulse"]
+    text = (Path(__file__).parent / "data/ddk18.json").read_text(encoding="utf-8")
+    table = json.loads(text)["nopulse" if pulse == "none" else "pulse"]
     return np.array(table["beta"]), np.array(table["sigma"]), np.linalg.cholesky(table["corr"])
 
 

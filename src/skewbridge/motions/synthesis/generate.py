@@ -37,9 +37,6 @@ from skewbridge.motions.synthesis.ddk18 import (
 )
 from skewbridge.units import G_MPS2
 
-type Calibrate = Literal["bssa14", "none"]
-type Orientation = Literal["random", "principal"]
-
 DT_S: Final = 0.01
 SOURCE: Final = "synthetic: model of Dabaghi and Der Kiureghian (2018)"
 _GOLDEN_SHARE: Final = 0.5 * (np.sqrt(5.0) - 1.0)
@@ -87,8 +84,8 @@ def synthesize(
     *,
     index: int,
     seed: int,
-    calibrate: Calibrate = "bssa14",
-    orientation: Orientation = "random",
+    calibrate: Literal["bssa14", "none"] = "bssa14",
+    orientation: Literal["random", "principal"] = "random",
     turn_pulses: bool = False,
     dt_s: float = DT_S,
 ) -> GroundMotion:
