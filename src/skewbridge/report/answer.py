@@ -196,7 +196,8 @@ def answer_table(
     ranks = {f"_{name}": table[name].map(values.index) for name, values in order.items()}
     table = table.assign(**ranks).sort_values([*BRIDGE_COLUMNS, "_axis", "from_value", "_demand"])
     counts = table[list(_COUNTS)].apply(pd.to_numeric, errors="coerce").astype(np.float64)
-    return table.assign(**counts)[list(ANSWER_COLUMNS)].reset_index(drop=True)
+    table = table.assign(**{name: counts[name] for name in _COUNTS})
+    return table[list(ANSWER_COLUMNS)].reset_index(drop=True)
 
 
 def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, Any]:

@@ -253,7 +253,7 @@ class VariantLayout:
 
     def handles(self, *, marks: bool = False) -> list[Line2D]:
         """Return the entries of the legend, those of a cloud with the marks of its points."""
-        hidden = {} if marks else {"marker": ""}
+        hidden: dict[str, Any] = {} if marks else {"marker": ""}
         return [
             Line2D([], [], label=_joined(self.line_axes, values), ms=4.0, **style | hidden)
             for values, style in self.styles.items()

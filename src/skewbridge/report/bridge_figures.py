@@ -94,7 +94,7 @@ def _draw_members(axes: Axes, geometry: ModelGeometry, plane: list[int]) -> None
         ends = np.array([member.ends for member in members])
         is_line = (ends[:, 0] != ends[:, 1]).any(axis=1)
         wide, order = 2.2 if group in ("deck", "columns") else 1.0, 1 if group == "links" else 2
-        look = {"color": COLOURS[group], "label": group}
+        look: dict[str, Any] = {"color": COLOURS[group], "label": group}
         # breaks between the lines make them one line with one entry in the legend
         breaks = np.full((int(is_line.sum()), 1, 3), np.nan)
         lines = np.concatenate([ends[is_line], breaks], axis=1).reshape(-1, 3)

@@ -73,7 +73,7 @@ def check_tables(tables: StudyTables) -> list[dict[str, Any]]:
     bounded = effects[effects["ci_low"].notna()]
     within = bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])
     share = len(unfinished) / max(len(demands), 1), tables.max_unfinished_share
-    checks = (
+    checks: tuple[Any, ...] = (
         (f"share of rows with a status other than {' or '.join(RAN)}", unfinished,
          (*KEY, "status"), share),
         ("analyses listed twice", demands[demands.duplicated(list(KEY))], KEY),

@@ -1,7 +1,7 @@
 """Figures of effects: effects on demands by intensity, modelling choices compared with them."""
 
 from textwrap import fill
-from typing import Final
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
@@ -86,7 +86,12 @@ def widths_by_analyses(rounds: pd.DataFrame) -> Figure:
     rounds = rounds.assign(width=50.0 * np.log(rounds["ci_high"] / rounds["ci_low"]))
     kinds = {"demand": "Demands", "median_capacity": "Median capacities"}
     styles = {style.verdict: style for style in STYLES.values() if style.verdict in DECIDED}
-    dot = {"marker": "o", "linestyle": "", "markersize": 5, "markeredgecolor": "#39434a"}
+    dot: dict[str, Any] = {
+        "marker": "o",
+        "linestyle": "",
+        "markersize": 5,
+        "markeredgecolor": "#39434a",
+    }
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(6.8, 3.0), layout="constrained")
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
@@ -139,7 +144,7 @@ def _ranked(choices: pd.DataFrame) -> dict[str, pd.DataFrame]:
         change=change,
         percent=percent,
         text=texts,
-        size=np.log(choices["ratio"]).abs().where(choices["n"] > 0, -1.0),
+        size=choices["ratio"].map(np.log).abs().where(choices["n"] > 0, -1.0),
     ).sort_values("size", kind="stable")
     demands = demands_for("headline", choices["demand"].unique())
     return {demand_name(demand): rows[rows["demand"] == demand] for demand in demands}

@@ -55,8 +55,11 @@ def explorer_of(frames: Mapping[str, pd.DataFrame], units: str) -> dict[str, str
     if not (frames["curves"]["status"] == FITTED).any():
         return {}
     library = files("skewbridge.report") / "vendor" / "plotly-basic.min.js"
-    tables = (frames[name] for name in ("demands", "curves", "effects", "medians"))
-    return {"data": explorer_data(*tables, units), "library": _packed(library.read_bytes())}
+    demands, curves, effects, medians = (
+        frames[name] for name in ("demands", "curves", "effects", "medians")
+    )
+    data = explorer_data(demands, curves, effects, medians, units)
+    return {"data": data, "library": _packed(library.read_bytes())}
 
 
 def explorer_data(

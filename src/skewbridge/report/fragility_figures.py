@@ -34,6 +34,7 @@ _NOTE_LINE_PT: Final = 9.0  # for each line of a note between the two
 _NAME_ROOM: Final = 0.05  # part of the height of a panel that the name of a state takes
 _FAR_BELOW: Final = 300.0  # parts of the mildest state below which a demand is drawn at the bottom
 _UP: Final = 2  # matplotlib's marker of a tick upward
+_NO_MARKER: Final[dict[str, Any]] = {"marker": ""}
 _CROSSED: Final = (0.1, 0.3, 0.5, 0.7, 0.9)  # P at which the curve of an exceedance fit has crosses
 _GREY: Final = "#39434a"  # of legend entries that stand for lines of any colour
 
@@ -151,7 +152,7 @@ def _curve_panel(
             p, (low, high) = curve_values(grid, item)
             if values in layout.banded:
                 axes.fill_between(grid, low, high, color=color, alpha=0.15, linewidth=0)
-            axes.plot(grid, p, **style | {"marker": ""})
+            axes.plot(grid, p, **style | _NO_MARKER)
             if item["method"] == "exceedance":
                 at = np.searchsorted(p, [each for each in _CROSSED if each < p[-1]])
                 axes.plot(grid[at], p[at], "x", ms=6.0, mew=1.2, color=color)
@@ -234,7 +235,7 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
                 if len(line) and np.isfinite(line["b"].iloc[0]):
                     x = np.geomspace(part[im_column].min(), part[im_column].max(), 2)
                     y = factor * np.exp(line["ln_a"].iloc[0]) * x ** line["b"].iloc[0]
-                    axes.plot(x, y, **style | {"marker": ""})
+                    axes.plot(x, y, **style | _NO_MARKER)
             for threshold in thresholds.values():
                 axes.axhline(threshold, color="#555555", lw=0.8, ls=(0, (1, 2)), zorder=1)
             axes.set_title(title, fontsize=9, pad=_TITLE_PAD_PT + _NOTE_LINE_PT * any_below)
@@ -262,13 +263,15 @@ def _cloud_points(
 ) -> None:
     """Draw the runs of one line style: filled, open with a tick upward, or at the bottom."""
     x, y, complete, bottom = part[im], part[demand], is_complete(part), least / 1.5
+    tick: dict[str, Any] = {"marker": _UP}
+    down: dict[str, Any] = {"marker": "v"}
     done, early, small = complete & (y >= least), ~complete, complete & (y < least)
     bounds = y[early].clip(lower=bottom)
     axes.plot(x[done], y[done], ms=2.8, alpha=0.6, mew=0, **look)
     axes.plot(x[early], bounds, ms=3.6, mfc="none", mew=0.8, **look)
-    axes.plot(x[early], bounds, ms=6.5, mew=0.9, **look | {"marker": _UP})
+    axes.plot(x[early], bounds, ms=6.5, mew=0.9, **look | tick)
     at_bottom = np.full(int(small.sum()), bottom)
-    axes.plot(x[small], at_bottom, ms=3, mew=0, alpha=0.5, **look | {"marker": "v"})
+    axes.plot(x[small], at_bottom, ms=3, mew=0, alpha=0.5, **look | down)
 
 
 def _name_thresholds(axes: Axes, thresholds: Mapping[str, float]) -> None:

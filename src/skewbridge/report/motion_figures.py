@@ -1,7 +1,7 @@
 """Figures of ground motions: a page per record, the spectra of a suite."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Final
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
@@ -36,7 +36,8 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Vector]) -> Fi
     """
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(_WIDTH_IN, 7.0), layout="constrained")
-        left, right = figure.subfigures(1, 2, width_ratios=(1.35, 1.0))
+        halves: Any = figure.subfigures(1, 2, width_ratios=(1.35, 1.0))
+        left, right = halves
         panels = left.subplots(len(HISTORIES), 1, sharex=True)
         spectra = right.subplots()
         for axes, (name, series) in zip(panels, HISTORIES.items(), strict=True):
@@ -50,7 +51,8 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Vector]) -> Fi
             psa_g = component_psa(accel_mps2, dt_s, PERIODS_S) / G_MPS2
             spectra.loglog(PERIODS_S, psa_g, color=color, lw=1.0, label=label)
         if len(components) == 2:
-            both = pair_psa(*components.values(), dt_s, PERIODS_S)
+            one, two = components.values()
+            both = pair_psa(one, two, dt_s, PERIODS_S)
             look = {"color": "black", "lw": 1.8}
             spectra.loglog(PERIODS_S, both.rotd50_mps2 / G_MPS2, label="RotD50", **look)
             look = {"color": "black", "lw": 1.0, "ls": "--"}

@@ -102,15 +102,16 @@ def write_report(
     demands, curves, medians = (frames[name] for name in ("demands", "curves", "medians"))
     study = parse_config(config)
     environment = templates(axes_of, model_name, shown_axes, variant_text)
-    environment.filters.update(
-        groups=groups_of,
-        median=_median_text,
-        number=_number,
-        records=records_of,
-        shown=shown_rows,
-        unbroken=_unbroken,
-        words=in_words,
-    )
+    filters: dict[str, Any] = {
+        "groups": groups_of,
+        "median": _median_text,
+        "number": _number,
+        "records": records_of,
+        "shown": shown_rows,
+        "unbroken": _unbroken,
+        "words": in_words,
+    }
+    environment.filters.update(filters)
     shear_models = shear_model_medians(demands, study.fragility)
     with shown_in(study.figures.units):
         page = environment.get_template("report.html.j2").render(

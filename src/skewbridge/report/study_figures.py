@@ -137,7 +137,8 @@ class FigureTables:
 def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     """Yield caption and drawing function of every figure, those of each bridge model first."""
     tables = replace(tables, demands=with_derived_columns(tables.demands))
-    for (bridge, abutment), _ in tables.demands.groupby(list(BRIDGE_COLUMNS)):
+    models = tables.demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
+    for bridge, abutment in sorted(models):
         start, model = f"{bridge}_{ABUTMENTS[abutment].code}_", model_name(bridge, abutment)
         own = tables.of_model(bridge, abutment)
         for figures in (_curve_figures, _cloud_figures, _intensity_figures, _choice_figures):
