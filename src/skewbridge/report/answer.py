@@ -10,8 +10,10 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
+from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import failure_kinds, is_complete
+from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, axis_names, models_of
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES
@@ -46,7 +48,7 @@ _COUNTS: Final = ("n_cells", "n_without_curve", "n_extrapolated")
 #: comparisons (Holm), for a demand the weaker one of this and of the verdict at the intensity `im`.
 ANSWER_COLUMNS: Final = (
     *(*_EFFECT[:-1], "quantity", "demand", "status", "ratio", "ci_low", "ci_high", "level"),
-    *("margin", "claim", "im", "from_demand", "to_demand", "first_im", "last_im"),
+    *("margin", "claim", "im", "from_demand", "to_demand", "first_im", "last_im", "seat_m"),
     *("im_low", "im_high", *_COUNTS),
 )
 NOT_REACHED: Final = "not_reached"
@@ -195,9 +197,19 @@ def answer_table(
     order["demand"] = [*HEADLINE_STATES, *headline]
     ranks = {f"_{name}": table[name].map(values.index) for name, values in order.items()}
     table = table.assign(**ranks).sort_values([*BRIDGE_COLUMNS, "_axis", "from_value", "_demand"])
+    seats_m = table["bridge"].map({name: _seat_width_m(name) for name in set(table["bridge"])})
+    table = table.assign(seat_m=seats_m.where(table["demand"] == "unseating_m").astype(float))
     counts = table[list(_COUNTS)].apply(pd.to_numeric, errors="coerce").astype(np.float64)
     table = table.assign(**{name: counts[name] for name in _COUNTS})
     return table[list(ANSWER_COLUMNS)].reset_index(drop=True)
+
+
+def _seat_width_m(bridge: str) -> float:
+    """Return the seat width of a bridge; NaN if its file cannot be read."""
+    try:
+        return load_bridge(bridge).abutment.seat_width_m
+    except InputError:
+        return np.nan
 
 
 def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, Any]:
@@ -277,7 +289,11 @@ def clearest_clause(rows: Sequence[dict[str, Any]]) -> str:
     (low, unit), (high, _) = (shown_value(row["demand"], end) for end in ends)
     if row["demand"].endswith("dcr"):
         low, high, unit = 100.0 * low, 100.0 * high, " % of the capacity"
-    return f"{text}: {number(low)} to {number(high)}{unit}"
+    text += f": {number(low)} to {number(high)}{unit}"
+    if np.isfinite(row["seat_m"]):
+        seat, unit = shown_value(row["demand"], row["seat_m"])
+        text += f" on a seat of {number(seat)}{unit}"
+    return text
 
 
 def title_of(table: pd.DataFrame) -> str:

@@ -121,6 +121,7 @@ def write_report(
             explorer=explorer_of(frames, study.figures.units),
             tables=frames,
             paper=paper_rows(curves, medians, frames["joint"]),
+            compared=methods_compared(curves),
             unreached=states_not_reached(curves),
             n_variants=curves.groupby(list(BRIDGE_COLUMNS))["variant"].nunique(),
             measure_columns=list(_MEASURES),
@@ -457,6 +458,19 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
         "level": float(curves["level"].iloc[0]),
         "ratios": [f"θ ratio, {in_words(name)}" for name in ratios],
         "groups": groups,
+    }
+
+
+def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
+    """Return how often cloud and exceedance medians differ, and how many of these are used."""
+    differs = curves["methods_differ"].eq(other=True)
+    used = differs & curves["preferred"].eq(other=True)
+    is_cloud = curves["method"] == "cloud"
+    return {
+        "both": int((is_cloud & curves["methods_ratio"].notna()).sum()),
+        "differ": int((is_cloud & differs).sum()),
+        "marked": int(used.sum()),
+        "by_exceedance": int((used & ~is_cloud).sum()),
     }
 
 
