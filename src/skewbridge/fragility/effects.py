@@ -359,7 +359,7 @@ def _median_rows(
     number = part.groupby(names, dropna=False).ngroup()
     variants = part[[*demand_table.IDENTITY_COLUMNS, *names]].assign(number=number)
     variants = variants.drop_duplicates("number").sort_values("number")
-    medians = _Medians(part, number.to_numpy(dtype=np.intp), states, settings.im, curves)
+    medians = _Medians(part, np.asarray(number, dtype=np.intp), states, settings.im, curves)
     shared = {"quantity": verdicts.MEDIAN_CAPACITY, "margin": settings.median_margin}
 
     def estimate(ratio: Jackknifed, row: Row, medians: int) -> Row:
