@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from skewbridge.cli import new_group
-from skewbridge.cli.output import Answer, Opt, command, in_units
+from skewbridge.cli.output import Answer, Opt, command, in_units, rounded
 from skewbridge.errors import InputError, SolutionError
 
 
@@ -109,3 +109,9 @@ def test_the_json_answer_stays_in_si_and_ratios_of_checks_have_no_unit():
     found = in_units(row, "us")
     assert found["check"] == "left seat, SDC (in)"
     assert [found["demand"], found["capacity"], found["ratio"]] == pytest.approx([10.0, 20.0, 0.5])
+
+
+def test_statistics_are_printed_with_significant_digits():
+    found = rounded(1.08163), rounded([0.87194, 1.34161]), rounded("any")
+    assert found == (1.08, [0.872, 1.34], "any")
+    assert (rounded(7), rounded(0.96386, 4)) == (7, 0.9639)

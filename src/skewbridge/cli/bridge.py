@@ -102,7 +102,9 @@ def check(name: str | None, bridge: str, out: Path | None, units: Units) -> Answ
     for finding in answer["findings"]:
         warn(finding)
     answer |= {"picture": str(picture), "modes": [asdict(mode) for mode in answer["modes"]]}
-    return Answer(answer, units=units)
+    shown = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
+    notes = () if answer["findings"] else ("no findings",)
+    return Answer(answer, shown, units, notes)
 
 
 @command(bridge, *VARIANT, _OPTIONAL_OUT, UNITS)

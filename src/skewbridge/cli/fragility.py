@@ -5,7 +5,7 @@ from typing import Any, Literal
 
 from skewbridge.cli import new_group
 from skewbridge.cli.options import ABUTMENT, LIMIT_STATES, OUT, STUDY, folder_of, keys_and_values
-from skewbridge.cli.output import Answer, Arg, Opt, command, selected, warn
+from skewbridge.cli.output import Answer, Arg, Opt, command, rounded, selected, warn
 from skewbridge.errors import InputError
 from skewbridge.files.text import Number, checked
 from skewbridge.variant.axes import AXES
@@ -126,7 +126,10 @@ def predict(axis: list[str] | None, study: Path | None, **given: Any) -> Answer:
     values |= checked(dict[str, Number], further, "--axis")
     rows = predict_states(folder_of(study), values, **given)
     names = ("component", "state", "theta", "ci_theta", "beta_total", "beta", "p", "loo_error")
-    shown = {f"theta in {rows[0]['im']}": selected(rows, *names)}
+    statistics = [
+        {name: rounded(value) for name, value in row.items()} for row in selected(rows, *names)
+    ]
+    shown = {f"theta in {rows[0]['im']}": statistics}
     notes = ["loo_error: error of theta when a variant is left out of the model"]
     if (drawn := rows[0]["random_properties"]) != "none":
         notes.append(f"each motion of the study has its own draw of: {drawn}")

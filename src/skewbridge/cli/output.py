@@ -240,6 +240,13 @@ def selected(rows: Iterable[Row], *names: str) -> list[dict[str, Any]]:
     return [{name: row[name] for name in names} for row in rows]
 
 
+def rounded(value: Any, digits: int = 3) -> Any:
+    """Return a number, or each number of a list, with some significant digits."""
+    if isinstance(value, list | tuple):
+        return [rounded(item, digits) for item in value]
+    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
+
+
 #: Ending of a name -> ending in US units, factor; the longer endings first.
 _US_UNITS: Final = {
     "_kn_per_m": ("_kip_per_in", KN / KIP * INCH),

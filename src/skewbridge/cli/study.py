@@ -16,7 +16,7 @@ from skewbridge.cli.options import (
     folder_of,
     study_of,
 )
-from skewbridge.cli.output import Answer, Arg, Opt, command, selected, warn
+from skewbridge.cli.output import Answer, Arg, Opt, command, rounded, selected, warn
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_file, writable_folder, write_text
 from skewbridge.statuses import FAILED
@@ -334,8 +334,8 @@ def _comparison_row(row: dict[str, Any]) -> dict[str, Any]:
     value, ends = ("ratio", "ci") if is_ratio else ("difference", "difference")
     return {
         **{name: row[name] for name in _CHANGE[:3]},
-        "change": row[value],
-        "low": row[f"{ends}_low"],
-        "high": row[f"{ends}_high"],
+        "change": rounded(row[value], 4),
+        "low": rounded(row[f"{ends}_low"], 4),
+        "high": rounded(row[f"{ends}_high"], 4),
         **{name: row[name] for name in ("unit", "verdict_family", "n_motions", "n_pairs")},
     }
