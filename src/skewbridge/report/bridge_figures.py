@@ -27,7 +27,7 @@ COLOURS: Final = {
     "contact": "#CC79A7",
     "links": "#999999",
 }
-DEFAULT_GAP_SCALE: Final = 20.0
+_GAP_SCALE: Final = 20.0  # gaps are drawn so many times as wide
 _NORMAL_M: Final = 2.0  # length of the arrows that show contact normals
 _HEAD_M: Final = 0.35
 _EYE: Final = {"x": 0.5, "y": -2.2, "z": 1.3}  # from the side of the bridge
@@ -35,7 +35,7 @@ _LONGEST: Final = 2.6  # of the axes, in units of plotly's camera
 _AROUND_M: Final = 2.5  # shown around the abutment in its own panel
 
 
-def model_figure(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE) -> Figure:
+def model_figure(geometry: ModelGeometry) -> Figure:
     """Return plan, elevation and one abutment of a model; gaps are drawn to a scale factor."""
     figure = Figure(figsize=(11, 7.5), layout="constrained")
     panels = figure.subplot_mosaic(
@@ -43,7 +43,7 @@ def model_figure(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCAL
     )
     plan, elevation, end = panels["plan"], panels["elevation"], panels["end"]
     for axes in (plan, end):
-        _draw_plan(axes, geometry, gap_scale)
+        _draw_plan(axes, geometry)
     plan.margins(0.03, 0.10)
     _draw_members(elevation, geometry, [0, 2])
     elevation.set(xlabel="x, longitudinal (m)", ylabel="z above soffit (m)")
@@ -53,7 +53,7 @@ def model_figure(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCAL
     low, high = right.min(axis=0) - _AROUND_M, right.max(axis=0) + _AROUND_M
     end.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     end.set_title("right abutment", fontsize=10)
-    gap_text = f"; gaps exaggerated {gap_scale:g} times" if geometry.contacts else ""
+    gap_text = f"; gaps exaggerated {_GAP_SCALE:g} times" if geometry.contacts else ""
     figure.suptitle(f"{geometry.title}{gap_text}")
     entries = [axes.get_legend_handles_labels() for axes in (plan, elevation)]
     unique = {label: handle for pair in entries for handle, label in zip(*pair, strict=True)}
@@ -65,13 +65,13 @@ def _add_legend(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) -
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
 
 
-def _draw_plan(axes: Axes, geometry: ModelGeometry, gap_scale: float) -> None:
+def _draw_plan(axes: Axes, geometry: ModelGeometry) -> None:
     outline = np.array([*geometry.deck_outline, geometry.deck_outline[0]])
     axes.fill(*outline.T, color=COLOURS["deck"], alpha=0.10, linewidth=0)
     axes.plot(*outline.T, color=COLOURS["deck"], linewidth=1, alpha=0.5)
     _draw_members(axes, geometry, [0, 1])
     if geometry.contacts:
-        starts, normals = _contacts(geometry, gap_scale)
+        starts, normals = _contacts(geometry)
         look = {"arrowstyle": "->", "color": COLOURS["contact"]}
         for start, tip in zip(starts, starts + _NORMAL_M * normals, strict=True):
             axes.annotate("", xytext=start[:2], xy=tip[:2], arrowprops=look)
@@ -80,12 +80,12 @@ def _draw_plan(axes: Axes, geometry: ModelGeometry, gap_scale: float) -> None:
     axes.set(xlabel="x, longitudinal (m)", ylabel="y, transverse (m)", aspect="equal")
 
 
-def _contacts(geometry: ModelGeometry, gap_scale: float) -> tuple[Points, Points]:
+def _contacts(geometry: ModelGeometry) -> tuple[Points, Points]:
     """Return the surfaces of the contacts with exaggerated gaps, and their normals, (n, 3)."""
     normals = np.array([(*place.normal, 0.0) for place in geometry.contacts])
     gaps_m = np.array([place.gap_m for place in geometry.contacts])
     surfaces = np.array([place.surface for place in geometry.contacts])
-    return surfaces - gap_scale * gaps_m[:, None] * normals, normals
+    return surfaces - _GAP_SCALE * gaps_m[:, None] * normals, normals
 
 
 def _draw_members(axes: Axes, geometry: ModelGeometry, plane: list[int]) -> None:
@@ -112,7 +112,7 @@ def _by_group(geometry: ModelGeometry) -> dict[str, list[Member]]:
     return {group: members for group, members in groups.items() if members}
 
 
-def model_page(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE) -> str:
+def model_page(geometry: ModelGeometry) -> str:
     """Return a self-contained page with the model in space, to turn and to point at.
 
     It shows nodes, elements by group, and contacts with their normals and gaps.
@@ -125,7 +125,7 @@ def model_page(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE)
     groups = [each for each in _by_group(geometry).items() if each[0] != "contact"]
     figure = go.Figure([soffit, *(_group_trace(group, members) for group, members in groups)])
     if geometry.contacts:
-        surfaces, normals = _contacts(geometry, gap_scale)
+        surfaces, normals = _contacts(geometry)
         tips, turned = surfaces + _NORMAL_M * normals, normals[:, [1, 0, 2]] * (1.0, -1.0, 0.0)
         barbs = [tips - _HEAD_M * (normals + turn * turned) for turn in (1.0, -1.0)]
         breaks = np.full_like(tips, np.nan)
@@ -134,7 +134,7 @@ def model_page(geometry: ModelGeometry, *, gap_scale: float = DEFAULT_GAP_SCALE)
             f"{place.name}<br>gap {place.gap_m / MM:.1f} mm, friction {place.friction:g}"
             for place in geometry.contacts
         ]
-        name, colour = f"contacts (gaps {gap_scale:g}x)", COLOURS["contact"]
+        name, colour = f"contacts (gaps {_GAP_SCALE:g}x)", COLOURS["contact"]
         mark = {"size": 4, "symbol": "square", "color": colour}
         figure.add_trace(_trace(name, surfaces, text, mode="markers", marker=mark))
         line = {"color": colour, "width": 3}
