@@ -202,7 +202,7 @@ def summary_row(
 ) -> dict[str, object]:
     """Return the ratios of demand to capacity of one variant, in one row.
 
-    The outward moves, normal to the seat, are those of the worse acute and of the worst corner.
+    The outward moves are normal to the seat: of the worse acute corner, and of the worst corner.
     """
     bridge = load_bridge(variant.bridge)
     bents, support = bent_capacities(bridge), support_length_m(variant, bridge)
@@ -222,7 +222,7 @@ def corner_moves_m(
 ) -> dict[str, float]:
     """Return the largest outward move of each deck corner, normal to its seat.
 
-    The histories are those of a single analysis; a corner is named ``left acute``, for example.
+    The histories come from a single analysis; a corner is named ``left acute``, for example.
     """
     skew = radians(variant.skew_deg)
     moves: dict[str, float] = {}

@@ -27,7 +27,7 @@ def demands(
     """Return the demand columns of the table, peaks over the trace.
 
     The ground acceleration is that along x and y at the times of the trace, (n, 2). Totals of the
-    contacts are those of the whole analysis, even if the trace is a part of it.
+    contacts cover the whole analysis, even if the trace is a part of it.
     """
     return {
         **column_demands(model.columns, trace),
@@ -372,8 +372,8 @@ def histories_of(
 ) -> dict[str, Series]:
     """Return the history columns, each of shape (n,); the first row is the state under gravity.
 
-    Forces of an abutment are those of all its parts on the deck (contacts, springs and pads),
-    positive when they oppose a positive displacement, so that they plot as hysteresis loops.
+    The force of an abutment is the sum of its parts on the deck (contacts, springs and pads),
+    positive when it opposes a positive displacement, so that it plots as a hysteresis loop.
     """
     disp = trace.disp(model.deck_centre_node)
 

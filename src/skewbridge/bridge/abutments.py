@@ -184,7 +184,7 @@ def build_bearings(
 def _pad_section(pads: PadData, number: float, upright: int, tags: TagAllocator) -> int:
     """Create the section of some pads: vertical spring, and a yield circle of the shear force.
 
-    The shear law is that of the bearing element, a plastic spring of the characteristic strength in
+    Shear follows the law of the bearing element: a plastic spring of the characteristic strength in
     parallel with an elastic one, at a tenth of the cost.
     """
     plastic = 1.0 - pads.hardening_ratio

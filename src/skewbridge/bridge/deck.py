@@ -29,8 +29,8 @@ type Line = Literal["bearing", "outer"]
 class DeckEnd:
     """One end of the deck in plan, with signed skew.
 
-    The bearing lines cross the centreline ``length_m`` apart; the thickness is that of the end
-    diaphragm, normal to its faces.
+    The bearing lines cross the centreline ``length_m`` apart; the thickness of the end diaphragm is
+    normal to its faces.
     """
 
     side: Side

@@ -279,7 +279,7 @@ class ShearSection:
     """Parameters of the shear strength of a circular column.
 
     Core and cover end at the hoop centre line; strengths are the specified ones unless expected.
-    The neutral axis is that of the idealised flexural strength under dead load.
+    The neutral axis belongs to the idealised flexural strength under dead load.
     """
 
     diameter_m: float

@@ -122,8 +122,8 @@ def settings_and_model(
 ) -> tuple[AnalysisSettings, ModelOptions]:
     """Return the settings of the analysis and the modelling options.
 
-    They are those of ``accuracy``, overridden by the given values of ``names``, keys of the
-    analysis with an option, and by ``--set``. `InputError` for a wrong key or value.
+    The preset ``accuracy`` is overridden by the given values of ``names``, keys of the analysis
+    with an option, and by ``--set``. `InputError` for a wrong key or value.
     """
     keys = {field.name for field in fields(AnalysisSettings)}
     analysis, model = {name: given[name] for name in names if given[name] is not None}, {}

@@ -178,7 +178,7 @@ def emit_json(payload: object) -> None:
 
 
 def _tables(shown: Row, units: Units) -> dict[str, Sequence[Row]]:
-    """Return the tables of an answer by title; that of its single values has none."""
+    """Return the tables of an answer by title; the table of single values has an empty title."""
     values: dict[str, Any] = {}
     tables: dict[str, Sequence[Row]] = {}
     for name, value in _flat(shown):
@@ -266,8 +266,8 @@ _US_UNITS: Final = {
 def in_units(row: Row, units: Units) -> Row:
     """Return the names and numbers of a row in these units.
 
-    The unit of a number is the ending of its name; in a row with the name of a check, those of
-    demand and capacity are the ending of that name.
+    The unit of a number is the ending of its name. In a row with the name of a check, this name
+    ends with the unit of demand and capacity.
     """
     if units == "si":
         return row

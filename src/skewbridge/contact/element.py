@@ -81,9 +81,17 @@ _MATERIALS_PER_ELEMENT: Final = 8
 class Tags(Protocol):
     """Anything that hands out unused tags, for example the allocator of a bridge model."""
 
-    def element(self) -> int: ...  # noqa: D102
-    def material(self) -> int: ...  # noqa: D102
-    def parameter(self) -> int: ...  # noqa: D102
+    def element(self) -> int:
+        """Return an unused tag of an element."""
+        ...
+
+    def material(self) -> int:
+        """Return an unused tag of a material."""
+        ...
+
+    def parameter(self) -> int:
+        """Return an unused tag of a parameter."""
+        ...
 
 
 class TagSource:

@@ -28,7 +28,7 @@ __all__ = [
 FOLDER: Final = Path(__file__).parent
 #: Bridges of the user, next to the configuration.
 OWN_FOLDER: Final = Path("config/bridges")
-#: Pattern of the name of a bridge, which is also that of its file in these folders.
+#: Pattern of the name of a bridge; its file in these folders has the same name.
 NAME_PATTERN: Final = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
 MAX_PARENTS: Final = 10
 SOURCE_PATTERN: Final = r"(a|b|c|d|calc): \S.*"
