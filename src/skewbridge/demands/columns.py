@@ -24,40 +24,24 @@ type Role = Literal["effect", "headline", "sensitivity"]
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """Absolute judgement of the change of a demand whose values are often near zero.
-
-    Attributes:
-        unit: Unit of the difference.
-        per_unit: Its units in one unit of the column.
-        margin: Difference that counts as negligible, in that unit.
-    """
+    """Absolute judgement of the change of a demand whose values are often near zero."""
 
     unit: str
-    per_unit: float
-    margin: float
+    per_unit: float  # of these units in one unit of the column
+    margin: float  # negligible difference, in this unit
 
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One column of the table.
+    """One column of the table."""
 
-    Attributes:
-        name: Name, with the unit unless it is SI and obvious.
-        kind: Type of the values.
-        unit: Unit, ``-`` for ratios and texts.
-        label: Short name in figures, without unit.
-        description: What the number is, with its sign.
-        roles: What a study does with it.
-        difference: How its change is judged if not by the ratio.
-    """
-
-    name: str
+    name: str  # with the unit unless it is SI and obvious
     kind: Kind = "number"
-    unit: str = "-"
-    label: str = ""
-    description: str = ""
+    unit: str = "-"  # also of ratios and texts
+    label: str = ""  # in figures, without unit
+    description: str = ""  # what the number is, with its sign
     roles: tuple[Role, ...] = ()
-    difference: Difference | None = None
+    difference: Difference | None = None  # None: the ratio judges its change
 
     @property
     def label_with_unit(self) -> str:
@@ -95,7 +79,11 @@ def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
     """Return the columns of a study whose rows have these, with axes and random properties."""
     names = list(present)
     axes = dict.fromkeys((*AXES, *axes_of(names)))
-    draws = [name for name in names if name.startswith(DRAW_PREFIX)]
+    draws: list[Column] = []
+    for name in names:
+        if name.startswith(DRAW_PREFIX):
+            text = f"random property of the motion: {name.removeprefix(DRAW_PREFIX)}"
+            draws.append(Column(name, unit=split_unit(name)[1], description=text))
     return (
         *_COLUMNS["variant"],
         *map(_axis_column, axes),
@@ -103,7 +91,7 @@ def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
         *INTENSITY_COLUMNS,
         *DEMAND_COLUMNS,
         *_COLUMNS["outcome"],
-        *map(_draw_column, draws),
+        *draws,
         *_COLUMNS["key"],
     )
 
@@ -111,12 +99,6 @@ def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
 def _axis_column(axis: Axis) -> Column:
     kind = "integer" if axis.is_whole else "number"
     return Column(axis.name, kind, axis.unit, axis.label, axis.description)
-
-
-def _draw_column(name: str) -> Column:
-    what = name.removeprefix(DRAW_PREFIX)
-    unit = split_unit(what)[1]
-    return Column(name, unit=unit, description=f"random property of the motion: {what}")
 
 
 COLUMNS: Final = columns_with(())

@@ -24,20 +24,17 @@ _TYPES: Final = {
 
 def demands_schema(columns: Iterable[Column] = COLUMNS) -> pa.Schema:
     """Return the Arrow schema with unit and description in the metadata of each field."""
-    fields = [
-        pa.field(column.name, _TYPES[column.kind]).with_metadata(
-            {"unit": column.unit, "description": column.description}
-        )
-        for column in columns
-    ]
+    fields: list[pa.Field] = []
+    for column in columns:
+        texts = {"unit": column.unit, "description": column.description}
+        fields.append(pa.field(column.name, _TYPES[column.kind], metadata=texts))
     return pa.schema(fields)
 
 
 def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -> pa.Table:
     """Return rows of the demands as a sorted Arrow table with provenance in its metadata.
 
-    Raises:
-        ValueError: A row lacks a column, has an unknown column or status, or repeats a key.
+    `ValueError` for a row that lacks a column, has an unknown column or status, or repeats a key.
     """
     by_key: dict[tuple[Any, ...], dict[str, Any]] = {}
     for row in rows:
@@ -58,11 +55,7 @@ def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -
 
 
 def write_variant(rows: Sequence[Mapping[str, Any]], path: Path, limits: SuspectLimits) -> None:
-    """Write the demands of one variant, and mark the rows above the limits as suspect.
-
-    Raises:
-        ValueError: As `to_table`.
-    """
+    """Write the demands of one variant, rows above the limits as suspect; errors as `to_table`."""
     judged = [{**row, SUSPECT: reasons(row, limits)} for row in rows]
     digest = digest_of(*sorted(row["run_key"] for row in rows))
     write_table(to_table(judged, provenance(analyses_digest=digest)), path)
@@ -71,13 +64,8 @@ def write_variant(rows: Sequence[Mapping[str, Any]], path: Path, limits: Suspect
 def join_variants(paths: Sequence[Path], output: Path) -> None:
     """Join the demands of the variants of a study into one table; one of them is held at a time.
 
-    Args:
-        paths: Tables of `write_variant`, in the order of the names of the variants; those of the
-            rounds of one variant follow each other.
-        output: Parquet file.
-
-    Raises:
-        ValueError: The tables have different columns.
+    ``paths`` are tables of `write_variant` in the order of the names of the variants; those of the
+    rounds of one variant follow each other. `ValueError` if they have different columns.
     """
     keys: list[Any] = []
     for path in paths:

@@ -31,16 +31,12 @@ FAILURE_DEMANDS: Final = {"shear": "column_shear_dcr", "flexure": "drift_over_ca
 COMPLETE: Final = "complete"
 #: Column of the demands table with the demand over capacity of a column, whatever the mode.
 COLUMN_FAILURE_RATIO: Final = "column_failure_ratio"
-#: Column of the demands table with the reasons to doubt a row, and what joins them.
+#: Column of the demands table with the reasons to doubt a row.
 SUSPECT: Final = "suspect"
-SEPARATOR: Final = "; "
 
 
 def failure_kinds(table: "pd.DataFrame") -> NDArray[np.str_]:
-    """Return the failure mode of a column in each row, or an empty text, shape (n,).
-
-    No column failed in a table without the column `BEYOND_MODEL`.
-    """
+    """Return the failure mode in each row, shape (n,); empty if none, or without `BEYOND_MODEL`."""
     if BEYOND_MODEL not in table.columns:
         return np.full(len(table), "", dtype=np.str_)
     return table[BEYOND_MODEL].fillna("").to_numpy(dtype=str)
@@ -69,19 +65,15 @@ def is_complete(table: "pd.DataFrame") -> NDArray[np.bool_]:
 
 
 def column_failure_ratio(table: "pd.DataFrame | Mapping[str, Any]") -> NDArray[np.float64]:
-    """Return the larger demand over capacity of a column, in shear or in flexure, shape (n,).
-
-    Where one of them is unknown it is the other, and NaN where both are.
-    """
+    """Return the larger known demand over capacity of a column in shear or flexure, shape (n,)."""
     names = FAILURE_DEMANDS.values()
     return np.fmax(*(np.asarray(table.get(name, np.nan), float) for name in names))
 
 
 def with_derived_columns(table: "pd.DataFrame") -> "pd.DataFrame":
-    """Return a demands table with the columns that follow from others, unless it has them.
+    """Return a table with `COMPLETE` and `COLUMN_FAILURE_RATIO`, which older and foreign ones lack.
 
-    Older studies and foreign tables lack `COMPLETE` and `COLUMN_FAILURE_RATIO`; the latter is added
-    where a demand over capacity of columns is known.
+    The latter is added where a demand over capacity of columns is known.
     """
     derived: dict[str, Any] = {}
     if COMPLETE not in table.columns:
@@ -143,11 +135,8 @@ _CHECKS: Final = (
 
 
 def reasons(row: Mapping[str, Any], limits: SuspectLimits) -> str:
-    """Return why a row of the demands table is suspect, joined by `SEPARATOR`; empty if it is not.
-
-    A value that the row lacks (it kept no energy balance) does not make it suspect.
-    """
-    return SEPARATOR.join(
+    """Return why a row is suspect, joined by "; "; empty if it is not. Values may be missing."""
+    return "; ".join(
         f"{check.reason} {check.size(value):{check.form}}"
         for check in _CHECKS
         if (value := row.get(check.column)) is not None

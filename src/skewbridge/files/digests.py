@@ -89,10 +89,7 @@ def opensees_version() -> str:
 
 
 def provenance(**digests: str) -> dict[str, str]:
-    """Return the provenance of a result: versions, commit, machine, and the given digests.
-
-    The machine is described by the kind and number of its processors, without names.
-    """
+    """Return the provenance of a result: versions, commit, processors (no names), digests."""
     commit = _git("rev-parse", "--short=12", "HEAD")
     changed = _git("status", "--porcelain", "--untracked-files=no")
     return {

@@ -32,7 +32,6 @@ MAX_TABLE_BYTES: Final = 2_000_000_000
 MAX_TABLE_CELLS: Final = 200_000_000
 _GROUP_ROWS: Final = 65_536
 _FORMAT_KEY: Final = "skewbridge_table_format"
-_OF_LIBRARIES: Final = frozenset({b"pandas", b"ARROW:schema"})
 #: Key of a JSON object and identifier of an HTML element.
 MARK: Final = "skewbridge-provenance"
 _ELEMENT: Final = re.compile(rf'\n?<template id="{MARK}">(.*?)</template>', re.S)
@@ -85,8 +84,8 @@ def write_frame(
 
 def texts_of(schema: pa.Schema) -> dict[str, str]:
     """Return the metadata of a file by name, without those of pandas and Arrow."""
-    entries = (schema.metadata or {}).items()
-    return {key.decode(): value.decode() for key, value in entries if key not in _OF_LIBRARIES}
+    texts = {key.decode(): value.decode() for key, value in (schema.metadata or {}).items()}
+    return {key: text for key, text in texts.items() if key not in {"pandas", "ARROW:schema"}}
 
 
 def read_table(path: Path) -> pa.Table:
