@@ -42,19 +42,12 @@ class DtMissingError(InputError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Given:
-    """Properties of a file stated by the caller or the index; dt_s and unit override the header.
-
-    Attributes:
-        unit: One of ``g``, ``cm/s2``, ``m/s2``; other common spellings are converted.
-        channel: Channel of a file with several, counted from 1.
-        dt_s_if_missing: Time step in s of a file that does not state it.
-        unit_if_missing: Unit of a file that does not state it.
-    """
+    """Properties of a file stated by the caller or the index; dt_s and unit override the header."""
 
     dt_s: float | None = None
-    unit: str | None = None
-    channel: int | None = None
-    dt_s_if_missing: float | None = None
+    unit: str | None = None  # one of `UNIT_FACTORS`; other common spellings are converted
+    channel: int | None = None  # of a file with several, counted from 1
+    dt_s_if_missing: float | None = None  # of a file that does not state it
     unit_if_missing: str | None = None
 
     def __post_init__(self) -> None:
@@ -77,29 +70,20 @@ class Trace:
 
     The readers of the formats leave the values in the unit of the file, with dt_s nan and unit
     empty where the file does not state them; `trace_of` converts them.
-
-    Attributes:
-        accel_mps2: Accelerations in m/s2, shape (npts,).
-        unit: Unit of the values in the file.
-        is_calibrated: Whether the format itself sets the unit, so that a given one does not count.
-        sha256: Digest of the bytes of the file.
-        azimuth_deg: Compass direction, nan if the header has none.
-        warnings: Doubts about the values; errors under strict checks.
-        notes: Assumptions of the reader, such as the unit.
     """
 
     path: Path
     format: str
-    accel_mps2: Vector
+    accel_mps2: Vector  # shape (npts,)
     dt_s: float = math.nan
-    unit: str = ""
-    is_calibrated: bool = False
-    sha256: str = ""
+    unit: str = ""  # of the values in the file
+    is_calibrated: bool = False  # the format itself sets the unit: a given one does not count
+    sha256: str = ""  # of the bytes of the file
     event: str = ""
     station: str = ""
-    azimuth_deg: float = math.nan
-    warnings: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    azimuth_deg: float = math.nan  # compass direction, nan if the header has none
+    warnings: tuple[str, ...] = ()  # doubts about the values; errors under strict checks
+    notes: tuple[str, ...] = ()  # assumptions of the reader, such as the unit
 
     @property
     def messages(self) -> tuple[str, ...]:
@@ -125,10 +109,8 @@ def trace_of(lines: list[str], path: Path, given: Given) -> Trace:
             warnings = (f"dt {dt_s} s as given, the file says {trace.dt_s}", *warnings)
     elif math.isnan(dt_s):
         if given.dt_s_if_missing is None:
-            raise DtMissingError(
-                f"{path.name}: values only, give the time step (--dt-s, or dt_s in index.csv)",
-                file=str(path),
-            )
+            text = f"{path.name}: values only, give the time step (--dt-s, or dt_s in index.csv)"
+            raise DtMissingError(text, file=str(path))
         dt_s = given.dt_s_if_missing
     unit, notes = (trace.unit, []) if trace.is_calibrated else _unit(given, trace.unit)
     return replace(
@@ -153,7 +135,6 @@ def _unit(given: Given, in_file: str) -> tuple[str, list[str]]:
 
 
 def _channel(given: Given, count: int, path: Path) -> int:
-    """Return the channel of a file to read, from 1."""
     if given.channel is None and count > 1:
         raise fault_in(path, f"{count} channels, say which (channel 1 to {count})")
     channel = given.channel or 1
@@ -218,7 +199,6 @@ def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> Vect
 # ---- PEER acceleration files (.AT2): NGA-West2 and the older strong-motion database. Header lines
 # vary in number, case and blanks: the line with NPTS and DT is searched for, the values follow it.
 
-_PEER_HEADER_LINES: Final = 12
 _PEER_SIZES = (
     re.compile(
         rf"NPTS\s*[=:]\s*(?P<npts>\d{{1,9}})\s*,?\s*DT\s*[=:]\s*(?P<dt>{FLOAT})", re.IGNORECASE
@@ -287,9 +267,8 @@ def _read_peer(lines: list[str], path: Path, _given: Given) -> Trace:
     )
 
 
-def _peer_sizes(lines: list[str]) -> tuple[int, int, float] | None:
-    """Return row, NPTS and DT of the header line with the sizes."""
-    for row, line in enumerate(_head(lines, _PEER_HEADER_LINES)):
+def _peer_sizes(lines: list[str]) -> tuple[int, int, float] | None:  # row, NPTS, DT
+    for row, line in enumerate(_head(lines, 12)):
         for pattern in _PEER_SIZES:
             if match := pattern.search(line):
                 return row, int(match["npts"]), _fortran_float(match["dt"])
@@ -386,11 +365,9 @@ def _read_csmip(lines: list[str], path: Path, given: Given) -> Trace:
 # carry the offset of the instrument: the mean is subtracted, as NIED asks.
 
 _KNET_HEADER_LINES: Final = 17
-_KNET_KEY_WIDTH: Final = 18
 # source: NIED KiK-net manual: 1 to 3 borehole, 4 to 6 surface; N-S, E-W, U-D in turn
 _KNET_CHANNELS: Final = {"1": "N-S", "2": "E-W", "4": "N-S", "5": "E-W"}
 _KNET_SCALE = re.compile(rf"({FLOAT})\(gal\)\s*/\s*({FLOAT})")
-_KNET_PEAK_TOLERANCE: Final = 0.01
 
 
 def _is_knet(lines: list[str], _path: Path) -> bool:
@@ -399,8 +376,7 @@ def _is_knet(lines: list[str], _path: Path) -> bool:
 
 
 def _read_knet(lines: list[str], path: Path, _given: Given) -> Trace:
-    at = _KNET_KEY_WIDTH
-    head = {line[:at].strip(): line[at:].strip() for line in _head(lines, _KNET_HEADER_LINES)}
+    head = {line[:18].strip(): line[18:].strip() for line in _head(lines, _KNET_HEADER_LINES)}
     scale = _KNET_SCALE.match(head.get("Scale Factor", ""))
     frequency = re.match(rf"({FLOAT})\s*Hz", head.get("Sampling Freq(Hz)", ""))
     if scale is None or frequency is None:
@@ -419,7 +395,7 @@ def _read_knet(lines: list[str], path: Path, _given: Given) -> Trace:
     stated, peak_gal = re.match(FLOAT, head.get("Max. Acc. (gal)", "")), np.abs(accel_gal).max()
     header_gal = _fortran_float(stated[0]) if stated else peak_gal
     cut = f"peak is {peak_gal:.4g} gal, the header says {header_gal:.4g}: cut?"
-    is_cut = abs(peak_gal - header_gal) > _KNET_PEAK_TOLERANCE * header_gal
+    is_cut = abs(peak_gal - header_gal) > 0.01 * header_gal
     direction = head.get("Dir.", "")
     return Trace(
         path=path,
@@ -440,8 +416,6 @@ def _read_knet(lines: list[str], path: Path, _given: Given) -> Trace:
 # accelerations the channel selects one. The time step comes from the whole time column, so that
 # rounded times do no harm; a gap or a step back in time is refused.
 
-_COLUMNS_HEADER_LINES: Final = 10
-_COLUMNS_PROBE_LINES: Final = 8
 _COLUMNS_ROW = re.compile(rf"\s*(?P<time>{FLOAT})(?:(?:\s*[,;]\s*|\s+){FLOAT})+\s*[,;]?\s*")
 _COLUMNS_SEPARATOR = re.compile(r"[\s,;]+")
 _COLUMNS_UNITS: Final = (
@@ -457,7 +431,7 @@ def _is_columns(lines: list[str], _path: Path) -> bool:
     start = _first_row_of_columns(lines)
     if start is None:
         return False
-    rows = [line for line in _head(lines[start:], _COLUMNS_PROBE_LINES) if line.strip()]
+    rows = [line for line in _head(lines[start:], 8) if line.strip()]
     matches = [match for row in rows if (match := _COLUMNS_ROW.fullmatch(row))]
     counts = {_column_count(row) for row in rows}
     if len(rows) < 3 or len(matches) < len(rows) or len(counts) > 1:
@@ -489,7 +463,7 @@ def _read_columns(lines: list[str], path: Path, given: Given) -> Trace:
 
 
 def _first_row_of_columns(lines: list[str]) -> int | None:
-    head = enumerate(_head(lines, _COLUMNS_HEADER_LINES))
+    head = enumerate(_head(lines, 10))
     return next((n for n, line in head if _COLUMNS_ROW.fullmatch(line)), None)
 
 

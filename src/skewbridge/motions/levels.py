@@ -153,11 +153,9 @@ def bracket_capacity(
     The number of analyses is at most `most_trials`: nine halvings of a range of 100 leave 0.9 %,
     and an end of the range that the search reached is tried once. Where the response is not
     monotonic (resurrection), one of the crossings is found. A run that collapses exceeds. The
-    tolerance is the width of the bracket relative to its lower end.
-
-    Returns:
-        Highest factor known not to exceed, 0 if the lowest one exceeds, and lowest factor known to
-        exceed, inf if the highest one does not.
+    tolerance is the width of the bracket relative to its lower end. Returns the highest factor
+    known not to exceed, 0 if the lowest one exceeds, and the lowest factor known to exceed, inf if
+    the highest one does not.
     """
     low, high = lower, upper = limits
     while upper / lower > 1.0 + tolerance:

@@ -16,7 +16,6 @@ from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.units import G_MPS2
 
-MAX_TITLE: Final = 100  # characters of an event or a station
 MAX_FILE_BYTES: Final = 64_000_000
 MIN_SAMPLES: Final = 10
 DT_LIMITS_S: Final = (1.0e-4, 0.2)
@@ -24,11 +23,7 @@ DT_LIMITS_S: Final = (1.0e-4, 0.2)
 # unit error; below 0.002 g no bridge notices.
 PGA_LIMITS_G: Final = (0.002, 4.0)
 _SAY_UNIT: Final = "Name it in index.csv (skewbridge motions check DIR --write --unit UNIT)"
-MAX_OFFSET_OF_PGA: Final = 0.02
-MAX_END_VELOCITY_OF_PGV: Final = 0.25
 DIFFERENT_RECORDS: Final = "two different records?"  # begin of warnings on a pair
-# ASSUME components of one record have lengths within 20 % of each other
-_LENGTH_RATIO: Final = 1.2
 _FOREIGN: Final = (
     (b"PK\x03\x04", "a zip archive: unpack it first"),
     (b"\x1f\x8b", "a gzip archive: unpack it first"),
@@ -96,16 +91,10 @@ def motion_name(first: Path, second: Path) -> str:
 
 
 def read_trace(path: Path, given: Given | None = None) -> Trace:
-    """Read one component.
-
-    Raises:
-        InputError: The file can't be read as an acceleration; the message names it.
-        DtMissingError: The file holds values only and no time step is given.
-    """
+    """Read a component; `InputError` names an unusable file, `DtMissingError` one without step."""
     content = read_bytes(path, MAX_FILE_BYTES)
     lines = _text_of(content, path).splitlines()
     trace = trace_of(lines, path, given or Given())
-    _refuse_impossible(trace)
     return replace(
         trace,
         sha256=hashlib.sha256(content).hexdigest(),
@@ -131,13 +120,13 @@ def _text_of(content: bytes, path: Path) -> str:
 
 def _plain(text: str) -> str:
     """Return a header text without control characters, shortened."""
-    return "".join(sign if sign.isprintable() else " " for sign in text).strip()[:MAX_TITLE]
+    return "".join(sign if sign.isprintable() else " " for sign in text).strip()[:100]
 
 
-def _refuse_impossible(trace: Trace) -> None:
-    """Refuse a component that no analysis should use."""
+def doubts(trace: Trace) -> list[str]:
+    """Return warnings on the values of a component; refuse one that no analysis should use."""
     npts, pga_g = trace.accel_mps2.size, peak_g(trace.accel_mps2)
-    (low_s, high_s), most_g = DT_LIMITS_S, PGA_LIMITS_G[1]
+    (low_s, high_s), (least_g, most_g) = DT_LIMITS_S, PGA_LIMITS_G
     reached = f"PGA = {pga_g:.4g} g with the values in {trace.unit}, allowed {most_g} g"
     for problem, is_there in {
         "no values": npts == 0,
@@ -148,21 +137,13 @@ def _refuse_impossible(trace: Trace) -> None:
     }.items():
         if is_there:
             raise fault_in(trace.path, problem)
-
-
-def doubts(trace: Trace) -> list[str]:
-    """Return warnings on the values of a component that passed `refuse_impossible`."""
-    pga_mps2 = float(np.abs(trace.accel_mps2).max())
-    pga_g, least_g = pga_mps2 / G_MPS2, PGA_LIMITS_G[0]
-    offset = abs(float(trace.accel_mps2.mean())) / pga_mps2
+    offset = abs(float(trace.accel_mps2.mean())) / float(np.abs(trace.accel_mps2).max())
     velocity_mps = np.abs(np.cumsum(trace.accel_mps2)) * trace.dt_s
     share = float(velocity_mps[-1] / max(velocity_mps.max(), np.finfo(float).tiny))
     found = {
         f"PGA = {pga_g:.3g} g is below {least_g} g: wrong unit? {_SAY_UNIT}": pga_g < least_g,
-        f"mean is {offset:.1%} of the PGA: baseline not corrected?": offset > MAX_OFFSET_OF_PGA,
-        f"velocity at the end is {share:.0%} of the PGV: baseline not corrected?": (
-            share > MAX_END_VELOCITY_OF_PGV
-        ),
+        f"mean is {offset:.1%} of the PGA: baseline not corrected?": offset > 0.02,
+        f"velocity at the end is {share:.0%} of the PGV: baseline not corrected?": share > 0.25,
     }
     return [warning for warning, is_there in found.items() if is_there]
 
@@ -199,7 +180,8 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
         one, other = (getattr(trace, name) for trace in pair)
         if one and other and one.casefold() != other.casefold():
             messages.append(f"{DIFFERENT_RECORDS} Their {name}s differ: {one} and {other}")
-    if npts > _LENGTH_RATIO * min(sizes):
+    # ASSUME components of one record have lengths within 20 % of each other
+    if npts > 1.2 * min(sizes):
         messages.append(f"{DIFFERENT_RECORDS} Their lengths differ: {min(sizes)} and {npts} points")
     # ASSUME both components start together; the shorter one was cut at its end
     padded = [np.pad(trace.accel_mps2, (0, npts - trace.accel_mps2.size)) for trace in pair]

@@ -25,9 +25,6 @@ SPECTRUM_PERIODS_S: Final = (
     0.01, 0.02, 0.03, 0.05, 0.075, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0,
     4.0, 5.0, 7.5, 10.0,
 )  # fmt: skip
-# These values only affect the speed: share of the largest radius, number of points.
-_OUTERMOST: Final = 0.9
-_OUTER_POINTS: Final = 40
 
 _ANGLES_RAD: Final = np.deg2rad(np.arange(ORIENTATIONS))[:, None]
 _COSINES: Final = np.cos(_ANGLES_RAD)
@@ -146,8 +143,9 @@ def _orbit_peaks(orbit: Vector) -> Vector:
     """
     x, y = orbit
     squared = x * x + y * y
-    outer = np.flatnonzero(squared >= _OUTERMOST**2 * squared.max())
-    some = outer[:: outer.size // _OUTER_POINTS + 1]
+    # a share of the largest radius and a number of points that only affect the speed
+    outer = np.flatnonzero(squared >= 0.9**2 * squared.max())
+    some = outer[:: outer.size // 40 + 1]
     bounds = np.sort(_largest_projections(x[some], y[some]))
     beyond = squared >= bounds[(ORIENTATIONS - 1) // 2] ** 2
     projections = _largest_projections(x[beyond], y[beyond])

@@ -17,24 +17,8 @@ from skewbridge.errors import InputError, raise_all
 from skewbridge.files.digests import digest_of, layer_digest, provenance
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.files.text import file_fault, read_json, write_text
+from skewbridge.motions import intensity, levels
 from skewbridge.motions.folder import IndexEntry, files_below, list_motions
-from skewbridge.motions.intensity import (
-    IM_COLUMNS,
-    motion_measures,
-    scaled_measures,
-    strongest_part,
-)
-from skewbridge.motions.levels import (
-    BLOCK,
-    FACTOR_LIMITS,
-    LEVEL_MEASURE,
-    LEVEL_RANGE_G,
-    RECORDS,
-    SHIPPED_FOLDER,
-    SHIPPED_SUITES,
-    MotionsConfig,
-    block_factors,
-)
 from skewbridge.motions.read import files_digest, join_traces, read_trace, refuse_false_waho
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
 from skewbridge.motions.spectrum import SPECTRUM_PERIODS_S, pair_psa
@@ -87,64 +71,49 @@ def read_entries(entries: Iterable[IndexEntry]) -> list[GroundMotion]:
 
 
 def prepare_suite(
-    folder: Path,
+    folder: Path,  # with an `index.csv`, or with component files that pair by name
     *,
-    count: int | None = None,
-    t1_s: float,
-    level_range_g: tuple[float, float] = LEVEL_RANGE_G,
-    shaking_s: float | None = None,
+    count: int | None = None,  # motions, from the first; None: all
+    t1_s: float,  # conditioning period of the bridge, for Sa(T1) and Sa_avg
+    #: Range of Sa_avg to which motions are scaled if the index gives no factor.
+    level_range_g: tuple[float, float] = levels.LEVEL_RANGE_G,
+    shaking_s: float | None = None,  # length of the strongest part that is kept; None: all
 ) -> pd.DataFrame:
     """Read, measure and scale the motions of a folder.
 
-    Args:
-        folder: Folder with an `index.csv`, or with component files that pair by name.
-        count: How many motions, from the first; None for all.
-        t1_s: Conditioning period of the bridge in s, for Sa(T1) and Sa_avg.
-        level_range_g: Range of Sa_avg to which motions are scaled if the index gives no factor.
-        shaking_s: Keep only the strongest part of this length; None for all.
-
-    Returns:
-        One row per motion in suite order: metadata, scale, the intensity columns at factor 1,
-        accel_1_mps2 and accel_2_mps2 (lists), messages.
+    Returns a row per motion in suite order: metadata, scale, the intensity columns at factor 1,
+    accel_1_mps2 and accel_2_mps2 (lists), messages.
     """
     entries, stored = _entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
     motions = read_entries(entries)
     if shaking_s is not None:
-        motions = [strongest_part(motion, shaking_s) for motion in motions]
-    measures = [motion_measures(motion, t1_s) for motion in motions]
-    computed = block_factors([row[LEVEL_MEASURE] for row in measures], level_range_g)
-    low, high = FACTOR_LIMITS
-    rows: list[dict[str, object]] = []
+        motions = [intensity.strongest_part(motion, shaking_s) for motion in motions]
+    measures = [intensity.motion_measures(motion, t1_s) for motion in motions]
+    computed = levels.block_factors([row[levels.LEVEL_MEASURE] for row in measures], level_range_g)
+    low, high = levels.FACTOR_LIMITS
+    rows: list[dict[str, Any]] = []
     for motion, kept, factor, values in zip(motions, stored, computed, measures, strict=False):
         scale = float(factor if math.isnan(kept) else kept)
         far = f"factor {scale:.3g} is outside {low:g} to {high:g}"
         for message in (*motion.messages, *([] if low <= scale <= high else [far])):
             logger.warning("motion %s: %s", motion.motion_id, message)
-        metadata = {name: getattr(motion, name) for name in (*TEXT_FIELDS, *NUMBER_FIELDS)}
-        rows.append(
-            {
-                "scale": scale,
-                "npts": motion.npts,
-                **metadata,
-                **values,
-                "accel_1_mps2": motion.accel_1_mps2,
-                "accel_2_mps2": motion.accel_2_mps2,
-                "messages": json.dumps(motion.messages),
-            }
-        )
+        row: dict[str, Any] = {"scale": scale, "npts": motion.npts}
+        row |= {name: getattr(motion, name) for name in (*TEXT_FIELDS, *NUMBER_FIELDS)}
+        row |= values | {name: getattr(motion, name) for name in ("accel_1_mps2", "accel_2_mps2")}
+        rows.append(row | {"messages": json.dumps(motion.messages)})
     return pd.DataFrame(rows)
 
 
 @dataclass(frozen=True, slots=True)
 class SuiteSource:
-    """One suite of a study: its name, its folder, and how many motions of it are taken."""
+    """One suite of a study."""
 
     name: str
     folder: Path
-    count: int | None
+    count: int | None  # motions of it that are taken; None: all
 
 
-def suite_sources(motions: MotionsConfig) -> list[SuiteSource]:
+def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
     """Return the suites of a study in the order of the configuration.
 
     `records` is the folder that the environment variable SKEWBRIDGE_RECORDS names; without it the
@@ -152,13 +121,13 @@ def suite_sources(motions: MotionsConfig) -> list[SuiteSource]:
     if a folder is missing, two suites have the same name, or none is left.
     """
     own, records = Path(motions.folder), os.environ.get(RECORDS_VARIABLE, "").split(os.pathsep)[0]
-    first, *others = SHIPPED_SUITES
-    named = {name: (name, SHIPPED_FOLDER / name) for name in others}
-    named[first] = (first if own == SHIPPED_FOLDER else own.name, own)
-    named[RECORDS] = (RECORDS, Path(records))
+    first, *others = levels.SHIPPED_SUITES
+    named = {name: (name, levels.SHIPPED_FOLDER / name) for name in others}
+    named[first] = (first if own == levels.SHIPPED_FOLDER else own.name, own)
+    named[levels.RECORDS] = (levels.RECORDS, Path(records))
     found: list[SuiteSource] = []
     for entry in motions.suites:
-        if entry == RECORDS and not records:
+        if entry == levels.RECORDS and not records:
             logger.warning(
                 "suite %s is skipped: environment variable %s is not set", entry, RECORDS_VARIABLE
             )
@@ -174,11 +143,8 @@ def suite_sources(motions: MotionsConfig) -> list[SuiteSource]:
     return found
 
 
-def prepare_suites(motions: MotionsConfig, *, t1_s: float) -> pd.DataFrame:
-    """Return the rows of `prepare_suite` of all suites of a study, with `suite` and `number`.
-
-    `InputError` if two suites have a motion of the same name.
-    """
+def prepare_suites(motions: levels.MotionsConfig, *, t1_s: float) -> pd.DataFrame:
+    """Return `prepare_suite` of all suites, with `suite` and `number`; names must differ."""
     tables = [
         prepare_suite(
             source.folder,
@@ -206,9 +172,8 @@ def _entries_to_read(
     entries = list_motions(folder)
     wanted = len(entries) if count is None else count
     if not 1 <= wanted <= len(entries):
-        raise InputError(
-            f"motions.count = {wanted}, but {folder} has {len(entries)} motions", folder=str(folder)
-        )
+        text = f"motions.count = {wanted}, but {folder} has {len(entries)} motions"
+        raise InputError(text, folder=str(folder))
     stored: list[float] = []
     for entry in entries[:wanted]:
         made_for = (entry.scale_low_g, entry.scale_high_g, entry.scale_t1_s)
@@ -218,7 +183,7 @@ def _entries_to_read(
         )
         stored.append(entry.scale if fits else math.nan)
     blocks = any(map(math.isnan, stored))
-    return entries[: math.ceil(wanted / BLOCK) * BLOCK if blocks else wanted], stored
+    return entries[: math.ceil(wanted / levels.BLOCK) * levels.BLOCK if blocks else wanted], stored
 
 
 def content_digest(
@@ -279,12 +244,13 @@ def read_suite(path: Path) -> list[SuiteMotion]:
         metadata: dict[str, Any] = {name: str(row[name]) for name in TEXT_FIELDS}
         metadata |= {name: float(row[name]) for name in NUMBER_FIELDS}
         metadata |= {name: row[name] for name in ("accel_1_mps2", "accel_2_mps2")}
-        scale = float(row["scale"])
+        measures = {name: float(row[name]) for name in intensity.IM_COLUMNS}
+        scale, measures = float(row["scale"]), {n: float(row[n]) for n in intensity.IM_COLUMNS}
         motions.append(
             SuiteMotion(
                 motion=GroundMotion(**metadata, messages=tuple(json.loads(row["messages"]))),
                 scale=scale,
-                measures=scaled_measures({name: float(row[name]) for name in IM_COLUMNS}, scale),
+                measures=intensity.scaled_measures(measures, scale),
                 suite=str(row.get("suite", "")),
                 number=int(row.get("number", 0)),
             )

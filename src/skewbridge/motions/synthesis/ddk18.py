@@ -33,7 +33,6 @@ SCENARIO_LIMITS: Final = {
 }
 _REDRAW_LIMIT = 2.0  # source: DDK18, errors beyond two standard deviations are drawn again
 MIN_FREQUENCY_HZ: Final = 0.3  # source: DDK18, floor of the filter frequency
-DURATION_OF_D0_95: Final = 2.5
 _NEGLIGIBLE: Final = 1.0e-9  # share of an impulse response that is dropped
 _MODEL_G_CM_S2: Final = 981.0  # the model's own g: its Arias intensities are in cm/s with it
 _STARTS: Final = ((1.0, 0.2), (2.0, 0.2), (5.0, 0.2), (1.0, 1.0), (2.0, 1.0), (5.0, 1.0))
@@ -41,26 +40,17 @@ _STARTS: Final = ((1.0, 0.2), (2.0, 0.2), (5.0, 0.2), (1.0, 1.0), (2.0, 1.0), (5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
-    """Earthquake, path and site.
+    """Earthquake, path and site."""
 
-    Attributes:
-        magnitude: Moment magnitude, 6.5 to 7.9.
-        distance_km: Closest distance to the rupture, up to 31 km.
-        vs30_mps: Average shear-wave velocity of the upper 30 m.
-        mechanism: ``strike_slip`` or ``reverse`` (with oblique).
-        ztor_km: Depth to the top of the rupture.
-        rupture_to_site_km: Length of the rupture towards the site (strike-slip) or up-dip of the
-            hypocentre (reverse); only matters for pulses.
-        pulse: Whether all motions have a near-fault pulse, or none.
-    """
-
-    magnitude: float
-    distance_km: float
-    vs30_mps: float
-    mechanism: Literal["strike_slip", "reverse"] = "strike_slip"
-    ztor_km: float = 0.0
+    magnitude: float  # moment magnitude
+    distance_km: float  # closest distance to the rupture
+    vs30_mps: float  # average shear-wave velocity of the upper 30 m
+    mechanism: Literal["strike_slip", "reverse"] = "strike_slip"  # reverse: also oblique
+    ztor_km: float = 0.0  # depth to the top of the rupture
+    #: Length of the rupture towards the site (strike-slip) or up-dip of the hypocentre (reverse);
+    #: only matters for pulses.
     rupture_to_site_km: float = 20.0
-    pulse: Literal["none", "all"] = "none"
+    pulse: Literal["none", "all"] = "none"  # near-fault pulse
 
     def __post_init__(self) -> None:
         for name, (low, high) in SCENARIO_LIMITS.items():
@@ -92,22 +82,15 @@ class Scenario:
 
 
 class Background(NamedTuple):
-    """Parameters of the modulated filtered noise of one component.
-
-    Attributes:
-        d5_95_s: Time between 5 and 95 % of the Arias intensity.
-        d0_5_s: Time to 5 %, ``d0_30_s`` to 30 %.
-        f_mid_hz: Filter frequency at 30 %; the slope is its rate of change.
-        damping_ratio: Damping ratio of the filter.
-    """
+    """Parameters of the modulated filtered noise of one component."""
 
     arias_cm_s: float
-    d5_95_s: float
-    d0_5_s: float
-    d0_30_s: float
-    f_mid_hz: float
-    f_slope_hz_per_s: float
-    damping_ratio: float
+    d5_95_s: float  # time between 5 and 95 % of the Arias intensity
+    d0_5_s: float  # time to 5 %
+    d0_30_s: float  # time to 30 %
+    f_mid_hz: float  # filter frequency at 30 %
+    f_slope_hz_per_s: float  # its rate of change
+    damping_ratio: float  # of the filter
 
 
 class Pulse(NamedTuple):
@@ -299,7 +282,7 @@ def simulate_background(
     The zero pads the filter needs stay at both ends; the model's t = 0 is the returned time.
     """
     parts, pulse = parameters
-    duration_s = DURATION_OF_D0_95 * max(b.d0_5_s + b.d5_95_s for b in parts)
+    duration_s = 2.5 * max(b.d0_5_s + b.d5_95_s for b in parts)
     if pulse is not None:
         duration_s = max(duration_s, pulse.peak_time_s + pulse.oscillations * pulse.period_s)
     npts = int(np.ceil(duration_s / dt_s)) + 1

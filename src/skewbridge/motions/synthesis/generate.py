@@ -13,28 +13,14 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from skewbridge.errors import InputError
+from skewbridge.motions import intensity
 from skewbridge.motions.folder import INDEX_NAME, index_row, write_index
 from skewbridge.motions.formats import at2_text, write_at2
-from skewbridge.motions.intensity import (
-    add_free_vibration,
-    cut_to_strongest,
-    motion_measures,
-    pair_arias_build_up,
-    trim_quiet_ends,
-)
 from skewbridge.motions.levels import LEVEL_MEASURE, LEVEL_RANGE_G, block_factors
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
+from skewbridge.motions.synthesis import ddk18
 from skewbridge.motions.synthesis.bssa14 import calibrate_pair, target_spectrum
-from skewbridge.motions.synthesis.ddk18 import (
-    ModelParameters,
-    Scenario,
-    corner_frequency_hz,
-    draw_parameters,
-    meets_its_times,
-    pulse_acceleration,
-    simulate_background,
-)
 from skewbridge.units import G_MPS2
 
 DT_S: Final = 0.01
@@ -42,9 +28,8 @@ SOURCE: Final = "synthetic: model of Dabaghi and Der Kiureghian (2018)"
 _GOLDEN_SHARE: Final = 0.5 * (np.sqrt(5.0) - 1.0)
 # ASSUME one strong strike-slip earthquake near the bridge on firm soil: its median Sa_avg is the
 # middle of the default levels (0.07 to 2.25 g), which keeps scale factors near 1.
-SCENARIO: Final = Scenario(magnitude=6.5, distance_km=8.0, vs30_mps=400.0)
+SCENARIO: Final = ddk18.Scenario(magnitude=6.5, distance_km=8.0, vs30_mps=400.0)
 SEED: Final = 2023
-FREE_VIBRATION_S: Final = 5.0
 # ASSUME motions that shake much longer than the window are left out: nearly all of the others is
 # kept, at the price of a suite without the longest durations.
 MIN_ARIAS_KEPT: Final = 0.95
@@ -52,7 +37,6 @@ STEPS_PER_G: Final = 1.0e7  # resolution of a generated motion
 # The values of a motion differ by 1e-14 g between processors, found with and without the vector
 # instructions of numpy and OpenBLAS.
 CLEAR_OF_TIES_G: Final = 1.0e-12
-LICENCE: Final = "BSD-3-Clause"
 MAX_COUNT: Final = 1000
 
 
@@ -60,15 +44,15 @@ MAX_COUNT: Final = 1000
 class SuiteRule:
     """Rule of a shipped suite: first motions stored in files, and begin of the names of motions."""
 
-    scenario: Scenario
+    scenario: ddk18.Scenario
     count: int
     stored: int = 0
     shaking_s: float = 20.0
     letters: str = "syn"
 
 
-_FAR: Final = Scenario(magnitude=7.5, distance_km=30.0, vs30_mps=400.0)
-_PULSE: Final = Scenario(magnitude=7.0, distance_km=5.0, vs30_mps=400.0, pulse="all")
+_FAR: Final = ddk18.Scenario(magnitude=7.5, distance_km=30.0, vs30_mps=400.0)
+_PULSE: Final = ddk18.Scenario(magnitude=7.0, distance_km=5.0, vs30_mps=400.0, pulse="all")
 #: The shipped suites. ``far`` has long shaking from the largest distance that the model covers.
 #: Every motion of ``pulse`` has a forward-directivity pulse; its direction is random like that of
 #: the other suites, so that these do not differ by direction.
@@ -80,7 +64,7 @@ SUITES: Final = {
 
 
 def synthesize(
-    scenario: Scenario,
+    scenario: ddk18.Scenario,
     *,
     index: int,
     seed: int,
@@ -91,59 +75,50 @@ def synthesize(
 ) -> GroundMotion:
     """Return one synthetic motion, which depends on the seed and its index (from 0) only.
 
-    The random stream is that of ``SeedSequence([seed, index])``.
-
-    Args:
-        scenario: Earthquake, path and site.
-        index: Number in the stream of the seed, from 0.
-        seed: Seed of the suite.
-        calibrate: ``bssa14`` brings medians and dispersions to that model; ``none`` leaves the
-            model as published.
-        orientation: ``random`` turns each pair about the vertical, so that the stronger principal
-            component is not always along the bridge; ``principal`` keeps component 1 the stronger
-            one. A pulse is in component 1 unless pulses are turned as well.
-        turn_pulses: Whether ``random`` also turns pairs with a pulse.
-        dt_s: Time step in s.
+    The random stream is that of ``SeedSequence([seed, index])``. The calibration ``bssa14`` brings
+    medians and dispersions to that model. The orientation ``random`` turns each pair about the
+    vertical, so that the stronger principal component is not always along the bridge; pairs with a
+    pulse, which is in component 1, are turned if ``turn_pulses``. ``principal`` keeps component 1
+    the stronger one.
     """
     parameters, rng = drawn_parameters(scenario, index=index, seed=seed)
     pulse = parameters.pulse
-    one_g, two_g, start_s = simulate_background(parameters, scenario.magnitude, rng, dt_s)
+    one_g, two_g, start_s = ddk18.simulate_background(parameters, scenario.magnitude, rng, dt_s)
     if calibrate == "bssa14":
         target_g = target_spectrum(scenario, seed, index)
-        corner_hz = corner_frequency_hz(scenario.magnitude)
+        corner_hz = ddk18.corner_frequency_hz(scenario.magnitude)
         one_g, two_g = calibrate_pair(one_g, two_g, dt_s, target_g, corner_hz)
     if pulse is not None:
         time_s = np.arange(one_g.size, dtype=np.float64) * dt_s - start_s
-        one_g = one_g + pulse_acceleration(pulse, time_s)
+        one_g = one_g + ddk18.pulse_acceleration(pulse, time_s)
     if orientation == "random" and (pulse is None or turn_pulses):
         # ASSUME any direction of the principal axes is as likely as another
         angle_rad = np.pi * ((index + 1) * _GOLDEN_SHARE % 1.0)
         cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
         one_g, two_g = cosine * one_g - sine * two_g, sine * one_g + cosine * two_g
     kind = scenario.mechanism if pulse is None else f"{scenario.mechanism}, pulse"
+    site = {name: getattr(scenario, name) for name in ("magnitude", "distance_km", "vs30_mps")}
     return GroundMotion(
         motion_id=f"syn{index + 1:03d}",
         dt_s=dt_s,
         accel_1_mps2=one_g * G_MPS2,
         accel_2_mps2=two_g * G_MPS2,
         event=f"DDK18 M{scenario.magnitude:g} {kind}",
-        magnitude=scenario.magnitude,
-        distance_km=scenario.distance_km,
-        vs30_mps=scenario.vs30_mps,
+        **site,
         station=f"seed {seed}, number {index + 1}",
         source=SOURCE,
     )
 
 
 def drawn_parameters(
-    scenario: Scenario, *, index: int, seed: int
-) -> tuple[ModelParameters, np.random.Generator]:
+    scenario: ddk18.Scenario, *, index: int, seed: int
+) -> tuple[ddk18.ModelParameters, np.random.Generator]:
     """Return the parameters of one motion and the random stream after them."""
     if seed < 0 or index < 0:
         raise InputError(f"seed and index must not be negative, got {seed} and {index}")
     rng = np.random.default_rng(np.random.SeedSequence([seed, index]))
     rng.uniform()  # begins every stream, so that motions keep their values
-    return draw_parameters(scenario, rng), rng
+    return ddk18.draw_parameters(scenario, rng), rng
 
 
 def default_motions(
@@ -161,10 +136,10 @@ def default_motions(
         is_stored = motions < rule.stored
         if not is_stored:
             drawn, _ = drawn_parameters(rule.scenario, index=number - 1, seed=SEED)
-            if not all(map(meets_its_times, drawn.components)):
+            if not all(map(ddk18.meets_its_times, drawn.components)):
                 continue
         whole, cut = _synthesized(number, rule)
-        kept = pair_arias_build_up(cut)[-1] / pair_arias_build_up(whole)[-1]
+        kept = intensity.pair_arias_build_up(cut)[-1] / intensity.pair_arias_build_up(whole)[-1]
         if kept >= MIN_ARIAS_KEPT and (is_stored or _is_clear_of_ties(cut)):
             motions += 1
             yield number, cut if is_stored else _rounded(cut), is_stored
@@ -184,10 +159,9 @@ def made_motion(number: int, suite: str = "near") -> GroundMotion:
 
 
 def write_default_suite(folder: Path, t1_s: float, suite: str = "near") -> int:
-    """Write a shipped suite: `index.csv` and, for motions with files, `synthetic/*.AT2`.
+    """Write `index.csv` and `synthetic/*.AT2` of a shipped suite; return the number of motions.
 
-    The scale factors are those for the conditioning period of osb1, which the index stores. Returns
-    the number of motions.
+    The scale factors are those for the conditioning period of osb1, which the index stores.
     """
     rows: list[dict[str, object]] = []
     levels_g: list[float] = []
@@ -199,7 +173,7 @@ def write_default_suite(folder: Path, t1_s: float, suite: str = "near") -> int:
         if not files:
             rows[-1]["made_from_number"] = number
             rows[-1] |= {} if suite == "near" else {"made_from_suite": suite}
-        levels_g.append(motion_measures(motion, t1_s)[LEVEL_MEASURE])
+        levels_g.append(intensity.motion_measures(motion, t1_s)[LEVEL_MEASURE])
     low_g, high_g = LEVEL_RANGE_G
     for row, factor in zip(rows, block_factors(levels_g), strict=True):
         row |= {"scale": float(f"{factor:.6g}"), "scale_t1_s": t1_s}
@@ -210,7 +184,7 @@ def write_default_suite(folder: Path, t1_s: float, suite: str = "near") -> int:
 
 def write_synthetic_suite(
     folder: Path,
-    scenario: Scenario,
+    scenario: ddk18.Scenario,
     *,
     count: int,
     shaking_s: float | None = None,
@@ -229,9 +203,10 @@ def write_synthetic_suite(
     for index in range(count):
         motion = synthesize(scenario, index=index, **synthesis)
         if shaking_s is None:
-            motion = add_free_vibration(trim_quiet_ends(motion), free_vibration_s)
+            motion = intensity.trim_quiet_ends(motion)
+            motion = intensity.add_free_vibration(motion, free_vibration_s)
         else:
-            motion = cut_to_strongest(motion, shaking_s, free_vibration_s)
+            motion = intensity.cut_to_strongest(motion, shaking_s, free_vibration_s)
         rows.append(_row(motion, write_at2(motion, folder), folder))
     write_index(folder / INDEX_NAME, rows)
     return folder / INDEX_NAME
@@ -241,7 +216,7 @@ def _synthesized(number: int, rule: SuiteRule) -> tuple[GroundMotion, GroundMoti
     """Return a motion of the stream, whole and cut."""
     whole = synthesize(rule.scenario, index=number - 1, seed=SEED, turn_pulses=True)
     whole = replace(whole, motion_id=f"{rule.letters}{number:03d}")
-    return whole, cut_to_strongest(whole, rule.shaking_s, FREE_VIBRATION_S)
+    return whole, intensity.cut_to_strongest(whole, rule.shaking_s, free_vibration_s=5.0)
 
 
 def _rounded(motion: GroundMotion) -> GroundMotion:
@@ -260,4 +235,4 @@ def _is_clear_of_ties(motion: GroundMotion) -> bool:
 
 def _row(motion: GroundMotion, files: tuple[Path, ...], folder: Path) -> dict[str, object]:
     """Return the index row of a synthetic motion in two files, or in none."""
-    return index_row(motion, files, folder) | {"unit": "g", "licence": LICENCE}
+    return index_row(motion, files, folder) | {"unit": "g", "licence": "BSD-3-Clause"}
