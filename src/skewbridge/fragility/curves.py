@@ -36,14 +36,6 @@ from skewbridge.statuses import COLLAPSE
 
 #: Methods in the order of preference.
 METHODS: Final = ("cloud", "exceedance", "ida_interval")
-MAX_UNKNOWN_SHARE: Final = 0.05
-# ASSUME medians of two methods that differ by more than 15 %, or by more than two standard errors
-# of the difference, are worth a reader's attention
-MAX_METHODS_DIFFERENCE: Final = 0.15
-MAX_METHODS_Z: Final = 2.0
-_SMALLEST_GAP: Final = 0.05  # between the start values of ln median of two states
-#: Runs on each side of the state without which the exceedance fit is not preferred to the cloud.
-MIN_RUNS_A_SIDE: Final = 5
 
 CURVE_COLUMNS: Final = demand_table.described("curves")
 _FIT_COLUMNS: Final = list(CURVE_COLUMNS)[list(CURVE_COLUMNS).index("component") :]
@@ -111,12 +103,8 @@ class _DemandFits:
         """Return the rows of the table of curves, without the description of the variant."""
         outcomes, states = self._outcomes, self._states
         missing = outcomes.complete & np.isnan(outcomes.lower)
-        counts: dict[str, Any] = end_counts(self._part) | {
-            "n_runs": int(self._im.size),
-            "n_records": self._motions,
-            "n_censored": int(np.sum(outcomes.is_bound)),
-            "n_missing": int(np.sum(missing)),
-        }
+        counts = end_counts(self._part) | {"n_runs": self._im.size, "n_records": self._motions}
+        counts |= {"n_censored": int(np.sum(outcomes.is_bound)), "n_missing": int(np.sum(missing))}
         if np.any(missing) and np.all(missing[outcomes.complete]):
             blank = FragilityFit(method="", status=fitting.NOT_APPLICABLE)
             return [self._row(m, state, blank, counts) for state in states for m in METHODS[:2]]
@@ -130,7 +118,7 @@ class _DemandFits:
             known = counts | outcomes.counts(state)
             fits = {method: each.fits[j] for method, each in found.items()}
             share = known["n_unknown"] / self._im.size
-            names = ["unknown_above_5_percent"] if share > MAX_UNKNOWN_SHARE else []
+            names = ["unknown_above_5_percent"] if share > 0.05 else []
             for method, own in bounds.items() if share else ():
                 accept = self._settings.accept_bounds
                 fits[method] = fits[method].judged(own[j], accept=accept, names=names)
@@ -253,8 +241,8 @@ class _DemandFits:
         common, eye = self._without_estimates(fits), -np.eye(len(usable))
         slope = float(np.mean([1.0 / fits[j].beta for j in usable]))
         middles = np.log([fits[j].theta for j in usable])
-        # fits of single states may cross: the common fit starts with rising medians
-        middles[1:] = middles[0] + np.cumsum(np.maximum(np.diff(middles), _SMALLEST_GAP))
+        # fits of single states may cross: the common fit starts with medians rising by 5 % or more
+        middles[1:] = middles[0] + np.cumsum(np.maximum(np.diff(middles), 0.05))
         whole = NormalKernel(eye[places[0]], *ends, upper_covariates=eye[places[1]])
         best = maximise(whole, np.array([[*(-slope * middles), slope]]))
         params, converged = best.params, best.converged
@@ -354,10 +342,13 @@ def _compared(
         if left_out.size > 2:
             error = float(np.sqrt(motion_means.jackknife_covariance(left_out[:, None])[0, 0]))
             z = float(difference[0] / error) if error > 0.0 else nan
-    far = abs(z) > MAX_METHODS_Z
+    # ASSUME medians of two methods that differ by more than 15 %, or by more than two standard
+    # errors of the difference, are worth a reader's attention
+    far = abs(z) > 2.0
+    differ = bool(far or abs(ratio - 1.0) > 0.15)
+    # the exceedance fit is preferred to the cloud with five runs on each side of the state
     sides = min(known["n_exceed"], known["n_runs"] - known["n_exceed"] - known["n_unknown"])
-    by_count = exceedance and (not cloud or (far and sides >= MIN_RUNS_A_SIDE))
-    differ = bool(far or abs(ratio - 1.0) > MAX_METHODS_DIFFERENCE)
+    by_count = exceedance and (not cloud or (far and sides >= 5))
     shared = {"methods_ratio": ratio, "methods_z": z, "methods_differ": differ}
     preferred = {"cloud": cloud and not by_count, "exceedance": by_count}
     return {method: shared | {"preferred": each} for method, each in preferred.items()}

@@ -1,7 +1,4 @@
-"""Demands tables: import from other programs, checks before any fit; columns of tables of results.
-
-`columns.csv` describes the columns of every table of results/fragility.
-"""
+"""Demands tables: import, checks before any fit; columns of results/fragility (`columns.csv`)."""
 
 import csv
 from collections import defaultdict
@@ -14,20 +11,13 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict
 
+from skewbridge.demands import validity
 from skewbridge.demands.columns import DEMAND_COLUMNS, SUITE
-from skewbridge.demands.validity import (
-    BEYOND_MODEL,
-    COLUMN_FAILURE_RATIO,
-    COMPLETE,
-    FAILURE_DEMANDS,
-    SUSPECT,
-    is_complete,
-    with_derived_columns,
-)
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Index, Mask, as_column, read_any, require
+from skewbridge.files.text import OPTIONS
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.statuses import OK, STATUSES
 from skewbridge.variant.axes import AXES, Axis, axes_of
@@ -36,16 +26,9 @@ BRIDGE_COLUMNS: Final = ("bridge", "abutment")
 IDENTITY_COLUMNS: Final = ("variant", *BRIDGE_COLUMNS)
 LOADING_COLUMNS: Final = ("motion_id", "scale", "incidence_deg")
 KEY_COLUMNS: Final = (*IDENTITY_COLUMNS, *LOADING_COLUMNS, "status")
-#: Values of columns that a foreign table may lack.
-_NEUTRAL: Final[dict[str, Any]] = {
-    **dict.fromkeys(BRIDGE_COLUMNS, "foreign"),
-    **{"scale": 1.0, "incidence_deg": 0.0, "status": OK},
-}
 TEXT_COLUMNS: Final = (
-    *IDENTITY_COLUMNS, "motion_id", "status", "collapse_criterion", BEYOND_MODEL, SUITE
+    *IDENTITY_COLUMNS, "motion_id", "status", "collapse_criterion", validity.BEYOND_MODEL, SUITE
 )  # fmt: skip
-# ASSUME starting a process takes about a second and an item some tenths
-_WORTH_PROCESSES: Final = 24
 
 
 @cache
@@ -109,9 +92,10 @@ def variants_of(demands: pd.DataFrame, columns: Sequence[str]) -> Iterator[pd.Da
 
 def demand_columns(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
     """Return key, axes and status of the runs with some columns, to send to another process."""
-    modes = FAILURE_DEMANDS.values() if COLUMN_FAILURE_RATIO in columns else ()
-    names = (*KEY_COLUMNS, *axis_names(demands), BEYOND_MODEL, COMPLETE, *columns, *modes)
-    chosen = demands[[name for name in dict.fromkeys(names) if name in demands.columns]]
+    modes = validity.FAILURE_DEMANDS.values() if validity.COLUMN_FAILURE_RATIO in columns else ()
+    ends = (validity.BEYOND_MODEL, validity.COMPLETE)
+    names = dict.fromkeys((*KEY_COLUMNS, *axis_names(demands), *ends, *columns, *modes))
+    chosen = demands[[name for name in names if name in demands.columns]]
     # texts as objects: pandas takes 0.2 ms to compare a hundred of its own
     return chosen.astype(dict.fromkeys(set(TEXT_COLUMNS) & set(chosen), object))
 
@@ -133,15 +117,14 @@ def need_columns(
 class ColumnMap(BaseModel):
     """A file that maps the columns of a foreign table to ours."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = OPTIONS | ConfigDict(frozen=True, strict=True)
 
-    columns: dict[str, str] = Field(description="column of the demands table: column of the file")
-    factors: dict[str, float] = Field(
-        {}, description="column of the demands table: factor to its unit"
-    )
-    constants: dict[str, str | float] = Field(
-        {}, description="values of columns that the file lacks"
-    )
+    columns: dict[str, str]
+    """column of the demands table: column of the file"""
+    factors: dict[str, float] = {}
+    """column of the demands table: factor to its unit"""
+    constants: dict[str, str | float] = {}
+    """values of columns that the file lacks"""
 
 
 def read_foreign(
@@ -162,19 +145,21 @@ def read_foreign(
     out = pd.DataFrame({ours: source[theirs] for ours, theirs in columns.items()})
     if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):
         raise InputError("the column map needs motion_id and at least one im_ column")
-    for name, value in (_NEUTRAL | dict(constants or {})).items():
+    usual = {"scale": 1.0, "incidence_deg": 0.0, "status": OK, **dict(constants or {})}
+    for name, value in {**dict.fromkeys(BRIDGE_COLUMNS, "foreign"), **usual}.items():
         if name not in out:
             out[name] = value
     for name in out.columns.difference(list(TEXT_COLUMNS)):
         numbers = as_column(out[name].to_numpy(), columns.get(name, name))
-        out[name] = numbers > 0.0 if name == COMPLETE else numbers * factors.get(name, 1.0)
+        out[name] = numbers > 0.0 if name == validity.COMPLETE else numbers * factors.get(name, 1.0)
     for name in (*LOADING_COLUMNS, *axis_names(out), "status"):
         require(out[name].notna().to_numpy(), columns.get(name, name), "is missing")
     if "variant" not in out:
         parts = [out[name].map(str).tolist() for name in variant_columns(out)[1:]]
         out["variant"] = ["_".join(values) for values in zip(*parts, strict=True)]
-    for name in set(TEXT_COLUMNS) & set(out.columns):
-        out[name] = (out[name].fillna("") if name == BEYOND_MODEL else out[name]).astype(str)
+    if validity.BEYOND_MODEL in out:
+        out[validity.BEYOND_MODEL] = out[validity.BEYOND_MODEL].fillna("")
+    out = out.astype(dict.fromkeys(set(TEXT_COLUMNS) & set(out.columns), str))
     known = out["status"].isin(STATUSES).to_numpy()
     wrong = repr(out["status"].iloc[int(np.argmin(known))]) if len(out) else ""
     require(known, "status", f"{wrong} is not known")
@@ -184,8 +169,8 @@ def read_foreign(
         row = int(np.argmax(doubled))
         text = f"row {row} repeats variant, motion_id, scale and incidence_deg of another row"
         raise InputError(text, row=row)
-    if COMPLETE not in out:
-        out[COMPLETE] = is_complete(out)
+    if validity.COMPLETE not in out:
+        out[validity.COMPLETE] = validity.is_complete(out)
     first = [*variant_columns(out), *LOADING_COLUMNS, "status"]
     return out[[*first, *(name for name in out if name not in first)]].reset_index(drop=True)
 
@@ -194,9 +179,7 @@ class Prepared(NamedTuple):
     """A checked demands table."""
 
     table: pd.DataFrame  # rows to fit, numbered from 0, with `COLUMN_FAILURE_RATIO`
-    notes: (
-        pd.DataFrame
-    )  # rejected rows, missing demands, repeated motions (columns of `input_notes`)
+    notes: pd.DataFrame  # rejected rows, missing demands, repeated motions, as `input_notes`
 
 
 def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSettings) -> Prepared:
@@ -206,7 +189,7 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     for that demand; both are in the notes. Suspect rows become failed if the settings exclude them.
     An `InputError` names a missing column, an unknown status, or an infinite or negative demand.
     """
-    wanted = [name for name in columns if name != COLUMN_FAILURE_RATIO]
+    wanted = [name for name in columns if name != validity.COLUMN_FAILURE_RATIO]
     need_columns(demands, (*KEY_COLUMNS, settings.im, *wanted))
     table = demands.reset_index(drop=True)
     status = table["status"].to_numpy(dtype=str)
@@ -215,17 +198,18 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
         values = table[name].to_numpy(dtype=np.float64)
         bad = (status == OK) & (np.isinf(values) | (values < 0.0))
         _require(table, ~bad, name, "must be >= 0 and finite where status is ok")
-    if settings.exclude_suspect and SUSPECT in table:
+    if settings.exclude_suspect and validity.SUSPECT in table:
         names = [column.name for column in DEMAND_COLUMNS if column.name in table]
-        suspect = table[SUSPECT] != ""
+        suspect = table[validity.SUSPECT] != ""
         table.loc[suspect, names] = np.nan
-        table.loc[suspect, "status"], table.loc[suspect, BEYOND_MODEL] = "numerical_failure", ""
-    table = with_derived_columns(table)
+        table.loc[suspect, "status"] = "numerical_failure"
+        table.loc[suspect, validity.BEYOND_MODEL] = ""
+    table = validity.with_derived_columns(table)
     im = table[settings.im].to_numpy(dtype=np.float64)
     usable = np.isfinite(im) & (im > 0.0)
     if not usable.any():
         raise InputError(f"no row has a usable {settings.im}", column=settings.im)
-    notes = [
+    notes: list[tuple[object, ...]] = [
         ("rejected_row", row, settings.im, f"row {row}: {settings.im} is {im[row]:g}, not above 0")
         for row in np.flatnonzero(~usable).tolist()
     ]
@@ -235,12 +219,9 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     return Prepared(table.reset_index(drop=True), found)
 
 
-type _Note = tuple[str, int, str, str]
-
-
-def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[_Note]:
+def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tuple[object, ...]]:
     """Yield a note per completed run without a demand that other runs of its model have."""
-    runs = table[is_complete(table)]
+    runs = table[validity.is_complete(table)]
     models = runs.groupby(list(BRIDGE_COLUMNS))
     for name in columns:
         without = runs[runs[name].isna() & (models[name].transform("count") > 0)]
@@ -250,7 +231,7 @@ def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[_N
             yield "missing_demand", int(row), name, text
 
 
-def _equal_motions(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[_Note]:
+def _equal_motions(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tuple[object, ...]]:
     """Yield a note per pair of motions whose runs are equal in every variant."""
     if len(columns) < 2:
         return
@@ -277,7 +258,7 @@ def spread[Item, Result](
     items: Iterable[Item],
     jobs: int,
     *,
-    least: int = _WORTH_PROCESSES,
+    least: int = 24,  # ASSUME starting a process takes about a second and an item some tenths
 ) -> list[Result]:
     """Return the function of each item, in their order, computed by several processes."""
     rest = iter(items)

@@ -107,16 +107,11 @@ class Pairs:
 
     def counts(self, rows: Index, used: Mask, discordant: Mask) -> dict[str, int]:
         """Return the columns ``n_`` of some pairs, except n_cells; arrays are of all n pairs."""
-        counted = self._counted | {
-            "n_bounds": used & (self.side != EXACT),
-            "n_left_out": ~used,
-            "n_discordant": discordant,
-        }
-        return {
-            "n_motions": int(np.unique(self.motions[rows][used[rows]]).size),
-            "n_pairs": int(rows.size),
-            **{name: int(np.count_nonzero(values[rows])) for name, values in counted.items()},
-        }
+        counted = self._counted | {"n_left_out": ~used, "n_discordant": discordant}
+        counted["n_bounds"] = used & (self.side != EXACT)
+        counts = {name: int(np.count_nonzero(values[rows])) for name, values in counted.items()}
+        motions = np.unique(self.motions[rows][used[rows]])
+        return counts | {"n_motions": motions.size, "n_pairs": rows.size}
 
 
 def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.DataFrame:
@@ -245,15 +240,14 @@ def demand_effects(
         ratios, discordant = pairs.changes(name, None)
         means, lines = pairs.means(ratios), pairs.means(ratios, ln_im)
         used, differences = np.isfinite(ratios), None
-        if difference is not None:
-            changes, discordant = pairs.changes(name, difference)
-            used, differences = np.isfinite(changes), pairs.means(changes)
-        exact = used & (pairs.side == EXACT)
         shared = {**pairs.place, "demand": name, "margin": settings.relative_margin(name)}
         shared["quantity"] = verdicts.DEMAND
         if difference is not None:
+            changes, discordant = pairs.changes(name, difference)
+            used, differences = np.isfinite(changes), pairs.means(changes)
             shared |= {"judged_by": verdicts.DIFFERENCE, "unit": difference.unit}
             shared["difference_margin"] = settings.margins.get(name, difference.margin)
+        exact = used & (pairs.side == EXACT)
         for cell, (place, own) in enumerate(places):
             known = own[exact[own]]
             positive = reference[known][reference[known] > 0.0]
@@ -294,17 +288,11 @@ def _by_intensity(
     possible = np.repeat(verdicts.may_be_negligible(pd.DataFrame([pooled])), im.size)
     found = verdicts.verdicts_of(value[1], below, zero, above, value[2], possible=possible)
     ln_demand, last = np.polyval(level, np.log(im)), np.arange(im.size) == _INTENSITIES
-    columns = {
-        **{name: pooled[name] for name in INTENSITY_COLUMNS if name in pooled},
-        **dict(zip(verdicts.RATIOS, np.exp(value), strict=True)),
-        "im": im,
-        "from_demand": np.exp(ln_demand),
-        "to_demand": np.exp(ln_demand + value[0]),
-        "n_motions": int(np.count_nonzero(effect.exact)),
-        "verdict": found,
-        "at_reference": last,
-        "clipped": last & (im != reference_im),
-    }
+    columns = {name: pooled[name] for name in INTENSITY_COLUMNS if name in pooled}
+    columns |= dict(zip(verdicts.RATIOS, np.exp(value), strict=True)) | {"im": im, "verdict": found}
+    columns |= {"from_demand": np.exp(ln_demand), "to_demand": np.exp(ln_demand + value[0])}
+    columns |= {"at_reference": last, "clipped": last & (im != reference_im)}
+    columns["n_motions"] = int(np.count_nonzero(effect.exact))
     return pd.DataFrame(columns).to_dict("records")
 
 
@@ -322,9 +310,8 @@ def median_effects(
     Two variants of one bridge and abutment model that differ in one axis only form a cell; the
     smallest value of the axis is the reference. A cell counts where some runs of both variants, and
     not all, are known to exceed the state. A pooled row is the average of ln ratio over the cells.
-    ``im_low`` and ``im_high`` are the smallest and largest median of the cells, at
-    which the ratio applies. Given the table of ``curves``, a ratio is refused if
-    none of its variants has a curve.
+    ``im_low`` and ``im_high`` are the smallest and largest median of the cells, at which the ratio
+    applies. Given the table of ``curves``, a ratio is refused if none of its variants has a curve.
     """
     items = (
         (
@@ -475,12 +462,8 @@ class _Medians:
             for j, state in enumerate(self._states):
                 if outcomes.status(state) == FITTED:
                     ln_theta[j] = line.ln_theta(state.threshold)
-        counts = {
-            "n_pairs": rows.size,
-            "n_bounds": int(np.sum(outcomes.is_bound)),
-            "n_left_out": int(np.sum(~used)),
-            **end_counts(self._part.iloc[self._rows[variant]]),
-        }
+        counts = end_counts(self._part.iloc[self._rows[variant]]) | {"n_pairs": rows.size}
+        counts |= {"n_bounds": int(np.sum(outcomes.is_bound)), "n_left_out": int(np.sum(~used))}
         beyond = [motion_means.motions_beyond(median, ln_im, codes) for median in ln_theta[:, 0]]
         self._known[key] = _OfVariant(
             ln_theta,

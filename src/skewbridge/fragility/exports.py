@@ -64,11 +64,6 @@ _MEASURES: Final = {
     "im_saavg": ("AvgSA", 1.0, "Spectral Acceleration|Avg", "g"),
     "im_sa_t1": ("", 1.0, "Spectral Acceleration|T1", "g"),
 }
-_TAIL: Final = 4.0  # standard deviations outside the outermost medians
-_USED: Final = 2.0  # the same for the range of intensities in which curves must not cross
-_CROSSING: Final = 1e-3  # smallest difference of probabilities that counts as a crossing
-# source: simple_id of openquake.hazardlib.valid
-_NRML_ID: Final = (r"A-Za-z0-9_:\-", 75)
 #: pelicun cuts names at every ``-``, and then finds none of the rows of the file.
 _PELICUN_ID: Final = ("A-Za-z0-9_.", 200)
 _PELICUN_PARAMETERS: Final = ("Family", "Theta_0", "Theta_1", "DamageStateWeights")
@@ -89,7 +84,6 @@ def export_curves(
     Curves without an estimate have their status in a CSV; elsewhere they are left out and listed in
     ``unfitted``. The report of nrml has the ``models``, those of pelicun and dlml (a folder) the
     ``holes``. An `InputError` names an unusable format, content, table or intensity measure.
-
     """
     if form not in FORMATS:
         raise InputError(f"format must be one of {', '.join(FORMATS)}, got {form!r}")
@@ -249,21 +243,18 @@ def write_skew_scaling(curves: pd.DataFrame, medians: pd.DataFrame, out: Path) -
     ``--format pelicun`` writes, at location 0 and direction 1.
     """
     table = _skew_factors(curves, medians)
-    places = {
-        (variant, part["component"].iloc[0], state): (
-            identifier(f"{variant}.{scale}", *_PELICUN_ID),
-            f"LS{number}",
-        )
-        for variant, scale, states, part in _functions(curves)
-        for number, state in enumerate(states, start=1)
-    }
+    places: dict[tuple[str, str, str], tuple[str, str]] = {}
+    for variant, scale, states, part in _functions(curves):
+        name = identifier(f"{variant}.{scale}", *_PELICUN_ID)
+        for number, state in enumerate(states, start=1):
+            places[variant, part["component"].iloc[0], state] = f"{name}-0-1", f"LS{number}"
     scaling: dict[str, Any] = {}
     for row in table.to_dict("records"):
         name, number = places[row["variant_straight"], row["component"], row["limit_state"]]
         of_skew = scaling.setdefault(f"{row['skew_deg']:g}", {})
         for end in ("factor", "factor_low", "factor_high"):
             states = of_skew.setdefault(end.removeprefix("factor_"), {})
-            states.setdefault(f"{name}-0-1", {})[number] = f"*{row[end]:.6g}"
+            states.setdefault(name, {})[number] = f"*{row[end]:.6g}"
     write_text(out, json.dumps(scaling, indent=1) + "\n")
 
 
@@ -347,24 +338,26 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
     crossing: list[str] = []
     for part in parts:
         variant, scale, column = map(str, part[["variant", "damage_scale", "im"]].iloc[0])
-        name = identifier(f"{variant}:{scale}", *_NRML_ID)
+        # source: simple_id of openquake.hazardlib.valid
+        name = identifier(f"{variant}:{scale}", r"A-Za-z0-9_:\-", 75)
         theta, beta = part["theta"].to_numpy(), part["curve_beta"].to_numpy()
         measure, factor, *_ = measure_names(column)
         if not measure:
             advice = "fit with im_sa_1p000_rotd50_g or another Sa(T)"
             raise InputError(f"{column} has no name in OpenQuake: {advice}", column=column)
         function = add(model, "fragilityFunction", id=name, format="continuous", shape="logncdf")
-        ends = np.log([theta.min(), theta.max()])
-        low, high = factor * np.exp(ends + np.array([-_TAIL, _TAIL]) * beta.max())
+        # four standard deviations outside the outermost medians; in two, curves must not cross
+        ends, side = np.log([theta.min(), theta.max()]), np.array([-1.0, 1.0]) * beta.max()
+        low, high = factor * np.exp(ends + 4.0 * side)
         limits = {"noDamageLimit": f"{low:.6g}", "minIML": f"{low:.6g}", "maxIML": f"{high:.6g}"}
         add(function, "imls", imt=measure, **limits)
         mean = factor * theta * np.exp(0.5 * beta**2)
         deviation = mean * np.sqrt(np.expm1(beta**2))
         for state, m, s in zip(part["limit_state"], mean, deviation, strict=True):
             add(function, "params", ls=str(state), mean=f"{m:.15g}", stddev=f"{s:.15g}")
-        start, stop = ends + np.array([-_USED, _USED]) * beta.max()
+        start, stop = ends + 2.0 * side
         grid = np.linspace(start, stop, 400)[:, None]
-        if (np.diff(special.ndtr((grid - np.log(theta)) / beta), axis=1) > _CROSSING).any():
+        if (np.diff(special.ndtr((grid - np.log(theta)) / beta), axis=1) > 1e-3).any():
             crossing.append(name)
     tree = ElementTree.ElementTree(root)
     ElementTree.indent(tree)

@@ -64,10 +64,7 @@ class FitOptions:
 
 
 def fit_file(path: Path, **given: Any) -> fits.FragilityFit:
-    """Fit the data of a JSON, CSV or parquet file with `FitOptions`.
-
-    An `InputError` names the option, or file, column and row.
-    """
+    """Fit data of a file with `FitOptions`; an `InputError` names option, or file, column, row."""
     options = checked(FitOptions, given, "options of the fit")
     if options.columns is None:
         data = read_data(path)
@@ -75,10 +72,9 @@ def fit_file(path: Path, **given: Any) -> fits.FragilityFit:
         chosen = checked(ColumnMap, read_yaml(options.columns), options.columns.name)
         data = read_foreign(path, **chosen.model_dump())
     columns = {str(name): values for name, values in data.items()}
+    fit = _fit_columns if options.edp is None and options.im is None else _fit_runs
     try:
-        if options.edp is not None or options.im is not None:
-            return _fit_runs(columns, options)
-        return _fit_columns(columns, options)
+        return fit(columns, options)
     except InputError as error:
         if not {"row", "column"} & error.details.keys():  # an error of the options
             raise

@@ -33,8 +33,6 @@ QUASI_SEPARATION: Final = "quasi_separation"
 NON_INCREASING: Final = "non_increasing"
 NOT_APPLICABLE: Final = "not_applicable"
 NOT_CONVERGED: Final = "not_converged"
-WIDE_CI_RATIO: Final = 3.0
-FEW_RECORDS: Final = 10
 FEW_MIXED_STRIPES: Final = 3
 ALL_CENSORED: Final = "all_censored"
 BOUNDS_TOO_WIDE: Final = "bounds_too_wide"
@@ -150,11 +148,10 @@ def jackknifed(fit: FragilityFit, ln_theta: Floats, beta: Floats) -> FragilityFi
 def common_warnings(fit: FragilityFit, im: Floats, n_records: int) -> list[str]:
     """Return the warnings that every method shares."""
     low, high = fit.ci_theta
-    narrow = np.isnan(low) or (low > 0.0 and high / low <= WIDE_CI_RATIO)
     found = {
         "median_extrapolated": fit.theta > np.max(im) or fit.theta < np.min(im),
-        "wide_ci": not narrow,
-        "fewer_than_10_records": n_records < FEW_RECORDS,
+        "wide_ci": not (np.isnan(low) or (low > 0.0 and high / low <= 3.0)),
+        "fewer_than_10_records": n_records < 10,
     }
     return [name for name, applies in found.items() if applies]
 
@@ -189,8 +186,6 @@ def fit_stripes(
     blank = FragilityFit(
         method="stripes", status=status, n_runs=total, level=settings.confidence, warnings=names
     )
-    if total == 0:
-        return blank
     if status != FITTED:
         return replace(blank, details=_stripe_bounds(status, ln_im, runs, exceed, settings))
     inf, counts = np.full(x.size, np.inf), np.append(exceed, runs - exceed)
@@ -406,10 +401,7 @@ def fit_first_exceedances(
 def _fit_distribution(
     blank: FragilityFit, lower: Floats, upper: Floats, im: Floats, settings: FitSettings
 ) -> FragilityFit:
-    """Return ``blank`` with the status and, if possible, the fit of capacities known by bounds.
-
-    ``lower`` and ``upper`` are ln of the bounds of each capacity.
-    """
+    """Return ``blank`` with status and, if possible, the fit of capacities by their ln bounds."""
     has_low, has_high = np.isfinite(lower), np.isfinite(upper)
     if not (np.any(has_low) and np.any(has_high)):
         exceed = bool(np.any(has_high))

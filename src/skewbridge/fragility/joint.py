@@ -38,34 +38,15 @@ from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.variant.axes import AXES, axis
 from skewbridge.variant.variant import lacking_axes
 
-TOO_FEW_MOTIONS: Final = "too_few_motions"
-NO_AXIS: Final = "no_axis_varies"
-LARGE_ERROR: Final = "prediction_error_above_25_percent"
-UNCONFIRMED: Final = "no_variant_estimate"
-MAX_LEFT_OUT_ERROR: Final = 0.25
-MIN_MOTIONS: Final = 5
 SKEW: Final = "skew_deg"
-GAP: Final = "gap_mm"
-REFERENCE_GAP_MM: Final = 50.8  # 2 in
-_SLACK: Final = 1e-9
 _CLOUD_COLUMNS: Final = ["variant", "component", "limit_state", "theta", "var_ln_theta"]
 _FLATTEST_SLOPE: Final = 1e-3
-_CLEARLY_BETTER: Final = 1e-6
-_WORTH_PROCESSES: Final = 8  # ASSUME a demand takes about a second
 
-# Panels of the integral: nodes of each, and their ends in widths about the mode and in sigma about
-# the bounds of censored values, where the integrand changes fastest.
+# Nodes of the panels of the integral, and of normal integrals.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 _NORMAL_NODES, _HERMITE = np.polynomial.hermite_e.hermegauss(5)
 _NORMAL_WEIGHTS: Final = _HERMITE * np.exp(0.5 * _NORMAL_NODES**2)
-_REACH: Final = 7.0
-_SHOULDER: Final = 2.5
-_EDGE: Final = (-6.0, -1.0, 4.0)
-_MODE_STEPS: Final = 25
-_ROUNDS: Final = 100
-_HALVINGS: Final = 30
 _DECREMENT: Final = 1e-10  # of the log-likelihood; the step after it leaves some 1e-20
-_REFIT_DECREMENT: Final = 1e-4
 # smallest standard deviation, as a share of the scatter of the least-squares residuals
 _SMALLEST_SHARE: Final = 1e-4
 _THINNEST: Final = 1e-10
@@ -135,7 +116,7 @@ def without_each_motion(data: MixedData, fit: MixedFit) -> Floats:
         share = 1.0 - 2.0 * score[-2:] / np.maximum(held, count)
         deviations = fit.parameters[-2:] + 0.5 * np.log(np.clip(share, 0.2, 2.0))
         start, others = np.concatenate([delta, deviations]), np.arange(count) != motion
-        rows.append(_maximised(likelihood, start, floor, others, _REFIT_DECREMENT).parameters)
+        rows.append(_maximised(likelihood, start, floor, others, 1e-4).parameters)
     return np.stack(rows)
 
 
@@ -153,7 +134,7 @@ def _maximised(
         return likelihood(np.append(parameters[:-2], np.maximum(parameters[-2:], floor)))
 
     fit = at(start)
-    for _ in range(_ROUNDS):
+    for _ in range(100):
         score = np.sum(fit.score[motions], axis=0)
         information = np.sum(fit.information[motions], axis=0)
         loglik = float(np.sum(fit.logliks[motions]))
@@ -165,7 +146,7 @@ def _maximised(
         step = _uphill(score, information)
         step /= max(1.0, float(np.max(np.abs(step[-2:]))))
         gain, trial = float(score @ step), fit
-        for _ in range(_HALVINGS):
+        for _ in range(30):
             trial = at(fit.parameters + step)
             if np.sum(trial.logliks[motions]) >= loglik - _DECREMENT * max(1.0, abs(loglik)):
                 break
@@ -305,7 +286,7 @@ class _Integrals:
         mode, prior, curve = mean.copy(), np.sqrt(variance), 1.0 / variance
         if self._rows.size == 0:  # the integrand is normal times a polynomial of degree 4
             return mode[:, None] + prior[:, None] * _NORMAL_NODES, prior[:, None] * _NORMAL_WEIGHTS
-        for _ in range(_MODE_STEPS):
+        for _ in range(25):
             t = self._sign * (above + mode[self._motion]) / sigma
             ratio = mills_ratio(t)
             slope = self._sum @ (self._sign * ratio) / sigma - (mode - mean) / variance
@@ -314,18 +295,20 @@ class _Integrals:
             mode = mode + step
             if np.all(np.abs(step) < 0.01 * prior):
                 break
-        # the integrand is log-concave and at least as curved as the prior: its tails are no wider
-        near = _REACH / np.sqrt(curve)
-        far = np.maximum(_REACH * prior, near)
+        # panels end at some widths about the mode, and at some sigma about the bounds of censored
+        # values, where the integrand changes fastest; it is log-concave and at least as curved as
+        # the prior: its tails are no wider
+        near = 7.0 / np.sqrt(curve)
+        far = np.maximum(7.0 * prior, near)
         ends = [mode, mode - far, mode + far]
-        for width in (near, near + (far - near) / 3.0, near * _SHOULDER / _REACH):
+        for width in (near, near + (far - near) / 3.0, near * 2.5 / 7.0):
             ends += [mode - width, mode + width]
         for sign, extreme in ((1.0, np.maximum), (-1.0, np.minimum)):
             censored = self._sign == sign
             if np.any(censored):
                 edge = mode - sign * far
                 extreme.at(edge, self._motion[censored], -above[censored])
-                edges = [edge + share * sign * sigma for share in _EDGE]
+                edges = [edge + share * sign * sigma for share in (-6.0, -1.0, 4.0)]
                 ends += [np.clip(each, mode - far, mode + far) for each in edges]
         borders = np.sort(np.stack(ends, axis=1), axis=1)
         half, middle = 0.5 * np.diff(borders), 0.5 * (borders[:, 1:] + borders[:, :-1])
@@ -370,23 +353,20 @@ class AxisRange:
         found: dict[str, Floats] = {}
         for name in self.varying:
             value = np.atleast_1d(self._counted(name, np.asarray(values[name], dtype=np.float64)))
-            scale = REFERENCE_GAP_MM if name == GAP else axis(name).high
+            scale = 50.8 if name == "gap_mm" else axis(name).high  # 2 in
             is_scaled = axis(name).unit != "-" and 0.0 < scale < np.inf
             found[name] = value / scale if is_scaled else value
         return found
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Check that a point lies inside the range; an `InputError` names the axis that does not.
-
-        Axes that the abutment model lacks are ignored.
-        """
+        """Check a point; an `InputError` names an axis outside its range, or an unknown one."""
         possible = {*self.limits, *(each.name for each in AXES)}
         for name in (*self.varying, *values):
             low, high = self.limits.get(name, (-np.inf, np.inf))
             problem = "" if name in possible else "is not an axis of the study"
             if name not in values:
                 problem = f"is missing; the study varies it within {low:g}..{high:g}"
-            elif not low - _SLACK <= self._counted(name, values[name]) <= high + _SLACK:
+            elif not low - 1e-9 <= self._counted(name, values[name]) <= high + 1e-9:
                 problem = f"must be within {low:g}..{high:g}, the range of the study"
                 problem += f", got {values[name]:g}"
             if problem:
@@ -478,10 +458,11 @@ def joint_table(
         for model, part in demand_table.models_of(demands)
         for (component, demand), states in states_by_demand(limit_states).items()
     )
-    rows = demand_table.spread(_rows, items, jobs, least=_WORTH_PROCESSES)
+    rows = demand_table.spread(_rows, items, jobs, least=8)  # ASSUME an item takes about a second
     table = pd.DataFrame([row for part in rows for row in part], columns=list(JOINT_COLUMNS))
     if curves is not None:  # do not use a model that no fit of a single variant confirms
-        table.loc[(table["status"] == FITTED) & table["loo_variants"].eq(0), "status"] = UNCONFIRMED
+        unconfirmed = (table["status"] == FITTED) & table["loo_variants"].eq(0)
+        table.loc[unconfirmed, "status"] = "no_variant_estimate"
     return table
 
 
@@ -501,15 +482,10 @@ def _rows(item: tuple[dict[str, Any], pd.DataFrame, list[LimitState], pd.DataFra
     rows: list[Row] = []
     for state in states:
         status = outcomes.status(state)
-        row = {
-            **model,
-            **state.columns,
-            "status": fit if status == FITTED and isinstance(fit, str) else status,
-            "axis_ranges": json.dumps(dict(axis_range.limits)),
-            "signed_skew": axis_range.signed_skew,
-            "n_variants": len(variants),
-            **outcomes.counts(state),
-        }
+        row = model | state.columns | outcomes.counts(state) | {"n_variants": len(variants)}
+        row["status"] = fit if status == FITTED and isinstance(fit, str) else status
+        row["axis_ranges"] = json.dumps(dict(axis_range.limits))
+        row["signed_skew"] = axis_range.signed_skew
         if status == FITTED and left_out is not None and not isinstance(fit, str):
             own = clouds[clouds["limit_state"] == state.name].set_index("variant")
             row |= _estimate(fit, left_out, state, row, own.reindex(variants["variant"]))
@@ -538,12 +514,12 @@ def _fit_demand(
 ) -> _DemandFit | str:
     """Return the model that predicts left-out variants best, or why there is none."""
     if not axis_range.varying:
-        return NO_AXIS
+        return "no_axis_varies"
     used, (lower, upper) = outcomes.used, outcomes.ln_ends
     known, variant = lower == upper, variant[used]
     motion = np.unique(motion[used], return_inverse=True)[1]
-    if np.unique(motion[known]).size < MIN_MOTIONS:
-        return TOO_FEW_MOTIONS
+    if np.unique(motion[known]).size < 5:
+        return "too_few_motions"
     values = {name: variants[name].to_numpy(dtype=np.float64) for name in axis_range.varying}
     variables = axis_range.variables(values)
     best: _DemandFit | None = None
@@ -555,7 +531,7 @@ def _fit_demand(
         data = MixedData(design=design, lower=lower, upper=upper, motion=motion)
         fit = fit_mixed(data)
         without, press = _without_each_variant(data, fit, variant, len(variants))
-        if best is None or press < best.press * (1.0 - _CLEARLY_BETTER):
+        if best is None or press < best.press * (1.0 - 1e-6):
             best = _DemandFit(data, fit, terms, matrix, without, press)
     return NOT_APPLICABLE if best is None else best
 
@@ -601,12 +577,9 @@ def _estimate(
     without = _state_parameters(left_out, motions - 1, state)
     found: dict[str, Any] = {"slope": float(fit.fit.delta[1]), "press": fit.press}
     found |= {"tau": fit.fit.tau, "sigma": fit.fit.sigma, "terms": ";".join(fit.terms)}
-    found |= {
-        "n_runs": fit.data.motion.size,
-        "n_motions": motions,
-        "n_right_censored": int(np.sum(np.isinf(fit.data.upper))),
-        "n_left_censored": int(np.sum(np.isinf(fit.data.lower))),
-    }
+    found |= {"n_runs": fit.data.motion.size, "n_motions": motions}
+    for side, ends in (("right", fit.data.upper), ("left", fit.data.lower)):
+        found[f"n_{side}_censored"] = int(np.sum(np.isinf(ends)))
     if not (np.all(np.isfinite(estimate)) and np.all(np.isfinite(without))):
         return found | {"status": NON_INCREASING}
     found |= {"beta": float(np.exp(estimate[-2])), "beta_total": float(np.exp(estimate[-1]))}
@@ -625,14 +598,10 @@ def _estimate(
     if not (compared := int(np.sum(np.isfinite(error)))):
         return found | {"loo_variants": 0}
     worst = int(np.nanargmax(error))
-    found |= {
-        "loo_variants": compared,
-        "loo_error": float(np.nanmedian(error)),
-        "loo_error_max": float(error[worst]),
-        "loo_error_max_variant": str(own.index[worst]),
-        "loo_error_max_se": float(np.sqrt(own["var_ln_theta"].iloc[worst])),
-    }
-    return found | ({"status": LARGE_ERROR} if error[worst] > MAX_LEFT_OUT_ERROR else {})
+    found |= {"loo_variants": compared, "loo_error": float(np.nanmedian(error))}
+    found |= {"loo_error_max": float(error[worst]), "loo_error_max_variant": str(own.index[worst])}
+    found["loo_error_max_se"] = float(np.sqrt(own["var_ln_theta"].iloc[worst]))
+    return found | ({"status": "prediction_error_above_25_percent"} if error[worst] > 0.25 else {})
 
 
 def _state_parameters(parameters: Floats, motions: int, state: LimitState) -> Floats:

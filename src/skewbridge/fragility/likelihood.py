@@ -5,9 +5,8 @@ analysis, brackets of capacities, and counts of exceedance (a run that exceeds a
 below x, one that does not above). Every term is concave in the parameters, so the maximum is unique
 where it exists.
 
-References:
-    Olsen (1978), Econometrica 46(5): the parameterisation, z = h y - X delta with h = 1/sigma.
-    Tobin (1958), Econometrica 26(1):24-36: censored regression.
+Sources: the parameterisation, z = h y - X delta with h = 1/sigma, Olsen (1978), Econometrica 46(5);
+censored regression, Tobin (1958), Econometrica 26(1):24-36.
 """
 
 from typing import Final, NamedTuple

@@ -17,8 +17,6 @@ from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
 
 COLLAPSE_EXCEEDS: Final = "exceeds"
 MAX_DISPERSION: Final = 2.0
-# A smaller dispersion is more likely a slip of units (0.25 written in thousandths).
-SMALL_DISPERSION: Final = 0.05
 _STRICT: Final = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 #: Dimension and factor to the SI unit.
@@ -28,10 +26,10 @@ _UNITS: Final[dict[str, tuple[str, float]]] = {
     "mps": ("velocity", 1.0), "mps2": ("acceleration", 1.0), "g": ("gravity units", 1.0),
     "s": ("time", 1.0), "ratio": ("ratio", 1.0), "percent": ("ratio", 0.01),
 }  # fmt: skip
-# Last words of the names of dimensionless columns.
-_RATIO_WORDS: Final = ("dcr", "ductility", "friction", "closures", "capacity")
-# Units of the demands table that are spelled differently here.
-_SPELLINGS: Final = {"-": "ratio", "m/s": "mps", "m/s2": "mps2"}
+# Units of the demands table that are spelled differently here; last words of names without unit.
+_SPELLINGS: Final = {"m/s": "mps", "m/s2": "mps2"} | dict.fromkeys(
+    ("-", "dcr", "ductility", "friction", "closures", "capacity"), "ratio"
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,8 +60,8 @@ class LimitState:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """``small_capacity_dispersion`` where a slip of units is likely."""
-        return ("small_capacity_dispersion",) if 0.0 < self.dispersion < SMALL_DISPERSION else ()
+        """``small_capacity_dispersion`` where a slip of units is likely (0.25 as thousandths)."""
+        return ("small_capacity_dispersion",) if 0.0 < self.dispersion < 0.05 else ()
 
     @property
     def key(self) -> str:
@@ -223,9 +221,6 @@ def demand_unit(column: str) -> str:
     """Return the unit of a demand, for example ``m``; of a foreign column, the end of its name."""
     known = column_of(column)
     unit = column.rsplit("_", 1)[-1] if known is None else known.unit.lower()
-    unit = _SPELLINGS.get(unit, unit)
-    if unit in _UNITS:
+    if (unit := _SPELLINGS.get(unit, unit)) in _UNITS:
         return unit
-    if unit in _RATIO_WORDS:
-        return "ratio"
     raise InputError(f"column {shortened(column)} carries no unit in its name", column=column)

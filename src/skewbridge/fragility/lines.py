@@ -17,11 +17,6 @@ from skewbridge.fragility.likelihood import NormalKernel, maximise
 
 #: A curve with beta above 50 does not rise over any range of intensities.
 FLATTEST_SLOPE: Final = 0.02
-TEST_LEVEL: Final = 0.05
-SATURATING: Final = "saturating"
-CURVED: Final = "curved"
-_CRITICAL: Final = (0.895, 0.819)  # source: FEMA P-58, Lilliefors test at 5 and 10 %
-_SMALLEST_SCATTER: Final = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,9 +95,9 @@ class TestedLine(NamedTuple):
     def warnings(self) -> list[str]:
         """Names of the assumptions that the tests reject at 5 %."""
         names: list[str] = []
-        if self.curvature_p < TEST_LEVEL:
-            names.append(SATURATING if self.curvature < 0.0 else CURVED)
-        if self.scatter_p < TEST_LEVEL:
+        if self.curvature_p < 0.05:
+            names.append("saturating" if self.curvature < 0.0 else "curved")
+        if self.scatter_p < 0.05:
             names.append("heteroscedastic")
         return names
 
@@ -121,7 +116,7 @@ def tested_line(x: Floats, y: Floats) -> TestedLine:
     total = sxx * float(centred @ centred)
     scatter_p = float(special.chdtrc(1, n * float(u @ centred) ** 2 / total)) if total else nan
     normal_p = nan
-    if sigma > _SMALLEST_SCATTER and 4 <= n <= 5000:  # where the approximate p-value holds
+    if sigma > 1e-12 and 4 <= n <= 5000:  # where the approximate p-value holds
         from scipy import stats  # imported here: it takes longer to load than all the rest
 
         normal_p = float(stats.shapiro(residual).pvalue)
@@ -148,4 +143,4 @@ def lilliefors(values: Floats) -> tuple[float, float, float]:
     steps = np.arange(n) / n
     distance = float(max(np.max(p - steps), np.max(steps + 1.0 / n - p)))
     scale = float(np.sqrt(n) - 0.01 + 0.85 / np.sqrt(n))
-    return distance, _CRITICAL[0] / scale, _CRITICAL[1] / scale
+    return distance, 0.895 / scale, 0.819 / scale  # source: FEMA P-58, test at 5 and 10 %

@@ -21,9 +21,6 @@ from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
 # Measures with ground-motion models and hazard curves in common use.
 HAZARD_KNOWN: Final = ("im_pga", "im_pgv", "im_sa_", "im_saavg", "im_arias", "im_cav")
-NON_POSITIVE: Final = "non_positive_im"
-# ASSUME a property that varies by less than this, relatively, is constant but for rounding
-_CONSTANT: Final = 1e-6
 
 
 def rank_measures(
@@ -49,7 +46,8 @@ def rank_measures(
         im = table[name].to_numpy(dtype=np.float64)
         bad = bool(np.any(~(im > 0.0)))
         if bad or np.ptp(im) == 0.0:
-            rows[name] = {"status": NON_POSITIVE if bad else SINGLE_LEVEL, "proficiency": np.nan}
+            status = "non_positive_im" if bad else SINGLE_LEVEL
+            rows[name] = {"status": status, "proficiency": np.nan}
             continue
         x = np.log(im)
         line = tested_line(x, y)
@@ -58,15 +56,10 @@ def rank_measures(
         ranks = np.stack([again.sigma, again.sigma / again.b])
         replicates[name] = np.where(np.isfinite(again.b), ranks, np.inf)
         scores[name] = float(np.mean(-0.5 * (residual / line.sigma) ** 2) - np.log(line.sigma))
-        rows[name] = {
-            "status": FITTED,
-            "efficiency": line.sigma,
-            "practicality": line.b,
-            "proficiency": line.sigma / line.b if line.b > 0.0 else np.nan,
-            "r2": line.r2,
-            "n_runs": line.n,
-            "hazard_computable": name.startswith(HAZARD_KNOWN),
-        }
+        row = {"status": FITTED, "efficiency": line.sigma, "practicality": line.b}
+        row["proficiency"] = line.sigma / line.b if line.b > 0.0 else np.nan
+        row |= {"r2": line.r2, "n_runs": line.n}
+        rows[name] = row | {"hazard_computable": name.startswith(HAZARD_KNOWN)}
         by_motion = np.bincount(codes, residual) / np.bincount(codes)
         for key, values in properties.items():
             rows[name][f"p_{key}"], rows[name][f"effect_{key}"] = _dependence(values, by_motion)
@@ -105,7 +98,8 @@ def _dependence(values: Floats, residual: Floats) -> tuple[float, float]:
     # NaN for a constant property
     good = np.isfinite(values)
     spread = np.ptp(values[good]) if np.any(good) else 0.0
-    if np.sum(good) < 4 or spread <= _CONSTANT * (1.0 + float(np.max(np.abs(values[good])))):
+    # ASSUME a property that varies by less than 1e-6, relatively, is constant but for rounding
+    if np.sum(good) < 4 or spread <= 1e-6 * (1.0 + float(np.max(np.abs(values[good])))):
         return np.nan, np.nan
     line = tested_line(values[good], residual[good])
     t = line.b / (line.sigma / np.sqrt(line.sxx))

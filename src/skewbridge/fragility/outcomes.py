@@ -11,13 +11,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from skewbridge.demands.validity import (
-    COLUMN_FAILURE_RATIO,
-    FAILURE_DEMANDS,
-    failure_kinds,
-    is_beyond_model,
-    is_complete,
-)
+from skewbridge.demands import validity
 from skewbridge.files.tables import Floats, Mask
 from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
@@ -112,7 +106,7 @@ def end_counts(table: pd.DataFrame) -> dict[str, int]:
     """Return the number of collapsed runs and of those in which a column failed."""
     return {
         "n_collapse": int(np.sum(table["status"] == COLLAPSE)),
-        "n_beyond_model": int(np.sum(is_beyond_model(table))),
+        "n_beyond_model": int(np.sum(validity.is_beyond_model(table))),
     }
 
 
@@ -124,12 +118,13 @@ def demand_outcomes(table: pd.DataFrame, states: States, im: str | None = None) 
     """
     demand, state = states[0].demand, states[0]
     outcomes = _outcomes(table, states, demand)
-    if im is None or demand != COLUMN_FAILURE_RATIO:
+    if im is None or demand != validity.COLUMN_FAILURE_RATIO:
         return outcomes
     # the larger of a ratio that saturates and one that grows follows no line: a line through all
     # of it can put the failure in any mode above that in one mode
-    modes = [_outcomes(table, states, name) for name in FAILURE_DEMANDS.values() if name in table]
-    data = [each for each in (outcomes, *modes) if each.status(state) == FITTED]
+    modes = [name for name in validity.FAILURE_DEMANDS.values() if name in table]
+    data = [outcomes, *(_outcomes(table, states, name) for name in modes)]
+    data = [each for each in data if each.status(state) == FITTED]
     ln_im, one = np.log(table[im].to_numpy(dtype=np.float64)), np.ones((1, len(table)))
     medians = [each.lines(ln_im, one).ln_theta(state.threshold)[0] for each in data]
     order = np.argsort(medians, kind="stable")  # NaN last
@@ -139,7 +134,7 @@ def demand_outcomes(table: pd.DataFrame, states: States, im: str | None = None) 
 
 def _outcomes(table: pd.DataFrame, states: States, demand: str) -> DemandOutcomes:
     """Return the outcomes of the runs for one demand and the capacities of some states."""
-    complete = is_complete(table)
+    complete = validity.is_complete(table)
     peak = table[demand].to_numpy(dtype=np.float64)
     decided = np.zeros(peak.size)
     exceeding = [s.threshold for s in states if s.collapse == COLLAPSE_EXCEEDS]
@@ -149,10 +144,10 @@ def _outcomes(table: pd.DataFrame, states: States, demand: str) -> DemandOutcome
         decided[collapsed & ~complete] = np.nextafter(max(exceeding), np.inf)
     # ASSUME a column that failed has passed the states of its own mode at 1 and above
     failed = [s.threshold for s in states if s.threshold >= 1.0]
-    names = FAILURE_DEMANDS.items()
-    modes = [kind for kind, name in names if demand in (name, COLUMN_FAILURE_RATIO)]
+    names = validity.FAILURE_DEMANDS.items()
+    modes = [kind for kind, name in names if demand in (name, validity.COLUMN_FAILURE_RATIO)]
     if failed and modes:
-        decided[np.isin(failure_kinds(table), modes)] = np.nextafter(max(failed), np.inf)
+        decided[np.isin(validity.failure_kinds(table), modes)] = np.nextafter(max(failed), np.inf)
     lower = np.where(complete, peak, np.maximum(np.nan_to_num(peak), decided))
     upper = np.where(complete, peak, np.inf)
     if np.any(complete & (peak == 0.0)):

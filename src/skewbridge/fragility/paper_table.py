@@ -47,10 +47,7 @@ def chosen_curves(curves: pd.DataFrame, method: str | None = None) -> pd.DataFra
 
 
 def with_ratios(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
-    """Return curves with the ratios of their medians to those at the smallest value of each axis.
-
-    ``medians`` are the paired effects on median capacities; NaN where they have no such pair.
-    """
+    """Return curves with paired ratios of medians to the smallest value of each axis, or NaN."""
     axes = axis_names(curves)
     state = curves["component"].astype(str) + "/" + curves["limit_state"].astype(str)
     keys = curves[["bridge", "abutment", *axes]].assign(demand=state)

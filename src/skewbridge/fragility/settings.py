@@ -2,66 +2,46 @@
 
 from typing import Annotated, Final, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.demands.columns import DEMAND_COLUMNS
-from skewbridge.files.text import FileName, Flag, Number, Whole
+from skewbridge.files.text import OPTIONS, FileName, Flag, Number, Whole
 
 _COLUMNS: Final = {column.name: column for column in DEMAND_COLUMNS}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, config=ConfigDict(extra="forbid"))
+@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class FitSettings:
     """Settings of fits and paired effects."""
 
-    im: str = Field(
-        default="im_saavg_rotd50_g", description="intensity measure: an im_ column of demands"
-    )
-    limit_states: FileName = Field(
-        default="config/limit_states.yaml", description="file with the limit states"
-    )
-    confidence: Number = Field(
-        default=0.95, gt=0.5, lt=1.0, description="level of the intervals of fits"
-    )
-    effect_confidence: Number = Field(
-        default=0.90, gt=0.5, lt=1.0, description="level of the intervals of effects"
-    )
+    im: str = Field(default="im_saavg_rotd50_g")
+    """intensity measure: an im_ column of demands"""
+    limit_states: FileName = Field(default="config/limit_states.yaml")
+    """file with the limit states"""
+    confidence: Number = Field(default=0.95, gt=0.5, lt=1.0)
+    """level of the intervals of fits"""
+    effect_confidence: Number = Field(default=0.90, gt=0.5, lt=1.0)
+    """level of the intervals of effects"""
     # ASSUME 5 % of demand is below what a designer would act on
-    margin: Number = Field(
-        default=0.05, gt=0.0, lt=1.0, description="negligible change of a demand"
-    )
+    margin: Number = Field(default=0.05, gt=0.0, lt=1.0)
+    """negligible change of a demand"""
     # ASSUME a median capacity changes by the demand ratio to the power -1/slope; with the slopes
     # near 1 of most demands the same 5 % is as small a change
-    median_margin: Number = Field(
-        default=0.05, gt=0.0, lt=1.0, description="negligible change of a median capacity"
-    )
-    margins: dict[str, Annotated[Number, Field(gt=0.0)]] = Field(
-        default={},
-        description="margins of single columns; mrad for deck rotation, mm for abutment "
-        "deformations",
-    )
-    bootstrap: Whole = Field(
-        default=999,
-        ge=99,
-        le=100_000,
-        description="bootstrap replicates that rank intensity measures",
-    )
-    seed: Whole = Field(
-        default=20261120,
-        ge=0,
-        le=2**63 - 1,
-        description="seed of that bootstrap and of system curves",
-    )
-    accept_bounds: Flag = Field(
-        default=False, description="report medians that unknown outcomes may move by more than 15 %"
-    )
-    exclude_suspect: Flag = Field(
-        default=False, description="treat suspect rows as failed analyses"
-    )
-    assumed_beta: Number = Field(
-        default=0.4, gt=0.0, le=2.0, description="dispersion for bounds of medians"
-    )
+    median_margin: Number = Field(default=0.05, gt=0.0, lt=1.0)
+    """negligible change of a median capacity"""
+    margins: dict[str, Annotated[Number, Field(gt=0.0)]] = Field(default={})
+    """margins of single columns; mrad for deck rotation, mm for abutment deformations"""
+    bootstrap: Whole = Field(default=999, ge=99, le=100_000)
+    """bootstrap replicates that rank intensity measures"""
+    seed: Whole = Field(default=20261120, ge=0, le=2**63 - 1)
+    """seed of that bootstrap and of system curves"""
+    accept_bounds: Flag = Field(default=False)
+    """report medians that unknown outcomes may move by more than 15 %"""
+    exclude_suspect: Flag = Field(default=False)
+    """treat suspect rows as failed analyses"""
+    assumed_beta: Number = Field(default=0.4, gt=0.0, le=2.0)
+    """dispersion for bounds of medians"""
 
     @model_validator(mode="after")
     def _margins_of_demands(self) -> Self:

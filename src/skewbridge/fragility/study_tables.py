@@ -21,14 +21,12 @@ from skewbridge.files.tables import Row, records_of, write_frame
 from skewbridge.files.text import write_text
 from skewbridge.fragility import demand_table, paper_table, verdicts
 from skewbridge.fragility.curves import fit_study
-from skewbridge.fragility.demand_table import described
 from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, States, with_column_failure
 from skewbridge.fragility.measures import measure_table
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves
-from skewbridge.fragility.verdicts import at_looks, kept, runs_per_motion
 from skewbridge.variant.axes import axes_of
 from skewbridge.variant.random_properties import RANDOM_PROPERTIES, drawn_properties
 
@@ -51,7 +49,7 @@ SUITE_CURVE_COLUMNS: Final = (
 )
 
 DESCRIPTIONS: Final = {
-    name: described(name)
+    name: demand_table.described(name)
     for name in (
         *("curves", "median_effects", "effects", "intensity_effects", "needed_motions", "joint"),
         *("system", "measures", "input_notes", "suites", "suite_curves"),
@@ -116,6 +114,7 @@ def suite_tables(
     """
     names = list(dict.fromkeys(rows[SUITE].astype(str))) if SUITE in rows else []
     shared = {"against": "", "verdict": "", "standard_errors": np.nan}
+    effect_columns = list(demand_table.described("suites"))
     effects: list[Row] = []
     curves: list[pd.DataFrame] = []
     for name in [*names, ALL_SUITES] if len(names) > 1 else []:
@@ -131,15 +130,15 @@ def suite_tables(
             found = found[found["ratio"].notna()]  # NaN where zero demands leave only differences
             effects += [{**row, **shared, SUITE: name} for row in records_of(found)]
     if not effects:
-        empty = {"suites": described("suites"), "suite_curves": SUITE_CURVE_COLUMNS}
-        return {name: pd.DataFrame(columns=list(columns)) for name, columns in empty.items()}
+        empty = {"suites": effect_columns, "suite_curves": list(SUITE_CURVE_COLUMNS)}
+        return {name: pd.DataFrame(columns=columns) for name, columns in empty.items()}
     compared: list[Row] = []
     for _, part in pd.DataFrame(effects).groupby(list(_EFFECT), sort=False):
         records = {row[SUITE]: row for row in records_of(part)}
         pairs = combinations([name for name in names if name in records], 2)
         compared += [_compared(records[one], records[other]) for one, other in pairs]
     return {
-        "suites": pd.DataFrame([*effects, *compared], columns=list(described("suites"))),
+        "suites": pd.DataFrame([*effects, *compared], columns=effect_columns),
         "suite_curves": pd.concat(curves, ignore_index=True)[list(SUITE_CURVE_COLUMNS)],
     }
 
@@ -156,16 +155,11 @@ def _compared(one: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
     reach = float(special.stdtrit(dof, 0.5 + 0.5 * one["level"])) * error
     ends = np.exp([change, change - reach, change + reach])
     away = abs(change) / error if error > 0.0 else np.inf
-    return {
-        **{name: one[name] for name in _EFFECT},
-        SUITE: other[SUITE],
-        "against": one[SUITE],
-        **dict(zip(verdicts.RATIOS, ends.tolist(), strict=True)),
-        "level": one["level"],
-        "standard_errors": away,
-        "verdict": DEPENDS if away > LARGEST_ERRORS else NO_DIFFERENCE,
-        "n_motions": int(one["n_motions"]) + int(other["n_motions"]),
-    }
+    row = {name: one[name] for name in (*_EFFECT, "level")}
+    row |= dict(zip(verdicts.RATIOS, ends.tolist(), strict=True))
+    row |= {SUITE: other[SUITE], "against": one[SUITE], "standard_errors": away}
+    row["n_motions"] = int(one["n_motions"]) + int(other["n_motions"])
+    return row | {"verdict": DEPENDS if away > LARGEST_ERRORS else NO_DIFFERENCE}
 
 
 def valid_tables(
@@ -181,8 +175,9 @@ def valid_tables(
     publication. Their level is that of all looks together. Curves and effects by intensity stay as
     they are.
     """
+    per_motion = verdicts.runs_per_motion(demands)
     effects, medians = (
-        kept(at_looks(tables[name], looks, runs_per_motion(demands)), rounds)
+        verdicts.kept(verdicts.at_looks(tables[name], looks, per_motion), rounds)
         for name in ("effects", "median_effects")
     )
     needed = verdicts.needed_motions(pd.concat([effects, medians], ignore_index=True), demands)

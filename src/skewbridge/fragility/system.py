@@ -4,9 +4,8 @@ A component that fails at ln x = ln theta_i + beta_i e_i, with correlated standa
 the system fail at the smallest of these intensities: their distribution over quasi-random e is the
 system curve.
 
-References:
-    Nielson and DesRoches (2007), EESD 36(6):823-839: component demands as joint lognormals.
-    Owen (1998), J. Complexity 14(4):466-489: scrambled Sobol points.
+Sources: component demands as joint lognormals, Nielson and DesRoches (2007), EESD 36(6):823-839;
+scrambled Sobol points, Owen (1998), J. Complexity 14(4):466-489.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,13 +20,7 @@ from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Row
-from skewbridge.fragility.demand_table import (
-    described,
-    motion_codes,
-    spread,
-    variant_values,
-    variants_of,
-)
+from skewbridge.fragility import demand_table
 from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_bound
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.lines import Lines
@@ -40,7 +33,6 @@ MIN_RUNS: Final = 8
 MIN_COMPLETE: Final = 4
 _POINTS: Final = 2**13  # error of the median of the system below 0.1 %
 _POINTS_OF_REPLICATES: Final = 2**11
-_LEVELS: Final = special.ndtr(np.array([-1.0, 0.0, 1.0]))
 
 
 def system_curves(
@@ -55,7 +47,7 @@ def system_curves(
     members = system_members([state for state in limit_states if state.system_degree])
     columns = [settings.im, *(state.demand for states in members.values() for state in states)]
     rows_of = partial(_variant_rows, members=members, settings=settings)
-    rows = spread(rows_of, variants_of(demands, columns), jobs)
+    rows = demand_table.spread(rows_of, demand_table.variants_of(demands, columns), jobs)
     return pd.DataFrame([row for part in rows for row in part])
 
 
@@ -98,7 +90,7 @@ def _variant_rows(
     part: pd.DataFrame, *, members: Mapping[str, States], settings: FitSettings
 ) -> list[Row]:
     """Return the rows of one variant, one per degree of damage."""
-    weights = motion_weights(motion_codes(part))
+    weights = motion_weights(demand_table.motion_codes(part))
     ln_im = np.log(part[settings.im].to_numpy(dtype=np.float64))
 
     @cache
@@ -114,7 +106,7 @@ def _variant_rows(
         return _Member(state, outcomes, lines) if rises else "demand does not grow"
 
     rows: list[Row] = []
-    variant = variant_values(part)
+    variant = demand_table.variant_values(part)
     for degree, states in members.items():
         taking: list[_Member] = []
         names: list[str] = []
@@ -126,7 +118,7 @@ def _variant_rows(
                 taking.append(each)
                 other = "" if degree == state.name else f" ({state.name})"
                 names.append(state.component + other)
-        row = {name: nan for name in described("system") if name not in variant}
+        row = {name: nan for name in demand_table.described("system") if name not in variant}
         row |= {"limit_state": degree, "weakest": ""}
         row |= {"components": ";".join(names), "left_out": ";".join(left_out)}
         row |= {"level": settings.confidence, "n_runs": len(part), **end_counts(part)}
@@ -176,15 +168,11 @@ def _system(
     theta = exp_end(ln_median)
     row |= {"theta": theta, "theta_low": theta / of_theta, "theta_high": theta * of_theta}
     row |= {"beta": dispersion, "beta_low": dispersion / of_beta, "beta_high": dispersion * of_beta}
-    return row | {
-        "status": FITTED,
-        "max_dp": np.max(distance),
-        "theta_correlated": exp_end(np.min(ln_theta[0])),
-        "theta_independent": exp_end(_quantiles(independent)[0, 0]),
-        "weakest": members[weakest].state.component,
-        "theta_weakest": exp_end(ln_theta[0, weakest]),
-        "share_weakest": shares[weakest],
-    }
+    row |= {"weakest": members[weakest].state.component, "share_weakest": shares[weakest]}
+    row["theta_weakest"] = exp_end(ln_theta[0, weakest])
+    row["theta_correlated"] = exp_end(np.min(ln_theta[0]))
+    row["theta_independent"] = exp_end(_quantiles(independent)[0, 0])
+    return row | {"status": FITTED, "max_dp": np.max(distance)}
 
 
 def _correlation(members: Sequence[_Member], ln_im: Floats, weights: Floats) -> Floats:
@@ -229,7 +217,8 @@ def _failures(ln_theta: Floats, beta: Floats, rho: Floats, points: int, seed: in
 
 def _quantiles(failures: Floats) -> Floats:
     """Return ln median and dispersion of the first failure of (m, R, points), shape (2, R)."""
-    low, middle, high = np.quantile(np.min(failures, axis=0), _LEVELS, axis=-1)
+    levels = special.ndtr(np.array([-1.0, 0.0, 1.0]))
+    low, middle, high = np.quantile(np.min(failures, axis=0), levels, axis=-1)
     return np.array([middle, 0.5 * (high - low)])
 
 

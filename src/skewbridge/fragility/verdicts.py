@@ -55,14 +55,7 @@ MEDIAN_COUNTS: Final = (
     *("n_exceed_from", "n_exceed_to", "n_unknown_from", "n_unknown_to"),
     *("n_without_curve", "n_extrapolated"),
 )
-#: Probability that the needed motions decide an effect of the size estimated now.
-POWER: Final = 0.8
-#: Upper limit of the search; an effect that needs more lies on the margin.
-MOST_MOTIONS: Final = 1000
-DECIDED_NOW: Final = "decided"
 MORE: Final = "more motions"
-ON_MARGIN: Final = "on the margin"
-UNKNOWN: Final = "unknown"
 # ASSUME a fifth of the error probability covers what the boundary leaves out: few motions, tails
 # heavier than normal, bounds. source: benchmarks/sequential_verdicts.py; without it 5.4 to 6.6 %
 # of the simulated verdicts were wrong at the margin, in place of 5 %
@@ -70,7 +63,6 @@ SPENT: Final = 0.8
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(120)
 #: Standard deviations below which a path is not followed.
 _FAR: Final = 8.0
-_SLOPES: Final = ("slope", "slope_low", "slope_high")
 #: Columns that name a cell: an effect, pooled or of one pair of variants.
 CELL: Final = ("bridge", "abutment", "quantity", "demand", "axis", "from_value", "to_value")
 
@@ -173,9 +165,11 @@ def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame
             # motions without an exact pair stay as frequent as they are now
             needed = ceil(exact * suite / (row["dof"] + 1)) if isfinite(exact) else exact
             more = max(needed - suite, 0) * len(runs) / suite
-            forecast = MORE if isfinite(needed) else UNKNOWN if np.isnan(needed) else ON_MARGIN
+            forecast = MORE if isfinite(needed) else "on the margin"
             if row["verdict"] in DECIDED:
-                forecast, more = DECIDED_NOW, 0.0
+                forecast, more = "decided", 0.0
+            elif np.isnan(needed):
+                forecast = "unknown"
             costs = {"more_analyses": more, "more_core_hours": more * cpu_s / 3600}
             costs["needed_motions"] = needed
             row |= {name: cost if isfinite(cost) else nan for name, cost in costs.items()}
@@ -183,11 +177,12 @@ def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame
     return pd.DataFrame(rows, columns=list(described("needed_motions")))
 
 
-def motions_to_decide(effect: Mapping[Any, Any], power: float = POWER) -> float:
-    """Return the number of motions with an exact pair that decide an effect.
+def motions_to_decide(effect: Mapping[Any, Any], power: float = 0.8) -> float:
+    """Return the number of motions with an exact pair that decide an effect of the size seen now.
 
     With this probability their interval lies inside the margin for an effect inside it, or beyond
-    the margin on its side; infinite for an effect on the margin, NaN without an interval.
+    the margin on its side; infinite for an effect that needs over 1000 motions: it is on the
+    margin; NaN without an interval.
     """
     if effect["judged_by"] == DIFFERENCE:
         value, above = effect["difference"], effect["difference_margin"]
@@ -197,7 +192,7 @@ def motions_to_decide(effect: Mapping[Any, Any], power: float = POWER) -> float:
         below, above = np.log1p(-effect["margin"]), np.log1p(effect["margin"])
     if not isfinite(value) or not isfinite(effect["scatter"]):
         return nan
-    numbers = range(3, MOST_MOTIONS + 1)
+    numbers = range(3, 1001)
     scatter, tail = max(effect["scatter"], 1e-12), 0.5 * (1.0 - effect["level"])
 
     def is_enough(motions: int) -> bool:
@@ -279,7 +274,7 @@ def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0)
         before = special.stdtrit(table["dof"].to_numpy(np.float64), 0.5 + 0.5 * level)
         wider = special.stdtrit(np.maximum(dof, 1.0), 0.5 + 0.5 * levels) / before
     columns: dict[str, Any] = {"level": levels}
-    for names in (RATIOS, DIFFERENCES, _SLOPES):
+    for names in (RATIOS, DIFFERENCES, ("slope", "slope_low", "slope_high")):
         values = table[list(names)].to_numpy(np.float64).T
         with np.errstate(divide="ignore", over="ignore"):
             values = np.log(values) if names == RATIOS else values
