@@ -30,7 +30,7 @@ from skewbridge.fragility.paper_table import latex_table, paper_table
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves
 from skewbridge.report.checks import StudyTables, check_tables
-from skewbridge.report.explorer import explorer_data
+from skewbridge.report.page import explorer_data
 
 _STATES = Path(__file__).parents[1] / "config" / "limit_states.yaml"
 
@@ -60,7 +60,8 @@ def measured(variants: int, motions: int) -> dict[str, Any]:
     )
     timed("check", lambda: check_tables(checked))
     timed("table", lambda: latex_table(paper_table(curves, medians, joint, settings)))
-    timed("explorer", lambda: explorer_data(rows, curves, effects, medians))
+    tables = {"demands": rows, "curves": curves, "effects": effects, "medians": medians}
+    timed("explorer", lambda: explorer_data(tables))
     timed("systems", lambda: system_curves(runs, states, settings))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
     return {"variants": variants, "motions": motions, "seconds": seconds, "peak_mb": peak}

@@ -22,10 +22,10 @@ from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.report import fragility_figures
 from skewbridge.report.appearance import MARKS, VariantLayout, shown_axes, shown_in
-from skewbridge.report.effect_figures import effects_by_intensity
 from skewbridge.report.fragility_figures import (
     curve_values,
     demand_clouds,
+    effects_by_intensity,
     fragility_curves,
     least_shown,
     shown_curves,
@@ -253,7 +253,7 @@ def test_three_axes_have_panels_dashes_and_colours(study):
     figure = demand_clouds(study.demands, study.curves, DRIFT)
     assert titles(figure) == ["skew 0°", "skew 30°"]
     assert legend(figure)[:2] == ["gap 25 mm, μ 0", "gap 25 mm, μ 0.5"]
-    styles = VariantLayout.of(study.demands).styles
+    styles = VariantLayout(study.demands).styles
     looks = {(each["color"], each["linestyle"], each["marker"]) for each in styles.values()}
     assert len(looks) == len(styles) == 4
     assert styles[25, 0.0]["color"] == styles[51, 0.0]["color"] != styles[25, 0.5]["color"]

@@ -13,7 +13,7 @@ from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
 from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import read_frame, write_frame
-from skewbridge.report.effect_figures import (
+from skewbridge.report.fragility_figures import (
     choice_findings,
     tornado,
 )

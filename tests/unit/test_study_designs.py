@@ -12,7 +12,7 @@ from skewbridge.fragility.verdicts import rounds_table
 from skewbridge.motions.intensity import IM_COLUMNS
 from skewbridge.motions.levels import LEVEL_MEASURE, MotionsConfig
 from skewbridge.motions.record import GroundMotion, SuiteMotion
-from skewbridge.report.effect_figures import widths_by_analyses
+from skewbridge.report.fragility_figures import widths_by_analyses
 from skewbridge.study import batch
 from skewbridge.study.batch import row_of_task, search_capacity, search_limits
 from skewbridge.study.config import DesignConfig, parse_config

@@ -9,8 +9,7 @@ if __name__ == "__main__":
         on_request = snakemake.params.on_request
         choices = job.current(job.folder.modelling_choices, on_request["modelling_choices"])
         draw_study(
-            job.inputs,
-            choices=choices,
+            {**job.inputs, **({"choices": choices} if choices else {})},
             folder=job.outputs["folder"],
             captions=job.outputs["captions"],
             settings=job.study.figures,

@@ -13,11 +13,11 @@ if __name__ == "__main__":
         choices = job.current(job.folder.modelling_choices, on_request["modelling_choices"])
         check = job.folder.fragility("check_predict")
         check = job.current(check, on_request["check_predict"])
-        tables = {**job.inputs, **({"check_predict": check} if check else {})}
+        found = {"choices": choices, "check_predict": check}
+        tables = {**job.inputs, **{name: path for name, path in found.items() if path}}
         write_report(
             tables=tables,
             figures=job.folder.figures,
             config=job.study.model_dump(mode="json", exclude={"batches"}),
-            choices=choices,
             output=job.outputs["html"],
         )

@@ -8,10 +8,9 @@ import re
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
 from itertools import product
 from textwrap import fill
-from typing import Any, Final, NamedTuple, Self
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -60,8 +59,6 @@ MARKS: Final = ("o", "s", "D", "P", "X", "*")
 DASHES: Final = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
 _WIDEST, _THINNEST = 2.3, 1.0  # lines in points; later lines are thinner, so that both are visible
 _LEAST_SHOWN: Final = 3  # panels, dashes and colours have an axis each, constant ones included
-_PANEL_LETTERS: Final = 34  # width of the title of a panel
-_MANY: Final = 2000.0  # ratio of the ends of an axis above which only decades have ticks
 
 #: Units that have another name in US units, with the factor to it.
 US_UNITS: Final = {
@@ -70,7 +67,6 @@ US_UNITS: Final = {
     "kN": ("kip", KN / KIP),
     "MN": ("kip", MN / KIP),
 }
-_US_DIGITS: Final = 3  # of a value of the grid that is not a round number in US units
 _UNITS: ContextVar[str] = ContextVar("units", default="si")
 
 type Values = tuple[float, ...]
@@ -143,7 +139,7 @@ def value_text(axis: Axis, value: float) -> str:
     if axis.unit in ("-", "deg"):
         return f"{value:g}" + ("°" if axis.unit == "deg" else "")
     shown, factor = shown_unit(axis.unit)
-    return f"{value:g} {shown}" if factor == 1.0 else f"{factor * value:.{_US_DIGITS}g} {shown}"
+    return f"{value:g} {shown}" if factor == 1.0 else f"{factor * value:.3g} {shown}"
 
 
 def named_value(axis: Axis, value: float) -> str:
@@ -170,7 +166,9 @@ def templates(*functions: Callable[..., Any]) -> Environment:
     escaped = select_autoescape(("html.j2", "css.j2"), default_for_string=False)
     loader = PackageLoader("skewbridge.report")
     environment = Environment(loader=loader, autoescape=escaped, undefined=StrictUndefined)
-    environment.globals.update({function.__name__: function for function in functions})
+    named = {function.__name__: function for function in functions}
+    environment.globals.update(named)
+    environment.filters.update(named)
     return environment
 
 
@@ -185,7 +183,7 @@ def groups_of(table: pd.DataFrame, columns: Sequence[str]) -> list[tuple[Any, pd
 def plain_log_ticks(axis: DrawnAxis) -> None:
     """Label a logarithmic axis with plain numbers at 1, 2 and 5, over many decades at 1 only."""
     low, high = axis.get_view_interval()
-    many = high > _MANY * low > 0.0
+    many = high > 2000.0 * low > 0.0
 
     def plain(value: float, _position: int) -> str:
         return np.format_float_positional(value, precision=2, fractional=False, trim="-")
@@ -195,54 +193,39 @@ def plain_log_ticks(axis: DrawnAxis) -> None:
     axis.set_minor_locator(NullLocator())
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class VariantLayout:
-    """Panels and line styles of the variants in a table.
+    """Panels and line styles of the variants in a table with a column per axis.
 
     The first axis shown has a panel per value, the second dashes and marks, the third a colour and
-    a width. Every further axis multiplies the panels: no axis is averaged over.
+    a width. Every further axis multiplies the panels: no axis is averaged over. ``styles`` are by
+    the values of the line axes. At most `MAX_BANDS` curves have bands: those of ``banded``, in
+    words ``banded_text``, which is empty where all have.
     """
 
-    panel_axes: tuple[Axis, ...]
-    line_axes: tuple[Axis, ...]
-    styles: Mapping[Values, dict[str, Any]]  # by the values of the line axes
-
-    @classmethod
-    def of(cls, table: pd.DataFrame) -> Self:
-        """Return the layout of a table with a column per axis."""
+    def __init__(self, table: pd.DataFrame) -> None:
         shown = shown_axes(table)
-        lines = shown[1:_LEAST_SHOWN]
-        values = [sorted(table[axis.name].unique()) for axis in lines]
+        self.panel_axes = (*shown[:1], *shown[_LEAST_SHOWN:])
+        self.line_axes = shown[1:_LEAST_SHOWN]
+        values = [sorted(table[axis.name].unique()) for axis in self.line_axes]
         widths = np.linspace(_WIDEST, _THINNEST, max(len(values[-1]), 2) if values else 2)
-        styles: dict[Values, dict[str, Any]] = {}
+        self.styles: dict[Values, dict[str, Any]] = {}
         for key in product(*(enumerate(own) for own in values)):
             shade = key[-1][0] if key else 0
             pattern = key[0][0] if len(key) > 1 else 0
-            styles[tuple(value for _, value in key)] = {
+            self.styles[tuple(value for _, value in key)] = {
                 "color": VARIANT_COLOURS[shade % len(VARIANT_COLOURS)],
                 "linewidth": float(widths[shade]),
                 "linestyle": DASHES[pattern % len(DASHES)],
                 "marker": MARKS[pattern % len(MARKS)],
             }
-        panels = (*shown[:1], *shown[_LEAST_SHOWN:])
-        return cls(panel_axes=panels, line_axes=lines, styles=styles)
-
-    @property
-    def banded(self) -> Sequence[Values]:
-        """Values of the line axes whose curves have bands, `MAX_BANDS` at most."""
-        return tuple(self.styles)[:MAX_BANDS]
-
-    @property
-    def banded_text(self) -> str:
-        """Variants whose curves have bands; empty where all have."""
-        if len(self.styles) <= MAX_BANDS:
-            return ""
-        return " and ".join(_joined(self.line_axes, values) for values in self.banded)
+        self.banded = tuple(self.styles)[:MAX_BANDS]
+        words = " and ".join(_joined(self.line_axes, each) for each in self.banded)
+        self.banded_text = words if len(self.styles) > MAX_BANDS else ""
 
     def panels(self, table: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-        """Return title and rows of every panel."""
+        """Return title, in lines of 34 letters, and rows of every panel."""
         return [
-            (fill(_joined(self.panel_axes, values), _PANEL_LETTERS), part)
+            (fill(_joined(self.panel_axes, values), 34), part)
             for values, part in _groups(table, self.panel_axes)
         ]
 

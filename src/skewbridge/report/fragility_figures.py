@@ -1,7 +1,8 @@
-"""Figures of fragility: curves of the states of a component, demands against intensity."""
+"""Figures of fragility: curves, demands against intensity, effects, modelling choices."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from textwrap import fill
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -10,21 +11,26 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import NullLocator
 from scipy import special
 
+from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import is_complete, with_derived_columns
 from skewbridge.files.tables import Floats, records_of
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.outcomes import demand_outcomes
 from skewbridge.fragility.paper_table import chosen_curves
+from skewbridge.fragility.verdicts import CELL, DECIDED
+from skewbridge.report import appearance
 from skewbridge.report.appearance import (
     STYLE,
     VariantLayout,
     in_words,
     plain_log_ticks,
     shown_label,
-    threshold_text,
 )
+from skewbridge.variant.axes import Axis, axes_of
 
 #: Largest number of runs whose marks are drawn as vectors.
 MAX_VECTOR_RUNS: Final = 5000
@@ -33,10 +39,16 @@ _TITLE_PAD_PT: Final = 6.0  # between a panel and its title
 _NOTE_LINE_PT: Final = 9.0  # for each line of a note between the two
 _NAME_ROOM: Final = 0.05  # part of the height of a panel that the name of a state takes
 _FAR_BELOW: Final = 300.0  # parts of the mildest state below which a demand is drawn at the bottom
-_UP: Final = 2  # matplotlib's marker of a tick upward
 _NO_MARKER: Final[dict[str, Any]] = {"marker": ""}
 _CROSSED: Final = (0.1, 0.3, 0.5, 0.7, 0.9)  # P at which the curve of an exceedance fit has crosses
-_GREY: Final = "#39434a"  # of legend entries that stand for lines of any colour
+_COLOURS: Final = {"choice": appearance.VARIANT_COLOURS[0], "axis": appearance.VARIANT_COLOURS[1]}
+_KINDS: Final = {"choice": "choice of the modeller", "axis": "axis of the study"}
+LINEAR_PCT: Final = 5.0  # the scale is linear up to here, then logarithmic
+_TICKS_PCT: Final = (2, 5, 20, 100, 500)
+_LEAST_PCT: Final = 6.0  # range of a panel without any change
+
+
+# --- curves and clouds
 
 
 def shown_curves(curves: pd.DataFrame) -> pd.DataFrame:
@@ -63,6 +75,7 @@ def curve_values(im: Floats, row: Mapping[Any, Any]) -> tuple[Floats, Floats]:
     return special.ndtr(eta), special.ndtr(eta + np.array([[-1.0], [1.0]]) * reach)
 
 
+@mpl.rc_context(STYLE)
 def fragility_curves(curves: pd.DataFrame, demands: pd.DataFrame, component: str) -> Figure:
     """Draw the preferred curves of a component and the runs behind them.
 
@@ -80,37 +93,33 @@ def fragility_curves(curves: pd.DataFrame, demands: pd.DataFrame, component: str
     names = [name for name in rows["limit_state"].unique() if (table["limit_state"] == name).any()]
     im_column = str(table["im"].iloc[0])
     grid = np.geomspace(0.7 * demands[im_column].min(), 1.3 * demands[im_column].max(), 160)
-    layout = VariantLayout.of(rows)
+    layout = VariantLayout(rows)
     columns = layout.panels(rows)
     bands = f" ({layout.banded_text})" if layout.banded_text else ""
     title = f"{in_words(component).capitalize()}, {100 * table['level'].iloc[0]:g} % bands{bands}"
     head = [title, *states_out_of_reach(rows, demands)]
-    with mpl.rc_context(STYLE):
-        size = 2.6 * len(columns) + 0.9, 2.1 * len(names) + 0.74 + 0.16 * len(head)
-        figure = Figure(figsize=size, layout="constrained")
-        panels = figure.subplots(len(names), len(columns), squeeze=False, sharex=True, sharey=True)
-        for row, name in zip(panels, names, strict=True):
-            parts = [part[part["limit_state"] == name] for _, part in columns]
-            notes = [
-                _curve_panel(axes, part, runs, grid, layout)
-                for axes, part in zip(row, parts, strict=True)
-            ]
-            for axes, lines, (title, _) in zip(row, notes, columns, strict=True):
-                axes.text(1.0, 1.02, "\n".join(lines), transform=axes.transAxes, ha="right",
-                          va="bottom", fontsize=7, color="#333333", linespacing=1.1)  # fmt: skip
-                if name == names[0]:
-                    pad = _TITLE_PAD_PT + _NOTE_LINE_PT * max(map(len, notes))
-                    axes.set_title(title, fontsize=9, pad=pad)
-            state = parts[0].iloc[0]
-            capacity = threshold_text(str(state["demand"]), float(state["threshold"]))
-            row[0].set_ylabel(f"P(exceeds | IM)\n{in_words(name)}: {capacity}")
-        for axes in panels[-1]:
-            axes.set_xlabel(shown_label(im_column)[0])
-        panels[0, 0].set_xscale("log")
-        panels[0, 0].set_ylim(-0.06, 1.06)
-        plain_log_ticks(panels[0, 0].xaxis)
-        _add_legend(figure, [*layout.handles(), *_curve_handles(table)])
-        figure.suptitle("\n".join(head), x=0.01, ha="left", fontsize=9)
+    size = 2.6 * len(columns) + 0.9, 2.1 * len(names) + 0.74 + 0.16 * len(head)
+    figure = Figure(figsize=size, layout="constrained")
+    panels = figure.subplots(len(names), len(columns), squeeze=False, sharex=True, sharey=True)
+    for row, name in zip(panels, names, strict=True):
+        parts = [part[part["limit_state"] == name] for _, part in columns]
+        panels_of_state = zip(row, parts, strict=True)
+        notes = [_curve_panel(*each, runs, grid, layout) for each in panels_of_state]
+        for axes, lines, (title, _) in zip(row, notes, columns, strict=True):
+            axes.text(1.0, 1.02, "\n".join(lines), transform=axes.transAxes, ha="right",
+                      va="bottom", fontsize=7, color="#333333", linespacing=1.1)  # fmt: skip
+            if name == names[0]:
+                pad = _TITLE_PAD_PT + _NOTE_LINE_PT * max(map(len, notes))
+                axes.set_title(title, fontsize=9, pad=pad)
+        state = parts[0].iloc[0]
+        capacity = appearance.threshold_text(str(state["demand"]), float(state["threshold"]))
+        row[0].set_ylabel(f"P(exceeds | IM)\n{in_words(name)}: {capacity}")
+    for axes in panels[-1]:
+        axes.set_xlabel(shown_label(im_column)[0])
+    panels[0, 0].set(xscale="log", ylim=(-0.06, 1.06))
+    plain_log_ticks(panels[0, 0].xaxis)
+    _add_legend(figure, [*layout.handles(), *_curve_handles(table)])
+    figure.suptitle("\n".join(head), x=0.01, ha="left", fontsize=9)
     return figure
 
 
@@ -126,15 +135,11 @@ def states_out_of_reach(rows: pd.DataFrame, demands: pd.DataFrame) -> list[str]:
 
 
 def _curve_panel(
-    axes: Axes,
-    rows: pd.DataFrame,
-    runs: Mapping[Any, pd.DataFrame],
-    grid: Floats,
-    layout: VariantLayout,
+    axes: Axes, rows: pd.DataFrame, runs: dict[Any, pd.DataFrame], im: Floats, layout: VariantLayout
 ) -> list[str]:
     """Draw the curves of one state in a panel; return the lines above it.
 
-    ``rows`` are the fits of the panel, and ``runs`` the demands by variant.
+    ``rows`` are the fits of the panel, ``runs`` the demands by variant, ``im`` the grid of curves.
     """
     for values, own, style in layout.lines(rows):
         color = style["color"]
@@ -146,23 +151,22 @@ def _curve_panel(
                           color=color, alpha=0.5)  # fmt: skip
             if not item["preferred"]:
                 ends = [item["theta_bracket_low"], item["theta_bracket_high"]]
-                axes.plot(ends, [0.5, 0.5], color=color, linewidth=4.0, alpha=0.6,
-                          solid_capstyle="butt")  # fmt: skip
+                axes.plot(ends, [0.5, 0.5], color=color, lw=4.0, alpha=0.6, solid_capstyle="butt")
                 continue
-            p, (low, high) = curve_values(grid, item)
+            p, (low, high) = curve_values(im, item)
             if values in layout.banded:
-                axes.fill_between(grid, low, high, color=color, alpha=0.15, linewidth=0)
-            axes.plot(grid, p, **style | _NO_MARKER)
+                axes.fill_between(im, low, high, color=color, alpha=0.15, linewidth=0)
+            axes.plot(im, p, **style | _NO_MARKER)
             if item["method"] == "exceedance":
                 at = np.searchsorted(p, [each for each in _CROSSED if each < p[-1]])
-                axes.plot(grid[at], p[at], "x", ms=6.0, mew=1.2, color=color)
+                axes.plot(im[at], p[at], "x", ms=6.0, mew=1.2, color=color)
             other = own.loc[~own["preferred"], "theta"].dropna().head(1)
             if item["methods_differ"] and len(other):
                 medians = [item["theta"], other.iloc[0]]
                 axes.plot(medians, [0.5, 0.5], "-", color=color, linewidth=0.8)
                 axes.plot(medians[1], 0.5, "D", ms=4.5, mfc="white", mec=color, zorder=4)
-    missing = rows[~rows.groupby("variant")["preferred"].transform("any")]
-    missing = missing.drop_duplicates("variant")
+    is_drawn = rows.groupby("variant")["preferred"].transform("any")
+    missing = rows[~is_drawn].drop_duplicates("variant")
     reasons = Counter(
         "no run exceeds" if reach else in_words(status)
         for reach, status in zip(missing["reach"], missing["status"], strict=True)
@@ -196,7 +200,8 @@ def _curve_handles(table: pd.DataFrame) -> list[Line2D]:
         (len(drawn) < len(table), "median in this range",
          {"lw": 4.0, "alpha": 0.6, "solid_capstyle": "butt"}),
     )  # fmt: skip
-    return [Line2D([], [], color=_GREY, label=label, **look) for on, label, look in marks if on]
+    grey = "#39434a"  # the marks stand for lines of any colour
+    return [Line2D([], [], color=grey, label=label, **look) for on, label, look in marks if on]
 
 
 def least_shown(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> float | None:
@@ -208,6 +213,7 @@ def least_shown(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> flo
     return least if (values >= least).any() else None
 
 
+@mpl.rc_context(STYLE)
 def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> Figure:
     """Draw demand over the intensity of the fits, log-log, with fitted lines and thresholds.
 
@@ -221,40 +227,42 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
     demands = demands.assign(**{demand: factor * demands[demand]})
     thresholds = dict(zip(fits["limit_state"], factor * fits["threshold"], strict=True))
     im_column = str(curves["im"].iloc[0])
-    layout = VariantLayout.of(demands)
+    layout = VariantLayout(demands)
     columns = layout.panels(demands)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(2.6 * len(columns) + 0.9, 3.3), layout="constrained")
-        panels = figure.subplots(1, len(columns), squeeze=False, sharex=True, sharey=True)[0]
-        any_below, is_large = (demands[demand] < least).any(), len(demands) > MAX_VECTOR_RUNS
-        for axes, (title, own) in zip(panels, columns, strict=True):
-            for _, part, style in layout.lines(own):
-                look = style | {"linestyle": "", "rasterized": is_large}
-                _cloud_points(axes, part, im_column, demand, least, look)
-                line = fits[fits["variant"].isin(part["variant"])].head(1)
-                if len(line) and np.isfinite(line["b"].iloc[0]):
-                    x = np.geomspace(part[im_column].min(), part[im_column].max(), 2)
-                    y = factor * np.exp(line["ln_a"].iloc[0]) * x ** line["b"].iloc[0]
-                    axes.plot(x, y, **style | _NO_MARKER)
-            for threshold in thresholds.values():
-                axes.axhline(threshold, color="#555555", lw=0.8, ls=(0, (1, 2)), zorder=1)
-            axes.set_title(title, fontsize=9, pad=_TITLE_PAD_PT + _NOTE_LINE_PT * any_below)
-            if below := int((own[demand] < least).sum()):
-                limit = threshold_text(demand, least / factor)
-                text = f"{below} of {len(own)} analyses below {limit}"
-                axes.text(0.5, 1.02, text, transform=axes.transAxes, fontsize=7, ha="center")
-            axes.set_xlabel(shown_label(im_column)[0])
-        panels[0].set_xscale("log")
-        panels[0].set_yscale("log")
-        panels[0].set_ylabel(label)
-        im = demands[im_column]
-        panels[0].set_xlim(im.min() / 1.15, im.max() * 1.15)
-        top = max([demands[demand].max(), *thresholds.values()]) * 1.6
-        panels[0].set_ylim(least / 1.8, top)
-        plain_log_ticks(panels[0].xaxis)
-        plain_log_ticks(panels[0].yaxis)
-        _name_thresholds(panels[-1], thresholds)
-        _add_legend(figure, layout.handles(marks=True))
+    figure = Figure(figsize=(2.6 * len(columns) + 0.9, 3.3), layout="constrained")
+    panels = figure.subplots(1, len(columns), squeeze=False, sharex=True, sharey=True)[0]
+    any_below, is_large = (demands[demand] < least).any(), len(demands) > MAX_VECTOR_RUNS
+    for axes, (title, own) in zip(panels, columns, strict=True):
+        for _, part, style in layout.lines(own):
+            look = style | {"linestyle": "", "rasterized": is_large}
+            _cloud_points(axes, part, im_column, demand, least, look)
+            line = fits[fits["variant"].isin(part["variant"])].head(1)
+            if len(line) and np.isfinite(line["b"].iloc[0]):
+                x = np.geomspace(part[im_column].min(), part[im_column].max(), 2)
+                y = factor * np.exp(line["ln_a"].iloc[0]) * x ** line["b"].iloc[0]
+                axes.plot(x, y, **style | _NO_MARKER)
+        for threshold in thresholds.values():
+            axes.axhline(threshold, color="#555555", lw=0.8, ls=(0, (1, 2)), zorder=1)
+        axes.set_title(title, fontsize=9, pad=_TITLE_PAD_PT + _NOTE_LINE_PT * any_below)
+        if below := int((own[demand] < least).sum()):
+            limit = appearance.threshold_text(demand, least / factor)
+            text = f"{below} of {len(own)} analyses below {limit}"
+            axes.text(0.5, 1.02, text, transform=axes.transAxes, fontsize=7, ha="center")
+        axes.set_xlabel(shown_label(im_column)[0])
+    im, top = demands[im_column], max([demands[demand].max(), *thresholds.values()])
+    panels[0].set(xscale="log", yscale="log", ylabel=label)
+    panels[0].set(xlim=(im.min() / 1.15, im.max() * 1.15), ylim=(least / 1.8, 1.6 * top))
+    plain_log_ticks(panels[0].xaxis)
+    plain_log_ticks(panels[0].yaxis)
+    low, high = np.log(panels[-1].get_ylim())
+    height = -np.inf
+    for name, threshold in sorted(thresholds.items(), key=lambda item: item[1]):
+        place = (np.log(threshold) - low) / (high - low)
+        if place >= 0.0:  # the names have room between them
+            height = max(place, height + _NAME_ROOM)
+            panels[-1].text(1.02, height, in_words(name), transform=panels[-1].transAxes,
+                            fontsize=7, color="#333333", va="center")  # fmt: skip
+    _add_legend(figure, layout.handles(marks=True))
     return figure
 
 
@@ -263,7 +271,7 @@ def _cloud_points(
 ) -> None:
     """Draw the runs of one line style: filled, open with a tick upward, or at the bottom."""
     x, y, complete, bottom = part[im], part[demand], is_complete(part), least / 1.5
-    tick: dict[str, Any] = {"marker": _UP}
+    tick: dict[str, Any] = {"marker": 2}  # matplotlib's marker of a tick upward
     down: dict[str, Any] = {"marker": "v"}
     done, early, small = complete & (y >= least), ~complete, complete & (y < least)
     bounds = y[early].clip(lower=bottom)
@@ -274,20 +282,170 @@ def _cloud_points(
     axes.plot(x[small], at_bottom, ms=3, mew=0, alpha=0.5, **look | down)
 
 
-def _name_thresholds(axes: Axes, thresholds: Mapping[str, float]) -> None:
-    """Write the names of the limit states at the right of a panel, with room between them."""
-    low, high = np.log(axes.get_ylim())
-    last = -np.inf
-    for name, threshold in sorted(thresholds.items(), key=lambda item: item[1]):
-        height = (np.log(threshold) - low) / (high - low)
-        if height < 0.0:
-            continue
-        last = max(height, last + _NAME_ROOM)
-        axes.text(1.02, last, in_words(name), transform=axes.transAxes, fontsize=7,
-                  color="#333333", va="center")  # fmt: skip
-
-
 def _add_legend(figure: Figure, handles: Sequence[Line2D]) -> None:
     columns = min(len(handles), int(figure.get_figwidth() / _LEGEND_COLUMN_IN) or 1)
     columns = -(-len(handles) // -(-len(handles) // columns))  # rows of equal length
     figure.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=3.2)
+
+
+# --- effects and modelling choices
+
+
+@mpl.rc_context(STYLE)
+def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
+    """Draw the effect of each axis on the headline demands as a line with its band over intensity.
+
+    Dots are at the reference intensity of the bridge; an open dot is at the end of the range of the
+    pairs, where the reference intensity lies outside of it.
+    """
+    names = demands_for("headline", intensities["demand"])
+    along = axes_of(intensities["axis"])
+    size = 2.9 * len(along) + 0.9, 1.9 * len(names) + 0.9
+    figure = Figure(figsize=size, layout="constrained")
+    panels = figure.subplots(len(names), len(along), squeeze=False, sharex=True, sharey="row")
+    for row, name in zip(panels, names, strict=True):
+        own = intensities[intensities["demand"] == name]
+        for axes, axis in zip(row, along, strict=True):
+            _intensity_panel(axes, own[own["axis"] == axis.name], axis)
+        row[0].set_ylabel(fill(f"Ratio of {appearance.demand_name(name).lower()}", 24))
+    for top, bottom, axis in zip(panels[0], panels[-1], along, strict=True):
+        top.legend(fontsize=7, loc="best")
+        top.set_title(axis.label, fontsize=9)
+        bottom.set_xlabel(im_label)
+    panels[0, 0].set_xscale("log")
+    plain_log_ticks(panels[0, 0].xaxis)
+    level = 100 * float(intensities["level"].iloc[0])
+    title = f"Effect by intensity with {level:g} % band, same motions, all variants"
+    figure.suptitle(title, x=0.01, ha="left", fontsize=10)
+    return figure
+
+
+def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed: Axis) -> None:
+    axes.axhline(1.0, color="#777777", linewidth=0.8)
+    colours = appearance.VARIANT_COLOURS
+    changes = appearance.groups_of(rows, ["from_value", "to_value"])
+    for i, (ends, own) in enumerate(changes):
+        line, colour = own.sort_values("im"), colours[i % len(colours)]
+        if len(changes) - i <= appearance.MAX_BANDS:  # the largest changes
+            band = line["im"], line["ci_low"], line["ci_high"]
+            axes.fill_between(*band, color=colour, alpha=0.18, lw=0)
+        label = " to ".join(appearance.value_text(changed, value) for value in ends)
+        dash = ("-", "--", ":", "-.")[i % 4]
+        axes.plot(line["im"], line["ratio"], dash, color=colour, label=label)
+        for item in records_of(own[own["at_reference"]]):
+            inside = "white" if item["clipped"] else colour
+            axes.plot(item["im"], item["ratio"], "o", ms=5, color=colour, mfc=inside)
+
+
+@mpl.rc_context(STYLE)
+def widths_by_analyses(rounds: pd.DataFrame) -> Figure:
+    """Draw the half-width of the interval of each headline effect over the analyses of the study.
+
+    A dot is at the round of the verdict; lines without one are open. The columns of the table are
+    `fragility.verdicts.ROUND_COLUMNS`.
+    """
+    rounds = rounds.assign(width=50.0 * np.log(rounds["ci_high"] / rounds["ci_low"]))
+    kinds = {"demand": "Demands", "median_capacity": "Median capacities"}
+    styles = {each.verdict: each for each in appearance.STYLES.values() if each.verdict in DECIDED}
+    dot: dict[str, Any] = {"marker": "o", "ls": "", "ms": 5, "mec": "#39434a"}
+    figure = Figure(figsize=(6.8, 3.0), layout="constrained")
+    panels = figure.subplots(1, 2, sharex=True, sharey=True)
+    for axes, (kind, title) in zip(panels, kinds.items(), strict=True):
+        for _, own in rounds[rounds["quantity"] == kind].groupby(list(CELL), sort=False):
+            line = own.sort_values("round")
+            axes.plot(line["analyses"], line["width"], color="#b9c0c5", linewidth=0.8)
+            for first in records_of(line[line["verdict"].isin(DECIDED)].head(1)):
+                fill_colour = styles[first["verdict"]].fill
+                axes.plot(first["analyses"], first["width"], color=fill_colour, **dot)
+        axes.set_title(title, fontsize=9)
+        axes.set_xlabel("Analyses of the study")
+    panels[0].set(yscale="log", ylabel="Half-width of the interval (%)")
+    plain_log_ticks(panels[0].yaxis)
+    handles = [Line2D([], [], color=each.fill, label=each.text, **dot) for each in styles.values()]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
+    return figure
+
+
+def _ranked(choices: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """Return the rows of each headline demand, smallest change first, by the demand's label.
+
+    Added are ``bar``, the name of the choice or axis with its change, ``percent``, its ``text``
+    and its ``size``, -1 without a pair.
+    """
+    # imported here: it loads the solver, and few studies compare choices
+    from skewbridge.study.modelling_choices import CHOICES
+
+    labels = {choice.key: choice.label for choice in CHOICES}
+    labels |= {each.name: each.label for each in axes_of(choices["name"])}
+    percent = 100.0 * (choices["ratio"] - 1.0)
+    change = choices["from_value"] + " → " + choices["to_value"]
+    texts = percent.map("{:+.1f} %".format).replace({"-0.0 %": "0.0 %", "+0.0 %": "0.0 %"})
+    some = ", " + choices["n"].astype(str) + " of " + choices["n_pairs"].astype(str)
+    texts += some.where(choices["n"] < choices["n_pairs"], "")
+    rows = choices.assign(
+        bar=choices["name"].map(labels) + " " + change,
+        change=change,
+        percent=percent,
+        text=texts.where(choices["n"] > 0, "no pair"),
+        size=choices["ratio"].map(np.log).abs().where(choices["n"] > 0, -1.0),
+    ).sort_values("size", kind="stable")
+    demands = demands_for("headline", choices["demand"].unique())
+    return {appearance.demand_name(demand): rows[rows["demand"] == demand] for demand in demands}
+
+
+@mpl.rc_context(STYLE)
+def tornado(choices: pd.DataFrame) -> Figure:
+    """Draw for every headline demand how far each choice and each axis moves it, by size.
+
+    The table is that of one bridge with one abutment model.
+    """
+    ranked = _ranked(choices)
+    bars, rows = max(map(len, ranked.values())), -(-len(ranked) // 2)
+    figure = Figure(figsize=(12.5, rows * (0.21 * bars + 0.95) + 0.4), layout="constrained")
+    panels = list(figure.subplots(rows, 2, squeeze=False).flat)
+    for panel, (label, own) in zip(panels, ranked.items(), strict=False):
+        _tornado_panel(panel, own)
+        panel.set_title(label, loc="left", fontsize=10, fontweight="bold")
+    for panel in panels[len(ranked) :]:
+        panel.axis("off")
+    handles = [Patch(color=_COLOURS[kind], label=text) for kind, text in _KINDS.items()]
+    figure.legend(handles=handles, loc="outside upper right", ncols=2)
+    return figure
+
+
+def _tornado_panel(panel: Axes, rows: pd.DataFrame) -> None:
+    rows = rows.assign(place=np.arange(len(rows)))
+    known = rows[rows["n"] > 0]
+    reach = max([_LEAST_PCT, *(1.3 * known["percent"].abs())])
+    panel.barh(known["place"], known["percent"], height=0.72, color=known["kind"].map(_COLOURS))
+    ends = (100.0 * (known[["lowest", "highest"]] - 1.0)).clip(-reach, reach)
+    panel.hlines(known["place"], ends["lowest"], ends["highest"], color="#333333", linewidth=0.8)
+    for place, text in zip(rows["place"], rows["text"], strict=True):
+        across = panel.get_yaxis_transform()
+        panel.text(1.01, place, text, transform=across, va="center", fontsize=7.5)
+    panel.set_yticks(rows["place"], rows["bar"], fontsize=8)
+    panel.set(ylim=(-0.6, len(rows) - 0.4), xlabel="change of the demand (%)")
+    panel.axvline(0.0, color="black", linewidth=0.8)
+    panel.set_xscale("symlog", linthresh=LINEAR_PCT)
+    panel.set_xlim(-reach, reach)
+    ticks = [tick for tick in _TICKS_PCT if tick <= reach]
+    places = [*(-tick for tick in reversed(ticks)), 0, *ticks]
+    panel.set_xticks(places, [f"{tick:+d}" if tick else "0" for tick in places], fontsize=8)
+    panel.xaxis.set_minor_locator(NullLocator())
+    panel.grid(visible=False, axis="y")
+
+
+def choice_findings(choices: pd.DataFrame) -> list[str]:
+    """Return a sentence per headline demand: which choices move it more than friction does."""
+    found: list[str] = []
+    for label, rows in _ranked(choices).items():
+        of_friction = rows[(rows["name"] == "friction") & (rows["n"] > 0)].sort_index()
+        for friction in records_of(of_friction.head(1)):
+            larger = rows[(rows["kind"] == "choice") & (rows["size"] > friction["size"])]
+            largest = records_of(larger.iloc[::-1].drop_duplicates("name"))
+            sizes = ", ".join(f"{row['bar']} ({row['text']})" for row in largest)
+            found.append(
+                f"{label}: friction {friction['change']} moves it by {friction['text']}; "
+                + (f"more than that do {sizes}." if sizes else "no choice tried moves it more.")
+            )
+    return found

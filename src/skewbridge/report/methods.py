@@ -145,9 +145,8 @@ def _limit_states(config: StudyConfig) -> list[list[str]]:
         medians = (f"{each.name} {threshold_text(each.demand, each.threshold)}" for each in own)
         spread = _text(sorted({each.dispersion for each in own}))
         citation = " ".join(own[0].citation.split())
-        rows.append(
-            [in_words(component), f"`{own[0].demand}`", ", ".join(medians), spread, citation]
-        )
+        demand, median = f"`{own[0].demand}`", ", ".join(medians)
+        rows.append([in_words(component), demand, median, spread, citation])
     return rows
 
 

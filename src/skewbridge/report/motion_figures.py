@@ -7,19 +7,17 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from skewbridge.files.tables import Floats
 from skewbridge.motions.intensity import arias_build_up, displacement, velocity
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.spectrum import component_psa, pair_psa
 from skewbridge.report.appearance import STYLE, plain_log_ticks
 from skewbridge.units import G_MPS2
 
-type Vector = NDArray[np.float64]
-
 PERIODS_S: Final = np.geomspace(0.02, 10.0, 120)
 APPLIED_PERIODS_S: Final = np.geomspace(0.05, 5.0, 60)
-HISTORIES: Final[Mapping[str, Callable[[Vector, float], Vector]]] = {
+HISTORIES: Final[Mapping[str, Callable[[Floats, float], Floats]]] = {
     "Acceleration (g)": lambda accel_mps2, _: accel_mps2 / G_MPS2,
     "Velocity (m/s)": velocity,
     "Displacement (m)": displacement,
@@ -29,56 +27,57 @@ _WIDTH_IN: Final = 10.0
 _COLOURS: Final = ("#0173b2", "#de8f05")  # source: palette "colorblind" of seaborn 0.13
 
 
-def record_page(title: str, dt_s: float, components: Mapping[str, Vector]) -> Figure:
+@mpl.rc_context(STYLE)
+def record_page(title: str, dt_s: float, components: Mapping[str, Floats]) -> Figure:
     """Return the page of one record: its histories, Arias build-up and spectra.
 
     Components (one or two, in m/s2) are given by their labels.
     """
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(_WIDTH_IN, 7.0), layout="constrained")
-        halves: Any = figure.subfigures(1, 2, width_ratios=(1.35, 1.0))
-        left, right = halves
-        panels = left.subplots(len(HISTORIES), 1, sharex=True)
-        spectra = right.subplots()
-        for axes, (name, series) in zip(panels, HISTORIES.items(), strict=True):
-            for color, accel_mps2 in zip(_COLOURS, components.values(), strict=False):
-                time_s = np.arange(accel_mps2.size) * dt_s
-                axes.plot(time_s, series(accel_mps2, dt_s), color=color, lw=0.7)
-            axes.set_ylabel(name)
-        panels[-1].set_xlabel("Time (s)")
-        left.align_ylabels(panels)
-        for color, (label, accel_mps2) in zip(_COLOURS, components.items(), strict=False):
-            psa_g = component_psa(accel_mps2, dt_s, PERIODS_S) / G_MPS2
-            spectra.loglog(PERIODS_S, psa_g, color=color, lw=1.0, label=label)
-        if len(components) == 2:
-            one, two = components.values()
-            both = pair_psa(one, two, dt_s, PERIODS_S)
-            look = {"color": "black", "lw": 1.8}
-            spectra.loglog(PERIODS_S, both.rotd50_mps2 / G_MPS2, label="RotD50", **look)
-            look = {"color": "black", "lw": 1.0, "ls": "--"}
-            spectra.loglog(PERIODS_S, both.rotd100_mps2 / G_MPS2, label="RotD100", **look)
-        _finish(spectra, PERIODS_S, "PSA, 5 % damping (g)")
-        figure.suptitle(title, parse_math=False)
+    figure = Figure(figsize=(_WIDTH_IN, 7.0), layout="constrained")
+    halves: Any = figure.subfigures(1, 2, width_ratios=(1.35, 1.0))
+    left, right = halves
+    panels = left.subplots(len(HISTORIES), 1, sharex=True)
+    spectra = right.subplots()
+    for axes, (name, series) in zip(panels, HISTORIES.items(), strict=True):
+        for color, accel_mps2 in zip(_COLOURS, components.values(), strict=False):
+            time_s = np.arange(accel_mps2.size) * dt_s
+            axes.plot(time_s, series(accel_mps2, dt_s), color=color, lw=0.7)
+        axes.set_ylabel(name)
+    panels[-1].set_xlabel("Time (s)")
+    left.align_ylabels(panels)
+    for color, (label, accel_mps2) in zip(_COLOURS, components.items(), strict=False):
+        psa_g = component_psa(accel_mps2, dt_s, PERIODS_S) / G_MPS2
+        spectra.loglog(PERIODS_S, psa_g, color=color, lw=1.0, label=label)
+    if len(components) == 2:
+        one, two = components.values()
+        both = pair_psa(one, two, dt_s, PERIODS_S)
+        rotd50_g, rotd100_g = both.rotd50_mps2 / G_MPS2, both.rotd100_mps2 / G_MPS2
+        spectra.loglog(PERIODS_S, rotd50_g, color="black", lw=1.8, label="RotD50")
+        spectra.loglog(PERIODS_S, rotd100_g, color="black", lw=1.0, ls="--", label="RotD100")
+    _finish(spectra, PERIODS_S, "PSA, 5 % damping (g)")
+    figure.suptitle(title, parse_math=False)
     return figure
 
 
 def applied_spectra(suite: Sequence[SuiteMotion]) -> Figure:
     """Return the RotD50 spectra of the motions of a study, with their scale factors."""
-    spectra_g: list[Vector] = []
+    spectra_g: list[Floats] = []
     for item in suite:
         motion = item.motion
         pair = pair_psa(motion.accel_1_mps2, motion.accel_2_mps2, motion.dt_s, APPLIED_PERIODS_S)
         spectra_g.append(item.scale * pair.rotd50_mps2 / G_MPS2)
-    title = "Motions as applied (scaled)"
-    return suite_spectra(np.array(spectra_g), APPLIED_PERIODS_S, title=title)
+    return suite_spectra(
+        np.array(spectra_g), APPLIED_PERIODS_S, title="Motions as applied (scaled)"
+    )
 
 
+@mpl.rc_context(STYLE)
 def suite_spectra(
-    rotd50_g: Vector,
-    periods_s: Sequence[float] | Vector,
+    rotd50_g: Floats,
+    periods_s: Sequence[float] | Floats,
     *,
     title: str,
-    model: tuple[str, Vector, Vector] | None = None,
+    model: tuple[str, Floats, Floats] | None = None,
 ) -> Figure:
     """Return the RotD50 spectra (g, motions by periods) of a suite with median and 16-84 % band.
 
@@ -87,32 +86,31 @@ def suite_spectra(
     """
     periods, log_psa = np.asarray(periods_s, dtype=np.float64), np.log(rotd50_g)
     blue, orange = _COLOURS
-    with mpl.rc_context(STYLE):
-        width_in = _WIDTH_IN if model else 0.72 * _WIDTH_IN
-        figure = Figure(figsize=(width_in, 4.0), layout="constrained")
-        axes, *others = figure.subplots(1, 2 if model else 1, squeeze=False)[0]
-        axes.loglog(periods, rotd50_g.T, color="0.8", lw=0.5)
-        low, middle, high = np.exp(np.percentile(log_psa, (16, 50, 84), axis=0))
-        axes.loglog(periods, middle, color=blue, lw=2.0, label=f"median of {len(rotd50_g)} motions")
-        axes.loglog(periods, low, color=blue, lw=1.0, ls="--", label="16 and 84 %")
-        axes.loglog(periods, high, color=blue, lw=1.0, ls="--")
-        if model:
-            name, median_g, sigma = model
-            axes.loglog(periods, median_g, color=orange, lw=1.6, label=f"median of {name}")
-            ends_g = np.transpose(median_g * np.exp([-sigma, sigma]))
-            labels = ["its 16 and 84 %", "_"]
-            axes.loglog(periods, ends_g, color=orange, lw=0.9, ls=":", label=labels)
-            scatter = log_psa.std(axis=0, ddof=1)
-            others[0].semilogx(periods, scatter, color=blue, lw=2.0, label="motions")
-            others[0].semilogx(periods, sigma, color=orange, lw=1.6, label=name)
-            others[0].set_ylim(0.0, 1.0)
-            _finish(others[0], periods, "standard deviation of ln PSA")
-        _finish(axes, periods, "RotD50 PSA, 5 % damping (g)")
-        figure.suptitle(title, x=0.01, ha="left", fontsize=10, parse_math=False)
+    width_in = _WIDTH_IN if model else 0.72 * _WIDTH_IN
+    figure = Figure(figsize=(width_in, 4.0), layout="constrained")
+    axes, *others = figure.subplots(1, 2 if model else 1, squeeze=False)[0]
+    axes.loglog(periods, rotd50_g.T, color="0.8", lw=0.5)
+    low, middle, high = np.exp(np.percentile(log_psa, (16, 50, 84), axis=0))
+    axes.loglog(periods, middle, color=blue, lw=2.0, label=f"median of {len(rotd50_g)} motions")
+    axes.loglog(periods, low, color=blue, lw=1.0, ls="--", label="16 and 84 %")
+    axes.loglog(periods, high, color=blue, lw=1.0, ls="--")
+    if model:
+        name, median_g, sigma = model
+        axes.loglog(periods, median_g, color=orange, lw=1.6, label=f"median of {name}")
+        ends_g = np.transpose(median_g * np.exp([-sigma, sigma]))
+        labels = ["its 16 and 84 %", "_"]
+        axes.loglog(periods, ends_g, color=orange, lw=0.9, ls=":", label=labels)
+        scatter = log_psa.std(axis=0, ddof=1)
+        others[0].semilogx(periods, scatter, color=blue, lw=2.0, label="motions")
+        others[0].semilogx(periods, sigma, color=orange, lw=1.6, label=name)
+        others[0].set_ylim(0.0, 1.0)
+        _finish(others[0], periods, "standard deviation of ln PSA")
+    _finish(axes, periods, "RotD50 PSA, 5 % damping (g)")
+    figure.suptitle(title, x=0.01, ha="left", fontsize=10, parse_math=False)
     return figure
 
 
-def _finish(axes: Axes, periods_s: Vector, label: str) -> None:
+def _finish(axes: Axes, periods_s: Floats, label: str) -> None:
     """Label the axes of spectra; last, because drawing resets the labels of the ticks."""
     axes.set(xlabel="Period (s)", ylabel=label, xlim=(periods_s[0], periods_s[-1]))
     plain_log_ticks(axes.xaxis)

@@ -1,10 +1,12 @@
 """The report: tables and figures of a study joined in one self-contained HTML file."""
 
 import base64
+import gzip
 import json
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from importlib.resources import files
 from io import BytesIO
 from math import cos, radians, sin
 from pathlib import Path
@@ -18,52 +20,21 @@ from PIL import Image
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import BridgeData
-from skewbridge.demands.columns import demands_for, label_of
+from skewbridge.demands.columns import KEY, Column, column_of, demands_for, label_of
+from skewbridge.demands.validity import is_complete, with_derived_columns
 from skewbridge.files.tables import read_frame, read_stamp, records_of
 from skewbridge.files.text import write_text
+from skewbridge.fragility import paper_table, verdicts
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES
-from skewbridge.fragility.paper_table import (
-    JOINT,
-    chosen_curves,
-    paper_table,
-    printed_rows,
-    ratio_names,
-    with_interval,
-)
-from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, MORE, OK, RATIO
-from skewbridge.report import answer
-from skewbridge.report.answer import (
-    change_name,
-    counted,
-    effect_name,
-    model_name,
-    number_word,
-)
-from skewbridge.report.appearance import (
-    STYLES,
-    VARIANT_COLOURS,
-    change_text,
-    demand_name,
-    groups_of,
-    in_words,
-    interval_text,
-    margin_text,
-    plain_label,
-    shown_axes,
-    shown_in,
-    shown_length,
-    shown_unit,
-    templates,
-    threshold_text,
-    value_text,
-    variant_text,
-    verdict_style,
-)
-from skewbridge.report.explorer import explorer_of
+from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, OK
+from skewbridge.report import answer, appearance
+from skewbridge.report.answer import change_name, counted, effect_name, model_name, number_word
+from skewbridge.report.appearance import groups_of, in_words, plain_label, shown_axes, variant_text
 from skewbridge.report.methods import STATE_HEADS, methods_of
 from skewbridge.report.study_figures import SECTIONS, Caption, read_captions
+from skewbridge.statuses import STATUSES
 from skewbridge.study.config import StudyConfig, parse_config
 from skewbridge.study.results import shear_model_medians
 from skewbridge.units import split_unit
@@ -82,38 +53,24 @@ _MEASURES: Final = (
 
 
 def write_report(
-    *,
-    tables: Mapping[str, Path],
-    figures: Path,
-    config: Mapping[str, Any],
-    output: Path,
-    choices: Path | None = None,
+    *, tables: Mapping[str, Path], figures: Path, config: Mapping[str, Any], output: Path
 ) -> None:
-    """Write the report.
+    """Write the report to an HTML file.
 
-    Args:
-        tables: Paths by name as in `StudyFolder.report_inputs`; check_predict if it was made.
-        figures: Folder of the figures.
-        config: The configuration as plain values.
-        output: The HTML file.
-        choices: Table of modelling choices, where there is one.
+    ``tables`` are paths by name as in `StudyFolder.report_inputs`, with check_predict and choices
+    (modelling choices) if they were made; ``figures`` is a folder, ``config`` has plain values.
     """
     frames = {name: read_frame(path) for name, path in tables.items() if path.suffix == ".parquet"}
     demands, curves, medians = (frames[name] for name in ("demands", "curves", "medians"))
     study = parse_config(config)
-    environment = templates(axes_of, model_name, shown_axes, variant_text)
-    filters: dict[str, Any] = {
-        "groups": groups_of,
-        "median": _median_text,
-        "number": _number,
-        "records": records_of,
-        "shown": shown_rows,
-        "unbroken": _unbroken,
-        "words": in_words,
-    }
-    environment.filters.update(filters)
+    functions = (axes_of, model_name, shown_axes, variant_text)
+    filters = (groups_of, in_words, median_text, number_text, records_of, shown_rows, unbroken)
+    environment = appearance.templates(*functions, *filters)
+    unreached = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
+    shear = curves[(curves["component"] == COLUMN_FAILURE) & (curves["limit_state"] == "shear")]
+    shear = paper_table.chosen_curves(shear)
     shear_models = shear_model_medians(demands, study.fragility)
-    with shown_in(study.figures.units):
+    with appearance.shown_in(study.figures.units):
         page = environment.get_template("report.html.j2").render(
             **_first_screen(frames, study),
             **_effect_parts(frames),
@@ -122,7 +79,7 @@ def write_report(
             tables=frames,
             paper=paper_rows(curves, medians, frames["joint"]),
             compared=methods_compared(curves),
-            unreached=states_not_reached(curves),
+            unreached=groups_of(unreached, (*BRIDGE_COLUMNS, "component", "limit_state")),
             n_variants=curves.groupby(list(BRIDGE_COLUMNS))["variant"].nunique(),
             measure_columns=list(_MEASURES),
             shear_models=shear_models,
@@ -130,8 +87,8 @@ def write_report(
                 f"{label_of(SHEAR_MODEL_DEMANDS[name]).partition(', ')[2]}, θ [interval]"
                 for name in shear_models["limit_state"].unique()
             ],
-            shear_medians=_shear_medians(curves),
-            choices=groups_of(read_frame(choices), BRIDGE_COLUMNS) if choices else [],
+            shear_medians={row["variant"]: median_text(row) for row in records_of(shear)},
+            choices=groups_of(frames["choices"], BRIDGE_COLUMNS) if "choices" in frames else [],
             checks=json.loads(tables["checks"].read_text("utf-8")),
             quality=quality(demands, frames["sensitivity"], frames.get("check_predict")),
             exclude_suspect=study.fragility.exclude_suspect,
@@ -155,21 +112,20 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
         intensities=frames["intensity_effects"],
         curves=curves,
     )
-    counts = answer.run_counts(demands)
+    counts, colours = answer.run_counts(demands), appearance.VARIANT_COLOURS[1:4]
+    key_gap_mm = study.model.transverse_gap_mm
     bridges = [load_bridge(name) for name in dict.fromkeys(study.grid.bridge)]
     on_suites, suites_text = answer.suites_summary(frames["suites"], table)
     values = {axis.name: sorted(demands[axis.name].unique()) for axis in axes_of(demands.columns)}
     texts = {
-        axis.name: ", ".join(value_text(axis, value) for value in values[axis.name])
+        axis.name: ", ".join(appearance.value_text(axis, value) for value in values[axis.name])
         for axis in axes_of(values)
     }
     return {
         "title": f"{answer.title_of(table)}{on_suites}",
         "subtitle": subtitle(demands, str(curves["im"].iloc[0]), texts),
-        "sketch": sketch(
-            bridges[0], values["skew_deg"], values["gap_mm"], study.model.transverse_gap_mm
-        ),
-        "sketch_colours": dict(zip(("skew", "gap", "friction"), VARIANT_COLOURS[1:4], strict=True)),
+        "sketch": sketch(bridges[0], values["skew_deg"], values["gap_mm"], key_gap_mm),
+        "sketch_colours": dict(zip(("skew", "gap", "friction"), colours, strict=True)),
         "axis_texts": texts,
         "bridges": [(bridge, bridge_words(bridge)) for bridge in bridges],
         "answer": answer_rows(table, counts),
@@ -197,20 +153,18 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
         for model, own in groups_of(part, BRIDGE_COLUMNS):
             effects = {row["demand"]: row for row in records_of(own)}
             failed, runs = (by_value[*model, change[0]][name] for name in ("n_failed", "n_runs"))
+            cells = [
+                _answer_cell(effects.get(state), reach) | {"note": signs.get((*model, state), "")}
+                for state in states
+            ]
+            demands = [row for name, row in effects.items() if "/" not in name]
             row = {
                 "change": change_name(*change),
                 "model": names[model] if len(names) > 1 else "",
-                "cells": [
-                    _answer_cell(effects.get(state), reach)
-                    | {"note": signs.get((*model, state), "")}
-                    for state in states
-                ],
                 "failed": f"{failed.iloc[0]} to {failed.iloc[-1]} of {runs.iloc[0]}",
-                "clearest": answer.clearest_clause(
-                    [row for name, row in effects.items() if "/" not in name]
-                ),
+                "clearest": answer.clearest_clause(demands),
             }
-            rows.append(row)
+            rows.append({**row, "cells": cells})
     return {
         "states": [effect_name(state) for state in states],
         "rows": rows,
@@ -255,7 +209,9 @@ def subtitle(demands: pd.DataFrame, im: str, values: Mapping[str, str]) -> str:
 
 def bridge_words(bridge: BridgeData) -> str:
     """Return a bridge in words, such as ``two spans, pinned two-column bent``."""
-    spans = f"{counted(len(bridge.spans_m), 'span')}, {shown_length(bridge.length_m)} long"
+    spans = (
+        f"{counted(len(bridge.spans_m), 'span')}, {appearance.shown_length(bridge.length_m)} long"
+    )
     bents = [
         f"{'single' if columns == 1 else number_word(columns)}-column bent{'s' * (count > 1)}"
         for columns, count in Counter(bent.columns for bent in bridge.bents).items()
@@ -318,16 +274,16 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     """Return the tables of the pooled effects, the headline and all others."""
     rows = pd.concat([frames["medians"], frames["effects"]], ignore_index=True)
     pooled = rows[rows["scope"] == "pooled"]
-    ratios, needed = pooled[pooled["judged_by"] == RATIO], frames["needed_motions"]
+    ratios, needed = pooled[pooled["judged_by"] == verdicts.RATIO], frames["needed_motions"]
     leads = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
     effects, others = (pooled[leads], pooled[~leads]) if leads.any() else (pooled, pooled.head(0))
     return {
         "effects": verdict_table(effects, pooled),
         "other_effects": verdict_table(others, pooled),
         "any_marked": any(row["mark"] for row in map(_cell, records_of(pooled))),
-        "margin": margin_text(ratios.iloc[0]) if len(ratios) else "",
-        "needed": needed.loc[needed["forecast"] == MORE, list(_NEEDED)],
-        "styles": STYLES.values(),
+        "margin": appearance.margin_text(ratios.iloc[0]) if len(ratios) else "",
+        "needed": needed.loc[needed["forecast"] == verdicts.MORE, list(_NEEDED)],
+        "styles": appearance.STYLES.values(),
     }
 
 
@@ -345,9 +301,10 @@ def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, An
     rows: list[dict[str, Any]] = []
     for (demand,), own in groups_of(effects, ["demand"]):
         cells = {tuple(row[name] for name in keys): _cell(row) for row in records_of(own)}
-        label = f"Median, {effect_name(demand)}" if "/" in demand else demand_name(demand)
+        is_state, margin = "/" in demand, appearance.margin_text(own.iloc[0])
+        label = f"Median, {effect_name(demand)}" if is_state else appearance.demand_name(demand)
         ordered = [cells.get(head) for head in heads]
-        rows.append({"label": label, "margin": margin_text(own.iloc[0]), "cells": ordered})
+        rows.append({"label": label, "margin": margin, "cells": ordered})
     return {
         "models": Counter(model_name(*head[:2]) for head in heads).items(),
         "heads": [change_name(*head[2:]) for head in heads],
@@ -359,14 +316,14 @@ def _cell(row: Mapping[str, Any]) -> dict[str, Any]:
     """Return style, change and interval of an effect, marked if medians are extrapolated."""
     leaves_data = row["quantity"] == MEDIAN_CAPACITY and answer.extent_of_data(row)
     return {
-        "style": verdict_style(row),
-        "text": change_text(row),
-        "interval": interval_text(row) if row["status"] == OK else "",
+        "style": appearance.verdict_style(row),
+        "text": appearance.change_text(row),
+        "interval": appearance.interval_text(row) if row["status"] == OK else "",
         "mark": "†" if leaves_data else "",
     }
 
 
-# --- figures and the explorer
+# --- figures
 
 
 # The files have 300 dots per inch for print, a screen shows half of them.
@@ -396,6 +353,156 @@ def _packed(path: Path) -> dict[str, Any]:
     return {"data": data, "width": picture.width, "height": picture.height}
 
 
+# --- the explorer
+
+
+_FIT_COLUMNS: Final = (
+    *("variant", "component", "limit_state", "method", "demand", "preferred", "methods_differ"),
+    *("theta", "theta_low", "theta_high", "beta", "beta_total", "threshold"),
+    *("capacity_dispersion", "ln_a", "b", "sigma", "var_ln_theta", "cov_ln_theta_beta", "var_beta"),
+    *("level", "methods_ratio", "n_exceed", "n_runs"),
+)
+_EFFECT_COLUMNS: Final = (
+    *("model", "quantity", "demand", "axis", "from", "to", "values", "judged_by", "unit", "status"),
+    *("value", "low", "high", "margin", "level", "dof", "possible", "headline", "n_motions"),
+)
+
+
+def explorer_of(frames: Mapping[str, pd.DataFrame], units: str) -> dict[str, str]:
+    """Return data and plotting library of the explorer, packed; empty without a curve.
+
+    The library is the basic bundle of plotly.js 4.1.1 (MIT, `vendor/LICENSE`), as published in the
+    npm package plotly.js-basic-dist-min.
+    """
+    if not (frames["curves"]["status"] == FITTED).any():
+        return {}
+    library = files("skewbridge.report") / "vendor" / "plotly-basic.min.js"
+    return {"data": explorer_data(frames, units), "library": _compressed(library.read_bytes())}
+
+
+def explorer_data(frames: Mapping[str, pd.DataFrame], units: str = "si") -> str:
+    """Return a study as packed JSON: tables as columns with rows, runs as lists by column.
+
+    ``frames`` are demands, curves, effects (on demands) and medians (effects on median capacities);
+    ``units`` (si or us) are shown first.
+    """
+    curves, effects, medians = (frames[name] for name in ("curves", "effects", "medians"))
+    demands, us_units = with_derived_columns(frames["demands"]), appearance.US_UNITS
+    im = str(curves["im"].iloc[0])
+    named = dict.fromkeys([*curves["demand"], *effects["demand"]])
+    columns = [name for name in named if name in demands]
+    motions, variants = list(demands["motion_id"].unique()), demands.drop_duplicates("variant")
+    models = {model: place for place, model in enumerate(dict.fromkeys(_models_of(demands)))}
+    places = {name: place for place, name in enumerate(variants["variant"])}
+    axes = axes_of(demands.columns)
+    names = [axis.name for axis in axes]
+    values = {axis: sorted(demands[axis.name].unique()) for axis in axes}
+    fits = curves[curves["status"] == FITTED]
+    fits = fits.assign(variant=fits["variant"].map(places))
+    rows = [row for table in (effects, medians) for row in _effect_rows(table, models, names)]
+    payload: dict[str, Any] = {
+        "im": plain_label(im),
+        "im_name": im,
+        "im_range": [demands[im].min(), demands[im].max()],
+        "units": units,
+        "us": {si: {"unit": us, "factor": factor} for si, (us, factor) in us_units.items()},
+        "colours": appearance.VARIANT_COLOURS,
+        "models": [model_name(*model) for model in models],
+        "axes": [
+            {
+                "name": axis.name,
+                "label": axis.label,
+                "values": own,
+                "texts": [appearance.value_text(axis, value) for value in own],
+                "named": [appearance.named_value(axis, value) for value in own],
+            }
+            for axis, own in values.items()
+        ],
+        "variants": [
+            {
+                "name": row["variant"],
+                "model": models[row["bridge"], row["abutment"]],
+                "text": variant_text(shown_axes(variants), row),
+                "values": [row[name] for name in names],
+            }
+            for row in records_of(variants)
+        ],
+        "demands": {name: _demand(name) for name in columns},
+        "states": {str(name): effect_name(name) for name in medians["demand"].unique()},
+        "fits": {"columns": _FIT_COLUMNS, "rows": _rows(fits, _FIT_COLUMNS)},
+        "effects": {"columns": _EFFECT_COLUMNS, "rows": rows},
+        "styles": {name: style._asdict() for name, style in appearance.STYLES.items()},
+        "motions": motions,
+        "statuses": STATUSES,
+        "runs": {
+            "variant": demands["variant"].map(places).tolist(),
+            "motion": pd.Categorical(demands["motion_id"], motions).codes.tolist(),
+            # runs under the same loading have the same number
+            "loading": demands.groupby(list(KEY[1:]), sort=False).ngroup().tolist(),
+            "scale": demands["scale"].tolist(),
+            "status": pd.Categorical(demands["status"], STATUSES).codes.tolist(),
+            "complete": is_complete(demands).astype(int).tolist(),
+            "key": demands["run_key"].tolist(),
+            "im": _finite(demands[[im]])[im].tolist(),
+            "demands": _finite(demands[columns]).to_dict("list"),
+        },
+    }
+    text = json.dumps(
+        payload, separators=(",", ":"), default=lambda value: value.item(), ensure_ascii=False
+    )
+    return _compressed(text.encode("utf-8"))
+
+
+def _models_of(table: pd.DataFrame) -> list[tuple[str, str]]:
+    return list(table[list(BRIDGE_COLUMNS)].itertuples(index=False, name=None))
+
+
+def _compressed(content: bytes) -> str:
+    """Return content as gzip in base64, a third of the size of the text."""
+    return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
+
+
+def _demand(name: str) -> dict[str, Any]:
+    column = column_of(name) or Column(name)
+    per_unit = column.difference.per_unit if column.difference else 1.0
+    label = column.label or name.replace("_", " ")
+    return {"label": label, "unit": column.unit, "per_unit": per_unit}
+
+
+def _effect_rows(
+    effects: pd.DataFrame, models: Mapping[Any, int], axes: Sequence[str]
+) -> list[list[Any]]:
+    """Return rows of `_EFFECT_COLUMNS` on the scale of their verdict; pooled rows have no values.
+
+    The page derives the family-wise verdicts, which depend on the margin that is set there.
+    """
+    is_ratio = effects["judged_by"] != verdicts.DIFFERENCE
+    ratios, differences = (*verdicts.RATIOS, "margin"), (*verdicts.DIFFERENCES, "difference_margin")
+    scaled = [
+        effects[ratio].where(is_ratio, effects[difference])
+        for ratio, difference in zip(ratios, differences, strict=True)
+    ]
+    others = pd.Series(_rows(effects, axes), index=effects.index, dtype=object)
+    table = effects.assign(
+        **dict(zip(("value", "low", "high", "margin"), scaled, strict=True)),
+        model=[models[model] for model in _models_of(effects)],
+        values=others.where(effects["scope"] != "pooled", None),
+        possible=verdicts.may_be_negligible(effects),
+        headline=effects["demand"].isin({*demands_for("headline"), *HEADLINE_STATES}),
+    )
+    return _rows(table.rename(columns={"from_value": "from", "to_value": "to"}), _EFFECT_COLUMNS)
+
+
+def _rows(table: pd.DataFrame, columns: Sequence[str]) -> list[list[Any]]:
+    return _finite(table[list(columns)]).to_numpy().tolist()
+
+
+def _finite(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a table of objects, with None for NaN and infinities."""
+    numbers = table.replace([np.inf, -np.inf], np.nan)
+    return numbers.astype(object).where(numbers.notna(), None)
+
+
 # --- tables and quality
 
 
@@ -414,14 +521,14 @@ def shown_rows(
     texts: dict[str, list[str]] = {}
     for name in frame:
         words, unit = split_unit(str(name))
-        unit, factor = shown_unit(unit)
+        unit, factor = appearance.shown_unit(unit)
         head = words.replace("_", " ") + ("" if unit == "-" else f" ({unit})")
         values = frame[name] if factor == 1.0 else factor * frame[name]
-        texts[head] = [_number(value, digits) for value in values.tolist()]
+        texts[head] = [number_text(value, digits) for value in values.tolist()]
     return records_of(pd.DataFrame(texts))
 
 
-def _number(value: Any, digits: int = 3) -> str:
+def number_text(value: Any, digits: int = 3) -> str:
     """Return a value of a table as text; a dash for a missing one."""
     if isinstance(value, Sequence) and not isinstance(value, str):
         return ", ".join(str(item) for item in value)
@@ -430,28 +537,28 @@ def _number(value: Any, digits: int = 3) -> str:
     return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
 
 
-def _unbroken(text: str) -> str:
+def unbroken(text: str) -> str:
     """Return a text without line breaks between a number and its unit."""
     return re.sub(r"(?<=\d) (?=(g|mm|in|mrad|motions)\b|%)", "\u00a0", text)
 
 
 def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame) -> dict[str, Any]:
     """Return the fragility table for publication: heads, groups of rows by model and state."""
-    table = paper_table(curves, medians, joint)
-    ratios = ratio_names(table)
+    table = paper_table.paper_table(curves, medians, joint)
+    ratios = paper_table.ratio_names(table)
     axes = shown_axes(curves)
     names = {row["variant"]: variant_text(axes, row) for row in records_of(curves)}
     capacities = {
-        (row["component"], row["limit_state"]): threshold_text(row["demand"], row["threshold"])
-        for row in records_of(curves.drop_duplicates(["component", "limit_state"]))
+        state: appearance.threshold_text(own["demand"].iloc[0], own["threshold"].iloc[0])
+        for state, own in groups_of(curves, ["component", "limit_state"])
     }
     groups: dict[str, list[dict[str, Any]]] = {}
-    for row, text in zip(records_of(table), printed_rows(table), strict=True):
+    for row, text in zip(records_of(table), paper_table.printed_rows(table), strict=True):
         capacity = capacities[row["component"], row["limit_state"]]
         model = model_name(row["bridge"], row["abutment"])
         group = groups.setdefault(f"{model}: {in_words(text['state'])} ({capacity})", [])
         variant = names.get(row["row"], "all variants, middle of the range")
-        more = {"variant": variant, "joint": row["row"] == JOINT}
+        more = {"variant": variant, "joint": row["row"] == paper_table.JOINT}
         group.append(text | more | {"ratios": [text[name] for name in ratios]})
     return {
         "im": plain_label(str(curves["im"].iloc[0])),
@@ -474,23 +581,11 @@ def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
     }
 
 
-def states_not_reached(curves: pd.DataFrame) -> list[tuple[Any, pd.DataFrame]]:
-    """Return the curves of states that no run reached, by bridge, abutment model and state."""
-    rows = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
-    return groups_of(rows, (*BRIDGE_COLUMNS, "component", "limit_state"))
-
-
-def _median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
+def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
     """Return a median with its interval; without one another text, or the status of the fit."""
     if row["status"] != FITTED:
         return otherwise or in_words(row["status"])
-    return with_interval([row[f"theta{end}"] for end in ("", "_low", "_high")])
-
-
-def _shear_medians(curves: pd.DataFrame) -> dict[str, str]:
-    """Return the medians of the study for shear failure of a column by variant."""
-    shear = (curves["component"] == COLUMN_FAILURE) & (curves["limit_state"] == "shear")
-    return {row["variant"]: _median_text(row) for row in records_of(chosen_curves(curves[shear]))}
+    return paper_table.with_interval([row[f"theta{end}"] for end in ("", "_low", "_high")])
 
 
 def quality(

@@ -49,6 +49,7 @@ def run_figures(histories: pd.DataFrame, *, title: str) -> dict[str, Figure]:
     return figures
 
 
+@mpl.rc_context(STYLE)
 def displacement_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     """Draw displacement and rotation of the deck's mass centre against time, runs overlaid."""
     length, per_m, _, _ = _units()
@@ -57,19 +58,19 @@ def displacement_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
         ("deck_uy_m", per_m, f"Transverse ({length})"),
         ("deck_rot_rad", 1e3, "Rotation (mrad)"),
     )
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.2, 5.6), layout="constrained")
-        panels = figure.subplots(3, 1, sharex=True)
-        for axes, (column, factor, text) in zip(panels, quantities, strict=True):
-            for look, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
-                axes.plot(table["t_s"], factor * table[column], label=name, **look)
-            axes.axhline(0.0, color="0.4", lw=0.5)
-            axes.set_ylabel(text)
-        panels[-1].set_xlabel("Time (s)")
-        _name_runs(figure, panels[0])
+    figure = Figure(figsize=(7.2, 5.6), layout="constrained")
+    panels = figure.subplots(3, 1, sharex=True)
+    for axes, (column, factor, text) in zip(panels, quantities, strict=True):
+        for look, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
+            axes.plot(table["t_s"], factor * table[column], label=name, **look)
+        axes.axhline(0.0, color="0.4", lw=0.5)
+        axes.set_ylabel(text)
+    panels[-1].set_xlabel("Time (s)")
+    _name_runs(figure, panels[0])
     return figure
 
 
+@mpl.rc_context(STYLE)
 def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     """Draw forces of the left abutment on the deck against the displacement, runs overlaid.
 
@@ -83,24 +84,22 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
         for text, column in (("All of the abutment", ""), ("Pads alone", "pads_"))
         for way, direction in (("longitudinal", "x"), ("transverse", "y"))
     ]
-    for text, direction, part in (("Backwall", "x", "_left_backwall"),
-                                  ("Shear keys", "y", "_left_key")):  # fmt: skip
+    for text, direction, part in (("Backwall", "x", "backwall"), ("Shear keys", "y", "key")):
+        columns = [f"{name}_normal_kn" for name in names if f"_left_{part}" in name]
         if names:
-            columns = [f"{name}_normal_kn" for name in names if part in name]
             panels.append((f"{text} alone, normal force", direction, columns))
     rows = len(panels) // 2
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.2, 2.5 * rows + 0.7), layout="constrained")
-        grid = figure.subplots(rows, 2, squeeze=False, sharex="col")
-        for axes, (text, direction, columns) in zip(grid.flat, panels, strict=True):
-            axes.set_title(text, loc="left", fontsize=9)
-            axes.set_ylabel(f"Force ({force})")
-            for look, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
-                disp = per_m * table[f"abutment_left_{direction}_m"]
-                axes.plot(disp, per_kn * table[columns].sum(axis=1), label=name, **look)
-        for axes, text in zip(grid[-1], ("longitudinal", "transverse"), strict=True):
-            axes.set_xlabel(f"Deck end, {text} ({length})")
-        _name_runs(figure, grid[0, 0])
+    figure = Figure(figsize=(7.2, 2.5 * rows + 0.7), layout="constrained")
+    grid = figure.subplots(rows, 2, squeeze=False, sharex="col")
+    for axes, (text, direction, columns) in zip(grid.flat, panels, strict=True):
+        axes.set_title(text, loc="left", fontsize=9)
+        axes.set_ylabel(f"Force ({force})")
+        for look, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
+            disp = per_m * table[f"abutment_left_{direction}_m"]
+            axes.plot(disp, per_kn * table[columns].sum(axis=1), label=name, **look)
+    for axes, text in zip(grid[-1], ("longitudinal", "transverse"), strict=True):
+        axes.set_xlabel(f"Deck end, {text} ({length})")
+    _name_runs(figure, grid[0, 0])
     return figure
 
 
@@ -129,6 +128,7 @@ def moving_columns(runs: Mapping[str, pd.DataFrame]) -> list[str]:
     ]
 
 
+@mpl.rc_context(STYLE)
 def frequency_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     """Draw smoothed Fourier amplitudes of the deck and their ratio to the first history.
 
@@ -137,29 +137,25 @@ def frequency_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     """
     (reference, first), columns = next(iter(runs.items())), moving_columns(runs)
     grid = np.geomspace(BAND_HZ[0] * 1.2, BAND_HZ[1] / 1.2, 160)
-    with mpl.rc_context(STYLE):
-        size = 2.9 * len(columns) + 0.6, 4.2
-        figure = Figure(figsize=size, layout="constrained")
-        panels = figure.subplots(2, len(columns), squeeze=False, sharex=True, height_ratios=[2, 1])
-        for (top, bottom), column in zip(panels.T, columns, strict=True):
-            for (name, table), look in zip(runs.items(), _OVERLAID, strict=False):
-                text = f"{name}, $T_m$ = {mean_period_s(table, column):.2f} s"
-                top.plot(grid, _smoothed(table, column, grid), label=text, **look)
-                if name != reference:
-                    rows = min(len(first), len(table))
-                    one, other = (
-                        _smoothed(each.iloc[:rows], column, grid) for each in (table, first)
-                    )
-                    bottom.plot(grid, one / other, **look)
-            top.set_title(f"Deck, {SPECTRA[column]}", loc="left", fontsize=9)
-            top.set_yscale("log")
-            plain_log_ticks(top.yaxis)
-            top.legend(fontsize=7, loc="lower left")
-            bottom.axhline(1.0, color="#777777", linewidth=0.8)
-            bottom.set(ylim=(0.0, 2.0), xlabel="Frequency (Hz)", xscale="log")
-        panels[0, 0].set_ylabel("Fourier amplitude")
-        panels[1, 0].set_ylabel(f"over {reference}")
-        plain_log_ticks(panels[1, 0].xaxis)
+    figure = Figure(figsize=(2.9 * len(columns) + 0.6, 4.2), layout="constrained")
+    panels = figure.subplots(2, len(columns), squeeze=False, sharex=True, height_ratios=[2, 1])
+    for (top, bottom), column in zip(panels.T, columns, strict=True):
+        for (name, table), look in zip(runs.items(), _OVERLAID, strict=False):
+            text = f"{name}, $T_m$ = {mean_period_s(table, column):.2f} s"
+            top.plot(grid, _smoothed(table, column, grid), label=text, **look)
+            if name != reference:
+                rows = min(len(first), len(table))
+                one, other = (_smoothed(each.iloc[:rows], column, grid) for each in (table, first))
+                bottom.plot(grid, one / other, **look)
+        top.set_title(f"Deck, {SPECTRA[column]}", loc="left", fontsize=9)
+        top.set_yscale("log")
+        plain_log_ticks(top.yaxis)
+        top.legend(fontsize=7, loc="lower left")
+        bottom.axhline(1.0, color="#777777", linewidth=0.8)
+        bottom.set(ylim=(0.0, 2.0), xlabel="Frequency (Hz)", xscale="log")
+    panels[0, 0].set_ylabel("Fourier amplitude")
+    panels[1, 0].set_ylabel(f"over {reference}")
+    plain_log_ticks(panels[1, 0].xaxis)
     return figure
 
 
@@ -167,10 +163,8 @@ def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     """Draw column shear and its ratio to the capacity against time, and the orbit of the deck."""
     length, per_m, force, per_kn = _units()
     figure = Figure(figsize=(8.4, 4.2), layout="constrained")
-    panels = figure.subplot_mosaic(
-        [["shear", "orbit"], ["ratio", "orbit"]], width_ratios=(1.15, 1.0)
-    )
-    shear, ratio, orbit = panels["shear"], panels["ratio"], panels["orbit"]
+    panels = figure.subplot_mosaic("so;ro", width_ratios=(1.15, 1.0))
+    shear, ratio, orbit = panels["s"], panels["r"], panels["o"]
     ratio.sharex(shear)
     drawn = (
         (shear, histories["t_s"], per_kn * histories["column_shear_kn"]),
@@ -203,9 +197,8 @@ def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     bins = np.linspace(time_s[0], time_s[-1], min(len(time_s), 1200) + 1)
     at = np.clip(np.searchsorted(time_s, bins[:-1]), 0, len(time_s) - 1)
     shown = np.ma.masked_less_equal(np.maximum.reduceat(normals, at, axis=1), 0.0)
-    mesh = raster.pcolormesh(
-        bins, np.arange(len(names) + 1), shown, cmap="flare", vmin=0.0, rasterized=True
-    )
+    edges = np.arange(len(names) + 1)
+    mesh = raster.pcolormesh(bins, edges, shown, cmap="flare", vmin=0.0, rasterized=True)
     labels = [name.removeprefix("contact_").replace("_", " ") for name in names]
     raster.set_yticks(np.arange(len(names)) + 0.5, labels, fontsize=7)
     raster.invert_yaxis()

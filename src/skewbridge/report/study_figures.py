@@ -18,7 +18,7 @@ import yaml
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
-from skewbridge.demands.columns import label_of
+from skewbridge.demands.columns import demands_for, label_of
 from skewbridge.demands.validity import with_derived_columns
 from skewbridge.errors import InputError
 from skewbridge.files.tables import figure_metadata, read_frame
@@ -27,45 +27,9 @@ from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.verdicts import DECIDED
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
+from skewbridge.report import appearance, fragility_figures, run_figures
 from skewbridge.report.answer import listed, model_name, number
-from skewbridge.report.appearance import (
-    MAX_BANDS,
-    VariantLayout,
-    demand_name,
-    groups_of,
-    in_words,
-    plain_label,
-    shown_axes,
-    shown_in,
-    shown_unit,
-    templates,
-    threshold_text,
-    value_text,
-    variant_text,
-)
-from skewbridge.report.effect_figures import (
-    LINEAR_PCT,
-    choice_findings,
-    effects_by_intensity,
-    intensity_demands,
-    tornado,
-    widths_by_analyses,
-)
-from skewbridge.report.fragility_figures import (
-    demand_clouds,
-    fragility_curves,
-    least_shown,
-    shown_curves,
-)
 from skewbridge.report.motion_figures import applied_spectra
-from skewbridge.report.run_figures import (
-    SPECTRA,
-    displacement_figure,
-    frequency_figure,
-    hysteresis_figure,
-    mean_period_s,
-    moving_columns,
-)
 from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.repeats import read_friction_pair
@@ -80,7 +44,10 @@ CAPTIONS: Final[Mapping[str, Mapping[str, str]]] = yaml.safe_load(
 #: What figures show; the gallery of the page has them in this order.
 SECTIONS: Final = tuple(dict.fromkeys(caption["section"] for caption in CAPTIONS.values()))
 _TABLES: Final = ("demands", "curves", "effects", "intensity_effects")
-_TEXTS: Final = templates(demand_name, in_words, listed, plain_label, threshold_text, variant_text)
+_TEXTS: Final = appearance.templates(
+    *(appearance.demand_name, appearance.in_words, appearance.plain_label, listed),
+    *(appearance.threshold_text, appearance.variant_text),
+)
 PNG_DPI: Final = 300
 #: A process takes as long to start as to draw five figures.
 FIGURES_OF_A_PROCESS: Final = 12
@@ -124,15 +91,6 @@ class FigureTables:
     choices: pd.DataFrame | None = None  # None before `make choices`
     rounds: pd.DataFrame | None = None  # headline effects after each round
 
-    def of_model(self, bridge: str, abutment: str) -> "FigureTables":
-        """Return the tables of one bridge with one abutment model."""
-        own = {
-            name: table[(table["bridge"] == bridge) & (table["abutment"] == abutment)]
-            for name, table in vars(self).items()
-            if isinstance(table, pd.DataFrame)
-        }
-        return replace(self, **own)
-
 
 def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     """Yield caption and drawing function of every figure, those of each bridge model first."""
@@ -140,13 +98,20 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     models = tables.demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
         start, model = f"{bridge}_{ABUTMENTS[abutment].code}_", model_name(bridge, abutment)
-        own = tables.of_model(bridge, abutment)
+        own = {
+            name: table[(table["bridge"] == bridge) & (table["abutment"] == abutment)]
+            for name, table in vars(tables).items()
+            if isinstance(table, pd.DataFrame)
+        }
         for figures in (_curve_figures, _cloud_figures, _intensity_figures, _choice_figures):
-            for caption, draw in figures(own):
+            for caption, draw in figures(replace(tables, **own)):
                 title = f"{model}: {caption.title}"
                 yield replace(caption, name=start + caption.name, title=title, model=model), draw
-    for figures in (_round_figures, _history_figures, _motion_figures):
+    for figures in (_round_figures, _history_figures):
         yield from figures(tables)
+    if tables.suite:
+        caption = _caption("motions", scales=[item.scale for item in tables.suite])
+        yield caption, partial(applied_spectra, tables.suite)
 
 
 def _caption(kind: str, **values: Any) -> Caption:
@@ -160,7 +125,8 @@ def _caption(kind: str, **values: Any) -> Caption:
 
 def _curve_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     curves = tables.curves
-    for component, rows in groups_of(shown_curves(curves), ["component"]):
+    shown = fragility_figures.shown_curves(curves)
+    for component, rows in appearance.groups_of(shown, ["component"]):
         drawn = rows[rows["preferred"]]
         if drawn.empty:  # brackets alone are in the tables
             continue
@@ -172,16 +138,17 @@ def _curve_figures(tables: FigureTables) -> Iterator[StudyFigure]:
             shown=len(rows),
             low=first.iloc[0],
             high=first.iloc[-1],
-            axes=shown_axes(curves),
-            banded=VariantLayout.of(curves).banded_text,
+            axes=appearance.shown_axes(curves),
+            banded=appearance.VariantLayout(curves).banded_text,
         )
-        yield caption, partial(fragility_curves, curves, tables.demands, component[0])
+        draw = partial(fragility_figures.fragility_curves, curves, tables.demands, component[0])
+        yield caption, draw
 
 
 def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     demands, curves = tables.demands, tables.curves
     for name in map(str, curves["demand"].unique()):
-        least = least_shown(demands, curves, name) if name in demands else None
+        least = fragility_figures.least_shown(demands, curves, name) if name in demands else None
         if least is None:
             continue
         known, complete = demands[name].dropna(), demands["complete"]
@@ -197,12 +164,12 @@ def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
             below=(complete & (demands[name] < least)).sum(),
             above=(known > mildest["threshold"]).sum(),
         )
-        yield caption, partial(demand_clouds, demands, curves, name)
+        yield caption, partial(fragility_figures.demand_clouds, demands, curves, name)
 
 
 def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     table = tables.intensity_effects
-    demands = intensity_demands(table)
+    demands = demands_for("headline", table["demand"])
     if not demands:
         return
     im = str(tables.curves["im"].iloc[0])
@@ -214,10 +181,10 @@ def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         level=table["level"].iloc[0],
         reference=reference,
         inside=reference.loc[~reference["clipped"], "im"].head(1),
-        max_bands=MAX_BANDS,
+        max_bands=appearance.MAX_BANDS,
         im=im,
     )
-    yield caption, partial(effects_by_intensity, table, label_of(im))
+    yield caption, partial(fragility_figures.effects_by_intensity, table, label_of(im))
 
 
 def _choice_figures(tables: FigureTables) -> Iterator[StudyFigure]:
@@ -226,12 +193,12 @@ def _choice_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         return
     caption = _caption(
         "choices",
-        findings=choice_findings(choices),
+        findings=fragility_figures.choice_findings(choices),
         pairs=choices["n_pairs"].max(),
         failed=choices.drop_duplicates(["kind", "name", "to_value"])["n_failed"].sum(),
-        linear_pct=LINEAR_PCT,
+        linear_pct=fragility_figures.LINEAR_PCT,
     )
-    yield caption, partial(tornado, choices)
+    yield caption, partial(fragility_figures.tornado, choices)
 
 
 def _round_figures(tables: FigureTables) -> Iterator[StudyFigure]:
@@ -248,49 +215,43 @@ def _round_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         full=demands["variant"].nunique() * runs,
         motions=len({each.motion.motion_id for each in tables.suite}),
     )
-    yield caption, partial(widths_by_analyses, rounds)
+    yield caption, partial(fragility_figures.widths_by_analyses, rounds)
 
 
 def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     if tables.pair is None:
         return
     variant, motion_id, runs = tables.pair
-    skew, gap = (value_text(axis, variant.values()[axis.name]) for axis in AXES[:2])
+    skew, gap = (appearance.value_text(axis, variant.values()[axis.name]) for axis in AXES[:2])
     place = f"{variant.bridge_name}, skew {skew}, gap {gap}, motion {motion_id}"
     pair = f"without and with friction: {place}"
     drawings = (
-        ("hysteresis", "abutment_left_x_kn", "kN", hysteresis_figure),
-        ("displacement", "deck_ux_m", "m", displacement_figure),
+        ("hysteresis", "abutment_left_x_kn", "kN", run_figures.hysteresis_figure),
+        ("displacement", "deck_ux_m", "m", run_figures.displacement_figure),
     )
     for kind, column, unit, draw in drawings:
-        shown, factor = shown_unit(unit)
+        shown, factor = appearance.shown_unit(unit)
         sizes = (factor * histories[column].abs().max() for histories in runs.values())
         peaks = [f"{number(size)} {shown}" for size in sizes]
         yield _caption(kind, pair=pair, runs=runs, peaks=peaks), partial(draw, runs)
-    for column in moving_columns(runs)[:1]:
-        periods = [f"{mean_period_s(histories, column):.2f} s" for histories in runs.values()]
-        way = SPECTRA[column].split(" (")[0]
+    for column in run_figures.moving_columns(runs)[:1]:
+        means_s = [run_figures.mean_period_s(histories, column) for histories in runs.values()]
+        periods = [f"{mean_s:.2f} s" for mean_s in means_s]
+        way = run_figures.SPECTRA[column].split(" (")[0]
         caption = _caption("frequency", pair=pair, runs=runs, periods=periods, way=way)
-        yield caption, partial(frequency_figure, runs)
+        yield caption, partial(run_figures.frequency_figure, runs)
 
 
-def _motion_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    if tables.suite:
-        scales = [item.scale for item in tables.suite]
-        yield _caption("motions", scales=scales), partial(applied_spectra, tables.suite)
-
-
-def read_tables(paths: Mapping[str, Path], choices: Path | None = None) -> FigureTables:
+def read_tables(paths: Mapping[str, Path]) -> FigureTables:
     """Read the tables that the figures of a study are drawn from.
 
-    ``paths`` are files by name: `_TABLES`, suite, friction_pair, and rounds of a study in rounds.
+    ``paths`` are files by name: `_TABLES`, suite, friction_pair; rounds and choices, if any.
     """
     return FigureTables(
         **{name: read_frame(paths[name]) for name in _TABLES},
         suite=read_suite(paths["suite"]),
         pair=read_friction_pair(paths["friction_pair"]),
-        choices=None if choices is None else read_frame(choices),
-        rounds=read_frame(paths["rounds"]) if "rounds" in paths else None,
+        **{name: read_frame(paths[name]) for name in ("choices", "rounds") if name in paths},
     )
 
 
@@ -305,18 +266,16 @@ def draw_study(
     folder: Path,
     captions: Path,
     settings: FigureSettings,
-    choices: Path | None = None,
     provenance: Mapping[str, str] | None = None,
     n_jobs: int = 1,
 ) -> None:
     """Draw all figures of a study as SVG and PNG, and write their captions.
 
-    ``paths`` and ``choices`` are those of `read_tables`; the figures keep ``provenance`` in their
-    metadata.
+    ``paths`` are those of `read_tables`; the figures keep ``provenance`` in their metadata.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with shown_in(settings.units):
-        figures = list(study_figures(read_tables(paths, choices)))
+    with appearance.shown_in(settings.units):
+        figures = list(study_figures(read_tables(paths)))
     n_jobs = min(n_jobs, max(1, len(figures) // FIGURES_OF_A_PROCESS))
     Parallel(n_jobs=n_jobs, backend="loky")(
         delayed(save_figure)(draw, settings, folder, caption.name, provenance)
@@ -336,10 +295,10 @@ def finished_figures(results: Path) -> list[StudyFigure]:
     for path in (paths[name] for name in (*_TABLES, "suite", "friction_pair")):
         if not path.is_file():
             raise InputError(f"{path} is missing: finish the study first", file=str(path))
-    if folder.rounds.is_file():
-        paths["rounds"] = folder.rounds
-    choices = folder.modelling_choices if folder.modelling_choices.is_file() else None
-    return list(study_figures(read_tables(paths, choices)))
+    for name, path in (("rounds", folder.rounds), ("choices", folder.modelling_choices)):
+        if path.is_file():
+            paths[name] = path
+    return list(study_figures(read_tables(paths)))
 
 
 def draw_figures(
@@ -376,9 +335,15 @@ def save_figure(
     """
     vector_path, path = (folder / f"{name}.{ending}" for ending in ("svg", "png"))
     metadata = figure_metadata(provenance) if provenance else {}
-    with mpl.rc_context(_rc(settings)), shown_in(settings.units):
+    with mpl.rc_context(_rc(settings)), appearance.shown_in(settings.units):
         figure = draw()
-        scale = _fit(figure, settings)
+        scale = settings.font_size_pt / DESIGN_FONT_PT
+        if settings.width_mm is not None:
+            width_in = settings.width_mm * MM / INCH
+            own_in, height_in = figure.get_size_inches()
+            laid_out_in = max(width_in / scale, _NARROWEST * own_in)
+            figure.set_size_inches(laid_out_in, height_in)
+            scale = width_in / laid_out_in
         for spine in (each for axes in figure.axes for each in axes.spines.values()):
             spine.set_in_layout(False)  # the labels reach further, and its extent costs a third
         if layout := figure.get_layout_engine():  # once, for both files
@@ -387,7 +352,10 @@ def save_figure(
         box = None if settings.width_mm else figure.get_tightbbox().padded(_MARGIN_IN)
         vector = BytesIO()
         figure.savefig(vector, format="svg", metadata=metadata | {"Date": None}, bbox_inches=box)
-        vector_path.write_bytes(_scaled_svg(vector.getvalue(), scale))
+        source = vector.getvalue()
+        if scale != 1.0:  # another size on paper, the same view box
+            source = _SVG_SIZE.sub(partial(_enlarged, scale), source, count=1)
+        vector_path.write_bytes(source)
         # strong compression takes half of the time of a figure and saves a seventh of its file
         printed: Any = {"dpi": (PNG_DPI, PNG_DPI), "compress_level": 1}
         given: Any = {"metadata": metadata, "pil_kwargs": printed, "bbox_inches": box}
@@ -412,25 +380,6 @@ def _rc(settings: FigureSettings) -> Any:
     return chosen
 
 
-def _fit(figure: Figure, settings: FigureSettings) -> float:
-    """Set the width of a figure; return the factor by which its file must be enlarged."""
-    scale = settings.font_size_pt / DESIGN_FONT_PT
-    if settings.width_mm is None:
-        return scale
-    width_in = settings.width_mm * MM / INCH
-    own_in, height_in = figure.get_size_inches()
-    laid_out_in = max(width_in / scale, _NARROWEST * own_in)
-    figure.set_size_inches(laid_out_in, height_in)
-    return width_in / laid_out_in
-
-
-def _scaled_svg(source: bytes, scale: float) -> bytes:
-    """Return a drawing with another size on paper and the same view box."""
-    if scale == 1.0:
-        return source
-
-    def enlarged(found: re.Match[bytes]) -> bytes:
-        width, height = (scale * float(size) for size in found.groups()[1:])
-        return found[1] + f'width="{width:.6g}pt" height="{height:.6g}pt"'.encode()
-
-    return _SVG_SIZE.sub(enlarged, source, count=1)
+def _enlarged(scale: float, found: re.Match[bytes]) -> bytes:
+    width, height = (scale * float(size) for size in found.groups()[1:])
+    return found[1] + f'width="{width:.6g}pt" height="{height:.6g}pt"'.encode()
