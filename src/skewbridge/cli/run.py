@@ -7,21 +7,12 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 from skewbridge.cli import new_group
 from skewbridge.cli.options import OUT, STUDY, VARIANT, settings_and_model, study_of, variant_of
-from skewbridge.cli.output import (
-    UNITS,
-    Answer,
-    Arg,
-    Opt,
-    command,
-    messages,
-    selected,
-)
+from skewbridge.cli.output import UNITS, Answer, Arg, Opt, command, messages, selected
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder, write_text
 from skewbridge.statuses import RAN
 
 if TYPE_CHECKING:
-    from skewbridge.analysis.transient import AnalysisResult
     from skewbridge.study.task import Task
 
 commands = new_group()
@@ -57,10 +48,51 @@ def run(out: Path, **given: Any) -> Answer:
 
     Example: skewbridge run --skew-deg 30 --motion A.AT2 B.AT2 --out run30
     """
-    key = given["row"]
-    task = _task(given) if key is None else _task_of_row(key, given["study"])
-    result, row = _analysed(task, writable_folder(out))
-    _write(task, result, row, out, with_figures=given["figures"])
+    given_row = given["row"]
+    task = _task(given) if given_row is None else _task_of_row(given_row, given["study"])
+    import pandas as pd
+    from rich.progress import Progress
+
+    from skewbridge.analysis.transient import analyse
+    from skewbridge.demands.tables import to_table
+    from skewbridge.demands.validity import LIMITS, SUSPECT, reasons
+    from skewbridge.files.digests import engine_digest, provenance
+    from skewbridge.files.tables import figure_metadata, stamp, write_frame, write_table
+    from skewbridge.study.batch import row_of_task
+    from skewbridge.study.task import outcome_of, run_key
+
+    key, log = run_key(task), writable_folder(out) / "opensees.log"
+    wall_s, cpu_s = time.perf_counter(), time.process_time()
+    with Progress(console=messages, transient=True) as bar:
+        job = bar.add_task(task.variant.slug, total=None)
+        result = analyse(
+            task.variant,
+            task.excitation,
+            task.settings,
+            task.options,
+            histories=True,
+            log_path=log,
+            progress=lambda done_s, total_s: bar.update(job, completed=done_s, total=total_s),
+        )
+    times = {"wall_s": time.perf_counter() - wall_s, "cpu_s": time.process_time() - cpu_s}
+    row = row_of_task({**outcome_of(result), **times}, task, key)
+    row |= {SUSPECT: reasons(row, LIMITS)}
+    motion, histories = task.motion.motion, pd.DataFrame(result.histories)
+    digests = provenance(motion_sha256=motion.sha256, run_key=key, engine_digest=engine_digest())
+    write_table(to_table([row], digests), out / "demands.parquet")
+    write_frame(histories, out / "histories.parquet", digests)
+    if given["figures"]:
+        from skewbridge.report.bridge_figures import replay_page
+        from skewbridge.report.run_figures import run_figures
+
+        title = f"{task.variant.slug}, {motion.motion_id} x {task.motion.scale:g}"
+        for name, figure in run_figures(histories, title=title).items():
+            for path in (out / f"{name}.png", out / f"{name}.svg"):
+                figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
+        if result.geometry is not None:
+            page = out / "contact_replay.html"
+            write_text(page, replay_page(result.geometry, histories, title=title))
+            stamp(page, digests)
     notes = [*result.messages, f"written to {out}"]
     code = 0 if result.status in RAN else EXIT_FAILED
     return Answer(row, selected([row], *_SHOWN)[0], given["units"], notes, code)
@@ -117,65 +149,6 @@ def _task_of_row(key: str, study: Path | None) -> "Task":
     return task
 
 
-def _analysed(task: "Task", out: Path) -> tuple["AnalysisResult", dict[str, Any]]:
-    """Run the task with a progress bar; return the result and its row of the demands table."""
-    from rich.progress import Progress
-
-    from skewbridge.analysis.transient import analyse
-    from skewbridge.demands.validity import LIMITS, SUSPECT, reasons
-    from skewbridge.study.batch import row_of_task
-    from skewbridge.study.task import outcome_of, run_key
-
-    wall_s, cpu_s = time.perf_counter(), time.process_time()
-    with Progress(console=messages, transient=True) as bar:
-        job = bar.add_task(task.variant.slug, total=None)
-        result = analyse(
-            task.variant,
-            task.excitation,
-            task.settings,
-            task.options,
-            histories=True,
-            log_path=out / "opensees.log",
-            progress=lambda done_s, total_s: bar.update(job, completed=done_s, total=total_s),
-        )
-    times = {"wall_s": time.perf_counter() - wall_s, "cpu_s": time.process_time() - cpu_s}
-    row = row_of_task({**outcome_of(result), **times}, task, run_key(task))
-    return result, {**row, SUSPECT: reasons(row, LIMITS)}
-
-
-def _write(
-    task: "Task", result: "AnalysisResult", row: dict[str, Any], out: Path, *, with_figures: bool
-) -> None:
-    """Write the row, the histories and the figures."""
-    import pandas as pd
-
-    from skewbridge.demands.tables import to_table
-    from skewbridge.files.digests import engine_digest, provenance
-    from skewbridge.files.tables import figure_metadata, stamp, write_frame, write_table
-
-    digests = provenance(
-        motion_sha256=task.motion.motion.sha256,
-        run_key=row["run_key"],
-        engine_digest=engine_digest(),
-    )
-    write_table(to_table([row], digests), out / "demands.parquet")
-    histories = pd.DataFrame(result.histories)
-    write_frame(histories, out / "histories.parquet", digests)
-    if not with_figures:
-        return
-    from skewbridge.report.contact_replay import replay_page
-    from skewbridge.report.run_figures import run_figures
-
-    title = f"{task.variant.slug}, {task.motion.motion.motion_id} x {task.motion.scale:g}"
-    for name, figure in run_figures(histories, title=title).items():
-        for path in (out / f"{name}.png", out / f"{name}.svg"):
-            figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
-    if result.geometry is not None:
-        page = out / "contact_replay.html"
-        write_text(page, replay_page(result.geometry, histories, title=title))
-        stamp(page, digests)
-
-
 @command(commands, _CASE, Opt("out", Path, "File for the forces along the path.", ..., "F.csv"))
 def contact(case: Path, out: Path) -> Answer:
     """Drive one contact unit along a displacement path.
@@ -210,10 +183,8 @@ def doctor() -> Answer:
     from importlib.metadata import version
 
     packages = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "joblib", "snakemake")
-    report: dict[str, Any] = {
-        "python": platform.python_version(),
-        **{name: version(name) for name in packages},
-    }
+    report: dict[str, Any] = {"python": platform.python_version()}
+    report |= {name: version(name) for name in packages}
     try:
         from skewbridge.verification.studies.blocks import verify_contact_gate
 
@@ -245,12 +216,8 @@ def verify(names: list[str] | None, out: Path | None) -> Answer:
     rows = run_studies(names or [], folder, report_progress=messages.print)
     checks = [row for row in rows if "outcome" not in row]
     statements = [row for row in rows if "outcome" in row]
-    shown = {
-        "Verification": selected(
-            checks, "study", "quantity", "value", "reference", "tolerance", "pass"
-        ),
-        "Statements of the paper (a disagreement is not a failure)": selected(
-            statements, "quantity", "source", "study", "case", "reason", "outcome"
-        ),
-    }
+    columns = ("study", "quantity", "value", "reference", "tolerance", "pass")
+    about = ("quantity", "source", "study", "case", "reason", "outcome")
+    title = "Statements of the paper (a disagreement is not a failure)"
+    shown = {"Verification": selected(checks, *columns), title: selected(statements, *about)}
     return Answer(rows, shown, exit_code=0 if all(row["pass"] for row in rows) else EXIT_FAILED)
