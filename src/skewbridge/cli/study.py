@@ -26,7 +26,6 @@ DEMO_STUDY: Final = Path(__file__).parent / "demo_study"
 
 #: Columns of the effects that are printed.
 _CHANGE: Final = ("bridge", "abutment", "demand", "axis", "from_value", "to_value")
-_MORE: Final = ("needed_motions", "more_analyses", "more_core_hours")
 
 commands = new_group()
 study = new_group(name="study", help=COMMANDS["study"][1])
@@ -104,12 +103,12 @@ def plan(study: Path | None, profile: str | None) -> Answer:
     forecast = forecast_study(config, job_size(profile) if profile else None)
     table = folder.fragility("needed_motions")
     needed = records_of(read_frame(table)) if table.is_file() else []
+    more = ("needed_motions", "more_analyses", "more_core_hours")
+    rows = selected(needed, *_CHANGE, "verdict", "n_motions", "forecast", *more)
     shown = {
         **forecast.summary,
         "analyses of": forecast.variants,
-        "Motions that decide the pooled effects": selected(
-            needed, *_CHANGE, "verdict", "n_motions", "forecast", *_MORE
-        ),
+        "Motions that decide the pooled effects": rows,
     }
     reason = "no number of motions is needed or found; see the column forecast"
     answer = forecast.summary | {"needed_motions": needed}
@@ -191,8 +190,7 @@ def compare(
         "medians": records_of(pair.medians),
         "medians_by_state": medians,
     }
-    reason = "fewer than two motions have a value in both studies"
-    return Answer(answer, shown, missing=reason)
+    return Answer(answer, shown, missing="fewer than two motions have a value in both studies")
 
 
 @command(commands, Arg("file", Path, "Table, figure, page or JSON of a study or run.", ...), STUDY)
@@ -320,10 +318,7 @@ def archive(study: Path | None, out: Path, author: list[str] | None, licence: st
 
     if out.suffix != ".zip":
         raise InputError(f"--out must end with .zip, got {out.name}")
-    config = config_of(study)
-    names, doubts = write_archive(
-        config, DEFAULT_CONFIG, out, licence=licence, authors=author or ()
-    )
+    names, doubts = write_archive(config_of(study), DEFAULT_CONFIG, out, licence, author or ())
     size = {"archive": str(out), "bytes": out.stat().st_size}
     return Answer(size | {"files": names, "doubts": doubts})
 

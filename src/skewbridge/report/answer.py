@@ -5,6 +5,7 @@ or from that of `run_counts`.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any, Final
 
 import numpy as np
@@ -155,11 +156,7 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
 
 
 def answer_table(
-    *,
-    medians: pd.DataFrame,
-    effects: pd.DataFrame,
-    intensities: pd.DataFrame,
-    curves: pd.DataFrame,
+    *, medians: pd.DataFrame, effects: pd.DataFrame, intensities: pd.DataFrame, curves: pd.DataFrame
 ) -> pd.DataFrame:
     """Return the pooled effects of the headline, from end to end of every axis.
 
@@ -172,10 +169,8 @@ def answer_table(
     keys = [pooled[name] for name in _EFFECT[:3]]
     pooled = pooled[pooled["to_value"] == pooled["to_value"].groupby(keys).transform("max")]
     lines = dict(iter(intensities.groupby(list(_EFFECT))))
-    demands = pd.DataFrame(
-        [_demand_row(row, lines.get(tuple(row[name] for name in _EFFECT)))
-         for row in records_of(pooled)]
-    )  # fmt: skip
+    places = pooled[list(_EFFECT)].itertuples(index=False, name=None)
+    demands = pd.DataFrame(map(_demand_row, records_of(pooled), map(lines.get, places)))
 
     states = curves.assign(demand=curves["component"] + "/" + curves["limit_state"])
     states = states.groupby([*BRIDGE_COLUMNS, "demand"])["n_exceed"].max().reset_index()
@@ -197,19 +192,15 @@ def answer_table(
     order["demand"] = [*HEADLINE_STATES, *headline]
     ranks = {f"_{name}": table[name].map(values.index) for name, values in order.items()}
     table = table.assign(**ranks).sort_values([*BRIDGE_COLUMNS, "_axis", "from_value", "_demand"])
-    seats_m = table["bridge"].map({name: _seat_width_m(name) for name in set(table["bridge"])})
-    table = table.assign(seat_m=seats_m.where(table["demand"] == "unseating_m").astype(float))
+    seats_m: dict[str, float] = {}
+    for name in set(table["bridge"]):
+        with suppress(InputError):  # its file cannot be read
+            seats_m[name] = load_bridge(name).abutment.seat_width_m
+    own_m = table["bridge"].map(seats_m).where(table["demand"] == "unseating_m")
+    table = table.assign(seat_m=own_m.astype(float))
     counts = table[list(_COUNTS)].apply(pd.to_numeric, errors="coerce").astype(np.float64)
     table = table.assign(**{name: counts[name] for name in _COUNTS})
     return table[list(ANSWER_COLUMNS)].reset_index(drop=True)
-
-
-def _seat_width_m(bridge: str) -> float:
-    """Return the seat width of a bridge; NaN if its file cannot be read."""
-    try:
-        return load_bridge(bridge).abutment.seat_width_m
-    except InputError:
-        return np.nan
 
 
 def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, Any]:
@@ -224,17 +215,11 @@ def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, 
     point = usable.iloc[len(usable) // 2] if at_reference.empty else at_reference.iloc[0]
     names = ("im", "ratio", "ci_low", "ci_high", "from_demand", "to_demand")
     ends = {"first_im": usable["im"].iloc[0], "last_im": usable["im"].iloc[-1]}
-    return effect | {name: point[name] for name in names} | ends | {"claim": _weaker(effect, point)}
-
-
-def _weaker(effect: Mapping[str, Any], point: "pd.Series[Any]") -> str:
-    """Return the weaker of two verdicts: that of the family and that at an intensity."""
-    pooled, here = str(effect["verdict_family"]), str(point["verdict"])
-    if pooled == here:
-        return here
-    directed = (LOWER, HIGHER, DETECTABLE)
-    same_sign = (float(point["ratio"]) < 1.0) == (effect["direction"] < 0)
-    return DETECTABLE if pooled in directed and here in directed and same_sign else UNDECIDED
+    claim, claims = point["verdict"], {effect["verdict_family"], point["verdict"]}
+    if len(claims) > 1:  # the weaker of the two
+        same_sign = (point["ratio"] < 1.0) == (effect["direction"] < 0)
+        claim = DETECTABLE if claims <= {LOWER, HIGHER, DETECTABLE} and same_sign else UNDECIDED
+    return effect | {name: point[name] for name in names} | ends | {"claim": claim}
 
 
 # --- sentences
@@ -304,9 +289,7 @@ def title_of(table: pd.DataFrame) -> str:
     estimated = table[(table["quantity"] == MEDIAN_CAPACITY) & (table["status"] == OK)]
     if estimated.empty:
         return "No run reaches the limit states of the headline: no median capacity to compare"
-    clear: list[str] = []
-    unclear: list[str] = []
-    small: list[str] = []
+    clear, unclear, small = list[str](), list[str](), list[str]()
     for name, part in estimated.groupby("axis", sort=False):
         title, claims = axis(str(name)).title, set(part["claim"])
         if claims & {LOWER, HIGHER, DETECTABLE}:
@@ -389,11 +372,11 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
         return "", ""
     keys = [*_EFFECT, "quantity"]
     own = suites.merge(table.loc[table["status"] == OK, keys], on=keys)
-    compared, effects = own[own["against"] != ""], own[own["against"] == ""]
+    compared = own[own["against"] != ""]
     if compared.empty:
         return "", ""
     differing = compared[compared["verdict"] == DEPENDS]
-    effects = effects[effects["suite"] != ALL_SUITES]
+    effects = own[(own["against"] == "") & (own["suite"] != ALL_SUITES)]
     motions = effects.groupby("suite", sort=False)["n_motions"].max()
     row = records_of(compared.sort_values("standard_errors", ascending=False).head(1))[0]
     same = (effects[list(_EFFECT)] == [row[name] for name in _EFFECT]).all(axis=1)

@@ -7,7 +7,7 @@ References:
 import re
 import warnings
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from hashlib import sha256
 from importlib.metadata import metadata, requires, version
 from io import BytesIO
@@ -49,12 +49,11 @@ _TYPES: Final = {
     ".html": "text/html", ".md": "text/markdown", ".yaml": "application/yaml",
     ".tex": "application/x-tex",
 }  # fmt: skip
-_ACCELERATIONS: Final = ["accel_1_mps2", "accel_2_mps2"]
 _MAX_BYTES: Final = 2_000_000_000
 
 
 def write_archive(
-    config: Path, base: Path, out: Path, *, licence: str, authors: Sequence[str] = ()
+    config: Path, base: Path, out: Path, licence: str, authors: Sequence[str]
 ) -> tuple[list[str], list[str]]:
     """Write a finished study as a Workflow RO-Crate in a ZIP file.
 
@@ -70,9 +69,19 @@ def write_archive(
     if missing:
         raise InputError(f"{missing[0]} is missing: finish the study first")
     stamp, doubts = read_stamp(folder.demands), _doubts(folder, config, base)
+    changed = " with local changes" if stamp.get("git_dirty") == "yes" else ""
+    known = defaultdict(lambda: "unknown", stamp)
     crate = ROCrate()
     crate.name = f"Fragility study of {', '.join(study.grid.bridge)} with skewbridge"
-    crate.description = _description(stamp, doubts)
+    crate.description = (
+        f"Made with skewbridge {known['skewbridge_version']}, commit {known['git_commit']}"
+        f"{changed}, on Python {known['python_version']} and OpenSeesPy "
+        f"{known['openseespy_version']}. "
+        "To repeat it, install that version and run `snakemake --configfile whole_config.yaml` in "
+        "this folder with the motions of motions.csv in the folder that the configuration names. "
+        "OpenSees is free for research, education and internal use. "
+        f"Reservations: {'; '.join(doubts) or 'none'}."
+    )
     terms = {"@type": "CreativeWork", "name": licence, "description": "terms of the results"}
     crate.license = crate.add(ContextEntity(crate, licence, terms))
     for number, name in enumerate(authors, start=1):
@@ -95,8 +104,7 @@ def write_archive(
             crate.add_file(BytesIO(content), name, properties=own)
     with written_aside(writable_file(out)) as part:
         crate.write_zip(part)
-    names = sorted(entity.id for entity in crate.data_entities if entity.type != "Dataset")
-    return names, doubts
+    return sorted(each.id for each in crate.data_entities if each.type != "Dataset"), doubts
 
 
 def _files(
@@ -105,12 +113,17 @@ def _files(
     """Return content and description of the files by their name in the archive."""
     suite = read_frame(folder.suite)
     whole = yaml.safe_dump(study.model_dump(mode="json"), sort_keys=False, allow_unicode=True)
-    motions = suite.drop(columns=_ACCELERATIONS, errors="ignore").to_csv(index=False)
+    motions = suite.loc[:, ~suite.columns.str.startswith("accel_")].to_csv(index=False)
+    needed = [each for each in requires("skewbridge") or () if "extra ==" not in each]
+    names = sorted(re.split(r"[^\w.-]", each, maxsplit=1)[0] for each in needed)
+    packages = [(name, metadata(name)) for name in ("skewbridge", *names)]
+    lines = (f"{name}=={data['Version']}  # {licence_of(data)}\n" for name, data in packages)
+    software = "".join(lines)
     files = {
         "whole_config.yaml": (whole.encode(), "configuration with every key"),
         "motions.csv": (motions.encode(), "motions with sources, factors and digests"),
         "METHODS.md": (methods_of(study, suite).markdown().encode(), "methods for a paper"),
-        "requirements.txt": (_software().encode(), "packages with versions and licences"),
+        "requirements.txt": (software.encode(), "packages with versions and licences"),
     }
     start, found = starter_files(), dict[str, tuple[Path, str]]()
     for path in chain.from_iterable(start.glob(pattern) for pattern in _WORKFLOW):
@@ -129,14 +142,6 @@ def _files(
     }
 
 
-def _software() -> str:
-    """Return the packages that the study was made with, their versions and licences."""
-    needed = [each for each in requires("skewbridge") or () if "extra ==" not in each]
-    names = sorted(re.split(r"[^\w.-]", each, maxsplit=1)[0] for each in needed)
-    packages = [(name, metadata(name)) for name in ("skewbridge", *names)]
-    return "".join(f"{name}=={data['Version']}  # {licence_of(data)}\n" for name, data in packages)
-
-
 def _doubts(folder: StudyFolder, config: Path, base: Path) -> list[str]:
     """Return the ways in which the tables differ from the study as configured now."""
     with warnings.catch_warnings(record=True) as caught:
@@ -151,17 +156,3 @@ def _doubts(folder: StudyFolder, config: Path, base: Path) -> list[str]:
         differing = ", ".join(origin["differences"])
         doubts.append(f"the present sources or configuration give other demands ({differing})")
     return doubts
-
-
-def _description(stamp: Mapping[str, str], doubts: Sequence[str]) -> str:
-    changed = " with local changes" if stamp.get("git_dirty") == "yes" else ""
-    known = defaultdict(lambda: "unknown", stamp)
-    return (
-        f"Made with skewbridge {known['skewbridge_version']}, commit {known['git_commit']}"
-        f"{changed}, on Python {known['python_version']} and OpenSeesPy "
-        f"{known['openseespy_version']}. "
-        "To repeat it, install that version and run `snakemake --configfile whole_config.yaml` in "
-        "this folder with the motions of motions.csv in the folder that the configuration names. "
-        "OpenSees is free for research, education and internal use. "
-        f"Reservations: {'; '.join(doubts) or 'none'}."
-    )

@@ -14,6 +14,7 @@ from skewbridge.analysis.recovery import rung_shares, steps_from_text
 from skewbridge.demands.columns import DEMAND_COLUMNS, KEY, demands_for
 from skewbridge.demands.validity import LIMITS, SUSPECT, SuspectLimits, count_reasons
 from skewbridge.errors import SolutionError
+from skewbridge.files.tables import Row
 from skewbridge.files.text import write_text
 from skewbridge.statuses import RAN, STATUSES
 from skewbridge.variant.axes import axes_of
@@ -27,12 +28,9 @@ MIRROR_TOLERANCE: Final = 0.01
 #: Demands below these limits (in their units) count as zero.
 _CONTACT_NOTHING: Final = 1e-12
 _MIRROR_NOTHING: Final = 1e-9
-_RUN: Final = ("motion_id", "scale", "incidence_deg")
 #: Number of rows that a failed check lists.
 NAMED: Final = 10
 _ROUNDING_KJ: Final = 1e-6
-#: Medians of two states that the same analyses exceed may be equal.
-_EQUAL_MEDIANS: Final = 1e-9
 _CURVE_NAME: Final = ("variant", "component", "limit_state", "method")
 _EFFECT_NAME: Final = ("variant", "bridge", "abutment", "axis", "from_value", "to_value", "demand")
 
@@ -53,7 +51,7 @@ class StudyTables:
     in_rounds: bool = False  # variants took part in different numbers of rounds
 
 
-def check_tables(tables: StudyTables) -> list[dict[str, Any]]:
+def check_tables(tables: StudyTables) -> list[Row]:
     """Return the checks of a study: the share not finished, then counts that must be 0.
 
     Each has name, value, limit (the largest value that passes), passed, and rows, the names of the
@@ -72,34 +70,35 @@ def check_tables(tables: StudyTables) -> list[dict[str, Any]]:
     fitted = curves[curves["status"] == "ok"]
     bounded = effects[effects["ci_low"].notna()]
     within = bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])
-    share = len(unfinished) / max(len(demands), 1), tables.max_unfinished_share
+    lower, work_kj = ok[ok["column_shear_kn"] < components], ok["slip_work_kj"]
+    share = len(unfinished) / max(len(demands), 1)
+    # the states of one demand of a component, by the same method in the same variant
+    ordered = fitted.sort_values("threshold", kind="stable")
+    groups = [ordered[name] for name in ("variant", "component", "method", "demand")]
+    before = ordered.groupby(groups)["theta"].cummax().groupby(groups).shift()
+    # medians of two states that the same analyses exceed may be equal
+    falling = ordered[ordered["theta"] < before * (1.0 - 1e-9)]
     checks: tuple[Any, ...] = (
         (f"share of rows with a status other than {' or '.join(RAN)}", unfinished,
-         (*KEY, "status"), share),
+         (*KEY, "status"), share, tables.max_unfinished_share),
         ("analyses listed twice", demands[demands.duplicated(list(KEY))], KEY),
         ("rows without a known status", demands[~demands["status"].isin(STATUSES)], KEY),
         ("rows of variants with fewer analyses than others", demands[uneven], KEY),
         ("finished rows with a demand that is not a number", ok[numbers.isna().any(axis=1)], KEY),
-        ("finished rows whose resultant shear is below a component",
-         ok[ok["column_shear_kn"] < components], KEY),
-        ("rows with negative friction work", ok[ok["slip_work_kj"] < -_ROUNDING_KJ], KEY),
+        ("finished rows whose resultant shear is below a component", lower, KEY),
+        ("rows with negative friction work", ok[work_kj < -_ROUNDING_KJ], KEY),
         ("rows with friction work but without friction",
-         ok[loose & (ok["slip_work_kj"].abs() > _ROUNDING_KJ)], KEY),
+         ok[loose & (work_kj.abs() > _ROUNDING_KJ)], KEY),
         ("rows without friction that differ from contact", contact_differences(ok[loose], ok), KEY),
         ("rows that differ from their mirror image", mirror_differences(ok, tables.suite), KEY),
         ("fitted curves without a positive median", fitted[~(fitted["theta"] > 0)], _CURVE_NAME),
-        ("medians below that of a smaller capacity", falling_medians(fitted), _CURVE_NAME),
+        ("medians below that of a smaller capacity", falling, _CURVE_NAME),
         ("effects whose interval does not hold the ratio", bounded[~within], _EFFECT_NAME),
     )  # fmt: skip
     return [_check(*check) for check in checks]
 
 
-def _check(
-    name: str,
-    found: pd.DataFrame,
-    named_by: Sequence[str],
-    share: tuple[float, float] | None = None,
-) -> dict[str, Any]:
+def _check(name: str, found: pd.DataFrame, named_by: Sequence[str], *share: float) -> Row:
     """Return the check of rows found: their number, which must be 0, or share and limit."""
     value, limit = share or (float(len(found)), 0.0)
     named = found[[name for name in named_by if name in found]].head(NAMED)
@@ -108,17 +107,6 @@ def _check(
         for row in named.itertuples(index=False)
     ]
     return {"name": name, "value": value, "limit": limit, "passed": value <= limit, "rows": rows}
-
-
-def falling_medians(fitted: pd.DataFrame) -> pd.DataFrame:
-    """Return the fitted curves whose median is below that of a smaller capacity.
-
-    Compared are the states of one demand of a component, by the same method in the same variant.
-    """
-    ordered = fitted.sort_values("threshold", kind="stable")
-    groups = [ordered[name] for name in ("variant", "component", "method", "demand")]
-    before = ordered.groupby(groups)["theta"].cummax().groupby(groups).shift()
-    return ordered[ordered["theta"] < before * (1.0 - _EQUAL_MEDIANS)]
 
 
 def write_checks(tables: StudyTables, output: Path, suspect: SuspectLimits = LIMITS) -> None:
@@ -173,8 +161,7 @@ def contact_differences(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.Data
     without = ok.assign(abutment=ok["abutment"].map(models)).dropna(subset="abutment")
     places = [axis.name for axis in axes_of(ok.columns) if axis.name != "friction"]
     names = [column.name for column in DEMAND_COLUMNS if column.name in ok]
-    pairs = frictionless, without, places, names
-    return _different(*pairs, tolerance=CONTACT_TOLERANCE, nothing=_CONTACT_NOTHING)
+    return _different(frictionless, without, places, names, CONTACT_TOLERANCE, _CONTACT_NOTHING)
 
 
 def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
@@ -185,7 +172,12 @@ def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
     """
     if not (ok["skew_deg"] < 0).any():
         return ok.head(0)
-    images = mirrored_motions(suite)
+    columns = (suite[name] for name in ("motion_id", "accel_1_mps2", "accel_2_mps2"))
+    waves = {name: np.array([one, two]) for name, one, two in zip(*columns, strict=True)}
+    # zero is added because a negative zero has other bytes
+    named = {(wave + 0.0).tobytes(): name for name, wave in waves.items()}
+    mirrored = {name: (wave * [[1.0], [-1.0]] + 0.0).tobytes() for name, wave in waves.items()}
+    images = {name: named[image] for name, image in mirrored.items() if image in named}
     left = ok[(ok["skew_deg"] > 0) & ok["motion_id"].isin(images)]
     wanted = left.assign(
         skew_deg=-left["skew_deg"],
@@ -193,22 +185,11 @@ def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
         incidence_deg=-left["incidence_deg"],
     )
     places = [axis.name for axis in axes_of(ok.columns)]
-    pairs = wanted, ok, places, list(demands_for("effect", ok.columns))
-    found = _different(*pairs, tolerance=MIRROR_TOLERANCE, nothing=_MIRROR_NOTHING)
+    names = demands_for("effect", ok.columns)
+    found = _different(wanted, ok, places, names, MIRROR_TOLERANCE, _MIRROR_NOTHING)
     back = {image: name for name, image in images.items()}
-    return found.assign(
-        motion_id=found["motion_id"].map(back), incidence_deg=-found["incidence_deg"]
-    )
-
-
-def mirrored_motions(suite: pd.DataFrame) -> dict[str, str]:
-    """Return the name of the mirror image of every motion that has one in the suite."""
-    columns = (suite[name] for name in ("motion_id", "accel_1_mps2", "accel_2_mps2"))
-    waves = {name: np.array([one, two]) for name, one, two in zip(*columns, strict=True)}
-    # zero is added because a negative zero has other bytes
-    named = {(wave + 0.0).tobytes(): name for name, wave in waves.items()}
-    images = {name: (wave * [[1.0], [-1.0]] + 0.0).tobytes() for name, wave in waves.items()}
-    return {name: named[image] for name, image in images.items() if image in named}
+    motions = found["motion_id"].map(back)
+    return found.assign(motion_id=motions, incidence_deg=-found["incidence_deg"])
 
 
 def _different(
@@ -216,12 +197,11 @@ def _different(
     others: pd.DataFrame,
     places: Sequence[str],
     names: Sequence[str],
-    *,
     tolerance: float,
     nothing: float,
 ) -> pd.DataFrame:
     """Return the rows in which a number differs from that of the same run in another table."""
-    keys = ["bridge", "abutment", *places, *_RUN]
+    keys = ["bridge", "abutment", *places, "motion_id", "scale", "incidence_deg"]
     joined = rows.merge(others, on=keys, suffixes=("", "_of_twin"))
     one, other = (
         joined[[f"{name}{end}" for name in names]].to_numpy(float) for end in ("", "_of_twin")
