@@ -10,15 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import typer
 
 from skewbridge.cli import COMMANDS, new_group
-from skewbridge.cli.options import (
-    ABUTMENT,
-    BRIDGE,
-    OUT,
-    VARIANT,
-    known_bridges,
-    model_of,
-    variant_of,
-)
+from skewbridge.cli.options import ABUTMENT, BRIDGE, OUT, VARIANT, model_of, variant_of
 from skewbridge.cli.output import UNITS, Answer, Arg, Opt, command, warn
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder, write_text
@@ -60,6 +52,13 @@ def _write(columns: Any, folder: Path, name: str) -> None:
     pd.DataFrame(columns).to_parquet(writable_folder(folder) / f"{name}.parquet", index=False)
 
 
+def _known_bridges() -> list[str]:
+    """Return the names of the catalogue and of the bridges in config/bridges."""
+    from skewbridge.bridge.catalogue import OWN_FOLDER, bridge_names
+
+    return [*bridge_names(), *(path.stem for path in sorted(OWN_FOLDER.glob("*.yaml")))]
+
+
 @command(bridge, name="list")
 def list_bridges() -> Answer:
     """List the bridges of the catalogue and those in config/bridges.
@@ -68,7 +67,7 @@ def list_bridges() -> Answer:
     """
     from skewbridge.bridge.catalogue import load_bridge
 
-    found = {name: load_bridge(name) for name in known_bridges()}
+    found = {name: load_bridge(name) for name in _known_bridges()}
     rows = [
         {"bridge": name, "title": data.title, "length_m": data.length_m, "bents": len(data.bents),
          "t1_s": data.t1_s}
@@ -115,21 +114,16 @@ def modal(out: Path | None, units: Units, **given: Any) -> Answer:
 
     Example: skewbridge bridge modal --bridge osb2s --skew-deg 30
     """
-    from skewbridge.analysis.modal import (
-        conditioning_period_s,
-        modal_properties,
-        periods_of_file,
-        standing_bridge,
-    )
+    from skewbridge.analysis import modal as modes
 
     variant = variant_of(given)
-    result = asdict(modal_properties(variant, model_of(given)))
-    standing = standing_bridge(variant.bridge)
+    result = asdict(modes.modal_properties(variant, model_of(given)))
+    standing = modes.standing_bridge(variant.bridge)
     if out is not None:
         _write(result["modes"], out, "modal")
-    for warning in periods_of_file(variant.bridge, standing):
+    for warning in modes.periods_of_file(variant.bridge, standing):
         warn(warning)
-    slug, t1_s = variant.normalised().slug, conditioning_period_s(standing)
+    slug, t1_s = variant.normalised().slug, modes.conditioning_period_s(standing)
     return Answer({"variant": slug, "t1_s": t1_s, **result}, units=units)
 
 
@@ -260,12 +254,7 @@ def sdc(source: Path | None, bridge: str | None, out: Path | None, units: Units)
 
     Example: skewbridge bridge sdc --bridge osb1
     """
-    from skewbridge.analysis.bridge_check import (
-        capacity_rows,
-        corner_moves_m,
-        sdc_rows,
-        summary_row,
-    )
+    from skewbridge.analysis import bridge_check
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.files.tables import read_frame
 
@@ -275,22 +264,25 @@ def sdc(source: Path | None, bridge: str | None, out: Path | None, units: Units)
         return replace(variant, bridge=bridge) if is_own else variant
 
     kind = "checks"
-    if source is None or str(source) in known_bridges() or source.suffix in (".yaml", ".yml"):
+    if source is None or str(source) in _known_bridges() or source.suffix in (".yaml", ".yml"):
         data = load_bridge(bridge or str(source or "osb1"))
-        kind, title, rows = "bents", data.title, capacity_rows(data)
+        kind, title, rows = "bents", data.title, bridge_check.capacity_rows(data)
     elif source.is_file():
         demands = read_frame(source)
         names = ["deck_disp_m", "acute_corner_unseating_m", "unseating_m"]
         medians = demands.groupby("variant")[names].median()
         title = f"median of {len(demands)} analyses"
-        rows = [summary_row(variant_named(slug), *own) for slug, *own in medians.itertuples()]
+        rows = [
+            bridge_check.summary_row(variant_named(slug), *own)
+            for slug, *own in medians.itertuples()
+        ]
     else:
         row = read_frame(source / "demands.parquet").iloc[0]
         table = read_frame(source / "histories.parquet")
         histories = {str(name): table[name].to_numpy() for name in table}
         variant = variant_named(row["variant"])
-        title, moves_m = variant.slug, corner_moves_m(variant, histories)
-        rows = sdc_rows(variant, float(row["deck_disp_m"]), moves_m)
+        title, moves_m = variant.slug, bridge_check.corner_moves_m(variant, histories)
+        rows = bridge_check.sdc_rows(variant, float(row["deck_disp_m"]), moves_m)
     if out is not None:
         _write(rows, out, "sdc")
     return Answer({"title": title, kind: rows}, units=units)

@@ -93,8 +93,7 @@ def statistics(demands: Path, out: Path, **given: Any) -> Answer:
     """
     from skewbridge.study.results import statistics_of
 
-    report = statistics_of(demands, out, **given)
-    return Answer(report)
+    return Answer(statistics_of(demands, out, **given))
 
 
 @command(
@@ -120,9 +119,8 @@ def predict(axis: list[str] | None, study: Path | None, **given: Any) -> Answer:
 
     axes = {axis.name: given.pop(axis.name) for axis in AXES}
     values = {name: value for name, value in axes.items() if value is not None}
-    further = {
-        name.replace("-", "_"): value for name, value in keys_and_values("--axis", axis).items()
-    }
+    named = keys_and_values("--axis", axis)
+    further = {name.replace("-", "_"): value for name, value in named.items()}
     values |= checked(dict[str, Number], further, "--axis")
     rows = predict_states(folder_of(study), values, **given)
     names = ("component", "state", "theta", "ci_theta", "beta_total", "beta", "p", "loo_error")

@@ -42,9 +42,8 @@ def check(paths: list[Path], strict: bool, write: bool, **given: Any) -> Answer:
             if folder.is_dir():
                 messages.print(f"wrote {write_folder_index(folder, Given(**given))}")
     checks = check_paths(paths, Given(**given), strict=strict)
-    rows = [asdict(item) for item in checks]
     code = 0 if all(item.passes for item in checks) else EXIT_BAD_INPUT
-    return Answer({"files": rows}, exit_code=code)
+    return Answer({"files": [asdict(item) for item in checks]}, exit_code=code)
 
 
 @command(

@@ -78,13 +78,6 @@ def folder_of(study: Path | None) -> Path:
     return study_of(study)[1].root
 
 
-def known_bridges() -> list[str]:
-    """Return the names of the catalogue and of the bridges in config/bridges."""
-    from skewbridge.bridge.catalogue import OWN_FOLDER, bridge_names
-
-    return [*bridge_names(), *(path.stem for path in sorted(OWN_FOLDER.glob("*.yaml")))]
-
-
 BRIDGE: Final = Opt(
     "bridge", str, "Name of a bridge (`skewbridge bridge list`), or the path of its file.",
     "osb1", "NAME|FILE",

@@ -20,9 +20,7 @@ from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionE
 from skewbridge.files.text import printable, shortened
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM, Units
 
-LONGEST_LIST: Final = 3  # values in one cell of a table
 FILE_WIDTH: Final = 400  # characters of a line in a file or a pipe, so that nothing is cut off
-ROUNDING: Final = 1e-15  # smaller numbers are printed as zero
 NO_VALUE: Final = "-"  # printed for NaN; the reason follows below the table
 
 type Row = Mapping[str, Any]
@@ -41,22 +39,14 @@ class Answer:
 
     Numbers and texts of a mapping are printed as a table with a row each, every list of rows as a
     table below; long lists of numbers are left out.
-
-    Attributes:
-        payload: JSON value, numbers in SI.
-        shown: What is printed instead of the JSON value, with titles as names of tables.
-        units: Units of the tables.
-        notes: Messages after the answer.
-        exit_code: Exit code of the command.
-        missing: Reason of missing values in the tables.
     """
 
-    payload: Any
-    shown: Row | str | None = None
-    units: Units = "si"
-    notes: Sequence[str] = ()
+    payload: Any  # JSON value, numbers in SI
+    shown: Row | str | None = None  # printed instead of it, with titles as names of tables
+    units: Units = "si"  # of the tables
+    notes: Sequence[str] = ()  # messages after the answer
     exit_code: int = 0
-    missing: str = "not defined for these data"
+    missing: str = "not defined for these data"  # reason of missing values in the tables
 
     def emit(self, *, as_json: bool) -> None:
         """Print the answer and its notes; leave with its exit code."""
@@ -136,8 +126,13 @@ class Command(TyperCommand):
     def make_context(self, info_name: Any, args: list[str], *others: Any, **named: Any) -> Any:
         """Return the context of the arguments; report an argument that is wrong."""
         as_json = "--json" in args  # the parser empties the list
+        pairs = {name for option in self.params if option.nargs == 2 for name in option.opts}
         try:
-            self._check_pairs(args)
+            for at, option in enumerate(args):  # another option must not follow too early
+                for given, value in enumerate(args[at + 1 : at + 3] if option in pairs else ()):
+                    if value.startswith("--"):
+                        message = f"{option} takes two values, got {given} before {value}"
+                        raise typer.BadParameter(message)
             return super().make_context(info_name, args, *others, **named)
         except typer.TyperException as error:
             error.message = error.message.replace("Value error, ", "")
@@ -161,15 +156,6 @@ class Command(TyperCommand):
         messages.print("\n".join(map(printable, f"{status}: {message}".split("\n"))), style="red")
         raise typer.Exit(code)
 
-    def _check_pairs(self, args: list[str]) -> None:
-        """Refuse an option of two values if the next option follows too early."""
-        pairs = {name for option in self.params if option.nargs == 2 for name in option.opts}
-        for at, argument in enumerate(args):
-            for given, value in enumerate(args[at + 1 : at + 3] if argument in pairs else ()):
-                if value.startswith("--"):
-                    message = f"{argument} takes two values, got {given} before {value}"
-                    raise typer.BadParameter(message)
-
 
 def emit_json(payload: object) -> None:
     """Write one JSON value and a newline to stdout; NaN and infinities become null."""
@@ -186,7 +172,7 @@ def _tables(shown: Row, units: Units) -> dict[str, Sequence[Row]]:
             values[name] = value
         elif value and isinstance(value[0], Mapping):
             tables[name] = [in_units(row, units) for row in value]
-        elif 0 < len(value) <= LONGEST_LIST:
+        elif 0 < len(value) <= 3:  # in one cell
             values[name] = value
         elif value and isinstance(value[0], str):
             tables[name] = [{name: text} for text in value]
@@ -232,7 +218,7 @@ def _text(value: object) -> str:
         return "" if value is None else str(value)
     if isnan(value):
         return NO_VALUE
-    return "0" if abs(value) < ROUNDING else f"{value:.5g}"
+    return "0" if abs(value) < 1e-15 else f"{value:.5g}"
 
 
 def selected(rows: Iterable[Row], *names: str) -> list[dict[str, Any]]:
