@@ -31,7 +31,7 @@ from skewbridge.contact.element import contact_frame
 from skewbridge.contact.law import advance_pair, yields_by_direction, yields_on_cone
 from skewbridge.errors import InputError
 from skewbridge.verification.references.blocks import Block, run_block
-from skewbridge.verification.references.live_model import Solver
+from skewbridge.verification.references.live_model import prepare_analysis
 
 MASS_KG = 1000.0
 DT_S = 1e-3
@@ -71,7 +71,7 @@ def sliding_mass(ndm, ndf, normal, velocity, mass_kg=MASS_KG, gap_m=0.0, **optio
         ops.setNodeVel(2, dof, value, "-commit")
         # Start in equilibrium along the normal.
         ops.setNodeDisp(2, dof, -9.81 / 1e4 * normal[dof - 1], "-commit")
-    Solver(constraints="Plain", algorithm="Newton").prepare()
+    prepare_analysis(constraints="Plain", algorithm="Newton")
     return contacts
 
 
@@ -423,7 +423,7 @@ def pressed_mass(drive):
     ops.element("zeroLength", 1, 1, 2, "-mat", 1, 1, "-dir", 1, 2)
     contacts = ContactSet()
     contacts.add(1, 2, (-1.0, 0.0), 0.010, 0.3, kn=1e6, kt=1e6, drive=drive)
-    Solver(constraints="Plain", algorithm="Newton").prepare()
+    prepare_analysis(constraints="Plain", algorithm="Newton")
     return contacts
 
 

@@ -156,7 +156,7 @@ def test_b6_only_componentwise_lagged_yields_stay_wrong_at_small_steps(scheme, c
 
 def test_b9_pushed_block_slides_by_the_excess_of_the_acceleration():
     rate, friction = 1.2, 0.2
-    block = RockingBlock(half_width_m=0.25, half_height_m=1.0, gravity_mps2=TABLE_G_MPS2)
+    block = RockingBlock(half_width_m=0.25, half_height_m=1.0)
 
     def push_mps2(t):
         return rate * np.maximum(0.0, t - 1.0)

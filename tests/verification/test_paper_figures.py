@@ -12,14 +12,15 @@ from skewbridge.verification.references.deck_solvers import (
     run_opensees,
 )
 from skewbridge.verification.registry import TABULATED, Study, run_study
-from skewbridge.verification.studies.particle_between_lines import (
+from skewbridge.verification.studies.rigid_bodies import (
     NORMAL,
     compare_with_lcp,
+    locked_rotation,
     peaks_m,
+    perimeter_beams,
     run_particle,
     run_particle_lcp,
 )
-from skewbridge.verification.studies.skew_deck import locked_rotation, perimeter_beams
 
 
 def tabulated(study, start, names):

@@ -26,9 +26,9 @@ STUDIES: Final[dict[str, str]] = {
     "gate": "blocks:run_gate",
     "fig1": "blocks:run",
     "fig3": "spatial_path:run",
-    "fig4": "particle_between_lines:run",
-    "fig5-6": "skew_deck:run",
-    "fig7-8": "skew_deck:run_tests",
+    "fig4": "rigid_bodies:run_between_lines",
+    "fig5-6": "rigid_bodies:run",
+    "fig7-8": "rigid_bodies:run_tests",
     "bridges": "bridge_hand_values:run",
     "fig10": "bridge_friction:run_abutment",
     "fig11-12": "bridge_friction:run",
@@ -58,6 +58,7 @@ RUN_COLUMNS: Final = ("scales", "scales_agree", "motions", "motions_agree")
 STATEMENT_COLUMNS: Final = (*COLUMNS, "case", "outcome", "reason", *RUN_COLUMNS)
 
 type Row = dict[str, Any]
+type Runs = dict[Run | None, Verdict | None]
 
 #: Rows of `reference_values.csv` by study and quantity: references that no study computes. A
 #: tolerance in % is relative to the reference; without one a value is only reported.
@@ -80,9 +81,7 @@ class Study:
     kept: Path = Path()
     report_progress: Callable[[str], None] | None = None
     comparisons: list[Row] = field(default_factory=list[Row])
-    runs: dict[tuple[str, str], dict[Run | None, Verdict | None]] = field(
-        default_factory=dict[tuple[str, str], dict[Run | None, Verdict | None]]
-    )
+    runs: dict[tuple[str, str], Runs] = field(default_factory=dict[tuple[str, str], Runs])
     figures: "dict[str, Figure]" = field(default_factory=dict)
     tables: dict[str, pd.DataFrame] = field(default_factory=dict[str, pd.DataFrame])
 
@@ -144,8 +143,7 @@ class Study:
     def statement_rows(self, open_because: str = "") -> list[Row]:
         """Return one row per case of a statement; no verdict fails the study.
 
-        A statement of this study without a case stays open for the reason of its row, or the given
-        one.
+        A statement of this study without a case stays open for the reason of its row, or this one.
         """
         verdicts = {key: over_runs(runs) for key, runs in self.runs.items()}
         judged = {statement for statement, _ in verdicts}
@@ -202,18 +200,18 @@ def drawn(
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.2, height_in), layout="constrained")
         axes = figure.subplots(ceil(len(panels) / columns), columns, squeeze=False)
-        entries: dict[str, Any] = {}
+        named: dict[str, Any] = {}
         for axis, panel in zip(axes.flat, panels, strict=True):
             for name, (x, y, *looks) in panel.lines.items():
                 place = names.index(name)  # the first line is wide, to show below the others
                 look = {"color": f"C{place}", "lw": 0.9 if place else 1.8}
-                (entries[name],) = axis.plot(x, y, **look | (looks[0] if looks else {}))
+                (line,) = axis.plot(x, y, **look | (looks[0] if looks else {}))
+                if not name.startswith("_"):
+                    named[name] = line
             axis.set(xlabel=panel.x, ylabel=panel.y, title=panel.title, **panel.options)
-        named = {name: line for name, line in entries.items() if not name.startswith("_")}
         if len(named) > 1:
-            figure.legend(
-                named.values(), named, loc="outside upper center", ncols=min(len(named), 4)
-            )
+            columns = min(len(named), 4)
+            figure.legend(named.values(), named, loc="outside upper center", ncols=columns)
         figure.suptitle(title)
     return figure
 
@@ -225,11 +223,8 @@ def run_studies(
 
     The folder gets the comparisons of each study (`<study>.parquet`, `<study>.json`), its figures
     and further tables, all comparisons (`studies.parquet`) and the verdicts on the paper's
-    statements (`statements.parquet`). Without names all studies run except the long ones; lines on
-    their progress go to `report_progress`.
-
-    Returns:
-        The comparisons, then the verdicts with their `outcome`, `reason` and `case`.
+    statements (`statements.parquet`). Without names all studies run except the long ones. The rows
+    are the comparisons, then the verdicts with their `outcome`, `reason` and `case`.
     """
     known = STUDIES | LONG_STUDIES
     unknown = [name for name in names if name not in known]
@@ -268,10 +263,7 @@ def run_studies(
 def run_study(
     name: str, kept: Path = Path(), report_progress: Callable[[str], None] | None = None
 ) -> Study:
-    """Run one study; `RuntimeError` if a solver fails.
-
-    A long study keeps finished analyses in the folder `kept`.
-    """
+    """Run one study, a long one with its analyses in `kept`; `RuntimeError` if a solver fails."""
     study = Study(name, kept, report_progress)
     module, function = (STUDIES | LONG_STUDIES)[name].split(":")
     getattr(import_module(f"skewbridge.verification.studies.{module}"), function)(study)

@@ -2,14 +2,13 @@
 
 The table paraphrases what sections 2 to 5 of the paper state and a computation can check: one row
 of claim, study, computed number and rule (two rows where two numbers judge a claim). A study
-computes the number in each of its cases (`Study.states`); the rule gives the verdict: agrees,
-disagrees or is undecidable. A claim with a direction is tested in that direction only. A change
-below the resolution of the analyses, or one that chance explains, is undecidable.
+computes the number in each of its cases (`Study.states`); the rule gives the verdict. A claim with
+a direction is tested in that direction only. A change below the resolution of the analyses, or one
+that chance explains, is undecidable.
 
 The sign of an effect under one record can change when the record is scaled by one per cent. A case
 under a record is therefore judged in several runs (`over_runs`): the record at seven scales and,
-under a stand-in for a record of the paper, other motions. Runs that do not meet the premise of a
-statement do not count.
+under a stand-in for a record of the paper, other motions.
 
 Assumed limits of the table: the paper calls at most 5 % small; contact is enforced where a penalty
 lets in at most 3 % of the gap; stick-slip events are at least ten changes; a history is coupled if
@@ -24,11 +23,10 @@ References:
 import csv
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf, isclose, isfinite, isnan, nan
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, NamedTuple
 
 type Outcome = Literal["agrees", "disagrees", "undecidable"]
 
@@ -36,31 +34,22 @@ type Outcome = Literal["agrees", "disagrees", "undecidable"]
 RESOLUTION: Final = 0.005
 # ASSUME what the paper calls minimal, small or similar is at most 5 %.
 SMALL: Final = 0.05
-SIGNIFICANCE: Final = 0.05
-AGREEMENT: Final = 0.9  # share of the runs that decides a case
 FEWEST_RUNS: Final = 7
 FEWEST_VALUES: Final = 5  # with fewer, no test of signs or ranks reaches the significance
 
 
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """Verdict on a statement in one case.
-
-    The value is the number that decides, if there is one; of several runs, that at scale 1.
-    `scales` has the number of runs of the record at a scale and how many of them agree, `motions`
-    those of runs under other motions.
-    """
+class Verdict(NamedTuple):
+    """Verdict on a statement in one case; of several runs, the numbers are those at scale 1."""
 
     outcome: Outcome
     reason: str
-    value: float | None = None
+    value: float | None = None  # the number that decides, if there is one
     reference: float | None = None
-    scales: tuple[int, int] = (0, 0)
-    motions: tuple[int, int] = (0, 0)
+    scales: tuple[int, int] = (0, 0)  # runs of the record at a scale, and how many of them agree
+    motions: tuple[int, int] = (0, 0)  # those under other motions
 
 
-@dataclass(frozen=True, slots=True)
-class Run:
+class Run(NamedTuple):
     """One of the runs that judge a case: the record of the study at a scale, or another motion."""
 
     name: str
@@ -79,16 +68,12 @@ def over_runs(verdicts: Mapping[Run | None, Verdict | None]) -> Verdict:
     if single := verdicts.get(None):
         return single
     judged = {run: found for run, found in verdicts.items() if run and found}
-    kinds = [
-        [found.outcome for run, found in judged.items() if (run.scale is None) is is_other]
-        for is_other in (False, True)
-    ]
+    kinds: tuple[list[Outcome], list[Outcome]] = [], []
+    for run, found in judged.items():
+        kinds[run.scale is None].append(found.outcome)
     scales, motions = ((len(kind), kind.count("agrees")) for kind in kinds)
-    text = ", ".join(
-        f"{agree} of {total} {name}"
-        for (total, agree), name in ((scales, "scales"), (motions, "other motions"))
-        if total
-    )
+    parts = ((scales, "scales"), (motions, "other motions"))
+    text = ", ".join(f"{agree} of {total} {name}" for (total, agree), name in parts if total)
     nominal = judged.get(NOMINAL, Verdict("undecidable", ""))
     last = f"; at scale 1: {nominal.reason}" if nominal.reason else ""
     outcome: Outcome = "undecidable"
@@ -98,7 +83,7 @@ def over_runs(verdicts: Mapping[Run | None, Verdict | None]) -> Verdict:
     else:
         outcomes = kinds[0] + kinds[1]
         for each in ("agrees", "disagrees"):
-            if outcomes.count(each) >= AGREEMENT * len(outcomes):
+            if outcomes.count(each) >= 0.9 * len(outcomes):
                 outcome = each
         reason = f"agrees in {text}, disagrees in {outcomes.count('disagrees')}{last}"
     return Verdict(outcome, reason, nominal.value, nominal.reference, scales, motions)
@@ -193,9 +178,8 @@ def more_often(count: int, total: int) -> Verdict:
 
     if total < FEWEST_VALUES:
         return Verdict("undecidable", f"{count} of {total}, too few to test", count, total)
-    p_for, p_against = (
-        float(binomtest(count, total, 0.5, alternative=side).pvalue) for side in ("greater", "less")
-    )
+    tests = [binomtest(count, total, 0.5, alternative=side) for side in ("greater", "less")]
+    p_for, p_against = (float(test.pvalue) for test in tests)
     return _tested(f"{count} of {total}, sign test", p_for, p_against, (count, total))
 
 
@@ -216,7 +200,7 @@ def grows_with(x: Sequence[float], y: Sequence[float]) -> Verdict:
 def _tested(text: str, p_for: float, p_against: float, numbers: tuple[float, float]) -> Verdict:
     """Return the verdict that follows from the p values of the claim and of its opposite."""
     reason = f"{text}: p = {min(p_for, p_against):.2g}"
-    if min(p_for, p_against) > SIGNIFICANCE:
+    if min(p_for, p_against) > 0.05:
         return Verdict("undecidable", reason, *numbers)
     return _decided(p_for < p_against, reason, *numbers)
 
@@ -238,8 +222,7 @@ RULES: Final[Mapping[str, Callable[..., Verdict]]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Statement:
+class Statement(NamedTuple):
     """One statement of the paper, paraphrased: a row of `statements.csv`.
 
     The study judges it by a number, a rule and the limits of the rule; other studies may add cases.
@@ -260,13 +243,12 @@ class Statement:
             listed = [f"{self.number} {number:.2g}" for number in numbers[:1]]
             return Verdict("undecidable", "; ".join([*listed, self.open_because]), *numbers)
         found = RULES[self.rule](*numbers, *self.limits, **conditions)
-        return replace(found, reason=f"{self.number}: {found.reason}")
+        return found._replace(reason=f"{self.number}: {found.reason}")
 
 
 def records_in(file: Path) -> list[dict[str, str]]:
     """Return the rows of a table of this package."""
-    with file.open(encoding="utf-8", newline="") as lines:
-        return list(csv.DictReader(lines))
+    return list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
 
 
 STATEMENTS: Final[Mapping[str, Statement]] = {

@@ -4,7 +4,7 @@ A sliding or bouncing mass and a block that rocks, in the plane: x along the sur
 it. The caller chooses time steps and penalties.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import asin, atan, copysign, cos, hypot, pi, sin, sqrt
 from typing import Final, NamedTuple
 
@@ -17,29 +17,10 @@ from skewbridge.errors import SolutionError
 from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.live_model import Array
 
-_GROUND: Final = 1
-_MASS: Final = 2
-_ANCHOR: Final = 3
 _SETTLING_S: Final = 1e-6
 #: source: gravity with which the tabulated references were computed
 TABLE_G_MPS2: Final = 9.81
-
-_CENTRE: Final = 1
-_FOOT: Final = 2
-_CORNERS: Final = (3, 4)
-_FLOOR: Final = (5, 6)
-_UPRIGHT_MASS_KG: Final = 1000.0
-_UPRIGHT_PENALTY_N_PER_M: Final = 1.0e9
-# Stiffness of the members of the rocking block: rigid against the penalty.
-_MEMBERS: Final = 1.0e12
-# Numerical damping quiets the penalty after touch-down; the rocking itself is far slower.
-_ROCKING_SOLVER: Final = live.Solver(
-    constraints="Plain",
-    numberer="RCM",
-    tolerance_m=1e-11,
-    algorithm="KrylovNewton",
-    integrator=("HHT", 0.8),
-)
+_MASS_KG: Final = 1000.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,35 +69,35 @@ def run_block(
     Under an acceleration of the surface (`base_mps2`) the response is relative to the surface.
     """
     times, contacts = live.even_times(duration_s, dt_s), ContactSet()
+    ground, mass, anchor = 1, 2, 3
 
     def state() -> list[float]:
         # Slip is counted along the normal turned counter-clockwise, which is minus x.
         forces = [-contacts.tangentials_n[0][0], contacts.normals_n[0]]
-        return [*ops.nodeDisp(_MASS), *ops.nodeVel(_MASS), *forces]
+        return [*ops.nodeDisp(mass), *ops.nodeVel(mass), *forces]
 
-    with live.clean_domain():
-        ops.model("basic", "-ndm", 2, "-ndf", 2)
-        for node in (_GROUND, _MASS, _ANCHOR):
+    with live.clean_domain(2, 2):
+        for node in (ground, mass, anchor):
             ops.node(node, 0.0, 0.0)
-        ops.fix(_GROUND, 1, 1)
-        ops.fix(_ANCHOR, 0, 1)
-        ops.mass(_MASS, block.mass_kg, block.mass_kg if block.bounces else 0.0)
+        ops.fix(ground, 1, 1)
+        ops.fix(anchor, 0, 1)
+        ops.mass(mass, block.mass_kg, block.mass_kg if block.bounces else 0.0)
         ops.uniaxialMaterial("Elastic", 1, block.spring_n_per_m)
-        ops.element("zeroLength", 1, _ANCHOR, _MASS, "-mat", 1, "-dir", 1)
-        place = _GROUND, _MASS, (0.0, 1.0), block.gap_m, block.friction
+        ops.element("zeroLength", 1, anchor, mass, "-mat", 1, "-dir", 1)
+        place = ground, mass, (0.0, 1.0), block.gap_m, block.friction
         kn, kt = block.kn_n_per_m, block.kt_n_per_m
         contacts.add(*place, kn=kn, kt=kt, drive=block.drive, name="block")
-        ops.setNodeDisp(_MASS, 1, block.x0_m, "-commit")
+        ops.setNodeDisp(mass, 1, block.x0_m, "-commit")
         for dof, speed in enumerate(block.v0_mps, start=1):
-            ops.setNodeVel(_MASS, dof, speed, "-commit")
+            ops.setNodeVel(mass, dof, speed, "-commit")
         force = np.zeros_like(times) if force_n is None else force_n(times)
         if base_mps2 is not None:
             force = force - block.mass_kg * base_mps2(times)
-        live.load_node(_MASS, block.normal_load_n, dt_s, force)
+        live.load_node(mass, block.normal_load_n, dt_s, force)
         live.path_series(3, dt_s, np.zeros_like(times) if anchor_m is None else anchor_m(times))
         ops.pattern("Plain", 3, 3)
-        ops.sp(_ANCHOR, 1, 1.0)
-        live.Solver(tolerance_m=1e-13, integrator=integrator).prepare()
+        ops.sp(anchor, 1, 1.0)
+        live.prepare_analysis(tolerance_m=1e-13, integrator=integrator)
         if not block.bounces:
             # Press the block onto the surface in a step too short for it to move along.
             if ops.analyze(1, _SETTLING_S) != 0:
@@ -132,25 +113,14 @@ def run_block(
 
 def sliding_block(friction: float, *, kt_n_per_m: float = 1e10) -> Block:
     """Return a block of 1000 kg that rests on a surface under its own weight."""
-    return Block(
-        mass_kg=1000.0,
-        kn_n_per_m=1e9,
-        kt_n_per_m=kt_n_per_m,
-        friction=friction,
-        normal_load_n=1000.0 * TABLE_G_MPS2,
-    )
+    block = Block(mass_kg=_MASS_KG, kn_n_per_m=1e9, kt_n_per_m=kt_n_per_m, friction=friction)
+    return replace(block, normal_load_n=_MASS_KG * TABLE_G_MPS2)
 
 
 def falling_block() -> Block:
     """Return a mass of 1000 kg that meets a penalty of 10 MN/m at 1 m/s under its own weight."""
-    return Block(
-        mass_kg=1000.0,
-        kn_n_per_m=1e7,
-        kt_n_per_m=1e7,
-        normal_load_n=1000.0 * TABLE_G_MPS2,
-        v0_mps=(0.0, -1.0),
-        bounces=True,
-    )
+    block = sliding_block(0.0, kt_n_per_m=1e7)
+    return replace(block, kn_n_per_m=1e7, v0_mps=(0.0, -1.0), bounces=True)
 
 
 # Closed forms, with the letters of docs/theory/verification.md. They hold for Coulomb friction and
@@ -272,22 +242,16 @@ class RockingBlock:
 
     half_width_m: float
     half_height_m: float
-    gravity_mps2: float
 
     @property
     def slenderness_rad(self) -> float:
         """Angle at which the block is on the point of overturning."""
         return atan(self.half_width_m / self.half_height_m)
 
-    @property
-    def uplift_mps2(self) -> float:
-        """Base acceleration that lifts the block: g b / h."""
-        return self.gravity_mps2 * self.half_width_m / self.half_height_m
-
     def quarter_period_s(self, angle_rad: float) -> float:
         """Return the time from rest at an angle to upright, by quadrature of the energy."""
         alpha, count = self.slenderness_rad, 4000
-        p = sqrt(0.75 * self.gravity_mps2 / hypot(self.half_width_m, self.half_height_m))
+        p = sqrt(0.75 * TABLE_G_MPS2 / hypot(self.half_width_m, self.half_height_m))
         # theta = angle sin(s) removes the singularity of 1 / speed at the start.
         s = (np.arange(count) + 0.5) / count * pi / 2.0
         fall = np.cos(alpha - angle_rad) - np.cos(alpha - angle_rad * np.sin(s))
@@ -323,32 +287,36 @@ def run_upright(
     times, contacts = live.even_times(duration_s, dt_s), ContactSet()
     b, h = block.half_width_m, block.half_height_m
     pivot = -b if angle_rad >= 0.0 else b
-    left, right = _CORNERS
-    with live.clean_domain():
-        ops.model("basic", "-ndm", 2, "-ndf", 3)
-        for node, x, y in ((_CENTRE, 0.0, h), (_FOOT, 0.0, 0.0), (left, -b, 0.0), (right, b, 0.0)):
+    centre, foot, left, right = 1, 2, 3, 4
+    with live.clean_domain(2, 3):
+        for node, x, y in ((centre, 0.0, h), (foot, 0.0, 0.0), (left, -b, 0.0), (right, b, 0.0)):
             turned_x = pivot + cos(angle_rad) * (x - pivot) - sin(angle_rad) * y
             ops.node(node, turned_x, sin(angle_rad) * (x - pivot) + cos(angle_rad) * y)
-        inertia = _UPRIGHT_MASS_KG * hypot(b, h) ** 2 / 3.0
-        ops.mass(_CENTRE, _UPRIGHT_MASS_KG, _UPRIGHT_MASS_KG, inertia)
+        ops.mass(centre, _MASS_KG, _MASS_KG, _MASS_KG * hypot(b, h) ** 2 / 3.0)
         ops.geomTransf("Corotational", 1)
-        members = ((_CENTRE, _FOOT), (_FOOT, left), (_FOOT, right))
-        for element, (i, j) in enumerate(members, start=1):
-            ops.element("elasticBeamColumn", element, i, j, 1.0, _MEMBERS, 1.0, 1)
-        for floor, corner in zip(_FLOOR, _CORNERS, strict=True):
+        for element, (i, j) in enumerate(((centre, foot), (foot, left), (foot, right)), start=1):
+            # members that are rigid against the penalty
+            ops.element("elasticBeamColumn", element, i, j, 1.0, 1.0e12, 1.0, 1)
+        for floor, corner in ((5, left), (6, right)):
             x, y = ops.nodeCoord(corner)
             ops.node(floor, x, y)
             ops.fix(floor, 1, 1, 1)
             place = floor, corner, (0.0, 1.0), max(0.0, y), friction
-            contacts.add(*place, kn=_UPRIGHT_PENALTY_N_PER_M, kt=_UPRIGHT_PENALTY_N_PER_M)
-        push = np.zeros_like(times) if base_mps2 is None else -_UPRIGHT_MASS_KG * base_mps2(times)
-        weight_n = _UPRIGHT_MASS_KG * block.gravity_mps2
-        live.load_node(_CENTRE, weight_n, dt_s, push, rotations=1)
-        _ROCKING_SOLVER.prepare()
+            contacts.add(*place, kn=1.0e9, kt=1.0e9)
+        push = np.zeros_like(times) if base_mps2 is None else -_MASS_KG * base_mps2(times)
+        live.load_node(centre, _MASS_KG * TABLE_G_MPS2, dt_s, push, rotations=1)
+        # Numerical damping quiets the penalty after touch-down; the rocking itself is far slower.
+        live.prepare_analysis(
+            constraints="Plain",
+            numberer="RCM",
+            tolerance_m=1e-11,
+            algorithm="KrylovNewton",
+            integrator=("HHT", 0.8),
+        )
 
         def state() -> list[float]:
-            feet = [ops.nodeDisp(corner, 1) for corner in _CORNERS]
-            return [angle_rad + ops.nodeDisp(_CENTRE, 3), *feet, *contacts.openings_m]
+            feet = [ops.nodeDisp(corner, 1) for corner in (left, right)]
+            return [angle_rad + ops.nodeDisp(centre, 3), *feet, *contacts.openings_m]
 
         rows = live.record(contacts, times, dt_s, state)
     return UprightHistory(times, rows[:, 0], rows[:, 1:3], rows[:, 3:])

@@ -20,18 +20,12 @@ from skewbridge.units import G_MPS2
 # Limits far outside physical cases, so that no power of a number overflows.
 Length = Annotated[float, Field(ge=1.0e-6, le=1.0e6)]
 Gap = Annotated[float, Field(ge=0.0, le=1.0e6)]
-Mass = Annotated[float, Field(ge=1.0e-6, le=1.0e12)]
 Period = Annotated[float, Field(ge=1.0e-5, le=1.0e5)]
 Stiffness = Annotated[float, Field(ge=1.0e-6, le=1.0e18)]
 Force = Annotated[float, Field(ge=0.0, le=1.0e15)]
 Friction = Annotated[float, Field(ge=0.0, le=1.0e3)]
-Acceleration = Annotated[float, Field(ge=1.0e-9, le=1.0e6)]
-Step = Annotated[float, Field(ge=1.0e-9, le=1.0e3)]
-Duration = Annotated[float, Field(ge=1.0e-9, le=1.0e5)]
-
 MAX_STEPS = 5_000_000
 MAX_PATH = 1.0e6  # s and m
-
 PATH_COLUMNS = ("t_s", "ux_m", "uy_m", "uz_m")
 
 
@@ -58,7 +52,7 @@ class PulseCase(_Case):
     """A cosine pulse of one period along the deck."""
 
     kind: Literal["cosine"]
-    amplitude_g: Acceleration
+    amplitude_g: Annotated[float, Field(ge=1.0e-9, le=1.0e6)]
     period_s: Period
 
 
@@ -68,7 +62,7 @@ class DeckCase(_Case):
     length_m: Length
     width_m: Length
     skew_deg: Annotated[float, Field(ge=-80.0, le=80.0)]
-    mass_kg: Mass
+    mass_kg: Annotated[float, Field(ge=1.0e-6, le=1.0e12)]
     period_x_s: Period
     period_y_s: Period
     period_theta_s: Period
@@ -82,8 +76,8 @@ class DeckCase(_Case):
     solver: Literal["opensees", "penalty", "lcp"] = "opensees"
     coupling: Literal["extrapolated", "lagged"] = "extrapolated"
     integrator: Literal["newmark", "houbolt", "hht"] = "newmark"
-    dt_s: Step
-    duration_s: Duration
+    dt_s: Annotated[float, Field(ge=1.0e-9, le=1.0e3)]
+    duration_s: Annotated[float, Field(ge=1.0e-9, le=1.0e5)]
     pulse: PulseCase | None = None
     motion: tuple[FileName, FileName] | None = Field(default=None, strict=False)
 
@@ -92,14 +86,11 @@ class DeckCase(_Case):
         if (self.pulse is None) == (self.motion is None):
             raise ValueError("give either pulse or motion")
         if self.dt_s > self.duration_s:
-            raise ValueError(
-                f"dt_s must be at most duration_s = {self.duration_s}, got {self.dt_s}"
-            )
-        if self.duration_s / self.dt_s > MAX_STEPS:
-            raise ValueError(
-                f"duration_s / dt_s must be at most {MAX_STEPS} steps, got "
-                f"{self.duration_s / self.dt_s:.3g}"
-            )
+            most = f"duration_s = {self.duration_s}"
+            raise ValueError(f"dt_s must be at most {most}, got {self.dt_s}")
+        if (steps := self.duration_s / self.dt_s) > MAX_STEPS:
+            limit = f"at most {MAX_STEPS} steps"
+            raise ValueError(f"duration_s / dt_s must be {limit}, got {steps:.3g}")
         return self
 
     @property
@@ -130,30 +121,19 @@ def read_path(file: Path) -> NDArray[np.float64]:
     `InputError` names a missing column, or the line of a bad value or of a time that falls.
     """
     table = read_csv(file, skipinitialspace=True)
-    missing = [column for column in PATH_COLUMNS if column not in table.columns]
-    if missing:
-        raise InputError(
-            f"path {file} must have the columns {', '.join(PATH_COLUMNS)}; missing {missing}"
-        )
+    if missing := [column for column in PATH_COLUMNS if column not in table.columns]:
+        columns = ", ".join(PATH_COLUMNS)
+        raise InputError(f"path {file} must have the columns {columns}; missing {missing}")
     numbers = table[list(PATH_COLUMNS)].apply(pd.to_numeric, errors="coerce")
     values = numbers.to_numpy(dtype=np.float64)
     if len(values) < 2:
         raise InputError(f"path {file} needs at least two rows, got {len(values)}")
-    bad = np.argwhere(~(np.abs(values) <= MAX_PATH))
-    if len(bad):
-        row, column = (int(index) for index in bad[0])
-        raise InputError(
-            f"path {file}, line {row + 2}: {PATH_COLUMNS[column]} is not a number within "
-            f"{MAX_PATH:g}",
-            line=row + 2,
-        )
-    back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
-    if len(back):
-        line = int(back[0]) + 3
-        raise InputError(
-            f"path {file}, line {line}: t_s must increase, got {values[back[0] + 1, 0]:g}",
-            line=line,
-        )
+    for row, column in np.argwhere(~(np.abs(values) <= MAX_PATH)).tolist():
+        line, text = row + 2, f"{PATH_COLUMNS[column]} is not a number within {MAX_PATH:g}"
+        raise InputError(f"path {file}, line {line}: {text}", line=line)
+    for row in np.flatnonzero(np.diff(values[:, 0]) <= 0.0).tolist():
+        line, text = row + 3, f"t_s must increase, got {values[row + 1, 0]:g}"
+        raise InputError(f"path {file}, line {line}: {text}", line=line)
     return values
 
 
@@ -164,10 +144,6 @@ PULSE_PERIOD_S: Final = 0.5
 LENGTH_M: Final = 30.0
 # Displacements are reported over this length: pulse amplitude over its frequency squared.
 SCALE_M: Final = PULSE_MPS2 / (2.0 * pi / PULSE_PERIOD_S) ** 2
-# ASSUME the dimensionless gap 0.1 of the paper is measured along the deck.
-GAP_ALONG_M: Final = 0.1 * SCALE_M
-
-
 # Width (m), skew (deg) and friction of the tabulated cases.
 CASES: Final = {
     "C1": (15.0, 30.0, 0.0),
@@ -188,14 +164,9 @@ def bearing_fields(
     skew = radians(skew_deg)
     radius2 = (length_m**2 + (width_m / cos(skew)) ** 2) / 12.0
     spread2 = length_m**2 / 4.0 + (width_m / cos(skew)) ** 2 / 12.0
-    return {
-        "length_m": length_m,
-        "width_m": width_m,
-        "skew_deg": skew_deg,
-        "period_x_s": period_s,
-        "period_y_s": period_s,
-        "period_theta_s": period_s * sqrt(radius2 / spread2),
-    }
+    plan = {"length_m": length_m, "width_m": width_m, "skew_deg": skew_deg}
+    periods = {"period_x_s": period_s, "period_y_s": period_s}
+    return plan | periods | {"period_theta_s": period_s * sqrt(radius2 / spread2)}
 
 
 def deck_case(name: str, **changes: Any) -> DeckCase:
@@ -205,10 +176,11 @@ def deck_case(name: str, **changes: Any) -> DeckCase:
     """
     width_m, skew_deg, friction = CASES[name]
     # ASSUME mass, periods and damping: the paper does not give them.
+    # ASSUME the dimensionless gap 0.1 of the paper is measured along the deck.
     fields: dict[str, Any] = {
         "mass_kg": 1000.0,
         "damping_ratio": 0.05,
-        "gap_normal_m": GAP_ALONG_M * cos(radians(skew_deg)),
+        "gap_normal_m": 0.1 * SCALE_M * cos(radians(skew_deg)),
         "friction": friction,
         "normal_stiffness_n_per_m": 1.0e7,
         "dt_s": 1.0e-4,

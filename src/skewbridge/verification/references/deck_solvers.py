@@ -21,7 +21,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil, cos, pi, radians, sin, tan
 from pathlib import Path
-from typing import Any, Final, Self
+from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
 import openseespy.opensees as ops
@@ -52,10 +52,6 @@ INTEGRATORS: Final[dict[str, tuple[str | float, ...]]] = {
     "houbolt": ("Houbolt",),
     "hht": ("HHT", 0.8),
 }
-# Step times the circular frequency of the deck on the two springs of an end.
-_PENALTY_RESOLUTION: Final = 0.01
-# At this step the tabulated peaks with e <= 0.6 are within 0.05 % of the converged ones.
-_LARGEST_LCP_STEP_S: Final = 2.0e-5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,8 +72,7 @@ class SkewDeck:
     dashpot_n_s_per_m: float
 
 
-@dataclass(frozen=True, slots=True)
-class DeckHistory:
+class DeckHistory(NamedTuple):
     """Response of a deck: displacements q = (ux, uy, theta), shape (n, 3), and contacts.
 
     Contacts have the shape (n, 4), order `CORNERS`: openings are negative in contact, friction has
@@ -150,9 +145,8 @@ class BaseAcceleration:
         """Return the acceleration at times, shape (2, n)."""
         if self.samples_mps2 is not None:
             grid = self.sample_dt_s * np.arange(self.samples_mps2.shape[1])
-            return np.array(
-                [np.interp(times_s, grid, component, right=0.0) for component in self.samples_mps2]
-            )
+            accels = [np.interp(times_s, grid, each, right=0.0) for each in self.samples_mps2]
+            return np.array(accels)
         wave = np.cos(2.0 * pi / self.period_s * times_s)
         return np.outer(self.amplitude_mps2, np.where(times_s <= self.period_s, wave, 0.0))
 
@@ -194,26 +188,20 @@ def _energy_residual(deck: SkewDeck, loads_n: Array, q: Array, v: Array, contact
 
 
 def _penalty_history(
-    deck: SkewDeck,
-    t_s: Array,
-    rows: Array,
-    openings_m: Array,
-    accel_mps2: Array,
-    wanted: NDArray[np.intp] | slice = slice(None),
+    deck: SkewDeck, t_s: Array, rows: Array, accel_mps2: Array, wanted: NDArray[np.intp] | slice
 ) -> DeckHistory:
     """Return a history at the wanted rows, with its energy residual by the trapezoidal rule.
 
-    The columns of `rows`, shape (n, 14), are displacements, velocities, compressions and friction.
+    The columns of `rows`, (n, 18), are displacements, velocities, compressions, friction, openings.
     """
-    q, v, normals, friction = np.split(rows, (3, 6, 10), axis=1)
+    q, v, normals, friction, openings_m = np.split(rows, (3, 6, 10, 14), axis=1)
     force = np.zeros_like(q)
     force[:, :2] = -deck.mass[:2] * accel_mps2.T
     contact = float(np.sum(_mid(normals) * -np.diff(openings_m, axis=0)))
     contact += float(np.sum(_mid(friction) * np.diff(q @ deck.tangent_rows.T, axis=0)))
     residual = _energy_residual(deck, _mid(force), q, v, contact)
-    return DeckHistory(
-        t_s, q[wanted], openings_m[wanted], normals[wanted], friction[wanted], residual
-    )
+    columns = q[wanted], openings_m[wanted], normals[wanted], friction[wanted]
+    return DeckHistory(t_s, *columns, residual)
 
 
 def run_deck(case: DeckCase, excitation: BaseAcceleration | None = None) -> DeckHistory:
@@ -286,7 +274,7 @@ def run_opensees(
     deck, contacts = make_deck(case), ContactSet(coupling=case.coupling)
     kn, dashpot = case.normal_stiffness_n_per_m, deck.dashpot_n_s_per_m
     drive = kelvin_voigt_drive(kn_n_per_m=kn, dashpot_n_s_per_m=dashpot) if dashpot else None
-    with live.clean_domain():
+    with live.clean_domain(2, 3):
         build_deck(deck)
         (connect or rigid_links)(case)
         for k, (wall, node) in enumerate(zip(WALL_NODES, CORNER_NODES, strict=True)):
@@ -302,12 +290,11 @@ def run_opensees(
             return [*ops.nodeDisp(CENTRE), *ops.nodeVel(CENTRE), *forces, *contacts.openings_m]
 
         rows = live.record(contacts, times, case.dt_s, state, parts_on_change)
-    return _penalty_history(deck, times, rows[:, :14], rows[:, 14:], accel)
+    return _penalty_history(deck, times, rows, accel, slice(None))
 
 
 def build_deck(deck: SkewDeck, wall_offset_m: float = 0.0) -> None:
     """Define the mass centre on its bearings, the corners and their walls at an offset."""
-    ops.model("basic", "-ndm", 2, "-ndf", 3)
     ops.node(CENTRE, 0.0, 0.0)
     ops.node(_GROUND, 0.0, 0.0)
     ops.fix(_GROUND, 1, 1, 1)
@@ -341,7 +328,7 @@ def excite_deck(
     live.shake_base(CENTRE, case.dt_s, accel)
     # The tolerance is far below every displacement of interest and far above rounding: the problem
     # is linear by pieces.
-    live.Solver(numberer="RCM", system=system, integrator=INTEGRATORS[case.integrator]).prepare()
+    live.prepare_analysis(numberer="RCM", system=system, integrator=INTEGRATORS[case.integrator])
     return times, accel
 
 
@@ -349,7 +336,8 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     """Integrate a deck case with penalty contact; output at multiples of the case's dt_s."""
     deck = make_deck(case)
     times = live.even_times(case.duration_s, case.dt_s)
-    inner = max(1, ceil(case.dt_s * case.contact_frequency_rad_per_s / _PENALTY_RESOLUTION))
+    # steps resolve the circular frequency of the deck on the two springs of an end
+    inner = max(1, ceil(case.dt_s * case.contact_frequency_rad_per_s / 0.01))
     # A jump of the pulse inside a step gets a step end of its own.
     jump = [excitation.period_s] if excitation.period_s < times[-1] else []
     parts = times[:-1, None] + case.dt_s / inner * np.arange(inner)
@@ -384,7 +372,7 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
         forces, result = contact(state), free @ state - accel
         return result if forces is None else result + spread @ forces
 
-    state, rows = np.zeros(6), np.zeros((len(fine), 14))
+    state, rows = np.zeros(6), np.zeros((len(fine), 18))
     for k, h in enumerate((ends - starts).tolist()):
         start, middle, end = accels[k]
         k1 = rate(state, start)
@@ -395,13 +383,12 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
         rows[k + 1, :6], forces = state, contact(state)
         stick = deck.tangent_rows @ state[:3]
         if forces is not None:
-            rows[k + 1, 6:] = forces
+            rows[k + 1, 6:14] = forces
             stick = stick - np.where(forces[:4] > 0.0, forces[4:] / kt, 0.0)
-    openings = case.gap_normal_m + rows[:, :3] @ deck.normal_rows.T
+    rows[:, 14:] = case.gap_normal_m + rows[:, :3] @ deck.normal_rows.T
     half = 0.5 * float(np.median(ends - starts))
     accel = excitation.mean(fine - half, fine + half)
-    wanted = np.searchsorted(fine, times - 1e-12)
-    return _penalty_history(deck, times, rows, openings, accel, wanted)
+    return _penalty_history(deck, times, rows, accel, np.searchsorted(fine, times - 1e-12))
 
 
 def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
@@ -410,7 +397,8 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     The time stepping is of first order, so it divides the step of the case.
     """
     deck = make_deck(case)
-    parts = max(1, ceil(case.dt_s / _LARGEST_LCP_STEP_S - 1e-9))
+    # at this step the tabulated peaks with e <= 0.6 are within 0.05 % of the converged ones
+    parts = max(1, ceil(case.dt_s / 2.0e-5 - 1e-9))
     times = live.even_times(case.duration_s, case.dt_s)
     dt_s = case.dt_s / parts
     fine = live.even_times(case.dt_s * (len(times) - 1), dt_s)
@@ -434,12 +422,11 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
 
     # The friction impulse of an end is shared by its corners as the compression is.
     normals = mean_forces(history.normal_impulses_ns)
-    tangents = mean_forces(history.tangent_impulses_ns)
-    friction = np.zeros_like(normals)
-    for end, members in enumerate((slice(0, 2), slice(2, 4))):
-        total = normals[:, members].sum(axis=1)
-        share = normals[:, members] / np.where(total > 0.0, total, 1.0)[:, None]
-        friction[:, members] = share * tangents[:, end, None]
+    ends = normals.reshape(-1, 2, 2)
+    totals = ends.sum(axis=2, keepdims=True)
+    shares = ends / np.where(totals > 0.0, totals, 1.0)
+    tangents = mean_forces(history.tangent_impulses_ns)[:, :, None]
+    friction = (shares * tangents).reshape(normals.shape)
     q = history.q[::parts]
     openings = case.gap_normal_m + q @ deck.normal_rows.T
     residual = _energy_residual(deck, loads, history.q, history.v, history.contact_work_j)

@@ -17,8 +17,9 @@ from skewbridge.contact import ContactLaw, ContactSet, Coupling, Scheme, UnitLed
 from skewbridge.contact.law import advance_pair
 from skewbridge.errors import SolutionError
 from skewbridge.files.text import writable_file
+from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.cases import ContactCase, file_of_case, read_case, read_path
-from skewbridge.verification.references.live_model import Array, Solver, clean_domain, path_series
+from skewbridge.verification.references.live_model import Array
 
 # Law of figure 3. ASSUME Kn = Kt = 1e5 N/m: the paper gives friction and cohesion only.
 PAPER_LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
@@ -50,8 +51,7 @@ def drive_unit(
     """
     forces, contacts = np.zeros((len(path), 3)), ContactSet(scheme=scheme, coupling=coupling)
     surface, body, anchor, idle = 1, 2, 3, 4
-    with clean_domain():
-        ops.model("basic", "-ndm", 3, "-ndf", 3)
+    with live.clean_domain(3, 3):
         for node in (surface, body, anchor, idle):
             ops.node(node, 0.0, 0.0, 0.0)
             if node != body:
@@ -117,11 +117,11 @@ def rms_n(differences_n: Array) -> float:
 def drive_node(node: int, path: Array, *, system: str) -> None:
     """Prescribe the displacements of a node; pseudo-time counts the rows of the path from one."""
     for dof in (1, 2, 3):
-        path_series(dof, 1.0, np.append(0.0, path[:, dof]))
+        live.path_series(dof, 1.0, np.append(0.0, path[:, dof]))
         ops.pattern("Plain", dof, dof)
         ops.sp(node, dof, 1.0)
     control = ("LoadControl", 1.0)
-    Solver(system=system, algorithm="Linear", integrator=control, analysis="Static").prepare()
+    live.prepare_analysis(system=system, algorithm="Linear", integrator=control, analysis="Static")
 
 
 def _analyze_to_next_row(row: int) -> None:
@@ -138,11 +138,9 @@ def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]
     path = read_path(file_of_case(case_file, case.path))
     writable_file(out)
     options = case.model_dump(include={"substeps", "scheme", "coupling"})
-    law = ContactLaw(
-        kn_n_per_m=case.normal_stiffness_n_per_m,
-        kt_n_per_m=case.tangent_stiffness_n_per_m,
-        **case.model_dump(include={"friction", "cohesion_n", "gap_m"}),
-    )
+    kn, kt = case.normal_stiffness_n_per_m, case.tangent_stiffness_n_per_m
+    given = case.model_dump(include={"friction", "cohesion_n", "gap_m"})
+    law = ContactLaw(kn_n_per_m=kn, kt_n_per_m=kt, **given)
     forces_n, ledger = drive_unit(law, path, **options)
     table = pd.DataFrame(forces_n, columns=["fx_n", "fy_n", "fz_n"])
     table.insert(0, "t_s", path[:, 0])
@@ -168,13 +166,6 @@ def circle(
     angle = 2.0 * pi * t / period_s
     x, y = radius_m * np.sin(angle), radius_m * (1.0 - np.cos(angle))
     return np.column_stack([t, x, y, np.full_like(t, opening_m)])
-
-
-def straight_loop(half_stroke_m: float, *, rows: int, opening_m: float) -> Array:
-    """Return a path of two cycles between -a and a along x in 2 s, from the origin."""
-    t = np.linspace(0.0, 2.0, 2 * rows + 1)
-    x = half_stroke_m * triangle(t, 1.0)
-    return np.column_stack([t, x, np.zeros_like(t), np.full_like(t, opening_m)])
 
 
 def triangle(t_s: Array, period_s: float) -> Array:

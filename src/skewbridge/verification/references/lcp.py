@@ -79,7 +79,7 @@ class _ImpactSolver:
         count = len(self._contacts.groups)
         for state in self._states(active):
             impulses = self._impulses(state, u_free, u_before, h)
-            if impulses is not None and self._fits(state, impulses, u_free, u_before, h):
+            if impulses is not None:
                 self._last = state
                 return impulses[:count], -impulses[count:]
         raise SolutionError(f"no contact state fits the contacts {active}")
@@ -95,54 +95,43 @@ class _ImpactSolver:
             for slip in product((0, 1, -1), repeat=len(groups)):
                 yield _State(active, closed, dict(zip(groups, slip, strict=True)))
 
-    def _cohesion_ns(self, state: _State, group: int, h: float) -> float:
-        members = sum(self._contacts.groups[i] == group for i in state.active)
-        return self._contacts.cohesion_n * h * members
-
     def _impulses(self, state: _State, u_free: Array, u_before: Array, h: float) -> Array | None:
-        """Return the impulses for which the state's equalities hold; None if there are none."""
+        """Return the impulses that meet the state's equalities; None if not its inequalities."""
         data, count, size = self._contacts, len(self._contacts.groups), len(u_free)
         closed = list(state.closed)
-        fixed, columns, unknown = np.zeros(size), np.eye(size), [*closed]
+        impulses, columns, unknown = np.zeros(size), np.eye(size), [*closed]
+        active = [data.groups[i] for i in state.active]
+        cohesion_ns = {group: data.cohesion_n * h * active.count(group) for group in state.slip}
         for group, motion in state.slip.items():
             if motion == 0:
                 unknown.append(count + group)
                 continue
-            fixed[count + group] -= motion * self._cohesion_ns(state, group, h)
+            impulses[count + group] -= motion * cohesion_ns[group]
             for i in closed:
                 if data.groups[i] == group:
                     columns[i, count + group] -= motion * data.friction
-        if not unknown:
-            return fixed
-        targets = np.zeros(len(unknown))
-        targets[: len(closed)] = -data.restitution * u_before[closed]
-        basis, rows = columns[unknown].T, self._compliance[unknown]
-        try:
-            found = np.linalg.solve(rows @ basis, targets - (u_free[unknown] + rows @ fixed))
-        except np.linalg.LinAlgError:
-            return None
-        return fixed + basis @ found
-
-    def _fits(
-        self, state: _State, impulses: Array, u_free: Array, u_before: Array, h: float
-    ) -> bool:
-        """Return whether the inequalities of the state hold."""
-        data, count = self._contacts, len(self._contacts.groups)
+        if unknown:
+            targets = np.zeros(len(unknown))
+            targets[: len(closed)] = -data.restitution * u_before[closed]
+            basis, rows = columns[unknown].T, self._compliance[unknown]
+            try:
+                found = np.linalg.solve(rows @ basis, targets - (u_free[unknown] + rows @ impulses))
+            except np.linalg.LinAlgError:
+                return None
+            impulses = impulses + basis @ found
         after = u_free + self._compliance @ impulses
         speed = _ROUNDING * max(float(np.abs(u).max()) for u in (after, u_free, u_before))
-        size = _ROUNDING * float(np.abs(impulses).max())
-        if any(impulses[i] < -size for i in state.closed):
-            return False
-        if any(after[i] + data.restitution * u_before[i] < -speed for i in state.active):
-            return False
+        least = -_ROUNDING * float(np.abs(impulses).max())
+        opening = after + data.restitution * u_before
+        if impulses[closed].min(initial=0.0) < least or opening[[*state.active]].min() < -speed:
+            return None
         for group, motion in state.slip.items():
-            normal = float(sum(impulses[i] for i in state.closed if data.groups[i] == group))
-            limit = data.friction * normal + self._cohesion_ns(state, group, h)
-            if motion == 0 and abs(impulses[count + group]) > limit + size:
-                return False
-            if motion * after[count + group] < -speed:
-                return False
-        return True
+            normal = float(sum(impulses[i] for i in closed if data.groups[i] == group))
+            limit = data.friction * normal + cohesion_ns[group]
+            is_beyond = motion == 0 and abs(impulses[count + group]) > limit - least
+            if is_beyond or motion * after[count + group] < -speed:
+                return None
+        return impulses
 
 
 class LcpHistory(NamedTuple):
@@ -164,8 +153,7 @@ def moreau_jean(
 ) -> LcpHistory:
     """Step a linear structure (mass, damping, stiffness) with rigid contacts from rest.
 
-    The loads are means over the steps, shape (steps, dofs). `SolutionError` if a step has no
-    solution.
+    The loads are means over the steps, (steps, dofs). `SolutionError` if a step has no solution.
     """
     mass, damping, stiffness = matrices
     steps, dofs = mean_loads_n.shape

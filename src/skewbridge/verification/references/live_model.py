@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
@@ -18,37 +17,34 @@ type TimeFunction = Callable[[Array], Array]
 
 
 @contextmanager
-def clean_domain() -> Generator[None]:
-    """Wipe the OpenSees domain of the process on entry and exit."""
+def clean_domain(dimensions: int, dofs: int) -> Generator[None]:
+    """Open a model in the OpenSees domain of the process, which is wiped on entry and exit."""
     ops.wipe()
+    ops.model("basic", "-ndm", dimensions, "-ndf", dofs)
     try:
         yield
     finally:
         ops.wipe()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Solver:
-    """OpenSees solution commands; the tolerance is on the norm of the last increment."""
-
-    constraints: str = "Transformation"
-    numberer: str = "Plain"
-    system: str = "FullGeneral"
-    tolerance_m: float = 1e-12
-    algorithm: str = "NewtonLineSearch"
-    integrator: tuple[str | float, ...] = ("Newmark", 0.5, 0.25)
-    analysis: str = "Transient"
-    iterations: int = 50
-
-    def prepare(self) -> None:
-        """Define the analysis of the model in the open domain."""
-        ops.constraints(self.constraints)
-        ops.numberer(self.numberer)
-        ops.system(self.system)
-        ops.test("NormDispIncr", self.tolerance_m, self.iterations)
-        ops.algorithm(self.algorithm)
-        ops.integrator(*self.integrator)
-        ops.analysis(self.analysis)
+def prepare_analysis(
+    *,
+    constraints: str = "Transformation",
+    numberer: str = "Plain",
+    system: str = "FullGeneral",
+    tolerance_m: float = 1e-12,
+    algorithm: str = "NewtonLineSearch",
+    integrator: tuple[str | float, ...] = ("Newmark", 0.5, 0.25),
+    analysis: str = "Transient",
+) -> None:
+    """Define the analysis of the open model; the tolerance is on the norm of the last increment."""
+    ops.constraints(constraints)
+    ops.numberer(numberer)
+    ops.system(system)
+    ops.test("NormDispIncr", tolerance_m, 50)
+    ops.algorithm(algorithm)
+    ops.integrator(*integrator)
+    ops.analysis(analysis)
 
 
 def path_series(tag: int, dt_s: float, values: Array) -> None:
@@ -70,10 +66,7 @@ def load_node(
 
 
 def shake_base(mass_node: int, dt_s: float, accel_mps2: Array) -> None:
-    """Shake all supports by an acceleration along x and y, shape (2, n).
-
-    The mass node has its initial acceleration.
-    """
+    """Shake all supports by an acceleration, (2, n); the mass node has the initial one."""
     for dof, component in enumerate(accel_mps2, start=1):
         path_series(dof, dt_s, component)
         ops.pattern("UniformExcitation", dof, dof, "-accel", dof)
@@ -82,10 +75,9 @@ def shake_base(mass_node: int, dt_s: float, accel_mps2: Array) -> None:
 
 def first_crossing_s(t_s: Array, values: Array) -> float | None:
     """Return the time at which values first fall below zero, linear between samples."""
-    below = np.flatnonzero(values < 0.0)
-    if len(below) == 0:
+    k = int(np.argmax(values < 0.0))
+    if values[k] >= 0.0:
         return None
-    k = int(below[0])
     if k == 0:
         return float(t_s[0])
     share = values[k - 1] / (values[k - 1] - values[k])
@@ -116,15 +108,9 @@ def record(
     parts_on_change: int = 1,
 ) -> Array:
     """Step to the given times and return the states at all of them, the first included."""
-    steps = march(contacts, times_s, dt_s, parts_on_change)
-    return np.array([state(), *(state() for _ in steps)])
-
-
-def march(
-    contacts: ContactSet, times_s: Array, dt_s: float, parts_on_change: int = 1
-) -> Generator[int]:
-    """Step to the given times; yield each step's number after the contacts were updated."""
-    for k in range(1, len(times_s)):
+    rows = [state()]
+    for time_s in times_s[1:].tolist():
         if not make_step(contacts, dt_s, parts_on_change=parts_on_change):
-            raise SolutionError(f"OpenSees stopped at {times_s[k]:.6g} s of {times_s[-1]:.6g} s")
-        yield k
+            raise SolutionError(f"OpenSees stopped at {time_s:.6g} s of {times_s[-1]:.6g} s")
+        rows.append(state())
+    return np.array(rows)

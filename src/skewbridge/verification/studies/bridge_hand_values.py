@@ -32,7 +32,6 @@ STATES: Final = {
     "hinge": ModelOptions(cap_load="middle"),
     "fiber": ModelOptions(column_integration="lobatto5", cap_load="middle"),
 }
-STIFF_N_PER_M: Final = 1.0e12  # holds a deck end
 
 type Values = Mapping[str, str]
 """A row of the table."""
@@ -71,17 +70,20 @@ def _modes_of_row(row: Values) -> ModalResult:
     return _modes(row["bridge"], row["abutment"], row["state"])
 
 
+def _bent(row: Values) -> BentCapacity:
+    return bent_capacity(load_bridge(row["bridge"]), 0)
+
+
 def _held_period_s(row: Values) -> float:
     """Return the transverse period with both deck ends held across."""
     with domain():
         variant = paper_variant(bridge=row["bridge"], abutment=row["abutment"])
         model = build(variant, STATES[row["state"]])
         stiff = model.tags.material()
-        ops.uniaxialMaterial("Elastic", stiff, STIFF_N_PER_M)
-        for abutment in model.abutments:
-            for bearing in abutment.bearings:
-                nodes = (model.tags.element(), bearing.seat_node, bearing.deck_node)
-                ops.element("zeroLength", *nodes, "-mat", stiff, "-dir", 2)
+        ops.uniaxialMaterial("Elastic", stiff, 1.0e12)
+        for bearing in (each for abutment in model.abutments for each in abutment.bearings):
+            nodes = (model.tags.element(), bearing.seat_node, bearing.deck_node)
+            ops.element("zeroLength", *nodes, "-mat", stiff, "-dir", 2)
         modes = modes_of(model, 12)
     return max(modes, key=lambda mode: mode.mass_y).period_s
 
@@ -89,22 +91,15 @@ def _held_period_s(row: Values) -> float:
 def _pushed_kn(row: Values) -> float:
     """Return the strength of a bridge pushed at an angle."""
     variant = paper_variant(bridge=row["bridge"], abutment=row["abutment"])
-    angle_deg, end_m = float(row["at"]), float(row["end_m"])
-    options = STATES[row["state"]]
-    curve = push_bridge(variant, options, angle_deg=angle_deg, max_disp_m=end_m, steps=60)
-    return curve.peak_n / KN
-
-
-def _bent(row: Values) -> BentCapacity:
-    return bent_capacity(load_bridge(row["bridge"]), 0)
+    push = {"angle_deg": float(row["at"]), "max_disp_m": float(row["end_m"])}
+    return push_bridge(variant, STATES[row["state"]], **push, steps=60).peak_n / KN
 
 
 def _shear_strength_kn(row: Values) -> float:
     """Return the strength of a column at ductility 5, under the axial force of the model."""
     data = load_bridge(row["bridge"])
-    axials = [each for each in _TABLE if each["quantity"] == _AXIAL]
-    axial = next(each["reference"] for each in axials if each["bridge"] == row["bridge"])
-    axial_n = float(axial) * KN
+    axials = {each["bridge"]: each["reference"] for each in _TABLE if each["quantity"] == _AXIAL}
+    axial_n = float(axials[row["bridge"]]) * KN
     curve = section_response(data.column, axial_n)
     shear = shear_section(data.column, data.bents[0].clear_height_m, curve)
     return float(sdc_shear_strength(shear, axial_n, 5.0)) / KN

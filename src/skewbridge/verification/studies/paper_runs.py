@@ -6,9 +6,10 @@ for a missing record is named on every figure.
 """
 
 import os
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final, Self
+from typing import Any, Final, Self
 
 from skewbridge.errors import InputError
 from skewbridge.files.digests import PACKAGE
@@ -30,14 +31,6 @@ from skewbridge.variant.variant import Variant
 from skewbridge.verification.statements import NOMINAL, Run
 
 FOLDERS_VARIABLE: Final = "SKEWBRIDGE_RECORDS"
-# source: PEER NGA-West2 flatfile, RSN 1087 (Northridge 1994, Tarzana), RotD50 PGA
-TARZANA_PGA_ROTD50_G: Final = 1.6440
-# The package's motions have no pulse: at the peak of WAHO they leave the gaps of OSB1 open, so they
-# could not check what the paper states about contact.
-CLOSING_FACTOR: Final = 3.0
-# source: PEER NGA-West2, RSN 6 (Imperial Valley 1940, El Centro): geometric mean of the two
-# components, 0.2808 and 0.2107 g
-EL_CENTRO_PGA_G: Final = 0.2432
 
 FRICTION_PCT: Final = 50  # source: the paper, section 4
 GAP_MM: Final = 51  # source: the paper, section 4
@@ -73,35 +66,32 @@ class PaperMotion:
 
     def runs(self) -> list[Self]:
         """Return this motion at `SCALES`; for a stand-in, other motions of the suite as well."""
-        scaled = [
-            replace(self, motion=self.motion.scaled(scale), run=Run(f"scale {scale:g}", scale))
-            for scale in SCALES
-        ]
+        names = {scale: Run(f"scale {scale:g}", scale) for scale in SCALES}
+        scaled = [replace(self, motion=self.motion.scaled(s), run=run) for s, run in names.items()]
         if self.is_paper_record:
             return scaled
         strongest = strongest_motions(OTHER_MOTIONS + 1, self.other_pga_g)
-        different = [each for each in strongest if each.motion_id != self.motion.motion_id]
+        others = [each for each in strongest if each.motion_id != self.motion.motion_id]
+        place = f"at a PGA of {self.other_pga_g:.2f} g"
         return scaled + [
-            replace(
-                self,
-                motion=motion,
-                label=f"{motion.motion_id} at a PGA of {self.other_pga_g:.2f} g",
-                run=Run(motion.motion_id),
-            )
-            for motion in different[:OTHER_MOTIONS]
+            replace(self, motion=m, label=f"{m.motion_id} {place}", run=Run(m.motion_id))
+            for m in others[:OTHER_MOTIONS]
         ]
 
 
 def tarzana() -> PaperMotion:
     """Return Tarzana with 090 longitudinal and 000 transverse, or a synthetic pair as strong."""
     patterns = ("*TAR090*", "*TAR360*", "*TAR000*")
-    return _record("Tarzana", "TAR", patterns, TARZANA_PGA_ROTD50_G)
+    # source: PEER NGA-West2 flatfile, RSN 1087 (Northridge 1994, Tarzana), RotD50 PGA
+    return _record("Tarzana", "TAR", patterns, 1.6440)
 
 
 def waho() -> PaperMotion:
     """Return WAHO with 090 longitudinal and 000 transverse, its surrogate, or a synthetic pair."""
     patterns = ("*WAH090*", "*WAH000*")
-    found = _record("WAHO", "RSN811_WAHO", patterns, WAHO_PGA_ROTD50_G, CLOSING_FACTOR)
+    # The package's motions have no pulse: at the peak of WAHO they leave the gaps of OSB1 open, so
+    # they could not check what the paper states about contact.
+    found = _record("WAHO", "RSN811_WAHO", patterns, WAHO_PGA_ROTD50_G, factor=3.0)
     north, east = (_find(name) for name in SURROGATE_FILES)
     if found.is_paper_record or not (north and east):
         return found
@@ -112,7 +102,9 @@ def waho() -> PaperMotion:
 
 def el_centro() -> PaperMotion:
     """Return El Centro with 180 longitudinal and 270 transverse, or a synthetic pair as strong."""
-    return _record("El Centro", "RSN6_ELC", ("*ELC180*", "*ELC270*"), EL_CENTRO_PGA_G)
+    # source: PEER NGA-West2, RSN 6 (Imperial Valley 1940, El Centro): geometric mean of the two
+    # components, 0.2808 and 0.2107 g
+    return _record("El Centro", "RSN6_ELC", ("*ELC180*", "*ELC270*"), 0.2432)
 
 
 def _find(*patterns: str) -> Path | None:
@@ -134,11 +126,9 @@ def _record(
     first, second = _find(patterns[0]), _find(*patterns[1:])
     pga_g = factor * pga_rotd50_g
     if first and second:
-        try:
+        with suppress(FalseClaimError):
             motion = read_motion(first, second, motion_id=motion_id)
             return PaperMotion(motion, name, pga_g, is_paper_record=True)
-        except FalseClaimError:
-            pass
     motion = read_entry(embedded_entries()[0])
     label = f"synthetic {motion.motion_id} at {factor:g} x the peak of {name}"
     return PaperMotion(motion.scaled(pga_g / _pga_g(motion)), label, pga_g)
@@ -166,19 +156,8 @@ def strongest_motions(count: int, pga_g: float) -> list[GroundMotion]:
     return [motions[k].scaled(pga_g / peak_g) for peak_g, k in ranked[:count]]
 
 
-def paper_variant(
-    *,
-    bridge: str = "osb1",
-    abutment: str = "contact_friction",
-    skew_deg: int = 0,
-    gap_mm: int = GAP_MM,
-    friction_pct: int = FRICTION_PCT,
-) -> Variant:
-    """Return a variant with the paper's gap and friction unless others are given."""
-    return Variant(
-        bridge=bridge,
-        abutment=abutment,
-        skew_deg=skew_deg,
-        gap_mm=gap_mm,
-        friction_pct=friction_pct,
-    )
+def paper_variant(**fields: Any) -> Variant:
+    """Return OSB1 with friction, skew 0 and the paper's gap; keywords give other fields."""
+    paper: dict[str, Any] = {"bridge": "osb1", "abutment": "contact_friction", "skew_deg": 0}
+    paper |= {"gap_mm": GAP_MM, "friction_pct": FRICTION_PCT}
+    return Variant(**paper | fields)

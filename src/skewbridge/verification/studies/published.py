@@ -7,10 +7,9 @@ Where the ratio of medians is outside `RANGE`, runs with one named change each (
 moves it: a change explains a ratio if it brings it inside, or closes half of the distance to it.
 Nothing is fitted to the published values.
 
-`run_skew` runs PEER's bridges A, B and C at the skews of `SKEWS_DEG` under the same motions. The
-effect on a median capacity is compared with the factor of Hazus; effects on demands with the
-directions that others report (docs/theory/published_skew.md). `CHOICES` change one modelling choice
-in bridge B and give the effect of skew with it.
+`run_skew` compares the effect of skew on median capacities of PEER's bridges A, B and C with the
+factor of Hazus, and effects on demands with the directions that others report
+(docs/theory/published_skew.md); `CHOICES` change one modelling choice in bridge B.
 
 References:
     Mangalathu (2017), PhD thesis, Georgia Institute of Technology (hdl.handle.net/1853/58291).
@@ -22,6 +21,7 @@ References:
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import product
 from math import nan, radians, sin, sqrt
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -66,7 +66,6 @@ RANGE: Final = (0.75, 1.33)
 SOURCE: Final = "Mangalathu (2017) in Chen et al. (2025), doi 10.17603/ds2-c73m-nj37"
 SYSTEM: Final = "system"
 ALL_STATES: Final = {"slight", "moderate", "extensive", "complete"}
-DISPERSION: Final = 0.35  # source: Chen et al. (2025), every capacity
 SETTINGS: Final = FitSettings(im="im_sa_1p000_rotd50_g")
 # Demands of the published components in our analyses; the others are not modelled.
 DEMANDS: Final = {
@@ -77,7 +76,6 @@ DEMANDS: Final = {
     "deck_displacement": "deck_disp_m",
     "abutment_passive": "abutment_passive_m",
 }
-UNITS: Final = {"in": INCH, "ratio": 1.0}
 _KEYS: Final = ["component", "state"]
 WHOLE: Final = "whole_"  # prefix of peaks of whole motions
 # States whose ratio has to be inside or explained.
@@ -87,7 +85,7 @@ JUDGED: Final = {
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Change:
     """One change of the comparison; whatever it does not name stays."""
 
@@ -102,25 +100,20 @@ class Change:
     keys: str = "sacrificial"
 
 
-NONE: Final = Change(name="none")
+NONE: Final = Change("none")
+_ON_SEAT: Final = {"unseating": "bearing_disp_m", "deck_displacement": "bearing_disp_m"}
 CHANGES: Final = (
-    Change(
-        name="capacity: joint opening of the curve, that of era 2", capacity="capacity_of_curve"
-    ),
+    Change("capacity: joint opening of the curve, that of era 2", capacity="capacity_of_curve"),
     # source: Mangalathu, Soleimani and Jeon (2017), table 4, by the comments of simcenter-dlml
-    Change(name="capacity: bearing 3 in instead of 4 in", weaker_bearing=True),
-    Change(
-        name="demand: any move of the deck end on its seat",
-        demands={"unseating": "bearing_disp_m", "deck_displacement": "bearing_disp_m"},
-    ),
-    Change(name="demand: curvature over that of the first yield of a bar", first_yield=True),
-    Change(name="demand: up to the failure of a column, as in our studies", whole=False),
-    Change(name="bridge: bridge_b, columns 6.7 m", bridges={3: "bridge_b"}),
-    Change(name="gap: 51 mm", gap_mm=51),
+    Change("capacity: bearing 3 in instead of 4 in", weaker_bearing=True),
+    Change("demand: any move of the deck end on its seat", demands=_ON_SEAT),
+    Change("demand: curvature over that of the first yield of a bar", first_yield=True),
+    Change("demand: up to the failure of a column, as in our studies", whole=False),
+    Change("bridge: bridge_b, columns 6.7 m", bridges={3: "bridge_b"}),
+    Change("gap: 51 mm", gap_mm=51),
     # keys that break to protect the abutment are younger than the bridges of era 1
-    Change(name="keys: do not break", keys="monolithic", bridges={1: "osb1_era1"}),
+    Change("keys: do not break", keys="monolithic", bridges={1: "osb1_era1"}),
 )
-MOTIONS: Final = 24  # three blocks of levels
 
 
 def published_curves() -> pd.DataFrame:
@@ -130,21 +123,15 @@ def published_curves() -> pd.DataFrame:
 
 def run(study: Study) -> None:
     """Run the analyses, fit both eras with each change, and compare."""
-    published = published_curves()
-    runs: dict[Any, tuple[Variant, dict[str, str]]] = {
-        (era, change.name): (
-            paper_variant(bridge=change.bridges[era], gap_mm=change.gap_mm),
-            {"keys": change.keys},
-        )
-        for era in BRIDGES
-        for change in (NONE, *CHANGES)
-        if era in change.bridges
-    }
-    demands = analysed_demands(study, runs, MOTIONS)
-    changes = {change.name: change for change in (NONE, *CHANGES)}
+    published, changes = published_curves(), {change.name: change for change in (NONE, *CHANGES)}
+    runs: dict[Any, tuple[Variant, dict[str, str]]] = {}
+    for era, (name, change) in product(BRIDGES, changes.items()):
+        if era in change.bridges:
+            variant = paper_variant(bridge=change.bridges[era], gap_mm=change.gap_mm)
+            runs[era, name] = variant, {"keys": change.keys}
     found = [
         medians(published[published["era"] == era], table, era, changes[name])
-        for (era, name), table in demands.items()
+        for (era, name), table in analysed_demands(study, runs, 24).items()  # 3 blocks of levels
     ]
     study.tables["ratios"] = table = compared(published, pd.concat(found, ignore_index=True))
     ours = table[table["change"] == NONE.name]
@@ -254,8 +241,8 @@ def capacities(
             component=row["component"],
             name=row["state"],
             demand=columns[row["component"]],
-            threshold=row[name] * UNITS[row["unit"]],
-            dispersion=DISPERSION,
+            threshold=row[name] * {"in": INCH, "ratio": 1.0}[row["unit"]],
+            dispersion=0.35,  # source: Chen et al. (2025), every capacity
         )
         for row in records_of(published)
         if row["component"] in columns
@@ -266,9 +253,8 @@ def compared(published: pd.DataFrame, ours: pd.DataFrame) -> pd.DataFrame:
     """Return the published medians with those of the study, their ratios and intervals."""
     table = published.merge(ours, on=["era", *_KEYS], how="inner", sort=False)
     fitted = table["status"] == FITTED
-    for name, of in (("ratio", "theta"), ("ratio_low", "theta_low"), ("ratio_high", "theta_high")):
-        table[name] = (table[of] / table["median_g"]).where(fitted)
-    table["ratio_bound"] = (table["theta_bound"] / table["median_g"]).where(~fitted)
+    for end, usable in (("", fitted), ("_low", fitted), ("_high", fitted), ("_bound", ~fitted)):
+        table[f"ratio{end}"] = (table[f"theta{end}"] / table["median_g"]).where(usable)
     return table
 
 
@@ -290,11 +276,10 @@ def explanations(table: pd.DataFrame) -> pd.DataFrame:
     distances = outside(ratios)
     best, before = distances.idxmin(axis=1), distances[NONE.name]
     closed = (1.0 - distances.min(axis=1) / before).where(before > 0.0)
-    found = pd.DataFrame({"ratio": ratios[NONE.name], "change": best})
     changed = ratios.to_numpy()[np.arange(len(best)), ratios.columns.get_indexer(best)]
+    found = {"ratio": ratios[NONE.name], "change": best, "changed_ratio": changed}
     is_explained = (before == 0.0) | (closed >= 0.5)
-    found = found.assign(changed_ratio=changed, closed=closed, is_explained=is_explained)
-    return found.reset_index()
+    return pd.DataFrame(found | {"closed": closed, "is_explained": is_explained}).reset_index()
 
 
 def _figure(table: pd.DataFrame) -> Figure:
@@ -311,20 +296,15 @@ def _figure(table: pd.DataFrame) -> Figure:
             axis.plot(rows["ratio"], names, "o", ms=3.5)
             axis.invert_yaxis()
             axis.set_xscale("log")
-            axis.set_xticks(
-                [0.5, 0.75, 1.0, 1.33, 2.0, 3.0], ["0.5", "0.75", "1", "1.33", "2", "3"]
-            )
+            ticks = (0.5, 0.75, 1.0, 1.33, 2.0, 3.0)
+            axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
             axis.minorticks_off()
-            text = "our median over the published one"
-            axis.set(xlabel=text, title=f"{bridge}, era {era}")
+            axis.set(xlabel="our median over the published one", title=f"{bridge}, era {era}")
     return figure
 
 
-SKEW_BRIDGES: Final = ("bridge_a", "bridge_b", "bridge_c")
 SKEWS_DEG: Final = (0, 30, 60)
-SKEW_MOTIONS: Final = 12
 CHOICE_MOTIONS: Final = 8
-HAZUS: Final = "Hazus: sqrt(sin(90 deg - skew))"
 #: Demands that others report effects of skew on.
 COMPARED: Final = (
     "column_drift_ratio",
@@ -344,8 +324,6 @@ CHOICES: Final[Mapping[str, Mapping[str, Any]]] = {
     "backfill stronger at the acute corner": {"backfill_variation": 0.3},
 }
 CHOSEN: Final = "bridge_b"
-#: Options that change nothing without skew.
-ONLY_SKEWED: Final = {"key_frame", "backfill_variation"}
 _EFFECT_KEYS: Final = ("bridge", "choice", "skew_deg", "demand")
 _EFFECT: Final = ("ratio", "ratio_low", "ratio_high", "n_motions")
 
@@ -354,23 +332,21 @@ def run_skew(study: Study) -> None:
     """Run the bridges at their skews and one bridge with other choices; report the effects."""
     plain = {
         (bridge, skew, NONE.name): (paper_variant(bridge=bridge, skew_deg=skew, gap_mm=25), {})
-        for bridge in SKEW_BRIDGES
-        for skew in SKEWS_DEG
+        for bridge, skew in product(("bridge_a", "bridge_b", "bridge_c"), SKEWS_DEG)
     }
     changed = {
         (CHOSEN, skew, choice): (paper_variant(bridge=CHOSEN, skew_deg=skew, gap_mm=25), options)
         for choice, options in CHOICES.items()
         for skew in (SKEWS_DEG[0], SKEWS_DEG[-1])
-        if skew or not ONLY_SKEWED & options.keys()
+        if skew or not {"key_frame", "backfill_variation"} & options.keys()  # nothing at skew 0
     }
-    demands = analysed_demands(study, plain, SKEW_MOTIONS)
+    demands = analysed_demands(study, plain, 12)
     straight = demands[CHOSEN, 0, NONE.name].head(CHOICE_MOTIONS)
     demands |= analysed_demands(study, changed, CHOICE_MOTIONS)
     for choice in CHOICES:
         demands.setdefault((CHOSEN, 0, choice), straight)
-    table = pd.concat(
-        [part.assign(choice=choice) for (*_, choice), part in demands.items()], ignore_index=True
-    )
+    parts = [part.assign(choice=choice) for (*_, choice), part in demands.items()]
+    table = pd.concat(parts, ignore_index=True)
     ratios, medians = demand_ratios(table), median_factors(table)
     study.tables["demands"], study.tables["medians"] = ratios, medians
     for row in records_of(ratios[ratios["demand"] != "deck_rotation_rad"]):
@@ -378,7 +354,8 @@ def run_skew(study: Study) -> None:
         study.report(text, row["ratio"], 1.0, "skew 0, same motions")
     for row in records_of(medians):
         text = f"{_case(row)}: median of {row['demand']}, factor {_interval(row)}"
-        study.report(text, row["ratio"], hazus_factor(row["skew_deg"]), HAZUS)
+        source = "Hazus: sqrt(sin(90 deg - skew))"
+        study.report(text, row["ratio"], hazus_factor(row["skew_deg"]), source)
     for (bridge, skew, choice), part in demands.items():
         done = int((part["status"].isin(RAN)).sum())
         text = f"{bridge}, skew {skew}, choice {choice}: analyses that ended ok or in collapse"
@@ -394,9 +371,8 @@ def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
     """Return the mean ratio of each demand to that at skew 0 under the same motion.
 
     The table has rows of analyses, their choice and peaks of whole motions, which count even where
-    a run collapsed. Columns: bridge, choice, skew_deg, demand, mean (geometric, in the unit of the
-    demand), ratio, ratio_low, ratio_high and n_motions. Motions whose demand is zero at either skew
-    are left out.
+    a run collapsed. Motions whose demand is zero at either skew are left out. Columns: bridge,
+    choice, skew_deg, demand, mean (geometric, in its unit), ratio, its interval and n_motions.
     """
     # by their names for whole motions, which are judged by ratios alone
     names = [f"{WHOLE}{name}" for name in COMPARED]
@@ -431,12 +407,8 @@ def _effects_of_skew(
     table: pd.DataFrame, effects: Callable[[pd.DataFrame], pd.DataFrame]
 ) -> pd.DataFrame:
     """Return the pooled effects of each choice with the names of this study."""
-    found = pd.concat(
-        [
-            effects(part).assign(choice=choice)
-            for choice, part in table.groupby("choice", sort=False)
-        ]
-    )
+    choices = table.groupby("choice", sort=False)
+    found = pd.concat([effects(part).assign(choice=choice) for choice, part in choices])
     names = {"to_value": "skew_deg", "ci_low": "ratio_low", "ci_high": "ratio_high"}
     pooled = found[found["scope"] == "pooled"].drop(columns="skew_deg", errors="ignore")
     return pooled.rename(columns=names).reset_index(drop=True)

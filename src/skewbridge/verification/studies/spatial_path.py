@@ -30,9 +30,7 @@ LIMIT_N: Final = 4500.0
 _ROWS_PER_S: Final = 2000
 # source: radial return integrated with dt = 1e-5 s gave the forces and works in the table
 _FORCES_AT_S: Final = (1.5, 2.0, 3.76, 4.4, 4.6, 4.9, 6.5, 7.4, 9.0, 9.2, 11.6)
-_WORKS_OVER_S: Final = ((1.25, 2.5), (3.75, 5.0), (6.25, 7.5), (8.75, 10.0))
 _SCHEMES: Final[tuple[Scheme, ...]] = ("vector", "componentwise", "elastic")
-_PAPER_WAY: Final = "componentwise, lagged"
 _COUPLINGS: Final[tuple[Coupling, ...]] = ("extrapolated", "lagged")
 
 
@@ -45,16 +43,15 @@ def run(study: Study) -> None:
         found = forces[round(time * _ROWS_PER_S), axis]
         study.tabulated(f"F{name} at {time:g} s (N)", found)
     study.tabulated("total work (J)", unit.path_work_j(path, forces))
-    for start, end in _WORKS_OVER_S:
+    for start, end in ((1.25, 2.5), (3.75, 5.0), (6.25, 7.5), (8.75, 10.0)):
         rows = slice(round(start * _ROWS_PER_S) - 1, round(end * _ROWS_PER_S) + 1)
         work = unit.path_work_j(path[rows], forces[rows])
         study.tabulated(f"work from {start} to {end} s (J)", work)
     closed, friction_n = forces[:, 2] > 0.0, np.hypot(*forces[:, :2].T)
     # The square wave jumps within one row: that row is left out on both sides.
     steady = np.ones(len(closed), dtype=bool)
-    jumps = np.flatnonzero(np.diff(closed))
-    for shift in (0, 1, 2):
-        steady[np.minimum(jumps + shift, len(closed) - 1)] = False
+    for jump in np.flatnonzero(np.diff(closed)).tolist():
+        steady[jump : jump + 3] = False
     excess = friction_n - np.where(closed, 1500.0 + 0.3 * forces[:, 2], 0.0)
     beyond = max(0.0, float(excess[steady].max())) / LIMIT_N
     study.at_most("force beyond the cone over the limit", beyond, 1e-6, "cone")
@@ -81,7 +78,7 @@ def _compare_schemes(study: Study) -> pd.DataFrame:
         work = unit.path_work_j(path, forces)
         largest = float(np.hypot(*forces[:, :2].T).max()) / LIMIT_N
         name = f"{scheme}, {coupling}"
-        case = f"{name} (the paper's way)" if name == _PAPER_WAY else name
+        case = f"{name} (the paper's way)" if name == "componentwise, lagged" else name
         study.states("limit in every direction", case, largest)
         claim = "elastic springs too" if scheme == "elastic" else "components are coupled"
         study.states(claim, case, error_ratio)
@@ -127,19 +124,28 @@ _KINDS: Final[dict[PathKind, str]] = {
     "reversals": "path with reversals",
 }
 _DECK: Final = "deck C5"
-_ROWS: Final = (125, 250, 500, 1000, 2000, 4000)
-_DECK_STEPS: Final = (0.2, 0.1, 0.05, 0.02, 0.01)
 _DECK_S: Final = 0.6
 
 
 def run_orders(study: Study) -> None:
     """Run the study of the couplings."""
-    paths: list[Row] = [
+    rows: list[Row] = [
         {"study": kind, "coupling": coupling, "rows": rows, "step": 1.0 / rows}
         | {"error_ratio": path_error(rows, coupling, kind)}
-        for kind, coupling, rows in product(_KINDS, _COUPLINGS, _ROWS)
+        for kind, coupling, rows in product(_KINDS, _COUPLINGS, (125, 250, 500, 1000, 2000, 4000))
     ]
-    study.tables["errors"] = table = pd.DataFrame([*paths, *_deck_errors()])
+    exact = run_deck(deck_case("C5", solver="penalty", dt_s=2.5e-4, duration_s=_DECK_S))
+    scale = np.abs(exact.q).max(axis=0)
+    couplings = (("extrapolated", 1), ("lagged", 1), ("extrapolated", 8))
+    for step, (coupling, parts) in product((0.2, 0.1, 0.05, 0.02, 0.01), couplings):
+        dt_s = step / deck_case("C5").contact_frequency_rad_per_s
+        case = deck_case("C5", dt_s=dt_s, duration_s=_DECK_S, coupling=coupling)
+        found = run_opensees(case, pulse_of(case), parts_on_change=parts)
+        q = np.array([np.interp(exact.t_s, found.t_s, column) for column in found.q.T]).T
+        name = coupling if parts == 1 else f"{coupling}, sub-steps"
+        row = {"study": _DECK, "coupling": name, "rows": 0, "step": step}
+        rows.append(row | {"error_ratio": rms((q - exact.q) / scale)})
+    study.tables["errors"] = table = pd.DataFrame(rows)
     source = "radial return on a fine grid"
     panels: dict[str, dict[str, Any]] = {kind: {} for kind in (*_KINDS, _DECK)}
     for (kind, coupling), group in table.groupby(["study", "coupling"]):
@@ -153,20 +159,16 @@ def run_orders(study: Study) -> None:
         panels[str(kind)][str(coupling)] = group["step"], group["error_ratio"], {"marker": "."}
     scales = {"xscale": "log", "yscale": "log"}
     titles = {**_KINDS, _DECK: "frictional deck C5, step x contact frequency"}
-    figure = [
-        Panel("step / period (-)", "RMS error (-)", lines, titles[kind], scales)
-        for kind, lines in panels.items()
-    ]
+    labels = "step / period (-)", "RMS error (-)"
+    figure = [Panel(*labels, lines, titles[kind], scales) for kind, lines in panels.items()]
     study.figures["order"] = drawn(figure, columns=2, height_in=5.2)
 
 
 def smooth_path(rows: int, kind: PathKind) -> Array:
-    """Return two periods of 1 s of a curve in space.
+    """Return two periods of 1 s of a curve in space, with some rows per period.
 
-    Args:
-        rows: Rows per period.
-        kind: `closed` stays closed, `opening and closing` opens once per period, `reversals`
-            stays closed and moves back and forth on a slightly curved line.
+    `closed` stays closed, `opening and closing` opens once per period, `reversals` stays closed and
+    moves back and forth on a slightly curved line.
     """
     t = np.linspace(0.0, 2.0, 2 * rows + 1)
     if kind == "reversals":
@@ -187,22 +189,6 @@ def path_error(rows: int, coupling: Coupling, kind: PathKind) -> float:
     forces = unit.drive_unit(PAPER_LAW, path, substeps=1, coupling=coupling).forces_n
     limit = PAPER_LAW.cohesion_n + PAPER_LAW.friction * float(fine[:, 2].max())
     return unit.rms_n((forces - fine)[:, :2]) / limit
-
-
-def _deck_errors() -> list[Row]:
-    exact = run_deck(deck_case("C5", solver="penalty", dt_s=2.5e-4, duration_s=_DECK_S))
-    scale = np.abs(exact.q).max(axis=0)
-    rows: list[Row] = []
-    couplings = (("extrapolated", 1), ("lagged", 1), ("extrapolated", 8))
-    for step, (coupling, parts) in product(_DECK_STEPS, couplings):
-        dt_s = step / deck_case("C5").contact_frequency_rad_per_s
-        case = deck_case("C5", dt_s=dt_s, duration_s=_DECK_S, coupling=coupling)
-        found = run_opensees(case, pulse_of(case), parts_on_change=parts)
-        q = np.array([np.interp(exact.t_s, found.t_s, column) for column in found.q.T]).T
-        name = coupling if parts == 1 else f"{coupling}, sub-steps"
-        row = {"study": _DECK, "coupling": name, "rows": 0, "step": step}
-        rows.append(row | {"error_ratio": rms((q - exact.q) / scale)})
-    return rows
 
 
 IMPLICIT: Final = 0
@@ -273,8 +259,7 @@ def curved_path(rows_per_period: int = 1000) -> Array:
 def drive_native(law: ContactLaw, path: Array, integration: int, substeps: int = 1) -> Array:
     """Drive the native element along a path; return forces like those of `drive_unit`."""
     forces = np.zeros((len(path), 3))
-    with clean_domain():
-        ops.model("basic", "-ndm", 3, "-ndf", 3)
+    with clean_domain(3, 3):
         for node in (1, 2, 3, 4):
             ops.node(node, 0.0, 0.0, law.gap_m if node == 2 else 0.0)
         for node, fixed in ((1, (1, 1, 1)), (3, (1, 1, 1)), (4, (0, 1, 1))):
@@ -307,7 +292,7 @@ def run_native_deck(name: str, integration: int, dt_s: float = 1e-4) -> NativeDe
     deck = solvers.make_deck(case)
     kn, kt = case.normal_stiffness_n_per_m, case.kt_n_per_m
     law = ContactLaw(kn_n_per_m=kn, kt_n_per_m=kt, friction=case.friction)
-    with clean_domain():
+    with clean_domain(2, 3):
         solvers.build_deck(deck, wall_offset_m=case.gap_normal_m)
         solvers.rigid_links(case)
         nodes = zip(solvers.WALL_NODES, solvers.CORNER_NODES, strict=True)
