@@ -8,6 +8,7 @@ import time
 from collections.abc import Mapping, Sequence, Sized
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import product
 from math import sqrt
 from pathlib import Path
 from typing import Any, Final, Self
@@ -41,7 +42,6 @@ logger = logging.getLogger(__name__)
 progress_logger = logging.getLogger(PROGRESS_LOG)
 
 LOG_INTERVAL_S: Final = 60.0
-_OUTCOME: Final = ("variant", "motion_id", "status", "collapse_criterion")
 PGV: Final = "im_pgv_rotd50_mps"
 #: Time that a job waits for the lock of its journal. If the node of the previous job was lost,
 #: NFSv4 releases the lock when the lease of that node ends (90 s by default); if the node comes
@@ -111,19 +111,17 @@ class StudySetup:
         variant = replace(variant, bridge=files[variant.bridge])
         options = replace(self.study.model, **dict(variant.options))
         tasks: list[Task] = []
-        for motion in self.suite:
+        for motion, angle in product(self.suite, self.study.motions.incidence_deg):
             draw = self.draws.get(motion.motion.motion_id, {})
-            tasks += [
-                Task(
-                    variant=variant,
-                    motion=self._for_bridge(variant.bridge, motion),
-                    incidence_deg=(angle + draw.get(DIRECTION, 0.0)) % 360.0,
-                    settings=self.study.analysis,
-                    options=with_draw(options, draw),
-                    draw=draw,
-                )
-                for angle in self.study.motions.incidence_deg
-            ]
+            task = Task(
+                variant=variant,
+                motion=self._for_bridge(variant.bridge, motion),
+                incidence_deg=(angle + draw.get(DIRECTION, 0.0)) % 360.0,
+                settings=self.study.analysis,
+                options=with_draw(options, draw),
+                draw=draw,
+            )
+            tasks.append(task)
         return tasks
 
     def task_of(self, row: Mapping[str, Any]) -> Task | None:
@@ -186,7 +184,8 @@ def run_in_journal(
         def on_finished(row: Row) -> None:
             nonlocal finished, logged_s
             if row["status"] in FAILED:
-                outcome = (row[column] for column in _OUTCOME)
+                columns = ("variant", "motion_id", "status", "collapse_criterion")
+                outcome = (row[column] for column in columns)
                 logger.warning("%s under %s: %s (%s); alone: %s", *outcome, run_command(row))
             finished += row["run_key"] in by_key  # not those that a search adds
             if time.monotonic() - logged_s > LOG_INTERVAL_S:

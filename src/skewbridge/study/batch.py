@@ -45,12 +45,6 @@ logger = logging.getLogger(__name__)
 type Work = Callable[[Task, str, Path], list[Row]]
 
 _NO_DEMANDS: Final = {column.name: math.nan for column in DEMAND_COLUMNS}
-#: One thread in each worker: more threads would compete with the other workers.
-_ONE_THREAD: Final = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"
-)
-#: Time that a worker waits while other workers write to the journal.
-_PATIENCE_S: Final = 60.0
 
 
 # ---- Rows of the demands table, made in a worker
@@ -59,8 +53,7 @@ _PATIENCE_S: Final = 60.0
 def restart_alarm(*_: object) -> None:
     """Restart the timer that ends a worker by SIGALRM when it takes no step for some time.
 
-    The interval of the timer is its limit; a process without a timer has none. Time during which
-    the machine sleeps does not count.
+    The interval of the timer is its limit; a process without one has none. Sleep does not count.
     """
     limit_s = signal.getitimer(signal.ITIMER_REAL)[1]
     signal.setitimer(signal.ITIMER_REAL, limit_s, limit_s)
@@ -149,7 +142,7 @@ def search_capacity(
         else:
             row = analysed_row(trial, key, log_folder)
             if key != first_key:
-                with open_journal(journal, _PATIENCE_S) as lines:
+                with open_journal(journal, patience_s=60.0) as lines:  # others write to it
                     lines.append(row)
         rows.append(row)
         return not row[COMPLETE] or row[ida.ida_demand] >= ida.ida_threshold
@@ -228,10 +221,8 @@ def run_tasks(
                 except BrokenProcessPool:
                     # Workers take tasks in their order: the first without rows were under way.
                     left = [key for key in pending if key not in rows][: workers.count + 1]
-                    logger.warning(
-                        "a worker died; the %d analyses in progress are repeated one at a time",
-                        len(left),
-                    )
+                    text = "a worker died; the %d analyses in progress are repeated one at a time"
+                    logger.warning(text, len(left))
                     for key in left:
                         run_alone(key)
         finally:
@@ -244,9 +235,11 @@ def in_workers(
     work: Callable[[Task, str], list[Row]], tasks: Mapping[str, Task], count: int
 ) -> Iterator[tuple[str, list[Row]]]:
     """Yield the rows of finished tasks with their keys; `BrokenProcessPool` if a worker died."""
+    # one thread in each worker: more threads would compete with the other workers
+    env = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     executor = _loky().get_reusable_executor(
         max_workers=min(count, len(tasks)),
-        env={**_ONE_THREAD, PARENT_VARIABLE: str(os.getpid())},
+        env=env | {PARENT_VARIABLE: str(os.getpid())},
         initializer=end_with_parent,
     )
     keys = {executor.submit(work, task, key): key for key, task in tasks.items()}

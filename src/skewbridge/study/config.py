@@ -154,8 +154,7 @@ def parse_config(
     """Return the validated configuration; an omitted section has its defaults.
 
     The first of `files`, from which it was read, names the folder of the results if no key does.
-    Messages name it as `where`; the `InputError` has a line per unknown key or value outside its
-    limits.
+    The `InputError` names it as `where`, with a line per unknown key or value outside its limits.
     """
     full = {"results": default_root(files[0]) if files else DEFAULT_ROOT, **raw}
     design, motions = raw.get("design"), raw.get("motions", {})
@@ -179,8 +178,7 @@ def check_font(name: str) -> None:
         return
     from matplotlib.font_manager import get_font_names  # here: takes a second, few studies need it
 
-    installed = get_font_names()
-    if name not in installed:
+    if name not in (installed := get_font_names()):
         raise InputError(
             f"figures.font must be {', '.join(GENERIC_FONTS)} or the name of an installed font"
             f"{did_you_mean(name, installed)}, got {shortened(name)}"
@@ -199,12 +197,11 @@ def chosen_variants(variants: Iterable[Variant], named: Sequence[str]) -> list[s
     for slug in named:
         if (bridge := parse_slug(slug).bridge_name) not in by_bridge:
             raise InputError(f"modelling_choices.variants: {bridge} is not a bridge of the grid")
+    models, chosen = list(ABUTMENTS), list(named)
 
     def rank(variant: Variant) -> tuple[float, ...]:
-        models = list(ABUTMENTS)
         return models.index(variant.abutment), variant.friction_pct, -variant.gap_mm
 
-    chosen = list(named)
     for of_bridge in () if named else by_bridge.values():
         hardest = max(map(rank, of_bridge))
         by_skew = {abs(each.skew_deg): each.slug for each in of_bridge if rank(each) == hardest}

@@ -26,7 +26,6 @@ STARTER_PARTS: Final = (
     "motions/far",
     "motions/pulse",
 )
-_LEFT_OUT: Final = shutil.ignore_patterns("__pycache__", ".*")
 
 
 def default_root(configuration: str | Path) -> str:
@@ -114,9 +113,8 @@ def starter_files(package: Path = PACKAGE) -> Path:
     for folder in (package.parent / "skewbridge_starter", package.parents[1]):
         if all((folder / part).exists() for part in STARTER_PARTS):
             return folder
-    raise InputError(
-        f"the starter files of a study are not next to {package}: install the package again"
-    )
+    problem = f"the starter files of a study are not next to {package}"
+    raise InputError(f"{problem}: install the package again")
 
 
 def write_starter(folder: Path) -> list[Path]:
@@ -125,14 +123,13 @@ def write_starter(folder: Path) -> list[Path]:
     An `InputError` names those that exist already; nothing is written then.
     """
     source = starter_files()
-    there = [part for part in STARTER_PARTS if (folder / part).exists()]
-    if there:
+    if there := [part for part in STARTER_PARTS if (folder / part).exists()]:
         raise InputError(f"{folder} has {', '.join(there)} already: nothing was written")
     for part in STARTER_PARTS:
         copy = folder / part
         copy.parent.mkdir(parents=True, exist_ok=True)
         if (source / part).is_dir():
-            shutil.copytree(source / part, copy, ignore=_LEFT_OUT)
+            shutil.copytree(source / part, copy, ignore=shutil.ignore_patterns("__pycache__", ".*"))
         else:
             shutil.copy2(source / part, copy)
     return [folder / part for part in STARTER_PARTS]

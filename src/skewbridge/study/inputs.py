@@ -26,8 +26,7 @@ logger = logging.getLogger(__name__)
 def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
     """Read bridges, motions and limit states of a study, look up columns and fonts that it names.
 
-    The file `cache` remembers which motions have been read (`content_digest`). The `InputError` has
-    a line for each fault.
+    The file `cache` remembers which motions have been read. `InputError` with a line per fault.
     """
     checks: list[Callable[[], object]] = [
         *(partial(load_bridge, name) for name in config.bridges_with_periods()),
@@ -72,14 +71,9 @@ def _check_column(key: str, name: str, columns: Iterable[Column]) -> None:
 
 def _check_limit_states(path: Path) -> None:
     names = {column.name for column in DEMAND_COLUMNS}
-    raise_all(
-        InputError(
-            f"{path}: limit state {state.component}/{state.name}: the demands table has no column "
-            f"{state.demand!r}"
-        )
-        for state in load_limit_states(path)
-        if state.demand not in names
-    )
+    lacking = [state for state in load_limit_states(path) if state.demand not in names]
+    text = f"{path}: limit state %s/%s: the demands table has no column %r"
+    raise_all(InputError(text % (each.component, each.name, each.demand)) for each in lacking)
 
 
 def prepare_motions(study: StudyConfig) -> None:

@@ -35,7 +35,6 @@ if TYPE_CHECKING:  # a job that runs no analysis does without OpenSees
 
 logger = logging.getLogger("skewbridge")
 
-EXIT_INTERRUPTED: Final = 130
 #: Errors of the disk or its access rights, not of the program.
 _OF_THE_DISK: Final = frozenset(
     {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EFBIG, errno.EIO}
@@ -80,7 +79,16 @@ def made_from(study: StudyConfig) -> dict[str, dict[str, str]]:
     They are parameters of the rules, so that Snakemake repeats the rules that changed, and are
     stored in the outputs. `InputError` for a wrong input.
     """
-    inputs = _input_digests(study)
+    periods = {name: load_bridge(name).t1_s for name in study.bridges_with_periods()}
+    bridges = {Path(name).stem: bridge_digest(name) for name in study.grid.bridge}
+    inputs = {
+        "motions": motions_digest(study, StudyFolder(Path(study.results)).motions_digest),
+        "periods": digest_of(canonical(periods), periods[CONDITIONING_BRIDGE]),
+        "bridges": digest_of(canonical(bridges)),
+        "opensees": opensees_version(),
+        "variants": digest_of(*sorted(variant.slug for variant in expand_grid(study.grid))),
+        "limit_states": digest_of(load_limit_states(Path(study.fragility.limit_states))),
+    }
     sources = layer_digests({rule: recipe.sources for rule, recipe in RECIPES.items()})
     values = study.model_dump(mode="json")
     made: dict[str, dict[str, str]] = {}
@@ -93,20 +101,6 @@ def made_from(study: StudyConfig) -> dict[str, dict[str, str]]:
             **{name: rule_digest(made[name]) for name in recipe.after},
         }
     return made
-
-
-def _input_digests(study: StudyConfig) -> dict[str, str]:
-    folder = StudyFolder(Path(study.results))
-    periods = {name: load_bridge(name).t1_s for name in study.bridges_with_periods()}
-    bridges = {Path(name).stem: bridge_digest(name) for name in study.grid.bridge}
-    return {
-        "motions": motions_digest(study, folder.motions_digest),
-        "periods": digest_of(canonical(periods), periods[CONDITIONING_BRIDGE]),
-        "bridges": digest_of(canonical(bridges)),
-        "opensees": opensees_version(),
-        "variants": digest_of(*sorted(variant.slug for variant in expand_grid(study.grid))),
-        "limit_states": digest_of(load_limit_states(Path(study.fragility.limit_states))),
-    }
 
 
 def rule_digest(made: Mapping[str, str]) -> str:
@@ -129,11 +123,9 @@ def origin_of(path: Path, config: Path, base: Path | None = None) -> dict[str, A
     """Return where a file of a study or of ``skewbridge run`` comes from: is it still current?
 
     A product of the workflow is current if its rule would make it from the same sources, motions
-    and sections of the configuration; what its rule does not use may differ. A result of
-    ``skewbridge run`` is current if the sources of an analysis and OpenSees are the same.
-
-    Returned are ``current``, the ``provenance`` and that which it would have ``now``, by name, and
-    the names of the ``differences``. `InputError` for a file without provenance.
+    and sections of the configuration; a result of ``skewbridge run`` if the sources of an analysis
+    and OpenSees are the same. Returned are ``current``, the ``provenance`` and that which it would
+    have ``now``, by name, and the ``differences``. `InputError` for a file without provenance.
     """
     recorded = read_stamp(path)
     now = {name: value for name, value in provenance().items() if name in recorded}
@@ -148,11 +140,9 @@ def origin_of(path: Path, config: Path, base: Path | None = None) -> dict[str, A
         now["engine_digest"] = engine_digest()
         decisive += ["engine_digest"]
     else:
-        raise InputError(
-            f"{path} records package versions but no digest of the sources: it was written "
-            "before results recorded one",
-            file=str(path),
-        )
+        problem = "records package versions but no digest of the sources"
+        text = f"{path} {problem}: it was written before results recorded one"
+        raise InputError(text, file=str(path))
     differences = [name for name, value in now.items() if recorded.get(name) != value]
     current = not set(decisive) & set(differences)
     return {"current": current, "provenance": recorded, "now": now, "differences": differences}
@@ -190,11 +180,8 @@ class Job:
 def script_session(snakemake: Any) -> Generator[Job]:
     """Yield the job of a script; log to a file, and show warnings and progress in the terminal.
 
-    When the script is through, its provenance is written into its outputs.
-
-    Raises:
-        SystemExit: In one sentence: 2 after an `InputError` or a full disk, 1 after a
-            `SolutionError`, 130 after Ctrl-C.
+    When the script is through, its provenance is written into its outputs. `SystemExit` after a
+    sentence: 2 after an `InputError` or a full disk, 1 after a `SolutionError`, 130 after Ctrl-C.
     """
     hush_exit_message()
     end_with_parent()
@@ -204,21 +191,31 @@ def script_session(snakemake: Any) -> Generator[Job]:
     to_terminal.addFilter(for_terminal)
     logger.addHandler(to_terminal)
     try:
-        with _logging_to(snakemake.log[0]):
-            job = _job(snakemake)
+        with _logging_to(Path(snakemake.log[0])):
+            made = snakemake.params.made_from
+            study = parse_config({**snakemake.config, "results": snakemake.params.results})
+            if made["sources"] != layer_digest(RECIPES[snakemake.rule].sources):
+                problem = "the sources were edited while the study ran"
+                raise InputError(f"{problem}: run the same command again")
+            job = Job(
+                study=study,
+                folder=StudyFolder(Path(study.results)),
+                # not those that are lists of files
+                inputs={n: Path(p) for n, p in snakemake.input.items() if isinstance(p, str)},
+                outputs={name: Path(path) for name, path in snakemake.output.items()},
+                threads=snakemake.threads,
+                stamp=stamp_of(snakemake.rule, made, study),
+            )
             yield job
-            for output in map(Path, snakemake.output):
-                if output.is_file():
-                    stamp(output, job.stamp)
-    except InputError as error:
+            for output in filter(Path.is_file, map(Path, snakemake.output)):
+                stamp(output, job.stamp)
+    except (InputError, SolutionError) as error:
         logger.error("%s", error)
-        raise SystemExit(EXIT_BAD_INPUT) from None
-    except SolutionError as error:
-        logger.error("%s", error)
-        raise SystemExit(EXIT_FAILED) from None
+        is_input = isinstance(error, InputError)
+        raise SystemExit(EXIT_BAD_INPUT if is_input else EXIT_FAILED) from None
     except KeyboardInterrupt:
         logger.error("interrupted; finished analyses are kept")
-        raise SystemExit(EXIT_INTERRUPTED) from None
+        raise SystemExit(130) from None
     except OSError as error:
         if error.errno not in _OF_THE_DISK:
             raise
@@ -228,30 +225,14 @@ def script_session(snakemake: Any) -> Generator[Job]:
         logger.removeHandler(to_terminal)
 
 
-def _job(snakemake: Any) -> Job:
-    made = snakemake.params.made_from
-    study = parse_config({**snakemake.config, "results": snakemake.params.results})
-    if made["sources"] != layer_digest(RECIPES[snakemake.rule].sources):
-        raise InputError("the sources were edited while the study ran: run the same command again")
-    return Job(
-        study=study,
-        folder=StudyFolder(Path(study.results)),
-        # not those that are lists of files
-        inputs={n: Path(path) for n, path in snakemake.input.items() if isinstance(path, str)},
-        outputs={name: Path(path) for name, path in snakemake.output.items()},
-        threads=snakemake.threads,
-        stamp=stamp_of(snakemake.rule, made, study),
-    )
-
-
 def for_terminal(record: logging.LogRecord) -> bool:
     """Return whether a line is shown in the terminal: warnings, errors, the progress of a job."""
     return record.levelno >= logging.WARNING or record.name == PROGRESS_LOG
 
 
 @contextmanager
-def _logging_to(log: str | Path) -> Generator[None]:
-    Path(log).unlink(missing_ok=True)  # of the last run
+def _logging_to(log: Path) -> Generator[None]:
+    log.unlink(missing_ok=True)  # of the last run
     to_file = logging.FileHandler(log, mode="w", delay=True)  # made with its first message
     to_file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     logger.addHandler(to_file)

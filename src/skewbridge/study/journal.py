@@ -42,14 +42,11 @@ class JournalContent:
     @property
     def sentences(self) -> tuple[str, ...]:
         """Messages about lines that are not used."""
-        reasons = {
-            "outdated": "of another version of skewbridge",
-            "damaged": "cut short or altered",
-        }
+        kinds = {"outdated": "of another version of skewbridge", "damaged": "cut short or altered"}
         return tuple(
-            f"The journals hold {self.counts[name]} line(s) {reason}, which do not count: their "
+            f"The journals hold {self.counts[name]} line(s) {kind}, which do not count: their "
             "analyses run again (`skewbridge study journal --compact` removes the lines)."
-            for name, reason in reasons.items()
+            for name, kind in kinds.items()
             if self.counts[name]
         )
 
@@ -110,10 +107,9 @@ class JournalWriter:
             os.fsync(self._descriptor)
         except OSError as error:
             os.ftruncate(self._descriptor, size)
-            raise InputError(
-                f"cannot write the journal {self.path}: {error.strerror}; the analyses that it "
-                "has are kept: free disk space and run the same command again"
-            ) from None
+            kept = "the analyses that it has are kept"
+            problem = f"cannot write the journal {self.path}: {error.strerror}; {kept}"
+            raise InputError(f"{problem}: free disk space and run the same command again") from None
 
 
 @contextmanager
@@ -144,9 +140,8 @@ def _lock(descriptor: int, path: Path, patience_s: float) -> None:
             return
         except BlockingIOError:
             if time.monotonic() >= until_s:
-                raise InputError(
-                    f"{path} is being written by another process; end that study first"
-                ) from None
+                problem = "is being written by another process; end that study first"
+                raise InputError(f"{path} {problem}") from None
         except OSError as error:
             raise InputError(
                 f"{path} cannot be locked ({error.strerror}): put the folder of the study on a "

@@ -1,8 +1,8 @@
 """Effects of modelling choices compared with those of friction, gap and skew (`CHOICES`).
 
-Each choice is an option that another engineer could have set otherwise. It is changed alone
-on a few motions, and the demands are compared with those of the configured model motion by motion,
-next to the axes of the grid, from their lowest to their highest value on the same motions.
+Each choice is an option that another engineer could have set otherwise. It is changed alone on a
+few motions; its demands are compared motion by motion with those of the configured model, next to
+the axes of the grid from their lowest to their highest value.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -85,12 +85,9 @@ def _effective(task: "Task") -> tuple[object, object]:
 
 
 def _has_limited_hinge(variant: Variant) -> bool:
-    bridge = load_bridge(variant.bridge)
-    lengths_m = [
-        [bent.hinge_length_m for bent in bent_capacities(bridge, rule)]
-        for rule in get_args(HingeRule.__value__)
-    ]
-    return lengths_m[0] != lengths_m[1]
+    rules, bridge = get_args(HingeRule.__value__), load_bridge(variant.bridge)
+    bents = zip(*(bent_capacities(bridge, rule) for rule in rules), strict=True)
+    return any(one.hinge_length_m != other.hinge_length_m for one, other in bents)
 
 
 #: Conditions on a variant by name, see modelling_choices.yaml.
@@ -140,7 +137,6 @@ def choice_text(key: str, value: Value) -> str:
     return f"{value:g}" if unit == "-" else f"{value:g} {unit}"
 
 
-CHOICE_CONFIDENCE: Final = 0.90
 CHOICE_COLUMNS: Final[dict[str, str]] = read_yaml(COLUMNS_FILE)["modelling_choices"]
 #: Columns of one value compared; the others are of its ratio for one demand.
 _COMPARED: Final = list(CHOICE_COLUMNS)[:6]
@@ -218,38 +214,24 @@ def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any
     """
     from skewbridge.study.task import run_key
 
-    distinct = {
-        (run_key(before), run_key(after)): (labels, before) for labels, before, after in pairs
-    }
-    table = pd.DataFrame(
-        {
-            "bridge": task.variant.bridge_name,
-            "abutment": task.variant.abutment,
-            **labels,
-            "motion": task.motion.motion.motion_id,
-            "demand": demand,
-            **_compared(rows[before], rows[after], demand),
-        }
-        for (before, after), (labels, task) in distinct.items()
-        for demand in demands_for("effect")
-    )
+    distinct = {(run_key(one), run_key(other)): (labels, one) for labels, one, other in pairs}
+    compared: list[dict[str, Any]] = []
+    for (before, after), (labels, task) in distinct.items():
+        place = {"bridge": task.variant.bridge_name, "abutment": task.variant.abutment, **labels}
+        for demand in demands_for("effect"):
+            bottom, top = float(rows[before][demand]), float(rows[after][demand])
+            failed = not rows[before]["status"] == rows[after]["status"] == OK
+            usable = not failed and bottom > 0.0 and top > 0.0
+            names = place | {"motion": task.motion.motion.motion_id, "demand": demand}
+            log = np.log(top / bottom) if usable else np.nan
+            compared.append(names | {"log": log, "failed": failed})
+    table = pd.DataFrame(compared)
     logs = table.groupby([*_COMPARED, "demand"], sort=False)
     by_motion = table.groupby([*_COMPARED, "demand", "motion"], sort=False)["log"].mean()
     means = by_motion.groupby([*_COMPARED, "demand"], sort=False).agg(["mean", "sem", "count"])
-    reach = means["sem"] * student.ppf(0.5 + CHOICE_CONFIDENCE / 2, means["count"] - 1)
-    ratios = {
-        "ratio": logs["log"].mean(),
-        "ci_low": means["mean"] - reach,
-        "ci_high": means["mean"] + reach,
-        "lowest": logs["log"].min(),
-        "highest": logs["log"].max(),
-    }
+    reach = means["sem"] * student.ppf(0.95, means["count"] - 1)  # 90 % intervals
+    ends = {"ci_low": means["mean"] - reach, "ci_high": means["mean"] + reach}
+    spread = {"lowest": logs["log"].min(), "highest": logs["log"].max()}
+    ratios = pd.DataFrame({"ratio": logs["log"].mean()} | ends | spread).apply(np.exp)
     counts = logs.agg(n=("log", "count"), n_failed=("failed", "sum"), n_pairs=("failed", "size"))
-    return pd.DataFrame(ratios).apply(np.exp).join(counts).reset_index()
-
-
-def _compared(before: Mapping[str, Any], after: Mapping[str, Any], demand: str) -> dict[str, Any]:
-    bottom, top = float(before[demand]), float(after[demand])
-    failed = not before["status"] == after["status"] == OK
-    usable = not failed and bottom > 0.0 and top > 0.0
-    return {"log": np.log(top / bottom) if usable else np.nan, "failed": failed}
+    return ratios.join(counts).reset_index()

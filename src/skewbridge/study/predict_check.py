@@ -5,6 +5,7 @@ under some of its motions, and the medians of their own clouds are compared with
 """
 
 from collections.abc import Mapping, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any, Final
 
@@ -29,9 +30,6 @@ from skewbridge.variant.variant import Variant
 
 #: Motions of each inner variant.
 MOTIONS: Final = 16
-#: Shares of the range of every other axis, for each inner variant; the axes between them have the
-#: complement, so that the variants are not all on one diagonal.
-_SHARES: Final = (0.5, 0.25, 0.75)
 CHECK_COLUMNS: Final[dict[str, str]] = read_yaml(COLUMNS_FILE)["check_predict"]
 
 
@@ -48,17 +46,16 @@ def write_predict_check(
     """
     study = read_frame(tables["demands"])
     models = study[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
-    slugs = [
-        Variant.at(str(bridge), str(abutment), point).normalised().slug
-        for bridge, abutment in models
-        for point in inner_variants(axes)
+    variants = [
+        Variant.at(str(bridge), str(abutment), point).normalised()
+        for (bridge, abutment), point in product(models, inner_variants(axes))
     ]
-    new = [slug for slug in dict.fromkeys(slugs) if slug not in set(study["variant"])]
+    slugs = dict.fromkeys(variant.slug for variant in variants)
+    new = [slug for slug in slugs if slug not in set(study["variant"])]
     tasks = [task for slug in new for task in sampled(setup.tasks(slug), MOTIONS)]
     rows = run_in_journal(setup, "check_predict", tasks)
-    states = with_column_failure(
-        load_limit_states(tables["limit_states"]), with_derived_columns(study.head(0)).columns
-    )
+    existing = with_derived_columns(study.head(0)).columns
+    states = with_column_failure(load_limit_states(tables["limit_states"]), existing)
     columns = list(dict.fromkeys(state.demand for state in states))
     grid, inner = (prepared(t, columns, settings).table for t in (study, pd.DataFrame(rows)))
     checked = check_predict(read_frame(tables["joint"]), grid, inner, states, settings)
@@ -69,10 +66,10 @@ def inner_variants(grid: Mapping[str, Sequence[float]]) -> list[dict[str, float]
     """Return three points inside a grid, none of which is one of its variants.
 
     They are at 1/2, 1/4 and 3/4 of the range of the first axis and every second one after it, and
-    at 1/2, 3/4 and 1/4 of the others. An axis with a single value keeps it.
+    at 1/2, 3/4 and 1/4 of the others (not on one diagonal). An axis with a single value keeps it.
     """
     points: list[dict[str, float]] = []
-    for share in _SHARES:
+    for share in (0.5, 0.25, 0.75):
         point: dict[str, float] = {}
         for number, (name, values) in enumerate(grid.items()):
             low, high = min(values), max(values)
@@ -82,9 +79,8 @@ def inner_variants(grid: Mapping[str, Sequence[float]]) -> list[dict[str, float]
         if all(value in grid[name] for name, value in point.items()):
             name = next((name for name, values in grid.items() if len(set(values)) > 1), None)
             if name is None:
-                raise InputError(
-                    "the grid has one value on every axis, so no variant lies inside it: add values"
-                )
+                problem = "the grid has one value on every axis, so no variant lies inside it"
+                raise InputError(f"{problem}: add values")
             levels = sorted(set(grid[name]))
             at = min(levels.index(point[name]), len(levels) - 2)
             point[name] = levels[at] + (levels[at + 1] - levels[at]) / 3.0
@@ -111,10 +107,8 @@ def check_predict(
         raise InputError(f"the study has no runs of {', '.join(sorted(map(str, lacking)))}")
     key = [*BRIDGE_COLUMNS, "component", "limit_state"]
     status = joint.set_index(key)["status"].to_dict()
-    models = {
-        tuple(row[name] for name in key): row
-        for row in records_of(joint_table(same, limit_states, None, settings))
-    }
+    fitted = records_of(joint_table(same, limit_states, None, settings))
+    models = {tuple(row[name] for name in key): row for row in fitted}
     rows: list[dict[str, Any]] = []
     for cloud in records_of(chosen_curves(fit_study(inner, limit_states, settings), "cloud")):
         row = {name: cloud[name] for name in CHECK_COLUMNS if name in cloud}
@@ -127,12 +121,9 @@ def check_predict(
         elif unfitted:
             row["status"] = unfitted[0]
         else:
-            predicted = JointModel(model).median(cloud)[0]
-            row |= {
-                "theta_predicted": predicted,
-                "theta_analysed": cloud["theta"],
-                "error": predicted / cloud["theta"] - 1.0,
-                "se_analysed": cloud["var_ln_theta"] ** 0.5,
-            }
+            predicted, analysed = JointModel(model).median(cloud)[0], cloud["theta"]
+            row |= {"theta_predicted": predicted, "theta_analysed": analysed}
+            row |= {"error": predicted / analysed - 1.0}
+            row |= {"se_analysed": cloud["var_ln_theta"] ** 0.5}
         rows.append(row)
     return pd.DataFrame(rows, columns=list(CHECK_COLUMNS))

@@ -23,13 +23,11 @@ logger = logging.getLogger(__name__)
 LOCK_NAME: Final = "study.lock"
 #: Its lines are shown in the terminal, so that a piped run shows its progress.
 PROGRESS_LOG: Final = "skewbridge.progress"
-_EXIT_ORPHANED: Final = 3
 _PR_SET_PDEATHSIG: Final = 1  # source: linux/prctl.h
 _PARENT: Final = os.getppid()
 #: Environment variable with the number of the parent process, so that a process also notices a
 #: parent that ended before this module was imported.
 PARENT_VARIABLE: Final = "SKEWBRIDGE_PARENT"
-_POLL_S: Final = 0.5
 
 
 @cache
@@ -41,7 +39,7 @@ def end_with_parent() -> None:
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != int(os.environ.get(PARENT_VARIABLE, _PARENT)):  # it has already ended
-        os._exit(_EXIT_ORPHANED)
+        os._exit(3)
 
 
 @cache
@@ -64,7 +62,7 @@ def stopped_workers_ended(limit_s: float) -> Generator[set[int]]:
     """
     stopped_s: dict[int, float] = {}
     ended: set[int] = set()
-    poll_s = min(_POLL_S, limit_s / 4.0)
+    poll_s = min(0.5, limit_s / 4.0)
 
     def look(*_: object) -> None:
         for child in worker_processes():
@@ -108,10 +106,9 @@ def hold_tree(folder: Path) -> None:
     except BlockingIOError:
         holder = os.read(descriptor, 32).decode(errors="replace").strip()
         os.close(descriptor)
-        raise InputError(
-            f"another study is running in {folder.parent.resolve()} (process {holder}): wait for "
-            "it or end it, then run the same command again"
-        ) from None
+        problem = f"another study is running in {folder.parent.resolve()} (process {holder})"
+        advice = "wait for it or end it, then run the same command again"
+        raise InputError(f"{problem}: {advice}") from None
     with suppress(OSError):  # the number is for the message above; a full disk need not have it
         os.ftruncate(descriptor, 0)
         os.pwrite(descriptor, str(os.getpid()).encode(), 0)
@@ -122,12 +119,8 @@ def cancel_left_behind(prefix: str) -> None:
 
     They would compete with the new jobs. Their finished analyses are in their journals.
     """
-    listed = subprocess.run(
-        ["squeue", "--me", "--noheader", "--format=%i %j"],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    command = ["squeue", "--me", "--noheader", "--format=%i %j"]
+    listed = subprocess.run(command, capture_output=True, text=True, check=True)
     names = dict(line.split(maxsplit=1) for line in listed.stdout.splitlines())
     jobs = [job for job, name in names.items() if name.startswith(prefix)]
     if jobs:

@@ -44,20 +44,17 @@ CHECK_MOTION_S: Final = 55.0  # numerical check of a second of a row
 class StudyProgress:
     """Progress of a study, and its cost.
 
-    Attributes:
-        summary: Variants, analyses, those done (with a row, whatever its status), failed (without a
-            usable result), suspect (to be checked by the user) and left; `ledger`, finished
-            analyses by status and by the highest recovery step they used; the forecast.
-        failures: Analyses without a usable result, with the command that repeats each alone.
-        notes: Sentences about analyses that ended their workers and lines that do not count.
+    The summary has variants, analyses, those done (with a row, whatever its status), failed
+    (without a usable result), suspect (to be checked by the user) and left; `ledger`, finished
+    analyses by status and by the highest recovery step they used; the forecast.
     """
 
     summary: dict[str, Any]
-    failures: list[dict[str, Any]]
+    failures: list[dict[str, Any]]  # with the command that repeats each alone
     cpu_s: float | None  # mean processor time of the finished analyses that have one
     variants: dict[str, int]  # number of analyses of each
     variants_left: int  # with analyses that are not done
-    notes: tuple[str, ...]
+    notes: tuple[str, ...]  # about analyses that ended their workers, lines that do not count
 
 
 def study_progress(
@@ -66,14 +63,10 @@ def study_progress(
     """Count the finished analyses of a study, from its `run_keys` by variant and its journals."""
     done, analyses = content.rows, sum(map(len, run_keys.values()))
     rows = [done[key] for keys in run_keys.values() for key in keys if key in done]
+    columns = {"variant": "variant", "motion": "motion_id", "status": "status"}
+    columns["reason"] = "collapse_criterion"
     failures = [
-        {
-            "variant": row["variant"],
-            "motion": row["motion_id"],
-            "status": row["status"],
-            "reason": row["collapse_criterion"],
-            "command": run_command(row),
-        }
+        {name: row[column] for name, column in columns.items()} | {"command": run_command(row)}
         for row in rows
         if row["status"] in FAILED
     ]
@@ -82,19 +75,15 @@ def study_progress(
         text = f"{crashes} analyses ended their workers (status {CRASH}); `skewbridge status "
         notes += (f"{text}--failed` lists them and `skewbridge study retry` tries them again.",)
     times_s = [row["cpu_s"] for row in rows if row["cpu_s"] == row["cpu_s"]]
+    ledger = {
+        name: dict(sorted(Counter(row[column] for row in rows).items()))
+        for name, column in (("status", "status"), ("recovery_step", "recovery_rung"))
+    }
+    suspect = sum(bool(reasons(row, limits)) for row in rows)
+    summary: dict[str, Any] = {"variants": len(run_keys), "analyses": analyses, "done": len(rows)}
+    summary |= {"failed": len(failures), "suspect": suspect, "left": analyses - len(rows)}
     return StudyProgress(
-        summary={
-            "variants": len(run_keys),
-            "analyses": analyses,
-            "done": len(rows),
-            "failed": len(failures),
-            "suspect": sum(bool(reasons(row, limits)) for row in rows),
-            "left": analyses - len(rows),
-            "ledger": {
-                name: dict(sorted(Counter(row[column] for row in rows).items()))
-                for name, column in (("status", "status"), ("recovery_step", "recovery_rung"))
-            },
-        },
+        summary=summary | {"ledger": ledger},
         failures=failures,
         cpu_s=sum(times_s) / len(times_s) if times_s else None,
         variants={slug: len(keys) for slug, keys in run_keys.items()},
@@ -109,15 +98,12 @@ def job_size(profile: str) -> dict[str, int] | None:
     They are those of a Snakemake profile, a folder of `PROFILES` or a path; None for a profile of
     one machine. `InputError` if it is missing or invalid.
     """
-    folders = [Path(profile), PROFILES / profile]
-    file = next((f / "config.yaml" for f in folders if (f / "config.yaml").is_file()), None)
+    own, ours = Path(profile), PROFILES / profile
+    file = next(filter(Path.is_file, (own / "config.yaml", ours / "config.yaml")), None)
     if file is None:
-        raise InputError(
-            f"no profile {profile!r}: neither {folders[0]} nor {folders[1]} is a profile"
-        )
+        raise InputError(f"no profile {profile!r}: neither {own} nor {ours} is a profile")
     try:
-        with file.open(encoding="utf-8") as text:
-            content: Any = yte.process_yaml(text, require_use_yte=True)
+        content: Any = yte.process_yaml(file.read_text(encoding="utf-8"), require_use_yte=True)
         if "executor" not in content:
             return None
         return {"cores": content["set-threads"]["analyse"], "jobs": content["jobs"]}
@@ -128,10 +114,9 @@ def job_size(profile: str) -> dict[str, int] | None:
 def forecast_study(config: StudyConfig, size: Mapping[str, int] | None = None) -> StudyProgress:
     """Return the progress of a study with its cost in the summary.
 
-    An analysis is done if a journal has its key. The keys are those of the prepared motions; before
-    motions are prepared nothing is done, and their number is the configured one. With the
-    `job_size` of a cluster the summary has `jobs`, `job_cores` and the wall time of one job and of
-    all, `job_hours` and `hours`, without waiting in the queue.
+    An analysis is done if a journal has its key; before motions are prepared nothing is, and their
+    number is the configured one. With the `job_size` of a cluster the summary has `jobs`,
+    `job_cores` and the wall time of a job and of all, `job_hours` and `hours`, without queueing.
     """
     keys = analysis_keys(config)
     if not keys:
@@ -148,19 +133,13 @@ def forecast_study(config: StudyConfig, size: Mapping[str, int] | None = None) -
     cpu_s = TYPICAL_MOTION_S * CPU_S_PER_MOTION_S if state.cpu_s is None else state.cpu_s
     every, left = (trials * state.summary[name] for name in ("analyses", "left"))
     left_s = round(left * cpu_s / CORES, 1)
-    summary = state.summary | {
-        "core_hours": round(every * cpu_s / 3600, 3),
-        "eta_s": left_s,
-        "disk_mb": round(every * DISK_KB_PER_ANALYSIS / 1024, 1),
-    }
+    summary = state.summary | {"core_hours": round(every * cpu_s / 3600, 3), "eta_s": left_s}
+    summary["disk_mb"] = round(every * DISK_KB_PER_ANALYSIS / 1024, 1)
     if size is not None:
-        job_hours = left_s * CORES / 3600 / size["cores"] / max(state.variants_left, 1)
-        summary |= {
-            "jobs": state.variants_left,
-            "job_cores": size["cores"],
-            "job_hours": round(job_hours, 2),
-            "hours": round(job_hours * ceil(state.variants_left / size["jobs"]), 2),
-        }
+        jobs, cores = state.variants_left, size["cores"]
+        job_hours = left_s * CORES / 3600 / cores / max(jobs, 1)
+        summary |= {"jobs": jobs, "job_cores": cores, "job_hours": round(job_hours, 2)}
+        summary["hours"] = round(job_hours * ceil(jobs / size["jobs"]), 2)
     return replace(state, summary=summary, notes=notes)
 
 

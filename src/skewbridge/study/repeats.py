@@ -28,8 +28,6 @@ if TYPE_CHECKING:  # the processes that draw the figures do without OpenSees
     from skewbridge.study.task import Task
 
 AS_IN_STUDY: Final = "default"
-SAME_CYCLE_S: Final = 0.1  # failures this close are in the same cycle
-TYPICAL_QUANTILE: Final = 0.75
 
 
 def _with_options(**values: float) -> "Callable[[Task], Task]":
@@ -87,8 +85,7 @@ def write_sensitivity(
     """Run the changed analyses that no journal has and write the changes of the demands.
 
     The file has one row per demand with the mean ratio of the study to the reference, the largest
-    change of a single row by each of `REPEATS`, and the seconds of motion that both sides were
-    analysed for (the longest of the rows); it is empty without rows.
+    change of a single row by each of `REPEATS`, and the longest time analysed (s); it may be empty.
     """
     from skewbridge.study.analyses import run_in_journal
 
@@ -98,32 +95,27 @@ def write_sensitivity(
     tasks = [REPEATS[name](rows[number]) for number, name in runs]
     demands = pd.DataFrame(run_in_journal(setup, "sensitivity", tasks))
     repeated = pd.DataFrame(runs, columns=["row", "change"]).join(demands)
-    table = sensitivity_table(repeated) if rows else pd.DataFrame()
-    write_frame(table, output, provenance())
+    write_frame(sensitivity_table(repeated) if rows else pd.DataFrame(), output, provenance())
 
 
 def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
     """Return the changes of the demands, one row per demand.
 
     The rows of the demands have the columns ``row`` (of the study) and ``change``. Those that did
-    not finish are left out and counted. Two rows whose columns fail in different cycles are not
-    compared: their demands are peaks up to different times.
+    not finish are counted only. Rows whose columns fail in different cycles are not compared.
     """
     ran = rows[rows["status"].isin(RAN)]
     ends_s = ran.set_index(["row", "change"])["beyond_model_s"].unstack().fillna(np.inf)
-    alike = {
-        change: np.isclose(ends_s[AS_IN_STUDY], ends_s[change], rtol=0.0, atol=SAME_CYCLE_S)
+    alike = {  # failures within 0.1 s are in the same cycle
+        change: np.isclose(ends_s[AS_IN_STUDY], ends_s[change], rtol=0.0, atol=0.1)
         for change in list(REPEATS)[1:]
     }
+    counts: dict[str, float] = {"rows": rows["row"].nunique(), "not_run": len(rows) - len(ran)}
+    counts["analysed_s"] = float(rows["duration_s"].max())
     table: list[dict[str, object]] = []
     for demand in demands_for("sensitivity"):
         values = ran.pivot_table(index="row", columns="change", values=demand)
-        row: dict[str, object] = {
-            "demand": demand,
-            "rows": rows["row"].nunique(),
-            "not_run": len(rows) - len(ran),
-            "analysed_s": float(rows["duration_s"].max()),
-        }
+        row: dict[str, object] = {"demand": demand, **counts}
         for change, is_alike in alike.items():
             # zero over zero: a demand that this row does not have
             ratios = (values[AS_IN_STUDY] / values[change]).reindex(ends_s.index[is_alike]).dropna()
@@ -155,14 +147,13 @@ def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:
     part = demands[demands["variant"] == variant.slug]
     completed = part[is_complete(part)]
     ordered = (completed if len(completed) else part).sort_values("deck_disp_m")["motion_id"]
-    return str(ordered.iloc[int(TYPICAL_QUANTILE * (len(ordered) - 1))])
+    return str(ordered.iloc[int(0.75 * (len(ordered) - 1))])
 
 
 def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> None:
     """Repeat one analysis without and one with friction, and write their histories.
 
-    The table has variant, motion_id and the histories. It has no rows where the study has one
-    friction only, and none of a run that diverged.
+    Columns: variant, motion_id, histories; no rows with one friction only or of a diverged run.
     """
     from skewbridge.analysis.transient import analyse
 
@@ -180,8 +171,7 @@ def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> Non
 def read_friction_pair(path: Path) -> tuple[Variant, str, dict[str, pd.DataFrame]] | None:
     """Return what `write_friction_pair` wrote, or None if there was no pair.
 
-    Returns:
-        The variant without friction, the motion, and the histories by a legend: ``friction 0.5``.
+    It is the variant without friction, the motion, and the histories by a legend: ``friction 0.5``.
     """
     table = read_frame(path)
     if table.empty:

@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -54,11 +54,8 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.random_properties import DRAW_PREFIX, RANDOM_PROPERTIES
 
-#: Provenance that all tables of one study share.
-_STUDY_KEYS: Final = ("config_digest", "suite_digest", "git_commit", "skewbridge_version")
 #: Table of joint models in the folder of a study, and in one that `skewbridge statistics` wrote.
 _JOINT_TABLES: Final = ("fragility/joint.parquet", "joint.parquet")
-_USUAL_ABUTMENT: Final = "contact_friction"
 #: Columns of a table of fits that are values of its intensity measure.
 _MEDIAN: Final = re.compile(r"theta(_(?!bound_beta)\w+)?")
 
@@ -85,7 +82,7 @@ def load_results(folder: Path) -> Results:
     demands = _frame(demands_file(folder))
     fits = {file.stem: _frame(file) for file in sorted(folder.glob("fragility/*.parquet"))}
     mixed: list[str] = []
-    for key in _STUDY_KEYS:
+    for key in ("config_digest", "suite_digest", "git_commit", "skewbridge_version"):
         tables: dict[str, list[str]] = {}
         for name, table in {"demands": demands, **fits}.items():
             tables.setdefault(table.attrs["provenance"].get(key, "unknown"), []).append(name)
@@ -104,22 +101,21 @@ def load_results(folder: Path) -> Results:
 
 def demands_file(folder: Path) -> Path:
     """Return the demands of a study; an `InputError` if the folder has none."""
-    path = folder / "demands.parquet"
-    if path.is_file():
+    if (path := folder / "demands.parquet").is_file():
         return path
     raise InputError(f"{folder} has no demands.parquet: give the folder of a study that has run")
 
 
 def _frame(path: Path) -> pd.DataFrame:
     table = read_table(path)
-    schema, frame = table.schema, frame_of(table)
-    written = {name: (schema.field(name).metadata or {}).get(b"unit", b"") for name in schema.names}
+    frame = frame_of(table)
+    written = {field.name: (field.metadata or {}).get(b"unit", b"") for field in table.schema}
     units = {name: unit.decode() or unit_of(name) for name, unit in written.items()}
     measures = {unit_of(str(name)) for name in frame["im"].dropna()} if "im" in frame else set()
     if len(measures) == 1:
         units |= dict.fromkeys(filter(_MEDIAN.fullmatch, units), measures.pop())
     frame.attrs["units"] = {name: unit for name, unit in units.items() if unit}
-    frame.attrs["provenance"] = texts_of(schema)
+    frame.attrs["provenance"] = texts_of(table.schema)
     return frame
 
 
@@ -129,11 +125,13 @@ def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS)
     The demands over capacity are peaks over the same whole histories, so no model censors another.
     Variants whose columns no model lets fail are left out, as are tables without these demands.
     """
-    shear = with_column_failure([], FAILURE_DEMANDS.values())[0]
-    named = {name: demand for name, demand in SHEAR_MODEL_DEMANDS.items() if demand in demands}
-    shear = replace(shear, component="column_shear")
-    states = [replace(shear, name=name, demand=demand) for name, demand in named.items()]
-    fails = (demands[list(named.values())] >= 1.0).any(axis=1)
+    failure = with_column_failure([], FAILURE_DEMANDS.values())[0]
+    states = [
+        replace(failure, component="column_shear", name=name, demand=demand)
+        for name, demand in SHEAR_MODEL_DEMANDS.items()
+        if demand in demands
+    ]
+    fails = (demands[[state.demand for state in states]] >= 1.0).any(axis=1)
     rows = demands[demands["variant"].isin(demands.loc[fails, "variant"])]
     if rows.empty:
         return pd.DataFrame(columns=[*CURVE_COLUMNS])
@@ -165,11 +163,10 @@ def _tables_of(
     usable = [state for state in states if state.demand in table]
     if not usable:
         names = ", ".join(dict.fromkeys(state.demand for state in states))
-        text = f"{demands.name} has none of the demands of the limit states: {names}"
-        raise InputError(text)
+        raise InputError(f"{demands.name} has none of the demands of the limit states: {names}")
     left_out = [f"{state.key} ({state.demand})" for state in states if state not in usable]
-    settings = _settings(chosen, margin)
-    return fragility_tables(table, usable, settings, jobs=cpu_count()), chosen, left_out
+    tables = fragility_tables(table, usable, _settings(chosen, margin), jobs=cpu_count())
+    return tables, chosen, left_out
 
 
 def _settings(im: str, margin: float | None) -> FitSettings:
@@ -186,8 +183,7 @@ def statistics_of(
 ) -> dict[str, Any]:
     """Write every table of results/fragility from a table of demands, and return their summary.
 
-    Limit states whose demand the table lacks are ``left_out``. An `InputError` names the row and
-    column of an unusable value.
+    Limit states without a demand are ``left_out``. `InputError` with row and column of a bad value.
     """
     tables, measure, left_out = _tables_of(demands, limit_states, im, margin)
     write_tables(tables, writable_folder(out))
@@ -206,8 +202,7 @@ def statistics_of(
 def paper_rows(demands: Path, limit_states: Path, im: str | None = None) -> dict[str, Any]:
     """Return the table for publication as ``rows`` of numbers and as ``shown``, with a title."""
     tables, measure, _ = _tables_of(demands, limit_states, im)
-    rows = tables[PAPER_TABLE]
-    title = f"medians in {measure}"
+    rows, title = tables[PAPER_TABLE], f"medians in {measure}"
     return {"rows": records_of(rows), "shown": paper_table.printed_rows(rows), "title": title}
 
 
@@ -217,8 +212,7 @@ def paper_rows(demands: Path, limit_states: Path, im: str | None = None) -> dict
 STUDY: Final = "study"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StudyComparison:
+class StudyComparison(NamedTuple):
     """Changes from a first study to a second one; effects have the columns `effect_columns`."""
 
     demands: pd.DataFrame
@@ -228,19 +222,13 @@ class StudyComparison:
 
 
 def compare_studies(
-    first: Path,
-    second: Path,
-    limit_states: Path,
-    *,
-    im: str = DEFAULTS.im,
-    margin: float = DEFAULTS.margin,
+    first: Path, second: Path, limit_states: Path, *, im: str, margin: float
 ) -> StudyComparison:
     """Compare two studies, each given by its folder or its demands; the first is divided by.
 
-    Runs are paired where bridge, abutment model, all axes, motion, scale and incidence agree.
-    Motions are matched by the digests of their files if both studies have a suite, otherwise by
-    name. Pairs in which one run ended early count as bounds, as in `demand_effects`. An
-    `InputError` names what is missing or unusable, or why the studies have nothing in common.
+    Runs are paired where bridge, abutment model, all axes, motion, scale and incidence agree;
+    motions by the digests of their files if both studies have a suite, otherwise by name. Pairs in
+    which one run ended early count as bounds. `InputError` if something lacks or nothing pairs.
     """
     settings, states = _settings(im, margin), load_limit_states(limit_states)
     other = _other_motions(first, second)
@@ -304,10 +292,8 @@ def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[st
         for name, columns in kinds.items()
     }
     shared = ", ".join(f"{len(one.merge(two))} {name}" for name, (one, two) in distinct.items())
-    return (
-        f"the studies have no run in common; they share {shared} (the scale of a motion follows "
-        "from the number of motions and the range of levels)"
-    )
+    reason = "(the scale of a motion follows from the number of motions and the range of levels)"
+    return f"the studies have no run in common; they share {shared} {reason}"
 
 
 def predict_states(
@@ -334,7 +320,7 @@ def predict_states(
     stored = read_table(path)
     drawn = texts_of(stored.schema).get(RANDOM_PROPERTIES, "none")
     table = _chosen(frame_of(stored), "bridge", bridge)
-    table = _chosen(table, "abutment", abutment and abutment.replace("-", "_"), _USUAL_ABUTMENT)
+    table = _chosen(table, "abutment", abutment and abutment.replace("-", "_"), "contact_friction")
     for column, name in (("component", component), ("limit_state", state)):
         table = table if name is None else _chosen(table, column, name)
     usable = records_of(table[table["status"] == FITTED])

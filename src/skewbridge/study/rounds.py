@@ -1,8 +1,8 @@
 """Rounds of a study that runs until its question is answered: their plans and files.
 
-A round adds motions of the ordered suite to the variants that can decide open cells. A cell is a
-pooled effect on a headline demand or on a median capacity of a headline state. The plan of a round
-lists the motions of every variant; it is made from the demands of the earlier rounds.
+A round adds motions of the ordered suite to the variants that can decide open cells: pooled effects
+on a headline demand or on a median capacity of a headline state. The plan of a round lists the
+motions of every variant; it is made from the demands of the earlier rounds.
 
 References:
     Neyman (1934), J. R. Stat. Soc. 97(4):558-625: allocation in proportion to scatter over the
@@ -63,10 +63,6 @@ _ENDS: Final = {
 }
 # ASSUME a cell is worth its analyses if it has this chance to be decided
 LEAST_CHANCE: Final = 0.2
-# ASSUME analyses take at most ten times as long as forecast before any is measured
-TRIED: Final = 0.1
-# A round of so many motions is not made in two: each round costs a start of all its jobs.
-FEW_MOTIONS: Final = 3
 
 
 def targets(
@@ -81,8 +77,7 @@ def targets(
 
     An open cell needs N motions if all of its pairs of variants have the same number. Pairs with
     little scatter or long analyses get fewer, the others more, for the same error (Neyman 1934). A
-    cell that the last look would decide with a probability below `LEAST_CHANCE` is not asked, until
-    a later round finds a better chance.
+    cell that the last look would decide with a chance below `LEAST_CHANCE` is not asked now.
     """
     axes = axis_names(places)
     pooled = effects[effects["scope"] == "pooled"].reset_index(drop=True)
@@ -94,17 +89,18 @@ def targets(
             at[axis] = at[axis].where(own["axis"] != axis, own[end])
         own = own.assign(**{f"{end}_variant": [names[key] for key in _keys(at, axes)]})
     pairs = dict(iter(own.groupby(list(CELL))))
-    cells = [pairs[key] for key in pooled[list(CELL)].itertuples(index=False, name=None)]
     at_last = float(levels_at(np.array([float(looks[-1])]), looks, level)[0])
     needed: list[float] = []
     wanted: list[dict[str, int]] = []
-    for row, cell in zip(pooled.to_dict("records"), cells, strict=True):
+    for row in pooled.to_dict("records"):
+        cell = pairs[tuple(row[name] for name in CELL)]
         ends = list(zip(cell["from_value_variant"], cell["to_value_variant"], strict=True))
         now = max(min(motions[a], motions[b]) for a, b in ends)
         # motions without an exact pair stay as frequent as they are now
         per_exact = now / (row["dof"] + 1)
-        number = motions_to_decide(row | {"level": at_last}) * per_exact
-        least = motions_to_decide(row | {"level": at_last}, LEAST_CHANCE) * per_exact
+        at_end = row | {"level": at_last}
+        number = motions_to_decide(at_end) * per_exact
+        least = motions_to_decide(at_end, LEAST_CHANCE) * per_exact
         needed.append(float(np.ceil(number)))
         wanted.append({})
         if row["verdict"] in DECIDED or not least <= looks[-1]:
@@ -163,18 +159,18 @@ def first_motions(
     """
     of_one = sum(cost_s.values())
     more = min(first - min(motions.values()), max(int(time_s / of_one), 0))
-    if more > FEW_MOTIONS and more * of_one > time_s / 2:
+    # not made in two: a round of three motions, since each round costs a start of all its jobs
+    if more > 3 and more * of_one > time_s / 2:
         more = (more + 1) // 2
     return {name: max(n, min(first, n + more)) for name, n in motions.items()}
 
 
 def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output: Path) -> None:
-    """Write the plan of a round and log one line about it.
+    """Write the plan of a round, numbered from 1, from the demands of all earlier ones; log a line.
 
     The plan is a JSON object: ``motions`` of each variant before and after the round, ``analyses``
     of the round, ``decided`` and ``cells`` of the rounds before, ``ended`` (why no analyses follow:
-    decided, most or hours; null where the study continues). Rounds are numbered from 1; `earlier`
-    has the demands of all earlier ones.
+    decided, most or hours; null where the study continues).
     """
     entered_s = time.monotonic()
     design, setup = study.design, StudySetup.of(study)
@@ -183,15 +179,14 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     motions = {slug: plans[-1]["motions"][slug][1] if plans else 0 for slug in slugs}
     tasks = setup.tasks(slugs[0])
     per_motion = len(tasks) / len(setup.motion_ids)
-    demands = pd.concat(map(read_frame, earlier), ignore_index=True) if earlier else pd.DataFrame()
+    demands, per_s = pd.DataFrame(), CPU_S_PER_MOTION_S
+    own_s = dict.fromkeys(slugs, float(per_s * np.mean([task.analysed_s for task in tasks])))
     if earlier:
+        demands = pd.concat(map(read_frame, earlier), ignore_index=True)
         mean_s = demands.groupby("variant")["wall_s"].mean()
+        own_s = {slug: float(mean_s[slug]) for slug in slugs}
         per_s = float(demands["wall_s"].sum() / demands["duration_s"].sum())
-    else:
-        per_s = CPU_S_PER_MOTION_S
-        mean_s = pd.Series(per_s * np.mean([task.analysed_s for task in tasks]), index=slugs)
     began_s, cores = map(float, os.environ.get(CLOCK, f"{time.time()} 1").split())
-    own_s = {slug: float(mean_s[slug]) for slug in slugs}
     cost_s = {slug: own_s[slug] * per_motion / cores for slug in slugs}
     cells, wanted, ended = pd.DataFrame(), [], None
     is_first = min(motions.values()) < design.first
@@ -202,28 +197,28 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     starts_s = JOB_START_MOTION_S * per_s * (1.0 + len(slugs) / cores)
     left_s = began_s + 3600.0 * design.hours - time.time() - planning_s - starts_s
     left_s -= other_work_s(study, per_s, cores)
+    decided = 0
     if is_first:
-        after = first_motions(motions, cost_s, design.first, left_s if earlier else TRIED * left_s)
+        # ASSUME analyses take at most ten times as long as forecast before any is measured
+        after = first_motions(motions, cost_s, design.first, left_s if earlier else 0.1 * left_s)
         if not earlier:  # a study has at least one motion
             after = {slug: max(n, 1) for slug, n in after.items()}
         ended = OUT_OF_TIME if after == motions else None
     else:
         after = next_motions(wanted, motions, cost_s, design.looks, left_s)
+        decided = int(cells["verdict"].isin(DECIDED).sum())
         if after == motions:
-            is_open = ~cells["verdict"].isin(DECIDED)
             ended = OUT_OF_TIME if cells["asked"].any() else OUT_OF_REACH
-            ended = ended if is_open.any() else ALL_DECIDED
-    analyses = round(sum(after[slug] - motions[slug] for slug in slugs) * per_motion)
-    forecast_s = sum((after[slug] - motions[slug]) * cost_s[slug] for slug in slugs)
-    decided = int(cells["verdict"].isin(DECIDED).sum()) if len(cells) else 0
+            ended = ended if decided < len(cells) else ALL_DECIDED
+    more = {slug: after[slug] - motions[slug] for slug in slugs}
     plan = {
         "round": number,
         "ended": ended,
         "hours": design.hours,
         "motions": {slug: [motions[slug], after[slug]] for slug in slugs},
-        "analyses": analyses,
+        "analyses": round(sum(more.values()) * per_motion),
         "analyses_before": len(demands),
-        "forecast_s": round(forecast_s, 1),
+        "forecast_s": round(sum(n * cost_s[slug] for slug, n in more.items()), 1),
         "decided": decided,
         "cells": json.loads(cells.to_json(orient="records")),
     }
@@ -239,23 +234,19 @@ def _looked_at(
     mean_s: Mapping[str, float],
 ) -> tuple[pd.DataFrame, list[dict[str, int]]]:
     """Return the pooled cells after the earlier rounds, and the motions that would decide each."""
-    states = load_limit_states(Path(study.fragility.limit_states))
+    settings, looks = study.fragility, study.design.looks
+    states = load_limit_states(Path(settings.limit_states))
     states = with_column_failure(states, with_derived_columns(demands.head(0)).columns)
     names = list(dict.fromkeys(state.demand for state in states))
-    rows = prepared(demands, names, study.fragility).table
+    rows = prepared(demands, names, settings).table
     headline = [state for state in states if state.key in HEADLINE_STATES]
-    demand_names = demands_for("headline", rows.columns)
-    effects = effect_tables(rows, demand_names, study.fragility).effects
-    medians = median_effects(rows, headline, study.fragility)
-    effects = pd.concat([effects, medians], ignore_index=True)
+    of_demands = effect_tables(rows, demands_for("headline", rows.columns), settings).effects
+    effects = pd.concat([of_demands, median_effects(rows, headline, settings)], ignore_index=True)
     history = pd.DataFrame([cell for plan in plans for cell in plan["cells"]])
-    looks = study.design.looks
     effects = kept(at_looks(effects, looks, runs_per_motion(demands)), history)
-    axes = axis_names(rows)
-    places = rows.drop_duplicates("variant").set_index("variant")[["bridge", "abutment", *axes]]
-    cells, wanted = targets(
-        effects, motions, mean_s, places, looks, study.fragility.effect_confidence
-    )
+    columns = ["bridge", "abutment", *axis_names(rows)]
+    places = rows.drop_duplicates("variant").set_index("variant")[columns]
+    cells, wanted = targets(effects, motions, mean_s, places, looks, settings.effect_confidence)
     return cells[[name for name in ROUND_COLUMNS if name in cells]], wanted
 
 
