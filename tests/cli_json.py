@@ -17,3 +17,10 @@ def run(*arguments: object) -> tuple[int, dict]:
     """Return the exit code and the JSON answer of a command."""
     result = invoke(*arguments, "--json")
     return result.exit_code, json.loads(result.stdout)
+
+
+def answer(*arguments: object, code: int = 0) -> dict:
+    """Return the JSON answer of a command that must end with an exit code."""
+    found_code, found = run(*arguments)
+    assert found_code == code, found
+    return found

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.special import stdtrit
 
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
@@ -17,11 +18,11 @@ from skewbridge.variant.variant import ABUTMENTS, Variant
 IM = "im_saavg_rotd50_g"
 STATES = load_limit_states(Path(__file__).parents[1] / "config" / "limit_states.yaml")
 SETTINGS = FitSettings(im=IM, bootstrap=199)
-_DRIFT = {
+DRIFT_ENTRY = {
     "component": "column_drift", "demand": "column_drift_ratio", "unit": "percent",
     "dispersion": 0.35, "citation": "test", "states": {"slight": 1.0, "moderate": 2.5},
 }  # fmt: skip
-DRIFT = limit_states_of([_DRIFT])
+DRIFT = limit_states_of([DRIFT_ENTRY])
 # ln demand = ln a + b ln im + scatter of the motion + small scatter of the run
 DEMAND_MODELS = {
     "column_shear_kn": (np.log(2000.0), 0.25, 0.12),
@@ -116,6 +117,23 @@ def verdict_of(ci_low: float, ci_high: float, margin: float = 0.05) -> str:
     """Return the verdict of an interval of a ratio."""
     ends = np.array([[ci_low], [1.0 - margin], [1.0], [1.0 + margin], [ci_high]])
     return str(verdicts_of(*ends, possible=np.ones(1, dtype=np.bool_))[0])
+
+
+def friction_rows(scatter, motions=(12, 12), *, demand="deck_disp_m", ratio=1.0, level=0.90):
+    """Return rows of an effect of friction: pooled, and of its pairs of variants at two gaps."""
+    shared = {"bridge": "b", "abutment": "a", "quantity": "demand", "demand": demand}
+    shared |= {"axis": "friction", "from_value": 0.0, "to_value": 0.5, "margin": 0.05}
+    errors = np.divide(scatter, np.sqrt(motions))
+    pairs = zip(motions, scatter, errors, (25.0, 51.0), strict=True)
+    pooled = (max(motions), np.hypot(*scatter) / 2.0, np.hypot(*errors) / 2.0, None)
+    rows = []
+    for number, sd, error, gap_mm in (pooled, *pairs):
+        half = stdtrit(number - 1, 0.5 + 0.5 * level) * error
+        place = {"scope": "variant", "gap_mm": gap_mm} if gap_mm else {"scope": "pooled"}
+        row = {"ratio": ratio, "ci_low": ratio * np.exp(-half), "ci_high": ratio * np.exp(half)}
+        row |= {"scatter": sd, "dof": number - 1, "n_pairs": number, "n_discordant": 0}
+        rows.append(shared | row | place | {"level": level})
+    return rows
 
 
 def paired_effects(demands, columns=None, settings=SETTINGS, *, jobs=1) -> pd.DataFrame:

@@ -9,6 +9,7 @@ import pandas as pd
 import yaml
 from matplotlib.image import imsave
 
+from fragility_tables import DRIFT_ENTRY
 from skewbridge.files.tables import write_frame
 from skewbridge.files.text import merged
 from skewbridge.fragility.limit_states import limit_states_of
@@ -18,10 +19,7 @@ from skewbridge.report.page import write_report
 from skewbridge.report.study_figures import SECTIONS
 
 STATES = [
-    {
-        "component": "column_drift", "demand": "column_drift_ratio", "unit": "percent",
-        "dispersion": 0.35, "citation": "a test", "states": {"slight": 1.0, "moderate": 2.5},
-    },
+    DRIFT_ENTRY,
     {
         "component": "bearing", "demand": "bearing_disp_m", "unit": "mm",
         "dispersion": 0.0, "citation": "a test", "states": {"slight": 100.0},

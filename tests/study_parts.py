@@ -10,6 +10,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.columns import DEMAND_COLUMNS
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.study import batch
 from skewbridge.study.analyses import StudySetup
 from skewbridge.study.batch import row_of_task
 from skewbridge.study.config import StudyConfig
@@ -59,3 +60,15 @@ def row_of(task: Task, value: float = 1.0, cpu_s: float = 1.0) -> dict[str, obje
     demands = {column.name: value for column in DEMAND_COLUMNS}
     run = {**no_result("ok", ""), "duration_s": 1.0, "wall_s": cpu_s, "cpu_s": cpu_s}
     return row_of_task({**demands, **run}, task, run_key(task))
+
+
+def without_workers(monkeypatch, answer=row_of) -> list[Task]:
+    """Let a function give the rows that workers would; return the list of what they are asked."""
+    asked: list[Task] = []
+
+    def stream(_work, tasks, _count):
+        asked.extend(tasks.values())
+        yield from ((key, [answer(task)]) for key, task in reversed(tasks.items()))
+
+    monkeypatch.setattr(batch, "in_workers", stream)
+    return asked

@@ -16,14 +16,14 @@ import yte
 from reference_pages import ROOT
 from rocrate.rocrate import ROCrate
 
-from cli_json import invoke, run
+from cli_json import answer, invoke
 from fragility_tables import synthetic_demands
 from skewbridge.cli.options import config_of, folder_of
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
-from skewbridge.files.text import merged, read_mapping, writable_folder, written_aside
+from skewbridge.files.text import merged, read_mapping
 from skewbridge.report.methods import REFERENCES, methods_of
 from skewbridge.study.analyses import StudySetup, run_in_journal
 from skewbridge.study.config import load_config, parse_config
@@ -35,7 +35,7 @@ from skewbridge.study.processes import cancel_left_behind
 from skewbridge.study.progress import forecast_study, job_size
 from skewbridge.study.task import run_key
 from skewbridge.variant.grid import expand_grid
-from study_parts import row_of, study_of, wave
+from study_parts import row_of, study_of, wave, without_workers
 
 BASE = ROOT / "config/config.yaml"
 COLUMN_NAMES = [column.name for column in COLUMNS]
@@ -46,18 +46,11 @@ def in_the_repository(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
 
 
-def answer(*arguments: str) -> dict:
-    code, found = run(*arguments)
-    assert code == 0, found
-    return found
-
-
 def test_plan_counts_the_analyses_and_the_doctor_finds_a_working_environment() -> None:
     plan = answer("plan")
-    count = load_config(ROOT / "config/config.yaml").motions.count
+    count = load_config(BASE).motions.count
     assert count is not None
-    assert plan["variants"] == 24
-    assert plan["analyses"] == 24 * count
+    assert (plan["variants"], plan["analyses"]) == (24, 24 * count)
     assert plan["done"] + plan["left"] == plan["analyses"]
     assert {"failed", "suspect", "core_hours", "eta_s", "disk_mb"} <= set(plan)
     report = answer("doctor")
@@ -77,36 +70,27 @@ def test_a_bad_or_missing_configuration_ends_with_2_and_one_message(tmp_path, te
     path = tmp_path / "bad.yaml"
     if text:
         path.write_text(text)
-    code, found = run("plan", "--config", path)
-    assert code == 2
+    found = answer("plan", "--config", path, code=2)
     assert words in found["message"]
 
 
-@pytest.fixture
-def failed_study(tmp_path: Path) -> Path:
-    """A configuration whose journal has a result, a crash and a torn line."""
-    config = tmp_path / "mine.yaml"
-    config.write_text(f"results: {tmp_path}/results\n")
+def test_journals_are_counted_and_compacted_and_failures_forgotten(tmp_path: Path) -> None:
+    """The journal has a result, a crash and a torn line."""
+    (tmp_path / "mine.yaml").write_text(f"results: {tmp_path}/results\n")
     path = tmp_path / "results" / "journal" / "v.jsonl"
     with open_journal(path) as journal:
         for key, status in (("a", "ok"), ("b", "crash")):
-            row = {"run_key": key, "status": status, "variant": "v", "motion_id": "m"}
-            journal.append(row)
+            journal.append({"run_key": key, "status": status, "variant": "v", "motion_id": "m"})
     path.write_bytes(path.read_bytes() + b'{"run_key": "c')
-    return config
-
-
-def test_journals_are_counted_and_compacted_and_failures_forgotten(failed_study: Path) -> None:
     counted = {"analyses": 2, "repeated": 0, "outdated": 0, "damaged": 1}
-    config = ("--study", str(failed_study))
+    config = ("--study", str(tmp_path / "mine.yaml"))
     assert answer("study", "journal", *config) == counted | {"compacted": False}
     assert answer("study", "journal", "--compact", *config) == counted | {"compacted": True}
     assert answer("study", "journal", *config)["damaged"] == 0
     retried = answer("study", "retry", *config)
     assert retried["analyses"] == [{"variant": "v", "motion": "m", "status": "crash"}]
     assert answer("study", "retry", *config)["forgotten"] == 0
-    code, refused = run("study", "retry", "--status", "ok")
-    assert code == 2
+    refused = answer("study", "retry", "--status", "ok", code=2)
     assert "'ok' is not one of 'failed'" in refused["message"]
 
 
@@ -133,16 +117,16 @@ def test_new_gap_repeats_no_finished_analysis(tmp_path: Path) -> None:
     grid = f"grid: {{bridge: [osb1], abutment: [contact_friction], {axes}}}\n"
     config = tmp_path / "mine.yaml"
     config.write_text(f"results: {tmp_path}/results\n{grid}motions: {{count: 2}}\n")
-    slug = next(iter(expand_grid(load_config(config, base=BASE).grid))).slug
     study = load_config(config, base=BASE)
+    slug = next(iter(expand_grid(study.grid))).slug
     prepare_motions(study)
     tasks = StudySetup.of(study).tasks(slug)
     keys = dict(zip(map(run_key, tasks), ("ok", "timeout"), strict=True))
+    same = dict.fromkeys(COLUMN_NAMES) | {"variant": slug, "motion_id": "m"}
+    same |= {"cpu_s": 2.0, "recovery_rung": 0, "collapse_criterion": "budget"}
     with open_journal(tmp_path / "results/journal/v.jsonl") as journal:
         for key, status in keys.items():
-            row = {"run_key": key, "status": status, "variant": slug, "motion_id": "m"}
-            row |= {"cpu_s": 2.0, "recovery_rung": 0, "collapse_criterion": "budget"}
-            journal.append(dict.fromkeys(COLUMN_NAMES) | row)
+            journal.append(same | {"run_key": key, "status": status})
     config.write_text(config.read_text().replace("[25]", "[25, 51]"))
     found = answer("status", "--config", str(config))
     assert {name: found[name] for name in ("variants", "analyses", "done", "failed", "left")} == {
@@ -161,10 +145,7 @@ def test_a_run_reports_the_progress_of_each_variant(tmp_path, monkeypatch, capsy
     tasks = setup.tasks("osb1_cf_skew30_gap025_mu050")
     with open_journal(setup.folder.journal("osb1_v")) as journal:
         journal.append(row_of(tasks[0]))
-    monkeypatch.setattr(
-        "skewbridge.study.batch.in_workers",
-        lambda _work, left, _count: ((key, [row_of(task)]) for key, task in left.items()),
-    )
+    without_workers(monkeypatch)
     monkeypatch.setattr("skewbridge.study.analyses.LOG_INTERVAL_S", 0.0)
     terminal = logging.StreamHandler()
     terminal.addFilter(for_terminal)
@@ -177,8 +158,8 @@ def test_a_run_reports_the_progress_of_each_variant(tmp_path, monkeypatch, capsy
     finally:
         logger.removeHandler(terminal)
     printed = capsys.readouterr().err
-    assert "osb1_v: 2 of 3 analyses done (1 of them before), " in printed
-    assert "osb1_v: 3 of 3 analyses done (1 of them before), " in printed
+    for done in (2, 3):
+        assert f"osb1_v: {done} of 3 analyses done (1 of them before), " in printed
     assert "min left" in printed
     assert "per minute" in printed
     assert "for the log file" not in printed
@@ -204,23 +185,16 @@ def _study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         write_frame(synthetic_demands(skews=(0,), gaps=(51,)), folder / f"{name}.parquet", origin)
     (folder / "motions").mkdir()
-    suite = pd.DataFrame(
-        {
-            "motion_id": ["m00", "m01"],
-            "sha256": ["a", "b"],
-            "source": [SOURCE, SOURCE],
-            "accel_1_mps2": [np.zeros(3)] * 2,
-            "accel_2_mps2": [np.zeros(3)] * 2,
-        }
-    )
+    suite = pd.DataFrame({"motion_id": ["m00", "m01"], "sha256": ["a", "b"], "source": SOURCE})
+    for name in ("accel_1_mps2", "accel_2_mps2"):
+        suite[name] = [np.zeros(3)] * 2
     write_frame(suite, folder / "motions/suite.parquet", origin)
     return tmp_path
 
 
 def archived(out: str) -> dict:
-    return answer(
-        "study", "archive", "--study", "own.yaml", "--out", out, "--author", "A. Engineer"
-    )
+    options = ("--study", "own.yaml", "--out", out, "--author", "A. Engineer")
+    return answer("study", "archive", *options)
 
 
 def test_archive_is_a_crate_with_all_inputs_and_valid_digests(study: Path) -> None:
@@ -231,18 +205,10 @@ def test_archive_is_a_crate_with_all_inputs_and_valid_digests(study: Path) -> No
     described = {entity.id: entity for entity in crate.data_entities if entity.type != "Dataset"}
     assert sorted(described) == found["files"]
     assert set(content) - set(described) == {"ro-crate-metadata.json"}
-    assert {
-        "METHODS.md",
-        "config/bridges/mine.yaml",
-        "config/bridges/base.yaml",
-        "config/config.yaml",
-        "config/limit_states.yaml",
-        "motions.csv",
-        "own.yaml",
-        "results/demands.parquet",
-        "results/fragility/curves.parquet",
-        "workflow/Snakefile",
-    } <= set(content)
+    bridges = {f"config/bridges/{name}.yaml" for name in ("mine", "base")}
+    settings = {"own.yaml", "config/config.yaml", "config/limit_states.yaml", "motions.csv"}
+    tables = {f"results/{name}.parquet" for name in ("demands", "fragility/curves")}
+    assert bridges | settings | tables | {"METHODS.md", "workflow/Snakefile"} <= set(content)
     for name, entity in described.items():
         assert hashlib.sha256(content[name]).hexdigest() == entity["sha256"]
     assert crate.mainEntity.id == "workflow/Snakefile"
@@ -259,14 +225,9 @@ def test_the_validator_of_crates_has_no_finding(study: Path) -> None:
         pytest.skip("the validator is not installed: make test-exports")
     archived("a.zip")
     context = files("rocrate") / "data/ro-crate.jsonld"
-    asked = {"files": [str(study / "a.zip")], "context": str(context)}
-    done = subprocess.run(
-        [python, ROOT / "tests/exports/read_rocrate.py"],
-        input=json.dumps(asked),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    asked = json.dumps({"files": [str(study / "a.zip")], "context": str(context)})
+    given = [python, ROOT / "tests/exports/read_rocrate.py"]
+    done = subprocess.run(given, input=asked, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout.splitlines()[-1]) == {"issues": []}
 
@@ -299,12 +260,12 @@ def test_unfinished_study_is_refused(study: Path, arguments: list[str], message:
 def test_methods_are_those_of_the_configuration(study: Path) -> None:
     result = invoke("study", "methods", "--study", "own.yaml")
     assert result.exit_code == 0, result.stderr
-    text = result.stdout
-    assert "skew 0°, 30°, 60°; the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants" in text
-    assert "One bridge was modelled" in text
-    assert "simulated, Dabaghi and Der Kiureghian 2018" in text
-    assert "Dabaghi, M., Der Kiureghian, A. (2018)" in text
-    assert "Houbolt" not in text
+    axes = "skew 0°, 30°, 60°; the joint gap 25 mm, 51 mm; friction 0, 0.5"
+    assert f"{axes}: 12 variants" in result.stdout
+    assert "One bridge was modelled" in result.stdout
+    assert "simulated, Dabaghi and Der Kiureghian 2018" in result.stdout
+    assert "Dabaghi, M., Der Kiureghian, A. (2018)" in result.stdout
+    assert "Houbolt" not in result.stdout
 
 
 @pytest.mark.parametrize(
@@ -397,19 +358,6 @@ def test_only_jobs_of_this_tree_are_cancelled(programs: Path, tmp_path: Path) ->
     program(programs, "squeue", "true")
     cancel_left_behind("skewbridge-aa")
     assert cancelled.read_text() == "11 14\n"
-
-
-def test_two_nodes_with_equal_process_ids_write_separate_files(tmp_path, monkeypatch):
-    path = tmp_path / "table"
-    with written_aside(path) as first:
-        first.write_text("first")
-        monkeypatch.setattr("socket.gethostname", lambda: "another")
-        with written_aside(path) as second:
-            second.write_text("second")
-        assert first != second
-        assert writable_folder(tmp_path) == tmp_path
-    assert path.read_text() == "first"
-    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_every_rule_of_the_profile_exists() -> None:

@@ -6,10 +6,11 @@ import pytest
 from scipy import optimize, special, stats
 from statsmodels.stats.multitest import multipletests
 
-from cli_json import run
+from cli_json import answer
 from fragility_tables import (
     IM,
     SETTINGS,
+    friction_rows,
     paired_effects,
     ready,
     several_models,
@@ -19,6 +20,7 @@ from fragility_tables import (
 )
 from skewbridge.errors import InputError
 from skewbridge.files.tables import write_frame
+from skewbridge.fragility import verdicts
 from skewbridge.fragility.effects import (
     INTENSITY_COLUMNS,
     effect_table,
@@ -28,29 +30,13 @@ from skewbridge.fragility.effects import (
 from skewbridge.fragility.motion_means import Jackknifed, average, bounded_regression, by_motion
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.study_tables import DESCRIPTIONS
-from skewbridge.fragility.verdicts import (
-    DETECTABLE,
-    NEGLIGIBLE,
-    SPENT,
-    at_looks,
-    judged,
-    kept,
-    levels_at,
-    look_levels,
-    motions_to_decide,
-    needed_motions,
-)
 
 DEMAND = "deck_disp_m"
 MODEL = ["bridge", "abutment"]
 
 
 def friction(effects, demand=DEMAND, scope="variant"):
-    return effects[
-        (effects["demand"] == demand)
-        & (effects["axis"] == "friction")
-        & (effects["scope"] == scope)
-    ]
+    return effects.query("demand == @demand and axis == 'friction' and scope == @scope")
 
 
 def friction_cell(table, demand=DEMAND, settings=None):
@@ -59,9 +45,8 @@ def friction_cell(table, demand=DEMAND, settings=None):
 
 def pairs(ln_ratios, **options) -> pd.DataFrame:
     """Return a study of two variants, friction 0 and 0.5, with these ratios of a demand."""
-    table = synthetic_demands(
-        motions=len(ln_ratios), skews=(0,), gaps=(25,), run_scatter=0.0, **options
-    )
+    same = {"skews": (0,), "gaps": (25,), "run_scatter": 0.0}
+    table = synthetic_demands(motions=len(ln_ratios), **same, **options)
     with_friction = table["friction"] > 0.0
     without = table.loc[~with_friction, DEMAND].to_numpy()
     table.loc[with_friction, DEMAND] = without * np.exp(ln_ratios)
@@ -71,25 +56,12 @@ def pairs(ln_ratios, **options) -> pd.DataFrame:
 def rows_of(ratios, errors, *, dof=15, margin=0.05, level=0.9, axis="friction", demand="other"):
     """Return rows of ratios with Student's intervals, for `judged`."""
     reach = stats.t.ppf(0.5 + level / 2, dof) * np.asarray(errors)
-    logs = np.log(ratios)
-    table = pd.DataFrame({"ratio": ratios, "ci_low": np.exp(logs - reach)})
     names = ("difference", "difference_low", "difference_high", "difference_margin")
-    return table.assign(
-        ci_high=np.exp(logs + reach),
-        level=level,
-        margin=margin,
-        dof=dof,
-        judged_by="ratio",
-        n_pairs=16,
-        n_discordant=0,
-        bridge="osb1",
-        abutment="contact",
-        axis=axis,
-        scope="pooled",
-        quantity="demand",
-        demand=demand,
-        **dict.fromkeys(names, np.nan),
-    )
+    same = {"bridge": "osb1", "abutment": "contact", "axis": axis, "demand": demand}
+    same |= {"scope": "pooled", "quantity": "demand", "judged_by": "ratio", "n_pairs": 16}
+    same |= {"n_discordant": 0, "level": level, "margin": margin, "dof": dof}
+    ends = {"ci_low": ratios * np.exp(-reach), "ci_high": ratios * np.exp(reach)}
+    return pd.DataFrame({"ratio": ratios} | ends).assign(**same, **dict.fromkeys(names, np.nan))
 
 
 # --- means and lines over motions
@@ -147,14 +119,13 @@ def test_line_without_bounds_is_that_of_least_squares_without_each_motion():
     assert at_half.estimate[0] == pytest.approx(full[0] + 0.5 * full[1])
 
 
-@pytest.mark.parametrize("slope", [0.0, 0.7])
-def test_regression_with_bounds_is_that_of_maximum_likelihood(slope):
+def test_regression_with_bounds_is_that_of_maximum_likelihood():
     rng = np.random.default_rng(2)
     x = rng.normal(size=400)
-    values = rng.normal(0.3, 1.0, 400) + slope * x
+    values = rng.normal(0.3, 1.0, 400) + 0.7 * x
     bound = np.select([values > 1.0, values < -1.0], [1, -1], default=0)
     values = np.clip(values, -1.0, 1.0)
-    design = np.column_stack([np.ones(400), x])[:, : 2 if slope else 1]
+    design = np.column_stack([np.ones(400), x])
 
     def minus(parameters):
         z = (values - design @ parameters[:-1]) / np.exp(parameters[-1])
@@ -162,7 +133,7 @@ def test_regression_with_bounds_is_that_of_maximum_likelihood(slope):
         exact = stats.norm.logpdf(z) - parameters[-1]
         return -np.sum(np.select([bound == 1, bound == -1], terms, exact))
 
-    best = optimize.minimize(minus, np.zeros(design.shape[1] + 1)).x[:-1]
+    best = optimize.minimize(minus, np.zeros(3)).x[:-1]
     coefficients = bounded_regression(design, values, bound, np.ones((1, 400)))[0]
     # the divisor of a sample instead of that of maximum likelihood: 1/400 of the scatter
     assert coefficients == pytest.approx(best, abs=3e-3)
@@ -222,7 +193,7 @@ def test_an_interval_has_the_first_verdict_that_applies(low, high, verdict):
     assert verdict_of(low, high) == verdict
 
 
-@pytest.mark.parametrize(("apart", "verdict"), [(1, NEGLIGIBLE), (2, DETECTABLE)])
+@pytest.mark.parametrize(("apart", "verdict"), [(1, verdicts.NEGLIGIBLE), (2, verdicts.DETECTABLE)])
 def test_negligible_needs_a_demand_on_both_sides_of_all_but_one_in_twenty(apart, verdict):
     table = pairs(np.full(20, 0.001))
     table.loc[table.index[table["friction"] > 0.0][:apart], DEMAND] = 0.0
@@ -233,7 +204,7 @@ def test_negligible_needs_a_demand_on_both_sides_of_all_but_one_in_twenty(apart,
 def test_family_wise_verdicts_are_those_of_holm_and_of_the_interval_in_a_family_of_one():
     rng = np.random.default_rng(3)
     ratios, errors = np.exp(rng.normal(0, 0.1, 40)), rng.uniform(0.01, 0.04, 40)
-    table = judged(rows_of(ratios, errors))
+    table = verdicts.judged(rows_of(ratios, errors))
     logs = np.log(ratios)
     below = stats.t.cdf((logs - np.log(0.95)) / errors, 15)
     above = stats.t.cdf((np.log(1.05) - logs) / errors, 15)
@@ -241,7 +212,7 @@ def test_family_wise_verdicts_are_those_of_holm_and_of_the_interval_in_a_family_
     assert 0 < outside.sum() < table["verdict"].isin(["lower", "higher"]).sum()
     assert table["verdict_family"].isin(["lower", "higher"]).tolist() == outside.tolist()
     for ratio in (0.9, 0.97, 1.0, 1.03, 1.06, 1.2):
-        row = judged(rows_of([ratio], [0.015])).iloc[0]
+        row = verdicts.judged(rows_of([ratio], [0.015])).iloc[0]
         assert row["verdict_family"] == row["verdict"]
 
 
@@ -250,18 +221,16 @@ def test_family_wise_verdicts_are_those_of_holm_and_of_the_interval_in_a_family_
     [({}, True), ({"axis": "gap_mm"}, False), ({"demand": "unseating_m"}, False)],
 )
 def test_families_are_split_by_axis_and_headline(other, weakened):
-    clear, noise = (
-        rows_of([1.12], [0.03]),
-        rows_of(np.linspace(0.99, 1.01, 60), np.full(60, 0.2), **other),
-    )
-    table = judged(pd.concat([clear, noise], ignore_index=True))
+    clear = rows_of([1.12], [0.03])
+    noise = rows_of(np.linspace(0.99, 1.01, 60), np.full(60, 0.2), **other)
+    table = verdicts.judged(pd.concat([clear, noise], ignore_index=True))
     assert table["verdict"][0] == "higher"
     assert (table["verdict_family"][0] != "higher") is weakened
 
 
 def test_intervals_wider_than_a_factor_of_ten_are_not_estimable_and_weaken_no_family():
     clear, wide = rows_of([1.12], [0.03]), rows_of(np.full(50, 6.77), np.full(50, 1.4))
-    table = judged(pd.concat([clear, wide], ignore_index=True))
+    table = verdicts.judged(pd.concat([clear, wide], ignore_index=True))
     assert table["verdict_family"].tolist() == ["higher", *["undecided"] * 50]
     assert table["status"].tolist() == ["ok", *["not_estimable"] * 50]
     assert table.loc[1:, ["ratio", "ci_low", "ci_high"]].isna().to_numpy().all()
@@ -271,7 +240,12 @@ def test_intervals_wider_than_a_factor_of_ten_are_not_estimable_and_weaken_no_fa
 
 
 def test_effect_of_the_generator_is_found_and_pooled_rows_are_the_average_of_their_cells():
-    effects = paired_effects(synthetic_demands())
+    table, reference = synthetic_demands(), {("osb1", "contact_friction"): 0.4}
+    tables = effect_tables(table, reference_im=reference)
+    mixed = effect_tables(table.sample(frac=1.0, random_state=1), reference_im=reference)
+    pd.testing.assert_frame_equal(tables.effects, mixed.effects)
+    pd.testing.assert_frame_equal(tables.intensities, mixed.intensities)
+    effects = tables.effects
     assert list(effects.columns) == list(DESCRIPTIONS["effects"])
     assert effects["scope"].tolist() == sorted(effects["scope"])  # pooled rows first
     rotation = friction(effects, "deck_rotation_rad")
@@ -289,16 +263,6 @@ def test_effect_of_the_generator_is_found_and_pooled_rows_are_the_average_of_the
     assert pooled["ci_high"] - pooled["ci_low"] < (cells["ci_high"] - cells["ci_low"]).min()
 
 
-def test_effects_do_not_depend_on_the_order_of_rows():
-    table = synthetic_demands(skews=(0, 30), gaps=(51,))
-    first, second = (
-        effect_tables(rows, reference_im={("osb1", "contact_friction"): 0.4})
-        for rows in (table, table.sample(frac=1.0, random_state=1))
-    )
-    pd.testing.assert_frame_equal(first.effects, second.effects)
-    pd.testing.assert_frame_equal(first.intensities, second.intensities)
-
-
 def test_each_bridge_and_abutment_has_the_effects_it_has_alone():
     table = several_models(motions=8)
     demands = [DEMAND, "unseating_m"]
@@ -312,7 +276,7 @@ def test_each_bridge_and_abutment_has_the_effects_it_has_alone():
     own = effects[(effects["bridge"] == "osb2s") & (effects["abutment"] == "spring")]
     alone = paired_effects(table[one], demands)
     pd.testing.assert_frame_equal(alone, own.reset_index(drop=True), check_dtype=False)
-    needed = needed_motions(effects, table)
+    needed = verdicts.needed_motions(effects, table)
     assert set(map(tuple, needed[MODEL].to_numpy())) == set(axes.index)
 
 
@@ -360,8 +324,9 @@ def test_margins_of_single_demands_override_the_common_one():
     table = synthetic_demands(skews=(0,), gaps=(51,))
     wide = FitSettings(margin=0.2, margins={"unseating_m": 0.01, "deck_rotation_rad": 100.0})
     assert friction_cell(table, DEMAND, wide)["margin"] == 0.2
-    assert friction_cell(table, "unseating_m", wide)["margin"] == 0.01
-    assert friction_cell(table, "unseating_m", wide)["verdict"] != "negligible"
+    unseating = friction_cell(table, "unseating_m", wide)
+    assert unseating["margin"] == 0.01
+    assert unseating["verdict"] != "negligible"
     assert friction_cell(table, "deck_rotation_rad", wide)["verdict"] == "negligible"
 
 
@@ -445,7 +410,7 @@ def simulated_power(effect, scatter, motions, rng, studies=40_000):
 @pytest.mark.parametrize("change", [0.0, 0.01, 0.03, 0.08, -0.03, -0.08])
 def test_needed_motions_decide_with_a_probability_of_four_in_five(change, scatter):
     effect = np.log1p(change)
-    motions = motions_to_decide(POWER_ROW | {"ratio": 1.0 + change, "scatter": scatter})
+    motions = verdicts.motions_to_decide(POWER_ROW | {"ratio": 1.0 + change, "scatter": scatter})
     rng = np.random.default_rng(1)
     if not np.isfinite(motions):
         assert simulated_power(effect, scatter, 1000, rng) < 0.8
@@ -460,10 +425,10 @@ def test_needed_motions_decide_with_a_probability_of_four_in_five(change, scatte
 
 def test_needed_motions_of_effects_on_the_margin_or_without_interval():
     on_margin, unknown = ({"ratio": ratio, "scatter": 0.06} for ratio in (1.0501, np.nan))
-    assert motions_to_decide(POWER_ROW | on_margin) == np.inf
-    assert np.isnan(motions_to_decide(POWER_ROW | unknown))
+    assert verdicts.motions_to_decide(POWER_ROW | on_margin) == np.inf
+    assert np.isnan(verdicts.motions_to_decide(POWER_ROW | unknown))
     difference = {"judged_by": "difference", "difference": 0.2, "difference_margin": 0.1}
-    assert motions_to_decide(POWER_ROW | difference | {"scatter": 0.1}) < 15
+    assert verdicts.motions_to_decide(POWER_ROW | difference | {"scatter": 0.1}) < 15
 
 
 def test_needed_motions_are_motions_of_the_suite_and_cost_their_analyses():
@@ -472,11 +437,11 @@ def test_needed_motions_are_motions_of_the_suite_and_cost_their_analyses():
     few["cpu_s"] = 36.0
     few.loc[few["motion_id"].isin(few["motion_id"].unique()[:4]), "status"] = "timeout"
     effects = paired_effects(few, ["unseating_m", "deck_rotation_rad"])
-    needed = needed_motions(effects, few)
+    needed = verdicts.needed_motions(effects, few)
     assert set(needed["demand"]) == {"unseating_m"}
     row = needed.set_index("axis").loc["friction"]
     assert (row["forecast"], row["n_motions"]) == ("more motions", 16)
-    exact = motions_to_decide(friction(effects, "unseating_m", "pooled").iloc[0].to_dict())
+    exact = verdicts.motions_to_decide(friction(effects, "unseating_m", "pooled").iloc[0].to_dict())
     assert row["needed_motions"] == np.ceil(exact * 16 / 12)
     more = row["needed_motions"] - 16
     assert row["more_analyses"] == more * 12
@@ -488,15 +453,14 @@ def test_needed_motions_cover_headline_demands_and_medians_and_are_in_the_plan(t
     effects = paired_effects(table)
     slight = {"quantity": "median_capacity", "demand": "unseating/slight"}
     median = friction(effects, scope="pooled").assign(**slight)
-    needed = needed_motions(pd.concat([effects, median], ignore_index=True), table)
+    needed = verdicts.needed_motions(pd.concat([effects, median], ignore_index=True), table)
     assert "column_shear_dcr" in set(needed["demand"])
     medians = needed[needed["quantity"] == "median_capacity"]
     assert medians["demand"].tolist() == ["unseating/slight"]
     write_frame(needed, tmp_path / "results/fragility/needed_motions.parquet", {})
     config = tmp_path / "config.yaml"
     config.write_text(f"results: {tmp_path / 'results'}\n")
-    code, plan = run("plan", "--config", config)
-    assert code == 0
+    plan = answer("plan", "--config", config)
     assert len(plan["needed_motions"]) == len(needed) > 0
     assert set(plan["needed_motions"][0]) == set(needed.columns)
 
@@ -527,29 +491,29 @@ LOOKS = tuple(range(12, 65, 4))
 
 
 def test_one_or_two_looks_have_the_levels_of_the_normal_distribution() -> None:
-    assert look_levels((1.0,), 0.90) == pytest.approx((1.0 - SPENT * 0.10,), abs=1e-9)
+    assert verdicts.look_levels((1.0,), 0.90) == pytest.approx(
+        (1.0 - verdicts.SPENT * 0.10,), abs=1e-9
+    )
     # Spending half of 5 % at half of the time; the second end from the joint distribution.
-    from scipy.stats import multivariate_normal
-
-    first, last = look_levels((0.5, 1.0), 0.90)
+    first, last = verdicts.look_levels((0.5, 1.0), 0.90)
     ends = [-special.ndtri(0.5 * (1.0 - level)) for level in (first, last)]
-    assert ends[0] == pytest.approx(-special.ndtri(SPENT * 0.025), abs=1e-6)
-    both = multivariate_normal(cov=[[1.0, np.sqrt(0.5)], [np.sqrt(0.5), 1.0]])
-    assert 1.0 - both.cdf(ends) == pytest.approx(SPENT * 0.05, abs=1e-5)
+    assert ends[0] == pytest.approx(-special.ndtri(verdicts.SPENT * 0.025), abs=1e-6)
+    both = stats.multivariate_normal(cov=[[1.0, np.sqrt(0.5)], [np.sqrt(0.5), 1.0]])
+    assert 1.0 - both.cdf(ends) == pytest.approx(verdicts.SPENT * 0.05, abs=1e-5)
 
 
 @pytest.mark.parametrize("level", [0.80, 0.90, 0.95])
 def test_normal_means_cross_their_ends_as_often_as_stated(level: float) -> None:
     times = np.array(LOOKS) / LOOKS[-1]
-    ends = -special.ndtri(0.5 * (1.0 - np.array(look_levels(tuple(times), level))))
+    ends = -special.ndtri(0.5 * (1.0 - np.array(verdicts.look_levels(tuple(times), level))))
     steps = np.sqrt(np.diff(times, prepend=0.0))
     paths = np.cumsum(steps * np.random.default_rng(1).normal(size=(40_000, times.size)), axis=1)
     crossed = np.any(paths > ends * np.sqrt(times), axis=1).mean()
-    assert crossed == pytest.approx(SPENT * 0.5 * (1.0 - level), abs=0.004)
+    assert crossed == pytest.approx(verdicts.SPENT * 0.5 * (1.0 - level), abs=0.004)
 
 
 def test_a_look_between_two_has_the_level_of_the_earlier_one() -> None:
-    levels = levels_at(np.array([5.0, 12.0, 15.0, 16.0, 64.0, 70.0]), LOOKS, 0.90)
+    levels = verdicts.levels_at(np.array([5.0, 12.0, 15.0, 16.0, 64.0, 70.0]), LOOKS, 0.90)
     assert levels[0] == levels[1] == levels[2]
     assert levels[3] != levels[2]
     assert levels[4] == levels[5]
@@ -558,50 +522,34 @@ def test_a_look_between_two_has_the_level_of_the_earlier_one() -> None:
 
 def effects(motions: tuple[int, int], scatter: tuple[float, float]) -> pd.DataFrame:
     """Return a pooled effect of -10 % and those of its two pairs of variants."""
-    shared = {"bridge": "b", "abutment": "a", "quantity": "demand", "demand": "deck_disp_m"}
-    shared |= {"axis": "friction", "from_value": 0.0, "to_value": 0.5, "margin": 0.05}
-    shared |= {"level": 0.90, "n_discordant": 0}
-    error = np.hypot(*np.divide(scatter, np.sqrt(motions))) / 2.0
-    rows = []
-    for number, sd, se, place in (
-        (max(motions), np.nan, error, {"scope": "pooled", "n_pairs": sum(motions)}),
-        (motions[0], scatter[0], scatter[0] / np.sqrt(motions[0]), {"gap_mm": 25.0}),
-        (motions[1], scatter[1], scatter[1] / np.sqrt(motions[1]), {"gap_mm": 51.0}),
-    ):
-        half = special.stdtrit(number - 1, 0.95) * se
-        ends = np.exp(np.log(0.9) + np.array([0.0, -half, half]))
-        row = dict(zip(("ratio", "ci_low", "ci_high"), ends, strict=True))
-        row |= {"scatter": sd, "dof": number - 1, "n_pairs": number, "scope": "variant"}
-        rows.append(shared | row | place)
+    rows = friction_rows(scatter, motions, ratio=0.9)
     return effect_table(pd.DataFrame(columns=["gap_mm", "friction"]), rows)
 
 
 def test_interval_at_a_look_has_students_t_and_the_level_of_the_pair_that_scatters() -> None:
     before = effects((16, 16), (0.05, 0.05))
-    after = at_looks(before, LOOKS)
-    level = look_levels(tuple(n / 64 for n in LOOKS), 0.90)[1]
+    after = verdicts.at_looks(before, LOOKS)
+    level = verdicts.look_levels(tuple(n / 64 for n in LOOKS), 0.90)[1]
     assert after["level"].tolist() == pytest.approx([level] * 3)
     half = np.log(after["ci_high"] / after["ratio"]) / np.log(before["ci_high"] / before["ratio"])
     wider = special.stdtrit(15, 0.5 + 0.5 * level) / special.stdtrit(15, 0.95)
     assert half.tolist() == pytest.approx([wider] * 3)
     assert before["verdict"].iloc[0] == after["verdict"].iloc[0] == "lower"
-    even = at_looks(effects((16, 16), (0.05, 0.05)), LOOKS)
-    few_where_it_scatters = at_looks(effects((16, 64), (0.05, 0.001)), LOOKS)
-    assert few_where_it_scatters["level"].iloc[0] == even["level"].iloc[0]
-    many_where_it_scatters = at_looks(effects((16, 64), (0.001, 0.05)), LOOKS)
-    assert many_where_it_scatters["level"].iloc[0] == pytest.approx(
-        levels_at(np.array([60.0]), LOOKS, 0.90)[0]
-    )
+    few_where_it_scatters = verdicts.at_looks(effects((16, 64), (0.05, 0.001)), LOOKS)
+    assert few_where_it_scatters["level"].iloc[0] == after["level"].iloc[0]
+    many_where_it_scatters = verdicts.at_looks(effects((16, 64), (0.001, 0.05)), LOOKS)
+    latest = verdicts.levels_at(np.array([60.0]), LOOKS, 0.90)[0]
+    assert many_where_it_scatters["level"].iloc[0] == pytest.approx(latest)
 
 
 def test_a_verdict_once_reached_is_kept() -> None:
-    earlier = at_looks(effects((16, 16), (0.05, 0.05)), LOOKS)
-    later = at_looks(effects((20, 20), (0.4, 0.4)), LOOKS)
+    earlier = verdicts.at_looks(effects((16, 16), (0.05, 0.05)), LOOKS)
+    later = verdicts.at_looks(effects((20, 20), (0.4, 0.4)), LOOKS)
     assert later["verdict"].iloc[0] == "undecided"
-    common = kept(later, earlier[earlier["scope"] == "pooled"])
+    common = verdicts.kept(later, earlier[earlier["scope"] == "pooled"])
     assert common["verdict"].iloc[0] == "lower"
     assert common["ci_high"].iloc[0] == earlier["ci_high"].iloc[0]
     assert common["ci_low"].tolist()[1:] == later["ci_low"].tolist()[1:]
     # without a common part the last interval stays
     apart = earlier.assign(ci_low=2.0, ci_high=2.1)
-    assert kept(later, apart)["ci_high"].tolist() == later["ci_high"].tolist()
+    assert verdicts.kept(later, apart)["ci_high"].tolist() == later["ci_high"].tolist()

@@ -9,8 +9,8 @@ import pytest
 from scipy import stats
 from typer.testing import CliRunner
 
-from cli_json import run
-from fragility_tables import IM, SETTINGS, ready, states_of, synthetic_demands
+from cli_json import answer, run
+from fragility_tables import DRIFT_ENTRY, IM, SETTINGS, ready, states_of, synthetic_demands
 from skewbridge.cli import build_app
 from skewbridge.errors import InputError
 from skewbridge.fragility.fits import fit_cloud
@@ -34,17 +34,9 @@ def clouds(table, states):
     for variant, part in table.groupby("variant"):
         for state in states:
             fit = fit_cloud(part[IM], part[state.demand], state.threshold)
-            rows.append(
-                {
-                    "variant": variant,
-                    "component": state.component,
-                    "limit_state": state.name,
-                    "method": "cloud",
-                    "status": fit.status,
-                    "theta": fit.theta,
-                    "var_ln_theta": fit.var_ln_theta,
-                }
-            )
+            found = {"status": fit.status, "theta": fit.theta, "var_ln_theta": fit.var_ln_theta}
+            place = {"component": state.component, "limit_state": state.name, "method": "cloud"}
+            rows.append({"variant": variant} | place | found)
     return pd.DataFrame(rows)
 
 
@@ -95,15 +87,13 @@ def test_states_of_a_component_share_dispersion_and_slope():
 def test_negative_skews_count_by_size_unless_the_study_has_both_signs():
     model = JointModel(row_of(synthetic_demands(**SMALL | {"skews": (0, -30, -60)})))
     assert model.axis_range.limits["skew_deg"] == (0.0, 60.0)
-    point = {"friction": 0.5}
-    assert model.median(point | {"skew_deg": -45.0}) == model.median(point | {"skew_deg": 45.0})
-    both = shifted(
-        synthetic_demands(**SMALL | {"skews": (-45, 0, 45)}), lambda t: 0.3 * t["skew_deg"] / 60.0
-    )
-    row = row_of(both)
+    minus, plus = ({"friction": 0.5, "skew_deg": skew} for skew in (-45.0, 45.0))
+    assert model.median(minus) == model.median(plus)
+    both = synthetic_demands(**SMALL | {"skews": (-45, 0, 45)})
+    row = row_of(shifted(both, lambda t: 0.3 * t["skew_deg"] / 60.0))
     model = JointModel(row)
     assert model.axis_range.limits["skew_deg"] == (-45.0, 45.0)
-    apart = model.median(point | {"skew_deg": 45.0}, point | {"skew_deg": -45.0}, 0.95)
+    apart = model.median(plus, minus, 0.95)
     assert apart[0] == pytest.approx(np.exp(-0.45 / row["slope"]), rel=0.03)
 
 
@@ -159,7 +149,9 @@ def test_models_are_per_bridge_and_abutment_with_the_axes_they_have():
 
 def test_states_without_an_estimate_or_with_large_errors_have_a_status():
     table = synthetic_demands(**SMALL)
-    found = joint(table).set_index("limit_state")
+    curves = clouds(table, DRIFT)
+    found = joint(table, curves=curves).set_index("limit_state")
+    assert found.loc["moderate", "status"] == "ok"
     assert found.loc["complete", "status"] == "no_exceedance"
     assert np.isnan(found.loc["complete", "theta"])
     flat = table.assign(column_drift_ratio=3e-4 / table["column_drift_ratio"])
@@ -169,11 +161,7 @@ def test_states_without_an_estimate_or_with_large_errors_have_a_status():
     assert {"no_axis_varies", "no_exceedance"} >= set(joint(alone)["status"])
     few = joint(synthetic_demands(**SMALL | {"motions": 4}))
     assert "ok" not in set(few["status"])
-    table = synthetic_demands(**SMALL)
-    curves = clouds(table, DRIFT)
-    assert row_of(table, curves=curves)["status"] == "ok"
-    wrong = curves.assign(theta=curves["theta"] * 1.5)
-    row = row_of(table, curves=wrong)
+    row = row_of(table, curves=curves.assign(theta=curves["theta"] * 1.5))
     assert row["status"] == "prediction_error_above_25_percent"
     assert row["loo_error"] == pytest.approx(1.0 / 3.0, abs=0.05)
 
@@ -209,33 +197,17 @@ def test_prediction_inside_the_grid_agrees_with_analyses_under_the_same_motions(
     # the scatter from motion to motion is larger than the errors: it is the same in both medians
     assert compared["se_analysed"].min() > 2.0 * compared["error"].abs().max()
     assert set(found["status"]) == {"ok", "no_exceedance"}
+    other = ready(inner.assign(motion_id="other"), DRIFT)
     with pytest.raises(InputError, match="the study has no runs of other"):
-        check_predict(
-            joint(study),
-            ready(study, DRIFT),
-            ready(inner.assign(motion_id="other"), DRIFT),
-            DRIFT,
-            SETTINGS,
-        )
+        check_predict(joint(study), ready(study, DRIFT), other, DRIFT, SETTINGS)
 
 
 # --- statistics of any table, predictions and the table of a paper
 
 
-LIMIT_STATES = """\
-- component: column_drift
-  demand: column_drift_ratio
-  unit: percent
-  dispersion: 0.35
-  citation: a test
-  states: {slight: 1.0, moderate: 2.5}
-- component: shear_key
-  demand: shear_key_disp_m
-  unit: mm
-  dispersion: 0.0
-  citation: a test
-  states: {slight: 25.0}
-"""
+KEY_ENTRY = DRIFT_ENTRY | {
+    "component": "shear_key", "demand": "shear_key_disp_m", "unit": "mm", "states": {"slight": 25.0}
+}  # fmt: skip
 #: What a table of demands needs; everything else may lack.
 NEEDED = ["skew_deg", "gap_mm", "friction", "motion_id", "status", IM, "column_drift_ratio"]
 DEMANDS = synthetic_demands(motions=14, skews=(0, 30, 60), gaps=(0, 51))
@@ -245,7 +217,7 @@ DEMANDS = synthetic_demands(motions=14, skews=(0, 30, 60), gaps=(0, 51))
 def written(tmp_path_factory):
     """A bare table of somebody else's runs, and what the command makes of it."""
     folder = tmp_path_factory.mktemp("statistics")
-    (folder / "states.yaml").write_text(LIMIT_STATES)
+    (folder / "states.yaml").write_text(json.dumps([DRIFT_ENTRY, KEY_ENTRY]))
     code, report = statistics(DEMANDS[NEEDED], folder, folder)
     assert code == 0, report
     return folder, report
@@ -322,19 +294,14 @@ def test_leave_one_out_error_is_not_an_error_message(written, tmp_path):
         ((*PLACE, "--state", "total"), "limit_state must be one of"),
         ((*PLACE, "--at", "0"), "at must be > 0"),
         ((*PLACE, "--axis", "soil=1"), "soil is not an axis"),
+        ((*PLACE, "--study", "nowhere"), "skewbridge statistics"),
+        ((*PLACE, "--study", "nowhere"), "--study"),
     ],
 )
-def test_values_outside_the_study_are_refused(written, options, words):
+def test_values_outside_the_study_and_folders_without_models_are_refused(written, options, words):
     code, found = predict(written[0] / "out", *options)
     assert code == 2
     assert words in found["message"]
-
-
-def test_a_folder_without_models_is_named(tmp_path):
-    code, found = predict(tmp_path, *PLACE)
-    assert code == 2
-    assert "skewbridge statistics" in found["message"]
-    assert "--study" in found["message"]
 
 
 @pytest.mark.parametrize(
@@ -406,7 +373,6 @@ def test_joint_rows_compare_the_ends_of_an_axis_at_the_middle_of_the_others(writ
 def test_fit_prints_the_table_of_a_paper(written, tmp_path):
     DEMANDS.query("gap_mm == 51")[NEEDED].to_parquet(tmp_path / "demands.parquet")
     states = ("--limit-states", written[0] / "states.yaml")
-    code, found = run("fit", tmp_path / "demands.parquet", "--paper-table", *states)
-    assert code == 0, found
+    found = answer("fit", tmp_path / "demands.parquet", "--paper-table", *states)
     assert {row["row"] for row in found["rows"]} >= {"joint"}
     assert set(found["rows"][0]) == set(PAPER_COLUMNS)

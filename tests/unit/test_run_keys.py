@@ -2,7 +2,7 @@
 
 import json
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,46 +18,30 @@ from skewbridge.demands.tables import join_variants, to_table
 from skewbridge.demands.validity import SUSPECT, SuspectLimits, reasons
 from skewbridge.errors import InputError
 from skewbridge.files import tables
-from skewbridge.files import tables as provenance_tables
 from skewbridge.files.digests import provenance
-from skewbridge.files.text import merged, written_aside
+from skewbridge.files.text import merged, writable_folder, written_aside
 from skewbridge.motions.levels import MotionsConfig
-from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import content_digest, prepare_suite, read_suite, write_suite
-from skewbridge.study import batch
+from skewbridge.study import batch, repeats
 from skewbridge.study import task as task_module
 from skewbridge.study.analyses import StudySetup, analyse_variant, run_in_journal
 from skewbridge.study.batch import at_factor
 from skewbridge.study.config import SensitivityConfig, parse_config
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.progress import forecast_study, study_progress
-from skewbridge.study.repeats import (
-    REPEATS,
-    demands_for,
-    in_window,
-    sampled_rows,
-    sensitivity_table,
-    write_sensitivity,
-)
-from skewbridge.study.task import Task, no_result, run_key
+from skewbridge.study.task import no_result, run_key
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.options import ModelOptions
-from study_parts import row_of, study_of, task_of, wave
-
-
-def first_motion(folder: Path, **index: list[object]) -> SuiteMotion:
-    """The first motion of a folder, read with an index and kept as a study keeps it."""
-    pairs = make_pairs(folder, 1)
-    index_of(folder, pairs, scale=[1.0], **index)
-    write_suite(prepare_suite(folder, t1_s=0.7), folder / "suite.parquet")
-    return read_suite(folder / "suite.parquet")[0]
+from study_parts import row_of, study_of, task_of, wave, without_workers
 
 
 def test_the_key_covers_the_values_of_a_motion_but_not_its_names_and_measures(tmp_path):
-    one, *others = (
-        first_motion(tmp_path, dt_s=[dt_s], unit=[unit])
-        for dt_s, unit in ((0.01, "g"), (0.02, "g"), (0.01, "m/s2"))
-    )
+    motions = []
+    for dt_s, unit in ((0.01, "g"), (0.02, "g"), (0.01, "m/s2")):
+        index_of(tmp_path, make_pairs(tmp_path, 1), scale=[1.0], dt_s=[dt_s], unit=[unit])
+        write_suite(prepare_suite(tmp_path, t1_s=0.7), tmp_path / "suite.parquet")
+        motions += read_suite(tmp_path / "suite.parquet")
+    one, *others = motions
     first, second = one.motion.components
     turned = replace(one, motion=one.motion.with_components(first, -second))
     assert {each.motion.sha256 for each in (*others, turned)} == {one.motion.sha256}
@@ -110,10 +94,8 @@ def test_values_and_index_of_the_motions_in_use_change_the_digest_of_their_folde
     index = index_of(folder, make_pairs(folder, 3), scale=[1.0, 1.0, 1.0])
 
     def digest(cache: str = "digest.json", count: int | None = 2, folder: Path = folder) -> str:
-        levels_g = (0.1, 1.5)
-        return content_digest(
-            folder, count, t1_s=0.7, level_range_g=levels_g, cache=tmp_path / cache
-        )
+        given = {"t1_s": 0.7, "level_range_g": (0.1, 1.5), "cache": tmp_path / cache}
+        return content_digest(folder, count, **given)
 
     def changed(path: Path, text: str, **options: int | None) -> bool:
         """Whether another text of a file changes the digest; the file stays as it was."""
@@ -173,16 +155,9 @@ def test_the_analysis_of_a_row_is_found_also_in_a_search(tmp_path: Path) -> None
 
 
 @pytest.fixture
-def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Names of the motions that workers were asked for, in their order."""
-    asked: list[str] = []
-
-    def stream(_work: object, tasks: dict[str, Task], _count: int) -> Iterator[tuple]:
-        asked.extend(task.motion.motion.motion_id for task in tasks.values())
-        yield from ((key, [row_of(task)]) for key, task in reversed(tasks.items()))
-
-    monkeypatch.setattr(batch, "in_workers", stream)
-    return asked
+def ran(monkeypatch: pytest.MonkeyPatch) -> list:
+    """Analyses that workers were asked for, in their order."""
+    return without_workers(monkeypatch)
 
 
 def analyse(setup: StudySetup, slug: str) -> Path:
@@ -197,10 +172,10 @@ def test_the_longest_analyses_begin_first_and_none_is_repeated(tmp_path, ran) ->
     with open_journal(setup.folder.journal(SLUGS[0])) as journal:
         journal.append(row_of(known))
     first = pd.read_parquet(analyse(setup, SLUGS[0]))
-    assert ran == ["m2", "m1"]
+    assert [task.motion.motion.motion_id for task in ran] == ["m2", "m1"]
     assert first["motion_id"].tolist() == ["m1", "m2", "m3"]
     again = pd.read_parquet(analyse(setup, SLUGS[0]))
-    assert ran == ["m2", "m1"]
+    assert len(ran) == 2
     pd.testing.assert_frame_equal(first, again)
 
 
@@ -217,7 +192,7 @@ def test_a_variant_that_another_process_analyses_is_refused(tmp_path, ran, monke
 
 def test_the_joined_table_is_that_of_all_rows_at_once(tmp_path, ran, monkeypatch):
     """However few rows are held at a time, the file has all of them in the order of the key."""
-    monkeypatch.setattr(provenance_tables, "_GROUP_ROWS", 4)
+    monkeypatch.setattr(tables, "_GROUP_ROWS", 4)
     setup, limits = setup_in(tmp_path), SuspectLimits()
     join_variants([analyse(setup, slug) for slug in SLUGS], setup.folder.demands)
     rows = [row_of(task) for slug in reversed(SLUGS) for task in setup.tasks(slug)]
@@ -225,9 +200,8 @@ def test_the_joined_table_is_that_of_all_rows_at_once(tmp_path, ran, monkeypatch
     file = pq.ParquetFile(setup.folder.demands)
     assert file.num_row_groups == 2
     pd.testing.assert_frame_equal(file.read().to_pandas(), whole.to_pandas(), check_exact=True)
-    assert [field.metadata for field in file.schema_arrow] == [
-        field.metadata for field in whole.schema
-    ]
+    metadata = [[field.metadata for field in each] for each in (file.schema_arrow, whole.schema)]
+    assert metadata[0] == metadata[1]
 
 
 def test_every_journal_of_the_folder_counts(tmp_path: Path) -> None:
@@ -260,12 +234,9 @@ def test_values_on_axes_and_bridges_from_any_path_reach_the_analyses(tmp_path: P
     path = tmp_path / "mine.yaml"
     path.write_text("extends: osb1\nbase: fixed\n", encoding="utf-8")
     grid = {"transverse_gap_mm": [12.5, 25.4], "backwall_points": [7], "abutment": ["roller"]}
-    study = parse_config(
-        {
-            "grid": grid | {"bridge": [str(path), "osb1"], "skew_deg": [30]},
-            "model": {"keys": "monolithic", "transverse_gap_mm": 3.0},
-        }
-    )
+    grid |= {"bridge": [str(path), "osb1"], "skew_deg": [30]}
+    model = {"keys": "monolithic", "transverse_gap_mm": 3.0}
+    study = parse_config({"grid": grid, "model": model})
     setup = study_of("results", bridges=study.grid.bridge, model=study.model)
     variants = expand_grid(study.grid)
     tasks = [setup.tasks(variant.slug)[0] for variant in variants]
@@ -273,9 +244,8 @@ def test_values_on_axes_and_bridges_from_any_path_reach_the_analyses(tmp_path: P
     assert {task.variant.bridge_name for task in tasks} == {"mine", "osb1"}
     assert str(path) in {task.variant.bridge for task in tasks}
     assert {task.options.transverse_gap_m for task in tasks} == {0.0125, 0.0254}
-    assert {(task.options.keys, task.options.backwall_points) for task in tasks} == {
-        ("monolithic", 7)
-    }
+    found = {(task.options.keys, task.options.backwall_points) for task in tasks}
+    assert found == {("monolithic", 7)}
 
 
 # --- results of another version are reported and not used; files are written whole or not at all
@@ -295,52 +265,42 @@ def text(value: object) -> str:
     return json.dumps(value, sort_keys=True)
 
 
-@pytest.fixture
-def no_analyses(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: object) -> None:
-        raise AssertionError("an analysis runs though the journal has it")
-
-    monkeypatch.setattr(batch, "in_workers", refuse)
-
-
-@pytest.mark.usefixtures("no_analyses")
-def test_names_and_measures_of_a_row_come_from_the_task(setup: StudySetup) -> None:
+def test_names_and_measures_of_a_row_come_from_the_task(setup: StudySetup, ran) -> None:
     """The journal has the result of an analysis; the task states which analysis it is."""
     task = setup.tasks(SLUG)[0]
-    twin = replace(
-        task, motion=replace(task.motion, motion=replace(task.motion.motion, motion_id="twin"))
-    )
+    named = replace(task.motion.motion, motion_id="twin")
+    twin = replace(task, motion=replace(task.motion, motion=named))
     old = row_of(task) | {"im_pga_rotd50_g": 99.0, "motion_id": "an older name"}
     with open_journal(setup.folder.journal("another")) as journal:
         journal.append(old)
     rows = run_in_journal(setup, "v", [task, twin])
     assert text(rows[0]) == text(row_of(task))
     assert [row["motion_id"] for row in rows] == ["pulse", "twin"]
+    assert not ran
 
 
-@pytest.mark.usefixtures("no_analyses")
-def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup) -> None:
+def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup, ran) -> None:
     """The row of the study comes from the journal of its variant, the changes from the own one."""
     task = setup.tasks(SLUG)[0]
     with open_journal(setup.folder.journal("a_variant")) as journal:
         journal.append(row_of(task, 2.0))
     with open_journal(setup.folder.journal("sensitivity")) as journal:
-        for change, value in zip(list(REPEATS)[1:], (1.6, 1.0, 4.0, 2.0, 2.5), strict=True):
-            journal.append(row_of(REPEATS[change](task), value))
-    output = setup.folder.sensitivity
-    write_sensitivity(setup, [SLUG], SensitivityConfig(rows=1), output)
+        for change, value in zip(list(repeats.REPEATS)[1:], (1.6, 1.0, 4.0, 2.0, 2.5), strict=True):
+            journal.append(row_of(repeats.REPEATS[change](task), value))
+    repeats.write_sensitivity(setup, [SLUG], SensitivityConfig(rows=1), setup.folder.sensitivity)
     table = pd.read_parquet(setup.folder.sensitivity).set_index("demand").loc["deck_disp_m"]
+    changes = {"reference": 0.25, "kn_half": 1.0, "kn_double": 0.5}
+    for name, change in changes.items():
+        assert table[f"{name}_largest_change"] == pytest.approx(change)
     assert table["reference_mean_ratio"] == pytest.approx(1.25)
-    assert table["reference_largest_change"] == pytest.approx(0.25)
-    assert table["kn_half_largest_change"] == pytest.approx(1.0)
-    assert table["kn_double_largest_change"] == pytest.approx(0.5)
     assert table["not_run"] == 0
+    assert not ran
 
 
 def test_sensitivity_rows_differ_and_both_sides_are_analysed_for_the_window(setup) -> None:
-    rows = sampled_rows(setup, [SLUG, SLUG, SLUG], 3, None)
+    rows = repeats.sampled_rows(setup, [SLUG, SLUG, SLUG], 3, None)
     assert len(rows) == 3
-    reference = REPEATS["reference"](rows[0])
+    reference = repeats.REPEATS["reference"](rows[0])
     assert reference.settings.dt_s == NUMERICS["reference"]["analysis"]["dt_s"]
     assert reference.settings.event_halvings == 0
     assert reference.options.backwall_points > rows[0].options.backwall_points
@@ -348,7 +308,7 @@ def test_sensitivity_rows_differ_and_both_sides_are_analysed_for_the_window(setu
     for window_s, duration_s in ((None, None), (30.0, None), (6.0, 0.5)):
         settings = AnalysisSettings(duration_s=duration_s)
         short = study_of("results", wave("pulse"), analysis=settings)
-        row = sampled_rows(short, [SLUG], 1, window_s)[0]
+        row = repeats.sampled_rows(short, [SLUG], 1, window_s)[0]
         assert run_key(row) == run_key(short.tasks(SLUG)[0])
     task = setup.tasks(SLUG)[0]
     whole = task.motion.motion
@@ -356,10 +316,10 @@ def test_sensitivity_rows_differ_and_both_sides_are_analysed_for_the_window(setu
     strong = 0.01 + np.exp(-((t_s - 12.0) ** 2))
     long = replace(whole, accel_1_mps2=strong * np.sin(9 * t_s), accel_2_mps2=0.0 * t_s)
     task = replace(task, motion=replace(task.motion, motion=long))
-    row = in_window(task, 6.0)
-    assert {name: REPEATS[name](row).motion.motion.duration_s for name in REPEATS} == (
-        dict.fromkeys(REPEATS, pytest.approx(6.0, abs=2 * whole.dt_s))
-    )
+    row = repeats.in_window(task, 6.0)
+    assert {
+        name: repeats.REPEATS[name](row).motion.motion.duration_s for name in repeats.REPEATS
+    } == (dict.fromkeys(repeats.REPEATS, pytest.approx(6.0, abs=2 * whole.dt_s)))
     # the window lies where the motion is strong, and the factor stays
     kept = np.square(row.motion.motion.accel_1_mps2).sum()
     assert kept > 0.95 * np.square(long.accel_1_mps2).sum()
@@ -367,20 +327,15 @@ def test_sensitivity_rows_differ_and_both_sides_are_analysed_for_the_window(setu
     assert run_key(row) != run_key(task)
 
 
-def test_journal_lines_of_another_version_are_reported_and_not_used(setup, caplog, monkeypatch):
+def test_journal_lines_of_another_version_are_reported_and_not_used(setup, caplog, ran):
     task = setup.tasks(SLUG)[0]
     path = setup.folder.journal(SLUG)
     path.parent.mkdir(parents=True)
     path.write_text(json.dumps(row_of(task)) + "\n")
     assert read_content([path]).rows == {}
-    monkeypatch.setattr(
-        batch,
-        "in_workers",
-        lambda _work, tasks, _count: ((key, [row_of(task)]) for key, task in tasks.items()),
-    )
-    output = setup.folder.variant_demands(SLUG)
     with caplog.at_level(logging.WARNING, logger="skewbridge"):
-        analyse_variant(setup, SLUG, output)
+        analyse(setup, SLUG)
+    assert len(ran) == 1
     assert "The journals hold 1 line(s) of another version" in caplog.text
     assert text(read_content([path]).rows) == text({run_key(task): row_of(task)})
 
@@ -401,7 +356,7 @@ def test_a_table_of_another_version_or_of_none_is_refused_by_name(tmp_path, monk
         tables.read_frame(path)
 
 
-def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
+def test_a_file_is_written_whole_and_apart_from_that_of_another_node(tmp_path, monkeypatch):
     path = tmp_path / "plan.json"
     path.write_text("before")
 
@@ -414,6 +369,15 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
         break_off()
     assert [each.name for each in tmp_path.iterdir()] == ["plan.json"]
     assert path.read_text() == "before"
+    with written_aside(path) as first:
+        first.write_text("first")
+        monkeypatch.setattr("socket.gethostname", lambda: "another")  # with the same process id
+        with written_aside(path) as second:
+            second.write_text("second")
+        assert first != second
+        assert writable_folder(tmp_path) == tmp_path
+    assert path.read_text() == "first"
+    assert list(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.parametrize("message", ["", "WARNING: a step failed"])
@@ -432,11 +396,13 @@ def test_rows_that_fail_in_different_cycles_are_not_compared() -> None:
     ends_s = {"default": 4.95, "reference": 4.17}
     rows = pd.DataFrame(
         {"row": row, "change": change, "status": "ok", "duration_s": 6.0}
-        | dict.fromkeys(demands_for("sensitivity"), 2.0 if change == "default" else 1.0 + row)
+        | dict.fromkeys(
+            repeats.demands_for("sensitivity"), 2.0 if change == "default" else 1.0 + row
+        )
         | {"beyond_model_s": ends_s.get(change, 4.95) if row == 0 else float("nan")}
         for row in (0, 1)
-        for change in REPEATS
+        for change in repeats.REPEATS
     )
-    table = sensitivity_table(rows).set_index("demand").loc["unseating_m"]
+    table = repeats.sensitivity_table(rows).set_index("demand").loc["unseating_m"]
     assert table["reference_largest_change"] == 0.0
     assert table["kn_half_largest_change"] == 1.0

@@ -7,26 +7,19 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from fragility_tables import friction_rows
 from skewbridge.fragility.effects import effect_table
 from skewbridge.fragility.verdicts import rounds_table
 from skewbridge.motions.intensity import IM_COLUMNS
 from skewbridge.motions.levels import LEVEL_MEASURE, MotionsConfig
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.report.fragility_figures import widths_by_analyses
-from skewbridge.study import batch
+from skewbridge.study import batch, rounds
 from skewbridge.study.batch import row_of_task, search_capacity, search_limits
 from skewbridge.study.config import DesignConfig, parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import open_journal
 from skewbridge.study.progress import other_work_s
-from skewbridge.study.rounds import (
-    first_motions,
-    limit_of_round,
-    next_motions,
-    round_line,
-    tables_of_round,
-    targets,
-)
 from skewbridge.study.task import Task, run_key
 from study_parts import study_of, task_of, wave
 
@@ -41,38 +34,15 @@ PLACES = pd.DataFrame(
 EVEN = dict.fromkeys(PLACES.index, 12)
 
 
-def cell(demand: str, ratio: float, scatter: tuple[float, float], motions: int = 12) -> list[dict]:
-    """Return the rows of an effect of friction: pooled, and of its two pairs of variants."""
-    shared = {"bridge": "b", "abutment": "a", "quantity": "demand", "demand": demand}
-    shared |= {"axis": "friction", "from_value": 0.0, "to_value": 0.5, "margin": 0.05}
-    shared |= {"level": 0.98, "n_discordant": 0, "n_pairs": motions, "dof": motions - 1}
-    rows = []
-    for sd, place in (
-        (float(np.hypot(*scatter)) / 2.0, {"scope": "pooled"}),
-        (scatter[0], {"scope": "variant", "gap_mm": 25.0}),
-        (scatter[1], {"scope": "variant", "gap_mm": 51.0}),
-    ):
-        half = 2.7 * sd / np.sqrt(motions)
-        ends = {"ci_low": ratio * np.exp(-half), "ci_high": ratio * np.exp(half)}
-        rows.append(shared | {"ratio": ratio, "scatter": sd} | ends | place)
-    return rows
-
-
-def asked(*rows: dict, cost: dict[str, float] | None = None) -> tuple[pd.DataFrame, list[dict]]:
-    table = effect_table(PLACES, [row for part in rows for row in part])
-    return targets(table, EVEN, cost or dict.fromkeys(EVEN, 1.0), PLACES, LOOKS, 0.90)
+def asked(*parts: list[dict], cost: dict[str, float] | None = None) -> tuple:
+    table = effect_table(PLACES, [row for rows in parts for row in rows])
+    return rounds.targets(table, EVEN, cost or dict.fromkeys(EVEN, 1.0), PLACES, LOOKS, 0.90)
 
 
 def test_only_open_cells_within_reach_ask_for_motions() -> None:
-    decided, near, far = (
-        cell(demand, 1.0, (scatter, scatter))
-        for demand, scatter in (
-            ("deck_disp_m", 0.02),
-            ("column_drift_ratio", 0.12),
-            ("unseating_m", 1.5),
-        )
-    )
-    table, wanted = asked(decided, near, far)
+    scatters = {"deck_disp_m": 0.02, "column_drift_ratio": 0.12, "unseating_m": 1.5}
+    cells = [friction_rows((sd, sd), demand=name, level=0.98) for name, sd in scatters.items()]
+    table, wanted = asked(*cells)
     assert table["asked"].tolist() == [False, True, False]
     assert not wanted[0]
     assert not wanted[2]
@@ -81,28 +51,28 @@ def test_only_open_cells_within_reach_ask_for_motions() -> None:
 
 
 def test_pairs_that_scatter_more_get_more_motions_and_those_with_long_analyses_fewer() -> None:
-    _, (wanted,) = asked(cell("column_drift_ratio", 1.0, (0.06, 0.12)))
+    _, (wanted,) = asked(friction_rows((0.06, 0.12), level=0.98))
     assert wanted["g51"] == wanted["g51f"]
     assert wanted["g51"] / wanted["g25"] == pytest.approx(2.0, rel=0.1)
     cost = dict(zip(EVEN, (1.0, 4.0, 1.0, 4.0), strict=True))
-    _, (wanted,) = asked(cell("column_drift_ratio", 1.0, (0.1, 0.1)), cost=cost)
+    _, (wanted,) = asked(friction_rows((0.1, 0.1), level=0.98), cost=cost)
     assert wanted["g25"] / wanted["g51"] == pytest.approx(2.0, rel=0.1)
 
 
 def test_a_round_has_the_cheapest_decisions_that_fit_into_the_time() -> None:
     none, cost = dict.fromkeys(EVEN, 0), dict.fromkeys(EVEN, 10.0)
     wanted = [{"g25": 40, "g25f": 40}, {"g51": 20, "g51f": 20}, {}]
-    assert next_motions(wanted, EVEN, cost, LOOKS, 200.0) == dict.fromkeys(EVEN, 16)
-    assert next_motions(wanted, EVEN, cost, LOOKS, 100.0) == EVEN | {"g51": 16, "g51f": 16}
-    assert next_motions(wanted, EVEN, cost, LOOKS, 50.0) == EVEN
+    assert rounds.next_motions(wanted, EVEN, cost, LOOKS, 200.0) == dict.fromkeys(EVEN, 16)
+    assert rounds.next_motions(wanted, EVEN, cost, LOOKS, 100.0) == EVEN | {"g51": 16, "g51f": 16}
+    assert rounds.next_motions(wanted, EVEN, cost, LOOKS, 50.0) == EVEN
     # the first round is shorter where the time is short
-    assert first_motions(none, cost, 12, 1e6) == EVEN
-    assert first_motions(none, cost, 12, 130.0) == dict.fromkeys(EVEN, 3)
-    assert first_motions(none, cost, 12, -1.0) == none
-    assert first_motions(dict.fromkeys(EVEN, 3), cost, 12, 90.0) == dict.fromkeys(EVEN, 5)
+    assert rounds.first_motions(none, cost, 12, 1e6) == EVEN
+    assert rounds.first_motions(none, cost, 12, 130.0) == dict.fromkeys(EVEN, 3)
+    assert rounds.first_motions(none, cost, 12, -1.0) == none
+    assert rounds.first_motions(dict.fromkeys(EVEN, 3), cost, 12, 90.0) == dict.fromkeys(EVEN, 5)
     # nine more motions would take 360 of 400 s: half of them first
-    assert first_motions(dict.fromkeys(EVEN, 3), cost, 12, 400.0) == dict.fromkeys(EVEN, 8)
-    assert first_motions(dict.fromkeys(EVEN, 3), cost, 12, 800.0) == EVEN
+    assert rounds.first_motions(dict.fromkeys(EVEN, 3), cost, 12, 400.0) == dict.fromkeys(EVEN, 8)
+    assert rounds.first_motions(dict.fromkeys(EVEN, 3), cost, 12, 800.0) == EVEN
 
 
 def test_checks_fits_and_page_are_forecast_from_the_rate_of_the_analyses(tmp_path) -> None:
@@ -117,10 +87,8 @@ def test_checks_fits_and_page_are_forecast_from_the_rate_of_the_analyses(tmp_pat
     tail_s = other_work_s(study, 0.121, 2.0)
     assert other_work_s(study, 0.121, 1.0) > 1.5 * tail_s
     assert other_work_s(study, 0.121, 8.0) == tail_s
-    checked, folder = (
-        parse_config({"results": str(tmp_path), "grid": default}),
-        StudyFolder(tmp_path),
-    )
+    checked = parse_config({"results": str(tmp_path), "grid": default})
+    folder = StudyFolder(tmp_path)
     assert other_work_s(checked, 0.121, 2.0) - tail_s == pytest.approx(161.0 / 2.0, rel=0.03)
     before_s = other_work_s(checked, 0.121, 2.0)
     with open_journal(folder.journal("sensitivity")) as journal:
@@ -139,15 +107,15 @@ def plan(ended: str | None, **changes: object) -> dict[str, object]:
 
 def test_a_plan_has_a_line_its_demands_and_the_motions_of_a_variant(tmp_path) -> None:
     start = "round 3: 19 of 24 decided; "
-    assert round_line(plan(None)) == f"{start}next 48 analyses, about 3 min"
-    assert round_line(plan("decided")) == f"{start}the question is answered"
-    assert "5 are out of reach" in round_line(plan("most"))
-    assert "a larger value resumes" in round_line(plan("hours"))
-    assert round_line(plan(None, cells=[])) == "round 3: next 48 analyses, about 3 min"
+    assert rounds.round_line(plan(None)) == f"{start}next 48 analyses, about 3 min"
+    assert rounds.round_line(plan("decided")) == f"{start}the question is answered"
+    assert "5 are out of reach" in rounds.round_line(plan("most"))
+    assert "a larger value resumes" in rounds.round_line(plan("hours"))
+    assert rounds.round_line(plan(None, cells=[])) == "round 3: next 48 analyses, about 3 min"
     folder = StudyFolder(tmp_path)
     path = tmp_path / "plan.json"
     path.write_text(json.dumps(plan(None)))
-    assert tables_of_round(folder, path) == [folder.round_demands(3, "a")]
+    assert rounds.tables_of_round(folder, path) == [folder.round_demands(3, "a")]
     setup = study_of(tmp_path, *(wave(f"m{n}", duration_s=1.0, number=n) for n in range(1, 6)))
     assert [each.motion.motion_id for each in setup.of_motions(1, 3).suite] == ["m2", "m3"]
 
@@ -158,9 +126,9 @@ def test_a_plan_has_a_line_its_demands_and_the_motions_of_a_variant(tmp_path) ->
 )
 def test_only_a_plan_that_time_ended_is_made_again_with_more(tmp_path, ended, hours, limit) -> None:
     path = tmp_path / "plan.json"
-    assert limit_of_round(path, hours) == hours
+    assert rounds.limit_of_round(path, hours) == hours
     path.write_text(json.dumps(plan(ended)))
-    assert limit_of_round(path, hours) == limit
+    assert rounds.limit_of_round(path, hours) == limit
 
 
 def test_a_study_in_rounds_prepares_the_largest_number_of_motions() -> None:
@@ -171,25 +139,19 @@ def test_a_study_in_rounds_prepares_the_largest_number_of_motions() -> None:
 
 
 def test_cells_of_all_rounds_are_one_table_and_one_figure() -> None:
-    rows = [row for row in cell("deck_disp_m", 1.0, (0.02, 0.02)) if row["scope"] == "pooled"]
+    row = friction_rows((0.02, 0.02), level=0.98)[0]
     first = {"verdict": "undecided", "n_motions": 12, "needed": 30.0, "asked": True}
     first |= dict.fromkeys(("difference", "difference_low", "difference_high"))
     plans = [
         plan(None, round=1, analyses_before=0, cells=[]),
-        plan(None, round=2, analyses_before=48, cells=[rows[0] | first]),
-        plan("decided", analyses_before=64, cells=[rows[0] | first | {"verdict": "negligible"}]),
+        plan(None, round=2, analyses_before=48, cells=[row | first]),
+        plan("decided", analyses_before=64, cells=[row | first | {"verdict": "negligible"}]),
     ]
     table = rounds_table(plans)
-    assert table[["round", "analyses", "verdict"]].to_numpy().tolist() == [
-        [1, 48, "undecided"],
-        [2, 64, "negligible"],
-    ]
-    dots = [
-        line.get_xdata().tolist()
-        for line in widths_by_analyses(table).axes[0].lines
-        if line.get_marker() == "o"
-    ]
-    assert dots == [[64]]
+    found = table[["round", "analyses", "verdict"]].to_numpy().tolist()
+    assert found == [[1, 48, "undecided"], [2, 64, "negligible"]]
+    lines = widths_by_analyses(table).axes[0].lines
+    assert [line.get_xdata().tolist() for line in lines if line.get_marker() == "o"] == [[64]]
     assert rounds_table(plans[:1]).empty
 
 
@@ -197,8 +159,6 @@ def test_cells_of_all_rounds_are_one_table_and_one_figure() -> None:
 
 
 IDA = MotionsConfig(level_range_g=(0.1, 2.0))  # of the column drift ratio, to 0.025
-LOGS = Path("unused")
-JOURNAL = Path("searches.jsonl")
 AT_1_G = 0.4  # Sa_avg of the motion at factor 1
 CAPACITY_G = 0.77
 
@@ -222,13 +182,8 @@ class Engine:
         factor = task.motion.scale
         self.factors.append(factor)
         drift = IDA.ida_threshold * factor / self.capacity
-        status = "collapse" if factor > self.collapse else "ok"
-        row = {
-            "column_drift_ratio": drift,
-            "drift_over_capacity": drift,
-            "status": status,
-            "beyond_model": "",
-        }
+        row = dict.fromkeys(("column_drift_ratio", "drift_over_capacity"), drift)
+        row |= {"status": "collapse" if factor > self.collapse else "ok", "beyond_model": ""}
         return row_of_task(row, task, key)
 
 
@@ -247,7 +202,7 @@ def first_factor(task: Task) -> float:
 def searched(known=None, scale: float = 2.0) -> list[dict]:
     task = first_task(scale)
     first_key = run_key(first_task(first_factor(task)))
-    return search_capacity(IDA, known or {}, JOURNAL, task, first_key, LOGS)
+    return search_capacity(IDA, known or {}, Path("searches.jsonl"), task, first_key, Path("logs"))
 
 
 @pytest.mark.parametrize("scale", [0.5, 2.0])
@@ -304,9 +259,7 @@ def test_a_capacity_outside_the_range_ends_the_search_at_the_limit(engine, capac
         ({"status": "crash", "column_drift_ratio": float("nan")}, True),
     ],
 )
-def test_the_search_goes_down_after_an_analysis_without_a_usable_result(
-    row, exceeds, engine, monkeypatch
-):
+def test_the_search_goes_down_without_a_usable_result(row, exceeds, engine, monkeypatch):
     monkeypatch.setattr(batch, "analysed_row", lambda task, key, _: row_of_task(row, task, key))
     first, second, *_ = (each["scale"] for each in searched())
     assert (second < first) is exceeds

@@ -7,12 +7,11 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from cli_json import run
-from fragility_tables import synthetic_demands
+from cli_json import answer
+from fragility_tables import states_of, synthetic_demands
 from motions_files import index_of, make_pairs
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
-from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import ALL_SUITES, DEPENDS, NO_DIFFERENCE, fragility_tables
 from skewbridge.motions.folder import list_motions
@@ -58,9 +57,8 @@ def test_suites_of_a_configuration(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     (default,) = suite_sources(motions_of())
     assert (default.name, default.folder, default.count) == ("near", Path("motions"), 32)
     shipped = suite_sources(motions_of(suites=["near", "far", "pulse", "records"]))
-    assert [(each.name, each.count) for each in shipped] == [
-        ("near", 32), ("far", 16), ("pulse", 16)
-    ]  # fmt: skip
+    counts = {each.name: each.count for each in shipped}
+    assert counts == {"near": 32, "far": 16, "pulse": 16}
     index_of(tmp_path, make_pairs(tmp_path, 2), scale=[1.0, 1.0])
     monkeypatch.setenv("SKEWBRIDGE_RECORDS", str(tmp_path))
     records = suite_sources(motions_of(suites=["near", "records", str(tmp_path)]))
@@ -73,12 +71,11 @@ def test_suites_of_a_configuration(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
 
 @pytest.mark.parametrize("name", ["far", "pulse"])
 def test_a_shipped_suite_is_generated_with_the_digests_of_its_index(name: str) -> None:
-    entries = list_motions(ROOT / "motions" / name)
-    rule = SUITES[name]
+    entries, rule = list_motions(ROOT / "motions" / name), SUITES[name]
     assert len(entries) == rule.count
     motion = read_entry(entries[0])  # refused where the digest differs
-    assert motion.magnitude == rule.scenario.magnitude
-    assert motion.distance_km == rule.scenario.distance_km
+    place = (rule.scenario.magnitude, rule.scenario.distance_km)
+    assert (motion.magnitude, motion.distance_km) == place
     assert motion.duration_s == pytest.approx(rule.shaking_s + 5.0, abs=0.02)
     assert ("pulse" in motion.event) is (name == "pulse")
 
@@ -92,10 +89,8 @@ def test_motions_keep_their_suite_and_number(tmp_path: Path) -> None:
         index.write_text(index.read_text().replace("\nq", f"\n{letter}"))
     given = motions_of(folder=str(folders[0]), suites=["near", str(folders[1])], count=None)
     write_suite(prepare_suites(given, t1_s=0.7), tmp_path / "suite.parquet")
-    found = [
-        (each.suite, each.number, each.motion.motion_id[0])
-        for each in read_suite(tmp_path / "suite.parquet")
-    ]
+    back = read_suite(tmp_path / "suite.parquet")
+    found = [(each.suite, each.number, each.motion.motion_id[0]) for each in back]
     assert found == [("one", 0, "a"), ("one", 1, "a"), ("two", 0, "b"), ("two", 1, "b")]
     index.write_text(index.read_text().replace("\nb", "\na"))
     with pytest.raises(InputError, match="is in two suites"):
@@ -122,12 +117,7 @@ KEYS = ["variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction", "moti
         "incidence_deg", "status"]  # fmt: skip
 
 
-STATES = [
-    LimitState(
-        component="unseating", name="slight", demand="unseating_m", threshold=0.038,
-        dispersion=0.3, citation="test",
-    )
-]  # fmt: skip
+STATES = [state for state in states_of("unseating") if state.name == "slight"]
 
 
 def test_a_difference_between_suites_is_found_with_its_interval() -> None:
@@ -139,13 +129,11 @@ def test_a_difference_between_suites_is_found_with_its_interval() -> None:
     assert effects.loc["far", "ratio"] == pytest.approx(0.80, rel=0.03)
     assert effects.loc[ALL_SUITES, "ratio"] == pytest.approx(0.897, rel=0.03)
     pairs = drift[drift["against"] != ""].set_index(["suite", "against"])
-    assert pairs.loc[("far", "near"), "verdict"] == DEPENDS
-    assert pairs.loc[("pulse", "far"), "verdict"] == DEPENDS
-    assert pairs.loc[("pulse", "near"), "verdict"] == NO_DIFFERENCE
+    verdicts = {("far", "near"): DEPENDS, ("pulse", "far"): DEPENDS}
+    assert pairs["verdict"].to_dict() == verdicts | {("pulse", "near"): NO_DIFFERENCE}
     row = pairs.loc[("far", "near")]
-    assert row["ratio"] == pytest.approx(
-        effects.loc["far", "ratio"] / effects.loc["near", "ratio"], rel=1e-9
-    )
+    ratio = effects.loc["far", "ratio"] / effects.loc["near", "ratio"]
+    assert row["ratio"] == pytest.approx(ratio, rel=1e-9)
     assert row["ci_low"] < 0.80 / 0.95 < row["ci_high"]
     # Welch's interval, from the intervals of both effects with 16 motions each
     both = effects.loc[["far", "near"]]
@@ -180,12 +168,9 @@ def test_effects_without_a_ratio_are_not_compared() -> None:
 def test_the_first_screen_states_the_difference() -> None:
     def summary(effects: dict[str, float]) -> tuple[str, str]:
         tables = fragility_tables(demands(effects), STATES, DEFAULTS)
-        table = answer_table(
-            medians=tables["median_effects"],
-            effects=tables["effects"],
-            intensities=tables["intensity_effects"],
-            curves=tables["curves"],
-        )
+        given = {"medians": "median_effects", "intensities": "intensity_effects"}
+        given |= {"effects": "effects", "curves": "curves"}
+        table = answer_table(**{name: tables[key] for name, key in given.items()})
         return suites_summary(tables["suites"], table)
 
     title, text = summary({"near": 0.95, "far": 0.80})
@@ -201,7 +186,7 @@ def test_the_first_screen_states_the_difference() -> None:
 # --- the shipped suite: what its generator makes, within its promises; more motions change nothing
 
 
-MOTIONS = Path(__file__).parents[2] / "motions"
+MOTIONS = ROOT / "motions"
 COUNT, STORED = SUITES["near"].count, SUITES["near"].stored
 SOME = STORED + 8  # a block of those that are made, too
 MADE = [entry for entry in list_motions(MOTIONS) if not entry.components]
@@ -309,8 +294,7 @@ def test_motions_with_an_inexact_envelope_are_not_generated():
         drawn, _ = drawn_parameters(generate.SCENARIO, index=number - 1, seed=generate.SEED)
         return all(map(meets_its_times, drawn.components))
 
-    assert not is_exact(6)
-    assert not is_exact(7)
+    assert [number for number in (6, 7) if is_exact(number)] == []
     assert all(is_exact(entry.made_from_number) for entry in MADE[::10])
 
 
@@ -352,18 +336,13 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 def keys_of(folder: Path, count: int, results: Path) -> list[list[str]]:
     """Run keys by variant, as the rules prepare, plan and know them."""
-    study = parse_config(
-        {
-            "results": str(results),
-            "grid": {"bridge": ["osb1"], "skew_deg": [30]},
-            "motions": {"folder": str(folder), "count": count},
-        }
-    )
+    motions = {"folder": str(folder), "count": count}
+    grid = {"bridge": ["osb1"], "skew_deg": [30]}
+    study = parse_config({"results": str(results), "grid": grid, "motions": motions})
     prepare_motions(study)
+    slugs = [variant.slug for variant in expand_grid(study.grid)]
     setup = StudySetup.of(study)
-    return [
-        [run_key(task) for task in setup.tasks(variant.slug)] for variant in expand_grid(study.grid)
-    ]
+    return [[run_key(task) for task in setup.tasks(slug)] for slug in slugs]
 
 
 def test_more_motions_preserve_keys_and_generate_only_new_ones(folder, tmp_path, made):
@@ -377,18 +356,17 @@ def test_more_motions_preserve_keys_and_generate_only_new_ones(folder, tmp_path,
 
 def test_other_levels_preserve_the_factors_of_full_blocks(made: list[int]) -> None:
     """Without a factor in the index for these levels, whole blocks are measured, and no more."""
-    few, many = (
-        prepare_suite(MOTIONS, count=count, t1_s=T1_S, level_range_g=(0.2, 1.0)) for count in (1, 9)
-    )
+    levels = {"t1_s": T1_S, "level_range_g": (0.2, 1.0)}
+    few, many = (prepare_suite(MOTIONS, count=count, **levels) for count in (1, 9))
     assert few["scale"][0] == many["scale"][0]
     assert made == []
 
 
 def test_digest_of_the_suite_needs_no_generated_motion(folder, tmp_path, made):
+    given = {"t1_s": T1_S, "level_range_g": LEVEL_RANGE_G, "cache": tmp_path / "digest.json"}
+
     def digest() -> str:
-        return content_digest(
-            folder, 3, t1_s=T1_S, level_range_g=LEVEL_RANGE_G, cache=tmp_path / "digest.json"
-        )
+        return content_digest(folder, 3, **given)
 
     before = digest()
     index = folder / "index.csv"
@@ -400,8 +378,7 @@ def test_digest_of_the_suite_needs_no_generated_motion(folder, tmp_path, made):
 def test_check_generates_the_motion_and_preserves_its_index_row(folder: Path) -> None:
     index = folder / "index.csv"
     before = index.read_text()
-    code, found = run("motions", "check", folder, "--write")
-    assert code == 0
+    found = answer("motions", "check", folder, "--write")
     assert "made" in {item["format"] for item in found["files"]}
     assert index.read_text().splitlines()[2:] == before.splitlines()[2:]
 
@@ -417,6 +394,5 @@ def test_check_generates_the_motion_and_preserves_its_index_row(folder: Path) ->
 def test_another_number_in_the_index_is_refused(folder, old, new, words) -> None:
     index = folder / "index.csv"
     index.write_text(index.read_text().replace(old, new))
-    code, found = run("motions", "check", folder)
-    assert code == 2
+    found = answer("motions", "check", folder, code=2)
     assert words in str(found)
