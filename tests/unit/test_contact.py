@@ -2,7 +2,6 @@
 
 import importlib
 import sys
-from functools import partial
 from math import cos, hypot, radians, sin
 from pathlib import Path
 
@@ -17,16 +16,10 @@ from skewbridge.contact import (
     Drive,
     TagSource,
     UnitState,
+    drives,
     make_step,
 )
 from skewbridge.contact import element as contact_element
-from skewbridge.contact.drives import (
-    approach_stiffness_drive,
-    hunt_crossley_drive,
-    kelvin_voigt_drive,
-    stribeck_drive,
-    stribeck_friction,
-)
 from skewbridge.contact.element import contact_frame
 from skewbridge.contact.law import advance_pair, yields_by_direction, yields_on_cone
 from skewbridge.errors import InputError
@@ -221,10 +214,10 @@ def test_bad_input_names_the_field(three_nodes, change, message):
         ContactSet().add(**(good | STIFF | change))
 
 
-@pytest.mark.parametrize("unknown", [{"scheme": "vectorial"}, {"coupling": "implicit"}])
-def test_unknown_scheme_or_coupling_is_refused(unknown):
-    with pytest.raises(InputError, match=next(iter(unknown))):
-        ContactSet(**unknown)
+@pytest.mark.parametrize(("name", "value"), [("scheme", "vectorial"), ("coupling", "implicit")])
+def test_unknown_scheme_or_coupling_is_refused(name, value):
+    with pytest.raises(InputError, match=name):
+        ContactSet(**{name: value})
 
 
 def test_two_sets_share_a_domain_and_closing_reduces_the_gap(three_nodes):
@@ -348,26 +341,21 @@ def test_a_unit_is_proved_and_leaves_nothing_behind(two_nodes, scheme):
     assert all(ops.getParamValue(bound) == 0.0 for bound in contacts.units[0].springs.bounds)
 
 
-def wrong_name(attach, tags, element, position, name):
-    return attach(tags, element, position, {"Fy": "Fyield"}.get(name, name))
-
-
-def wrong_position(attach, tags, element, position, name):
-    return attach(tags, element, 1 if name == "Fy" else position, name)
-
-
-def without_position(attach, tags, element, position, name):
-    """The short form of OpenSees, which reaches the normal spring, too."""
-    if name != "Fy" or position == 1:
-        return attach(tags, element, position, name)
-    parameter = tags.parameter()
-    ops.parameter(parameter, "element", element, name)
-    return parameter
-
-
-@pytest.mark.parametrize("wrong", [wrong_name, wrong_position, without_position])
+@pytest.mark.parametrize("wrong", ["name", "position", "no position"])
 def test_a_parameter_that_does_not_act_is_noticed(monkeypatch, two_nodes, wrong):
-    monkeypatch.setattr(contact_element, "_attach", partial(wrong, contact_element._attach))
+    attach = contact_element._attach
+
+    def attach_wrongly(tags, element, position, name):
+        if name != "Fy" or (wrong == "no position" and position == 1):
+            return attach(tags, element, position, name)
+        if wrong != "no position":
+            given = (position, "Fyield") if wrong == "name" else (1, name)
+            return attach(tags, element, *given)
+        parameter = tags.parameter()  # the short form of OpenSees reaches the normal spring, too
+        ops.parameter(parameter, "element", element, name)
+        return parameter
+
+    monkeypatch.setattr(contact_element, "_attach", attach_wrongly)
     with pytest.raises(ContactError, match="does not act"):
         add(ContactSet())
 
@@ -409,9 +397,6 @@ def season(state: UnitState, time_s: float) -> dict[str, float]:
     }
 
 
-SEASON = Drive(parameters=("gap_closing_m", "friction"), function=season)
-
-
 def pressed_mass(drive):
     """A mass on soft springs, 10 mm before a wall that comes nearer."""
     ops.model("basic", "-ndm", 2, "-ndf", 2)
@@ -428,7 +413,7 @@ def pressed_mass(drive):
 
 
 def test_a_slow_ramp_closes_the_gap_and_presses():
-    contacts = pressed_mass(SEASON)
+    contacts = pressed_mass(Drive(parameters=("gap_closing_m", "friction"), function=season))
     contacts.units[0].friction = 0.0
     closed_at = None
     for step in range(1500):
@@ -442,14 +427,12 @@ def test_a_slow_ramp_closes_the_gap_and_presses():
 
 
 def test_wear_lowers_the_friction_along_the_slip_path():
-    block = Block(
-        mass_kg=1000.0, kn_n_per_m=1e9, kt_n_per_m=1e9, friction=0.3, normal_load_n=9810.0,
-        v0_mps=(1.5, 0.0), gap_m=0.0,
-        drive=Drive(
-            parameters=("friction",),
-            function=lambda state, time_s: {"friction": season(state, time_s)["friction"]},
-        ),
-    )  # fmt: skip
+    def worn(state: UnitState, time_s: float) -> dict[str, float]:
+        return {"friction": season(state, time_s)["friction"]}
+
+    stiff = {"kn_n_per_m": 1e9, "kt_n_per_m": 1e9, "gap_m": 0.0, "friction": 0.3}
+    loads = {"mass_kg": 1000.0, "normal_load_n": 9810.0, "v0_mps": (1.5, 0.0)}
+    block = Block(**stiff, **loads, drive=Drive(parameters=("friction",), function=worn))
     slid = run_block(block, 1e-3, 1.4).position_m[-1, 0]
     # Energy: m v^2 / 2 = integral of (0.3 - 0.5 s) N ds up to 0.4 m, then 0.1 N.
     g = 9.81
@@ -460,10 +443,10 @@ def test_wear_lowers_the_friction_along_the_slip_path():
 
 def test_stribeck_friction_falls_from_static_to_kinetic():
     options = {"static": 0.4, "kinetic": 0.3, "stribeck_speed_mps": 0.01}
-    assert stribeck_friction(0.0, **options) == pytest.approx(0.4)
-    assert stribeck_friction(1.0, **options) == pytest.approx(0.3)
-    assert stribeck_friction(0.01, **options) == pytest.approx(0.3 + 0.1 * np.exp(-1.0))
-    assert stribeck_friction(2.0, **options, viscous_s_per_m=0.05) == pytest.approx(0.4)
+    for speed_mps, friction in ((0.0, 0.4), (1.0, 0.3), (0.01, 0.3 + 0.1 * np.exp(-1.0))):
+        assert drives.stribeck_friction(speed_mps, **options) == pytest.approx(friction)
+    viscous = drives.stribeck_friction(2.0, **options, viscous_s_per_m=0.05)
+    assert viscous == pytest.approx(0.4)
 
 
 @pytest.mark.parametrize(
@@ -483,21 +466,19 @@ def test_the_values_of_a_drive_are_checked(values, message):
 @pytest.mark.parametrize(
     ("make", "values"),
     [
-        (stribeck_drive, {"static": 0.2, "kinetic": 0.3, "stribeck_speed_mps": 0.01}),
-        (stribeck_drive, {"static": 0.4, "kinetic": 0.3, "stribeck_speed_mps": 0.0}),
-        (kelvin_voigt_drive, {"kn_n_per_m": 0.0, "dashpot_n_s_per_m": 1.0}),
-        (kelvin_voigt_drive, {"kn_n_per_m": 1.0, "dashpot_n_s_per_m": -1.0}),
-        (hunt_crossley_drive, {"stiffness_n_per_m_p": 1.0, "exponent": 1.0, "damping": -1.0}),
-        (
-            approach_stiffness_drive,
-            {"kn_n_per_m": 1.0, "reference_speed_mps": 0.0, "exponent": 1.0},
-        ),
-        (Drive, {"parameters": ("temperature",), "function": lambda state, time_s: {}}),
+        ("stribeck_drive", {"static": 0.2, "kinetic": 0.3, "stribeck_speed_mps": 0.01}),
+        ("stribeck_drive", {"static": 0.4, "kinetic": 0.3, "stribeck_speed_mps": 0.0}),
+        ("kelvin_voigt_drive", {"kn_n_per_m": 0.0, "dashpot_n_s_per_m": 1.0}),
+        ("kelvin_voigt_drive", {"kn_n_per_m": 1.0, "dashpot_n_s_per_m": -1.0}),
+        ("hunt_crossley_drive", {"stiffness_n_per_m_p": 1.0, "exponent": 1.0, "damping": -1.0}),
+        ("approach_stiffness_drive",
+         {"kn_n_per_m": 1.0, "reference_speed_mps": 0.0, "exponent": 1.0}),
+        ("Drive", {"parameters": ("temperature",), "function": lambda state, time_s: {}}),
     ],
-)
+)  # fmt: skip
 def test_impossible_laws_are_refused(make, values):
     with pytest.raises(InputError):
-        make(**values)
+        getattr(drives, make)(**values)
 
 
 def test_a_drive_without_values_changes_nothing_and_a_step_in_parts_ends_at_its_time():

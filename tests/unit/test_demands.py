@@ -16,31 +16,20 @@ from skewbridge.analysis.peaks import ModelEnd
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.trace import Recorder, ResponseTrace
 from skewbridge.analysis.transient import AnalysisResult, Watch
-from skewbridge.bridge.handles import (
-    AbutmentHandle,
-    BearingHandle,
-    ColumnHandle,
-    CornerHandle,
-    Point,
-    SpringHandle,
-)
+from skewbridge.bridge import handles
+from skewbridge.bridge.handles import Point, SpringHandle
 from skewbridge.bridge.model import domain
 from skewbridge.bridge.section import sdc_shear_strength
+from skewbridge.demands import validity
 from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS, key_values
 from skewbridge.demands.tables import demands_schema, to_table
-from skewbridge.demands.validity import (
-    column_failure_ratio,
-    failure_kinds,
-    is_beyond_model,
-    is_complete,
-    with_derived_columns,
-)
 from skewbridge.errors import InputError
 from skewbridge.study import task
 from skewbridge.study.batch import row_of_task
 from skewbridge.study.task import no_result, outcome_of
 from skewbridge.variant.axes import OPTION_AXES
 from skewbridge.variant.variant import parse_slug
+from skewbridge.verification.references.live_model import Solver
 from study_parts import task_of
 
 CENTRE, TOP, BASE, CORNER_1, CORNER_2, WALL = 1, 2, 3, 4, 5, 6
@@ -48,7 +37,14 @@ COLUMN = 10
 SPRING = 20
 GAP_M = 0.05
 STEPS = 4
-WALL_SPRING = SpringHandle(element=SPRING, component=0, direction=(-1.0, 0.0), nodes=(BASE, CENTRE))
+
+
+def spring_of(component, direction, node=6):
+    ends = (BASE, node)
+    return SpringHandle(element=SPRING, component=component, direction=direction, nodes=ends)
+
+
+WALL_SPRING = spring_of(0, (-1.0, 0.0), CENTRE)
 
 
 @pytest.fixture
@@ -69,7 +65,7 @@ def trace():
 
 @pytest.fixture
 def column():
-    return ColumnHandle(
+    return handles.ColumnHandle(
         element=COLUMN,
         base_node=BASE,
         top=Point(TOP),
@@ -83,7 +79,11 @@ def column():
 
 
 def abutment(**changes):
-    handle = AbutmentHandle(
+    corners = (
+        handles.CornerHandle(node=node, side="right", kind=kind, plan_m=(0.0, along_m))
+        for node, kind, along_m in ((CORNER_1, "acute", 7.0), (CORNER_2, "obtuse", -7.0))
+    )
+    handle = handles.AbutmentHandle(
         side="right",
         normal=(1.0, 0.0),
         tangent=(0.0, 1.0),
@@ -91,11 +91,8 @@ def abutment(**changes):
         transverse_gap_m=0.0064,
         seat_width_m=0.9,
         centre=Point(CENTRE),
-        corners=(
-            CornerHandle(node=CORNER_1, side="right", kind="acute", plan_m=(0.0, 7.0)),
-            CornerHandle(node=CORNER_2, side="right", kind="obtuse", plan_m=(0.0, -7.0)),
-        ),
-        bearings=(BearingHandle(element=30, seat_node=BASE, deck_node=CORNER_1),),
+        corners=tuple(corners),
+        bearings=(handles.BearingHandle(element=30, seat_node=BASE, deck_node=CORNER_1),),
         pads=(Point(CENTRE),),
         wall_units=[0, 1],
         wall_nodes=[WALL],
@@ -103,9 +100,7 @@ def abutment(**changes):
     return replace(handle, **changes)
 
 
-def test_displacements_count_from_gravity_and_drift_is_the_resultant_over_the_clear_height(
-    trace, column
-):
+def test_displacements_count_from_gravity_and_drift_over_the_clear_height(trace, column):
     trace.nodes[CENTRE][:, 0] = [0.01, 0.03, -0.04, 0.01]
     np.testing.assert_allclose(trace.disp(CENTRE)[:, 0], [0.0, 0.02, -0.05, 0.0])
     assert not trace.disp(BASE).any(), "a node that is not read is fixed"
@@ -147,9 +142,7 @@ def test_shear_capacity_follows_the_largest_ductility_and_the_axial_force(trace,
         ([0.0, 0.03, 0.0, 0.0], [0.0, 1.0e6, 0.0, 0.0], {}, "", None),
     ],
 )
-def test_the_first_column_failure_ends_the_validity_of_the_model(
-    trace, column, drift, shear_n, changes, mode, row
-):
+def test_the_first_column_failure_ends_the_model(trace, column, drift, shear_n, changes, mode, row):
     trace.nodes[TOP][:, 0] = np.multiply(drift, 5.0)
     trace.columns[COLUMN][:, 0] = shear_n
     end = peaks.model_end([replace(column, **changes)], trace)
@@ -198,22 +191,13 @@ def test_passive_is_into_the_fill_and_active_is_out_of_it(trace):
     assert found["abutment_active_m"] == 0.0
 
 
-def test_friction_of_a_wall_is_the_resultant_of_its_points(trace):
+def test_forces_on_a_wall_are_the_compression_of_its_spring_or_contacts_and_their_friction(trace):
     """Two points: 300 kN apart cancel, 400 kN along the wall add up to 800 kN."""
     trace.tangentials_n[1] = [[3e5, 4e5], [-3e5, 4e5]]
     trace.tangentials_n[2] = [[0.0, -5e5], [0.0, 0.0]]
     model = SimpleNamespace(abutments=(abutment(bearings=()),), weight_n=1e7)
     found = peaks._force_demands(model, trace)
     assert found["friction_force_kn"] == pytest.approx(800.0)
-
-
-def spring_of(component, direction):
-    return SpringHandle(
-        element=SPRING, component=component, direction=direction, nodes=(BASE, WALL)
-    )
-
-
-def test_the_force_on_a_wall_is_the_compression_of_its_spring_or_contacts(trace):
     trace.springs[SPRING][1, WALL_SPRING.component] = -5.0e5
     trace.normals_n[2] = 1.0e5, 2.0e5
     handle = abutment(wall_units=(), wall_nodes=(), wall_springs=(WALL_SPRING,))
@@ -235,13 +219,8 @@ def test_backfill_and_key_forces_count_while_the_deck_touches(trace):
 
 def watched(monkeypatch, moved, **changes):
     """Return the watch over a deck end whose nodes have moved along x."""
-    model = SimpleNamespace(
-        weight_n=1e7,
-        deck_centre_node=CENTRE,
-        columns=(),
-        abutments=(abutment(**changes),),
-        contacts=None,
-    )
+    parts = {"columns": (), "abutments": (abutment(**changes),), "contacts": None}
+    model = SimpleNamespace(weight_n=1e7, deck_centre_node=CENTRE, **parts)
     monkeypatch.setattr(transient.ops, "nodeDisp", lambda n: [moved.get(n, 0.0), *[0.0] * 5])
     return Watch(model, AnalysisSettings())
 
@@ -273,13 +252,7 @@ def record_an_oscillator(steps: int) -> tuple[Recorder, np.ndarray]:
     ops.timeSeries("Trig", 1, 0.0, 10.0, 0.5)
     ops.pattern("Plain", 1, 1)
     ops.load(2, 10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    ops.constraints("Plain")
-    ops.numberer("Plain")
-    ops.system("ProfileSPD")
-    ops.test("NormDispIncr", 1e-12, 10)
-    ops.algorithm("Newton")
-    ops.integrator("Newmark", 0.5, 0.25)
-    ops.analysis("Transient", "-noWarnings")
+    Solver(constraints="Plain", algorithm="Newton").prepare()
     recorder = Recorder()
     recorder.nodes((2,), "disp")
     recorder.elements((1,), "basicForce")
@@ -292,23 +265,17 @@ def record_an_oscillator(steps: int) -> tuple[Recorder, np.ndarray]:
     return recorder, np.array(rows)
 
 
-def test_records_have_the_values_of_every_step_to_the_bit() -> None:
+def test_records_have_the_values_of_every_step_to_the_bit_and_name_the_disk_if_incomplete() -> None:
     with domain():
         recorder, rows = record_an_oscillator(20)
+        with pytest.raises(ValueError, match=r"element 1 has no response \('rayleighForce',\)"):
+            recorder.elements((1,), "rayleighForce")
         time_s, moves = recorder.read("Node", "disp")
         np.testing.assert_array_equal(time_s, rows[:, 0])
         np.testing.assert_array_equal(moves[2], rows[:, 1:7])
         np.testing.assert_array_equal(recorder.read("Element", "basicForce")[1][1], rows[:, 7:])
         assert not recorder.read("Element", "force")[1]
         assert np.abs(moves[2]).max() > 1e-3
-
-
-def test_unknown_responses_are_refused_and_an_incomplete_record_names_the_disk() -> None:
-    with domain():
-        recorder, _ = record_an_oscillator(5)
-        with pytest.raises(ValueError, match=r"element 1 has no response \('rayleighForce',\)"):
-            recorder.elements((1,), "rayleighForce")
-        recorder.close()
         path = recorder.path("Node", "disp")
         path.write_bytes(path.read_bytes()[:-9])
         with pytest.raises(OSError, match="record Node disp is incomplete") as caught:
@@ -367,24 +334,21 @@ def test_a_row_that_breaks_the_contract_is_named(rows: list[dict], words: str) -
 
 def test_axes_and_completeness_keep_their_values_types_and_order() -> None:
     fine, plain, other = (
-        parse_slug(f"osb1_cf_{name}")
+        key_values(parse_slug(f"osb1_cf_{name}"), "syn001", 1.0, 0.0)
         for name in (
             "skew22p5_gap025p4_mu037p5",
             "skew30_gap051_mu050",
             "skew30_gap051_mu050_backwall-points9_transverse-gap-mm25p4",
         )
     )
-    rows = [
-        ROW | key_values(plain, "syn001", 1.0, 0.0) | {"complete": False},
-        ROW | key_values(fine, "syn001", 1.0, 0.0),
-    ]
+    rows = [ROW | plain | {"complete": False}, ROW | fine]
     table = to_table(rows, {}).to_pandas()
     assert table["skew_deg"].tolist() == [22.5, 30.0]
     assert table["gap_mm"].tolist() == [25.4, 51.0]
     assert table["friction"].tolist() == [0.375, 0.5]
     assert table["complete"].dtype == bool
     assert table["complete"].tolist() == [True, False]
-    options = to_table([ROW | key_values(other, "syn001", 1.0, 0.0)], {})
+    options = to_table([ROW | other], {})
     place = options.column_names.index("friction")
     assert options.column_names[place + 1 : place + 3] == ["transverse_gap_mm", "backwall_points"]
     row = options.to_pylist()[0]
@@ -404,9 +368,11 @@ RATIOS = [0.5, 1.1, 1.2, 0.4, 1.3, np.nan, np.nan]
 
 
 def test_only_a_finished_run_without_column_failure_is_complete() -> None:
+    is_complete = validity.is_complete
     assert is_complete(RUNS).tolist() == [True, *[False] * 6]
-    assert failure_kinds(RUNS).tolist() == ["", "shear", "flexure", "", "flexure", "", ""]
-    assert is_beyond_model(RUNS).tolist() == [False, True, True, False, True, False, False]
+    kinds = validity.failure_kinds(RUNS).tolist()
+    assert kinds == ["", "shear", "flexure", "", "flexure", "", ""]
+    assert validity.is_beyond_model(RUNS).tolist() == [kind != "" for kind in kinds]
     by_status = is_complete(RUNS.drop(columns="beyond_model"))
     assert by_status.dtype == np.bool_
     assert by_status.tolist() == [True] * 3 + [False] * 4
@@ -418,32 +384,18 @@ def test_only_a_finished_run_without_column_failure_is_complete() -> None:
 
 
 def test_columns_that_an_older_table_lacks_are_derived_with_the_larger_known_ratio() -> None:
-    table = with_derived_columns(RUNS)
+    derived, ratio = validity.with_derived_columns, validity.column_failure_ratio
+    table = derived(RUNS)
     assert table["complete"].dtype == bool
-    assert table["complete"].tolist() == is_complete(RUNS).tolist()
+    assert table["complete"].tolist() == validity.is_complete(RUNS).tolist()
     np.testing.assert_array_equal(table["column_failure_ratio"], RATIOS)
     assert "complete" not in RUNS
     given = RUNS.assign(complete=False, column_failure_ratio=2.0)
-    pd.testing.assert_frame_equal(with_derived_columns(given), given)
-    assert "column_failure_ratio" not in with_derived_columns(RUNS[["status"]])
-    alone = column_failure_ratio(RUNS.drop(columns="column_shear_dcr"))
+    pd.testing.assert_frame_equal(derived(given), given)
+    assert "column_failure_ratio" not in derived(RUNS[["status"]])
+    alone = ratio(RUNS.drop(columns="column_shear_dcr"))
     np.testing.assert_array_equal(alone, RUNS["drift_over_capacity"])
-    assert np.isnan(column_failure_ratio(RUNS[["status"]])).all()
-
-
-def result_of(status: str, mode: str) -> AnalysisResult:
-    """Return a result with the demands over capacity of columns and no others."""
-    values = dict.fromkeys((field.name for field in fields(AnalysisResult)), 0) | {
-        "status": status,
-        "collapse_criterion": "",
-        "steps_by_rung": (1,),
-        "demands": {"column_shear_dcr": 0.9, "drift_over_capacity": 1.25},
-        "whole_history": {},
-        "energy_kj": {},
-        "model_end": ModelEnd(mode=mode, time_s=0.5, rows=2),
-        "messages": (),
-    }
-    return AnalysisResult(**values)
+    assert np.isnan(ratio(RUNS[["status"]])).all()
 
 
 @pytest.mark.parametrize(
@@ -451,7 +403,13 @@ def result_of(status: str, mode: str) -> AnalysisResult:
     [("ok", "", True), ("ok", "flexure", False), ("collapse", "", False), ("timeout", "", False)],
 )
 def test_a_row_of_an_analysis_says_whether_it_is_complete(status, mode, complete) -> None:
-    row = row_of_task(outcome_of(result_of(status, mode)), task_of(), "key")
+    values = dict.fromkeys((field.name for field in fields(AnalysisResult)), 0)
+    values |= {"status": status, "collapse_criterion": "", "steps_by_rung": (1,), "messages": ()}
+    values |= {"demands": {"column_shear_dcr": 0.9, "drift_over_capacity": 1.25}}
+    values |= {"whole_history": {}, "energy_kj": {}}
+    end = ModelEnd(mode=mode, time_s=0.5, rows=2)
+    result = AnalysisResult(**values | {"model_end": end})
+    row = row_of_task(outcome_of(result), task_of(), "key")
     assert row["complete"] is complete
     assert row["column_failure_ratio"] == 1.25
     assert type(row["column_failure_ratio"]) is float

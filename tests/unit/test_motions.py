@@ -11,28 +11,10 @@ from hypothesis import strategies as st
 
 from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.errors import InputError
+from skewbridge.motions import intensity, levels
 from skewbridge.motions.check import check_paths
 from skewbridge.motions.folder import group_by_name, list_motions
 from skewbridge.motions.formats import DtMissingError, Given, Trace
-from skewbridge.motions.intensity import (
-    IM_COLUMNS,
-    cut_to_strongest,
-    displacement,
-    housner_intensity,
-    motion_measures,
-    pair_arias_build_up,
-    strongest_part,
-    trim_quiet_ends,
-    velocity,
-)
-from skewbridge.motions.levels import (
-    LEVEL_MEASURE,
-    LEVEL_RANGE_G,
-    block_factors,
-    bracket_capacity,
-    most_trials,
-    striped,
-)
 from skewbridge.motions.read import doubts, read_motion, read_trace
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import pair_psa
@@ -41,34 +23,11 @@ from skewbridge.motions.synthesis.ddk18 import Scenario
 from skewbridge.motions.synthesis.generate import synthesize
 from skewbridge.units import G_MPS2
 
-AT2 = """PEER NGA STRONG MOTION DATABASE RECORD
-Some Quake, 1/17/1994, Some Station, 90
-ACCELERATION TIME SERIES IN UNITS OF G
-NPTS=     12, DT=   .0100 SEC,   0 POLE @    30.00000 HZ,  -5 POLE @      .05000
-"""
-VALUES_G = [0.0, 0.1, -0.1, 0.2, -0.2, 0.05, -0.05, 0.01, -0.01, 0.0, 0.0, 0.0]
-
-
-def _write(path: Path, values_g: list[float], header: str = AT2) -> Path:
-    path.write_text(header + "\n".join(f"{value: .7E}" for value in values_g) + "\n")
-    return path
-
 
 def _motion(**changes: object) -> GroundMotion:
-    fields = {
-        "motion_id": "m",
-        "dt_s": 0.01,
-        "accel_1_mps2": np.array([1.0, 2.0]),
-        "accel_2_mps2": np.array([-1.0, 3.0]),
-    }
+    first, second = np.array([1.0, 2.0]), np.array([-1.0, 3.0])
+    fields = {"motion_id": "m", "dt_s": 0.01, "accel_1_mps2": first, "accel_2_mps2": second}
     return GroundMotion(**(fields | changes))
-
-
-def test_at2_values_come_in_si_with_header_metadata(tmp_path):
-    trace = read_trace(_write(tmp_path / "A090.AT2", VALUES_G))
-    np.testing.assert_allclose(trace.accel_mps2, np.array(VALUES_G) * G_MPS2)
-    assert (trace.dt_s, trace.event, trace.station) == (0.01, "Some Quake", "Some Station")
-    assert trace.azimuth_deg == 90.0
 
 
 def test_motions_are_rotated_and_scaled_and_keep_their_metadata():
@@ -127,9 +86,9 @@ def test_offset_of_either_sign_gets_a_warning(offset, is_doubtful):
 
 
 def test_components_of_different_events_get_a_warning(tmp_path):
-    kobe = AT2.replace("Some Quake", "Kobe").replace("Some Station, 90", "Takatori, 0")
-    files = [_write(tmp_path / "A.AT2", VALUES_G), _write(tmp_path / "B.AT2", VALUES_G, kobe)]
-    found = check_paths(files)
+    text = at2_text(RECORD_G)
+    kobe = text.replace("Quake", "Kobe").replace("Station, 90", "Takatori, 0")
+    found = check_paths([_file(tmp_path, "A.AT2", text), _file(tmp_path, "B.AT2", kobe)])
     assert {check.verdict for check in found} == {"warn"}
     assert all("two different records?" in " ".join(check.messages) for check in found)
 
@@ -138,14 +97,14 @@ def test_measures_are_means_of_components_or_medians_over_directions():
     """1 m/s2 to and fro for 2 s: CAV 2 m/s, Arias pi/(2 g) x 2; the other component is still."""
     accel = np.array([1.0, -1.0] * 100 + [1.0])
     motion = _motion(accel_1_mps2=accel, accel_2_mps2=np.zeros_like(accel))
-    found = motion_measures(motion, None)
+    found = intensity.motion_measures(motion, None)
     assert found["im_cav_mps"] == pytest.approx(1.0)
     assert found["im_arias_mps"] == pytest.approx(0.5 * np.pi / (2.0 * 9.80665) * 2.0)
-    twice = motion_measures(motion.with_components(accel, 3.0 * accel), None)
+    twice = intensity.motion_measures(motion.with_components(accel, 3.0 * accel), None)
     assert twice["im_cav_mps"] == pytest.approx((2.0 + 6.0) / 2.0)
     # Peaks 3 m/s2 and 3 x 0.21 s = 0.63 m/s along one axis: cos 45 degrees of them.
     accel = np.array([0.0, *[3.0] * 21, 0.0])
-    found = motion_measures(_motion(accel_1_mps2=accel, accel_2_mps2=0.0 * accel), None)
+    found = intensity.motion_measures(_motion(accel_1_mps2=accel, accel_2_mps2=0.0 * accel), None)
     assert found["im_pga_rotd50_g"] == pytest.approx(3.0 * np.sqrt(0.5) / 9.80665, rel=0.01)
     assert found["im_pgv_rotd50_mps"] == pytest.approx(0.63 * np.sqrt(0.5), rel=0.01)
 
@@ -157,7 +116,9 @@ def test_the_spectrum_intensity_of_a_blow_is_its_velocity_times_the_range_of_per
     accel[1] = 0.6 / dt_s
     damped = np.sqrt(1.0 - xi**2)
     reached = 0.6 * np.exp(-xi / damped * np.arctan(damped / xi))
-    assert housner_intensity(accel, dt_s) == pytest.approx(reached * (2.5 - 0.1), rel=1e-3)
+    assert intensity.housner_intensity(accel, dt_s) == pytest.approx(
+        reached * (2.5 - 0.1), rel=1e-3
+    )
 
 
 # --- formats of files
@@ -174,24 +135,21 @@ def _file(folder: Path, name: str, text: str) -> Path:
 
 
 def _rows(values, per_line: int, form: str) -> str:
-    return "\n".join(
-        "".join(form.format(v) for v in values[i : i + per_line])
-        for i in range(0, len(values), per_line)
-    )
+    lines = (values[i : i + per_line] for i in range(0, len(values), per_line))
+    return "\n".join("".join(map(form.format, line)) for line in lines)
 
 
 def _at2(head: str, values: str) -> str:
     return "PEER STRONG MOTION DATABASE RECORD\nA, 1/1/2000, B, 90\n" + head + values + "\n"
 
 
-def _peer(folder: Path, npts: int = 50, values: str = _rows(RECORD_G, 5, "{:15.7E}")) -> Path:
-    head = f"ACCELERATION TIME SERIES IN UNITS OF G\nNPTS= {npts}, DT= .01 SEC\n"
-    return _file(folder, "a.AT2", _at2(head, values))
-
-
 IN_G = "ACCELERATION TIME SERIES IN UNITS OF G\n"
 PLAIN = f"{IN_G}NPTS= 50, DT= .01 SEC\n"
 FIVE = _rows(RECORD_G, 5, "{:15.7E}")
+
+
+def _peer(folder: Path, npts: int = 50, values: str = FIVE) -> Path:
+    return _file(folder, "a.AT2", _at2(PLAIN.replace("50", str(npts)), values))
 
 
 @pytest.mark.parametrize(
@@ -215,8 +173,9 @@ FIVE = _rows(RECORD_G, 5, "{:15.7E}")
 )
 def test_headers_and_layouts_of_peer_files_read_alike(tmp_path, head, values):
     trace = read_trace(_file(tmp_path, "a.AT2", _at2(head, values)))
-    np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-6)
-    assert trace.dt_s == 0.01
+    np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-7)
+    found = (trace.dt_s, trace.event, trace.station, trace.azimuth_deg)
+    assert found == (0.01, "A", "B", 90.0)
 
 
 def test_surplus_values_are_cut_and_other_counts_or_missing_headers_refused(tmp_path):
@@ -232,7 +191,7 @@ def test_surplus_values_are_cut_and_other_counts_or_missing_headers_refused(tmp_
         read_trace(_file(tmp_path, "a.AT2", FIVE))
 
 
-def test_given_unit_and_step_override_the_file_with_a_note(tmp_path):
+def test_given_values_override_the_file_with_a_note_and_those_if_missing_do_not(tmp_path):
     trace = read_trace(_peer(tmp_path), Given(unit="m/s2"))
     np.testing.assert_allclose(trace.accel_mps2, RECORD_G, rtol=1e-6)
     assert any("header says g" in text for text in trace.notes)
@@ -240,9 +199,6 @@ def test_given_unit_and_step_override_the_file_with_a_note(tmp_path):
     trace = read_trace(_file(tmp_path, "a.txt", rows), Given(dt_s=0.0025))
     assert trace.dt_s == 0.0025
     assert any("0.003" in text for text in trace.warnings)
-
-
-def test_unit_and_step_if_missing_do_not_override_the_header(tmp_path):
     known = Given(dt_s_if_missing=0.005, unit_if_missing="gal")
     trace = read_trace(_peer(tmp_path), known)
     np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-6)
@@ -324,14 +280,6 @@ def test_two_columns_take_their_unit_from_the_header(tmp_path, header, unit):
     assert (trace.format, trace.unit, trace.dt_s) == ("two_column", unit, 0.01)
 
 
-def test_bare_values_in_several_columns_are_not_read_as_a_table(tmp_path):
-    rising = np.arange(60) ** 1.5 * 1e-4  # a slow start: the first number of each line rises
-    path = _file(tmp_path, "a.acc", _rows(rising, 5, "{:15.7e}"))
-    np.testing.assert_allclose(
-        read_trace(path, Given(dt_s=0.01)).accel_mps2, rising * G_MPS2, rtol=1e-6
-    )
-
-
 @pytest.mark.parametrize("replacement", [[], ["0.21 1.0", "0.20 1.0"], ["0.20"]])
 def test_broken_time_column_is_refused_with_its_line(tmp_path, replacement):
     """A hole, a step back, a missing value."""
@@ -345,13 +293,17 @@ def test_broken_time_column_is_refused_with_its_line(tmp_path, replacement):
 
 
 @pytest.mark.parametrize("per_line", [1, 5, 50])
-def test_bare_values_need_a_time_step(tmp_path, per_line):
+def test_bare_values_need_a_time_step_and_are_not_read_as_a_table(tmp_path, per_line):
     path = _file(tmp_path, "a.acc", _rows(RECORD_G, per_line, "{:.8e} "))
     with pytest.raises(DtMissingError):
         read_trace(path)
     trace = read_trace(path, Given(dt_s=0.005))
     np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-7)
     assert any("no unit" in text for text in trace.notes)
+    rising = np.arange(60) ** 1.5 * 1e-4  # a slow start: the first number of each line rises
+    path = _file(tmp_path, "a.acc", _rows(rising, per_line, "{:15.7e}"))
+    accel_mps2 = read_trace(path, Given(dt_s=0.01)).accel_mps2
+    np.testing.assert_allclose(accel_mps2, rising * G_MPS2, rtol=1e-6)
 
 
 def test_knet_counts_become_gal_about_their_mean(tmp_path):
@@ -388,7 +340,7 @@ def test_parquet_preserves_the_suite_of_a_folder_bit_for_bit(tmp_path):
     (first, second), *_ = make_pairs(tmp_path, 2)
     suite = prepare_suite(tmp_path, t1_s=0.7)
     assert list(suite["motion_id"]) == ["q0", "q1"]
-    assert np.isfinite(suite[list(IM_COLUMNS)]).all(axis=None)
+    assert np.isfinite(suite[list(intensity.IM_COLUMNS)]).all(axis=None)
     both = hashlib.sha256(first.read_bytes() + second.read_bytes()).hexdigest()
     assert suite["sha256"][0] == both  # of both files in order
     write_suite(suite, tmp_path / "suite.parquet")
@@ -401,13 +353,16 @@ def test_parquet_preserves_the_suite_of_a_folder_bit_for_bit(tmp_path):
         assert item.measures["im_arias_mps"] == pytest.approx(row["im_arias_mps"] * item.scale**2)
 
 
-def test_factor_does_not_depend_on_the_count_which_the_folder_limits(tmp_path):
+def test_a_suite_is_limited_to_a_count_that_changes_no_factor_and_cut(tmp_path):
     make_pairs(tmp_path, 9)
     all_motions = prepare_suite(tmp_path, t1_s=0.7)
     three = prepare_suite(tmp_path, count=3, t1_s=0.7)
     assert list(three["scale"]) == list(all_motions["scale"][:3])
     with pytest.raises(InputError, match=r"count = 10, but .* has 9"):
         prepare_suite(tmp_path, count=10, t1_s=0.7)
+    cut = prepare_suite(tmp_path, count=3, t1_s=0.7, shaking_s=3.0)
+    assert cut["npts"][0] == 300 < three["npts"][0]
+    assert cut["sha256"][0] != three["sha256"][0]
 
 
 def test_factor_of_the_index_overrides_the_computed_one_at_its_period(tmp_path):
@@ -420,7 +375,7 @@ def test_factor_of_the_index_overrides_the_computed_one_at_its_period(tmp_path):
     other = prepare_suite(tmp_path, t1_s=0.8)
     reached_g = other["scale"] * other["im_saavg_rotd50_g"]
     assert not set(other["scale"]) & {1.25, 1.5}
-    assert reached_g.between(*LEVEL_RANGE_G).all()
+    assert reached_g.between(*levels.LEVEL_RANGE_G).all()
 
 
 def test_index_metadata_reaches_the_table(tmp_path):
@@ -440,15 +395,15 @@ def test_index_metadata_reaches_the_table(tmp_path):
 
 def test_two_blocks_interleave_and_an_incomplete_block_fills_the_range_alone():
     own_g = np.random.default_rng(1).lognormal(-1.0, 0.5, 20)
-    factors = block_factors(own_g, (0.1, 1.5))
+    factors = levels.block_factors(own_g, (0.1, 1.5))
     shares = np.log(own_g * factors / 0.1) / np.log(15.0)
     for block, offset in ((slice(0, 8), 1 / 2), (slice(8, 16), 1 / 4)):
         np.testing.assert_allclose(np.sort(shares[block]), (np.arange(8) + offset) / 8)
         assert (np.argsort(shares[block]) == np.argsort(own_g[block])).all()
     np.testing.assert_allclose(np.sort(shares[16:]), (np.arange(4) + 3 / 4) / 4)
-    np.testing.assert_array_equal(block_factors(own_g[:16], (0.1, 1.5)), factors[:16])
+    np.testing.assert_array_equal(levels.block_factors(own_g[:16], (0.1, 1.5)), factors[:16])
     # the sequence of van der Corput
-    blocks_g = block_factors([1.0] * 56, (0.1, 1.5)).reshape(7, 8)
+    blocks_g = levels.block_factors([1.0] * 56, (0.1, 1.5)).reshape(7, 8)
     offsets = np.array([[0.5, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875]]).T
     np.testing.assert_array_equal(blocks_g, 0.1 * 15.0 ** ((np.arange(8) + offsets) / 8))
 
@@ -487,10 +442,6 @@ def test_components_differ_in_length_with_a_message_and_never_in_their_step(tmp_
 # --- stripes and the search of a capacity
 
 
-#: Factors between which the searches look.
-LIMITS = (0.1, 10.0)
-
-
 @pytest.fixture
 def three(tmp_path):
     make_pairs(tmp_path, 3)
@@ -498,59 +449,51 @@ def three(tmp_path):
 
 
 def test_scaled_motions_reach_their_stripe_and_are_preserved_by_parquet(three, tmp_path):
-    low_g = three[LEVEL_MEASURE].median()
-    table = striped(three, [low_g, 2 * low_g], factor_limits=(1e-3, 1e3))
-    np.testing.assert_allclose(table["scale"] * table[LEVEL_MEASURE], table["stripe_g"])
+    low_g = three[levels.LEVEL_MEASURE].median()
+    table = levels.striped(three, [low_g, 2 * low_g], factor_limits=(1e-3, 1e3))
+    np.testing.assert_allclose(table["scale"] * table[levels.LEVEL_MEASURE], table["stripe_g"])
     assert len(table) == 6
     assert not table.duplicated(["motion_id", "scale"]).any()
     write_suite(table, tmp_path / "stripes.parquet")
     back = read_suite(tmp_path / "stripes.parquet")
     assert [item.motion.motion_id for item in back] == ["q0", "q1", "q2"] * 2
-    levels_g = [item.measures[LEVEL_MEASURE] for item in back]
+    levels_g = [item.measures[levels.LEVEL_MEASURE] for item in back]
     np.testing.assert_allclose(levels_g, [low_g] * 3 + [2 * low_g] * 3)
 
 
 def test_factors_outside_the_limits_are_left_out_and_counted(three, caplog):
-    level_g = three[LEVEL_MEASURE].iloc[0]
-    table = striped(three, [level_g], factor_limits=(0.999, 1.001))
+    level_g = three[levels.LEVEL_MEASURE].iloc[0]
+    table = levels.striped(three, [level_g], factor_limits=(0.999, 1.001))
     assert table[["motion_id", "scale"]].to_numpy().tolist() == [["q0", 1.0]]
     assert "2 of 3 scaled motions are left out" in caplog.text
-    known = three.assign(**{LEVEL_MEASURE: [0.2, 0.4, 100.0]})
-    rows = striped(known, [0.1, 1.0])[["motion_id", "scale"]].to_numpy().tolist()
+    known = three.assign(**{levels.LEVEL_MEASURE: [0.2, 0.4, 100.0]})
+    rows = levels.striped(known, [0.1, 1.0])[["motion_id", "scale"]].to_numpy().tolist()
     assert rows == [["q0", 0.5], ["q1", 0.25], ["q1", 2.5]]
     with pytest.raises(InputError, match="no motion reaches"):
-        striped(three, [1e4])
+        levels.striped(three, [1e4])
 
 
-def searched(capacity: float, limits: tuple[float, float], tolerance: float = 0.01):
-    """Return the bracket of a capacity and the number of analyses of the search."""
+RATIOS, TOLERANCES = st.floats(1.001, 1e3) | st.just(100.0), st.floats(1e-4, 0.5) | st.just(0.01)
+
+
+@settings(max_examples=400)
+@given(st.floats(1e-3, 1e3), RATIOS, TOLERANCES)
+def test_a_search_brackets_any_capacity_in_the_forecast_analyses(capacity, ratio, tolerance):
     trials: list[float] = []
 
     def exceeds(scale: float) -> bool:
         trials.append(scale)
         return scale >= capacity
 
-    return bracket_capacity(exceeds, limits=limits, tolerance=tolerance), len(trials)
-
-
-@settings(max_examples=200)
-@given(st.floats(0.05, 20.0), st.floats(1.001, 1e3), st.floats(1e-4, 0.5))
-def test_search_takes_at_most_the_forecast_analyses(capacity, ratio, tolerance):
-    limits = (0.1, 0.1 * ratio)
-    _, analyses = searched(capacity, limits, tolerance)
-    assert analyses <= most_trials(limits, tolerance)
-
-
-@settings(max_examples=200)
-@given(capacity=st.floats(1e-3, 1e3))
-def test_bracket_contains_any_capacity_within_ten_analyses(capacity):
-    (lower, upper), analyses = searched(capacity, LIMITS)
-    assert analyses <= most_trials(LIMITS) == 10
+    limits = low, high = 0.1, 0.1 * ratio
+    lower, upper = levels.bracket_capacity(exceeds, limits=limits, tolerance=tolerance)
+    assert len(trials) <= levels.most_trials(limits, tolerance)
     assert lower <= capacity <= upper
-    if 0.1 < capacity <= 10.0:
-        assert upper / lower <= 1.01
+    if low < capacity <= high:
+        assert upper / lower <= 1.0 + tolerance
     else:
         assert lower == 0.0 or math.isinf(upper)
+    assert levels.most_trials((0.1, 10.0)) == 10
 
 
 # --- cut motions
@@ -563,24 +506,24 @@ def motion() -> GroundMotion:
 
 
 def test_cut_motion_ends_at_rest_with_zeros_after_it(motion):
-    cut = cut_to_strongest(motion, 20.0, 5.0)
+    cut = intensity.cut_to_strongest(motion, 20.0, 5.0)
     assert cut.npts == 2500
     for accel in cut.components:
         assert np.all(accel[-500:] == 0.0)
-        speed, disp = velocity(accel, cut.dt_s), displacement(accel, cut.dt_s)
+        speed, disp = intensity.velocity(accel, cut.dt_s), intensity.displacement(accel, cut.dt_s)
         assert abs(speed[-1]) < 1e-9 * np.abs(speed).max()
         assert abs(disp[-1]) < 1e-9 * np.abs(disp).max()
     for impossible in ((0.0, 0.0), (20.0, -1.0)):
         with pytest.raises(InputError):
-            cut_to_strongest(motion, *impossible)
+            intensity.cut_to_strongest(motion, *impossible)
 
 
 def test_cut_keeps_the_strongest_window_with_a_message_and_another_digest(motion):
-    cuts = [cut_to_strongest(motion, shaking_s, 0.0) for shaking_s in (20.0, 5.0)]
-    whole, most, part = (pair_arias_build_up(each)[-1] for each in (motion, *cuts))
+    cuts = [intensity.cut_to_strongest(motion, shaking_s, 0.0) for shaking_s in (20.0, 5.0)]
+    whole, most, part = (intensity.pair_arias_build_up(each)[-1] for each in (motion, *cuts))
     assert most > 0.95 * whole
     assert part < 0.9 * whole
-    done = strongest_part(motion, 10.0)
+    done = intensity.strongest_part(motion, 10.0)
     assert done.sha256 != motion.sha256
     assert "of the Arias intensity left" in done.messages[-1]
     assert done.duration_s == pytest.approx(10.0, abs=0.011)
@@ -588,18 +531,10 @@ def test_cut_keeps_the_strongest_window_with_a_message_and_another_digest(motion
 
 def test_trimming_quiet_ends_preserves_the_spectrum(motion):
     periods_s = (0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)
-    both = (motion, trim_quiet_ends(motion))
+    both = (motion, intensity.trim_quiet_ends(motion))
     before, after = (pair_psa(*each.components, each.dt_s, periods_s).rotd50_mps2 for each in both)
     ratios = after / before
     # the displacement left at the new end is taken off: felt at 2 and 3 s only
     np.testing.assert_allclose(ratios[:-2], 1.0, atol=0.002)
     np.testing.assert_allclose(ratios[-2:], 1.0, atol=0.02)
-    assert trim_quiet_ends(motion).duration_s < 0.8 * motion.duration_s
-
-
-def test_suite_can_be_cut(tmp_path):
-    make_pairs(tmp_path, 1)
-    whole = prepare_suite(tmp_path, t1_s=0.7)
-    cut = prepare_suite(tmp_path, t1_s=0.7, shaking_s=3.0)
-    assert cut["npts"][0] == 300 < whole["npts"][0]
-    assert cut["sha256"][0] != whole["sha256"][0]
+    assert intensity.trim_quiet_ends(motion).duration_s < 0.8 * motion.duration_s

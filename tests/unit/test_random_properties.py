@@ -1,12 +1,12 @@
 """Random properties: their distributions, one draw per motion in every variant, and the setting."""
 
 from dataclasses import replace
-from math import erf, log, sqrt
+from math import log
 
 import numpy as np
 import pandas as pd
 import pytest
-from scipy import stats
+from scipy import special, stats
 
 from skewbridge.bridge.backfill import Passive
 from skewbridge.bridge.catalogue import load_bridge
@@ -18,15 +18,9 @@ from skewbridge.report.methods import methods_of
 from skewbridge.study.config import parse_config
 from skewbridge.study.modelling_choices import CHOICES
 from skewbridge.study.task import run_key
+from skewbridge.variant import random_properties
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.random_properties import (
-    BLOCK,
-    DIRECTION,
-    RandomProperty,
-    UncertaintyConfig,
-    drawn_properties,
-    with_draw,
-)
+from skewbridge.variant.random_properties import RandomProperty, UncertaintyConfig, with_draw
 from skewbridge.variant.variant import parse_slug
 from study_parts import row_of, study_of, wave
 
@@ -41,10 +35,8 @@ def expected(what: RandomProperty, value: float) -> float:
     """Share of a truncated distribution below a value, in closed form."""
 
     def normal(at: float) -> float:
-        off = (
-            log(at / what.median) if what.distribution == "lognormal" else at - what.median
-        ) / what.spread
-        return 0.5 * (1.0 + erf(off / sqrt(2.0)))
+        ratio = log(at / what.median) if what.distribution == "lognormal" else at - what.median
+        return float(special.ndtr(ratio / what.spread))
 
     if what.distribution == "uniform":
         return (value - what.low) / (what.high - what.low)
@@ -72,13 +64,13 @@ def test_draws_have_their_distribution(name: str, draws) -> None:
 
 def test_each_block_is_a_latin_hypercube(draws) -> None:
     rows = np.array([list(draw.values()) for draw in draws.values()])
-    for start in (0, BLOCK):
-        block = rows[start : start + BLOCK]
+    for start in (0, random_properties.BLOCK):
+        block = rows[start : start + random_properties.BLOCK]
         for name, column in zip(NAMES, block.T, strict=True):
             shares = [expected(ON.drawn[name], value) for value in column]
             # six digits of a value are kept
-            steps = np.floor(np.array(shares) * BLOCK * (1.0 - 1e-9))
-            assert sorted(steps) == list(range(BLOCK)), name
+            steps = np.floor(np.array(shares) * len(block) * (1.0 - 1e-9))
+            assert sorted(steps) == list(range(len(block))), name
     assert np.abs(np.corrcoef(rows.T) - np.eye(len(NAMES))).max() < 0.08
 
 
@@ -102,7 +94,7 @@ def test_every_variant_has_the_draw_of_the_motion(tmp_path) -> None:
     first, second = (setup.tasks(slug) for slug in slugs)
     for one, other, draw in zip(first, second, draws.values(), strict=True):
         assert one.options == other.options == with_draw(ModelOptions(), draw)
-        assert one.incidence_deg == other.incidence_deg == draw[DIRECTION]
+        assert one.incidence_deg == other.incidence_deg == draw[random_properties.DIRECTION]
         row = row_of(one)
         assert {name: row[f"draw_{name}"] for name in NAMES} == draw
         found = setup.task_of(row)
@@ -113,7 +105,7 @@ def test_every_variant_has_the_draw_of_the_motion(tmp_path) -> None:
     columns = [column.name for column in columns_with(row)]
     assert set(columns) >= {f"draw_{name}" for name in NAMES}
     assert columns[-1] == "run_key"
-    assert drawn_properties(columns)[0] == "concrete strength"
+    assert random_properties.drawn_properties(columns)[0] == "concrete strength"
 
 
 def test_without_draws_a_bridge_is_that_of_its_file(tmp_path) -> None:
@@ -124,7 +116,7 @@ def test_without_draws_a_bridge_is_that_of_its_file(tmp_path) -> None:
     (task,) = study_of(tmp_path).tasks(SLUG)
     assert task.options == ModelOptions()
     assert task.incidence_deg == 0.0
-    assert not drawn_properties(row_of(task))
+    assert not random_properties.drawn_properties(row_of(task))
 
 
 def test_a_choice_keeps_the_draw_of_the_motion(tmp_path) -> None:
@@ -137,14 +129,10 @@ def test_a_choice_keeps_the_draw_of_the_motion(tmp_path) -> None:
 
 def test_factors_act_on_the_model() -> None:
     options = ModelOptions(
-        concrete_strength_factor=1.21,
-        steel_strength_factor=1.1,
-        deck_mass_factor=0.9,
-        pad_stiffness_factor=0.5,
-        pad_strength_factor=0.8,
-        key_strength_factor=1.3,
+        concrete_strength_factor=1.21, steel_strength_factor=1.1, deck_mass_factor=0.9,
+        pad_stiffness_factor=0.5, pad_strength_factor=0.8, key_strength_factor=1.3,
         gap_offset_mm=-5.0,
-    )
+    )  # fmt: skip
     usual = load_bridge("osb1")
     scaled = scaled_bridge(usual, options)
     before, after = usual.column, scaled.column

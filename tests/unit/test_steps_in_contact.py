@@ -81,13 +81,6 @@ def test_steps_are_shorter_while_the_deck_swings_and_for_some_time_after() -> No
     assert sum(swing) == pytest.approx(SWING_S)
 
 
-def test_steps_far_from_closing_are_made_together() -> None:
-    # the first steps prove the tangent
-    found = sizes_s(Contacts(is_any_closed=False), 20)
-    assert max(found) == pytest.approx(LONGEST_S)
-    assert sum(found) == pytest.approx(20 * DT_S)
-
-
 #: Contacts, number of steps and the sizes of the steps made, s.
 CASES = {
     "halved at a large error": (
@@ -116,7 +109,9 @@ def test_steps_follow_closings_and_the_friction_error(contacts, steps, expected)
     assert sizes_s(contacts, steps) == expected
 
 
-def test_steps_are_not_shorter_than_event_steps_and_regular_without_them() -> None:
+def test_steps_have_limits_and_are_regular_without_event_steps() -> None:
+    # far from closing they are made together; the first ones prove the tangent
+    assert max(sizes_s(Contacts(is_any_closed=False), 20)) == pytest.approx(LONGEST_S)
     found = sizes_s(Contacts(errors=[MUCH] * 99), 2)
     assert min(found) == found[-1] == FINEST_S
     plain = AnalysisSettings(dt_s=0.002, contact_dt_s=None, event_dt_s=None)
