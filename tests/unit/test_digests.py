@@ -187,21 +187,18 @@ NOT_FOR_HELP = (*HEAVY, "numpy", "openseespy", "joblib", "yaml", "rich.console")
 
 def loaded_by(code: str) -> set[str]:
     """Names of all modules that a fresh interpreter has loaded after running some code."""
-    listed = f"{code}\nimport sys\nprint('LOADED', *sys.modules)"
-    done = subprocess.run(
-        [sys.executable, "-c", listed], capture_output=True, text=True, check=True
-    )
+    listed = [sys.executable, "-c", f"{code}\nimport sys\nprint('LOADED', *sys.modules)"]
+    done = subprocess.run(listed, capture_output=True, text=True, check=True)
     return set(done.stdout.split("LOADED", 1)[1].split())
 
 
-@pytest.mark.parametrize(
-    "module", ["skewbridge.study.batch", "skewbridge.study.task", "skewbridge.analysis.transient"]
-)
-def test_a_worker_loads_the_engine_only(module: str) -> None:
+def test_a_worker_loads_the_engine_only_and_a_process_that_draws_no_solver() -> None:
     """The pool unpickles `study.batch`; `study.task` is the analysis, `transient` its steps."""
-    loaded = loaded_by(f"import {module}")
-    assert module in loaded
+    loaded = loaded_by("import skewbridge.study.batch")
+    parts = {f"skewbridge.{name}" for name in ("study.batch", "study.task", "analysis.transient")}
+    assert parts <= loaded
     assert loaded.isdisjoint(HEAVY)
+    assert "openseespy.opensees" not in loaded_by("import skewbridge.report.study_figures")
 
 
 ANALYSIS = """
@@ -234,25 +231,17 @@ def test_an_analysis_loads_only_modules_that_are_in_its_key() -> None:
     assert outside == [PACKAGE / "files/digests.py"]
 
 
-def test_the_processes_that_draw_figures_load_no_solver() -> None:
-    assert "openseespy.opensees" not in loaded_by("import skewbridge.report.study_figures")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "forbidden"),
-    [
-        (["--help"], (*NOT_FOR_HELP, "pydantic")),
-        (["motions", "--help"], (*HEAVY, "numpy", "openseespy", "joblib")),
-    ],
-)
-def test_help_loads_no_numbers(arguments: list[str], forbidden: tuple[str, ...]) -> None:
+def test_help_loads_no_numbers() -> None:
     """The list of commands is shown without loading any of them."""
-    loaded = loaded_by(
-        "import sys\nfrom skewbridge.cli import main\n"
-        f"sys.argv = ['skewbridge', *{arguments}]\n"
-        "try:\n    main()\nexcept SystemExit as end:\n    assert not end.code\n"
-    )
-    assert loaded.isdisjoint(forbidden)
+    of_group = (*HEAVY, "numpy", "openseespy", "joblib")
+    cases = {"'--help'": (*NOT_FOR_HELP, "pydantic"), "'motions', '--help'": of_group}
+    for arguments, forbidden in cases.items():
+        loaded = loaded_by(
+            "import sys\nfrom skewbridge.cli import main\n"
+            f"sys.argv = ['skewbridge', {arguments}]\n"
+            "try:\n    main()\nexcept SystemExit as end:\n    assert not end.code\n"
+        )
+        assert loaded.isdisjoint(forbidden)
 
 
 @pytest.mark.parametrize("name", list(COMMANDS))

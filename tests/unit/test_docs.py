@@ -28,17 +28,9 @@ mpl.use("Agg")
 ROOT = Path(__file__).parents[2]
 #: Written by docs/conf.py while the site is built.
 GENERATED = {"columns.md", "commands.md", "effects_by_suite.md", "references.md"}
-PAGES = sorted(
-    [
-        *(
-            path
-            for path in (ROOT / "docs").rglob("*.md")
-            if "_build" not in path.parts and path.name not in GENERATED
-        ),
-        *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
-        *(ROOT / name / "README.md" for name in ("config", "motions")),
-    ]
-)
+DOCS = (path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts)
+TOP = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "config/README.md", "motions/README.md")
+PAGES = sorted([*(path for path in DOCS if path.name not in GENERATED), *(ROOT / n for n in TOP)])
 NAMES = [str(path.relative_to(ROOT)) for path in PAGES]
 
 
@@ -129,9 +121,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize(("name", "text"), list(fenced("python")))
-def test_python_of_a_page_runs(
-    name: str, text: str, finished: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_python_of_a_page_runs(name: str, text: str, finished: Path, monkeypatch) -> None:
     """What has no import continues a block before it or needs a model, and is parsed."""
     monkeypatch.chdir(finished)
     code = compile(text, name, "exec")
@@ -143,9 +133,7 @@ def test_python_of_a_page_runs(
 @pytest.mark.parametrize(
     "line", sorted({line for _, line in COMMANDS if line.startswith("skewbridge export ")})
 )
-def test_export_of_a_page_writes_its_file(
-    line: str, finished: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_export_of_a_page_writes_its_file(line: str, finished: Path, monkeypatch) -> None:
     monkeypatch.chdir(finished)
     done = CliRunner().invoke(build_app(), [*shlex.split(line)[1:], "--json"])
     assert done.exit_code == 0, done.stderr

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -294,8 +295,8 @@ def test_leave_one_out_error_is_not_an_error_message(written, tmp_path):
         ((*PLACE, "--state", "total"), "limit_state must be one of"),
         ((*PLACE, "--at", "0"), "at must be > 0"),
         ((*PLACE, "--axis", "soil=1"), "soil is not an axis"),
-        ((*PLACE, "--study", "nowhere"), "skewbridge statistics"),
-        ((*PLACE, "--study", "nowhere"), "--study"),
+        ((*PLACE, "--study", Path(__file__).parent), "skewbridge statistics"),
+        ((*PLACE, "--study", Path(__file__).parent), "--study"),
     ],
 )
 def test_values_outside_the_study_and_folders_without_models_are_refused(written, options, words):

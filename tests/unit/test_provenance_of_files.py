@@ -17,15 +17,9 @@ from matplotlib.figure import Figure
 import skewbridge
 from cli_json import invoke, run
 from skewbridge.errors import InputError, SolutionError
+from skewbridge.files import tables
 from skewbridge.files.digests import engine_digest, layer_digest, provenance
-from skewbridge.files.tables import (
-    figure_metadata,
-    read_frame,
-    read_stamp,
-    stamp,
-    write_frame,
-    write_table,
-)
+from skewbridge.files.tables import read_stamp, stamp, write_frame
 from skewbridge.study import jobs
 from skewbridge.study.config import load_config
 from skewbridge.study.jobs import RECIPES, made_from, rule_digest, script_session
@@ -53,7 +47,7 @@ def artefact(folder: Path, ending: str, metadata: dict[str, str] | None = None) 
     else:
         figure = Figure(figsize=(1, 1))
         figure.subplots().plot([0, 1])
-        figure.savefig(path, metadata=figure_metadata(metadata or {}))
+        figure.savefig(path, metadata=tables.figure_metadata(metadata or {}))
     return path
 
 
@@ -69,7 +63,7 @@ def test_a_later_stamp_replaces_an_earlier_one_and_keeps_the_content(tmp_path, e
     assert read_stamp(path)["rule"] == older["rule"]
     if ending == ".parquet":  # there, names that are not given again stay
         assert read_stamp(path)["made_for"] == "another digest"
-        pd.testing.assert_frame_equal(read_frame(path), FRAME)
+        pd.testing.assert_frame_equal(tables.read_frame(path), FRAME)
     else:
         assert path.stat().st_size == once
     if ending == ".json":
@@ -109,9 +103,8 @@ def test_files_without_metadata_are_left_as_they_are_and_named(tmp_path, name, t
 
 def test_the_machine_is_described_without_its_name():
     machine = provenance()
-    assert {"git_commit", "git_dirty", "processor", "processors", "openseespy_version"} <= set(
-        machine
-    )
+    names = {"git_commit", "git_dirty", "processor", "processors", "openseespy_version"}
+    assert names <= set(machine)
     text = json.dumps(machine)
     assert platform.node() not in text
     assert str(Path.cwd()) not in text
@@ -127,6 +120,7 @@ class Named(dict):
 def job(folder: Path, table: Path, **made: str) -> SimpleNamespace:
     """What Snakemake gives the script of a rule."""
     sources = layer_digest(RECIPES[RULE].sources)
+    digests = {"sources": sources, "motions": "suite", **made}
     return SimpleNamespace(
         rule=RULE,
         threads=1,
@@ -135,14 +129,12 @@ def job(folder: Path, table: Path, **made: str) -> SimpleNamespace:
         output=Named(table=str(table)),
         # as merged over the shipped configuration
         config={"motions": {"count": 3}, "uncertainty": {"enabled": True}},
-        params=SimpleNamespace(
-            results=str(folder), made_from={"sources": sources, "motions": "suite", **made}
-        ),
+        params=SimpleNamespace(results=str(folder), made_from=digests),
     )
 
 
 def test_a_script_stamps_its_outputs_and_leaves_a_log_only_of_messages(tmp_path):
-    table = tmp_path / "table.parquet"
+    table, log = tmp_path / "table.parquet", tmp_path / "rule.log"
     given = job(tmp_path, table, suspect="x")
     with script_session(given) as own:
         assert own.outputs == {"table": table}
@@ -152,7 +144,6 @@ def test_a_script_stamps_its_outputs_and_leaves_a_log_only_of_messages(tmp_path)
     assert stamped["rule_digest"] == rule_digest(given.params.made_from)
     assert stamped["suite_digest"] == "suite"
     assert {"config_digest", "openseespy_version", "git_commit"} <= set(stamped)
-    table, log = tmp_path / "table.parquet", tmp_path / "rule.log"
     for message in ("17 rows left out", ""):
         with script_session(job(tmp_path, table)):
             write_frame(FRAME, table, {})
@@ -188,36 +179,30 @@ def test_a_failed_script_ends_with_its_message_and_code(tmp_path, capsys, error,
     assert "the sources were edited while the study ran" in capsys.readouterr().err
 
 
-@pytest.fixture
-def of_study(tmp_path, monkeypatch) -> Path:
-    """A table of a study whose workflow would make it again the same."""
-    table = tmp_path / "table.parquet"
-    given = job(tmp_path, table)
-    with script_session(given):
-        write_frame(FRAME, table, {})
-    monkeypatch.setattr(jobs, "made_from", lambda _: {RULE: given.params.made_from})
-    return table
-
-
 def answered(path: Path, config: str = "") -> tuple[int, dict]:
     named = path.parent / "study.yaml"
     named.write_text(config or "motions: {count: 3}")
     return run("provenance", path, "--study", named)
 
 
-def test_a_table_is_current_until_its_rule_would_make_another(of_study, monkeypatch):
-    def current(config="") -> list:
-        code, answer = answered(of_study, config)
+def test_a_table_is_current_until_its_rule_would_make_another(tmp_path, monkeypatch):
+    table = tmp_path / "table.parquet"
+    given = job(tmp_path, table)
+    with script_session(given):
+        write_frame(FRAME, table, {})
+
+    def current(config="", made=given.params.made_from) -> list:
+        monkeypatch.setattr(jobs, "made_from", lambda _: {RULE: made})
+        code, answer = answered(table, config)
         return [code, answer["current"], answer["differences"]]
 
     assert current() == [0, True, []]
     wider = "motions: {count: 3}\nfigures: {width_mm: 85}"
     assert current(wider) == [0, True, ["config_digest"]]
-    made = {"motions": "suite", "sources": "edited"}
-    monkeypatch.setattr(jobs, "made_from", lambda _: {RULE: made})
-    assert current() == [1, False, ["rule_digest"]]
+    edited = {"motions": "suite", "sources": "edited"}
+    assert current(made=edited) == [1, False, ["rule_digest"]]
     # a file of another configuration asks for it
-    result = invoke("provenance", of_study)
+    result = invoke("provenance", table)
     assert result.exit_code == 1
     assert "compared with config/config.yaml" in result.stderr
     assert "--study" in result.stderr
@@ -233,13 +218,10 @@ def test_a_result_of_one_run_is_current_while_the_engine_is(tmp_path):
     assert answered(tmp_path / "none.png")[0] == 2
 
 
-def studied(folder: Path, text: str = "") -> dict[str, dict[str, str]]:
-    config = folder / "mine.yaml"
-    config.write_text(f"results: {folder}/results\nmotions: {{count: 2}}\n{text}")
-    return made_from(load_config(config, base=ROOT / "config/config.yaml"))
-
-
 ROUNDS = {"plan_round", "collect_rounds"}
+FITS = {"fit_fragility", "check_predict", "figures", "report"} | ROUNDS
+# the plans of rounds read the new demands
+NOT_OF_MODEL = {"prepare_motions", "verify_contact", "verification"} | ROUNDS
 
 
 @pytest.mark.parametrize(
@@ -249,18 +231,17 @@ ROUNDS = {"plan_round", "collect_rounds"}
         ("batches: {no_progress_s: 7}", set()),
         ("figures: {width_mm: 85}", {"figures", "report"}),
         ("sensitivity: {rows: 1}", {"sensitivity", "report"}),
-        (
-            "fragility: {margin: 0.07}",
-            {"fit_fragility", "check_predict", "figures", "report"} | ROUNDS,
-        ),
-        (  # the plans of rounds read the new demands
-            "model: {cohesion_n: 5.0}",
-            set(RECIPES) - {"prepare_motions", "verify_contact", "verification"} - ROUNDS,
-        ),
+        ("fragility: {margin: 0.07}", FITS),
+        ("model: {cohesion_n: 5.0}", set(RECIPES) - NOT_OF_MODEL),
     ],
 )
 def test_a_key_of_the_configuration_changes_the_rules_that_use_it(tmp_path, text, changed):
-    before, after = studied(tmp_path), studied(tmp_path, text)
+    def studied(text: str) -> dict[str, dict[str, str]]:
+        config = tmp_path / "mine.yaml"
+        config.write_text(f"results: {tmp_path}/results\nmotions: {{count: 2}}\n{text}")
+        return made_from(load_config(config, base=ROOT / "config/config.yaml"))
+
+    before, after = studied(""), studied(text)
     assert {rule for rule in before if before[rule] != after[rule]} == changed
 
 
@@ -268,28 +249,26 @@ def test_a_key_of_the_configuration_changes_the_rules_that_use_it(tmp_path, text
 
 
 def finished_study(folder: Path, config_of_fits: str) -> Path:
-    (folder / "fragility").mkdir()
     unit = pa.field("column_shear_kn", pa.float64(), metadata={"unit": "kN"})
     table = pa.table([pa.array([1.0])], schema=pa.schema([unit]))
-    write_table(table.replace_schema_metadata({"config_digest": "abc"}), folder / "demands.parquet")
-    origin = {"config_digest": config_of_fits}
+    origin = table.replace_schema_metadata({"config_digest": "abc"})
+    tables.write_table(origin, folder / "demands.parquet")
     curve = {"skew_deg": 30.0, "im": "im_pga_rotd50_g", "theta": 0.5, "theta_low": 0.4}
     curve |= {"theta_bound_beta": 0.4, "beta": 0.3}
-    write_frame(pd.DataFrame([curve]), folder / "fragility" / "curves.parquet", origin)
+    path = folder / "fragility" / "curves.parquet"
+    path.parent.mkdir(exist_ok=True)
+    write_frame(pd.DataFrame([curve]), path, {"config_digest": config_of_fits})
     return folder
 
 
-def test_frames_have_units_and_origin(tmp_path: Path) -> None:
+def test_frames_have_units_and_origin_and_tables_of_different_origin_are_reported(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         found = skewbridge.load(finished_study(tmp_path, "abc"))
     assert found.demands.attrs["units"] == {"column_shear_kn": "kN"}
-    units = {"skew_deg": "deg", "theta": "g", "theta_low": "g"}
-    assert found.fragility["curves"].attrs["units"] == units
-    assert found.fragility["curves"].attrs["provenance"]["config_digest"] == "abc"
-
-
-def test_tables_of_different_origin_are_reported(tmp_path: Path) -> None:
+    curves = found.fragility["curves"]
+    assert curves.attrs["units"] == {"skew_deg": "deg", "theta": "g", "theta_low": "g"}
+    assert curves.attrs["provenance"]["config_digest"] == "abc"
     with pytest.warns(UserWarning, match=r"config_digest abc \(demands\), xyz \(curves\)"):
         skewbridge.load(finished_study(tmp_path, "xyz"))
     with pytest.raises(InputError, match=r"no demands\.parquet"):

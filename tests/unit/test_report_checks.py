@@ -18,38 +18,25 @@ from skewbridge.files.tables import read_frame
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.report.checks import (
-    StudyTables,
-    check_tables,
-    require_passed,
-    write_checks,
-)
+from skewbridge.report.checks import StudyTables, check_tables, require_passed, write_checks
 from skewbridge.study.config import parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.progress import study_progress
 
 SLUG = "osb1_cf_skew00_gap025_mu000"
-CURVES = pd.DataFrame(
-    {
-        "variant": SLUG, "component": "column_drift", "demand": "column_drift_ratio",
-        "limit_state": ["slight", "moderate"], "method": "cloud", "threshold": [0.01, 0.025],
-        "status": ["ok", "no_exceedance"], "theta": [0.5, float("nan")],
-    }
-)  # fmt: skip
-EFFECTS = pd.DataFrame(
-    {
-        "variant": SLUG, "axis": "friction", "demand": "deck_disp_m", "ratio": [1.0, 1.1],
-        "ci_low": [0.9, None], "ci_high": [1.1, None],
-    }
-)  # fmt: skip
+CURVES = pd.DataFrame({
+    "variant": SLUG, "component": "column_drift", "demand": "column_drift_ratio",
+    "limit_state": ["slight", "moderate"], "method": "cloud", "threshold": [0.01, 0.025],
+    "status": ["ok", "no_exceedance"], "theta": [0.5, float("nan")],
+})  # fmt: skip
+EFFECTS = pd.DataFrame({
+    "variant": SLUG, "axis": "friction", "demand": "deck_disp_m", "ratio": [1.0, 1.1],
+    "ci_low": [0.9, None], "ci_high": [1.1, None],
+})  # fmt: skip
 WAVE = np.array([0.0, 1.0, -2.0, 0.5])
-SUITE = pd.DataFrame(
-    {
-        "motion_id": ["m00", "m01", "m01_mirrored"],
-        "accel_1_mps2": [2.0 * WAVE, WAVE, WAVE],
-        "accel_2_mps2": [WAVE, WAVE[::-1], -WAVE[::-1]],
-    }
+SUITE = pd.DataFrame({"motion_id": ["m00", "m01", "m01_mirrored"]}).assign(
+    accel_1_mps2=[2.0 * WAVE, WAVE, WAVE], accel_2_mps2=[WAVE, WAVE[::-1], -WAVE[::-1]]
 )
 
 
@@ -65,9 +52,8 @@ def demands(**changed):
 
 
 def tables(table, curves=CURVES, effects=EFFECTS):
-    return StudyTables(
-        demands=table, curves=curves, effects=effects, suite=SUITE, max_unfinished_share=0.01
-    )
+    given = {"curves": curves, "effects": effects, "suite": SUITE}
+    return StudyTables(demands=table, **given, max_unfinished_share=0.01)
 
 
 def failed(*given, **asked):
@@ -126,11 +112,8 @@ def test_faults_of_fits_and_effects_are_named_whatever_the_order_of_rows():
         "effects whose interval does not hold the ratio",
     ]
     fitted = CURVES.assign(status="ok", theta=[0.5, 0.49])
-    expected = {
-        "medians below that of a smaller capacity": [
-            "osb1_cf_skew00_gap025_mu000, column_drift, moderate, cloud"
-        ]
-    }
+    place = f"{SLUG}, column_drift, moderate, cloud"
+    expected = {"medians below that of a smaller capacity": [place]}
     assert failed(demands(), fitted) == expected
     assert failed(demands(), fitted[::-1]) == expected
     assert failed(demands(), fitted.assign(theta=[0.5, 0.5])) == {}
@@ -249,16 +232,8 @@ def test_the_checks_list_the_suspect_rows_and_the_rungs(tmp_path: Path) -> None:
     rows = [row(motion_id="a"), row(motion_id="b", recovery_rung=2)]
     limits = SuspectLimits(max_rung=1)
     write_variant(rows, tmp_path / "demands.parquet", limits)
-    named = {key: ["x"] for key in ("variant", "component", "method", "demand", "limit_state")}
-    content = {
-        "curves": named | {"status": ["ok"], "theta": [0.5], "threshold": [1.0]},
-        "effects": {"ratio": [1.0], "ci_low": [0.9], "ci_high": [1.1]},
-        "suite": {"motion_id": ["a", "b"]},
-    }
-    frames = {name: pd.DataFrame(columns) for name, columns in content.items()}
     demands = read_frame(tmp_path / "demands.parquet")
-    tables = StudyTables(demands=demands, **frames, max_unfinished_share=0.01)
-    write_checks(tables, tmp_path / "checks.json", suspect=limits)
+    write_checks(tables(demands), tmp_path / "checks.json", suspect=limits)
     checks = json.loads((tmp_path / "checks.json").read_text())
     assert checks["suspect_rows"] == 1
     (worst,) = checks["suspect"]
@@ -284,12 +259,10 @@ def test_excluded_rows_are_unknown_in_the_fits_and_have_no_ratio() -> None:
     demands.loc[strong, "suspect"] = "recovery rung 6"
     states = states_of("unseating")
     columns = [*{state.demand for state in states}, "deck_disp_m"]
-    kept, left = (
-        prepared(demands, columns, FitSettings(exclude_suspect=exclude)).table
-        for exclude in (False, True)
-    )
-    assert fit_study(kept, states)["n_unknown"].max() == 0
-    assert fit_study(left, states)["n_unknown"].max() == 1
-    effects = [paired_effects(table, ["deck_disp_m"]) for table in (kept, left)]
-    most = [table["n_motions"].max() for table in effects]
+    unknown, most = [], []
+    for exclude in (False, True):
+        table = prepared(demands, columns, FitSettings(exclude_suspect=exclude)).table
+        unknown.append(fit_study(table, states)["n_unknown"].max())
+        most.append(paired_effects(table, ["deck_disp_m"])["n_motions"].max())
+    assert unknown == [0, 1]
     assert most[1] < most[0]

@@ -18,7 +18,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.text import read_mapping, read_yaml
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.folder import list_motions
-from skewbridge.study.config import StudyConfig, load_config, parse_config
+from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import DEFAULT_ROOT
 from skewbridge.variant.axes import axes_of, axis
 from skewbridge.variant.grid import GridConfig, expand_grid
@@ -31,10 +31,6 @@ SCHEMA = jsonschema.Draft202012Validator(json.loads((ROOT / "config/schema.json"
 GRIDS = {"config": 24, "smoke": 2, "real": 24, "full": 160, "stripes": 4, "ida": 4, "suites": 16}
 
 
-def shipped(name: str) -> StudyConfig:
-    return load_config(ROOT / f"config/{name}.yaml", base=ROOT / "config/config.yaml")
-
-
 def drawn(name: str, distribution: str, low: float, high: float, source: str | None = "x") -> dict:
     """Return a configuration with a random property."""
     values = {"distribution": distribution, "low": low, "high": high, "source": source}
@@ -42,7 +38,8 @@ def drawn(name: str, distribution: str, low: float, high: float, source: str | N
 
 
 def test_shipped_configurations_have_their_variants_defaults_and_results_of_their_own() -> None:
-    studies = {name: shipped(name) for name in GRIDS}
+    paths = {name: ROOT / f"config/{name}.yaml" for name in GRIDS}
+    studies = {name: load_config(path, base=paths["config"]) for name, path in paths.items()}
     assert {name: len(expand_grid(each.grid)) for name, each in studies.items()} == GRIDS
     assert studies["config"].results == DEFAULT_ROOT
     assert len({each.results for each in studies.values()}) == len(GRIDS)
@@ -55,17 +52,12 @@ def test_shipped_configurations_have_their_variants_defaults_and_results_of_thei
 @pytest.mark.parametrize(
     ("raw", "words"),
     [
-        ({"grdi": {}}, "grdi: unknown key"),
-        ({"grid": {"skwe_deg": [0]}}, r"grid\.skwe_deg: unknown key"),
         ({"grid": {"skew_deg": [75]}}, r"grid\.skew_deg\.0: must be within -60\.\.60, got 75$"),
         ({"grid": {"gap_mm": [-1]}}, r"grid\.gap_mm\.0: .* 0\.\.999, got -1$"),
         ({"grid": {"friction": [-0.1]}}, r"grid\.friction\.0: .* 0\.\.1\.5, got -0\.1"),
         ({"grid": {"friction": [0.1234567]}}, r"friction\.0: .*most 5 decimals, got 0\.1234567"),
         ({"grid": {"skew_deg": []}}, r"grid\.skew_deg: .*at least 1"),
-        (
-            {"model": {"cohesion_n": "2e7"}},
-            r"model\.cohesion_n: .*got '2e7' \(it is text.*2\.0e\+7",
-        ),
+        ({"model": {"cohesion_n": "2e7"}}, r"model\.cohesion_n: .*got '2e7' \(.*text.*2\.0e\+7"),
         ({"analysis": {"dt_s": 0.0}}, r"analysis\.dt_s: .*equal to 0\.00001, got 0$"),
         ({"analysis": {"dt_s": 0.1}}, r"analysis\.dt_s: .*less than or equal to 0\.02, got 0\.1$"),
         ({"analysis": {"dt_s": NAN}}, r"analysis\.dt_s: "),
@@ -99,10 +91,7 @@ def test_shipped_configurations_have_their_variants_defaults_and_results_of_thei
         (drawn("deck_mass_factor", "uniform", 0.9, 1.1, source=None), "source"),
         (drawn("deck_mass_factor", "uniform", 2, 1), "low must be below high, got 2 and 1"),
         (drawn("key_strength_factor", "lognormal", 0, 1.1), "must be positive"),
-        (
-            drawn("damping_factor", "normal", -1, 2),
-            r"damping_factor\.low must be at least 0\.01, got -1",
-        ),
+        (drawn("damping_factor", "normal", -1, 2), r"factor\.low must be at least 0\.01, got -1"),
         ({"design": {"first": 64}}, "first must be below most"),
         ({"design": {"until": "decided"}, "motions": {"design": "ida"}}, "an IDA has no rounds"),
     ],
@@ -139,39 +128,23 @@ def test_every_choice_of_the_assumptions_is_a_key() -> None:
     assert parse_config({"model": {"backwall_points": 41}}).model.backwall_points == 41
 
 
-def test_the_schema_of_editors_accepts_every_shipped_configuration() -> None:
+def test_the_schema_of_editors_accepts_every_shipped_configuration_and_no_bad_value() -> None:
     for path in (ROOT / "config").glob("*.yaml"):
         if "limit" not in path.name:
             assert path.read_text().startswith("# yaml-language-server: $schema=schema.json\n")
             SCHEMA.validate(read_mapping(path))
-
-
-@pytest.mark.parametrize(
-    "raw",
-    [
-        {"grid": {"skew_degg": [0]}},
-        {"grid": {"skew_deg": [75]}},
-        {"grid": {"transverse_gap_mm": [-1]}},
-        {"model": {"backfill": "clay"}},
-        {"analysis": {"dt_s": "fast"}},
-    ],
-)
-def test_the_schema_of_editors_refuses_bad_values(raw: dict[str, object]) -> None:
-    with pytest.raises(InputError):
-        parse_config(raw)
-    with pytest.raises(jsonschema.ValidationError):
-        SCHEMA.validate(raw)
+    grids = {"skew_degg": [0]}, {"skew_deg": [75]}, {"transverse_gap_mm": [-1]}
+    others = {"model": {"backfill": "clay"}}, {"analysis": {"dt_s": "fast"}}
+    for raw in (*({"grid": grid} for grid in grids), *others):
+        with pytest.raises(InputError):
+            parse_config(raw)
+        with pytest.raises(jsonschema.ValidationError):
+            SCHEMA.validate(raw)
 
 
 @pytest.mark.parametrize("name", sorted(PAGES))
 def test_pages_written_from_the_code_are_current(name: str) -> None:
     assert (ROOT / name).read_text() == PAGES[name](), "run `make docs`"
-
-
-def test_equal_bridges_are_analysed_once() -> None:
-    grid = {"bridge": ["osb1"], "abutment": ["roller"], "gap_mm": [25, 51], "friction": [0, 0.5]}
-    variants = expand_grid(parse_config({"grid": grid}).grid)
-    assert [variant.skew_deg for variant in variants] == [0, 30, 60]
 
 
 @pytest.mark.parametrize("name", ["limit_states.yaml", "limit_states_template.yaml"])
@@ -196,6 +169,7 @@ def with_decimals(low: int, high: int, decimals: int = 3) -> st.SearchStrategy[f
     return st.integers(low, high) | fine
 
 
+OPTIONS = st.sampled_from(["transverse_gap_mm", "wall_dashpot_ratio", "cohesion_n"])
 variants = st.builds(
     Variant,
     bridge=st.sampled_from(["osb1", "osb1_fixed", "bridge_a"]),
@@ -203,10 +177,7 @@ variants = st.builds(
     skew_deg=with_decimals(-60, 60),
     gap_mm=with_decimals(0, 999),
     friction_pct=with_decimals(0, 150),
-    options=st.dictionaries(
-        st.sampled_from(["transverse_gap_mm", "wall_dashpot_ratio", "cohesion_n"]),
-        st.floats(0.0, 1.0),
-    ).map(lambda values: tuple(sorted(values.items()))),
+    options=st.dictionaries(OPTIONS, st.floats(0.0, 1.0)).map(lambda x: tuple(sorted(x.items()))),
 )
 
 
@@ -267,10 +238,9 @@ def test_whole_values_are_integers_whatever_their_type(kind: Any) -> None:
     """The digest of an analysis holds the numbers of its variant as text."""
     values = {"skew_deg": kind(30), "gap_mm": kind(51), "friction_pct": kind(29)}
     variant = Variant(bridge="osb1", abutment="contact_friction", **values)
-    assert repr(asdict(variant)) == (
-        "{'bridge': 'osb1', 'abutment': 'contact_friction', 'skew_deg': 30, 'gap_mm': 51, "
-        "'friction_pct': 29, 'options': ()}"
-    )
+    whole = {"skew_deg": 30, "gap_mm": 51, "friction_pct": 29, "options": ()}
+    expected = {"bridge": "osb1", "abutment": "contact_friction"} | whole
+    assert repr(asdict(variant)) == repr(expected)
     assert repr(variant.friction) == "0.29"
 
 
@@ -283,10 +253,8 @@ def test_any_numeric_modelling_option_may_be_an_axis() -> None:
     assert "osb1_cf_skew30_gap051_mu030_backwall-points5_transverse-gap-mm25p4" in names
     assert [parse_slug(name) for name in names] == variants
     first = variants[0].values()
-    assert first == {
-        **{"skew_deg": 30, "gap_mm": 51, "friction": 0.3},
-        **{"backwall_points": 5, "transverse_gap_mm": 6.4},
-    }
+    core = {"skew_deg": 30, "gap_mm": 51, "friction": 0.3}
+    assert first == core | {"backwall_points": 5, "transverse_gap_mm": 6.4}
     assert type(first["backwall_points"]) is int
 
 
@@ -301,14 +269,8 @@ def test_any_numeric_modelling_option_may_be_an_axis() -> None:
         ("osb1_cf_skew7_gap051_mu050", "not a variant name"),
         ("../x_cf_skew00", "not a variant name"),
         ("osb1_cf_skew30_gap051_mu050_arrays1", "got 'arrays'"),
-        (
-            "osb1_cf_skew30_gap051_mu050_wall-dashpot-ratio2",
-            r"wall_dashpot_ratio must be within 0\.\.1, got 2",
-        ),
-        (
-            "osb1_cf_skew30_gap051_mu050_backwall-points5p5",
-            r"backwall_points must be whole, got 5\.5",
-        ),
+        ("osb1_cf_skew30_gap051_mu050_wall-dashpot-ratio2", r"dashpot_ratio .*0\.\.1, got 2"),
+        ("osb1_cf_skew30_gap051_mu050_backwall-points5p5", r"points must be whole, got 5\.5"),
     ],
 )
 def test_an_invalid_or_second_name_of_a_variant_is_refused(text: str, words: str) -> None:
@@ -340,7 +302,10 @@ def test_the_axes_of_a_table_begin_with_the_core_ones() -> None:
         axis("arrays")
 
 
-def test_normalising_keeps_modelling_options_and_a_bridge_of_the_user_its_file_name() -> None:
+def test_normalised_bridges_are_analysed_once_and_keep_options_and_file_names() -> None:
+    grid = {"bridge": ["osb1"], "abutment": ["roller"], "gap_mm": [25, 51], "friction": [0, 0.5]}
+    variants = expand_grid(parse_config({"grid": grid}).grid)
+    assert [variant.skew_deg for variant in variants] == [0, 30, 60]
     variant = parse_slug("osb1_ro_skew30_gap051_mu050_cohesion-n1000")
     assert variant.normalised().slug == "osb1_ro_skew30_gap000_mu000_cohesion-n1000"
     variant = expand_grid(GridConfig.model_validate({"bridge": ["some/folder/mine.yaml"]}))[0]
