@@ -19,8 +19,9 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 # Two processes share two cores: more threads inside them only wait for each other.
 export OMP_NUM_THREADS ?= 1
+LINTERS := lint-pyright lint-ruff lint-snakemake lint-starter lint-deptry
 
-.PHONY: help setup study choices check-predict headline smoke demo-data test test-browser test-cluster test-exports lint bench verify verify-accuracy audit mutants docs clean
+.PHONY: help setup study choices check-predict headline smoke demo-data test test-browser test-cluster test-exports lint $(LINTERS) bench verify verify-accuracy audit mutants docs clean
 
 help:
 	@echo "make study        install, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
@@ -73,16 +74,27 @@ demo-data: setup
 	@bash workflow/study.sh $(BIN) $(CORES) config/demo.yaml
 	$(BIN)/python workflow/demo_data.py results/demo
 
+# As many at a time as there are cores; each prints its messages in one piece, none stops another.
 lint: setup
+	@$(MAKE) --no-print-directory --jobs=$(CORES) --output-sync=target --keep-going $(LINTERS)
+
+lint-pyright: setup
+	$(BIN)/pyright --pythonpath $(BIN)/python src
+lint-ruff: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/pyright --pythonpath $(BIN)/python src
+lint-snakemake: setup
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/snakemake --lint
+lint-starter: setup
+	$(BIN)/snakemake --lint --directory .test
+lint-deptry: setup
 	$(BIN)/deptry src
 
+# Files run in the order given, the longest first: by default xdist would start with those of most
+# tests and end with one process in the workflow.
 test: setup lint
-	$(BIN)/pytest -n $(CORES) --dist loadfile \
+	$(BIN)/pytest -n $(CORES) --dist loadfile --no-loadscope-reorder \
 		-m "not slow and not browser and not cluster and not exports" tests/workflow tests
 
 # The page of a study in Chromium at two widths; skipped, with the reason, where there is none.

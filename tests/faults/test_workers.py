@@ -1,4 +1,4 @@
-"""Workers that die or hang, the lock of a tree, and journals: a study continues and reports."""
+"""Workers that die or hang, and journals: a study continues and reports."""
 
 import errno
 import json
@@ -70,12 +70,31 @@ def ends(pid):
     return False
 
 
-@pytest.mark.parametrize(("sent", "count"), [(signal.SIGKILL, 1), (signal.SIGSEGV, 2)])
-def test_an_analysis_that_ends_two_workers_is_a_crash(sent, count, tmp_path):
-    """With one worker, which is not the process that asks for it, and with two."""
-    rows = batch(tmp_path, partial(signalled, motion_id="pulse3", sent=sent, first=None), count)
+DIED, STILL = "two worker processes died in this analysis", "no progress for 2 s"
+signals = partial(signalled, first=None)
+
+
+@pytest.mark.parametrize(
+    ("work", "count", "reason"),
+    [
+        # with one worker, which is not the process that asks for it, and with two
+        (partial(signals, sent=signal.SIGKILL), 1, DIED),
+        (partial(signals, sent=signal.SIGSEGV), 2, DIED),
+        (partial(signals, sent=signal.SIGSTOP), 2, STILL),
+        # a loop of compiled code that runs no Python and takes no step
+        (hanging, 2, STILL),
+    ],
+)
+def test_an_analysis_that_ends_two_workers_or_stops_one_is_a_crash(work, count, reason, tmp_path):
+    rows = batch(tmp_path, partial(work, motion_id="pulse3"), count)
     assert [row["status"] for row in rows] == ["ok", "ok", "crash", "ok", "ok"]
-    assert rows[2]["collapse_criterion"] == "two worker processes died in this analysis"
+    assert rows[2]["collapse_criterion"] == reason
+    assert not [each for each in psutil.Process().children() if each.status() == "stopped"]
+
+
+def test_an_analysis_that_makes_progress_is_not_ended(tmp_path):
+    work = partial(slow, seconds=1.5 * STILL_S)
+    assert {row["status"] for row in batch(tmp_path, work, 2, [task(1), task(2)])} == {"ok"}
 
 
 def test_a_motion_with_an_absurd_value_is_a_row_with_a_reason(tmp_path):
@@ -87,18 +106,6 @@ def test_a_motion_with_an_absurd_value_is_a_row_with_a_reason(tmp_path):
 def test_a_worker_that_is_killed_once_costs_nothing(tmp_path):
     once = partial(signalled, motion_id="pulse3", sent=signal.SIGKILL, first=tmp_path / "first")
     assert {row["status"] for row in batch(tmp_path, once)} == {"ok"}
-
-
-@pytest.mark.parametrize(
-    "work", [partial(signalled, sent=signal.SIGSTOP, first=None), hanging], ids=["stopped", "hangs"]
-)
-def test_a_worker_without_progress_is_ended_and_its_analysis_recorded(work, tmp_path):
-    """Stopped, or in a loop of compiled code that runs no Python and takes no step."""
-    rows = batch(tmp_path, partial(work, motion_id="pulse3"))
-    assert [row["status"] for row in rows] == ["ok", "ok", "crash", "ok", "ok"]
-    assert rows[2]["collapse_criterion"] == "no progress for 2 s"
-    stopped = [each for each in psutil.Process().children() if each.status() == "stopped"]
-    assert not stopped
 
 
 def test_an_unfinished_search_resumes_from_its_journal(tmp_path):
@@ -178,11 +185,6 @@ def test_a_worker_ends_whose_parent_is_killed_during_its_start(tmp_path):
     assert all(ends(worker.pid) for worker in workers)
 
 
-def test_an_analysis_that_makes_progress_is_not_ended(tmp_path):
-    rows = batch(tmp_path, partial(slow, seconds=1.5 * STILL_S))
-    assert {row["status"] for row in rows} == {"ok"}
-
-
 def test_only_workers_count_as_such_where_none_of_them_begins():
     """Those that were stopped before they began have no sign of life; other children are let be."""
     names = ("popen_loky_posix", "something_else")
@@ -196,41 +198,6 @@ def test_only_workers_count_as_such_where_none_of_them_begins():
     finally:
         for child in children:
             child.communicate()
-
-
-HOLD = (
-    "import sys, time; from pathlib import Path;"
-    "from skewbridge.errors import InputError; from skewbridge.study.processes import hold_tree\n"
-    "try:\n    hold_tree(Path(sys.argv[1]))\n"
-    "except InputError as error:\n    sys.exit(str(error))\n"
-    "print('held', flush=True); sys.stdin.read()"
-)
-
-
-def holder(folder):
-    return subprocess.Popen(
-        [sys.executable, "-c", HOLD, str(folder)],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-
-
-def test_the_lock_ends_with_its_process(tmp_path):
-    folder = tmp_path / ".snakemake"
-    first = holder(folder)
-    assert first.stdout.readline() == "held\n"
-    second = holder(folder)
-    _, printed = second.communicate()
-    assert second.returncode == 1
-    assert f"another study is running in {tmp_path} (process {first.pid})" in printed
-    assert "Traceback" not in printed
-    first.kill()
-    first.wait()
-    third = holder(folder)
-    assert third.stdout.readline() == "held\n"
-    third.communicate()
 
 
 # --- a journal survives kills, two writers and damage on the disk: no altered row is used
@@ -317,17 +284,14 @@ def test_no_altered_byte_puts_another_row_into_the_study(journal):
             assert len(found) == 2 or content.counts["damaged"]
 
 
-@pytest.mark.parametrize(
-    "garbage",
-    [b"\xff\xfe\x80\n", b"[" * 20000 + b"\n", b"\x00" * 4096 + b"\n", b'{"run_key": "x"\n', b"7\n"],
-)
-def test_garbage_in_the_middle_is_counted_and_passed_over(journal, garbage):
+def test_garbage_in_the_middle_is_counted_and_passed_over(journal):
     first = written(journal, ROWS[:1])
-    journal.write_bytes(first + garbage)
-    written(journal, ROWS[1:])
-    content = read_content([journal])
-    assert (set(content.rows), content.counts["damaged"]) == ({"a", "b"}, 1)
-    assert "1 line(s) cut short or altered" in content.sentences[0]
+    for garbage in (b"\xff\xfe\x80", b"[" * 20000, b"\x00" * 4096, b'{"run_key": "x"', b"7"):
+        journal.write_bytes(first + garbage + b"\n")
+        written(journal, ROWS[1:])
+        content = read_content([journal])
+        assert (set(content.rows), content.counts["damaged"]) == ({"a", "b"}, 1)
+        assert "1 line(s) cut short or altered" in content.sentences[0]
 
 
 def test_compaction_keeps_the_last_line_of_every_key(journal):
@@ -345,13 +309,8 @@ def test_compaction_keeps_the_last_line_of_every_key(journal):
 def test_failed_analyses_are_forgotten_with_the_table_that_shows_them(journal):
     written(journal, ROWS)
     folder = StudyFolder(journal.parents[1])
-    stays = folder.variant_demands("w")
-    gone = [
-        folder.report,
-        folder.demands,
-        folder.variant_demands("v"),
-        folder.round_demands(2, "v"),
-    ]
+    stays, *gone = map(folder.variant_demands, "wv")
+    gone += [folder.report, folder.demands, folder.round_demands(2, "v")]
     for path in (stays, *gone):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()

@@ -64,10 +64,6 @@ def test_a_stored_study_of_another_version_is_refused(tmp_path, monkeypatch):
     assert not (tmp_path / "shown/report.html").exists()
 
 
-def test_snakemake_has_no_finding_in_the_small_study():
-    done([sys.executable, "-m", "snakemake", "--lint", "--directory", ".test"], ROOT)
-
-
 def test_existing_files_are_not_overwritten(tmp_path):
     (tmp_path / "config").mkdir()
     (tmp_path / "config/config.yaml").write_text("mine")

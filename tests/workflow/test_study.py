@@ -49,7 +49,7 @@ def study(tmp_path_factory):
     lock = tree / ".snakemake" / LOCK_NAME
     assert wait_for(lambda: lock.read_text() == str(resumed.pid), 120)
     second = run(tree, over="results: elsewhere", check=False)
-    (tree / "second.log").write_text(second.stdout + second.stderr)
+    (tree / "second.log").write_text(f"{resumed.pid}\n{second.stdout}{second.stderr}")
     smoke.write_text(smoke.read_text() + "# a note\n")
     printed, _ = resumed.communicate()
     (tree / "resumed.log").write_text(printed)
@@ -61,8 +61,8 @@ def study(tmp_path_factory):
 
 def test_a_second_run_in_the_tree_stops_and_an_edited_configuration_is_reported(study):
     """Whatever folder the second run writes to."""
-    printed = (study / "second.log").read_text().strip().splitlines()
-    assert printed[-1].startswith(f"another study is running in {study} (process ")
+    holder, *printed = (study / "second.log").read_text().strip().splitlines()
+    assert printed[-1].startswith(f"another study is running in {study} (process {holder})")
     assert "Traceback" not in "".join(printed)
     printed = (study / "resumed.log").read_text()
     assert "config/smoke.yaml was edited while the study ran" in printed
@@ -164,8 +164,11 @@ COMMENTED = (
     "workflow/scripts/analyse.py",
 )  # fmt: skip
 EDITS = {
-    "none": ({}, set()),
-    "notes and comments": (dict.fromkeys(COMMENTED, ("", "\n# a comment\n")), set()),
+    "notes, comments and a bridge that extends that of the study": (
+        dict.fromkeys(COMMENTED, ("", "\n# a comment\n"))
+        | {OSB1.replace("osb1.", "osb1_fixed."): ("base: fixed", "base: pinned")},
+        set(),
+    ),
     "limit state": ({"config/limit_states.yaml": ("dcr_050: 0.5", "dcr_050: 0.55")}, FITS),
     "mechanics": (
         {"src/skewbridge/contact/law.py": ("", "\nEXTRA = 1.0\n")},
@@ -175,9 +178,6 @@ EDITS = {
         {OSB1: ("t1_s: {v: 0.7192", "t1_s: {v: 0.75")}, ANALYSES | FITS | {"prepare_motions"}
     ),
     "bridge": ({OSB1: ("base: pinned", "base: fixed")}, ANALYSES | FITS),
-    "a bridge that extends that of the study": (
-        {OSB1.replace("osb1.", "osb1_fixed."): ("base: fixed", "base: pinned")}, set()
-    ),
 }  # fmt: skip
 
 
