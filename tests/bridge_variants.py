@@ -1,5 +1,8 @@
 """Variants of bridges and their analyses."""
 
+import openseespy.opensees as ops
+
+from skewbridge.analysis.abutment_history import abutment_history
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
@@ -38,3 +41,21 @@ def analysed(
         histories=True,
         log_path=log_path,
     )
+
+
+def abutment_analysed(case, motion, settings=None, **options):
+    """Analyse an abutment of a variant alone under a motion; return its history."""
+    settings = settings or AnalysisSettings()
+    return abutment_history(case, Excitation(motion=motion), settings, ModelOptions(**options))
+
+
+def static_steps(count, system, tolerance):
+    """Load the model in the open domain in equal steps."""
+    ops.constraints("Transformation")
+    ops.numberer("RCM")
+    ops.system(system)
+    ops.test("NormDispIncr", tolerance, 50)
+    ops.algorithm("Newton")
+    ops.integrator("LoadControl", 1.0 / count)
+    ops.analysis("Static", "-noWarnings")
+    assert ops.analyze(count) == 0

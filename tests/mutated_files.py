@@ -1,16 +1,13 @@
 """Mutated input files: made from good ones with a fixed seed, read in a child under limits.
 
-`python tests/mutated_files.py COUNT SEED FOLDER FAMILY...` reads COUNT mutants of each family and
-prints one JSON object: numbers of accepted and refused mutants, the largest processor time, and
-every mutant that ended with anything but one message. A mutant that reaches a limit ends the
-process; its file is left in the folder.
+`read_mutants` counts accepted and refused mutants and lists every one that ended with anything but
+one message. A mutant that reaches a limit ends the process; its file is left in the folder.
 """
 
 import copy
 import json
 import random
 import resource
-import sys
 import time
 import traceback
 from collections.abc import Callable
@@ -281,7 +278,9 @@ def mutant_of(content, suffix, chance):
 
 
 def run_family(name, count, seed, folder):
-    """Read mutants of one family; return the counts and faults."""
+    """Read mutants of one family in a folder of its own; return the counts and faults."""
+    folder = folder / name
+    folder.mkdir()
     suffix, seeds, read = FAMILIES[name]
     seeds = seeds or [parquet_bytes(folder)]
     chance = random.Random(f"{seed} {name}")
@@ -320,17 +319,9 @@ def complaints(message, path, family):
     return [f"{fault}: {message[:300]!r}" for fault, is_absent in faults.items() if not is_absent]
 
 
-def main(count, seed, folder, names):
+def read_mutants(names, count, seed, folder):
+    """Read mutants of families in this process, which keeps the limits."""
     loaded = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (loaded + MEMORY_LIMIT, -1))
     resource.setrlimit(resource.RLIMIT_FSIZE, (50_000_000, -1))
-    found = {}
-    for name in names:
-        own = folder / name
-        own.mkdir()
-        found[name] = run_family(name, count, seed, own)
-    sys.stdout.write(json.dumps(found))
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3]), sys.argv[4:])
+    return {name: run_family(name, count, seed, folder) for name in names}

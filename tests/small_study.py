@@ -78,8 +78,6 @@ def journal_keys(tree: Path, results: str = "results") -> list[str]:
 
 def wait_for(condition: Callable[[], object], seconds: float) -> bool:
     deadline = time.monotonic() + seconds
-    while time.monotonic() < deadline:
-        if condition():
-            return True
+    while not (is_met := bool(condition())) and time.monotonic() < deadline:
         time.sleep(0.2)
-    return False
+    return is_met

@@ -46,9 +46,8 @@ def test_curves_and_bands_are_those_of_python(opened, study, csv_of):
         im = own["im"].to_numpy()
         expected = stats.norm.cdf(np.log(im / fit["theta"]) / fit["beta_total"])
         values, ends = curve_values(im, fit)
-        np.testing.assert_allclose(own["probability"], expected, rtol=0, atol=1e-9)
-        np.testing.assert_allclose(own["probability"], values, rtol=0, atol=1e-9)
-        np.testing.assert_allclose(own[["low", "high"]].to_numpy().T, ends, rtol=0, atol=1e-9)
+        saved_values = own[["probability", "probability", "low", "high"]].to_numpy().T
+        np.testing.assert_allclose(saved_values, [expected, values, *ends], rtol=0, atol=1e-9)
 
 
 def test_analyses_are_the_rows_of_the_demands_table(opened, study, csv_of):
@@ -67,15 +66,9 @@ def test_analyses_are_the_rows_of_the_demands_table(opened, study, csv_of):
 def test_medians_are_those_of_the_fits_and_sort(opened, study, csv_of):
     page = opened(view="table", model=MODEL)
     names = ["variant", "component", "limit_state", "method", "theta", "beta_total", "n_exceed"]
-    fits = study.curves
-    fits = fits[(fits["bridge"] == "osb1_fixed") & fits["preferred"]][names]
-    key = names[:3]
-    pd.testing.assert_frame_equal(
-        csv_of(page)[names].sort_values(key, ignore_index=True),
-        fits.sort_values(key, ignore_index=True),
-        check_dtype=False,
-        rtol=0.0,
-    )
+    fits = study.curves[(study.curves["bridge"] == "osb1_fixed") & study.curves["preferred"]]
+    saved, fits = (t[names].sort_values(names[:3], ignore_index=True) for t in (csv_of(page), fits))
+    pd.testing.assert_frame_equal(saved, fits, check_dtype=False, rtol=0.0)
     page.click("[data-sort=theta]")
     assert page.locator("#ex-rows [aria-sort=ascending]").inner_text() == "θ ▲"
     page.keyboard.press("Enter")  # the focus stays on the head of the column
@@ -88,13 +81,10 @@ def test_cells_have_the_verdicts_of_the_tables_in_words(opened, study, csv_of, q
     cells = page.eval_on_selector_all(
         "#ex-rows .map button", "all => all.map(b => [b.parentElement.className, b.innerText])"
     )
-    pooled = effects_of(study, quantity)
     # demand by demand, changes in their first order
-    demands = list(dict.fromkeys(pooled["demand"]))
-    pooled = pooled.assign(place=pooled["demand"].map(demands.index))
-    for cell, row in zip(
-        cells, pooled.sort_values("place", kind="stable").to_dict("records"), strict=True
-    ):
+    by_demand = effects_of(study, quantity).groupby("demand", sort=False)
+    rows = [row for _, part in by_demand for row in part.to_dict("records")]
+    for cell, row in zip(cells, rows, strict=True):
         style = verdict_style(row)
         assert cell == [style.name, f"{style.sign} {change_text(row)}\n{interval_text(row)}"]
     page = opened(view="grid", scope="variant", model=MODEL, quantity=quantity)

@@ -1,15 +1,21 @@
 """Wrong, hostile, absurd, cut or altered input: refused in one sentence before anything runs."""
 
+import json
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pyarrow.parquet as pq
 import pytest
 import yaml
 
+import cli_json
+import mutated_files
 from cli_json import invoke
 from motions_files import make_pairs
-from mutated_files import BOMB
+from mutated_files import BOMB, CONTACT
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.cli.output import emit_table
 from skewbridge.errors import InputError
@@ -97,53 +103,48 @@ def test_damaged_table_is_never_read_as_another(tmp_path, *, marked):
 
 
 def run(*arguments):
-    """Exit code and message of a command; no error but the exit may reach the runner."""
+    """Return the message of a refused command; no error but the exit may reach the runner."""
     result = invoke(*arguments)
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return result.exit_code, result.stderr
+    assert isinstance(result.exception, SystemExit), result.exception
+    assert result.exit_code == 2
+    return result.stderr
 
 
-@pytest.mark.parametrize("name", ["../../etc/passwd", "..", "a/b", "x" * 100_000, "[/red]", "\0"])
-def test_a_bridge_is_only_sought_in_its_folders(name, tmp_path):
+def test_a_bridge_is_only_sought_in_its_folders(tmp_path):
+    for name in ("../../etc/passwd", "..", "a/b", "x" * 100_000, "[/red]", "\0"):
+        with pytest.raises(InputError, match="bridge must be one of"):
+            load_bridge(name)
     (tmp_path / "outside.yaml").write_text("extends: osb1\n", encoding="utf-8")
-    inside = tmp_path / "inside"
-    inside.mkdir()
-    with pytest.raises(InputError, match="bridge must be one of"):
-        load_bridge(name)
-    child = inside / "mine.yaml"
+    child = tmp_path / "inside" / "mine.yaml"
+    child.parent.mkdir()
     child.write_text("extends: ../outside\n", encoding="utf-8")
     with pytest.raises(InputError, match="no other bridge"):
         load_bridge(child)
 
 
-@pytest.mark.parametrize("value", [1e300, 1e-300, 501.0])
-def test_a_bridge_has_no_number_that_ends_the_solver(tmp_path, value):
+def test_a_bridge_has_no_number_that_ends_the_solver_and_bad_choices_are_named(tmp_path):
     path = tmp_path / "mine.yaml"
-    path.write_text(
-        f"extends: osb1\nspans_m: {{v: [{value!r}, 45.0], src: 'd: x'}}\n".replace("e+", ".0e+"),
-        encoding="utf-8",
-    )
-    code, message = run("bridge", "modal", "--bridge", path)
-    assert code == 2
-    assert "mine.yaml: spans_m.0: must be" in message
+    for value in ("1.0e+300", "1.0e-300", "501.0"):
+        path.write_text(f"extends: osb1\nspans_m: {{v: [{value}, 45.0], src: 'd: x'}}\n")
+        assert "mine.yaml: spans_m.0: must be" in run("bridge", "modal", "--bridge", path)
+    bad_format = ("export", "x", "--format", "foo", "--out", "y")
+    messages = run(*bad_format), run("bridge", "modal", "--skew-deg", "x")
+    assert "format must be one of nrml" in messages[0]
+    assert "--skew-deg" in messages[1]
+    assert "Value error" not in "".join(messages)
 
 
-def test_markup_and_control_characters_are_shown_as_text(capsys):
+def test_markup_and_control_characters_are_text_and_no_cell_of_an_export_is_a_formula(
+    capsys, tmp_path
+):
     emit_table([{"[/red]": "[/red] \x1b[31m"}], "[bold]")
     shown = capsys.readouterr().out
     assert "[/red]" in shown
     assert "[bold]" in shown
     assert "\x1b[31m" not in shown
-
-
-def test_no_cell_of_an_export_is_a_formula(tmp_path):
     path = tmp_path / "out.csv"
     write_csv(pd.DataFrame({"name": ["=1+1", "@x", "plain"], "value": [-1.0, 2.0, 3.0]}), path)
-    assert path.read_text(encoding="utf-8").splitlines()[1:] == [
-        "'=1+1,-1.0",
-        "'@x,2.0",
-        "plain,3.0",
-    ]
+    assert path.read_text().splitlines()[1:] == ["'=1+1,-1.0", "'@x,2.0", "plain,3.0"]
     index = tmp_path / "index.csv"
     write_index(index, [{"motion_id": "m", "event": "=cmd()", "magnitude": 7.0}])
     assert "'=cmd()" in index.read_text(encoding="utf-8")
@@ -192,15 +193,127 @@ def test_a_demand_that_no_analysis_has_and_a_motion_that_cannot_be_read(tmp_path
         assert words in message
 
 
+# --- case files of `skewbridge contact` and `deck`, and the files that commands write
+
+
+DECK = mutated_files.DECK | {"period_theta_s": 0.31623, "gap_normal_m": 0.00269}
+PATH = [[0.0, 0.0, 0.0, -0.01], [0.1, 0.02, 0.01, -0.01], [0.2, 0.0, 0.02, 0.01]]
+
+
+def run_case(tmp_path, command, case, *, rows=PATH):
+    """Write the files of a case and run its command; return exit code and JSON answer."""
+    columns = ["t_s", "ux_m", "uy_m", "uz_m"]
+    pd.DataFrame(rows, columns=columns).to_csv(tmp_path / "path.csv", index=False)
+    file = tmp_path / "case.yaml"
+    file.write_text(yaml.safe_dump(case) if isinstance(case, dict) else case, encoding="utf-8")
+    out = tmp_path / ("f.csv" if command == "contact" else "f.parquet")
+    return cli_json.run(command, file, "--out", out)
+
+
+def test_good_contact_case_writes_the_forces(tmp_path):
+    code, answer = run_case(tmp_path, "contact", CONTACT)
+    assert code == 0
+    table = pd.read_csv(tmp_path / "f.csv")
+    assert list(table.columns) == ["t_s", "fx_n", "fy_n", "fz_n"]
+    assert table["fx_n"].tolist()[0] == 0.0
+    assert table["fz_n"].tolist() == pytest.approx([1000.0, 1000.0, 0.0])
+    # 22 mm from rest is within the elastic slip: the spring force.
+    assert table.loc[1, ["fx_n", "fy_n"]].tolist() == pytest.approx([1609.97, 804.98], rel=1e-3)
+    assert answer["rows"] == 3
+    blocked = tmp_path / "case.yaml" / "f.csv"  # below a file
+    code, answer = cli_json.run("contact", tmp_path / "case.yaml", "--out", blocked)
+    assert code == 2
+    assert "cannot write" in answer["message"]
+
+
+def test_good_deck_case_writes_histories_with_units(tmp_path):
+    code, answer = run_case(tmp_path, "deck", DECK)
+    assert code == 0
+    assert set(answer["peaks"]) == {"ux_m", "uy_m", "theta_rad", "penetration_m"}
+    assert answer["first_contact_s"] == pytest.approx(0.0365, abs=1e-3)
+    schema = pq.read_schema(tmp_path / "f.parquet")
+    assert {"t_s", "ux_m", "theta_rad", "gap_ra_m", "fn_lo_n", "ft_la_n"} <= set(schema.names)
+    assert schema.field("fn_ra_n").metadata[b"unit"] == b"N"
+
+
+WRONG_CONTACT = [
+    ({"friction": -0.1}, "friction"),
+    ({"tangent_stiffness_n_per_m": 0.0}, "tangent_stiffness_n_per_m"),
+    ({"normal_stiffness_n_per_m": "2e7"}, "2.0e+7"),
+    ({"normal_stiffness_n_per_m": float("nan")}, "normal_stiffness_n_per_m"),
+    ({"gap_m": -0.1}, "gap_m"), ({"scheme": "vectorial"}, "scheme"),
+    ({"coupling": "implicit"}, "coupling"), ({"substeps": 0}, "substeps"),
+    ({"substeps": 1.5}, "substeps"), ({"colour": "red"}, "colour"),
+    ({"path": "nowhere.csv"}, "nowhere.csv"),
+]  # fmt: skip
+WRONG_DECK = [
+    ({"skew_deg": 85.0}, "skew_deg"), ({"mass_kg": 0.0}, "mass_kg"),
+    ({"restitution": 1.2}, "restitution"), ({"solver": "magic"}, "solver"),
+    ({"integrator": "euler"}, "integrator"), ({"dt_s": 1.0}, "dt_s"),
+    ({"pulse": None}, "pulse or motion"), ({"motion": ["a.AT2", "b.AT2"]}, "pulse or motion"),
+    ({"pulse": None, "motion": ["a.AT2", "b.AT2"]}, "a.AT2"),
+    ({"pulse": {"kind": "sine", "amplitude_g": 0.5, "period_s": 0.5}}, "kind"),
+]  # fmt: skip
+WRONG_ROWS = [
+    ([[0.0, 0, 0, 0], [0.1, float("nan"), 0, 0]], "line 3"),
+    ([[0.0, 0, 0, 0], [0.1, 0, 0, 0], [0.1, 0, 0, 0]], "line 4"),
+    ([[0.0, 0, 0, 0], [0.2, 0, 0, 0], [0.1, 0, 0, 0]], "must increase"),
+    ([[0.0, 0, 0, 0], [0.1, "x", 0, 0]], "ux_m"),
+    ([[0.0, 0, 0, 0]], "two rows"),
+]
+
+
 @pytest.mark.parametrize(
-    ("arguments", "words"),
+    ("command", "case", "rows", "word"),
     [
-        (("export", "x", "--format", "foo", "--out", "y"), "format must be one of nrml"),
-        (("bridge", "modal", "--skew-deg", "x"), "--skew-deg"),
+        *(("contact", CONTACT | change, PATH, word) for change, word in WRONG_CONTACT),
+        *(("deck", DECK | change, PATH, word) for change, word in WRONG_DECK),
+        *(("contact", CONTACT, rows, word) for rows, word in WRONG_ROWS),
+        *(("contact", text, PATH, "case.yaml") for text in ("- 1\n- 2\n", "a: [1\n", "")),
     ],
 )
-def test_bad_choice_is_reported_with_the_valid_ones(arguments, words):
-    code, message = run(*arguments)
+def test_wrong_field_or_line_is_named(tmp_path, command, case, rows, word):
+    code, answer = run_case(tmp_path, command, case, rows=rows)
     assert code == 2
-    assert words in message
-    assert "Value error" not in message
+    assert word in answer["message"]
+    assert not list(tmp_path.glob("f.*"))
+
+
+def test_verify_writes_the_table_and_its_json(tmp_path):
+    code, rows = cli_json.run("verify", "gate", "--out", tmp_path)
+    assert code == 0
+    keys = ["study", "quantity", "value", "reference", "tolerance", "pass", "source"]
+    assert all(list(row) == keys for row in rows)
+    assert pd.read_parquet(tmp_path / "gate.parquet")["pass"].all()
+    assert json.loads((tmp_path / "gate.json").read_text())[0]["study"] == "gate"
+
+
+# --- mutated files of every kind; each group of readers runs in a child that may use 5 CPU-seconds
+# for a file and 500 MB of memory more than the program itself
+
+
+NAMES = tuple(mutated_files.FAMILIES)
+RECORDS = NAMES[: NAMES.index("index")]
+GROUPS = [NAMES[start::3] for start in range(3)]
+SEED = 20261122
+
+
+@pytest.mark.parametrize(
+    ("count", "names"),
+    [
+        *((34, names) for names in GROUPS),
+        (400, RECORDS),
+        *(pytest.param(640, names, marks=pytest.mark.slow) for names in GROUPS),
+    ],
+)
+def test_mutant_is_read_or_refused_with_one_message(count, names, tmp_path):
+    """A child process reads `count` mutants of each family."""
+    with ProcessPoolExecutor(1, get_context("spawn")) as child:
+        done = child.submit(mutated_files.read_mutants, names, count, SEED, tmp_path)
+    left = [path.name for path in tmp_path.rglob("*") if path.is_file()]
+    assert not done.exception(), f"ended at {left}"
+    found = done.result()
+    assert {name: each["faults"] for name, each in found.items() if each["faults"]} == {}
+    assert max(each["dearest_s"] for each in found.values()) < mutated_files.CPU_LIMIT_S
+    assert all(each["refused"] for each in found.values())
+    assert sum(each["taken"] + each["refused"] for each in found.values()) == count * len(names)

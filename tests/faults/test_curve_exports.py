@@ -25,33 +25,20 @@ def curves_of(im="im_saavg_rotd50_g"):
     table = pd.DataFrame(cases, columns=["skew_deg", "friction", "threshold", "method"])
     skew, friction = table["skew_deg"], table["friction"]
     table["variant"] = [
-        f"osb1_cf_skew{s:02d}_gap051_mu{round(100 * f):03d}"
-        for s, f in zip(skew, friction, strict=True)
+        f"osb1_cf_skew{s:02d}_gap051_mu{100 * f:03.0f}" for s, f in zip(skew, friction, strict=True)
     ]
-    table["theta"] = 30.0 * table["threshold"] * np.cos(np.radians(skew)) ** 0.5
-    table["theta"] *= (1 + 0.1 * friction) * np.where(table["method"] == "cloud", 1.0, 1.1)
-    return table.assign(
-        bridge="osb1",
-        abutment="contact_friction",
-        gap_mm=51,
-        component="column_drift",
-        limit_state=table["threshold"].map({0.01: "slight", 0.025: "moderate"}),
-        demand="column_drift_ratio",
-        capacity_dispersion=0.35,
-        citation="test",
-        preferred=table["method"] == "cloud",
-        status="ok",
-        im=im,
-        theta_low=0.9 * table["theta"],
-        theta_high=1.1 * table["theta"],
-        beta=0.35,
-        beta_total=np.hypot(0.35, 0.35),
-        beta_total_low=0.4,
-        beta_total_high=0.6,
-        methods_differ=skew == 30,
-        n_exceed=9,
-        n_runs=30,
-    )
+    theta = 30.0 * table["threshold"] * np.cos(np.radians(skew)) ** 0.5
+    theta *= (1 + 0.1 * friction) * np.where(table["method"] == "cloud", 1.0, 1.1)
+    given = {
+        "bridge": "osb1", "abutment": "contact_friction", "gap_mm": 51, "im": im,
+        "component": "column_drift", "demand": "column_drift_ratio", "capacity_dispersion": 0.35,
+        "citation": "test", "status": "ok", "theta_low": 0.9 * theta, "theta_high": 1.1 * theta,
+        "beta": 0.35, "beta_total": np.hypot(0.35, 0.35), "beta_total_low": 0.4,
+        "beta_total_high": 0.6, "methods_differ": skew == 30, "n_exceed": 9, "n_runs": 30,
+    }  # fmt: skip
+    names = table["threshold"].map({0.01: "slight", 0.025: "moderate"})
+    is_cloud = table["method"] == "cloud"
+    return table.assign(theta=theta, limit_state=names, preferred=is_cloud, **given)
 
 
 def with_hole(curves):
@@ -133,7 +120,7 @@ def test_pelicun_keeps_the_number_of_a_state_where_a_milder_one_has_no_estimate(
     assert described["LimitStates"]["LS2"]["DS1"]["Reference"] == "test"
 
 
-def test_dlml_folder_has_curves_general_information_and_references(export):
+def test_dlml_folder_has_general_information_and_nrml_a_file_per_set_of_states(export):
     out, report = export(curves_of(PGA), "dlml", "library")
     assert report["files"] == [str(out / f"fragility.{end}") for end in ("csv", "json")]
     described = json.loads((out / "fragility.json").read_text())
@@ -141,9 +128,6 @@ def test_dlml_folder_has_curves_general_information_and_references(export):
     assert about["ComponentGroups"] == ["column_drift"]
     assert about["References"] == ["test"]
     assert set(described) == set(pd.read_csv(out / "fragility.csv")["ID"])
-
-
-def test_nrml_writes_a_file_per_set_of_states(export):
     _, report = export(with_hole(curves_of(PGA)), "nrml", "fragility.xml")
     assert {model["functions"] for model in report["models"]} == {1, 3}
     assert report["curves"] == 7
@@ -212,7 +196,7 @@ def test_latex_names_variants_in_words_and_marks_differing_methods(export):
     assert variant_in_words(row) == "skew 22.5 deg"
 
 
-def test_preferred_curves_are_exported_unless_a_method_is_given(export):
+def test_preferred_curves_or_a_method_are_exported_with_one_row_where_there_is_no_estimate(export):
     curves = curves_of()
     first = (curves["variant"] == curves["variant"].iloc[0]) & (curves["limit_state"] == "slight")
     curves.loc[first, "preferred"] = curves.loc[first, "method"] == "exceedance"
@@ -220,9 +204,7 @@ def test_preferred_curves_are_exported_unless_a_method_is_given(export):
     assert pd.read_csv(out)["method"].value_counts().to_dict() == {"cloud": 7, "exceedance": 1}
     export(curves, "csv", "curves.csv", "--method", "cloud")
     assert set(pd.read_csv(out)["method"]) == {"cloud"}
-
-
-def test_rows_without_an_estimate_keep_their_status_and_have_one_row(export):
+    # rows without an estimate keep their status
     curves = curves_of()
     unreached = (curves["method"] == "exceedance") & (curves["limit_state"] == "moderate")
     curves["status"] = np.where(unreached, "no_exceedance", "ok")
@@ -247,9 +229,7 @@ def test_states_of_several_demands_are_no_damage_scale(export):
     assert len(table) == 8
     assert "LS2-Theta_0" not in table
     assert table["ID"].str.endswith(("column_failure_shear", "column_failure_flexure")).all()
-
-
-def test_curves_that_cross_within_the_range_are_reported(export):
+    # curves of one demand that cross within the range are reported
     curves = curves_of(PGA)
     curves.loc[curves["limit_state"] == "moderate", ["theta", "beta_total"]] = [0.32, 1.2]
     _, report = export(curves, "nrml", "curves.xml")
@@ -278,21 +258,15 @@ def test_hazard_table_adds_annual_frequencies(export, tmp_path):
     first_row([0.5, 0.3], [1e-2, 1e-3], refused="im must increase (row 1)")
 
 
-@pytest.mark.parametrize(
-    ("im", "file_format", "options", "words"),
-    [
+def test_formats_and_options_that_do_not_fit_are_refused(export):
+    for im, file_format, options, words in (
         ("im_sa_t1_rotd50_g", "nrml", (), "has no name in OpenQuake"),
         (PGA, "csv", ("--method", "ida_interval"), "no curves of method 'ida_interval'"),
         (PGA, "latex", ("--im-range", 0.1, 2), "need --format csv"),
         (PGA, "csv", ("--hazard", "hazard.csv", "--skew-factors"), "a csv is one table"),
         (PGA, "xlsx", (), "format must be one of nrml, pelicun, dlml, csv, latex"),
         *((PGA, "csv", ("--im-range", *ends), "must rise above 0") for ends in UNUSABLE_RANGES),
-    ],
-)
-def test_formats_and_options_that_do_not_fit_are_refused(export, im, file_format, options, words):
-    export(curves_of(im), file_format, "out", *options, refused=words)
-
-
-def test_measures_have_the_names_of_openquake():
+    ):
+        export(curves_of(im), file_format, "out", *options, refused=words)
     assert measure_names("im_pgv_rotd50_mps")[:2] == ("PGV", 100.0)
     assert measure_names("im_arias_mps")[0] == ""

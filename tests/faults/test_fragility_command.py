@@ -8,11 +8,10 @@ import pandas as pd
 import pytest
 
 from cli_json import run
-from fragility_tables import IM, synthetic_demands
+from fragility_tables import IM, states_of, synthetic_demands
 from skewbridge.errors import InputError
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared, read_foreign
-from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.settings import FitSettings
 
 DRIFT = "column_drift_ratio"
@@ -67,19 +66,16 @@ def test_bad_data_exits_two_with_the_row(fit, data, method, row, text):
     assert row is None or re.search(r"/data\.(json|csv): ", found["message"])
 
 
-@pytest.mark.parametrize(
-    ("data", "found"),
-    [
+def test_bad_cell_in_a_table_of_runs_is_named(fit):
+    for data, found in (
         ("im,edp\n0.1,1\n0.2,2\n0.3,\n0.4,4\n", {"row": 2, "column": "edp"}),
         ("im,edp\n0.1,1\n0.2,2\n-0.3,3\n0.4,4\n", {"row": 2, "column": "im"}),
         ({"im": [1, 2, 3], "edp": [1, 2]}, {}),
-    ],
-)
-def test_bad_cell_in_a_table_of_runs_is_named(fit, data, found):
-    code, answer = fit(data, "cloud", "--im", "im", "--edp", "edp", "--threshold", 2)
-    assert code == 2
-    assert answer.items() >= found.items()
-    assert found or "columns differ in length" in answer["message"]
+    ):
+        code, answer = fit(data, "cloud", "--im", "im", "--edp", "edp", "--threshold", 2)
+        assert code == 2
+        assert answer.items() >= found.items()
+        assert found or "columns differ in length" in answer["message"]
 
 
 def test_spellings_of_published_data_sets_are_understood(fit):
@@ -96,7 +92,7 @@ def test_spellings_of_published_data_sets_are_understood(fit):
     assert thetas[0] == pytest.approx(thetas[1])
 
 
-def test_a_collapse_flag_in_a_cloud_censors_the_demand(fit):
+def test_a_collapse_flag_in_a_cloud_and_demands_above_a_value_are_censored(fit):
     rng = np.random.default_rng(0)
     im = np.exp(rng.uniform(-2, 0.7, 60))
     edp = 0.03 * im * np.exp(0.3 * rng.normal(size=60))
@@ -110,9 +106,6 @@ def test_a_collapse_flag_in_a_cloud_censors_the_demand(fit):
     code, refused = fit(data, "cloud", "--model", "ols")
     assert code == 2
     assert f"would leave out {fall.sum()} censored demands" in refused["message"]
-
-
-def test_demands_at_or_above_a_value_are_censored_on_request(fit):
     data = {"im": [0.1, 0.2, 0.3, 0.5, 0.8], "threshold": 0.03}
     low = [0.011, 0.018, 0.034, 0.05]
     _, found = fit(data | {"edp": [*low, 0.09]}, "cloud", "--censor-above", 0.05)
@@ -163,9 +156,9 @@ def test_intervals_are_by_motion_where_motions_repeat(fit):
     assert ida["theta"] == pytest.approx(stripes["theta"], rel=0.1)
 
 
-@pytest.mark.parametrize(
-    ("method", "options", "text"),
-    [
+def test_wrong_removed_and_unsuitable_options_and_unreadable_files_are_refused(fit, tmp_path):
+    data = {"im": [0.2, 0.4], "n": [20, 20], "k": [1, 9], "edp": [1, 2], "threshold": 1}
+    for method, options, text in (
         ("magic", (), "is not one of 'stripes', 'ida', 'cloud'"),
         ("cloud", ("--model", "modified"), "model: must be 'ols' or 'tobit', got 'modified'"),
         ("stripes", ("--link", "logit"), "link: must be 'probit', got 'logit'"),
@@ -175,22 +168,16 @@ def test_intervals_are_by_motion_where_motions_repeat(fit):
         ("ida", ("--capacity-dispersion", "0.3"), "--capacity-dispersion needs --method cloud"),
         ("stripes", ("--censor-above", "0.3"), "--censor-above needs"),
         ("cloud", ("--where", "skew_deg == 3"), "No such option: --where"),
-    ],
-)
-def test_wrong_removed_and_unsuitable_options_are_refused(fit, method, options, text):
-    data = {"im": [0.2, 0.4], "n": [20, 20], "k": [1, 9], "edp": [1, 2], "threshold": 1}
-    code, found = fit(data, method, *options)
-    assert code == 2
-    assert text in found["message"]
-
-
-@pytest.mark.parametrize("name", ["missing.json", "broken.json", "data.txt"])
-def test_unreadable_files_are_one_sentence(tmp_path, name):
-    for each in ("broken.json", "data.txt"):
-        (tmp_path / each).write_text("{not json", encoding="utf-8")
-    code, found = run("fit", tmp_path / name, "--method", "stripes")
-    assert code == 2
-    assert name in found["message"]
+    ):
+        code, found = fit(data, method, *options)
+        assert code == 2
+        assert text in found["message"]
+    for name in ("broken.json", "data.txt", "missing.json"):
+        if name != "missing.json":
+            (tmp_path / name).write_text("{not json", encoding="utf-8")
+        code, found = run("fit", tmp_path / name, "--method", "stripes")
+        assert code == 2
+        assert name in found["message"]
 
 
 # --- tables of runs of other programs
@@ -207,16 +194,12 @@ def foreign(tmp_path):
     return read
 
 
-def test_complete_is_derived_unless_the_table_has_it(foreign):
+def test_complete_is_derived_unless_given_and_missing_numbers_reject_single_rows(foreign):
     data = {"record": [*"abc"], "PGA": [0.1, 0.2, 0.3], "end": ["ok", "collapse", "ok"],
             "failed": ["", "", "shear"], "all": [True, True, False]}  # fmt: skip
     names = {"motion_id": "record", "im_pga_g": "PGA", "status": "end", "beyond_model": "failed"}
     assert foreign(data, names)["complete"].tolist() == [True, False, False]
     assert foreign(data, names | {"complete": "all"})["complete"].tolist() == data["all"]
-
-
-def test_missing_numbers_reject_single_rows(foreign):
-    """A missing intensity or demand concerns its row; the others are fitted."""
     table = synthetic_demands(**SAME_PLACE, motions=30)[["motion_id", "status", IM, DRIFT]]
     table.loc[3, IM] = np.nan
     table.loc[7, DRIFT] = np.nan
@@ -224,29 +207,23 @@ def test_missing_numbers_reject_single_rows(foreign):
     ours = prepared(foreign(table, {name: name for name in table}), [DRIFT], settings)
     kinds = ours.notes[["kind", "row"]].to_numpy().tolist()
     assert kinds == [["rejected_row", 3], ["missing_demand", 7]]
-    slight = LimitState(
-        component="column_drift", name="slight", demand=DRIFT, threshold=0.01, dispersion=0.35
-    )
-    row = fit_study(ours.table, [slight], settings).iloc[0]
+    row = fit_study(ours.table, states_of("column_drift")[:1], settings).iloc[0]
     assert (row["status"], row["n_runs"]) == ("ok", 29)
 
 
-@pytest.mark.parametrize(
-    ("change", "text"),
-    [
+def test_a_bad_foreign_table_names_row_and_column(foreign):
+    data = {"record": ["a", "b"], "PGA": [0.1, 0.2], "drift": ["0.1", "0.2"], "status": ["ok"] * 2}
+    columns = {"motion_id": "record", "im_pga_g": "PGA", DRIFT: "drift", "status": "status"}
+    for change, text in (
         ({"PGA": [0.1, 0.0]}, "im_pga_g must be > 0 and finite (row 1)"),
         ({"drift": ["1", "much"]}, "drift must be a number, got 'much' (row 1)"),
         ({"status": ["ok", "fine"]}, "status 'fine' is not known (row 1)"),
         ({"record": ["a", "a"]}, "row 1 repeats"),
         ({"record": ["a", None]}, "record is missing (row 1)"),
-    ],
-)
-def test_a_bad_foreign_table_names_row_and_column(foreign, change, text):
-    data = {"record": ["a", "b"], "PGA": [0.1, 0.2], "drift": ["0.1", "0.2"], "status": ["ok"] * 2}
-    columns = {"motion_id": "record", "im_pga_g": "PGA", DRIFT: "drift", "status": "status"}
-    with pytest.raises(InputError) as caught:
-        foreign(data | change, columns)
-    assert text in str(caught.value)
+    ):
+        with pytest.raises(InputError) as caught:
+            foreign(data | change, columns)
+        assert text in str(caught.value)
 
 
 def test_a_foreign_table_is_fitted_by_its_file_of_columns(fit, tmp_path):

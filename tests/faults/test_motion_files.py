@@ -1,6 +1,7 @@
-"""Broken motion files and an index that is not trusted (random changes: `test_mutated_inputs`)."""
+"""Broken motion files and an index that is not trusted (random changes: `test_bad_files`)."""
 
 import os
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -87,119 +88,76 @@ FILES = {
 }
 
 
-@pytest.mark.parametrize("together", ["folder", "files"])
-def test_each_file_gets_its_expected_verdict(tmp_path, together):
+def test_each_file_gets_its_expected_verdict(tmp_path):
     for name, (text, _) in FILES.items():
         (tmp_path / name).write_bytes(text.encode())
-    paths = [tmp_path] if together == "folder" else [tmp_path / name for name in FILES]
-    found = {Path(item.file).name: item.verdict for item in check_paths(paths)}
-    assert found == {name: verdict for name, (_, verdict) in FILES.items()}
+    for paths in ([tmp_path], [tmp_path / name for name in FILES]):
+        found = {Path(item.file).name: item.verdict for item in check_paths(paths)}
+        assert found == {name: verdict for name, (_, verdict) in FILES.items()}
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["1" * 3_000_000 + "x", " " * 3_000_000 + "NPTS", "NPTS= 1" + " " * 3_000_000, "-" * 10**6],
-    ids=["digits", "blanks", "blanks after NPTS", "signs"],
-)  # fmt: skip
-def test_very_long_lines_are_refused_quickly(tmp_path, text):
-    for name in ("long.AT2", "long.txt", "long.V2"):
+def test_very_long_lines_are_refused_quickly(tmp_path):
+    long = " " * 3_000_000
+    texts = ("1" * 3_000_000 + "x", f"{long}NPTS", f"NPTS= 1{long}", "-" * 10**6)
+    for name, text in product(("long.AT2", "long.txt", "long.V2"), texts):
         (tmp_path / name).write_text(text)
         with pytest.raises(InputError):
             read_trace(tmp_path / name, Given(dt_s=0.01))
 
 
 def test_unreadable_paths_are_input_errors(tmp_path):
-    with pytest.raises(InputError, match="no_such"):
-        read_trace(tmp_path / "no_such.AT2")
-    with pytest.raises(InputError):
-        read_trace(tmp_path)
+    (tmp_path / "nan.AT2").write_text(FILES["23_nan.AT2"][0])
+    for name, message in (("no_such.AT2", "no_such"), (".", "."), ("nan.AT2", "line 6: 'NaN'")):
+        with pytest.raises(InputError, match=message):
+            read_trace(tmp_path / name)
 
 
 # --- an index that came with someone's motions
 
 
-@pytest.fixture
-def refuse(tmp_path):
-    """Return a function that changes an index of two motions, which then must be refused."""
+OUT_OF_THE_FOLDER = (
+    "../secret_h1.AT2", "sub/../../secret_h1.AT2", "C:/secret_h1.AT2", "..\\secret_h1.AT2",
+    "\\\\server\\share\\x.AT2", "~/x.AT2", "",
+)  # fmt: skip
+BAD_VALUES = [
+    ("scale", -1), ("scale", "x"), ("scale", "inf"), ("dt_s", 0), ("unit", "furlong"),
+    ("magnitude", "big"),
+]  # fmt: skip
+
+
+def test_a_bad_index_is_refused_by_line_and_name(tmp_path, monkeypatch):
     folder = tmp_path / "motions"
     folder.mkdir()
-    index = index_of(folder, make_pairs(folder, 2))
-    (tmp_path / "secret_h1.AT2").write_text(at2_text(shaken_g(5)))
+    pairs = make_pairs(folder, 2)
+    index = index_of(folder, pairs)
+    good, secret = index.read_text(), tmp_path / "secret_h1.AT2"
+    secret.write_text(at2_text(shaken_g(5)))
+    (folder / "link.AT2").symlink_to(secret)
 
-    def check(message, old="", new=""):
-        index.write_text(index.read_text().replace(old, new) if old else index.read_text())
+    def refuse(message, old="", new="", folder=folder):
+        if old:
+            index.write_text(good.replace(old, new))
         with pytest.raises(InputError, match=message):
             prepare_suite(folder, t1_s=0.7)
 
-    check.folder = folder
-    return check
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        "../secret_h1.AT2", "sub/../../secret_h1.AT2", "{outside}", "C:/secret_h1.AT2",
-        "..\\secret_h1.AT2", "\\\\server\\share\\x.AT2", "~/x.AT2", "",
-    ],
-)  # fmt: skip
-def test_paths_out_of_the_folder_are_refused(refuse, name):
-    outside = refuse.folder.parent / "secret_h1.AT2"
-    refuse("line 3", "q1_h1.AT2", name.format(outside=outside))
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (("q1,", "../up,"), "line 3"),
-        (("q1,", f"{'x' * 9000},"), "line 3"),
-        (("q1,", "q0,"), "twice"),
-        (("file_2", "fil_2"), "column"),
-    ],
-    ids=["folder in a name", "long name", "name twice", "no column"],
-)
-def test_bad_names_in_the_index_are_refused(refuse, change, message):
-    refuse(message, *change)
-
-
-def test_an_absolute_path_is_refused_in_a_folder_given_by_a_relative_one(refuse, monkeypatch):
-    """Such an index would not serve where the folder is copied to."""
-    monkeypatch.chdir(refuse.folder.parent)
-    refuse.folder.joinpath("index.csv").write_text(
-        (refuse.folder / "index.csv").read_text().replace("q1_h1", f"{refuse.folder}/q1_h1")
-    )
-    with pytest.raises(InputError, match=r"line 3.*leads out"):
-        prepare_suite(Path(refuse.folder.name), t1_s=0.7)
-
-
-def test_links_out_of_the_folder_and_missing_files_are_refused(refuse):
-    (refuse.folder / "link.AT2").symlink_to(refuse.folder.parent / "secret_h1.AT2")
+    for name in (*OUT_OF_THE_FOLDER, str(secret)):
+        refuse("line 3", "q1_h1.AT2", name)
+    refuse("line 3", "q1,", "../up,")
+    refuse("line 3", "q1,", f"{'x' * 9000},")
+    refuse("twice", "q1,", "q0,")
+    refuse("column", "file_2", "fil_2")
     refuse("leads out", "q1_h1.AT2", "link.AT2")
-    (refuse.folder / "q0_h2.AT2").unlink()
-    refuse(r"q0_h2\.AT2.* missing")
-
-
-@pytest.mark.parametrize(
-    ("column", "value"),
-    [
-        ("scale", -1), ("scale", "x"), ("scale", "inf"), ("dt_s", 0), ("unit", "furlong"),
-        ("magnitude", "big"), ("sha256", "0" * 64),
-    ],
-)  # fmt: skip
-def test_bad_value_in_the_index_is_refused_by_name(tmp_path, column, value):
-    """A digest is wrong where the file was changed."""
-    index_of(tmp_path, make_pairs(tmp_path, 1), **{column: [value]})
-    file = r"q0_h1\.AT2.*" if column == "sha256" else ""
-    with pytest.raises(InputError, match=file + column):
-        prepare_suite(tmp_path, t1_s=0.7)
-
-
-def test_nan_in_a_record_is_named_with_its_line(tmp_path):
-    (first, _), *_ = make_pairs(tmp_path, 1)
-    lines = first.read_text().splitlines()
-    lines[6] = lines[6][:30] + "            NaN" + lines[6][45:]
-    first.write_text("\n".join(lines))
-    with pytest.raises(InputError, match=r"q0_h1\.AT2, line 7: 'NaN'"):
-        prepare_suite(tmp_path, t1_s=0.7)
+    # an absolute path would not serve where the folder is copied to
+    monkeypatch.chdir(tmp_path)
+    refuse(r"line 3.*leads out", "q1_h1", f"{folder}/q1_h1", Path(folder.name))
+    for column, value in BAD_VALUES:
+        index_of(folder, pairs, **{column: [value] * 2})
+        refuse(column)
+    # the digest of a file that was changed, and a missing file
+    index_of(folder, pairs, sha256=["0" * 64] * 2)
+    refuse(r"q0_h1\.AT2.*sha256")
+    (folder / "q0_h2.AT2").unlink()
+    refuse(r"q0_h2\.AT2.* missing", "q0,", "q0,")
 
 
 def test_waho_with_the_published_peak_is_accepted(tmp_path):
@@ -237,61 +195,37 @@ def test_false_waho_is_replaced_by_the_named_surrogate(tmp_path, monkeypatch):
 # --- a file removed while a study runs: one message, no partial or lost results
 
 
-class Study:
-    """A study of three motions, and its steps."""
+def test_a_motion_removed_while_it_is_listed_or_later_is_named(tmp_path, monkeypatch):
+    """Analyses read the prepared motions; the next start of the study names the missing file."""
+    motions, folder = tmp_path / "motions", StudyFolder(tmp_path / "results")
+    motions.mkdir()
+    make_pairs(motions, 3)
+    given = MotionsConfig(folder=str(motions), count=None)
+    config = StudyConfig(results=str(folder.root), motions=given)
+    component, listed = motions / "q1_h2.AT2", suite.files_below
+    text = component.read_text()
 
-    def __init__(self, tmp_path):
-        self.motions = tmp_path / "motions"
-        self.motions.mkdir()
-        make_pairs(self.motions, 3)
-        motions = MotionsConfig(folder=str(self.motions), count=None)
-        self.config = StudyConfig(results=str(tmp_path / "results"), motions=motions)
-        self.folder = StudyFolder(tmp_path / "results")
-
-    def remove(self):
-        """Remove a component of the second motion."""
-        (self.motions / "q1_h2.AT2").unlink()
-
-    def prepare(self):
-        prepare_motions(self.config)
-
-    def digest(self):
-        return motions_digest(self.config, self.folder.motions_digest)
-
-    def keys(self):
-        tasks = StudySetup.of(self.config).tasks("osb1_cf_skew30_gap051_mu050")
+    def keys():
+        tasks = StudySetup.of(config).tasks("osb1_cf_skew30_gap051_mu050")
         return [run_key(each) for each in tasks]
 
+    def digest(_config):
+        return motions_digest(config, folder.motions_digest)
 
-@pytest.fixture
-def study(tmp_path):
-    return Study(tmp_path)
-
-
-def test_motion_removed_between_check_and_reading_is_named(study):
-    """Analyses read the prepared motions; the next start of the study names the missing file."""
-    study.prepare()
-    study.digest()
-    before, keys = study.folder.suite.read_bytes(), study.keys()
-    study.remove()
+    with monkeypatch.context() as patch:
+        patch.setattr(suite, "files_below", lambda where: (listed(where), component.unlink())[0])
+        with pytest.raises(InputError, match=r"q1_h2\.AT2 cannot be read: No such file"):
+            digest(config)
+    assert not folder.motions_digest.exists()
+    component.write_text(text)
+    prepare_motions(config)
+    digest(config)
+    before, keys_before = folder.suite.read_bytes(), keys()
+    component.unlink()
     message = r"^motion q1: 1 component file\(s\) found \(q1_h1.AT2\), 2 needed[^\n]*$"
-    for step in (study.prepare, study.digest):
+    for step in (prepare_motions, digest):
         with pytest.raises(InputError, match=message):
-            step()
-    assert study.keys() == keys
-    assert study.folder.suite.read_bytes() == before
-    assert [path.name for path in study.folder.suite.parent.glob(".*")] == []
-
-
-def test_motion_removed_while_the_folder_is_listed_is_named(study, monkeypatch):
-    listed = suite.files_below
-
-    def and_removed(where):
-        found = listed(where)
-        study.remove()
-        return found
-
-    monkeypatch.setattr(suite, "files_below", and_removed)
-    with pytest.raises(InputError, match=r"q1_h2\.AT2 cannot be read: No such file"):
-        study.digest()
-    assert not study.folder.motions_digest.exists()
+            step(config)
+    assert keys() == keys_before
+    assert folder.suite.read_bytes() == before
+    assert [path.name for path in folder.suite.parent.glob(".*")] == []

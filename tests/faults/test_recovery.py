@@ -4,18 +4,15 @@ Attempts fail after two iterations, so that their trial state is far from the co
 reference is the same sequence of (sub-)steps without failures.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import openseespy.opensees as ops
 import pytest
 
-from skewbridge.analysis.ground import Excitation
+from bridge_variants import analysed, variant
 from skewbridge.analysis.recovery import HELD_STEPS, LADDER, MAX_HALVINGS, Attempt, Stepper
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.transient import Watch, analyse
-from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
-from strong_motion import strong_motion
+from skewbridge.analysis.transient import Watch
 
 DT_S = 0.01
 STEPS = 120
@@ -30,20 +27,25 @@ def clean_domain():
     ops.wipe()
 
 
-def spring_and_mass(spring=("Steel01", 1, 8.0, 150.0, 0.1)):
-    """A yielding spring with a mass, under a harmonic load; return the node to look at."""
+def held_and_loaded(node, ground, constraints, *load, spring=("Steel01", 1, 8.0, 150.0, 0.1)):
+    """Hold a node by a yielding spring, under a harmonic load; return the node."""
+    ops.uniaxialMaterial(*spring)
+    ops.element("zeroLength", 2, ground, node, "-mat", 1, "-dir", 1)
+    ops.timeSeries("Trig", 1, 0.0, 10.0, 0.5)
+    ops.pattern("Plain", 1, 1)
+    ops.load(node, *load)
+    ops.constraints(constraints)
+    return node
+
+
+def spring_and_mass(**options):
+    """A mass on a spring; return the node to look at."""
     ops.model("basic", "-ndm", 1, "-ndf", 1)
     ops.node(1, 0.0)
     ops.node(2, 0.0)
     ops.fix(1, 1)
     ops.mass(2, 1.0)
-    ops.uniaxialMaterial(*spring)
-    ops.element("zeroLength", 1, 1, 2, "-mat", 1, "-dir", 1)
-    ops.timeSeries("Trig", 1, 0.0, 10.0, 0.5)
-    ops.pattern("Plain", 1, 1)
-    ops.load(2, 10.0)
-    ops.constraints("Plain")
-    return 2
+    return held_and_loaded(2, 1, "Plain", 10.0, **options)
 
 
 def mass_on_a_rigid_arm():
@@ -58,13 +60,7 @@ def mass_on_a_rigid_arm():
     ops.rigidLink("beam", 2, 3)
     ops.mass(2, 0.5, 0.5, 0.1)
     ops.mass(3, 1.0, 1.0, 0.4)
-    ops.uniaxialMaterial("Steel01", 1, 8.0, 150.0, 0.1)
-    ops.element("zeroLength", 2, 4, 3, "-mat", 1, "-dir", 1)
-    ops.timeSeries("Trig", 1, 0.0, 10.0, 0.5)
-    ops.pattern("Plain", 1, 1)
-    ops.load(3, 10.0, 0.0, 0.0)
-    ops.constraints("Transformation")
-    return 3
+    return held_and_loaded(3, 4, "Transformation", 10.0, 0.0, 0.0)
 
 
 def set_test(tolerance=TIGHT, iterations=ITERATIONS):
@@ -92,14 +88,8 @@ def stepper(integrator=NEWMARK, **changes):
 @pytest.fixture
 def oscillator():
     """An elastic oscillator, ready for steps."""
-    spring_and_mass(("Elastic", 1, 100.0))
+    spring_and_mass(spring=("Elastic", 1, 100.0))
     prepare()
-
-
-def test_every_rung_divides_the_finest():
-    parts = [attempt.substeps for attempt in LADDER]
-    assert not any(parts[-1] % each for each in parts)
-    assert parts == sorted(parts)
 
 
 @pytest.mark.usefixtures("oscillator")
@@ -150,7 +140,10 @@ def test_a_change_of_the_step_size_is_announced_and_no_step_follows_the_end():
 
 
 @pytest.mark.usefixtures("oscillator")
-def test_the_finest_step_of_the_settings_is_possible():
+def test_the_finest_step_of_the_settings_is_possible_and_every_rung_divides_the_finest():
+    parts = [attempt.substeps for attempt in LADDER]
+    assert not any(parts[-1] % each for each in parts)
+    assert parts == sorted(parts)
     finest = AnalysisSettings(dt_s=0.02, contact_dt_s=0.02, event_dt_s=1e-5).event_halvings
     assert finest <= MAX_HALVINGS
     sizes = []
@@ -188,60 +181,64 @@ of_integrators = pytest.mark.parametrize(
 )
 
 
-@dataclass(kw_only=True)
-class Driven:
-    """Record of a stepper with prescribed failures."""
+class FailingAttempts:
+    """Replaces steps and tests of OpenSees so that chosen attempts at a step fail."""
 
-    sizes: list[float] = field(default_factory=list)  # of all converged (sub-)steps
-    values: list[float] = field(default_factory=list)  # after each regular step
-    ended: list[bool] = field(default_factory=list)  # results of the regular steps
-    last: int = 0  # result of the last attempt
+    def __init__(self, monkeypatch, fails):
+        self.fails, self.last, self.number = fails, 0, 0
+        self.analyze, self.test = ops.analyze, ops.test
+        monkeypatch.setattr(ops, "analyze", self.attempt)
+        monkeypatch.setattr(ops, "test", self.set_test)
 
-    def accept(self, size_s):
-        """Check that the attempt converged, by its result and by its test."""
+    def set_test(self, *given):
+        self.given = given
+        self.test(*given)
+
+    def attempt(self, count, *step):
+        fails = bool(step) and self.fails(self.number)
+        self.number += 1
+        if fails:
+            self.test(self.given[0], -1.0, 2)
+        self.last = int(self.analyze(count, *step))
+        if fails:
+            assert self.last != 0
+            self.test(*self.given)
+        return self.last
+
+    def check(self):
+        """Check that the last attempt converged, by its result and by its own test."""
         assert self.last == 0
-        assert 0.0 <= ops.testNorms()[ops.testIter() - 1] <= TIGHT
-        self.sizes.append(size_s)
+        assert 0.0 <= ops.testNorms()[ops.testIter() - 1] <= self.given[1]
         return True
 
 
 def driven(monkeypatch, model, integrator, failing, parts=lambda _: 1):
-    """Make the steps by the ladder; repeat one in which all attempts fail."""
+    """Make the steps by the ladder; repeat one in which all attempts fail.
+
+    Returns:
+        Sizes of all converged (sub-)steps, values after each regular step, results of the regular
+        steps, and effort.
+    """
     ops.wipe()
-    node, found = model(), Driven()
+    node, sizes, values, ended = model(), [], [], []
+    attempts = FailingAttempts(monkeypatch, lambda n: n in failing.get(len(values), ()))
     prepare()
-    analyze, number, attempt = ops.analyze, 0, 0
-
-    def sometimes(count, size_s):
-        nonlocal attempt
-        fails = attempt in failing.get(number, ())
-        attempt += 1
-        if fails:
-            set_test(-1.0, 2)
-        found.last = int(analyze(count, size_s))
-        if fails:
-            assert found.last != 0
-            set_test()
-        return found.last
-
-    monkeypatch.setattr(ops, "analyze", sometimes)
     steps = stepper(
         integrator,
-        halvings=lambda fits: max(fits, parts(number).bit_length() - 1),
+        halvings=lambda fits: max(fits, parts(len(values)).bit_length() - 1),
         set_test=lambda _: set_test(),
         max_iterations=ITERATIONS,
-        after=found.accept,
+        after=lambda size_s: sizes.append(size_s) or attempts.check(),
     )
-    while number < STEPS:
-        attempt = 0
-        found.ended.append(steps.step())
-        if found.ended[-1]:
-            found.values.append(ops.nodeDisp(node, 1))
-            number += 1
+    while len(values) < STEPS:
+        attempts.number = 0
+        ended.append(steps.step())
+        if ended[-1]:
+            values.append(ops.nodeDisp(node, 1))
         else:
             failing = {}
     monkeypatch.undo()
-    return found, steps.effort
+    return sizes, values, ended, steps.effort
 
 
 def plain(model, integrator, sizes):
@@ -267,14 +264,14 @@ def error(found, exact):
     return max(abs(a - b) for a, b in pairs) / max(map(abs, exact))
 
 
-def assert_unchanged(found, model, integrator):
+def assert_unchanged(values, model, integrator, sizes):
     """Compare with the same steps without failures, within the tolerance of the test.
 
     Houbolt loses its last two steps and restarts as the trapezoidal rule, at most seven times in
     these histories: 2 %.
     """
     tolerance = 0.02 if integrator == HOUBOLT else 1e-8
-    assert error(found.values, plain(model, integrator, found.sizes)) <= tolerance
+    assert error(values, plain(model, integrator, sizes)) <= tolerance
 
 
 @of_models
@@ -288,12 +285,12 @@ def assert_unchanged(found, model, integrator):
     ids=[*PATHS, *(f"parts {each}" for each in IN_PARTS)],
 )
 def test_failed_attempts_do_not_change_a_history(monkeypatch, failing, parts, integrator, model):
-    found, effort = driven(monkeypatch, model, integrator, failing, parts)
-    assert all(found.ended)
+    sizes, values, ended, effort = driven(monkeypatch, model, integrator, failing, parts)
+    assert all(ended)
     assert effort.failed_attempts == sum(map(len, failing.values()))
-    assert sum(found.sizes) == pytest.approx(STEPS * DT_S, rel=1e-12)
-    assert sum(effort.steps_by_rung.values()) == len(found.sizes)
-    assert_unchanged(found, model, integrator)
+    assert sum(sizes) == pytest.approx(STEPS * DT_S, rel=1e-12)
+    assert sum(effort.steps_by_rung.values()) == len(sizes)
+    assert_unchanged(values, model, integrator, sizes)
 
 
 @of_models
@@ -301,12 +298,13 @@ def test_failed_attempts_do_not_change_a_history(monkeypatch, failing, parts, in
 @pytest.mark.parametrize("taken", [set(), {3}, {3, 5}, {3, 4, 5, 8}])
 def test_a_failed_ladder_leaves_the_last_converged_state(monkeypatch, taken, integrator, model):
     """Some sub-steps converge before the ladder fails; the next call continues from there."""
-    found, effort = driven(monkeypatch, model, integrator, {40: set(range(1000)) - taken})
-    assert found.ended.count(False) == 1
+    failing = {40: set(range(1000)) - taken}
+    sizes, values, ended, effort = driven(monkeypatch, model, integrator, failing)
+    assert ended.count(False) == 1
     assert effort.failed_attempts == len(LADDER)
     assert effort.iterations >= ITERATIONS * len(LADDER)
-    assert len(found.sizes) == STEPS + len(taken)
-    assert_unchanged(found, model, integrator)
+    assert len(sizes) == STEPS + len(taken)
+    assert_unchanged(values, model, integrator, sizes)
 
 
 @of_models
@@ -321,9 +319,8 @@ def test_houbolt_survives_a_change_of_the_step(model):
 
 # --- a whole bridge
 
-SETTINGS = AnalysisSettings(
-    duration_s=3.0, dt_s=0.005, tolerance_j=1e-12, reuse_tangent=False, energy=False
-)
+SETTINGS = {"duration_s": 3.0, "dt_s": 0.005, "tolerance_j": 1e-12, "energy": False}
+SETTINGS |= {"reuse_tangent": False}
 # Looser tests on higher rungs are a difference of their own.
 STRICT = tuple(replace(attempt, tolerance_j=0.0) for attempt in LADDER)
 # Attempts while free, about to close and in contact; none of them is the second attempt of a step.
@@ -335,38 +332,11 @@ def response(monkeypatch, failing):
 
     No state is read that has not met the test of its own attempt.
     """
-    analyze, test, diverged = ops.analyze, ops.test, Watch.diverged
-    attempts, tolerance_j, ended = 0, SETTINGS.tolerance_j, 0
-
-    def note_test(name, limit, iterations):
-        nonlocal tolerance_j
-        tolerance_j = limit
-        test(name, limit, iterations)
-
-    def sometimes(count, *step):
-        nonlocal attempts, ended
-        attempts += 1
-        fails = bool(step) and attempts in failing
-        if fails:
-            test("EnergyIncr", -1.0, 2)
-        ended = int(analyze(count, *step))
-        if fails:
-            test("EnergyIncr", tolerance_j, SETTINGS.max_iterations)
-        return ended
-
-    def after_convergence(self):
-        assert ended == 0
-        assert 0.0 <= ops.testNorms()[ops.testIter() - 1] <= tolerance_j
-        return diverged(self)
-
-    monkeypatch.setattr(ops, "analyze", sometimes)
-    monkeypatch.setattr(ops, "test", note_test)
-    monkeypatch.setattr(Watch, "diverged", after_convergence)
+    diverged = Watch.diverged
+    attempts = FailingAttempts(monkeypatch, lambda number: number + 1 in failing)
+    monkeypatch.setattr(Watch, "diverged", lambda watch: attempts.check() and diverged(watch))
     monkeypatch.setitem(Stepper.__init__.__kwdefaults__, "ladder", STRICT)
-    case = Variant(
-        bridge="osb1", abutment="contact_friction", skew_deg=30, gap_mm=25, friction_pct=50
-    )
-    result = analyse(case, Excitation(motion=strong_motion()), SETTINGS, ModelOptions())
+    result = analysed(variant(gap_mm=25), **SETTINGS)
     monkeypatch.undo()
     return result
 

@@ -9,12 +9,12 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from unittest.mock import Mock
 
 import psutil
 import pytest
@@ -29,6 +29,7 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import compact_journals, forget, open_journal, read_content
 from skewbridge.study.processes import PARENT_VARIABLE, worker_processes
 from skewbridge.study.task import run_key
+from small_study import wait_for
 from study_parts import task_of, wave
 
 STILL_S = 2.0
@@ -38,36 +39,26 @@ def task(number):
     return task_of(wave(f"pulse{number}", duration_s=0.6, number=number))
 
 
-def batch(folder, work, count=2, tasks=(), **options):
+def batch(folder, work, count=2, tasks=(), *, done=None, still_s=STILL_S, on_finished=id):
     """Rows of five analyses, or of the tasks, which are those of the journal."""
     path = folder / "v.jsonl"
     keyed = {run_key(each): each for each in tasks or map(task, range(1, 6))}
+    given = {"log_folder": folder, "on_finished": on_finished, "search": work}
+    workers = Workers(count=count, no_progress_s=still_s)
     with open_journal(path) as journal:
-        by_key = run_tasks(
-            keyed,
-            journal,
-            options.get("done", {}),
-            workers=Workers(count=count, no_progress_s=options.get("still_s", STILL_S)),
-            log_folder=folder,
-            on_finished=options.get("on_finished", lambda _row: None),
-            search=work,
-        )
+        by_key = run_tasks(keyed, journal, done or {}, workers=workers, **given)
     rows = [row for key in keyed for row in by_key[key]]
     written = read_content([path, *folder.glob("*_searches.jsonl")]).rows
-    assert {row["run_key"]: row["status"] for row in rows}.items() <= {
-        key: row["status"] for key, row in written.items()
-    }.items()
+    assert all(row["status"] == written[row["run_key"]]["status"] for row in rows)
     return rows
 
 
 def ends(pid):
     """Whether a process ends, waited for."""
-    deadline = time.monotonic() + 30.0
-    while time.monotonic() < deadline:
-        if not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE:
-            return True
-        time.sleep(0.05)
-    return False
+    gone = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
+    return wait_for(
+        lambda: not psutil.pid_exists(pid) or psutil.Process(pid).status() in gone, 30.0
+    )
 
 
 DIED, STILL = "two worker processes died in this analysis", "no progress for 2 s"
@@ -97,13 +88,10 @@ def test_an_analysis_that_makes_progress_is_not_ended(tmp_path):
     assert {row["status"] for row in batch(tmp_path, work, 2, [task(1), task(2)])} == {"ok"}
 
 
-def test_a_motion_with_an_absurd_value_is_a_row_with_a_reason(tmp_path):
+def test_a_worker_killed_once_costs_nothing_and_an_absurd_motion_is_a_row_with_a_reason(tmp_path):
     (row,) = batch(tmp_path, None, 1, [task_of(replace(wave(), scale=1e6))])
     assert row["status"] == "invalid_input"
     assert "peak acceleration" in row["collapse_criterion"]
-
-
-def test_a_worker_that_is_killed_once_costs_nothing(tmp_path):
     once = partial(signalled, motion_id="pulse3", sent=signal.SIGKILL, first=tmp_path / "first")
     assert {row["status"] for row in batch(tmp_path, once)} == {"ok"}
 
@@ -140,18 +128,15 @@ CHILD = (
 PARENT = "import subprocess, sys; subprocess.run([sys.executable, '-c', sys.argv[1]])"
 
 
-@pytest.mark.parametrize("stopped", [False, True])
-def test_a_worker_ends_with_its_parent_even_when_stopped(stopped):
-    parent = subprocess.Popen([sys.executable, "-c", PARENT, CHILD], stdout=subprocess.PIPE)
-    worker = int(parent.stdout.readline())
-    if stopped:
-        os.kill(worker, signal.SIGSTOP)
-    parent.kill()
-    parent.wait()
-    assert ends(worker)
-
-
-def test_a_process_without_its_parent_ends_at_once():
+def test_a_worker_ends_with_its_parent_even_when_stopped_and_at_once_without_one():
+    for stopped in (False, True):
+        parent = subprocess.Popen([sys.executable, "-c", PARENT, CHILD], stdout=subprocess.PIPE)
+        worker = int(parent.stdout.readline())
+        if stopped:
+            os.kill(worker, signal.SIGSTOP)
+        parent.kill()
+        parent.wait()
+        assert ends(worker)
     late = "from skewbridge.study import processes; processes.end_with_parent()"
     for parent, code in ((os.getpid(), 0), (1, 3)):
         environment = {**os.environ, PARENT_VARIABLE: str(parent)}
@@ -187,17 +172,15 @@ def test_a_worker_ends_whose_parent_is_killed_during_its_start(tmp_path):
 
 def test_only_workers_count_as_such_where_none_of_them_begins():
     """Those that were stopped before they began have no sign of life; other children are let be."""
-    names = ("popen_loky_posix", "something_else")
-    children = [
-        subprocess.Popen([sys.executable, "-c", "import sys; sys.stdin.read()", name], stdin=-1)
-        for name in names
-    ]
-    try:
-        assert children[0].pid in {each.pid for each in worker_processes()}
-        assert children[1].pid not in {each.pid for each in worker_processes()}
-    finally:
-        for child in children:
-            child.communicate()
+    reader = [sys.executable, "-c", "import sys; sys.stdin.read()"]
+    with ExitStack() as children:
+        worker, other = (
+            children.enter_context(subprocess.Popen([*reader, name], stdin=subprocess.PIPE))
+            for name in ("popen_loky_posix", "something_else")
+        )
+        found = {each.pid for each in worker_processes()}
+        assert worker.pid in found
+        assert other.pid not in found
 
 
 # --- a journal survives kills, two writers and damage on the disk: no altered row is used
@@ -226,14 +209,10 @@ def test_a_successor_waits_for_the_end_of_its_predecessor(tmp_path):
 
 
 def test_a_file_system_without_locks_is_reported(tmp_path, monkeypatch):
-    def no_locks(*_):
-        raise OSError(errno.ENOLCK, "No locks available")
-
+    no_locks = Mock(side_effect=OSError(errno.ENOLCK, "No locks available"))
     monkeypatch.setattr("fcntl.flock", no_locks)
-    with (
-        pytest.raises(InputError, match=r"cannot be locked \(No locks available\): .*NFSv4"),
-        open_journal(tmp_path / "v.jsonl", 60.0),
-    ):
+    message = r"cannot be locked \(No locks available\): .*NFSv4"
+    with pytest.raises(InputError, match=message), open_journal(tmp_path / "v.jsonl", 60.0):
         pass
 
 
@@ -342,9 +321,8 @@ def test_read_only_results_are_one_sentence():
     user = os.geteuid()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "results"
-        folder.mkdir()
-        for each in (folder.parent, folder):
-            each.chmod(0o555)
+        folder.mkdir(0o555)
+        folder.parent.chmod(0o555)
         os.seteuid(user or 65534)
         try:
             with pytest.raises(InputError, match=r"write to the folder .* Permission denied"):

@@ -105,16 +105,12 @@ def test_motions_of_one_seed_differ_and_do_not_depend_on_the_others():
     np.testing.assert_array_equal(target_spectrum(scenario, seed=4, index=37), in_order[37])
 
 
-@pytest.mark.parametrize(
-    ("field", "value"),
-    [
-        ("magnitude", 6.4), ("magnitude", 8.5), ("magnitude", float("nan")), ("distance_km", 40.0),
-        ("vs30_mps", 138.0), ("vs30_mps", 2017.0), ("vs30_mps", float("nan")),
-        ("ztor_km", -1.0),
-    ],
-)  # fmt: skip
-def test_scenario_outside_the_model_is_refused_by_name(field, value):
+def test_scenario_outside_the_model_is_refused_by_name():
     fields = {"magnitude": 7.0, "distance_km": 10.0, "vs30_mps": 2016.0}
     Scenario(**fields)
-    with pytest.raises(InputError, match=field):
-        Scenario(**fields | {field: value})
+    for field, value in (
+        ("magnitude", 6.4), ("magnitude", 8.5), ("magnitude", np.nan), ("distance_km", 40.0),
+        ("vs30_mps", 138.0), ("vs30_mps", 2017.0), ("vs30_mps", np.nan), ("ztor_km", -1.0),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=field):
+            Scenario(**fields | {field: value})

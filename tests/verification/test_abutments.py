@@ -7,8 +7,9 @@ pads alone until the gap closes. Hyperbola: K = 20.3 x 14.33 x 1.8288/1.68 MN/m,
 Tolerance 0.5 % (penalty in series and weak restoring spring included).
 """
 
-from itertools import pairwise
+from itertools import pairwise, product
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import openseespy.opensees as ops
@@ -18,21 +19,13 @@ from bridge_variants import analysed, variant
 from skewbridge.analysis import transient
 from skewbridge.analysis.pushover import push_abutment
 from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.bridge import springs
 from skewbridge.bridge.abutments import Joint
 from skewbridge.bridge.backfill import wall_backfill
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
 from skewbridge.bridge.deck import deck_reactions_n
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, domain
-from skewbridge.bridge.springs import (
-    KEY_FACE_HARDENING,
-    NORMAL_OVER_NEIGHBOUR,
-    elastic_material,
-    gap_material,
-    grounded_node,
-    passive_material,
-    plane_node,
-)
 from skewbridge.variant.options import ModelOptions
 from strong_motion import strong_motion
 
@@ -74,7 +67,7 @@ def test_a_push_normal_to_the_wall_reaches_the_bilinear_force(abutment, skew_deg
 @pytest.mark.parametrize(("closure_m", "force_kn"), [(0.025, 3_872), (0.05, 5_126), (0.076, 5_306)])
 def test_the_hyperbolic_backbone_is_met_behind_the_gap(abutment, closure_m, force_kn):
     soil = wall_backfill(load_bridge("osb1").abutment, "hyperbolic", 0.0)
-    penalty_kn_per_m = NORMAL_OVER_NEIGHBOUR * soil.stiffness_n_per_m / 1e3
+    penalty_kn_per_m = springs.NORMAL_OVER_NEIGHBOUR * soil.stiffness_n_per_m / 1e3
     penetration_m = force_kn / penalty_kn_per_m if abutment == "contact" else 0.0
     found_kn = beside_pads_kn(push(abutment), 0.051 + closure_m + penetration_m)
     assert found_kn == pytest.approx(force_kn, rel=0.005)
@@ -89,13 +82,18 @@ def test_only_the_pads_act_until_the_gap_closes_and_away_from_the_backfill(abutm
         assert force_at(curve, disp_m) == pytest.approx(expected, rel=tolerance, abs=1.0)
 
 
-def test_a_key_follows_its_backbone_behind_the_transverse_gap():
+def test_a_key_follows_its_backbone_and_the_spring_model_yields_in_series_with_its_wing_walls():
     curve = push("contact", angle_deg=90.0, steps=1500)
     key = load_bridge("osb1").abutment.sacrificial_key
-    penalty_kn_per_mm = NORMAL_OVER_NEIGHBOUR * key.force_kn[0] / key.displacement_mm[0]
+    penalty_kn_per_mm = springs.NORMAL_OVER_NEIGHBOUR * key.force_kn[0] / key.displacement_mm[0]
     for force_kn, disp_mm in zip(key.force_kn, key.displacement_mm, strict=True):
         disp_m = 0.0064 + 1e-3 * (disp_mm + force_kn / penalty_kn_per_mm)
         assert beside_pads_kn(curve, disp_m) == pytest.approx(force_kn, rel=0.005)
+    spring, contact = (push(name, angle_deg=90.0) for name in ("spring", "contact"))
+    assert spring.peak_n == pytest.approx(contact.peak_n, rel=0.02)
+    assert push("contact", angle_deg=90.0, keys="monolithic").peak_n > 2 * contact.peak_n
+    later_m = spring.disp_at_peak_m - contact.disp_at_peak_m
+    assert later_m == pytest.approx(1765e3 / 129.3e6, rel=0.1)  # key strength over wing stiffness
 
 
 def test_friction_acts_in_an_oblique_push_only():
@@ -107,39 +105,25 @@ def test_friction_acts_in_an_oblique_push_only():
     assert force_at(rubbing, 0.1) > 1.1 * force_at(plain, 0.1)
 
 
-@pytest.mark.parametrize(
-    ("name", "k50_mn_per_m", "ultimate_kn"),
-    [("bridge_a", 169.8, 2_014), ("bridge_b", 598.7, 9_471), ("bridge_c", 761.8, 12_178)],
-)
-def test_the_hyperbola_of_kavianis_bridges_passes_its_two_points(name, k50_mn_per_m, ultimate_kn):
-    data = load_bridge(name).abutment
-    passive = wall_backfill(data, "hyperbolic", 0.0)
-    closures_m = [ultimate_kn / 2 / k50_mn_per_m / 1e3, 0.05 * data.wall_height_m]
-    found_kn = passive.force_n(closures_m) / 1e3
-    assert found_kn == pytest.approx([ultimate_kn / 2, ultimate_kn], rel=1e-6)
-
-
-def test_the_spring_model_yields_in_series_with_its_wing_walls():
-    spring, contact = (push(name, angle_deg=90.0) for name in ("spring", "contact"))
-    assert spring.peak_n == pytest.approx(contact.peak_n, rel=0.02)
-    assert push("contact", angle_deg=90.0, keys="monolithic").peak_n > 2 * contact.peak_n
-    later_m = spring.disp_at_peak_m - contact.disp_at_peak_m
-    assert later_m == pytest.approx(1765e3 / 129.3e6, rel=0.1)  # key strength over wing stiffness
+def test_the_hyperbola_of_kavianis_bridges_passes_its_two_points():
+    for name, k50_mn_per_m, ultimate_kn in (
+        ("bridge_a", 169.8, 2_014), ("bridge_b", 598.7, 9_471), ("bridge_c", 761.8, 12_178),
+    ):  # fmt: skip
+        data = load_bridge(name).abutment
+        closures_m = [ultimate_kn / 2 / k50_mn_per_m / 1e3, 0.05 * data.wall_height_m]
+        found_kn = wall_backfill(data, "hyperbolic", 0.0).force_n(closures_m) / 1e3
+        assert found_kn == pytest.approx([ultimate_kn / 2, ultimate_kn], rel=1e-6), name
 
 
 def dashpots_n_s_per_m(vs_mps, monkeypatch):
     """Return the sum of all dashpots behind the walls and keys of both abutments of OSB1."""
-    found, create = [], ops.uniaxialMaterial
-
-    def noted(kind, tag, *values):
-        if kind == "Elastic" and len(values) > 1:
-            found.append(values[1])
-        create(kind, tag, *values)
-
-    monkeypatch.setattr(ops, "uniaxialMaterial", noted)
+    create = Mock(wraps=ops.uniaxialMaterial)
+    monkeypatch.setattr(ops, "uniaxialMaterial", create)
     with domain():
         build(variant(60), ModelOptions(backfill_vs_mps=vs_mps))
-    return sum(found)
+    monkeypatch.undo()
+    given = [call.args for call in create.call_args_list]
+    return sum(args[3] for args in given if args[0] == "Elastic" and len(args) > 3)
 
 
 def test_waves_that_leave_a_wall_damp_it_with_density_velocity_and_area(monkeypatch):
@@ -189,8 +173,8 @@ def forces(closures_m, *, gap_m=0.0, passive=OSB1):
     """Return the compressive force of the spring at successive closures, driven step by step."""
     tags, out = TagAllocator(), []
     with domain():
-        spring = passive_material(passive, gap_m, tags)
-        driver = elastic_material(STIFF * passive.stiffness_n_per_m, tags)
+        spring = springs.passive_material(passive, gap_m, tags)
+        driver = springs.elastic_material(STIFF * passive.stiffness_n_per_m, tags)
         spring_in_series([spring], driver, [0.0, *closures_m], 1.0)
         ops.test("NormDispIncr", 1.0e-12, 50)
         ops.analysis("Static", "-noWarnings")
@@ -204,46 +188,41 @@ def path(*turns_m, steps=100):
     return np.concatenate([np.linspace(a, b, steps + 1)[1:] for a, b in pairwise((0.0, *turns_m))])
 
 
-@pytest.mark.parametrize("gap_m", [0.0, 0.025, 0.051])
 @pytest.mark.parametrize("bridge", ["osb1", "bridge_a", "bridge_b", "bridge_c"])
-def test_first_loading_is_the_hyperbola_and_ends_at_the_ultimate_force(bridge, gap_m):
+def test_first_loading_is_the_hyperbola_and_ends_at_the_ultimate_force(bridge):
     passive = wall_backfill(load_bridge(bridge).abutment, "hyperbolic", 0.0)
     closures = np.geomspace(1e-3, 1.0, 200)
-    found = forces(gap_m + closures, gap_m=gap_m, passive=passive)
-    np.testing.assert_allclose(found, passive.force_n(closures), rtol=0.005)
-    assert found.max() == pytest.approx(passive.ultimate_n, rel=0.002)
+    for gap_m in (0.0, 0.025, 0.051):
+        found = forces(gap_m + closures, gap_m=gap_m, passive=passive)
+        np.testing.assert_allclose(found, passive.force_n(closures), rtol=0.005)
+        assert found.max() == pytest.approx(passive.ultimate_n, rel=0.002)
 
 
-@pytest.mark.parametrize("reached_m", [0.005, 0.02, 0.05, 0.3])
-def test_unloading_has_the_initial_stiffness_and_opens_a_gap(reached_m):
-    loading = path(reached_m)
-    peak_n = forces(loading)[-1]
-    gap_starts_m = reached_m - peak_n / STIFFNESS
-    back = np.linspace(reached_m, 0.0, 200)
-    found = forces([*loading, *back])[loading.size :]
+@pytest.mark.parametrize(
+    ("reached_m", "away_m"),
+    [(0.005, 0.0), (0.02, 0.0), (0.05, 0.0), (0.3, 0.0), (0.04, 0.01), (0.04, 0.0), (0.04, -0.1)],
+)
+def test_unloading_is_stiff_and_opens_a_gap_and_reloading_meets_the_curve(reached_m, away_m):
+    back, again = np.linspace(reached_m, away_m, 200), np.linspace(away_m, 0.3, 400)
+    loaded, unloaded, reloaded = np.split(forces([*path(reached_m), *back, *again]), (100, 300))
+    peak_n = loaded[-1]
+    starts_m = reached_m - peak_n / STIFFNESS
     expected = np.maximum(peak_n - STIFFNESS * (reached_m - back), 0.0)
-    np.testing.assert_allclose(found, expected, atol=CLOSES_M * STIFFNESS)
-    assert np.abs(found[back < gap_starts_m - CLOSES_M]).max() < 1e-5 * OSB1.ultimate_n
-
-
-@pytest.mark.parametrize("away_m", [0.01, 0.0, -0.1])
-def test_reloading_meets_the_curve_where_it_was_left(away_m):
-    loading = path(0.04, away_m)
-    again = np.linspace(away_m, 0.3, 400)
-    found = forces([*loading, *again])[loading.size :]
-    peak_n = float(OSB1.force_n(0.04))
-    starts_m = 0.04 - peak_n / STIFFNESS
+    np.testing.assert_allclose(unloaded, expected, atol=CLOSES_M * STIFFNESS)
+    beyond = np.abs(unloaded[back < starts_m - CLOSES_M])
+    assert beyond.max(initial=0.0) < 1e-5 * OSB1.ultimate_n
+    peak_n = float(OSB1.force_n(reached_m))
     reload = np.clip(STIFFNESS * (again - starts_m), 0.0, None)
-    expected = np.where(again < 0.04, np.minimum(reload, peak_n), OSB1.force_n(again))
-    np.testing.assert_allclose(found, expected, rtol=0.005, atol=0.002 * peak_n)
+    expected = np.where(again < reached_m, np.minimum(reload, peak_n), OSB1.force_n(again))
+    np.testing.assert_allclose(reloaded, expected, rtol=0.005, atol=0.002 * peak_n)
 
 
 def test_a_massless_node_that_a_contact_pushes_is_solved_through_all_branches():
     with domain():
         tags = TagAllocator()
-        weak = elastic_material(1e-4 * STIFFNESS, tags)
-        contact = gap_material(10 * STIFFNESS, 0.02, tags)
-        spring = passive_material(OSB1, 0.0, tags)
+        weak = springs.elastic_material(1e-4 * STIFFNESS, tags)
+        contact = springs.gap_material(10 * STIFFNESS, 0.02, tags)
+        spring = springs.passive_material(OSB1, 0.0, tags)
         turns_m = 0.15 * np.array([0, 1, 0, -0.2, 1.2, 0, 0.9, 0])
         spring_in_series([spring, weak], contact, turns_m, 0.01)
         ops.test("EnergyIncr", 1e-8, 10)
@@ -255,13 +234,13 @@ def test_a_massless_node_that_a_contact_pushes_is_solved_through_all_branches():
 # --- the force of a shear key is that of its backbone, never that of the penalty before it
 
 
-@pytest.mark.parametrize("abutment", ["spring", "contact"])
-def test_a_key_that_breaks_has_given_its_strength_and_no_more(abutment):
-    case = variant(abutment=abutment, gap_mm=25, friction_pct=0)
-    found = analysed(case, strong_motion(peak_g=1.6), duration_s=3.0).demands
+def test_a_key_that_breaks_has_given_its_strength_and_no_more():
     key = load_bridge("osb1").abutment.sacrificial_key
-    assert found["shear_key_disp_m"] > key.displacement_mm[1] / 1e3
-    assert found["shear_key_force_kn"] == pytest.approx(max(key.force_kn), rel=0.02)
+    for abutment in ("spring", "contact"):
+        case = variant(abutment=abutment, gap_mm=25, friction_pct=0)
+        found = analysed(case, strong_motion(peak_g=1.6), duration_s=3.0).demands
+        assert found["shear_key_disp_m"] > key.displacement_mm[1] / 1e3
+        assert found["shear_key_force_kn"] == pytest.approx(max(key.force_kn), rel=0.02)
 
 
 @pytest.mark.parametrize("option", ["backbone", "elastic"])
@@ -271,7 +250,7 @@ def test_a_key_pushed_along_its_face_has_no_more_than_its_strength(option):
     options = ModelOptions(key_along_face=option)
     context = SimpleNamespace(key=key, key_mass_kg=6.0e3, options=options, tags=tags)
     with domain():
-        nodes = grounded_node((0.0, 0.0), tags), plane_node((0.0, 0.0), 0.0, tags)
+        nodes = springs.grounded_node((0.0, 0.0), tags), springs.plane_node((0.0, 0.0), 0.0, tags)
         Joint.key_spring(context, nodes, (0.0, 1.0))
         ops.timeSeries("Linear", 1)
         ops.pattern("Plain", 1, 1)
@@ -282,7 +261,7 @@ def test_a_key_pushed_along_its_face_has_no_more_than_its_strength(option):
         force_kn = ops.getLoadFactor(1) / 1e3
     expected = elastic_kn = 50.0 * key.force_kn[0] / key.displacement_mm[0]
     if option == "backbone":
-        expected = key.force_kn[1] + KEY_FACE_HARDENING * (elastic_kn - key.force_kn[1])
+        expected = key.force_kn[1] + springs.KEY_FACE_HARDENING * (elastic_kn - key.force_kn[1])
         assert key.force_kn[1] < expected < 1.01 * key.force_kn[1]
     assert force_kn == pytest.approx(expected, rel=1e-6)
 
@@ -290,48 +269,38 @@ def test_a_key_pushed_along_its_face_has_no_more_than_its_strength(option):
 # --- pads and supports lift: no tension in any bridge, and the opening is a demand
 
 
-class Forces(transient.Watch):
-    """Keeps the vertical forces of all bearings at rest and the largest tension."""
+@pytest.mark.parametrize(
+    ("bridge", "skew_deg", "pads"),
+    [*product(bridge_names(), [0, 60], ["two"]), ("osb1", 60, "each"), ("bridge_a", 60, "each")],
+)
+def test_no_pad_pulls_at_the_deck_and_a_deck_that_lifts_opens_its_bearings(
+    monkeypatch, bridge, skew_deg, pads
+):
+    """Under a pulse of 1.6 g, bridge A at skew 60 would need 2 MN of tension; OSB1 stays."""
+    forces_n = []  # of each bearing on the deck downwards, step by step: tension is positive
 
-    def __init__(self, model, settings):
-        super().__init__(model, settings)
-        ends = model.abutments
-        self.elements = [pad.element for end in ends for pad in end.bearings]
-        type(self).at_rest_n = sum(self.forces_n())
-        first, *_, last = deck_reactions_n(model.bridge)
-        type(self).dead_n = first + last
-        type(self).tension_n = 0.0
+    class Watch(transient.Watch):
+        def __init__(self, model, settings):
+            super().__init__(model, settings)
+            self.pads = [pad.element for end in model.abutments for pad in end.bearings]
+            forces_n.append(self.of_pads())
 
-    def forces_n(self) -> list[float]:
-        """Force of each bearing on the deck downwards: tension is positive."""
-        return [ops.eleForce(element)[8] for element in self.elements]
+        def of_pads(self):
+            return [ops.eleForce(element)[8] for element in self.pads]
 
-    def collapsed(self) -> str:
-        type(self).tension_n = max(type(self).tension_n, *self.forces_n())
-        return super().collapsed()
+        def collapsed(self):
+            forces_n.append(self.of_pads())
+            return super().collapsed()
 
-
-def strongest(monkeypatch, bridge, skew_deg, **options):
-    """Return the demands under a pulse of 1.6 g."""
-    monkeypatch.setattr(transient, "Watch", Forces)
-    case = variant(skew_deg, bridge=bridge, gap_mm=25)
-    motion = strong_motion(peak_g=1.6)
-    return analysed(case, motion, ModelOptions(**options), duration_s=4.0).whole_history
-
-
-@pytest.mark.parametrize("skew_deg", [0, 60])
-@pytest.mark.parametrize("bridge", bridge_names())
-def test_no_pad_pulls_at_the_deck(monkeypatch, bridge, skew_deg):
-    found = strongest(monkeypatch, bridge, skew_deg)
+    monkeypatch.setattr(transient, "Watch", Watch)
+    case, motion = variant(skew_deg, bridge=bridge, gap_mm=25), strong_motion(peak_g=1.6)
+    found = analysed(case, motion, ModelOptions(pads=pads), duration_s=4.0).whole_history
     # a skewed bearing line holds the deck against torsion and carries more than a straight one
-    assert 0.95 < -Forces.at_rest_n / Forces.dead_n < 1.25
-    assert Forces.tension_n < 1.0e3
+    first, *_, last = deck_reactions_n(load_bridge(bridge))
+    assert 0.95 < -sum(forces_n[0]) / (first + last) < 1.25
+    assert np.max(forces_n) < 1.0e3
     assert abs(found["energy_residual_ratio"]) < 3.0e-3
-
-
-@pytest.mark.parametrize("pads", ["two", "each"])
-def test_a_deck_that_lifts_opens_its_bearings(monkeypatch, pads):
-    """Bridge A at skew 60 would need 2 MN of tension; OSB1 stays on its pads."""
-    assert strongest(monkeypatch, "bridge_a", 60, pads=pads)["bearing_uplift_m"] > 0.01
-    assert Forces.tension_n < 1.0e3
-    assert strongest(monkeypatch, "osb1", 60, pads=pads)["bearing_uplift_m"] < 1e-4
+    if (bridge, skew_deg) == ("bridge_a", 60):
+        assert found["bearing_uplift_m"] > 0.01
+    if (bridge, skew_deg) == ("osb1", 60):
+        assert found["bearing_uplift_m"] < 1e-4

@@ -8,15 +8,8 @@ from skewbridge.contact import law as contact_law
 from skewbridge.verification.references.cases import deck_case
 from skewbridge.verification.references.deck_solvers import run_deck
 from skewbridge.verification.references.driven_unit import drive_unit, path_work_j
+from skewbridge.verification.studies import spatial_path
 from skewbridge.verification.studies.blocks import integrator_restitution, verify_contact_gate
-from skewbridge.verification.studies.spatial_path import (
-    IMPLEX,
-    IMPLICIT,
-    curved_path,
-    drive_native,
-    path_error,
-    run_native_deck,
-)
 
 
 def test_contact_checks_pass():
@@ -25,35 +18,29 @@ def test_contact_checks_pass():
     assert len(table) >= 15
 
 
-def half_cone(monkeypatch):
-    def half(normal_n, friction, cohesion_n):
-        return 0.5 * (cohesion_n + friction * normal_n) if normal_n > 0.0 else 0.0
-
-    monkeypatch.setattr(contact_law, "friction_limit_n", half)
-
-
-def no_updates(monkeypatch):
-    prepared = ContactSet.__init__
-
-    def without(self, *args, **options):
-        prepared(self, *args, **(options | {"update": False}))
-
-    monkeypatch.setattr(ContactSet, "__init__", without)
-
-
-@pytest.mark.parametrize(("fault", "words"), [(half_cone, ("",)), (no_updates, ("lag", "work"))])
-def test_contact_checks_fail_with_a_fault_in_friction(monkeypatch, fault, words):
-    fault(monkeypatch)
-    failed = verify_contact_gate().query("not `pass`")["quantity"]
-    assert any(word in quantity for quantity in failed for word in words)
+def test_contact_checks_fail_with_a_fault_in_friction(monkeypatch):
+    prepared, limit_n = ContactSet.__init__, contact_law.friction_limit_n
+    for place, name, fault, words in (
+        (contact_law, "friction_limit_n", lambda *given: 0.5 * limit_n(*given), ("",)),
+        (
+            ContactSet,
+            "__init__",
+            lambda *a, **k: prepared(*a, **k | {"update": False}),
+            ("lag", "work"),
+        ),
+    ):
+        with monkeypatch.context() as patch:
+            patch.setattr(place, name, fault)
+            failed = verify_contact_gate().query("not `pass`")["quantity"]
+        assert any(word in quantity for quantity in failed for word in words)
 
 
-@pytest.mark.parametrize("integration", [IMPLICIT, IMPLEX])
+@pytest.mark.parametrize("integration", [spatial_path.IMPLICIT, spatial_path.IMPLEX])
 def test_native_element_gives_the_same_forces_on_a_path(integration):
-    path = curved_path(400)
+    path = spatial_path.curved_path(400)
     law = contact_law.ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3)
     ours = drive_unit(law, path, substeps=10).forces_n
-    native = drive_native(law, path, integration, substeps=10)
+    native = spatial_path.drive_native(law, path, integration, substeps=10)
     limit = 0.3 * ours[:, 2].max()
     assert np.sqrt(np.mean(np.sum((ours - native) ** 2, axis=1))) <= 0.01 * limit
     assert path_work_j(path, ours) == pytest.approx(path_work_j(path, native), rel=2e-3)
@@ -65,7 +52,7 @@ def test_native_element_converges_to_our_frictional_deck():
     ours = run_deck(case)
     errors = []
     for dt_s in (4e-4, 1e-4):
-        native = run_native_deck("C5", IMPLICIT, dt_s)
+        native = spatial_path.run_native_deck("C5", spatial_path.IMPLICIT, dt_s)
         found = np.interp(ours.t_s, native.t_s, native.q[:, 1])
         errors.append(np.abs(found - ours.q[:, 1]).max())
     assert errors[1] < 0.45 * errors[0]
@@ -74,28 +61,23 @@ def test_native_element_converges_to_our_frictional_deck():
 
 @pytest.mark.parametrize("coupling", ["extrapolated", "lagged"])
 def test_both_couplings_are_of_first_order_on_a_path_that_stays_closed(coupling):
-    errors = [path_error(rows, coupling, "closed") for rows in (250, 1000)]
+    errors = [spatial_path.path_error(rows, coupling, "closed") for rows in (250, 1000)]
     assert np.log(errors[0] / errors[1]) / np.log(4.0) >= 0.9
     if coupling == "extrapolated":
         assert errors[1] <= 0.012
 
 
-# Means of Houbolt and Newmark, least and largest of Newmark: own integration without OpenSees.
-@pytest.mark.parametrize(
-    ("step", "houbolt_mean", "newmark_mean", "ends"),
-    [
+def test_integrators_lose_energy_at_impact_as_without_opensees():
+    # Means of Houbolt and Newmark, least and largest of Newmark: own integration without OpenSees.
+    for step, houbolt_mean, newmark_mean, ends in (
         (0.1, 0.9984, 1.0000, (0.9988, 1.0012)),
         (0.5, 0.9255, 1.0004, (0.9712, 1.0286)),
         (1.0, 0.7947, 1.0056, (0.9037, 1.1076)),
         (2.0, 0.6525, 1.0000, (1.0000, 1.0000)),
-    ],
-)
-def test_integrators_lose_energy_at_impact_as_without_opensees(
-    step, houbolt_mean, newmark_mean, ends
-):
-    # Houbolt depends on how it is started before the impact: 0.01; Newmark is one-step.
-    houbolt = integrator_restitution("houbolt", step)
-    assert houbolt.mean() == pytest.approx(houbolt_mean, abs=0.01)
-    newmark = integrator_restitution("newmark", step)
-    assert newmark.mean() == pytest.approx(newmark_mean, abs=1e-3)
-    assert (newmark.min(), newmark.max()) == pytest.approx(ends, abs=0.02)
+    ):
+        # Houbolt depends on how it is started before the impact: 0.01; Newmark is one-step.
+        houbolt = integrator_restitution("houbolt", step)
+        assert houbolt.mean() == pytest.approx(houbolt_mean, abs=0.01)
+        newmark = integrator_restitution("newmark", step)
+        assert newmark.mean() == pytest.approx(newmark_mean, abs=1e-3)
+        assert (newmark.min(), newmark.max()) == pytest.approx(ends, abs=0.02)

@@ -1,6 +1,8 @@
 """Fragility of the stored demands of the default study: reached states, and pooled medians."""
 
+from itertools import product
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -18,7 +20,6 @@ from skewbridge.fragility.system import system_curves
 ROOT = Path(__file__).parents[2]
 IM = "im_saavg_rotd50_g"
 SETTINGS = FitSettings(im=IM)
-CURVATURE = "column_curvature_ductility"
 #: States that some run of one bridge reached and no run of the other.
 NOT_REACHED = {
     "osb1": {"column_shear/dcr_080", "column_shear/dcr_100", "column_failure/shear"},
@@ -27,61 +28,36 @@ NOT_REACHED = {
 
 
 @pytest.fixture(scope="module")
-def raw():
-    return pd.read_parquet(ROOT / "tests" / "data" / "default_study_demands.parquet")
-
-
-@pytest.fixture(scope="module")
-def states(raw):
+def study():
+    """Demands, limit states, rows that fits use, curves, pooled medians and joint models."""
+    raw = pd.read_parquet(ROOT / "tests" / "data" / "default_study_demands.parquet")
     columns = {*raw.columns, "column_failure_ratio"}
-    return with_column_failure(load_limit_states(ROOT / "config" / "limit_states.yaml"), columns)
-
-
-@pytest.fixture(scope="module")
-def rows(raw, states):
-    return prepared(raw, list(dict.fromkeys(state.demand for state in states)), SETTINGS).table
-
-
-@pytest.fixture(scope="module")
-def curves(rows, states):
-    return fit_study(rows, states, SETTINGS)
-
-
-@pytest.fixture(scope="module")
-def medians(rows, states, curves):
-    return median_effects(rows, states, SETTINGS, curves=curves)
-
-
-@pytest.fixture(scope="module")
-def joint(rows, states, curves):
-    return joint_table(rows, states, curves, SETTINGS)
+    states = with_column_failure(load_limit_states(ROOT / "config" / "limit_states.yaml"), columns)
+    rows = prepared(raw, list(dict.fromkeys(state.demand for state in states)), SETTINGS).table
+    curves = fit_study(rows, states, SETTINGS)
+    medians = median_effects(rows, states, SETTINGS, curves=curves)
+    joint = joint_table(rows, states, curves, SETTINGS)
+    found = {"raw": raw, "states": states, "rows": rows, "curves": curves}
+    return SimpleNamespace(**found, medians=medians, joint=joint)
 
 
 def keys(table):
     return table["component"] + "/" + table["limit_state"]
 
 
-def largest(raw, bridge, column):
-    """Return the largest demand of the runs of a bridge."""
-    return raw.loc[raw["bridge"] == bridge, column].max()
-
-
-def test_no_estimate_exists_for_a_state_that_no_run_of_the_bridge_reached(
-    raw, rows, states, curves, medians, joint
-):
-    systems = system_curves(rows, states, SETTINGS)
+def test_no_estimate_exists_for_a_state_that_no_run_of_the_bridge_reached(study):
+    raw, states = study.raw, study.states
+    systems = system_curves(study.rows, states, SETTINGS)
     for bridge, known in NOT_REACHED.items():
         # every demand of these runs, also those at the moment of a failure
-        beyond = {
-            state.key
-            for state in states
-            if state.demand in raw and largest(raw, bridge, state.demand) <= state.threshold
-        }
+        largest = raw[raw["bridge"] == bridge].max(numeric_only=True)
+        beyond = {s.key for s in states if s.demand in raw and largest[s.demand] <= s.threshold}
         assert known <= beyond
-        for table in (curves, joint):
+        for table in (study.curves, study.joint):
             fitted = table[(table["bridge"] == bridge) & (table["status"] == "ok")]
             assert len(fitted) >= 10
             assert not set(keys(fitted)) & beyond
+        medians = study.medians
         effects = medians[(medians["bridge"] == bridge) & (medians["status"] == "ok")]
         assert len(effects) > 20
         assert not set(effects["demand"]) & beyond
@@ -91,7 +67,8 @@ def test_no_estimate_exists_for_a_state_that_no_run_of_the_bridge_reached(
                 assert f"{component}/{state or system['limit_state']}" not in beyond
 
 
-def test_a_column_failure_of_one_mode_decides_no_state_of_the_other(raw, curves):
+def test_a_column_failure_of_one_mode_decides_no_state_of_the_other(study):
+    raw, curves = study.raw, study.curves
     for bridge, kind, column, state in (
         ("osb1", "flexure", "column_shear_dcr", "dcr_100"),
         ("osb1_fixed", "shear", "column_drift_ratio", "complete"),
@@ -106,7 +83,8 @@ def test_a_column_failure_of_one_mode_decides_no_state_of_the_other(raw, curves)
         assert found["reach"].str.contains("largest").all()
 
 
-def test_a_column_is_no_stronger_in_any_mode_than_in_one(curves, medians, joint):
+def test_a_column_is_no_stronger_in_any_mode_than_in_one(study):
+    curves, medians, joint = study.curves, study.medians, study.joint
     fitted = curves[(curves["status"] == "ok") & (curves["component"] == "column_failure")]
     table = fitted.pivot_table(index=["variant", "method"], columns="limit_state", values="theta")
     models = joint[(joint["status"] == "ok") & (joint["component"] == "column_failure")]
@@ -114,21 +92,18 @@ def test_a_column_is_no_stronger_in_any_mode_than_in_one(curves, medians, joint)
     effects = pooled.pivot(
         index=["bridge", "axis", "to_value"], columns="demand", values="from_mean"
     ).rename(columns=lambda name: name.removeprefix("column_failure/"))
-    for mode in ("shear", "flexure"):
-        for found in (
-            table,
-            models.pivot(index="bridge", columns="limit_state", values="theta"),
-            effects,
-        ):
-            both = found[["any", mode]].dropna()
-            assert len(both) > 0
-            assert (both["any"] <= both[mode] * (1.0 + 1e-12)).all()
+    models = models.pivot(index="bridge", columns="limit_state", values="theta")
+    for mode, found in product(("shear", "flexure"), (table, models, effects)):
+        both = found[["any", mode]].dropna()
+        assert len(both) > 0
+        assert (both["any"] <= both[mode] * (1.0 + 1e-12)).all()
     lines = fitted[fitted["limit_state"] == "any"].groupby("bridge")["line_demand"].unique()
     assert lines["osb1"].tolist() == ["drift_over_capacity"]
 
 
-def test_a_ratio_of_medians_states_the_runs_and_curves_behind_it(raw, curves, medians):
-    curves = curves.assign(demand=keys(curves))
+def test_a_ratio_of_medians_states_the_runs_and_curves_behind_it(study):
+    raw, medians = study.raw, study.medians
+    curves = study.curves.assign(demand=keys(study.curves))
     estimated = curves[curves["preferred"].astype(bool)].set_index(["variant", "demand"]).index
     axes = ["skew_deg", "gap_mm", "friction"]
     variants = raw.drop_duplicates("variant").set_index(["bridge", *axes])["variant"]
@@ -148,15 +123,15 @@ def test_a_ratio_of_medians_states_the_runs_and_curves_behind_it(raw, curves, me
     none = pooled["n_without_curve"] == 2 * pooled["n_cells"]
     assert ((pooled["status"] == "no_curve") == none).all()
     slight = raw[(raw["bridge"] == "osb1") & (raw["skew_deg"] == 0.0)]
-    row = pooled.query("bridge == 'osb1' and demand == 'unseating/slight' and to_value == 60").iloc[
-        0
-    ]
+    chosen = "bridge == 'osb1' and demand == 'unseating/slight' and to_value == 60"
+    row = pooled.query(chosen).iloc[0]
     assert row["n_exceed_from"] == (slight["unseating_m"] > 0.038).sum()
     low, high = sorted((row["ratio_all_exceed"], row["ratio_none_exceed"]))
     assert low * 0.99 <= row["ratio"] <= high * 1.01
 
 
-def test_medians_at_the_end_of_the_intensities_are_called_extrapolated(raw, curves):
+def test_medians_at_the_end_of_the_intensities_are_called_extrapolated(study):
+    raw, curves = study.raw, study.curves
     found = curves[curves["status"] == "ok"]
     for row in found.to_dict("records"):
         im = raw.loc[raw["variant"] == row["variant"], IM]
@@ -195,20 +170,20 @@ def bounds_of(part, column, mode):
     return np.log(peak), np.where(failed == "", np.log(peak), np.inf)
 
 
-@pytest.mark.parametrize(
-    ("bridge", "axis", "key", "column", "mode", "threshold"),
-    [
-        ("osb1_fixed", "skew_deg", "column_failure/shear", "column_shear_dcr", "shear", 1.0),
-        ("osb1_fixed", "friction", "column_shear/dcr_050", "column_shear_dcr", "shear", 0.5),
-        ("osb1", "skew_deg", "unseating/slight", "unseating_m", "", 0.038),
-        ("osb1", "gap_mm", "column_drift/slight", "column_drift_ratio", "", 0.01),
-        ("osb1_fixed", "skew_deg", "column_curvature/slight", CURVATURE, "", 1.0),
-    ],
-)
+POOLED = [
+    ("osb1_fixed", "skew_deg", "column_failure/shear", "column_shear_dcr", "shear", 1.0),
+    ("osb1_fixed", "friction", "column_shear/dcr_050", "column_shear_dcr", "shear", 0.5),
+    ("osb1", "skew_deg", "unseating/slight", "unseating_m", "", 0.038),
+    ("osb1", "gap_mm", "column_drift/slight", "column_drift_ratio", "", 0.01),
+    ("osb1_fixed", "skew_deg", "column_curvature/slight", "column_curvature_ductility", "", 1.0),
+]
+
+
+@pytest.mark.parametrize(("bridge", "axis", "key", "column", "mode", "threshold"), POOLED)
 def test_pooled_ratios_of_medians_agree_with_an_independent_jackknife(
-    raw, medians, bridge, axis, key, column, mode, threshold
+    study, bridge, axis, key, column, mode, threshold
 ):
-    part = raw[raw["bridge"] == bridge]
+    part = study.raw[study.raw["bridge"] == bridge]
     motions = np.unique(part["motion_id"])
     others = [name for name in ("skew_deg", "gap_mm", "friction") if name != axis]
     low_value, high_value = part[axis].min(), part[axis].max()
@@ -220,11 +195,9 @@ def test_pooled_ratios_of_medians_agree_with_an_independent_jackknife(
             for value in (low_value, high_value):
                 run = cell[cell[axis] == value]
                 low, high = bounds_of(run, column, [mode])
-                if not np.any(np.exp(low) > threshold):
-                    ends.append(np.nan)
-                    continue
+                is_reached = np.any(np.exp(low) > threshold)
                 x = np.log(run[IM].to_numpy(dtype=float))
-                ends.append(independent_median(x, low, high, threshold))
+                ends.append(independent_median(x, low, high, threshold) if is_reached else np.nan)
             logs.append(ends[1] - ends[0])
         return np.nanmean(logs)
 
@@ -233,9 +206,9 @@ def test_pooled_ratios_of_medians_agree_with_an_independent_jackknife(
     count = motions.size
     error = np.sqrt((count - 1) / count * np.sum((left_out - left_out.mean()) ** 2))
     reach = stats.t.ppf(0.95, count - 2) * error
-    keys = ["bridge", "axis", "to_value", "demand", "scope"]
-    found = medians.set_index(keys).loc[[(bridge, axis, high_value, key, "pooled")]]
+    place = ["bridge", "axis", "to_value", "demand", "scope"]
+    found = study.medians.set_index(place).loc[[(bridge, axis, high_value, key, "pooled")]]
     assert len(found) == 1
-    expected = {"ratio": whole, "ci_low": whole - reach, "ci_high": whole + reach}
-    for name, value in expected.items():
-        assert found[name].iloc[0] == pytest.approx(np.exp(value), rel=0.02), name
+    expected = np.exp([whole, whole - reach, whole + reach])
+    ours = found[["ratio", "ci_low", "ci_high"]].iloc[0].to_numpy(dtype=float)
+    assert ours == pytest.approx(expected, rel=0.02)

@@ -29,7 +29,6 @@ from skewbridge.fragility.lines import fit_lines, lilliefors
 from skewbridge.fragility.lines import tested_line as line_with_tests
 from skewbridge.fragility.motion_means import jackknife_covariance
 from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
-from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import _failures
 
 MSA = (
@@ -40,61 +39,64 @@ CAPACITIES = (
     "ida_locomotive_right_censored", "ida_12_complete", "ida_12_censored_at_1p5",
     "ida_reliawiki_10",
 )  # fmt: skip
-BRACKETS = ("ida_interval_censored_R", "ida_same_records_on_stripes")
+ERRORS = ("se_ln_theta", "se_beta")
+
+
+def runs_of(im, columns, **further):
+    """Return a demands table of one variant."""
+    given = {"variant": "v", "bridge": "b", "abutment": "a", "skew_deg": 0.0, "scale": 1.0}
+    given |= {"incidence_deg": 0.0, "status": "ok", IM: im}
+    ids = [f"m{number:03d}" for number in range(im.size)]
+    return pd.DataFrame(given | columns | further).assign(motion_id=ids)
 
 
 def ends(values):
     return [np.inf if value in ("inf", None) else value for value in values]
 
 
-def assert_errors(fit, expected, tolerance=1e-4):
-    for name in ("se_ln_theta", "se_beta"):
-        assert fit.as_json()[name] == pytest.approx(expected[name], rel=tolerance)
+def fitted(given):
+    """Return the fit of capacities or stripes."""
+    if "capacity" in given:
+        return fit_capacities(given["capacity"], given["right_censored"])
+    return fit_stripes(given["im"], given["n"], given["k"])
 
 
-@pytest.mark.parametrize("name", MSA)
-def test_stripes_reproduce_the_case(name):
+def assert_agrees(fit, expected, keys, tolerance):
+    for key in keys:
+        assert fit.as_json()[key] == pytest.approx(expected[key], rel=tolerance), key
+
+
+@pytest.mark.parametrize("name", [*MSA, *CAPACITIES])
+def test_stripes_and_capacities_reproduce_the_case(name):
     given, expected = case(name)
-    fit = fit_stripes(given["im"], given["n"], given["k"])
-    assert fit.status == "ok"
-    for key in ("theta", "beta", "loglik"):
-        assert getattr(fit, key) == pytest.approx(expected[key], rel=1e-6)
-    for key in ("a0", "a1", "loglik_kernel"):
-        assert fit.as_json()[key] == pytest.approx(expected[key], rel=1e-6)
-    assert fit.cov_ln_theta_beta == pytest.approx(expected["cov_lntheta_beta"], rel=1e-4)
-    assert_errors(fit, expected)
-    assert fit.ci_theta == pytest.approx(ends(expected["profile95_theta"]), rel=1e-5)
-    assert fit.ci_beta == pytest.approx(ends(expected["profile95_beta"]), rel=1e-5)
-    assert set(expected.get("warnings", [])) <= set(fit.warnings)
-
-
-@pytest.mark.parametrize("name", CAPACITIES)
-def test_capacities_reproduce_the_case(name):
-    given, expected = case(name)
-    fit = fit_capacities(given["capacity"], given["right_censored"])
+    fit = fitted(given)
     assert fit.status == expected["status"]
-    wanted = [expected[name] for name in ("theta", "beta", "loglik_lnspace")]
-    assert [fit.theta, fit.beta, fit.loglik] == pytest.approx(wanted, rel=1e-6)
-    assert_errors(fit, expected)
+    assert_agrees(fit, expected, ("theta", "beta"), 1e-6)
+    assert_agrees(fit, expected, ERRORS, 1e-4)
     # of complete samples it is zero, and the reference shows its rounding
-    assert fit.cov_ln_theta_beta == pytest.approx(expected["cov_lntheta_beta"], rel=1e-4, abs=1e-9)
+    rounding = {"abs": 1e-9} if name in CAPACITIES else {}
+    covariance = expected["cov_lntheta_beta"]
+    assert fit.cov_ln_theta_beta == pytest.approx(covariance, rel=1e-4, **rounding)
+    loglik = expected["loglik_lnspace" if name in CAPACITIES else "loglik"]
+    assert fit.loglik == pytest.approx(loglik, rel=1e-6)
     if "beta_unbiased_n_minus_1" in expected:
-        unbiased = fit.as_json()["beta_unbiased_n_minus_1"]
-        assert unbiased == pytest.approx(expected["beta_unbiased_n_minus_1"], rel=1e-6)
+        assert_agrees(fit, expected, ["beta_unbiased_n_minus_1"], 1e-6)
+    if name in MSA:
+        assert_agrees(fit, expected, ("a0", "a1", "loglik_kernel"), 1e-6)
+        assert fit.ci_theta == pytest.approx(ends(expected["profile95_theta"]), rel=1e-5)
+        assert fit.ci_beta == pytest.approx(ends(expected["profile95_beta"]), rel=1e-5)
+        assert set(expected.get("warnings", [])) <= set(fit.warnings)
 
 
-@pytest.mark.parametrize("name", BRACKETS)
-def test_brackets_reproduce_the_case(name):
-    given, expected = case(name)
-    lower = given.get("bracket_lo", given.get("im_no_exceed"))
-    fit = fit_brackets(lower, ends(given.get("bracket_hi", given.get("im_exceed"))))
-    wanted = expected["theta"], expected["beta"]
-    assert (fit.theta, fit.beta) == pytest.approx(wanted, rel=2e-6)
-    assert_errors(fit, expected, 2e-4)
-
-
-def test_independent_binomial_errors_are_too_small_for_the_same_records():
-    given, expected = case("ida_same_records_on_stripes")
+def test_brackets_reproduce_the_cases_where_independent_binomial_errors_are_too_small():
+    for name, low, high in (
+        ("ida_interval_censored_R", "im_no_exceed", "im_exceed"),
+        ("ida_same_records_on_stripes", "bracket_lo", "bracket_hi"),
+    ):
+        given, expected = case(name)
+        fit = fit_brackets(given[low], ends(given[high]))
+        assert_agrees(fit, expected, ("theta", "beta"), 2e-6)
+        assert_agrees(fit, expected, ERRORS, 2e-4)
     naive = fit_stripes(given["stripes"], [given["n"]] * 5, given["k"])
     wanted = expected["naive_msa_theta"], expected["naive_msa_beta"]
     assert (naive.theta, naive.beta) == pytest.approx(wanted, rel=1e-6)
@@ -104,60 +106,40 @@ def test_independent_binomial_errors_are_too_small_for_the_same_records():
 
 
 @pytest.mark.parametrize(
-    ("name", "side", "limit"),
-    [("deg_all_zero", "lower", "upper"), ("deg_all_one", "upper", "lower")],
-)
-def test_nothing_or_everything_exceeding_gives_a_bound(name, side, limit):
-    given, expected = case(name)
-    fit = fit_stripes(given["im"], given["n"], given["k"])
-    assert fit.status == expected["status"]
-    assert np.isnan([fit.theta, fit.beta]).all()
-    key = f"theta_{side}95_given_beta"
-    assert fit.as_json()[key] == pytest.approx(expected[key], rel=1e-5)
-    wanted = expected[f"p_{limit}95_clopper_pearson_each"]
-    assert fit.as_json()[f"p_{limit}"] == pytest.approx([wanted] * 3, rel=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("name", "status", "estimates"),
+    ("name", "estimates"),
     [
-        (
-            "deg_complete_separation",
-            "complete_separation",
-            {"theta_interval": 1e-12, "firth": 1e-5},
-        ),
-        ("deg_single_level", "single_level", {"theta_given_beta": 1e-6}),
-        ("deg_ida_all_censored", "all_censored", {"theta_lower95_given_beta": 1e-5}),
+        ("deg_all_zero", {"theta_lower95_given_beta": 1e-5}),
+        ("deg_all_one", {"theta_upper95_given_beta": 1e-5}),
+        ("deg_complete_separation", {"theta_interval": 1e-12, "firth": 1e-5}),
+        ("deg_single_level", {"theta_given_beta": 1e-6}),
+        ("deg_ida_all_censored", {"theta_lower95_given_beta": 1e-5}),
     ],
 )
-def test_degenerate_data_have_a_status_and_labelled_estimates(name, status, estimates):
+def test_degenerate_data_have_a_status_and_labelled_estimates(name, estimates):
     given, expected = case(name)
-    fit = (
-        fit_capacities(given["capacity"], given["right_censored"])
-        if "capacity" in given
-        else fit_stripes(given["im"], given["n"], given["k"])
-    )
-    assert (fit.status, np.isnan(fit.theta)) == (status, True)
+    fit = fitted(given)
+    assert fit.status == expected["status"]
+    assert np.isnan(fit.theta)
     for key, tolerance in estimates.items():
-        assert fit.as_json()[key] == pytest.approx(expected[key], rel=tolerance)
+        assert_agrees(fit, expected, [key], tolerance)
+    for limit in ("upper", "lower"):
+        if wanted := expected.get(f"p_{limit}95_clopper_pearson_each"):
+            assert np.isnan(fit.beta)
+            assert fit.as_json()[f"p_{limit}"] == pytest.approx([wanted] * 3, rel=1e-6)
 
 
-@pytest.mark.parametrize("name", ["deg_k_gt_n", "deg_im_nonpositive", "deg_nan"])
-def test_bad_stripes_are_refused_with_the_row(name):
-    given, expected = case(name)
-    with pytest.raises(InputError) as caught:
-        fit_stripes(given["im"], given["n"], given["k"])
-    assert str(caught.value).startswith(expected["error"])
+def test_bad_stripes_are_refused_with_the_row():
+    for name in ("deg_k_gt_n", "deg_im_nonpositive", "deg_nan"):
+        given, expected = case(name)
+        with pytest.raises(InputError) as caught:
+            fitted(given)
+        assert str(caught.value).startswith(expected["error"])
 
 
-def test_identical_capacities_have_no_dispersion():
-    given, _ = case("deg_ida_identical")
-    fit = fit_capacities(given["capacity"], given["right_censored"])
+def test_identical_capacities_have_no_dispersion_and_others_a_distance_from_the_normal():
+    fit = fitted(case("deg_ida_identical")[0])
     assert (fit.status, fit.theta, fit.beta) == ("zero_dispersion", 1.0, 0.0)
     assert fit.ci_method == ""
-
-
-def test_lilliefors_distance_and_critical_values():
     given, expected = case("gof_lilliefors_12")
     wanted = [expected[name] for name in ("D", "D_crit_05", "D_crit_10")]
     assert lilliefors(np.log(given["capacity"])) == pytest.approx(wanted, rel=1e-9)
@@ -166,35 +148,20 @@ def test_lilliefors_distance_and_critical_values():
 # --- clouds, systems and regressions
 
 
-def probit(design, y):
-    """Return the maximum over the coefficients of a probit, from capacities below or above 0."""
-    exceed = y > 0.0
-    kernel = NormalKernel(
-        -design[:, 1:],
-        np.where(exceed, -np.inf, design[:, 0]),
-        np.where(exceed, design[:, 0], np.inf),
-        upper_covariates=-design[:, 1:],
-    )
-    start = np.zeros((1, design.shape[1]))
-    best = maximise(kernel, start)
-    order = [design.shape[1] - 1, *range(design.shape[1] - 1)]
-    return best.params[0, order], best.covariance[0][np.ix_(order, order)], best.loglik[0]
-
-
 def test_norris_regression_is_certified_to_ten_digits():
     given, expected = case("cloud_nist_norris")
     fit = fit_cloud(np.exp(given["ln_im"]), np.exp(given["ln_edp"]), given["threshold"])
-    found, wanted = fit.as_json(), (expected["ln_a"], expected["beta_d_im"])
-    assert found["b"] == pytest.approx(expected["b"], rel=1e-10)
-    assert (found["ln_a"], found["sigma"]) == pytest.approx(wanted, rel=1e-8)
-    assert (fit.theta, fit.beta) == pytest.approx((expected["theta"], expected["zeta"]), rel=1e-6)
+    assert_agrees(fit, expected, ["b"], 1e-10)
+    expected = expected | {"sigma": expected["beta_d_im"], "beta": expected["zeta"]}
+    assert_agrees(fit, expected, ("ln_a", "sigma"), 1e-8)
+    assert_agrees(fit, expected, ("theta", "beta"), 1e-6)
 
 
 def test_degenerate_clouds_get_their_status_or_error():
     given, expected = case("deg_cloud_negative_slope")
     fit = fit_cloud(given["im"], given["edp"], given["threshold"])
     assert fit.status == "non_increasing"
-    assert fit.as_json()["b"] == pytest.approx(expected["b"], rel=1e-6)
+    assert_agrees(fit, expected, ["b"], 1e-6)
     assert np.isnan(fit.beta)
     given, _ = case("deg_cloud_edp_zero_or_nan")
     with pytest.raises(InputError) as caught:
@@ -204,14 +171,17 @@ def test_degenerate_clouds_get_their_status_or_error():
 
 def test_probit_of_several_covariates_reproduces_greene():
     given, expected = case("glm_spector_probit_logit")
-    x, y = np.array(given["X"]), np.array(given["y"], dtype=float)
+    x, exceed = np.array(given["X"]), np.array(given["y"], dtype=float) > 0.0
     constant = int(np.flatnonzero(np.ptp(x, axis=0) == 0.0)[0])
-    order = [constant, *(i for i in range(4) if i != constant)]
-    params, covariance, loglik = probit(x[:, order], y)
-    assert params == pytest.approx(np.array(expected["probit"])[order], rel=1e-6)
+    order = [*(i for i in range(4) if i != constant), constant]  # as in the kernel
+    one, slopes = x[:, constant], -x[:, order[:-1]]
+    # capacities below or above 0
+    bounds = np.where(exceed, -np.inf, one), np.where(exceed, one, np.inf)
+    best = maximise(NormalKernel(slopes, *bounds, upper_covariates=slopes), np.zeros((1, 4)))
+    assert best.params[0] == pytest.approx(np.array(expected["probit"])[order], rel=1e-6)
     errors = np.array(expected["probit_se"])[order]
-    assert np.sqrt(np.diag(covariance)) == pytest.approx(errors, rel=1e-4)
-    assert loglik == pytest.approx(expected["probit_loglik"], rel=1e-6)
+    assert np.sqrt(np.diag(best.covariance[0])) == pytest.approx(errors, rel=1e-4)
+    assert best.loglik[0] == pytest.approx(expected["probit_loglik"], rel=1e-6)
 
 
 def test_annual_frequency_reproduces_its_formula():
@@ -255,10 +225,7 @@ def test_states_with_one_slope_are_the_ordered_probit_of_statsmodels():
     slope = float(found.params.iloc[0])
     given = {"component": "c", "demand": "d_m", "dispersion": 0.0}
     states = [LimitState(name=str(c), threshold=c, **given) for c in (0.1, 0.2, 0.4)]
-    runs = {"im_x_g": im, "d_m": demand, "status": "ok", "variant": "v", "bridge": "b"}
-    runs |= {"motion_id": [f"m{number}" for number in range(90)], "abutment": "a"}
-    runs = pd.DataFrame(runs).assign(scale=1.0, incidence_deg=0.0)
-    curves = fit_study(runs, states, FitSettings(im="im_x_g"))
+    curves = fit_study(runs_of(im, {"d_m": demand}), states, SETTINGS)
     ours = curves[curves["method"] == "exceedance"]
     assert ours["beta"].to_numpy() == pytest.approx(1 / slope, rel=1e-5)
     assert ours["theta"].to_numpy() == pytest.approx(np.exp(cuts / slope), rel=1e-5)
@@ -316,13 +283,6 @@ def data(high, low=-np.inf, seed=3):
     return MixedData(design=design, lower=lower, upper=upper, motion=motion)
 
 
-def without(runs, motion):
-    """Return the runs of all other motions."""
-    kept, codes = runs.motion != motion, runs.motion - (runs.motion > motion)
-    ends = {"lower": runs.lower[kept], "upper": runs.upper[kept]}
-    return MixedData(design=runs.design[kept], motion=codes[kept], **ends)
-
-
 def log_likelihood(runs, parameters):
     """Sum over motions of the integral over the random effect, on a fine grid."""
     delta, (tau, sigma) = parameters[:-2], np.exp(parameters[-2:])
@@ -369,7 +329,13 @@ def test_estimate_is_the_maximum_of_the_brute_force_likelihood(high, low):
 def test_jackknife_equals_independent_fits_without_each_motion():
     runs = data(0.1, -1.5)
     quick = without_each_motion(runs, fit_mixed(runs))
-    exact = np.stack([fit_mixed(without(runs, motion)).parameters for motion in range(MOTIONS)])
+    exact = []
+    for motion in range(MOTIONS):
+        kept, codes = runs.motion != motion, runs.motion - (runs.motion > motion)
+        bounds = {"lower": runs.lower[kept], "upper": runs.upper[kept]}
+        others = MixedData(design=runs.design[kept], motion=codes[kept], **bounds)
+        exact.append(fit_mixed(others).parameters)
+    exact = np.stack(exact)
     errors = [np.sqrt(np.diag(jackknife_covariance(values))) for values in (quick, exact)]
     assert errors[0] == pytest.approx(errors[1], rel=1e-3)
     assert quick == pytest.approx(exact, abs=0.02 * np.min(errors[1]))
@@ -388,14 +354,6 @@ CORRELATION = 0.5
 CAPACITY_DRIFT = 0.06
 
 
-def runs_of(im, columns, **further):
-    """Return a demands table of one variant."""
-    given = {"variant": "v", "bridge": "b", "abutment": "a", "skew_deg": 0.0, "scale": 1.0}
-    given |= {"incidence_deg": 0.0, "status": "ok", IM: im}
-    ids = [f"m{number:03d}" for number in range(im.size)]
-    return pd.DataFrame(given | columns | further).assign(motion_id=ids)
-
-
 def with_two_failure_modes(rng, motions):
     """Return runs that stop when shear or flexure fails first; 8 and 7 % of them do.
 
@@ -410,17 +368,13 @@ def with_two_failure_modes(rng, motions):
         residual += np.sqrt(1.0 - CORRELATION) * rng.normal(size=motions)
         final[name] = np.exp(ln_a + b * np.log(im) + scatter * residual)
         rise[name] = rng.uniform(0.3, 1.0, motions)
-    times = {
-        kind: np.where(final[name] > 1.0, rise[name] / final[name], np.inf)
-        for kind, name in (("shear", "column_shear_dcr"), ("flexure", "drift_over_capacity"))
-    }
-    end = np.minimum(times["shear"], times["flexure"])
-    kind = np.where(times["shear"] <= times["flexure"], "shear", "flexure")
-    kind = np.where(np.isinf(end), "", kind)
-    peaks = {
-        name: values * np.minimum(1.0, np.where(np.isinf(end), 1.0, end / rise[name]))
-        for name, values in final.items()
-    }
+    shear, flexure = (
+        np.where(final[name] > 1.0, rise[name] / final[name], np.inf)
+        for name in ("column_shear_dcr", "drift_over_capacity")
+    )
+    end = np.minimum(shear, flexure)
+    kind = np.select([np.isinf(end), shear <= flexure], ["", "shear"], "flexure")
+    peaks = {name: values * np.minimum(1.0, end / rise[name]) for name, values in final.items()}
     drift = peaks["drift_over_capacity"] * CAPACITY_DRIFT
     return runs_of(im, peaks, beyond_model=kind, column_drift_ratio=drift)
 

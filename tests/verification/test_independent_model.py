@@ -13,15 +13,12 @@ import numpy as np
 import openseespy.opensees as ops
 import pytest
 
-from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.transient import analyse
+from bridge_variants import analysed, static_steps, variant
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacity
 from skewbridge.bridge.section import STEELS, core_concrete, cover_concrete
 from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
 from skewbridge.verification.studies.paper_runs import strongest_motions
 
 G = 9.80665
@@ -45,32 +42,33 @@ class Independent:
         self.spine()
         self.bent()
         self.ends = [self.end(-1.0, self.nodes[0]), self.end(1.0, self.nodes[-1])]
-        self.dead_load()
+        static_steps(10, "UmfPack", 1e-10)
+        ops.loadConst("-time", 0.0)
+        ops.wipeAnalysis()
         for end in self.ends:
             self.joint(end)
 
-    def tag(self):
+    def made(self, command, *kind_and_args):
+        """Call a command that takes a kind, a new tag and its arguments; return the tag."""
+        kind, *args = kind_and_args
         self.last += 1
+        command(kind, self.last, *args)
         return self.last
 
     def node(self, *place, mass=None, fix=None):
-        tag = self.tag()
-        ops.node(tag, *place)
+        self.last += 1
+        ops.node(self.last, *place)
         if mass:
-            ops.mass(tag, *mass)
+            ops.mass(self.last, *mass)
         if fix:
-            ops.fix(tag, *fix)
-        return tag
+            ops.fix(self.last, *fix)
+        return self.last
 
-    def element(self, kind, *args):
-        tag = self.tag()
-        ops.element(kind, tag, *args)
-        return tag
+    def element(self, *args):
+        return self.made(ops.element, *args)
 
-    def material(self, kind, *args):
-        tag = self.tag()
-        ops.uniaxialMaterial(kind, tag, *args)
-        return tag
+    def material(self, *args):
+        return self.made(ops.uniaxialMaterial, *args)
 
     def spine(self):
         d = self.bridge.deck
@@ -79,8 +77,7 @@ class Independent:
             x += [x[-1] + span / PER_SPAN * (i + 1) for i in range(PER_SPAN)]
         self.x = [value - self.bridge.length_m / 2 for value in x]
         line = d.line_load_kn_per_m * 1e3
-        self.level = self.tag()
-        ops.geomTransf("Linear", self.level, 0.0, 0.0, 1.0)
+        self.level = self.made(ops.geomTransf, "Linear", 0.0, 0.0, 1.0)
         self.nodes = []
         for i, at in enumerate(self.x):
             lengths = [abs(self.x[j] - at) / 2 for j in (i - 1, i + 1) if 0 <= j < len(self.x)]
@@ -128,8 +125,7 @@ class Independent:
             ops.eleLoad("-ele", element, "-type", "-beamUniform", 0.0, -load / d.width_m, 0.0)
         self.add_mass(centre, weight / G)
         self.columns = []
-        upright = self.tag()
-        ops.geomTransf("PDelta", upright, 1.0, 0.0, 0.0)
+        upright = self.made(ops.geomTransf, "PDelta", 1.0, 0.0, 0.0)
         integration = self.hinges()
         for joint, y in ((cap[1], -half), (cap[3], half)):
             bends = int(b.base != "pinned")
@@ -159,31 +155,28 @@ class Independent:
         goes = concrete(core.peak_pa - kept, peak_strain, crushed - kept, core.ultimate_strain)
         ends = self.material("MinMax", goes, "-min", -core.ultimate_strain)
         confined = self.material("Parallel", ends, stays)
-        spalls = concrete(
-            cover.peak_pa, 2 * cover.peak_pa / cover.modulus_pa, 0.0, cover.ultimate_strain
-        )
-        bar = self.material(
-            "Steel02", steel.yield_pa, steel.modulus_pa, steel.hardening_ratio, 18.5, 0.925, 0.15
-        )
-        bar = self.material(
-            "MinMax", bar, "-min", -core.ultimate_strain, "-max", steel.rupture_strain
-        )
+        strain = 2 * cover.peak_pa / cover.modulus_pa
+        spalls = concrete(cover.peak_pa, strain, 0.0, cover.ultimate_strain)
+        shape = (steel.hardening_ratio, 18.5, 0.925, 0.15)
+        bar = self.material("Steel02", steel.yield_pa, steel.modulus_pa, *shape)
+        limits = ("-min", -core.ultimate_strain, "-max", steel.rupture_strain)
+        bar = self.material("MinMax", bar, *limits)
         e = c.elastic_modulus_gpa * 1e9
         gross = pi * c.diameter_m**4 / 64
         torsion = c.torsion_ratio * 2 * gross
-        hinge, elastic, rule = self.tag(), self.tag(), self.tag()
-        ops.section("Fiber", hinge, "-GJ", torsion * e / 2.4)
+        hinge = self.made(ops.section, "Fiber", "-GJ", torsion * e / 2.4)
         r = c.hoop_circle_m / 2
         ops.patch("circ", confined, 24, 10, 0.0, 0.0, 0.0, r, 0.0, 360.0)
         ops.patch("circ", spalls, 24, 2, 0.0, 0.0, r, c.diameter_m / 2, 0.0, 360.0)
         ops.layer("circ", bar, c.bar_count, c.bar_area_mm2 * 1e-6, 0.0, 0.0, c.bar_circle_m / 2)
         inertia = c.cracked_stiffness_ratio * gross
         area = pi * c.diameter_m**2 / 4
-        ops.section("Elastic", elastic, e, area, inertia, inertia, e / 2.4, torsion)
+        flexible = (e, area, inertia, inertia, e / 2.4, torsion)
+        elastic = self.made(ops.section, "Elastic", *flexible)
         length = bent_capacity(self.bridge, 0, self.o.hinge_rule).hinge_length_m
         base = elastic if self.bridge.base == "pinned" else hinge
-        ops.beamIntegration("HingeRadau", rule, base, length, hinge, length, elastic)
-        return rule
+        ends = (base, length, hinge, length, elastic)
+        return self.made(ops.beamIntegration, "HingeRadau", *ends)
 
     def end(self, sign, node):
         d, a = self.bridge.deck, self.bridge.abutment
@@ -214,22 +207,6 @@ class Independent:
         n = len(SIMPSON) - 1
         walls = [point(half * (2 * i / n - 1), face) for i in range(n + 1)]
         return {"normal": normal, "tangent": tangent, "walls": walls, "half": half}
-
-    def dead_load(self):
-        self.solver()
-        ops.test("NormDispIncr", 1e-10, 50)
-        ops.algorithm("Newton")
-        ops.integrator("LoadControl", 0.1)
-        ops.analysis("Static", "-noWarnings")
-        assert ops.analyze(10) == 0
-        ops.loadConst("-time", 0.0)
-        ops.wipeAnalysis()
-
-    @staticmethod
-    def solver():
-        ops.constraints("Transformation")
-        ops.numberer("RCM")
-        ops.system("UmfPack")
 
     def joint(self, end):
         a = self.bridge.abutment
@@ -284,12 +261,10 @@ class Independent:
         return self.node(*place, fix=(0, 0, 1, 1, 1, 1)), self.node(*place, fix=(1,) * 6)
 
     def springs(self, ground, node, x, across, along):
-        numbers = (*across, *along)
         directions = [1] * len(across) + [2] * len(along)
+        given = ("-mat", *across, *along, "-dir", *directions)
         axes = (*x, 0.0, -x[1], x[0], 0.0)
-        self.element(
-            "zeroLength", ground, node, "-mat", *numbers, "-dir", *directions, "-orient", *axes
-        )
+        self.element("zeroLength", ground, node, *given, "-orient", *axes)
 
     def contact(self, node, deck, normal, kn):
         args = (node, deck, kn, kn / 5, self.mu, "-orient", *normal, 0.0, "-intType", 0)
@@ -304,7 +279,9 @@ class Independent:
         for direction, values in enumerate(motion.along_axes(0.0), start=1):
             ops.timeSeries("Path", 10 + direction, "-dt", motion.dt_s, "-values", *values.tolist())
             ops.pattern("UniformExcitation", 10 + direction, direction, "-accel", 10 + direction)
-        self.solver()
+        ops.constraints("Transformation")
+        ops.numberer("RCM")
+        ops.system("UmfPack")
         ops.test("EnergyIncr", 1e-7, 25)
         ops.algorithm("KrylovNewton")
         ops.integrator("Newmark", 0.5, 0.25)
@@ -329,7 +306,7 @@ class Independent:
         of = dict(zip(watched, moves.transpose(1, 0, 2), strict=True))
 
         def normal(places):
-            return [of[node][:, 0] * n[0] + of[node][:, 1] * n[1] for node, n in places]
+            return [of[node][:, :2] @ n for node, n in places]
 
         height = self.columns[0][1]
         return {
@@ -354,15 +331,12 @@ TOLERANCES = {"column_drift_ratio": 0.006, "unseating_m": 0.003}
 @pytest.mark.parametrize("friction_pct", NATIVE_DT_S)
 def test_an_independent_model_with_native_contact_agrees(friction_pct):
     places = {"skew_deg": 30, "gap_mm": 25, "friction_pct": friction_pct}
-    variant = Variant(bridge="osb1", abutment="contact_friction", **places)
+    case = variant(**places)
     motion = cut_to_strongest(strongest_motions(1, 0.8)[0], SECONDS, 0.0)
-    native = Independent(variant, ModelOptions())
-    expected = native.peaks(motion, NATIVE_DT_S[friction_pct])
+    expected = Independent(case, ModelOptions()).peaks(motion, NATIVE_DT_S[friction_pct])
     ops.wipe()
-    settings = AnalysisSettings(
-        dt_s=DT_S, contact_dt_s=None, event_dt_s=None, tolerance_j=1e-7, reuse_tangent=False
-    )
-    found = analyse(variant, Excitation(motion=motion), settings, ModelOptions()).whole_history
+    settings = {"dt_s": DT_S, "contact_dt_s": None, "event_dt_s": None, "tolerance_j": 1e-7}
+    found = analysed(case, motion, **settings, reuse_tangent=False).whole_history
     assert expected["abutment_passive_m"] > 0.005  # a wall is pushed
     assert {name: found[name] for name in TOLERANCES} == {
         name: pytest.approx(expected[name], rel=tolerance) for name, tolerance in TOLERANCES.items()

@@ -13,18 +13,9 @@ import pytest
 from scipy.integrate import cumulative_trapezoid
 
 from skewbridge.motions.spectrum import pair_psa
+from skewbridge.motions.synthesis import ddk18
 from skewbridge.motions.synthesis.bssa14 import BSSA_PERIODS_S, baker_jayaram_correlation, bssa14
-from skewbridge.motions.synthesis.ddk18 import (
-    Pulse,
-    Scenario,
-    arias_cm_s,
-    draw_parameters,
-    fit_modulation,
-    mean_normals,
-    pulse_acceleration,
-    simulate_background,
-    transform,
-)
+from skewbridge.motions.synthesis.ddk18 import Scenario, mean_normals
 from skewbridge.motions.synthesis.generate import synthesize
 from skewbridge.units import G_MPS2
 
@@ -33,22 +24,16 @@ FOUR_DIGITS = 6e-4  # half a unit of the fourth digit of the published values
 TEST_PERIODS_S = [0.1, 0.2, 0.5, 1.0, 2.0, 3.0]
 
 
-def test_regression_reproduces_the_published_normals():
+def test_regression_and_transforms_reproduce_the_published_normals_and_parameters():
     normals = mean_normals(SMELT)
     published = [4.5267, 2.1629, 1.0427, 1.5920, 1.7794, 0.0068, -0.0772,
                  3.9270, 2.3581, 0.9721, 1.5534, 1.9106, -0.2490, -0.0181]  # fmt: skip
     np.testing.assert_allclose(normals, published, atol=6e-5)
-
-
-def test_transforms_reproduce_the_published_parameters():
-    parameters = transform(mean_normals(SMELT))
+    parameters = ddk18.transform(normals)
     assert parameters.pulse is None
     _check(parameters.components[0], [92.45, 8.696, 2.837, 4.914, 5.926, -0.0496, 0.136])
     _check(parameters.components[1], [50.76, 10.571, 2.6435, 4.728, 6.757, -0.0847, 0.1424])
-
-
-def test_transforms_reproduce_the_published_pulse_parameters():
-    parameters = transform(mean_normals(replace(SMELT, pulse="all")))
+    parameters = ddk18.transform(mean_normals(replace(SMELT, pulse="all")))
     pulse = parameters.pulse._asdict()
     published = {"peak_cm_s": 44.00, "period_s": 1.7189, "oscillations": 2.2567,
                  "phase_rad": np.pi, "peak_time_s": 5.2785}  # fmt: skip
@@ -63,34 +48,31 @@ def _check(background, published):
     np.testing.assert_allclose(background[5:], published[5:], atol=6e-5)
 
 
-@pytest.mark.parametrize(
-    ("given", "published"),
-    [
+def test_modulation_reproduces_the_published_fits():
+    for given, published in (
         ((12.0, 14.0, 3.9, 5.7), (2.1516, 0.1082, 4.8923, 0.0375)),
         ((9.0, 15.2, 3.9, 5.5), (4.4321, 0.0970, 4.0577, 0.0324)),
-    ],
-)
-def test_modulation_reproduces_the_published_fits(given, published):
-    fit = fit_modulation(*given)
-    found = (fit.power, fit.decay_per_s, fit.peak_s, fit.amplitude_g)
-    np.testing.assert_allclose(found, published, atol=6e-5)
+    ):
+        fit = ddk18.fit_modulation(*given)
+        found = (fit.power, fit.decay_per_s, fit.peak_s, fit.amplitude_g)
+        np.testing.assert_allclose(found, published, atol=6e-5)
 
 
 def test_component_has_the_drawn_arias_intensity():
     rng = np.random.default_rng(5)
-    parameters = draw_parameters(SMELT, rng)
-    one_g, two_g, _ = simulate_background(parameters, SMELT.magnitude, rng, 0.01)
-    assert arias_cm_s(one_g, 0.01) == pytest.approx(parameters.components[0].arias_cm_s, rel=1e-6)
-    assert arias_cm_s(two_g, 0.01) == pytest.approx(parameters.components[1].arias_cm_s, rel=1e-6)
+    parameters = ddk18.draw_parameters(SMELT, rng)
+    *pair_g, _ = ddk18.simulate_background(parameters, SMELT.magnitude, rng, 0.01)
+    for accel_g, drawn in zip(pair_g, parameters.components, strict=True):
+        assert ddk18.arias_cm_s(accel_g, 0.01) == pytest.approx(drawn.arias_cm_s, rel=1e-6)
 
 
 def test_pulse_has_its_amplitude_and_leaves_no_displacement_rate():
     """At phase 0 the velocity peaks near Vp at the centre; it ends at zero by construction."""
-    pulse = Pulse(peak_cm_s=50.0, period_s=2.0, oscillations=2.4, phase_rad=0.0, peak_time_s=5.0)
+    given = {"peak_cm_s": 50.0, "period_s": 2.0, "oscillations": 2.4}
+    pulse = ddk18.Pulse(**given, phase_rad=0.0, peak_time_s=5.0)
     time_s = np.arange(0, 10, 0.001)
-    velocity_cm_s = 981.0 * cumulative_trapezoid(
-        pulse_acceleration(pulse, time_s), time_s, initial=0
-    )
+    accel_g = ddk18.pulse_acceleration(pulse, time_s)
+    velocity_cm_s = 981.0 * cumulative_trapezoid(accel_g, time_s, initial=0)
     centre = 0.5 * (1 + 1) * 50.0  # 0.5 Vp cos(0) (1 + cos 0), less the small Dr term
     assert np.abs(velocity_cm_s).max() == pytest.approx(centre, rel=0.05)
     assert abs(velocity_cm_s[-1]) < 0.02
@@ -100,14 +82,12 @@ def test_pulse_has_its_amplitude_and_leaves_no_displacement_rate():
 
 def test_ground_motion_model_agrees_with_pygmm():
     pygmm = pytest.importorskip("pygmm")
+    names = ("magnitude", "distance_km", "vs30_mps"), ("mag", "dist_jb", "v_s30")
     places = ((7.0, 10.0, 400.0), (6.5, 30.0, 250.0))
     for (name, code), place in product((("strike_slip", "SS"), ("reverse", "RS")), places):
-        magnitude, distance_km, vs30_mps = place
-        ours = Scenario(
-            magnitude=magnitude, distance_km=distance_km, vs30_mps=vs30_mps, mechanism=name
-        )
-        given = {"mag": magnitude, "dist_jb": distance_km, "v_s30": vs30_mps}
-        scenario = pygmm.Scenario(**given, mechanism=code, region="global")
+        given, theirs = (dict(zip(each, place, strict=True)) for each in names)
+        ours = Scenario(**given, mechanism=name)
+        scenario = pygmm.Scenario(**theirs, mechanism=code, region="global")
         theirs = pygmm.BooreStewartSeyhanAtkinson2014(scenario)
         expected = theirs.interp_spec_accels(BSSA_PERIODS_S), theirs.interp_ln_stds(BSSA_PERIODS_S)
         np.testing.assert_allclose(bssa14(ours, BSSA_PERIODS_S), expected, rtol=1e-9)
@@ -122,45 +102,38 @@ def test_correlation_between_periods_has_its_published_values():
     assert np.linalg.eigvalsh(baker_jayaram_correlation(BSSA_PERIODS_S)).min() > 0.0
 
 
-def _statistics(motions, scenario):
-    log_50, log_100, correlation = [], [], []
-    for motion in motions:
-        pair = (motion.accel_1_mps2, motion.accel_2_mps2)
-        psa = pair_psa(*pair, motion.dt_s, TEST_PERIODS_S)
-        log_50.append(np.log(psa.rotd50_mps2 / G_MPS2))
-        log_100.append(np.log(psa.rotd100_mps2 / G_MPS2))
-        correlation.append(np.corrcoef(*pair)[0, 1])
-    median_g, sigma = bssa14(scenario, TEST_PERIODS_S)
-    log_50, log_100 = np.array(log_50), np.array(log_100)
-    return (
-        np.exp(log_50.mean(axis=0)) / median_g,
-        log_50.std(axis=0, ddof=1) / sigma,
-        np.exp((log_100 - log_50).mean(axis=0)),
-        float(np.mean(correlation)),
-    )
+def _spectra(motions):
+    """Return ln of the spectra RotD50 and RotD100 in g, each of shape (motions, periods)."""
+    pairs = [(motion.accel_1_mps2, motion.accel_2_mps2, motion.dt_s) for motion in motions]
+    found = [pair_psa(*pair, TEST_PERIODS_S) for pair in pairs]
+    spectra = [[psa.rotd50_mps2 for psa in found], [psa.rotd100_mps2 for psa in found]]
+    return np.log(np.array(spectra) / G_MPS2)
 
 
 def test_120_calibrated_motions_follow_the_ground_motion_model():
-    scenario = Scenario(magnitude=6.75, distance_km=20.0, vs30_mps=400.0)
+    scenario = Scenario(**NO_PULSE, vs30_mps=400.0)
     motions = [synthesize(scenario, index=i, seed=1) for i in range(120)]
-    median, sigma, rotd100, correlation = _statistics(motions, scenario)
-    assert np.all((median > 0.90) & (median < 1.10))
-    assert np.all((sigma > 0.80) & (sigma < 1.15))
-    assert np.all((rotd100 > 1.15) & (rotd100 < 1.35))
-    assert abs(correlation) < 0.05
+    log_50, log_100 = _spectra(motions)
+    median_g, sigma = bssa14(scenario, TEST_PERIODS_S)
+    for ratio, low, high in (
+        (np.exp(log_50.mean(axis=0)) / median_g, 0.90, 1.10),
+        (log_50.std(axis=0, ddof=1) / sigma, 0.80, 1.15),
+        (np.exp((log_100 - log_50).mean(axis=0)), 1.15, 1.35),
+    ):
+        assert np.all((ratio > low) & (ratio < high))
+    correlations = [np.corrcoef(each.accel_1_mps2, each.accel_2_mps2)[0, 1] for each in motions]
+    assert abs(np.mean(correlations)) < 0.05
 
 
-@pytest.mark.parametrize(
-    ("scenario", "published_g"),
-    [
-        ({"magnitude": 6.75, "distance_km": 20.0}, [0.300, 0.478, 0.214, 0.107, 0.0589, 0.0434]),
-        (
-            {"magnitude": 7.0, "distance_km": 5.0, "pulse": "all", "rupture_to_site_km": 25.0},
-            [0.520, 0.858, 0.624, 0.360, 0.278, 0.181],
-        ),
-    ],
-    ids=["no pulse", "pulse"],
+NO_PULSE = {"magnitude": 6.75, "distance_km": 20.0}
+PULSE = {"magnitude": 7.0, "distance_km": 5.0, "pulse": "all", "rupture_to_site_km": 25.0}
+MEDIANS_G = (
+    (NO_PULSE, [0.300, 0.478, 0.214, 0.107, 0.0589, 0.0434]),
+    (PULSE, [0.520, 0.858, 0.624, 0.360, 0.278, 0.181]),
 )
+
+
+@pytest.mark.parametrize(("scenario", "published_g"), MEDIANS_G, ids=["no pulse", "pulse"])
 def test_uncalibrated_medians_are_those_of_another_implementation(scenario, published_g):
     """Section 3.3 of the motions page, medians of 200 and 100 motions of a prototype.
 
@@ -169,9 +142,5 @@ def test_uncalibrated_medians_are_those_of_another_implementation(scenario, publ
     options = {"calibrate": "none", "orientation": "principal"}
     scenario = Scenario(**scenario, vs30_mps=400.0)
     motions = [synthesize(scenario, index=i, seed=1, **options) for i in range(60)]
-    psa_g = [
-        pair_psa(m.accel_1_mps2, m.accel_2_mps2, m.dt_s, TEST_PERIODS_S).rotd50_mps2 / G_MPS2
-        for m in motions
-    ]
-    medians_g = np.exp(np.mean(np.log(psa_g), axis=0))
+    medians_g = np.exp(_spectra(motions)[0].mean(axis=0))
     np.testing.assert_allclose(medians_g, published_g, rtol=0.23)

@@ -44,14 +44,9 @@ def test_study_of_figure_3_gives_the_exact_forces_and_works():
     assert disagreeing == {"elastic, extrapolated", "elastic, lagged"}
 
 
-@pytest.fixture(scope="module")
-def rigid():
-    return run_particle_lcp(0.6, 5e-5, 3.0)
-
-
 @pytest.mark.parametrize("restitution", [0.0, 0.6])
-def test_moreau_jean_meets_the_tabulated_peaks(restitution):
-    history = run_particle_lcp(restitution, 5e-5, 2.0)
+def test_a_particle_meets_the_tabulated_peaks_and_histories(restitution):
+    history = run_particle_lcp(restitution, 5e-5, 3.0 if restitution else 2.0)
     # First order in h: 2e-3 at 5e-5 s.
     names = [f"peak {key} (m)" for key in ("ux", "uy", "ut")]
     exact = tabulated("fig4", f"LCP, restitution {restitution:g}", names)
@@ -59,24 +54,18 @@ def test_moreau_jean_meets_the_tabulated_peaks(restitution):
     assert np.abs(history.tangent_impulses_ns).sum() == pytest.approx(
         0.1 * history.normal_impulses_ns.sum(), rel=1e-6
     )
-
-
-def test_moreau_jean_follows_the_tabulated_history_and_the_exact_free_flight(rigid):
+    if not restitution:
+        return
     reference = reference_table("particle_history")
-    normal = rigid.q @ NORMAL
-    found = np.interp(reference["t_s"], rigid.t_s, normal)
+    found = np.interp(reference["t_s"], history.t_s, history.q @ NORMAL)
     error = np.sqrt(np.mean((found - reference["un_m"].to_numpy()) ** 2))
     assert error <= 0.01 * 0.0268
-    outside = np.flatnonzero(rigid.normal_impulses_ns.sum(axis=1) > 0.0)[0]
-    assert rigid.t_s[outside] == pytest.approx(
-        *tabulated("fig4", "OpenSees", ["first contact (s)"]), abs=1e-4
-    )
-
-
-def test_penalty_particle_stays_between_the_lines_and_near_the_rigid_one(rigid):
+    outside = np.flatnonzero(history.normal_impulses_ns.sum(axis=1) > 0.0)[0]
+    first_s = tabulated("fig4", "OpenSees", ["first contact (s)"])
+    assert history.t_s[outside] == pytest.approx(*first_s, abs=1e-4)
+    # the penalty particle stays between the lines and near the rigid one
     study = Study("fig4")
-    history = run_particle(5e-5, 2.0)
-    compare_with_lcp(study, history, rigid)
+    compare_with_lcp(study, run_particle(5e-5, 2.0), history)
     assert [row["quantity"] for row in study.comparisons if not row["pass"]] == []
 
 
@@ -92,14 +81,10 @@ def assert_peaks(history, exact, displacement, rotation):
 
 def history_error(history, name, solver, end_s):
     """Largest difference of ux and uy from the tabulated histories up to a time, over the scale."""
-    reference = reference_table("deck_histories")
-    reference = reference[reference["t_s"] <= end_s]
-    errors = [
-        np.interp(reference["t_s"], history.t_s, history.q[:, column])
-        - reference[f"{name}_{solver}_{label}"].to_numpy()
-        for column, label in enumerate(("ux_m", "uy_m"))
-    ]
-    return np.abs(errors).max() / SCALE_M
+    table = reference_table("deck_histories").query("t_s <= @end_s")
+    moved = [np.interp(table["t_s"], history.t_s, column) for column in history.q.T[:2]]
+    expected = table[[f"{name}_{solver}_{label}" for label in ("ux_m", "uy_m")]].to_numpy().T
+    return np.abs(moved - expected).max() / SCALE_M
 
 
 def test_lever_arms_are_those_of_the_plan():
@@ -114,33 +99,29 @@ def test_lever_arms_are_those_of_the_plan():
 
 # 1 % for displacements and 2 % for the rotation: two integrations of the same equations, the peaks
 # of an elastic contact depend on the phase of its impacts.
-@pytest.mark.parametrize("name", ["C1", "C3"])
 @pytest.mark.parametrize("solver", ["opensees", "penalty"])
-def test_elastic_penalty_peaks(name, solver):
-    history = run_deck(deck_case(name, solver=solver, duration_s=1.5))
-    exact = elastic_peaks(name)
-    assert_peaks(history, exact, 0.01, 0.02)
-    assert history.peaks()["penetration_m"] == pytest.approx(exact[3], rel=0.01)
-    assert history.first_contact_s() == pytest.approx(0.036500, abs=1e-4)
-    assert abs(history.energy_residual_ratio) < 1e-4
-    if name == "C1":
-        assert history_error(history, name, "penalty", 1.5) <= 0.01
-
-
-@pytest.mark.parametrize("solver", ["opensees", "penalty"])
-def test_damped_penalty_peaks_of_c1(solver):
+def test_penalty_peaks_are_tabulated(solver):
+    for name in ("C1", "C3"):
+        history = run_deck(deck_case(name, solver=solver, duration_s=1.5))
+        exact = elastic_peaks(name)
+        assert_peaks(history, exact, 0.01, 0.02)
+        assert history.peaks()["penetration_m"] == pytest.approx(exact[3], rel=0.01)
+        assert history.first_contact_s() == pytest.approx(0.036500, abs=1e-4)
+        assert abs(history.energy_residual_ratio) < 1e-4
+        if name == "C1":
+            assert history_error(history, name, "penalty", 1.5) <= 0.01
     history = run_deck(deck_case("C1", solver=solver, restitution=0.6, duration_s=1.0))
     # Reference with 25577.5 N s/m per corner.
     assert_peaks(history, (20.624e-3, 33.027e-3, 2.6011e-4), 0.01, 0.02)
 
 
-@pytest.mark.parametrize("integrator", ["houbolt", "hht"])
-def test_other_integrators_agree_where_the_contact_is_resolved(integrator):
+def test_other_integrators_agree_where_the_contact_is_resolved():
     # Houbolt and HHT at w_c dt = 0.014: 1.5 % for what they damp themselves.
-    found = run_deck(deck_case("C1", integrator=integrator, duration_s=0.7)).peaks()
     ux_m, _, theta_rad, _ = elastic_peaks("C1")
-    assert found["ux_m"] == pytest.approx(ux_m, rel=0.015)
-    assert found["theta_rad"] == pytest.approx(theta_rad, rel=0.015)
+    for integrator in ("houbolt", "hht"):
+        found = run_deck(deck_case("C1", integrator=integrator, duration_s=0.7)).peaks()
+        assert found["ux_m"] == pytest.approx(ux_m, rel=0.015), integrator
+        assert found["theta_rad"] == pytest.approx(theta_rad, rel=0.015), integrator
 
 
 @pytest.mark.parametrize("name", ["C2", "C5"])
@@ -165,15 +146,11 @@ def test_moreau_jean_meets_the_tabulated_peaks_and_histories(name, restitution):
         assert history_error(history, name, "lcp", 1.0) <= 2e-3
 
 
-def test_beams_around_the_deck_give_the_peaks_of_rigid_links():
+def test_beams_give_the_peaks_of_rigid_links_and_opposite_skews_mirror_each_other():
     case = deck_case("C3", duration_s=0.6)
-    links = run_deck(case).peaks()
+    left = run_deck(case)
     beams = run_opensees(case, pulse_of(case), connect=perimeter_beams).peaks()
-    assert beams == pytest.approx(links, rel=2e-3)
-
-
-def test_opposite_skews_mirror_each_other():
-    left = run_deck(deck_case("C3", duration_s=0.6))
+    assert beams == pytest.approx(left.peaks(), rel=2e-3)
     right = run_deck(deck_case("C3", skew_deg=-30.0, duration_s=0.6))
     assert right.q * [1, -1, -1] == pytest.approx(left.q, abs=1e-9)
     assert right.normals_n == pytest.approx(left.normals_n, abs=1e-3)
@@ -186,22 +163,16 @@ def test_a_damped_penalty_deck_that_cannot_rotate_converges_to_the_rigid_one():
     assert table["first_contact_s"].to_numpy() == pytest.approx(0.0365, abs=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("gap_m", "friction", "cohesion_n", "restitution"),
-    [
-        (0.0, 0.8, 0.0, 0.5),
-        (0.0, 0.05, 200.0, 0.9),
-        (1e-3, 0.65, 0.0, 0.3),
-        (7e-5, 0.97, 0.0, 0.6),
-        (3e-4, 0.001, 200.0, 0.8),
-    ],
-)
-def test_moreau_jean_always_finds_a_contact_state(gap_m, friction, cohesion_n, restitution):
+def test_moreau_jean_always_finds_a_contact_state():
     """Sticking, chattering and both ends at once: the balance of energy closes."""
-    changes = {"friction": friction, "cohesion_n": cohesion_n, "restitution": restitution}
-    case = deck_case("C3", solver="lcp", gap_normal_m=gap_m, duration_s=0.15, **changes)
-    history = run_deck(case)
-    assert abs(history.energy_residual_ratio) < 1e-9
-    assert history.openings_m.min() > -1e-5
-    limit = friction * history.normals_n.sum(axis=1) + 4.0 * cohesion_n
-    assert (np.abs(history.tangentials_n.sum(axis=1)) <= limit * (1 + 1e-6) + 1e-6).all()
+    names = ("gap_normal_m", "friction", "cohesion_n", "restitution")
+    for values in (
+        (0.0, 0.8, 0.0, 0.5), (0.0, 0.05, 200.0, 0.9), (1e-3, 0.65, 0.0, 0.3),
+        (7e-5, 0.97, 0.0, 0.6), (3e-4, 0.001, 200.0, 0.8),
+    ):  # fmt: skip
+        given = dict(zip(names, values, strict=True))
+        history = run_deck(deck_case("C3", solver="lcp", duration_s=0.15, **given))
+        assert abs(history.energy_residual_ratio) < 1e-9, given
+        assert history.openings_m.min() > -1e-5, given
+        limit = given["friction"] * history.normals_n.sum(axis=1) + 4.0 * given["cohesion_n"]
+        assert (np.abs(history.tangentials_n.sum(axis=1)) <= limit * (1 + 1e-6) + 1e-6).all()

@@ -34,7 +34,7 @@ def run(installed, folder, *arguments):
     return done([sys.executable, "-m", *arguments], folder, environment=environment)
 
 
-def test_an_installed_package_starts_a_study_that_snakemake_plans(installed, tmp_path):
+def test_an_installed_package_starts_a_study_and_shows_the_stored_one(installed, tmp_path):
     run(installed, tmp_path, "skewbridge", "init", "mine")
     study = tmp_path / "mine"
     assert all((study / part).exists() for part in STARTER_PARTS)
@@ -42,9 +42,6 @@ def test_an_installed_package_starts_a_study_that_snakemake_plans(installed, tmp
     assert "collect_demands" in planned.stdout
     plan = run(installed, study, "skewbridge", "plan", "--config", "config/smoke.yaml", "--json")
     assert '"analyses": 6' in plan.stdout
-
-
-def test_an_installed_package_shows_the_stored_study(installed, tmp_path):
     shown = run(installed, tmp_path, "skewbridge", "demo", "--out", "shown", "--json")
     page = Path(json.loads(shown.stdout)["report"])
     assert page == tmp_path / "shown/report.html"

@@ -31,21 +31,15 @@ SLUGS = ("osb1_cf_skew30_gap025_mu000", "osb1_cf_skew30_gap025_mu050")
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     """A finished smoke study whose first run was killed after its first analysis."""
-    tree = tmp_path_factory.mktemp("study") / "tree"
-    copy_sources(tree)
+    tree = copy_sources(tmp_path_factory.mktemp("study") / "tree")
     smoke = tree / "config/smoke.yaml"
     text = smoke.read_text().replace("duration_s: 10.0", "duration_s: 6.0")
     smoke.write_text(f"results: results\n{text}")
     killed_after_one_analysis(tree, "--configfile", "config/smoke.yaml")
     (tree / "killed.json").write_text(json.dumps(journal_keys(tree)))
     # The same command again; its locks are the tree's, so that those of the killed run are stale.
-    resumed = subprocess.Popen(
-        command("--configfile", "config/smoke.yaml"),
-        cwd=tree,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
+    given = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    resumed = subprocess.Popen(command("--configfile", "config/smoke.yaml"), cwd=tree, **given)
     lock = tree / ".snakemake" / LOCK_NAME
     assert wait_for(lambda: lock.read_text() == str(resumed.pid), 120)
     second = run(tree, over="results: elsewhere", check=False)
@@ -97,10 +91,8 @@ def test_modelling_choices_are_made_on_request_only(study):
     assert planned_jobs(study, "", "choices") == {"modelling_choices", "choices"}
     outdated = study / "results/modelling_choices.parquet"
     write_frame(pd.DataFrame({"name": ["keys"]}), outdated, provenance(rule_digest="another"))
-    try:
-        assert planned_jobs(study) == set()
-    finally:
-        outdated.unlink()
+    assert planned_jobs(study) == set()
+    outdated.unlink()
 
 
 def test_workers_and_the_growth_of_a_grid_leave_the_tables_as_they_are(study):
@@ -115,11 +107,9 @@ def test_workers_and_the_growth_of_a_grid_leave_the_tables_as_they_are(study):
     assert len(keys) == 3
     assert journal_keys(study, "again")[:3] == keys
     assert sorted(journal_keys(study, "again")) == sorted(journal_keys(study))
-    for name in ("demands.parquet", *(f"demands/{slug}.parquet" for slug in SLUGS)):
-        found, expected = (
-            pd.read_parquet(study / root / name).drop(columns=TIMES)
-            for root in ("again", "results")
-        )
+    for name in ("demands", *(f"demands/{slug}" for slug in SLUGS)):
+        paths = (study / root / f"{name}.parquet" for root in ("again", "results"))
+        found, expected = (pd.read_parquet(path).drop(columns=TIMES) for path in paths)
         pd.testing.assert_frame_equal(found, expected, check_exact=True)
     merged = (study / "config/smoke.yaml").read_text().replace("results: results", "results: again")
     (study / "merged.yaml").write_text(merged)
@@ -144,16 +134,15 @@ def jobs_after(tree, edits):
 
     The target itself is left out. An empty text means the end of the file.
     """
-    before = {name: (tree / name).read_text() for name in edits}
+    before = {tree / name: (tree / name).read_text() for name in edits}
     try:
-        for name, (old, new) in edits.items():
-            assert old in before[name]
-            text = before[name].replace(old, new) if old else before[name] + new
-            (tree / name).write_text(text)
+        for (path, text), (old, new) in zip(before.items(), edits.values(), strict=True):
+            assert old in text
+            path.write_text(text.replace(old, new) if old else text + new)
         return planned_jobs(tree) - {"study"}
     finally:
-        for name, text in before.items():
-            (tree / name).write_text(text)
+        for path, text in before.items():
+            path.write_text(text)
 
 
 ANALYSES = {"analyse", "collect_demands", "sensitivity", "friction_pair"}

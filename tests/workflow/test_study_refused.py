@@ -13,9 +13,7 @@ from small_study import ROOT, SNAKEMAKE, copy_sources, done, run
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
     """A copy of the sources in which nothing has run."""
-    folder = tmp_path_factory.mktemp("refused") / "tree"
-    copy_sources(folder)
-    return folder
+    return copy_sources(tmp_path_factory.mktemp("refused") / "tree")
 
 
 def rule_blocks():
@@ -46,14 +44,11 @@ def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader():
     assert "ancient(rules." not in "".join(blocks.values())
 
 
-def test_the_workflow_changes_no_setting_of_snakemake():
+def test_the_workflow_changes_no_setting_of_snakemake_and_every_rule_has_docstring_and_resources():
     paths = [ROOT / "Snakefile", ROOT / "workflow/Snakefile", *(ROOT / "workflow").rglob("*.smk")]
     text = "".join(path.read_text() for path in paths)
     assert not re.search(r"workflow\.\w+_settings(\.\w+)* *[-|]?=", text)
     assert not re.search(r"config\[.*\] *=|signal\.", text)
-
-
-def test_every_rule_has_a_docstring_and_resources():
     for name, block in rule_blocks().items():
         assert re.match(r'\n    """[A-Z][^"]+\."""\n', block), name
         for directive in ("log:", "benchmark:", "resources:", "mem_mb=", "runtime="):
@@ -104,13 +99,6 @@ def test_bad_configuration_stops_before_any_work(tree, override, words):
     refused(run(tree, "-n", over=override, check=False), *words)
 
 
-def test_a_configuration_that_is_not_there_is_named():
-    command = ["bash", "workflow/study.sh", "no_folder", "1", "config/nowhere.yaml"]
-    answer = done(command, ROOT, check=False)
-    assert answer.returncode == 1
-    assert answer.stderr == "study: there is no configuration config/nowhere.yaml\n"
-
-
 def test_every_variable_of_make_study_is_understood(tree, tmp_path):
     """With a `snakemake` that only plans, in a study without a finished analysis."""
     (tmp_path / "skewbridge").symlink_to(SNAKEMAKE.with_name("skewbridge"))
@@ -124,6 +112,9 @@ def test_every_variable_of_make_study_is_understood(tree, tmp_path):
     answer = done(command, tree, environment={"UNCERTAINTY": "false"})
     assert "0 analyses will be repeated" in answer.stderr
     assert "plan_round" in answer.stdout
+    answer = done([*command[:4], "config/nowhere.yaml"], tree, check=False)
+    assert answer.returncode == 1
+    assert answer.stderr == "study: there is no configuration config/nowhere.yaml\n"
 
 
 def test_a_faulty_motion_stops_the_study_before_any_analysis(tree, tmp_path):
