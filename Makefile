@@ -91,11 +91,12 @@ lint-starter: setup
 lint-deptry: setup
 	$(BIN)/deptry src
 
-# Files run in the order given, the longest first: by default xdist would start with those of most
-# tests and end with one process in the workflow.
+# Files run in this order, the folders of the longest tests first, so that at the end no process runs
+# alone: xdist would begin with the files of most tests, and pytest sorts the folders of `tests`.
+TESTS := $(addprefix tests/,workflow verification faults unit property recorded)
 test: setup lint
 	$(BIN)/pytest -n $(CORES) --dist loadfile --no-loadscope-reorder \
-		-m "not slow and not browser and not cluster and not exports" tests/workflow tests
+		-m "not slow and not browser and not cluster and not exports" $(TESTS)
 
 # The page of a study in Chromium at two widths; skipped, with the reason, where there is none.
 test-browser: setup

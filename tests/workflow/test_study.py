@@ -33,7 +33,7 @@ def study(tmp_path_factory):
     """A finished smoke study whose first run was killed after its first analysis."""
     tree = copy_sources(tmp_path_factory.mktemp("study") / "tree")
     smoke = tree / "config/smoke.yaml"
-    text = smoke.read_text().replace("duration_s: 10.0", "duration_s: 6.0")
+    text = smoke.read_text().replace("duration_s: 10.0", "duration_s: 4.0")
     smoke.write_text(f"results: results\n{text}")
     killed_after_one_analysis(tree, "--configfile", "config/smoke.yaml")
     (tree / "killed.json").write_text(json.dumps(journal_keys(tree)))
