@@ -212,8 +212,13 @@ def test_a_motion_removed_while_it_is_listed_or_later_is_named(tmp_path, monkeyp
     def digest(_config):
         return motions_digest(config, folder.motions_digest)
 
+    def and_removed(where):
+        found = listed(where)
+        component.unlink()
+        return found
+
     with monkeypatch.context() as patch:
-        patch.setattr(suite, "files_below", lambda where: (listed(where), component.unlink())[0])
+        patch.setattr(suite, "files_below", and_removed)
         with pytest.raises(InputError, match=r"q1_h2\.AT2 cannot be read: No such file"):
             digest(config)
     assert not folder.motions_digest.exists()
