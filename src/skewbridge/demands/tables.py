@@ -24,7 +24,7 @@ _TYPES: Final = {
 
 def demands_schema(columns: Iterable[Column] = COLUMNS) -> pa.Schema:
     """Return the Arrow schema with unit and description in the metadata of each field."""
-    fields: list[pa.Field] = []
+    fields: list[pa.Field[Any]] = []
     for column in columns:
         texts = {"unit": column.unit, "description": column.description}
         fields.append(pa.field(column.name, _TYPES[column.kind], metadata=texts))
