@@ -22,8 +22,8 @@ import pandas as pd
 from common import share_of
 from scipy import special
 
+from skewbridge.demands.validity import BEYOND_MODEL
 from skewbridge.files.tables import Floats
-from skewbridge.fragility.demand_table import BEYOND_MODEL
 from skewbridge.fragility.effects import AT_LEAST, AT_MOST, Pairs, demand_effects, effect_table
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.verdicts import HIGHER, LOWER

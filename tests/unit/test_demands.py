@@ -29,7 +29,7 @@ from skewbridge.study.batch import row_of_task
 from skewbridge.study.task import no_result, outcome_of
 from skewbridge.variant.axes import OPTION_AXES
 from skewbridge.variant.variant import parse_slug
-from skewbridge.verification.references.live_model import Solver
+from skewbridge.verification.references.live_model import prepare_analysis
 from study_parts import task_of
 
 CENTRE, TOP, BASE, CORNER_1, CORNER_2, WALL = 1, 2, 3, 4, 5, 6
@@ -252,7 +252,7 @@ def record_an_oscillator(steps: int) -> tuple[Recorder, np.ndarray]:
     ops.timeSeries("Trig", 1, 0.0, 10.0, 0.5)
     ops.pattern("Plain", 1, 1)
     ops.load(2, 10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    Solver(constraints="Plain", algorithm="Newton").prepare()
+    prepare_analysis(constraints="Plain", algorithm="Newton")
     recorder = Recorder()
     recorder.nodes((2,), "disp")
     recorder.elements((1,), "basicForce")
