@@ -1,1 +1,1 @@
-"""Fragility statistics: fits with stated status and interval, paired effects, exchange."""
+"""Fragility statistics: curve fits with status and interval, paired effects, exports."""

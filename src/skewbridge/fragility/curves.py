@@ -1,8 +1,8 @@
 """Fragility curves of the variants of a study: a table with a row per limit state and method.
 
 All states of one demand share one line (method ``cloud``) or one dispersion (``exceedance``,
-``ida_interval``), so that their curves do not cross. The medians of two methods are compared as by
-Hausman (1978), Econometrica 46(6):1251-1271, with the variance of the jackknife by motion.
+``ida_interval``), so that their curves do not cross. The medians of two methods are compared after
+Hausman (1978), Econometrica 46(6):1251-1271, with a variance from the jackknife over motions.
 """
 
 from collections.abc import Mapping
@@ -34,7 +34,7 @@ from skewbridge.fragility.outcomes import (
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.statuses import COLLAPSE
 
-#: Methods in the order of preference.
+#: Methods in order of preference.
 METHODS: Final = ("cloud", "exceedance", "ida_interval")
 
 CURVE_COLUMNS: Final = demand_table.described("curves")
@@ -44,13 +44,13 @@ _FIT_COLUMNS: Final = list(CURVE_COLUMNS)[list(CURVE_COLUMNS).index("component")
 def fit_study(
     demands: pd.DataFrame, limit_states: States, settings: FitSettings = DEFAULTS, *, jobs: int = 1
 ) -> pd.DataFrame:
-    """Fit every variant and limit state of a demands table.
+    """Fit fragility curves of every variant and limit state of a demands table.
 
-    The table has `CURVE_COLUMNS` and a row per variant, limit state and method: ``cloud`` (log-log
-    line; Tobit with censored demands), ``exceedance`` (probit on exceeded or not) and, where
-    motions ran at several levels, ``ida_interval``. Unless ``status`` is ``ok``, theta and beta are
-    NaN: nothing is extrapolated to a state that no run, or every run, exceeds. An `InputError` says
-    that there are no limit states.
+    The result has `CURVE_COLUMNS` and a row per variant, limit state and method: ``cloud`` (line in
+    log space; Tobit with censored demands), ``exceedance`` (probit of exceeded or not) and, if
+    motions ran at several levels, ``ida_interval``. Theta and beta are NaN unless ``status`` is
+    ``ok``. There is no estimate for a state that no run, or every run, exceeds. An `InputError` is
+    raised if there are no limit states.
     """
     if not limit_states:
         raise InputError("no limit states to fit")
@@ -77,14 +77,14 @@ type _Bounds = dict[str, tuple[float, float]]
 
 
 class _StateFits(NamedTuple):
-    """Fits of the J states of one demand, of all runs and without each motion; NaN where none."""
+    """Fits of the J states of one demand to all runs, then without each motion; NaN: no fit."""
 
-    fits: list[FragilityFit]  # of all runs
+    fits: list[FragilityFit]  # fits to all runs
     ln_theta: Floats  # shape (J, 1 + M)
     beta: Floats  # common dispersion, shape (1 + M,)
 
     def median(self, j: int) -> tuple[float, float]:
-        """Return theta and beta of state j."""
+        """Return theta and beta of state j from all runs."""
         return motion_means.exp_end(self.ln_theta[j, 0]), float(self.beta[0])
 
 
@@ -100,7 +100,7 @@ class _DemandFits:
         self._outcomes = demand_outcomes(part, states, settings.im)
 
     def rows(self) -> list[Row]:
-        """Return the rows of the table of curves, without the description of the variant."""
+        """Return the rows of the table of curves, without the columns that describe the variant."""
         outcomes, states = self._outcomes, self._states
         missing = outcomes.complete & np.isnan(outcomes.lower)
         counts = end_counts(self._part) | {"n_runs": self._im.size, "n_records": self._motions}
@@ -135,7 +135,7 @@ class _DemandFits:
         return rows
 
     def _clouds(self, lines: Lines) -> _StateFits:
-        """Return the cloud fits; refused where no run, or every run, exceeds the state."""
+        """Return the cloud fits; without an estimate if no run, or every run, exceeds the state."""
         outcomes, used = self._outcomes, self._outcomes.used
         medians = np.stack([lines.ln_theta(state.threshold) for state in self._states])
         kept = np.any(self._weights[:, used] == 0.0, axis=1)
@@ -151,23 +151,23 @@ class _DemandFits:
         return _StateFits(list(refused), medians, lines.beta())
 
     def _exceedance(self, outcomes: DemandOutcomes, *, intervals: bool = True) -> _StateFits:
-        """Fit the probability of exceedance of all states with a common dispersion."""
-        # A run whose demand lies above state j and not above state k has the probability Phi(eta_j)
-        # - Phi(eta_k), eta_j = a0_j + a1 ln x (ordered probit).
+        """Return the fits of exceedance probability of all states with a common dispersion."""
+        # Ordered probit: a run that exceeds state j but not state k has the probability
+        # Phi(eta_j) - Phi(eta_k), with eta_j = a0_j + a1 ln x.
         exceed = np.column_stack([outcomes.exceed(state) for state in self._states])
         known = ~np.column_stack([outcomes.unknown(state) for state in self._states])
         maxima = fitting.exceedance_maxima(self._ln_im, known, exceed) if intervals else ()
         columns = zip_longest(known.T, exceed.T, maxima)
         fits = [self._alone(*column, whole=intervals) for column in columns]
         estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
-        # states that no run separates share an intercept: the first of them represents all
+        # states exceeded in the same known runs share an intercept: fit only the first of them
         first: dict[int, int] = {}
         for before, j in zip([None, *estimable], estimable, strict=False):
             apart = before is None or np.any(exceed[:, before] & known[:, j] & ~exceed[:, j])
             first[j] = j if before is None or apart else first[before]
         if not (usable := sorted(set(first.values()))):
             return self._without_estimates(fits)
-        passed = exceed[:, usable].sum(axis=1)  # usable states that are exceeded
+        passed = exceed[:, usable].sum(axis=1)  # number of usable states that each run exceeds
         not_passed = known[:, usable] & ~exceed[:, usable]
         ended = ~np.any(not_passed, axis=1)
         rows = np.flatnonzero((passed > 0) | ~ended)
@@ -185,7 +185,7 @@ class _DemandFits:
     def _alone(
         self, known: Mask, exceed: Mask, best: Maximum | None, *, whole: bool
     ) -> FragilityFit:
-        """Return the fit of one state by itself, or only its status and a start value."""
+        """Return the fit of one state alone; only status and start value unless ``whole``."""
         im, hits = self._im[known], exceed[known].astype(np.float64)
         each, settings = np.ones(im.size), self._settings
         if whole and im.size:
@@ -196,7 +196,7 @@ class _DemandFits:
         return FragilityFit(method="stripes", status=status, theta=float(start), beta=0.5)
 
     def _brackets(self) -> _StateFits | None:
-        """Fit the brackets of the first exceedance per motion; None if all ran at one level."""
+        """Return the fits of first-exceedance brackets; None if each motion ran at one level."""
         motions = self._motion
         if not (pd.Series(self._im).groupby(motions).nunique() > 1).any():
             return None
@@ -209,7 +209,7 @@ class _DemandFits:
             fit, low, high = fitting.fit_first_exceedances(*runs, self._settings)
             status = fitting.NO_EXCEEDANCE if fit.status == fitting.ALL_CENSORED else fit.status
             fits.append(replace(fit, status=status))
-            # one run represents each motion
+            # the first run of a motion represents its bracket
             ends.append((low, high, known[np.unique(motions[known], return_index=True)[1]]))
         usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
         if not usable:
@@ -219,7 +219,7 @@ class _DemandFits:
         place = np.repeat(np.arange(len(usable)), [len(part[0]) for part in parts])
         with np.errstate(divide="ignore"):
             logs = np.log(low), np.log(high)
-        single = len(usable) == 1  # one bracket per motion is independent of the others
+        single = len(usable) == 1  # with one state, the brackets of motions are independent
         return self._common_slope(fits, usable, (place, place), logs, runs, profile=single)
 
     def _without_estimates(self, fits: list[FragilityFit]) -> _StateFits:
@@ -228,20 +228,20 @@ class _DemandFits:
 
     def _common_slope(
         self,
-        fits: list[FragilityFit],  # of single states, which give the start values
-        usable: list[int],
-        places: tuple[Index, Index],  # usable states at both ends of rows
-        ends: tuple[Floats, Floats],  # ln intensities, shape (n,) each
+        fits: list[FragilityFit],  # fits of single states, for start values
+        usable: list[int],  # numbers of the states to fit
+        places: tuple[Index, Index],  # states at the lower and upper bound of each row, (n,) each
+        ends: tuple[Floats, Floats],  # bounds of each row in ln intensity, shape (n,) each
         runs: Index,  # run of each row, for its weight
         *,
         intervals: bool = True,
-        profile: bool = True,  # rows are independent: no jackknife
+        profile: bool = True,  # rows are independent: profile intervals instead of the jackknife
     ) -> _StateFits:
-        """Fit the usable states together: parameters (a0 of each state, a1)."""
+        """Return the common fit of the usable states: parameters (a0 of each state, a1)."""
         common, eye = self._without_estimates(fits), -np.eye(len(usable))
         slope = float(np.mean([1.0 / fits[j].beta for j in usable]))
         middles = np.log([fits[j].theta for j in usable])
-        # fits of single states may cross: the common fit starts with medians rising by 5 % or more
+        # fits of single states may cross: start the common fit with medians at least 5 % apart
         middles[1:] = middles[0] + np.cumsum(np.maximum(np.diff(middles), 0.05))
         whole = NormalKernel(eye[places[0]], *ends, upper_covariates=eye[places[1]])
         best = maximise(whole, np.array([[*(-slope * middles), slope]]))
@@ -270,7 +270,7 @@ class _DemandFits:
         return common
 
     def _bounds(self, found: Mapping[str, _StateFits]) -> dict[str, list[_Bounds]]:
-        """Return (theta, beta) by method, state and treatment of unknown outcomes."""
+        """Return (theta, beta) by method, state number and treatment of unknown outcomes."""
         outcomes, states = self._outcomes, self._states
         bounds = {
             method: [dict.fromkeys(TREATMENTS, fits.median(j)) for j in range(len(states))]
@@ -281,7 +281,7 @@ class _DemandFits:
             treated = outcomes
             for state in states:
                 treated = treated.treated(state, name)
-            # the fit of exceedances excludes unknown outcomes
+            # the exceedance fit itself already excludes unknown outcomes
             common = None if name == "exclude" else self._exceedance(treated, intervals=False)
             for j in unknown:
                 own = outcomes.treated(states[j], name).lines(self._ln_im, self._weights[:1])
@@ -292,9 +292,9 @@ class _DemandFits:
         return bounds
 
     def _depends_on_collapses(self, lines: Lines, state: LimitState) -> bool:
-        """Return whether the censored peaks of collapsed runs decide the median of the line."""
-        # A collapse ends a run because demands were large, so that the peak until then is not an
-        # independent bound: the median must hardly move when these peaks are taken as final.
+        """Return whether the median changes much if peaks of collapsed runs are taken as final."""
+        # Large demands cause collapse, so censoring by collapse is not independent of the demand.
+        # The median is accepted only if it hardly depends on how these peaks are treated.
         outcomes = self._outcomes.behind_line
         ended = (self._part["status"] == COLLAPSE).to_numpy() & np.isposinf(outcomes.upper)
         by_definition = any(each.collapse == COLLAPSE_EXCEEDS for each in self._states)
@@ -307,7 +307,7 @@ class _DemandFits:
     def _row(
         self, method: str, state: LimitState, fit: FragilityFit, known: Mapping[str, Any]
     ) -> Row:
-        """Return the columns of one fit that do not depend on the other fits."""
+        """Return the table columns of one fit that do not depend on the other fits."""
         row: Row = dict.fromkeys(_FIT_COLUMNS, nan)
         row |= {name: value for name, value in fit.details.items() if name in row}
         names = "status theta beta var_ln_theta cov_ln_theta_beta var_beta ci_method level loglik"
@@ -332,8 +332,8 @@ class _DemandFits:
 def _compared(
     fits: Mapping[str, FragilityFit], difference: Floats, known: Mapping[str, Any]
 ) -> dict[str, dict[str, Any]]:
-    """Return the comparison of both methods of a state and the preferred one."""
-    # `difference` is ln of the exceedance over the cloud median, as in `_StateFits`
+    """Return the columns, by method, that compare cloud and exceedance fit of one state."""
+    # `difference` (1 + M,) is ln(exceedance median / cloud median): all runs, then without a motion
     cloud, exceedance = (fits[method].status == FITTED for method in METHODS[:2])
     ratio, z = nan, nan
     if cloud and exceedance:
@@ -342,11 +342,11 @@ def _compared(
         if left_out.size > 2:
             error = float(np.sqrt(motion_means.jackknife_covariance(left_out[:, None])[0, 0]))
             z = float(difference[0] / error) if error > 0.0 else nan
-    # ASSUME medians of two methods that differ by more than 15 %, or by more than two standard
-    # errors of the difference, are worth a reader's attention
+    # ASSUME a difference between the medians of two methods is worth reporting if it exceeds 15 %
+    # or two standard errors
     far = abs(z) > 2.0
     differ = bool(far or abs(ratio - 1.0) > 0.15)
-    # the exceedance fit is preferred to the cloud with five runs on each side of the state
+    # prefer exceedance to cloud if z is above 2 and five runs lie on each side of the threshold
     sides = min(known["n_exceed"], known["n_runs"] - known["n_exceed"] - known["n_unknown"])
     by_count = exceedance and (not cloud or (far and sides >= 5))
     shared = {"methods_ratio": ratio, "methods_z": z, "methods_differ": differ}
@@ -355,9 +355,9 @@ def _compared(
 
 
 def _total_dispersion(fit: FragilityFit, state: LimitState, beta: Floats, b: Floats) -> Row:
-    """Return the dispersion with that of the capacity and its interval by motion."""
-    # the slope b of the line carries the dispersion of the capacity over; `beta` is that of records
-    # ASSUME capacity independent of demand
+    """Return the total dispersion (records and capacity) and its jackknife interval."""
+    # capacity dispersion is divided by the slope b of the line; `beta` is record-to-record
+    # ASSUME the capacity is independent of the demand
     with np.errstate(divide="ignore", invalid="ignore"):
         total = np.log(np.hypot(beta, state.dispersion / b) if state.dispersion else beta)
     if fit.status != FITTED or not np.isfinite(total[0]):

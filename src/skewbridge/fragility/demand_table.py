@@ -1,4 +1,4 @@
-"""Demands tables: import, checks before any fit; columns of results/fragility (`columns.csv`)."""
+"""Import and check demands tables; describe the columns of results/fragility (`columns.csv`)."""
 
 import csv
 from collections import defaultdict
@@ -33,7 +33,7 @@ TEXT_COLUMNS: Final = (
 
 @cache
 def _descriptions() -> dict[str, dict[str, str]]:
-    """Return the descriptions of `columns.csv` by table and column."""
+    """Return the descriptions in `columns.csv` by table and column."""
     found: dict[str, dict[str, str]] = defaultdict(dict)
     with Path(__file__).with_name("columns.csv").open(encoding="utf-8", newline="") as file:
         for table, column, text in islice(csv.reader(file), 1, None):
@@ -46,7 +46,7 @@ def _descriptions() -> dict[str, dict[str, str]]:
 
 
 def described(table: str, axes: Sequence[Axis] = AXES) -> dict[str, str]:
-    """Return the columns of a table of results/fragility with their descriptions, axes included."""
+    """Return the descriptions of a table of results/fragility by column, including the axes."""
     columns: dict[str, str] = {}
     for name, text in _descriptions()[table].items():
         if name != "(axes)":
@@ -59,44 +59,44 @@ def described(table: str, axes: Sequence[Axis] = AXES) -> dict[str, str]:
 
 
 def axis_names(table: pd.DataFrame) -> list[str]:
-    """Return the axis columns of a table, in the order of the axis table."""
+    """Return the names of the axis columns of a table, in the order of all axes."""
     return [axis.name for axis in axes_of(map(str, table.columns))]
 
 
 def varying_axes(table: pd.DataFrame) -> list[str]:
-    """Return the axis columns in which the rows of a table differ."""
+    """Return the names of the axis columns with more than one value."""
     return [name for name in axis_names(table) if table[name].nunique() > 1]
 
 
 def models_of(table: pd.DataFrame) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
-    """Yield each bridge with each abutment model, and its rows; nothing is pooled over these."""
+    """Yield each pair of bridge and abutment model, and its rows; effects never pool over pairs."""
     for (bridge, abutment), part in table.groupby(list(BRIDGE_COLUMNS), sort=True):
         yield {"bridge": bridge, "abutment": abutment}, part
 
 
 def variant_columns(table: pd.DataFrame) -> list[str]:
-    """Return the columns that describe a variant: name, bridge, abutment model and axes."""
+    """Return the names of the columns that describe a variant: name, bridge, abutment and axes."""
     return [*IDENTITY_COLUMNS, *axis_names(table)]
 
 
 def variant_values(part: pd.DataFrame) -> dict[str, object]:
-    """Return the description of the one variant of a part of a table."""
+    """Return the values of `variant_columns` for a table with a single variant."""
     return {name: part[name].iloc[0] for name in variant_columns(part)}
 
 
 def variants_of(demands: pd.DataFrame, columns: Sequence[str]) -> Iterator[pd.DataFrame]:
-    """Yield the rows of each variant with its key, axes, status and ``columns``."""
+    """Yield the rows of each variant, reduced by `demand_columns`."""
     for _, part in demand_columns(demands, columns).groupby("variant", sort=True):
         yield part
 
 
 def demand_columns(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
-    """Return key, axes and status of the runs with some columns, to send to another process."""
+    """Return the runs with key, axes, status and ``columns`` only, to send to another process."""
     modes = validity.FAILURE_DEMANDS.values() if validity.COLUMN_FAILURE_RATIO in columns else ()
     ends = (validity.BEYOND_MODEL, validity.COMPLETE)
     names = dict.fromkeys((*KEY_COLUMNS, *axis_names(demands), *ends, *columns, *modes))
     chosen = demands[[name for name in names if name in demands.columns]]
-    # texts as objects: pandas takes 0.2 ms to compare a hundred of its own
+    # texts as Python objects: pandas takes 0.2 ms to compare a hundred of its own strings
     return chosen.astype(dict.fromkeys(set(TEXT_COLUMNS) & set(chosen), object))
 
 
@@ -108,37 +108,37 @@ def motion_codes(table: pd.DataFrame) -> Index:
 def need_columns(
     table: pd.DataFrame, columns: Iterable[str], what: str = "the demands table"
 ) -> None:
-    """Check that a table has some columns; the `InputError` names the first that is missing."""
+    """Check that a table has ``columns``; an `InputError` names the first missing one."""
     for column in columns:
         if column not in table.columns:
             raise InputError(f"{what} has no column {column!r}", column=column)
 
 
 class ColumnMap(BaseModel):
-    """A file that maps the columns of a foreign table to ours."""
+    """A file that maps the columns of a foreign table to those of a demands table."""
 
     model_config = OPTIONS | ConfigDict(frozen=True, strict=True)
 
     columns: dict[str, str]
     """column of the demands table: column of the file"""
     factors: dict[str, float] = {}
-    """column of the demands table: factor to its unit"""
+    """column of the demands table: factor that converts to its unit"""
     constants: dict[str, str | float] = {}
-    """values of columns that the file lacks"""
+    """column of the demands table that is not in the file: its value"""
 
 
 def read_foreign(
     path: Path,  # CSV or parquet with one row per run
-    columns: Mapping[str, str],  # our column to that of the file; motion_id, im_... and a demand
+    columns: Mapping[str, str],  # our column: column of the file; motion_id, im_... and a demand
     *,
-    factors: Mapping[str, float] | None = None,  # to our unit, by our column
-    constants: Mapping[str, Any] | None = None,  # of columns that the file lacks
+    factors: Mapping[str, float] | None = None,  # our column: factor to our unit
+    constants: Mapping[str, Any] | None = None,  # our column that is not in the file: its value
 ) -> pd.DataFrame:
-    """Read runs of another program as a demands table.
+    """Read the runs of another program as a demands table.
 
-    ``variant`` is made of bridge, abutment and axes, ``complete`` derived from status and
-    ``beyond_model``, unless the file has them. Missing intensities and demands stay NaN: `prepared`
-    rejects such rows one by one. An `InputError` names row and column of an unusable value.
+    If the file lacks ``variant``, it is composed of bridge, abutment and axes; if it lacks
+    ``complete``, it is derived from status and ``beyond_model``. Missing intensities and demands
+    stay NaN; `prepared` handles them. An `InputError` names row and column of an unusable value.
     """
     source, factors = read_any(path), factors or {}
     need_columns(source, columns.values(), path.name)
@@ -176,17 +176,17 @@ def read_foreign(
 
 
 class Prepared(NamedTuple):
-    """A checked demands table."""
+    """A checked demands table with notes."""
 
     table: pd.DataFrame  # rows to fit, numbered from 0, with `COLUMN_FAILURE_RATIO`
-    notes: pd.DataFrame  # rejected rows, missing demands, repeated motions, as `input_notes`
+    notes: pd.DataFrame  # table `input_notes`: rejected rows, missing demands, repeated motions
 
 
 def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSettings) -> Prepared:
-    """Return the rows of a demands table to fit.
+    """Check a demands table and return the rows that can be fitted.
 
-    A row without a usable intensity is rejected, a completed run without a demand counts as missing
-    for that demand; both are in the notes. Suspect rows become failed if the settings exclude them.
+    Rows without a positive intensity are rejected. Completed runs without a demand are not used for
+    that demand. The notes list both. If the settings exclude suspect rows, they become failed runs.
     An `InputError` names a missing column, an unknown status, or an infinite or negative demand.
     """
     wanted = [name for name in columns if name != validity.COLUMN_FAILURE_RATIO]
@@ -220,7 +220,7 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
 
 
 def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tuple[object, ...]]:
-    """Yield a note per completed run without a demand that other runs of its model have."""
+    """Yield a note per completed run without a demand that some run of its model has."""
     runs = table[validity.is_complete(table)]
     models = runs.groupby(list(BRIDGE_COLUMNS))
     for name in columns:
@@ -232,7 +232,7 @@ def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tu
 
 
 def _equal_motions(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tuple[object, ...]]:
-    """Yield a note per pair of motions whose runs are equal in every variant."""
+    """Yield a note per motion whose runs equal those of an earlier motion in every variant."""
     if len(columns) < 2:
         return
     rows = pd.util.hash_pandas_object(table[["variant", *columns]], index=False).sort_values()
@@ -240,8 +240,8 @@ def _equal_motions(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tupl
     for motion, part in rows.groupby(table["motion_id"].astype(str), sort=True):
         first = seen.setdefault(tuple(part), str(motion))
         if first != motion:
-            text = f"motions {first} and {motion} have equal runs: entered twice, they narrow the "
-            yield "equal_motions", -1, "motion_id", f"{text}intervals without new data"
+            text = f"motions {first} and {motion} have equal runs: a motion entered twice makes "
+            yield "equal_motions", -1, "motion_id", f"{text}intervals too narrow"
 
 
 def _require(table: pd.DataFrame, good: Mask, column: str, rule: str) -> None:
@@ -258,9 +258,9 @@ def spread[Item, Result](
     items: Iterable[Item],
     jobs: int,
     *,
-    least: int = 24,  # ASSUME starting a process takes about a second and an item some tenths
+    least: int = 24,  # ASSUME starting a process takes about a second, an item a few tenths
 ) -> list[Result]:
-    """Return the function of each item, in their order, computed by several processes."""
+    """Return function(item) of all items in order, by ``jobs`` processes if ``least`` or more."""
     rest = iter(items)
     first = list(islice(rest, least))
     if jobs == 1 or len(first) < least:

@@ -1,9 +1,9 @@
 """Effects of the axes of a study on demands and median capacities under the same motions.
 
-The record-to-record scatter cancels in the ratio of one motion's demands, so a few per cent are
-detected with 16 motions where an unpaired comparison would need hundreds. It cancels in the ratio
-of two medians as well; the error of that ratio is that of the jackknife, in which a motion is left
-out of all variants (Bell and McCaffrey 2002, see fits).
+Record-to-record scatter cancels in the ratio of two demands under one motion. Effects of a few per
+cent can therefore be detected with 16 motions; an unpaired comparison would need hundreds. The
+scatter also cancels in the ratio of two medians. The error of this ratio comes from a jackknife
+that leaves a motion out of all variants (Bell and McCaffrey 2002, see fits).
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,14 +28,14 @@ from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import axes_of
 
-#: What a pair shows of the change of a demand: the change, a lower or an upper bound, or nothing.
+#: Information of a pair of runs on a change: exact, a lower bound, an upper bound or none.
 EXACT: Final = 0
 AT_LEAST: Final = 1
 AT_MOST: Final = -1
 UNKNOWN: Final = 2
-#: Intensities of the table of effects by intensity, without the reference intensity.
+#: Number of intensities in the table of effects by intensity, without the reference intensity.
 _INTENSITIES: Final = 9
-#: Motions of both variants below which there is no ratio of medians.
+#: Smallest number of motions common to both variants for a ratio of medians.
 _MIN_MOTIONS: Final = 5
 _ENDS: Final = ("from", "to")
 
@@ -43,11 +43,11 @@ INTENSITY_COLUMNS: Final = demand_table.described("intensity_effects")
 
 
 class Pairs:
-    """All n pairs of runs from one value of an axis to another, of one bridge and abutment model.
+    """All n pairs of runs with two values of an axis, for one bridge and abutment model.
 
-    A run that collapsed, failed or lost a column has peaks up to then, so its demands are at least
-    so large. ``place`` has bridge, abutment, axis, from_value and to_value, ``table`` the columns
-    of `run_pairs`.
+    The peaks of a run that ended early (collapse, failed analysis, failed column) are lower bounds
+    of its demands. ``place`` has bridge, abutment, axis, from_value and to_value; ``table`` has the
+    columns of `run_pairs`.
     """
 
     def __init__(self, place: Mapping[str, Any], table: pd.DataFrame) -> None:
@@ -58,7 +58,7 @@ class Pairs:
         keys = (key if isinstance(key, tuple) else (key,) for key in groups)
         places = (dict(zip(names, key, strict=True)) for key in keys)
         rows = (np.asarray(numbers, dtype=np.intp) for numbers in groups.values())
-        #: For each pair of variants the values of the other axes, and the numbers of its rows.
+        #: For each pair of variants (cell): values of the other axes, and numbers of its rows.
         self.cells = list(zip(places, rows, strict=True))
         self.motions = demand_table.motion_codes(table)
         self.count = int(self.motions.max()) + 1
@@ -76,15 +76,15 @@ class Pairs:
         }
 
     def ends(self, name: str) -> tuple[Floats, Floats]:
-        """Return a column at to_value and at from_value, each of shape (n,)."""
+        """Return the values of a column at to_value and at from_value, shape (n,) each."""
         to, start = (self.table[f"{name}_{end}"] for end in ("to", "from"))
         return to.to_numpy(dtype=np.float64), start.to_numpy(dtype=np.float64)
 
     def changes(self, name: str, difference: Difference | None) -> tuple[Floats, Mask]:
-        """Return the differences of a demand, or its ln ratios where ``difference`` is None, (n,).
+        """Return the changes of a demand (n,): differences, or ln ratios without ``difference``.
 
-        They are NaN in pairs that give neither a change nor a bound. The second array names those
-        with a demand on one side only.
+        Changes are NaN in pairs that give neither a change nor a bound. The second array (n,) is
+        True for pairs in which only one run has a usable (for ratios: positive) demand.
         """
         ends = self.ends(name)
         least = 0.0 if difference is None else -np.inf
@@ -96,7 +96,7 @@ class Pairs:
         return (top - bottom) * difference.per_unit, has_top != has_bottom
 
     def means(self, values: Floats, x: Floats | None = None) -> list[Jackknifed]:
-        """Return the pooled mean of changes (n,) and those of the cells, or their lines over x."""
+        """Return the mean (or line over ``x``) of changes (n,): pooled, then of each cell."""
         known = np.isfinite(values if x is None else values + x)
         cells: list[Jackknifed] = []
         for _, rows in self.cells:
@@ -106,7 +106,7 @@ class Pairs:
         return [average(cells), *cells]
 
     def counts(self, rows: Index, used: Mask, discordant: Mask) -> dict[str, int]:
-        """Return the columns ``n_`` of some pairs, except n_cells; arrays are of all n pairs."""
+        """Return the counts ``n_...`` of the pairs ``rows``, except n_cells; masks are (n,)."""
         counted = self._counted | {"n_left_out": ~used, "n_discordant": discordant}
         counted["n_bounds"] = used & (self.side != EXACT)
         counts = {name: int(np.count_nonzero(values[rows])) for name, values in counted.items()}
@@ -115,11 +115,11 @@ class Pairs:
 
 
 def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.DataFrame:
-    """Pair the runs of variants that differ in ``axis`` only, the smallest value as reference.
+    """Pair each run with the run at the smallest value of ``axis`` that is otherwise the same.
 
-    A row per pair has bridge, abutment, other axes, motion_id, scale, incidence_deg, from_value,
-    to_value; status, beyond_model, complete (truth values) and columns by ``_from`` and ``_to``. An
-    `InputError` names a run that occurs twice.
+    A row per pair has bridge, abutment, other axes, motion_id, scale, incidence_deg, from_value and
+    to_value; with the endings ``_from`` and ``_to`` it has status, beyond_model and complete (both
+    bool) and ``columns``. An `InputError` names a run that occurs twice.
     """
     others = [name for name in demand_table.axis_names(demands) if name != axis]
     key = [*demand_table.BRIDGE_COLUMNS, *others, *demand_table.LOADING_COLUMNS]
@@ -136,7 +136,7 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
 def _paired(
     table: pd.DataFrame, axis: str, others: Sequence[str], loading: Sequence[str] = ()
 ) -> pd.DataFrame:
-    """Return each row with that of the smallest value of an axis, all else being equal."""
+    """Return each row joined with the row at the smallest value of ``axis``, all else equal."""
     group = [*demand_table.BRIDGE_COLUMNS, *others]
     lowest = table.groupby(group, dropna=False)[axis].transform("min")
     reference = table[table[axis] == lowest].rename(columns={axis: "from_value"})
@@ -146,15 +146,15 @@ def _paired(
 
 
 class EffectTables(NamedTuple):
-    """Effects on demands."""
+    """Tables of effects on demands."""
 
-    effects: pd.DataFrame  # pooled rows first
-    intensities: pd.DataFrame  # of demands judged by their ratio
+    effects: pd.DataFrame  # table `effects`, pooled rows first
+    intensities: pd.DataFrame  # table `intensity_effects`, for demands judged by their ratio
 
 
 def effect_tables(
     demands: pd.DataFrame,
-    columns: Sequence[str] | None = None,  # None: those with the role `effect` that the table has
+    columns: Sequence[str] | None = None,  # None: all demand columns with the role `effect`
     settings: FitSettings = DEFAULTS,
     *,
     reference_im: Mapping[tuple[str, str], float] | None = None,  # by bridge and abutment
@@ -165,9 +165,9 @@ def effect_tables(
     Two variants of one bridge and abutment model that differ in one axis only are paired run by run
     (same motion, scale and incidence); the smallest value of the axis is the reference. The ratio
     is the geometric mean over motions. A pooled row is the average over all such pairs of variants.
-    A pair in which one run collapsed, failed or lost a column counts as a bound (Tobit).
-    Slopes need the intensity measure; effects by intensity are given at ``reference_im`` as well.
-    An `InputError` names a missing column, or a run that occurs twice.
+    A pair in which one run ended early gives a bound (Tobit). Slopes need the intensity measure.
+    Effects by intensity include ``reference_im``. An `InputError` names a missing column, or a run
+    that occurs twice.
     """
     names = list(demands_for("effect", demands.columns) if columns is None else columns)
     demand_table.need_columns(demands, (*demand_table.KEY_COLUMNS, *names))
@@ -187,7 +187,7 @@ def effect_tables(
 
 
 def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return judged rows of effects, pooled ones first; usually they are judged by the ratio."""
+    """Return a table of effects with verdicts, by the ratio unless stated, pooled effects first."""
     columns = list(demand_table.described("effects", axes_of(map(str, demands.columns))))
     table = pd.DataFrame(rows, columns=columns)
     for name, usual in (("judged_by", verdicts.RATIO), ("unit", "")):
@@ -198,13 +198,13 @@ def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd
 
 
 def effect_row(
-    estimate: Jackknifed,  # of ln ratio, shape ()
+    estimate: Jackknifed,  # ln ratio, shape ()
     settings: FitSettings,
     *,
-    line: Jackknifed | None = None,  # of ln ratio on ln intensity, shape (2,)
-    difference: Jackknifed | None = None,  # of demands judged by it, shape ()
+    line: Jackknifed | None = None,  # line of ln ratio on ln intensity, shape (2,)
+    difference: Jackknifed | None = None,  # difference, for demands judged by it, shape ()
 ) -> dict[str, Any]:
-    """Return ratio, slope and difference of an effect with their intervals, scatter and dof."""
+    """Return ratio, slope and difference of an effect with intervals, and its scatter and dof."""
     level, judged = settings.effect_confidence, difference or estimate
     ends = np.exp([estimate.estimate, *estimate.interval(level)])
     row = dict(zip(verdicts.RATIOS, ends.tolist(), strict=True)) | {"level": level}
@@ -226,7 +226,7 @@ def demand_effects(
     settings: FitSettings,
     reference_im: Mapping[tuple[str, str], float],
 ) -> tuple[list[Row], list[Row]]:
-    """Return effects (columns of `effect_table`) and effects by intensity of demands and pairs."""
+    """Return the rows of `effects` and of `intensity_effects` for the named demands of pairs."""
     rows: list[Row] = []
     by_intensity: list[Row] = []
     has_im = f"{settings.im}_from" in pairs.table
@@ -273,8 +273,8 @@ def demand_effects(
 def _by_intensity(
     pooled: Mapping[str, Any], line: Jackknifed, level: Floats, reference_im: float | None
 ) -> list[dict[Any, Any]]:
-    """Return the rows of `INTENSITY_COLUMNS` of a pooled effect, also at ``reference_im``."""
-    # `line` is its regression on ln intensity, `level` (2,) that of ln demand at from_value
+    """Return the rows with `INTENSITY_COLUMNS` of a pooled effect, including ``reference_im``."""
+    # `line` is the line of the effect on ln intensity, `level` (2,) of ln demand at from_value
     low, high = pooled.get("im_low", nan), pooled.get("im_high", nan)
     if not np.all(np.isfinite(line.estimate)) or not low < high:
         return []
@@ -308,10 +308,10 @@ def median_effects(
     """Return the paired ratios of median capacities along every axis of a study, pooled ones first.
 
     Two variants of one bridge and abutment model that differ in one axis only form a cell; the
-    smallest value of the axis is the reference. A cell counts where some runs of both variants, and
-    not all, are known to exceed the state. A pooled row is the average of ln ratio over the cells.
-    ``im_low`` and ``im_high`` are the smallest and largest median of the cells, at which the ratio
-    applies. Given the table of ``curves``, a ratio is refused if none of its variants has a curve.
+    smallest value of the axis is the reference. A cell is used if some, but not all, runs of both
+    variants exceed the state. A pooled row is the average of ln ratio over the cells. The ratio
+    applies between ``im_low`` and ``im_high``, the smallest and largest median of the cells. Given
+    the table of ``curves``, there is no ratio if none of its variants has a curve.
     """
     items = (
         (
@@ -337,7 +337,7 @@ def _median_rows(
     settings: FitSettings,
     axes: Sequence[str] | None,
 ) -> list[Row]:
-    """Return the rows of the states of one demand of one bridge and abutment model."""
+    """Return the rows of all states of one demand for one bridge and abutment model."""
     description, part, states, curves = item
     along = demand_table.varying_axes(part) if axes is None else axes
     names = list(dict.fromkeys([*demand_table.axis_names(part), *along]))
@@ -350,7 +350,7 @@ def _median_rows(
     shared = {"quantity": verdicts.MEDIAN_CAPACITY, "margin": settings.median_margin}
 
     def estimate(ratio: Jackknifed, row: Row, medians: int) -> Row:
-        # ASSUME a ratio of medians is worth printing if one of these medians is
+        # ASSUME a ratio of medians is worth reporting if at least one of them has a curve
         if row["n_without_curve"] == medians:
             return row | {"status": verdicts.NO_CURVE, "level": settings.effect_confidence}
         return row | effect_row(ratio, settings)
@@ -383,16 +383,16 @@ def _median_rows(
 
 
 class _OfVariant(NamedTuple):
-    """Medians of a variant for J states of one demand, and what they rest on."""
+    """Medians of a variant for J states of one demand, with counts of runs."""
 
-    ln_theta: Floats  # of all runs, then without each motion, (J, 1 + M); NaN without a median
-    counts: dict[str, int]  # of runs
-    outcomes: list[dict[str, int]]  # counts of the outcomes of each state
-    extrapolated: list[bool]  # of each state
+    ln_theta: Floats  # from all runs, then without each motion, (J, 1 + M); NaN: no median
+    counts: dict[str, int]  # counts of runs
+    outcomes: list[dict[str, int]]  # counts of outcomes, for each state
+    extrapolated: list[bool]  # True if too few motions lie beyond the median, for each state
 
 
 class _Medians:
-    """Medians of the variants of one bridge and abutment model for one demand."""
+    """Medians of all variants of one bridge and abutment model for one demand."""
 
     def __init__(
         self,
@@ -414,7 +414,7 @@ class _Medians:
         self._curves = {k: (rows["preferred"].any(), *rows[bounds].iloc[0]) for k, rows in groups}
 
     def ratio(self, cell: Mapping[Any, Any], j: int) -> tuple[Jackknifed, Row] | None:
-        """Return ln ratio of medians of state j and the columns of its runs; None without one."""
+        """Return ln ratio of the medians of state j, and table columns; None without a ratio."""
         pair = cell["number_from"], cell["number_to"]
         shared = self._has[pair[0]] & self._has[pair[1]]
         if np.count_nonzero(shared) < _MIN_MOTIONS:
@@ -423,7 +423,7 @@ class _Medians:
         values = other.ln_theta[j] - first.ln_theta[j]
         if not np.isfinite(values[0]):
             return None
-        # ASSUME no influence where no line remains
+        # ASSUME a motion has no influence if no line can be fitted without it
         values = np.where(np.isfinite(values), values, values[0])
         ends = np.exp([first.ln_theta[j, 0], other.ln_theta[j, 0]]).tolist()
         columns: Row = {
@@ -434,7 +434,7 @@ class _Medians:
             "n_extrapolated": first.extrapolated[j] + other.extrapolated[j],
             **dict.fromkeys(("n_without_curve", *_MEANS[1:]), nan),
         }
-        if self._curves:  # medians that no curve states, and bounds of their ratio
+        if self._curves:  # number of medians without a curve, and bounds of the ratio
             named = (self._curves[cell[f"variant_{end}"], self._states[j].name] for end in _ENDS)
             (has_first, *below), (has_other, *above) = named
             columns["n_without_curve"] = 2 - int(has_first) - int(has_other)
@@ -445,7 +445,7 @@ class _Medians:
         return Jackknifed.of(values, shared, shared, 2), columns
 
     def _of_variant(self, variant: int, partner: int) -> _OfVariant:
-        """Return the medians of a variant under the motions that its partner has too."""
+        """Return the medians of a variant under the motions that it shares with its partner."""
         has, motions = self._has[partner], self._has.shape[1]
         key = variant, -1 if np.all(has >= self._has[variant]) else partner
         if key in self._known:

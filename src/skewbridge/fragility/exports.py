@@ -1,9 +1,9 @@
-"""Fragility curves for other tools: OpenQuake (NRML), pelicun and its library, CSV and LaTeX.
+"""Export fragility curves to OpenQuake (NRML), pelicun and its library, CSV and LaTeX.
 
 Sources: OpenQuake engine manual (NRML 0.5, shape ``logncdf``: mean and stddev of the lognormal
 variable, not of its logarithm); pelicun 3, fragility database; Damage and Loss Model Library (DLML)
-of the SimCenter; Hazus 6.1, section 7: medians have the factor sqrt(sin(90 deg - skew)), FEMA
-(2022); frequencies, Cornell et al. (2002), J. Struct. Eng. 128(4):526-533.
+of the SimCenter; Hazus 6.1, section 7: medians times sqrt(sin(90 deg - skew)), FEMA (2022);
+frequencies, Cornell et al. (2002), J. Struct. Eng. 128(4):526-533.
 """
 
 import json
@@ -36,35 +36,35 @@ _NEEDED: Final = (
     "variant", "component", "limit_state", "demand", "threshold", "method", "status", "im", "theta",
     "beta", "beta_total",
 )  # fmt: skip
-#: Columns of a CSV of curves; `CURVE_COLUMNS` of the table of curves describes them.
+#: Columns of a CSV of curves, described in `CURVE_COLUMNS`.
 PARAMETERS: Final = (
     "component", "limit_state", "method", "im", "theta", "theta_low", "theta_high", "beta_total",
     "beta_total_low", "beta_total_high", "beta", "beta_low", "beta_high", "ci_method", "level",
     "status", "warnings", "methods_ratio", "methods_differ", "n_exceed", "n_runs", "n_records",
     "n_unknown",
 )  # fmt: skip
-#: Columns that a hazard table adds: frequency (1/year) and probability from its intensities, limits
-#: of the frequency from stronger ones, and the curve at its first level.
+#: Columns that a hazard table adds: frequency (1/year) and probability of exceedance due to its
+#: intensities, bounds of the frequency due to stronger ones, and the curve at its first intensity.
 FREQUENCY_COLUMNS: Final = (
     "annual_frequency", "probability_50y", "annual_frequency_above_least",
     "annual_frequency_above_most", "probability_at_first_level",
 )  # fmt: skip
-#: Columns of a CSV of skew factors (theta / theta_straight, at skew 0), after those of the state.
-#: The interval is paired (same motions at both skews, at the level of median_effects.parquet next
-#: to the curves) or independent (from the variances of both medians, 90 %, wider).
+#: Last columns of a CSV of skew factors: theta over theta_straight (at skew 0), and its interval,
+#: which is paired (same motions at both skews, from median_effects.parquet next to the curves, at
+#: its level) or independent (from the variances of both medians, at 90 %, wider).
 SKEW_FACTOR_COLUMNS: Final = (
     "skew_deg", "im", "theta", "theta_straight", "factor", "factor_low", "factor_high", "interval",
     "hazus_factor",
 )  # fmt: skip
 _NRML: Final = "http://openquake.org/xmlns/nrml/0.5"
-#: Beginning of an intensity column: name in OpenQuake (PGV in cm/s), factor, names in pelicun.
+#: First letters of an intensity column: name and factor in OpenQuake, demand and unit in pelicun.
 _MEASURES: Final = {
     "im_pga": ("PGA", 1.0, "Peak Ground Acceleration", "g"),
     "im_pgv": ("PGV", 100.0, "Peak Ground Velocity", "mps"),
     "im_saavg": ("AvgSA", 1.0, "Spectral Acceleration|Avg", "g"),
     "im_sa_t1": ("", 1.0, "Spectral Acceleration|T1", "g"),
 }
-#: pelicun cuts names at every ``-``, and then finds none of the rows of the file.
+#: Accepted characters and length of names; pelicun splits names at ``-`` and then finds no row.
 _PELICUN_ID: Final = ("A-Za-z0-9_.", 200)
 _PELICUN_PARAMETERS: Final = ("Family", "Theta_0", "Theta_1", "DamageStateWeights")
 
@@ -74,16 +74,16 @@ def export_curves(
     form: str,
     out: Path,
     *,
-    method: str | None = None,  # of the curves; None: the preferred ones
-    hazard: Path | None = None,  # CSV with im and rate (per year): a csv has `FREQUENCY_COLUMNS`
-    im_range: tuple[float, float] | None = None,  # of 50 probabilities in a csv, not parameters
-    skew_factors: bool = False,  # `SKEW_FACTOR_COLUMNS` in a csv; pelicun: scaling of capacities
+    method: str | None = None,  # method of the curves; None: preferred curves
+    hazard: Path | None = None,  # CSV with im and rate (1/year), for `FREQUENCY_COLUMNS` in a csv
+    im_range: tuple[float, float] | None = None,  # csv: 50 probabilities between these intensities
+    skew_factors: bool = False,  # csv: `SKEW_FACTOR_COLUMNS`; pelicun: scaling of capacities
 ) -> dict[str, Any]:
     """Write the curves of a study for another tool or a paper, and return a report.
 
-    Curves without an estimate have their status in a CSV; elsewhere they are left out and listed in
-    ``unfitted``. The report of nrml has the ``models``, those of pelicun and dlml (a folder) the
-    ``holes``. An `InputError` names an unusable format, content, table or intensity measure.
+    A CSV shows the status of curves without an estimate; other formats leave them out. The report
+    lists them in ``unfitted``. With nrml it also has ``models``; with pelicun and dlml (a folder),
+    ``holes``. An `InputError` names an unusable format, option, table or intensity measure.
     """
     if form not in FORMATS:
         raise InputError(f"format must be one of {', '.join(FORMATS)}, got {form!r}")
@@ -91,9 +91,9 @@ def export_curves(
     contents = [hazard is not None, im_range is not None, skew_factors and not scales]
     if form != "csv" and any(contents):
         options = "--im-range and --hazard need --format csv, --skew-factors csv or pelicun"
-        raise InputError(f"{form} has only parameters of curves: {options}")
+        raise InputError(f"{form} contains curve parameters only: {options}")
     if sum(contents) > 1:
-        raise InputError("a csv is one table: give one of --hazard, --im-range, --skew-factors")
+        raise InputError("a csv is one table: use one of --hazard, --im-range, --skew-factors")
     if im_range is not None and not 0.0 < im_range[0] < im_range[1] < float("inf"):
         raise InputError(f"--im-range must rise above 0, got {im_range[0]:g} to {im_range[1]:g}")
     curves = exported_curves(read_any(source), method)
@@ -101,9 +101,9 @@ def export_curves(
     if not has_estimate.any() and form != "csv":
         raise InputError(f"{source.name}: no curve has an estimate: nothing to write")
     unfitted = curves.loc[~has_estimate, ["variant", "component", "limit_state", "status"]]
-    notes = ["the dispersion of a curve is beta_total, including capacity; beta: record-to-record"]
+    notes = ["curves have the dispersion beta_total (record-to-record beta and capacity)"]
     if lacking := int(curves.loc[has_estimate, "beta_total"].isna().sum()):
-        notes.append(f"{lacking} curves have no beta_total (lack of a slope): beta is exported")
+        notes.append(f"{lacking} curves have no beta_total (no slope): beta is exported instead")
     if len(unfitted):
         notes.append(f"{len(unfitted)} limit states have no estimate (listed by --json)")
     report: dict[str, Any] = {"format": form, "files": [str(out)], "left_out": len(unfitted)}
@@ -114,18 +114,19 @@ def export_curves(
             models = write_nrml(curves, out)
             report |= {"models": models, "files": [model["file"] for model in models]}
             if str(out) not in report["files"]:
-                text = f"{len(models)} files, by the limit states of their functions, replace it"
+                text = f"{len(models)} files, one per set of limit states, were written instead"
                 notes.append(f"{out.name} was not written: {text}")
             if crossing := sum(len(model["crossing"]) for model in models):
-                text = "OpenQuake gets negative fractions of damage there"
+                text = "OpenQuake computes negative damage fractions there"
                 notes.append(f"curves cross in {crossing} functions: {text}")
         elif scales:
             write_skew_scaling(curves, _table_next_to(source, "median_effects"), out)
-            notes.append("scaling specifications by skew, for the curves without skew of this file")
+            notes.append("scaling specifications by skew apply to the curves without skew")
         elif form in ("pelicun", "dlml"):
             report |= write_pelicun(curves, out / "fragility.csv" if form == "dlml" else out)
             if report["holes"]:
-                notes.append(f"{len(report['holes'])} rows lack states without an estimate")
+                text = "limit states without an estimate have no parameters"
+                notes.append(f"in {len(report['holes'])} rows, {text}")
         elif form == "latex":
             medians, joint = (_table_next_to(source, name) for name in ("median_effects", "joint"))
             write_text(out, latex_table(paper_table(curves, medians, joint)))
@@ -141,9 +142,9 @@ def export_curves(
                 table = table.join(_frequencies(curves[has_estimate], hazard))
                 shares = table.filter(like="_above_").div(table["annual_frequency"], axis=0)
                 least, most = shares.max()
-                text = f"ones add at most {most:.1%} (at least {least:.1%}) to a curve"
+                text = f"intensities add at most {most:.1%} to a curve, at least {least:.1%} to one"
                 notes.append(
-                    f"annual frequencies are of the intensities in {hazard.name}; stronger {text}"
+                    f"annual frequencies cover the intensities in {hazard.name}; stronger {text}"
                 )
             write_csv(table, out)
     except OSError as error:
@@ -152,11 +153,11 @@ def export_curves(
 
 
 def exported_curves(table: pd.DataFrame, method: str | None = None) -> pd.DataFrame:
-    """Return the curves of a method, or the preferred ones, per variant and limit state.
+    """Return one curve per variant and limit state: of a method, or the preferred one.
 
-    ``curve_beta`` is beta_total, or beta where no slope converts the dispersion of the capacity.
-    ``damage_scale`` is the component, or component and state where the states have different
-    demands and are not degrees of one damage.
+    The column ``curve_beta`` is beta_total, or beta if there is no slope to convert the dispersion
+    of the capacity. ``damage_scale`` is the component, or component and state if the states of the
+    component have different demands.
     """
     if method is not None and method not in METHODS:
         raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
@@ -172,7 +173,7 @@ def exported_curves(table: pd.DataFrame, method: str | None = None) -> pd.DataFr
 
 
 def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.DataFrame]]:
-    """Yield each variant and damage scale, its states by rising threshold, and its rows."""
+    """Yield variant, damage scale, its states by rising threshold, and its rows by state."""
     ordered = curves.sort_values("threshold", kind="stable")
     states = ordered.groupby("damage_scale")["limit_state"].unique()
     for (variant, scale), part in curves.groupby(["variant", "damage_scale"], sort=True):
@@ -181,13 +182,13 @@ def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.D
 
 
 def _table_next_to(source: Path, name: str) -> pd.DataFrame:
-    """Return another table of the folder of the curves; without rows where there is none."""
+    """Return a table from the folder of the curves, or an empty one if the file is missing."""
     path = source.parent / f"{name}.parquet"
     return read_any(path) if path.is_file() else pd.DataFrame(columns=list(described(name)))
 
 
 def _probabilities(curves: pd.DataFrame, intensities: Floats) -> pd.DataFrame:
-    """Return the probabilities of the curves with an estimate at some intensities, long form."""
+    """Return the exceedance probabilities at some intensities: a row per curve and intensity."""
     fitted = curves[curves["status"] == FITTED]
     names = [*variant_columns(fitted), "component", "limit_state", "method", "im"]
     long = fitted[[*names, "theta", "curve_beta"]]
@@ -197,11 +198,12 @@ def _probabilities(curves: pd.DataFrame, intensities: Floats) -> pd.DataFrame:
 
 
 def _frequencies(fitted: pd.DataFrame, path: Path) -> pd.DataFrame:
-    """Return `FREQUENCY_COLUMNS` of curves for a hazard table."""
+    """Return `FREQUENCY_COLUMNS` of fitted curves for the hazard table at ``path``."""
     hazard = read_any(path)
     need_columns(hazard, ("im", "rate"), path.name)
     if fitted["im"].nunique() > 1:
-        raise InputError(f"one hazard table cannot serve {', '.join(fitted['im'].unique())}")
+        names = ", ".join(fitted["im"].unique())
+        raise InputError(f"a hazard table has one intensity measure, the curves have {names}")
     im, rate = hazard["im"].to_numpy(), hazard["rate"].to_numpy()
     pairs = zip(fitted["theta"], fitted["curve_beta"], strict=True)
     rows = [annual_frequency(theta, beta, im, rate) for theta, beta in pairs]
@@ -209,7 +211,7 @@ def _frequencies(fitted: pd.DataFrame, path: Path) -> pd.DataFrame:
 
 
 def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
-    """Return the medians of skewed bridges over those without skew, with their intervals."""
+    """Return the ratios of medians at each skew to the median at skew 0, with intervals."""
     fitted = curves[curves["status"] == FITTED]
     skew, *columns = SKEW_FACTOR_COLUMNS
     others = [name for name in axis_names(fitted) if name != skew]
@@ -222,8 +224,8 @@ def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     if both.empty:
         raise InputError("no limit state has an estimate both at skew 0 and at another skew")
     both["factor"] = both["theta"] / both["theta_straight"]
-    # ASSUME independent medians: without the pairs of motions the interval is too wide, never too
-    # narrow, since both skews see the same motions
+    # ASSUME medians are independent if there is no paired interval: the interval is then too wide,
+    # never too narrow, because the motions are the same at both skews
     variance = both["var_ln_theta"] + both["var_ln_theta_straight"]
     low, high = (both[end].astype(np.float64) for end in ends)
     paired = pd.Series(0.5 * np.log(high / low))
@@ -236,11 +238,11 @@ def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
 
 
 def write_skew_scaling(curves: pd.DataFrame, medians: pd.DataFrame, out: Path) -> None:
-    """Write the factors of skew as scaling specifications of pelicun, a JSON file.
+    """Write the skew factors as scaling specifications of pelicun to a JSON file.
 
-    By skew, then ``factor``, ``low`` and ``high`` (ends of the interval): an argument
-    ``scaling_specification`` of pelicun's damage model for the curves without skew that
-    ``--format pelicun`` writes, at location 0 and direction 1.
+    The keys are the skew, then ``factor``, ``low`` and ``high`` (ends of the interval). Each value
+    is an argument ``scaling_specification`` of pelicun's damage model, at location 0 and direction
+    1, for the curves without skew that ``--format pelicun`` writes.
     """
     table = _skew_factors(curves, medians)
     places: dict[tuple[str, str, str], tuple[str, str]] = {}
@@ -261,8 +263,8 @@ def write_skew_scaling(curves: pd.DataFrame, medians: pd.DataFrame, out: Path) -
 def annual_frequency(theta: float, beta: float, im: ArrayLike, rate: ArrayLike) -> dict[str, float]:
     """Return `FREQUENCY_COLUMNS` from lambda = int P(LS | x) |dH(x)| over a hazard table.
 
-    Between the points of the table the hazard is a power law, for which the integral has a closed
-    form. ``im`` rises, in the unit of theta; ``rate`` is the mean annual frequency of exceeding it.
+    Between the points of the table the hazard is a power law, so the integral has a closed form.
+    ``im`` increases and has the unit of theta; ``rate`` is its mean annual frequency of exceedance.
     An `InputError` names the row of a value that is not positive or not monotone.
     """
     x, h = positive(im, "im"), positive(rate, "rate")
@@ -281,7 +283,7 @@ def annual_frequency(theta: float, beta: float, im: ArrayLike, rate: ArrayLike) 
 
 
 def identifier(name: str, signs: str, longest: int) -> str:
-    """Return a name of accepted ``signs`` (a class of regex); a changed one ends with a digest."""
+    """Return a name with accepted ``signs`` (a regex class); a changed name ends with a digest."""
     plain = re.sub(f"[^{signs}]", "_", name)
     if plain == name and len(name) <= longest:
         return name
@@ -290,7 +292,7 @@ def identifier(name: str, signs: str, longest: int) -> str:
 
 
 def measure_names(column: str) -> tuple[str, float, str, str]:
-    """Return name and factor in OpenQuake, demand type and unit in pelicun of an intensity."""
+    """Return an intensity's name and factor in OpenQuake, and demand type and unit in pelicun."""
     if match := re.match(r"im_sa_(\d+)p(\d+)_", column):
         period = f"{float(f'{match[1]}.{match[2]}'):g}"
         return f"SA({period})", 1.0, f"Spectral Acceleration|{period}", "g"
@@ -301,9 +303,9 @@ def measure_names(column: str) -> tuple[str, float, str, str]:
 def write_nrml(curves: pd.DataFrame, out: Path) -> list[dict[str, Any]]:
     """Write one function per variant and damage scale, its limit states by rising threshold.
 
-    All functions of an OpenQuake model have the same limit states: there is a file for each damage
-    scale and set of fitted states where they differ. In functions that are ``crossing``, a severer
-    curve lies above a milder one near the medians, a negative fraction of damage in OpenQuake.
+    All functions of an OpenQuake model have the same limit states. If the fitted states differ, one
+    file is written per damage scale and set of states. The entry ``crossing`` of a file lists the
+    functions whose curves cross near the medians: OpenQuake gets negative damage fractions there.
     """
     groups: dict[tuple[str, tuple[str, ...]], list[pd.DataFrame]] = defaultdict(list)
     for _, scale, known, rows in _functions(curves):
@@ -332,7 +334,7 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
     root = ElementTree.Element(f"{{{_NRML}}}nrml")
     kind = {"assetCategory": "bridges", "lossCategory": "structural"}
     model = add(root, "fragilityModel", id="skewbridge", **kind)
-    text = "skewbridge, lognormal fits; dispersion including that of the capacity"
+    text = "skewbridge, lognormal fits; dispersion includes capacity dispersion"
     add(model, "description", text)
     add(model, "limitStates", " ".join(states))
     crossing: list[str] = []
@@ -346,7 +348,7 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
             advice = "fit with im_sa_1p000_rotd50_g or another Sa(T)"
             raise InputError(f"{column} has no name in OpenQuake: {advice}", column=column)
         function = add(model, "fragilityFunction", id=name, format="continuous", shape="logncdf")
-        # four standard deviations outside the outermost medians; in two, curves must not cross
+        # range: medians and 4 standard deviations; curves are checked for crossing within 2
         ends, side = np.log([theta.min(), theta.max()]), np.array([-1.0, 1.0]) * beta.max()
         low, high = factor * np.exp(ends + 4.0 * side)
         limits = {"noDamageLimit": f"{low:.6g}", "minIML": f"{low:.6g}", "maxIML": f"{high:.6g}"}
@@ -369,12 +371,12 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
 def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
     """Write a row per variant and damage scale, its limit states numbered by rising threshold.
 
-    Those without an estimate count as well, as pelicun skips empty parameters: the ``holes`` of the
-    report. A JSON file of names is next to the CSV file.
+    States without an estimate keep their number, because pelicun skips empty parameters; the report
+    lists them as ``holes``. A JSON file of names is written next to the CSV file.
     """
     out.parent.mkdir(parents=True, exist_ok=True)
     if (names_file := out.with_suffix(".json")) == out:
-        raise InputError(f"{out.name}: parameters are CSV; a JSON file next to it has the names")
+        raise InputError(f"{out.name}: give a CSV file; the names go to a JSON file next to it")
     rows: list[dict[str, Any]] = []
     holes: list[dict[str, Any]] = []
     names: dict[str, Any] = {}
@@ -389,7 +391,7 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
             raise InputError(f"{column} has no demand type in pelicun", column=column)
         name = identifier(f"{variant}.{scale}", *_PELICUN_ID)
         row: dict[str, Any] = {"ID": name, "Incomplete": 0, "Demand-Type": demand}
-        # 0 lets pelicun take the larger direction times 1.2; our measures are RotD50 already
+        # with Demand-Directional 0, pelicun takes 1.2 times the larger direction; ours is RotD50
         row |= {"Demand-Unit": unit, "Demand-Offset": 0, "Demand-Directional": 1}
         described: dict[str, Any] = {}
         missing: dict[str, str] = {}
@@ -407,7 +409,7 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
                 status = of_state[state]["status"] if state in of_state else "no row"
                 missing[state] = f"LS{number} {state} ({status})"
             row |= {f"LS{number}-{k}": v for k, v in zip(_PELICUN_PARAMETERS, values, strict=True)}
-        comments = "dispersion including that of the capacity where a slope converts it"
+        comments = "dispersion includes capacity dispersion if a slope converts it"
         if missing:
             comments += f"; without an estimate: {', '.join(missing.values())}"
             holes.append({"id": name, "missing": list(missing)})

@@ -1,4 +1,4 @@
-"""Fit of a data file: counts per level, capacities, a cloud of demands or a table of runs."""
+"""Fit a data file: counts per level, capacities, a cloud of demands or a table of runs."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -23,7 +23,7 @@ from skewbridge.fragility.outcomes import TREATMENTS, DemandOutcomes, demand_out
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.statuses import COLLAPSE, OK
 
-#: Other names of the columns in published data sets.
+#: Other names of our columns in published data sets.
 _ALIASES: Final = {
     "right_censored": "censored", "bracket_lo": "lower", "bracket_hi": "upper",
     "im_no_exceed": "lower", "im_exceed": "upper",
@@ -35,7 +35,7 @@ class FitOptions:
     """Options of ``skewbridge fit``."""
 
     method: Literal["stripes", "ida", "cloud"]
-    #: Of a cloud; None is ols, or tobit where demands are censored.
+    #: Model of a cloud; None: ols, or tobit if some demands are censored.
     model: Literal["ols", "tobit"] | None = None
     link: Literal["probit"] = "probit"  # curves are lognormal
     level: float = Field(default=DEFAULTS.confidence, gt=0.5, lt=1.0)
@@ -43,10 +43,10 @@ class FitOptions:
     im: str | None = None  # column of intensities, for a table of runs
     edp: str | None = None  # column of demands, for a table of runs
     capacity_dispersion: float = Field(default=0.0, ge=0.0, le=MAX_DISPERSION)  # cloud
-    censor_above: float | None = None  # demands at or above it are censored there (cloud)
-    #: Dispersion for one-sided bounds.
+    censor_above: float | None = None  # demands at or above this value are censored at it (cloud)
+    #: Dispersion assumed for one-sided bounds.
     assumed_beta: float = Field(default=DEFAULTS.assumed_beta, gt=0.0, le=2.0)
-    accept_bounds: bool = False  # give a median though unknown outcomes move it by 15 % or more
+    accept_bounds: bool = False  # keep a median that unknown outcomes move by more than 15 %
     columns: Path | None = None  # file that maps the columns of a foreign table to ours
 
     @model_validator(mode="after")
@@ -64,7 +64,7 @@ class FitOptions:
 
 
 def fit_file(path: Path, **given: Any) -> fits.FragilityFit:
-    """Fit data of a file with `FitOptions`; an `InputError` names option, or file, column, row."""
+    """Fit the data of a file; an `InputError` names the option, or file, column and row."""
     options = checked(FitOptions, given, "options of the fit")
     if options.columns is None:
         data = read_data(path)
@@ -76,14 +76,14 @@ def fit_file(path: Path, **given: Any) -> fits.FragilityFit:
     try:
         return fit(columns, options)
     except InputError as error:
-        if not {"row", "column"} & error.details.keys():  # an error of the options
+        if not {"row", "column"} & error.details.keys():  # the error concerns options, not the file
             raise
         details = {"file": str(path), **error.details}
         raise InputError(f"{shown_path(path)}: {error}", **details) from error
 
 
 def read_data(path: Path) -> pd.DataFrame | Mapping[str, Any]:
-    """Read a CSV or parquet table, or a JSON object of columns or list of rows."""
+    """Read a CSV or parquet table, or JSON: an object of columns, or a list of rows."""
     if path.suffix in {".csv", ".parquet"}:
         return read_any(path)
     if path.suffix != ".json":
@@ -92,7 +92,8 @@ def read_data(path: Path) -> pd.DataFrame | Mapping[str, Any]:
     if isinstance(data, list) and all(isinstance(row, dict) for row in data):
         return pd.DataFrame(data)
     if not isinstance(data, dict):
-        raise InputError(f"{shown_path(path)} must hold an object of columns", file=str(path))
+        text = "must contain a JSON object with one list per column, or a list of rows"
+        raise InputError(f"{shown_path(path)} {text}", file=str(path))
     return data
 
 
@@ -111,7 +112,7 @@ def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     if options.method == "stripes":
         return fits.fit_stripes(need("im"), need("n"), need("k"), settings=settings)
     if options.method == "ida" and ("lower" in columns or "upper" in columns):
-        # JSON has no infinity: null and the text "inf" are open ends
+        # JSON has no infinity: null or the text "inf" is an open end
         return fits.fit_brackets(need("lower"), need("upper"), settings)
     if options.method == "ida":
         return fits.fit_capacities(need("capacity"), columns.get("censored"), settings)
@@ -127,7 +128,7 @@ def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     threshold, none = float(positive(list(given[:1]), "threshold")[0]), np.zeros(im.size)
     censored, collapse = (as_column(columns.get(n, none), n) for n in ("censored", "collapse"))
     same_length(im=im, edp=edp, censored=censored, collapse=collapse)
-    edp = np.where(collapse > 0.0, np.fmax(edp, threshold), edp)  # a collapsed run exceeds
+    edp = np.where(collapse > 0.0, np.fmax(edp, threshold), edp)  # collapse counts as exceedance
     upper = np.where((censored > 0.0) | (collapse > 0.0), np.inf, edp)
     return _fit_cloud(im, edp, upper, threshold, options)
 
@@ -135,18 +136,18 @@ def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.Fragility
 def _fit_cloud(
     im: Any, lower: Any, upper: Any, threshold: float, options: FitOptions, motions: Any = None
 ) -> fits.FragilityFit:
-    """Fit a cloud of demands between a lower and an upper end, arrays of shape (n,)."""
+    """Fit a cloud of demands given by lower and upper bounds, arrays of shape (n,)."""
     if options.censor_above is not None:
         high = lower >= options.censor_above
         lower, upper = np.where(high, options.censor_above, lower), np.where(high, np.inf, upper)
     if options.model == "ols" and (count := int(np.sum(upper > lower))):
-        raise InputError(f"--model ols would leave out {count} censored demands: take tobit")
+        raise InputError(f"--model ols would leave out {count} censored demands: use tobit")
     further: Any = {"capacity_dispersion": options.capacity_dispersion, "motions": motions}
     return fits.fit_cloud(im, lower, threshold, upper, settings=options.settings, **further)
 
 
 def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.FragilityFit:
-    """Fit a table with one row per run, of which statuses and repeated motions count."""
+    """Fit a table with one row per run; statuses and repeated motions are taken into account."""
     if options.im is None or options.edp is None or options.threshold is None:
         raise InputError("a table of runs needs --im, --edp and --threshold")
     lists = {name: each for name, each in columns.items() if isinstance(each, list | pd.Series)}
@@ -187,7 +188,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
 def _fit_outcomes(
     im: Any, motions: Any, outcomes: DemandOutcomes, state: LimitState, options: FitOptions
 ) -> fits.FragilityFit:
-    """Fit the outcomes of runs by the method of the options; arrays of shape (n,)."""
+    """Fit the outcomes of n runs by the method of the options; ``im`` and ``motions`` are (n,)."""
     exceed, known, used = outcomes.exceed(state), ~outcomes.unknown(state), outcomes.used
     settings = options.settings
     if options.method == "cloud":

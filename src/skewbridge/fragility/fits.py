@@ -1,4 +1,4 @@
-"""Lognormal fragility curves fitted to counts, capacities or a cloud of demands, or bounds.
+"""Fit lognormal fragility curves to counts, capacities or a cloud of demands.
 
 Sources: separation, Albert and Anderson (1984), Biometrika 71(1):1-10; exact binomial limits,
 Clopper and Pearson (1934), Biometrika 26(4):404-413; penalised likelihood, Firth (1993), Biometrika
@@ -36,7 +36,7 @@ NOT_CONVERGED: Final = "not_converged"
 FEW_MIXED_STRIPES: Final = 3
 ALL_CENSORED: Final = "all_censored"
 BOUNDS_TOO_WIDE: Final = "bounds_too_wide"
-# ASSUME a median is worth printing if unknown outcomes can move it by 15 % at most
+# ASSUME a median is worth reporting if unknown outcomes change it by no more than 15 %
 MAX_BOUNDS_RATIO: Final = 1.15
 
 
@@ -45,7 +45,7 @@ class FragilityFit:
     """A lognormal fragility curve P = Phi(ln(x/theta)/beta), or the reason why there is none."""
 
     method: str  #: Estimator, for example ``stripes`` or ``cloud_ols``.
-    status: str  #: ``ok``, or why there is no estimate: then the parameters are NaN.
+    status: str  #: ``ok``, or the reason why theta and beta are NaN.
     theta: float = nan  #: Median, in the unit of the intensity measure.
     beta: float = nan  #: Dispersion of the logarithm.
     var_ln_theta: float = nan  #: Variance of ln theta.
@@ -53,26 +53,26 @@ class FragilityFit:
     var_beta: float = nan  #: Variance of beta.
     ci_theta: tuple[float, float] = (nan, nan)  #: 0 and infinity are unbounded ends.
     ci_beta: tuple[float, float] = (nan, nan)
-    ci_method: str = ""  #: ``profile``, ``fieller`` or ``jackknife``; empty without interval.
+    ci_method: str = ""  #: ``profile``, ``fieller`` or ``jackknife``; empty: no interval.
     level: float = DEFAULTS.confidence  #: Confidence level of the intervals.
     loglik: float = nan  #: Log-likelihood at the maximum (with binomial coefficients).
     n_runs: int = 0  #: Runs in the fit.
-    warnings: tuple[str, ...] = ()  #: Names of what a reader must know.
+    warnings: tuple[str, ...] = ()  #: Names of warnings.
     details: Mapping[str, Any] = field(default_factory=dict)  #: Further results by name.
 
     def without_estimate(self, status: str) -> "FragilityFit":
-        """Return the fit with a status in place of median, dispersion and intervals."""
+        """Return the fit without median, dispersion and intervals, and with this status."""
         kept = ("method", "level", "n_runs", "warnings", "details")
         return FragilityFit(status=status, **{name: getattr(self, name) for name in kept})
 
     def warned(self, *names: str) -> "FragilityFit":
-        """Return the fit with further warnings."""
+        """Return the fit with additional warnings."""
         return replace(self, warnings=tuple(dict.fromkeys((*self.warnings, *names))))
 
     def judged(
         self, bounds: Mapping[str, tuple[float, float]], *, accept: bool, names: Sequence[str] = ()
     ) -> "FragilityFit":
-        """Warn of unknown outcomes; refuse a median that they decide, by the bounds of it."""
+        """Return the fit with a warning; without estimate if unknown outcomes move it too much."""
         fit = self.warned("unknown_outcomes", *names)
         low, high = sorted((bounds["all_exceed"][0], bounds["none_exceed"][0]))
         narrow = 0.0 < low <= high <= MAX_BOUNDS_RATIO * low < inf
@@ -100,7 +100,7 @@ def fits_of_states(
     """Return the fits of J states from one maximum: ln theta = -a0/a1 and beta = widening/a1.
 
     ``terms`` (J, p) give a0 = params @ term, ``slope`` is the position of a1. Covariances follow by
-    the delta method; ``drop`` is that of the profile intervals, None for none.
+    the delta method. Profile intervals use ``drop`` (`drop_of`); None: no intervals.
     """
     fits, of_slope = list(blanks), np.eye(terms.shape[1])[slope]
     ends = None if drop is None else likelihood.profile_ends(kernel, best, drop, terms, slope)
@@ -126,7 +126,7 @@ def fits_of_states(
 
 
 def jackknifed(fit: FragilityFit, ln_theta: Floats, beta: Floats) -> FragilityFit:
-    """Replace interval and covariance by those of the jackknife, from fits without each motion."""
+    """Return the fit with jackknife interval and covariance, from fits without each motion (M,)."""
     good = np.isfinite(ln_theta) & np.isfinite(beta) & (beta > 0.0)
     if np.sum(good) < motion_means.MIN_VALUES:
         return fit.warned("too_few_motions_for_an_interval")
@@ -146,7 +146,7 @@ def jackknifed(fit: FragilityFit, ln_theta: Floats, beta: Floats) -> FragilityFi
 
 
 def common_warnings(fit: FragilityFit, im: Floats, n_records: int) -> list[str]:
-    """Return the warnings that every method shares."""
+    """Return the warnings that apply to a fit of any method."""
     low, high = fit.ci_theta
     found = {
         "median_extrapolated": fit.theta > np.max(im) or fit.theta < np.min(im),
@@ -158,20 +158,20 @@ def common_warnings(fit: FragilityFit, im: Floats, n_records: int) -> list[str]:
 
 def fit_stripes(
     im: ArrayLike,  # intensities, positive, shape (J,)
-    n: ArrayLike,  # runs at each
-    k: ArrayLike,  # of these, those that exceed
+    n: ArrayLike,  # number of runs at each intensity
+    k: ArrayLike,  # number of these runs that exceed
     *,
     settings: FitSettings = DEFAULTS,
-    n_records: int | None = None,  # motions behind the runs, if fewer
-    interval: bool = True,  # by the profile likelihood
-    maximum: likelihood.Maximum | None = None,  # of the likelihood, if it is known
+    n_records: int | None = None,  # number of motions, if smaller than the number of runs
+    interval: bool = True,  # compute profile-likelihood intervals
+    maximum: likelihood.Maximum | None = None,  # maximum of the likelihood, if already known
 ) -> FragilityFit:
-    """Fit a fragility curve to k of n exceedances at each intensity, by maximum likelihood.
+    """Fit a fragility curve to k exceedances in n runs at each intensity, by maximum likelihood.
 
     l(a) = sum k ln Phi(eta) + (n - k) ln Phi(-eta), eta = a0 + a1 ln x; theta = exp(-a0/a1) and
-    beta = 1/a1. The existence test runs first and gives the status. Levels ``im`` may repeat, those
-    without runs are dropped with a warning. An `InputError` names the row of a value that is
-    missing, not positive, or not a whole number in 0..n.
+    beta = 1/a1. If no estimate exists, the status says why (`binomial_status`). Intensities may
+    repeat; those without runs are dropped with a warning. An `InputError` names the row of a value
+    that is missing, not positive, or not a whole number in 0..n.
     """
     x, runs, exceed = positive(im, "im"), as_column(n, "n"), as_column(k, "k")
     same_length(im=x, n=runs, k=exceed)
@@ -192,7 +192,7 @@ def fit_stripes(
     low, high, some = np.append(-inf, ln_im), np.append(ln_im, inf), counts > 0.0
     ones = -np.ones((int(some.sum()), 1))
     kernel = likelihood.NormalKernel(ones, low[some], high[some], counts[some])
-    # line through the probits of the shares, which are kept off 0 and 1
+    # start: line through the probits of the exceedance shares, which are kept away from 0 and 1
     if maximum is None:
         line = np.polyfit(ln_im, special.ndtri((exceed + 0.5) / (runs + 1.0)), 1, w=np.sqrt(runs))
         maximum = likelihood.maximise(kernel, line[None, ::-1])
@@ -208,7 +208,8 @@ def fit_stripes(
 
 
 def exceedance_maxima(ln_im: Floats, known: Mask, exceed: Mask) -> list[likelihood.Maximum | None]:
-    """Return the maxima of `fit_stripes` for J states, found together; masks of shape (n, J)."""
+    """Return the likelihood maxima of J states for `fit_stripes`, None if there is no estimate."""
+    # `known` and `exceed` have the shape (n, J); all states are maximised together
     signs = (np.where(exceed, 1.0, -1.0) * known).T
     shares = [(np.abs(each), np.maximum(each, 0.0)) for each in signs]
     usable = [j for j, each in enumerate(shares) if binomial_status(ln_im, *each) == FITTED]
@@ -232,7 +233,7 @@ def _completed(
     interval: bool = True,
     flattest: float = FLATTEST_SLOPE,
 ) -> FragilityFit:
-    """Complete a fit with parameters (a0, a1): estimate, profile intervals and warnings."""
+    """Return the fit with the parameters (a0, a1), profile intervals and warnings."""
     a0, a1 = best.params[0].tolist()
     blank = replace(blank, details={**blank.details, "a0": a0, "a1": a1})
     if not best.converged[0]:
@@ -247,7 +248,7 @@ def _completed(
 def _stripe_bounds(
     status: str, ln_im: Floats, n: Floats, k: Floats, settings: FitSettings
 ) -> dict[str, Any]:
-    """Return the bounds that counts give where no estimate exists."""
+    """Return bounds of probabilities or of the median from counts without an estimate."""
     level, beta = settings.confidence, settings.assumed_beta
     if status in (NO_EXCEEDANCE, ALL_EXCEED):
         exceed = status == ALL_EXCEED
@@ -274,7 +275,7 @@ def _stripe_bounds(
 
 
 def _bracket(low: float, high: float) -> dict[str, Any]:
-    """Return the bracket of the median of separated data from its ends of ln intensity."""
+    """Return the bracket of the median of separated data from its ends in ln intensity."""
     ends = [float(np.exp(low)), float(np.exp(high))]
     return {"theta_interval": ends, "theta_bracket_low": ends[0], "theta_bracket_high": ends[1]}
 
@@ -282,7 +283,7 @@ def _bracket(low: float, high: float) -> dict[str, Any]:
 def _median_bound(
     ln_im: Floats, n: Floats, settings: FitSettings, *betas: float, exceed: bool
 ) -> dict[str, Any]:
-    """Return one-sided bounds of the median where no run (or every run) exceeds, by dispersion."""
+    """Return one-sided bounds of the median, by dispersion, if no run (or every run) exceeds."""
     level, assumed = settings.confidence, settings.assumed_beta
     bounds = {
         f"{beta:g}": median_bound(ln_im, n, beta=beta, level=level, exceed=exceed)
@@ -294,7 +295,7 @@ def _median_bound(
 
 
 def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
-    """Warn where few stripes (or single runs) show the transition from none to all."""
+    """Return a warning if few stripes (or single runs) lie between none and all exceeding."""
     levels, index = np.unique(x, return_inverse=True)
     runs, exceed = np.bincount(index, n), np.bincount(index, k)
     if np.max(runs) > 1.0:
@@ -306,7 +307,7 @@ def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
 
 
 def _link_p(eta: Floats, ln_im: Floats, n: Floats, k: Floats) -> float:
-    """Return the p-value of the score test of a curvature in the predictor; NaN with two levels."""
+    """Return the p-value of the score test of curvature in the predictor; NaN with two levels."""
     up, down, remain = likelihood.mills_ratio(eta), likelihood.mills_ratio(-eta), n - k
     score = k * up - remain * down
     information = k * up * (eta + up) + remain * down * (down - eta)
@@ -321,13 +322,13 @@ def _link_p(eta: Floats, ln_im: Floats, n: Floats, k: Floats) -> float:
 def fit_capacities(
     capacity: ArrayLike, censored: ArrayLike | None = None, settings: FitSettings = DEFAULTS
 ) -> FragilityFit:
-    """Fit a lognormal distribution to capacities, some of them censored on the right.
+    """Fit a lognormal distribution to capacities, some of which may be right-censored.
 
     l = sum over observed [ln phi(z) - ln beta] + sum over censored ln Phi(-z),
     z = ln(IM/theta)/beta. ``capacity`` is the intensity at which the limit state is reached, or the
-    last one tried where ``censored`` is 1. ``beta`` is the maximum-likelihood value; the details of
-    a complete sample hold the unbiased one. An `InputError` names the row of a value that is
-    missing or not positive.
+    last one tried if ``censored`` is 1. ``beta`` is the maximum-likelihood value; if no capacity is
+    censored, the details also give the value with n - 1 in the denominator. An `InputError` names
+    the row of a value that is missing or not positive.
     """
     values = positive(capacity, "capacity")
     flags = np.zeros(values.size) if censored is None else as_column(censored, "censored")
@@ -338,7 +339,7 @@ def fit_capacities(
     seen = y[~is_censored]
     blank = FragilityFit(method="ida", status=FITTED, n_runs=y.size, level=settings.confidence)
     if seen.size and np.ptp(seen) == 0.0:
-        # Equal capacities usually mean a grid too coarse: they are brackets, not values.
+        # Equal capacities usually mean that the grid is too coarse: use brackets instead.
         if seen.size == y.size:
             return replace(blank, status="zero_dispersion", theta=float(np.exp(seen[0])), beta=0.0)
         if np.all(y[is_censored] <= seen[0]):
@@ -358,11 +359,11 @@ def fit_brackets(
 ) -> FragilityFit:
     """Fit a lognormal distribution to capacities in brackets (lower, upper].
 
-    l = sum ln[Phi(z_upper) - Phi(z_lower)]: for stripes on which the same motions run at every
-    level, and for any grid or search wider than 2 % of theta. ``upper`` is the intensity of the
-    first exceedance (infinity, NaN or None: never reached), ``lower`` the largest one below it (0:
-    none). An `InputError` names the row where ``lower`` is missing, negative or not below
-    ``upper``.
+    l = sum ln[Phi(z_upper) - Phi(z_lower)]. Use it for stripes with the same motions at every
+    level, and for any grid or search with steps wider than 2 % of theta. ``upper`` is the intensity
+    of the first exceedance (infinity, NaN or None: no run exceeds), ``lower`` the largest intensity
+    below it (0: none). An `InputError` names the row in which ``lower`` is missing, negative or not
+    below ``upper``.
     """
     low, high = as_column(lower, "lower"), as_column(upper, "upper")
     same_length(lower=low, upper=high)
@@ -379,11 +380,11 @@ def fit_brackets(
 def fit_first_exceedances(
     im: Floats, exceed: Floats, record: Index, settings: FitSettings
 ) -> tuple[FragilityFit, Floats, Floats]:
-    """Fit the brackets of the first exceedance per record; return them, with open ends 0 and inf.
+    """Fit the brackets of the first exceedance of each motion; return the fit and the brackets.
 
     ``im``, ``exceed`` (0 or 1) and ``record`` are intensity, outcome and number of the motion of
-    each run, shape (n,). Records in which a later level does not exceed again
-    (``n_non_monotone``) give a warning.
+    each run, shape (n,). Open ends of the brackets are 0 and infinity. A warning counts motions
+    (``n_non_monotone``) that do not exceed at an intensity above their first exceedance.
     """
     # ASSUME the first crossing is the capacity
     records, codes = np.unique(record, return_inverse=True)
@@ -401,7 +402,7 @@ def fit_first_exceedances(
 def _fit_distribution(
     blank: FragilityFit, lower: Floats, upper: Floats, im: Floats, settings: FitSettings
 ) -> FragilityFit:
-    """Return ``blank`` with status and, if possible, the fit of capacities by their ln bounds."""
+    """Return the fit of capacities between ln bounds (n,), or ``blank`` with the reason why not."""
     has_low, has_high = np.isfinite(lower), np.isfinite(upper)
     if not (np.any(has_low) and np.any(has_high)):
         exceed = bool(np.any(has_high))
@@ -419,7 +420,7 @@ def _fit_distribution(
     guess = np.where(has_high, upper, lower)
     spread = max(float(np.std(guess)), 0.05)
     best = likelihood.maximise(kernel, np.array([[-np.mean(guess) / spread, 1.0 / spread]]))
-    # a falling curve gives brackets no probability
+    # finite brackets have no probability under a falling curve, so their slope needs no limit
     flattest = FLATTEST_SLOPE if np.all(censored) else 0.0
     fit = _completed(blank, kernel, best, im, n_records=lower.size, flattest=flattest)
     return replace(fit, details={**fit.details, "mu": float(np.log(fit.theta))})
@@ -427,9 +428,9 @@ def _fit_distribution(
 
 def fit_cloud(
     im: ArrayLike,  # intensities, positive, shape (n,)
-    edp: ArrayLike,  # demands, or their lower ends; 0 where left-censored
-    threshold: float,  # median capacity c, in their unit
-    #: Upper ends: equal to ``edp`` where observed, infinity where the run ended early.
+    edp: ArrayLike,  # demands, or their lower bounds; 0 if left-censored
+    threshold: float,  # median capacity c, in the unit of ``edp``
+    #: Upper bounds: equal to ``edp`` if observed, infinity if the run ended early.
     upper: ArrayLike | None = None,
     *,
     capacity_dispersion: float = 0.0,
@@ -438,13 +439,12 @@ def fit_cloud(
 ) -> FragilityFit:
     """Fit a fragility curve to a cloud of demands: ln D = ln a + b ln x + e.
 
-    theta = exp((ln c - ln a)/b) and beta = sqrt(s^2 + dispersion^2)/b. Without censored demands by
-    least squares with Fieller's interval; otherwise by maximum likelihood (Tobit) with profile
-    intervals in which Student's t(n - 2), n the observed demands, replaces the normal quantile:
-    without censoring it is Fieller's. Where motions repeat, by the jackknife by motion. The status
-    ``slope_not_significant`` means an unbounded set of Fieller, the warnings ``saturating``,
-    ``curved`` and ``heteroscedastic`` are by the tests of curvature and of Breusch and Pagan. An
-    `InputError` names the rows of a value that is missing or not positive.
+    theta = exp((ln c - ln a)/b) and beta = sqrt(s^2 + dispersion^2)/b. Without censored demands the
+    fit is by least squares with Fieller's interval; with them it is by maximum likelihood (Tobit)
+    with profile intervals that use Student's t(n - 2) for n observed demands. If motions repeat,
+    intervals are by jackknife over motions. Status ``slope_not_significant``: Fieller's interval is
+    unbounded. Warnings: ``saturating`` and ``curved`` by the test of curvature, ``heteroscedastic``
+    by the Breusch-Pagan test. An `InputError` names the row of a missing or non-positive value.
     """
     values, low = positive(im, "im"), as_column(edp, "edp")
     high = low if upper is None else as_column(upper, "upper")
@@ -464,12 +464,12 @@ def fit_cloud(
 
 
 def fit_cloud_states(
-    cloud: tuple[Floats, Floats, Floats],  # ln of intensities, lower and upper ends, (n,) each
+    cloud: tuple[Floats, Floats, Floats],  # ln of intensities, lower and upper bounds, (n,) each
     capacities: Sequence[tuple[float, float]],  # median and dispersion of each state
     settings: FitSettings,
-    without_each: Lines | None = None,  # the lines without each motion where motions repeat
+    without_each: Lines | None = None,  # lines without each motion, if motions repeat
 ) -> list[FragilityFit]:
-    """Fit one line to a cloud and return the curve of each state, as `fit_cloud` does."""
+    """Fit one line to a cloud as in `fit_cloud`, and return the curve of each state."""
     x, low, high = cloud
     seen = low == high
     n_motions = x.size if without_each is None else without_each.b.size
@@ -501,7 +501,7 @@ def fit_cloud_states(
 def _fit_least_squares(
     blank: FragilityFit, line: TestedLine, threshold: float, dispersion: float
 ) -> FragilityFit:
-    """Complete a cloud fit without censored demands; intervals after Fieller and delta method."""
+    """Return the cloud fit without censored demands, with intervals by Fieller and delta method."""
     n, rise = line.n, float(np.log(threshold)) - (line.ln_a + line.b * line.mean_x)
     t = float(special.stdtrit(n - 2, 0.5 + 0.5 * blank.level))
     if line.b <= 0.0:
@@ -515,7 +515,7 @@ def _fit_least_squares(
     ln_theta = (float(np.log(threshold)) - line.ln_a) / line.b
     away = ln_theta - line.mean_x
     relative = line.sigma**2 / line.sxx / line.b**2  # relative variance of b
-    # beta = sqrt(s^2 + c^2)/b: its derivative by s is s/(beta b^2), by b it is -beta/b
+    # beta = sqrt(s^2 + c^2)/b: d beta/d s = s/(beta b^2), d beta/d b = -beta/b
     var_s = line.sigma**2 / (2.0 * (n - 2))
     var_beta = (line.sigma / (beta * line.b**2)) ** 2 * var_s + beta**2 * relative
     maximum = line.sigma * np.sqrt((n - 2) / n)  # maximum-likelihood value
@@ -544,8 +544,8 @@ def _fit_tobit(
     *,
     interval: bool,
 ) -> list[FragilityFit]:
-    """Complete the cloud fits of some states with censored demands."""
-    # with (d0, d1, h) of z = h ln D - d0 - d1 ln x the predictor is (d0 - h ln c) + d1 ln x
+    """Return the cloud fits of the states with censored demands."""
+    # parameters (d0, d1, h): z = h ln D - d0 - d1 ln x, so the predictor is (d0 - h ln c) + d1 ln x
     x, low, high = cloud
     seen = low == high
     kernel = likelihood.NormalKernel(np.column_stack([np.ones(x.size), x]), low, high)
@@ -564,11 +564,11 @@ def _fit_tobit(
 
 
 def binomial_status(ln_im: Floats, n: Floats, k: Floats) -> str:
-    """Return the status of stripes with n > 0, arrays of shape (J,).
+    """Return the status of k exceedances in n > 0 runs at J intensities: ``ok`` if a fit exists.
 
-    With hi0 the largest level having a non-exceedance and lo1 the smallest having an exceedance:
-    hi0 < lo1 is complete separation, hi0 = lo1 quasi-separation; the mirror image is
-    ``non_increasing``, as is a unique estimate with a negative slope.
+    hi0 is the largest intensity with a non-exceedance, lo1 the smallest with an exceedance.
+    hi0 < lo1 is complete separation, hi0 = lo1 quasi-separation. If all exceedances are at or below
+    all non-exceedances, the status is ``non_increasing``.
     """
     if np.sum(k) <= 0.0:
         return NO_EXCEEDANCE
@@ -587,7 +587,7 @@ def binomial_status(ln_im: Floats, n: Floats, k: Floats) -> str:
 
 
 def clopper_pearson(k: Floats, n: Floats, level: float) -> tuple[Floats, Floats]:
-    """Return the exact limits of a proportion; one-sided where none or all exceed."""
+    """Return the exact limits of proportions k/n; one-sided if none or all exceed."""
     tail = np.where((k <= 0.0) | (k >= n), 1.0 - level, (1.0 - level) / 2.0)
     low = np.where(k <= 0.0, 0.0, special.betaincinv(np.maximum(k, 1e-9), n - k + 1.0, tail))
     high = np.where(k >= n, 1.0, special.betaincinv(k + 1.0, np.maximum(n - k, 1e-9), 1.0 - tail))
@@ -595,7 +595,7 @@ def clopper_pearson(k: Floats, n: Floats, level: float) -> tuple[Floats, Floats]
 
 
 def median_bound(ln_im: Floats, n: Floats, *, beta: float, level: float, exceed: bool) -> float:
-    """Return theta with P(data | theta, beta) = 1 - level: an upper bound where all ``exceed``."""
+    """Return theta with P(data | theta, beta) = 1 - level: an upper bound if all runs exceed."""
     sign = 1.0 if exceed else -1.0
 
     def excess(ln_theta: float) -> float:
@@ -609,7 +609,7 @@ def median_bound(ln_im: Floats, n: Floats, *, beta: float, level: float, exceed:
 def separated_bounds(
     ln_im: Floats, n: Floats, k: Floats, *, beta: float, level: float
 ) -> tuple[float, float]:
-    """Return the one-sided bounds, by the likelihood ratio, of the median of separated data."""
+    """Return the one-sided likelihood-ratio bounds of the median of separated data."""
 
     def loglik(ln_theta: float) -> float:
         eta = (ln_im - ln_theta) / beta
@@ -633,7 +633,7 @@ def firth(ln_im: Floats, n: Floats, k: Floats) -> tuple[float, float]:
 
     def negative(a: Floats) -> float:
         eta = design @ a
-        # phi^2/(Phi(eta) Phi(-eta)) by Mills ratios, which do not underflow
+        # phi^2/(Phi(eta) Phi(-eta)) from Mills ratios, which do not underflow
         weight = n * likelihood.mills_ratio(eta) * likelihood.mills_ratio(-eta)
         sign, log_determinant = np.linalg.slogdet(design.T @ (weight[:, None] * design))
         loglik = np.sum(k * special.log_ndtr(eta) + (n - k) * special.log_ndtr(-eta))

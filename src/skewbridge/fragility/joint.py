@@ -1,14 +1,14 @@
-"""Joint models: medians over the axes of a study, and prediction between its variants.
+"""Joint models: median capacities as functions of the axes of a study.
 
-One model per bridge, abutment model and demand: ln D = terms of the axes + b ln IM + a random
-effect of the motion + scatter of the run. The slope b is common to all variants, so the median of a
-state with capacity c is exp((ln c - terms)/b), its dispersion is the same everywhere, and the
+One model per bridge, abutment model and demand: ln D = terms of the axes + b ln IM + random effect
+of the motion + scatter of the run. The slope b is common to all variants. The median of a state
+with capacity c is therefore exp((ln c - terms)/b), all variants have the same dispersion, and the
 curves of a component do not cross.
 
-The model is y = X delta + u_g + e with u_g ~ N(0, tau^2) of motion g and e ~ N(0, sigma^2) of the
-run. A value y is known, right-censored (larger than a bound) or left-censored (smaller). The
-likelihood of a motion is integrated over u_g by Gauss-Legendre panels; Newton's method maximises it
-over delta, ln tau and ln sigma.
+In matrix form, y = X delta + u_g + e with u_g ~ N(0, tau^2) for motion g and e ~ N(0, sigma^2) for
+the run. A value y is known, right-censored (larger than a bound) or left-censored (smaller). The
+likelihood of a motion is integrated over u_g by Gauss-Legendre panels. Newton's method maximises
+the product of these likelihoods over delta, ln tau and ln sigma.
 
 Sources: the model, Laird and Ware (1982), Biometrics 38(4):963-974; information of incomplete data,
 Louis (1982), JRSS B 44(2):226-233; errors of left-out predictions, Allen (1974), Technometrics
@@ -42,24 +42,24 @@ SKEW: Final = "skew_deg"
 _CLOUD_COLUMNS: Final = ["variant", "component", "limit_state", "theta", "var_ln_theta"]
 _FLATTEST_SLOPE: Final = 1e-3
 
-# Nodes of the panels of the integral, and of normal integrals.
+# Nodes and weights for integration by panels, and for integrals with a normal density.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 _NORMAL_NODES, _HERMITE = np.polynomial.hermite_e.hermegauss(5)
 _NORMAL_WEIGHTS: Final = _HERMITE * np.exp(0.5 * _NORMAL_NODES**2)
-_DECREMENT: Final = 1e-10  # of the log-likelihood; the step after it leaves some 1e-20
-# smallest standard deviation, as a share of the scatter of the least-squares residuals
+_DECREMENT: Final = 1e-10  # gain of the log-likelihood in the last step; about 1e-20 remains
+# smallest standard deviation / standard deviation of the least-squares residuals
 _SMALLEST_SHARE: Final = 1e-4
-_THINNEST: Final = 1e-10
+_THINNEST: Final = 1e-10  # smallest eigenvalue of a scaled matrix that counts as regular
 JOINT_COLUMNS: Final = demand_table.described("joint")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MixedData:
-    """Runs of a mixed model, arrays of shape (n,)."""
+    """Data of the n runs of a mixed model, arrays of shape (n,)."""
 
-    design: Floats  # columns of X, shape (n, p)
-    lower: Floats  # lower bound of y; -inf where y is left-censored
-    upper: Floats  # equal to `lower` where y is known, inf where it is right-censored
+    design: Floats  # X, shape (n, p)
+    lower: Floats  # lower bound of y; -inf if y is left-censored
+    upper: Floats  # upper bound; equal to `lower` if y is known, inf if it is right-censored
     motion: Index  # number of the motion of each run, 0 .. G - 1
 
     @property
@@ -70,13 +70,13 @@ class MixedData:
 
 @dataclass(frozen=True, slots=True)
 class MixedFit:
-    """A fitted mixed model; parameters are delta, ln tau and ln sigma, m = p + 2."""
+    """A fitted mixed model; the m = p + 2 parameters are delta, ln tau and ln sigma."""
 
     parameters: Floats  # shape (m,)
-    score: Floats  # first derivatives of the log-likelihood by motion, shape (G, m)
-    information: Floats  # its negative second derivatives by motion, shape (G, m, m)
-    logliks: Floats  # log-likelihood by motion, shape (G,)
-    expected: Floats  # y; its conditional expectation where it is censored, shape (n,)
+    score: Floats  # first derivatives of the log-likelihood of each motion, shape (G, m)
+    information: Floats  # negative second derivatives of it, shape (G, m, m)
+    logliks: Floats  # log-likelihood of each motion, shape (G,)
+    expected: Floats  # y, or its conditional expectation if censored, shape (n,)
 
     @property
     def delta(self) -> Floats:
@@ -95,17 +95,17 @@ class MixedFit:
 
 
 def fit_mixed(data: MixedData) -> MixedFit:
-    """Fit the mixed model by maximum likelihood; some values must be known."""
+    """Fit the mixed model by maximum likelihood; at least some values must be uncensored."""
     start, floor = _first_parameters(data)
     every = np.ones(int(np.max(data.motion)) + 1, dtype=np.bool_)
     return _maximised(_likelihood(data), start, floor, every, _DECREMENT)
 
 
 def without_each_motion(data: MixedData, fit: MixedFit) -> Floats:
-    """Return the parameters of the fits without each motion, shape (G, m).
+    """Return the parameters of G fits, each without one motion, shape (G, m).
 
-    The start is exact for delta at fixed tau and sigma where all values are known, and for tau and
-    sigma where few motions have any leverage.
+    Each fit starts from a one-step estimate: exact for delta at fixed tau and sigma if all values
+    are known, and close for tau and sigma if no motion has a large influence.
     """
     likelihood, (_, floor) = _likelihood(data), _first_parameters(data)
     total, count = np.sum(fit.information, axis=0), fit.score.shape[0]
@@ -127,8 +127,8 @@ def _maximised(
     motions: Mask,
     decrement: float,
 ) -> MixedFit:
-    """Return the fit to some motions by Newton's method."""
-    # `floor` bounds ln tau and ln sigma; a step that gains less than `decrement` is the last one
+    """Return the maximum-likelihood fit to the selected motions, by Newton's method."""
+    # `floor` is the smallest ln tau and ln sigma; iteration stops at a gain below `decrement`
 
     def at(parameters: Floats) -> MixedFit:
         return likelihood(np.append(parameters[:-2], np.maximum(parameters[-2:], floor)))
@@ -138,7 +138,7 @@ def _maximised(
         score = np.sum(fit.score[motions], axis=0)
         information = np.sum(fit.information[motions], axis=0)
         loglik = float(np.sum(fit.logliks[motions]))
-        # a standard deviation that the data push to zero stays at its floor
+        # hold a standard deviation at its floor if the data favour a smaller value
         for place in (-2, -1):
             if fit.parameters[place] <= floor and score[place] <= 0.0:
                 score[place], information[place], information[:, place] = 0.0, 0.0, 0.0
@@ -158,14 +158,14 @@ def _maximised(
 
 
 def outer_by(codes: Index, values: Floats, count: int) -> Floats:
-    """Return the sums of x x' over the rows x (n, p) of each code, shape (count, p, p)."""
+    """Return the sum of x x' over the rows x of ``values`` (n, p) by code, shape (count, p, p)."""
     order = np.argsort(codes, kind="stable")
     ends = np.cumsum(np.bincount(codes, minlength=count))[:-1]
     return np.stack([part.T @ part for part in np.split(values[order], ends)])
 
 
 def _first_parameters(data: MixedData) -> tuple[Floats, float]:
-    """Return least-squares parameters and the floor of ln tau and ln sigma."""
+    """Return start values (m,) from least squares, and the smallest ln tau and ln sigma."""
     x, y = data.design, data.bound
     delta = np.linalg.lstsq(x, y, rcond=None)[0]
     residual = y - x @ delta
@@ -179,7 +179,7 @@ def _first_parameters(data: MixedData) -> tuple[Floats, float]:
 
 
 def _uphill(score: Floats, information: Floats) -> Floats:
-    """Return Newton's step; directions in which the log-likelihood is convex are turned round."""
+    """Return Newton's step (m,), reversed in directions in which the log-likelihood is convex."""
     scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(information)), 1e-300))
     values, vectors = np.linalg.eigh(information * scale[:, None] * scale)
     inverse = 1.0 / np.maximum(np.abs(values), _THINNEST)
@@ -187,10 +187,10 @@ def _uphill(score: Floats, information: Floats) -> Floats:
 
 
 def _likelihood(data: MixedData) -> Callable[[Floats], MixedFit]:
-    """Return the log-likelihood by motion with its derivatives, a function of parameters (m,)."""
+    """Return a function of the parameters (m,): log-likelihood by motion and its derivatives."""
     values, count = data.bound, int(np.max(data.motion)) + 1
     censored = np.bincount(data.motion, data.lower != data.upper) > 0.0
-    # motions without and with censored runs, their runs and their integrals
+    # motions without and motions with censored runs: masks of motions and runs, and integrals
     kinds = [motions for motions in (~censored, censored) if np.any(motions)]
     parts = [(m, m[data.motion], _Integrals(data, m[data.motion])) for m in kinds]
 
@@ -208,7 +208,7 @@ def _likelihood(data: MixedData) -> Callable[[Floats], MixedFit]:
 
 
 class _Integrals:
-    """Integrals over the effect u of some motions, without any censored run or with some each."""
+    """Integrals over the effect u of motions that all have, or all lack, censored runs."""
 
     def __init__(self, data: MixedData, runs: Mask) -> None:
         lower, upper, design = data.lower[runs], data.upper[runs], data.design[runs]
@@ -218,21 +218,21 @@ class _Integrals:
         sums = outer_by(motion[known], np.column_stack([np.ones(y.size), x, y]), count)
         self._n, self._x, self._y = sums[:, 0, 0], sums[:, 0, 1:-1], sums[:, 0, -1]
         self._xx, self._xy, self._yy = sums[:, 1:-1, 1:-1], sums[:, 1:-1, -1], sums[:, -1, -1]
-        self._values, self._rows = data.bound[runs], np.flatnonzero(~known)  # of censored runs
+        self._values, self._rows = data.bound[runs], np.flatnonzero(~known)  # rows: censored runs
         self._design, self._bound = design[~known], self._values[~known]
         self._sign = np.where(np.isinf(upper[~known]), 1.0, -1.0)
         self._motion = motion[~known]
-        #: Sums over the censored rows of each motion, shape (G, h), and x x' of these rows.
+        #: Matrix (G, h) that sums over the h censored runs of each motion, and x x' of these runs.
         self._sum = (np.arange(count)[:, None] == self._motion).astype(np.float64)
         self._products = row_products(self._design, self._design)
 
     def at(self, parameters: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return score, information and log-likelihood by motion, and expected values of runs."""
+        """Return score, information and log-likelihood by motion, and expected y of each run."""
         delta, (tau, sigma) = parameters[:-2], np.exp(parameters[-2:])
         residual = self._y - self._x @ delta
         square = self._yy - 2.0 * self._xy @ delta
         square = np.maximum(square + np.einsum("p,gpq,q->g", delta, self._xx, delta), 0.0)
-        variance = 1.0 / (1.0 / tau**2 + self._n / sigma**2)  # of u given the known values
+        variance = 1.0 / (1.0 / tau**2 + self._n / sigma**2)  # variance of u given the known values
         mean = variance * residual / sigma**2
         above = self._design @ delta - self._bound
         u, weights = self._panels(mean, variance, above, sigma)
@@ -281,10 +281,10 @@ class _Integrals:
     def _panels(
         self, mean: Floats, variance: Floats, above: Floats, sigma: float
     ) -> tuple[Floats, Floats]:
-        """Return nodes and weights of the integrals over u, shapes (G, Q)."""
-        # `above` is the fitted value of each censored run less its bound, shape (h,)
+        """Return nodes and weights of the integrals over u, shape (G, Q) each."""
+        # `above` (h,) is the fitted value of each censored run minus its bound
         mode, prior, curve = mean.copy(), np.sqrt(variance), 1.0 / variance
-        if self._rows.size == 0:  # the integrand is normal times a polynomial of degree 4
+        if self._rows.size == 0:  # the integrand is a normal density times a polynomial of degree 4
             return mode[:, None] + prior[:, None] * _NORMAL_NODES, prior[:, None] * _NORMAL_WEIGHTS
         for _ in range(25):
             t = self._sign * (above + mode[self._motion]) / sigma
@@ -295,9 +295,9 @@ class _Integrals:
             mode = mode + step
             if np.all(np.abs(step) < 0.01 * prior):
                 break
-        # panels end at some widths about the mode, and at some sigma about the bounds of censored
-        # values, where the integrand changes fastest; it is log-concave and at least as curved as
-        # the prior: its tails are no wider
+        # Panels end at multiples of the width of the integrand about its mode, and at multiples of
+        # sigma about the extreme bounds of censored values, where the integrand changes fastest.
+        # The integrand is log-concave and more curved than the prior, so its tails are not wider.
         near = 7.0 / np.sqrt(curve)
         far = np.maximum(7.0 * prior, near)
         ends = [mode, mode - far, mode + far]
@@ -321,16 +321,16 @@ class _Integrals:
 class AxisRange:
     """Range of the axes of the variants of one bridge and abutment model.
 
-    In a model, skew counts as skew/60 degrees (its size, unless the study has both signs), the gap
-    as gap/50.8 mm, friction as it is, any other axis as a share of its largest possible value.
+    The variables of a model are skew/60 degrees (the absolute value, unless the study has skews of
+    both signs), gap/50.8 mm, friction, and any other axis divided by its largest possible value.
     """
 
-    limits: Mapping[str, tuple[float, float]]  # smallest and largest value as it counts, by axis
-    signed_skew: bool = False  # whether the study has skews of both signs
+    limits: Mapping[str, tuple[float, float]]  # smallest and largest value (or skew size) by axis
+    signed_skew: bool = False  # True if the study has skews of both signs
 
     @classmethod
     def of_variants(cls, variants: pd.DataFrame, names: Iterable[str]) -> "AxisRange":
-        """Return the range of some axes over a table with a row per variant."""
+        """Return the range of the named axes over a table with one row per variant."""
         skew = variants[SKEW].to_numpy(dtype=np.float64) if SKEW in variants else np.zeros(1)
         blank = cls(limits={}, signed_skew=bool(np.any(skew > 0.0) and np.any(skew < 0.0)))
         values = {name: blank._counted(name, variants[name].to_numpy(np.float64)) for name in names}
@@ -349,7 +349,7 @@ class AxisRange:
         return {name: 0.5 * sum(self.limits[name]) for name in self.varying}
 
     def variables(self, values: Mapping[str, Any]) -> dict[str, Floats]:
-        """Return the variables of the model at values of the axes, by axis, shape (n,) each."""
+        """Return the model variables by axis, shape (n,) each, for given values of the axes."""
         found: dict[str, Floats] = {}
         for name in self.varying:
             value = np.atleast_1d(self._counted(name, np.asarray(values[name], dtype=np.float64)))
@@ -359,13 +359,13 @@ class AxisRange:
         return found
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Check a point; an `InputError` names an axis outside its range, or an unknown one."""
+        """Check a point; an `InputError` names an axis that is missing, unknown or out of range."""
         possible = {*self.limits, *(each.name for each in AXES)}
         for name in (*self.varying, *values):
             low, high = self.limits.get(name, (-np.inf, np.inf))
             problem = "" if name in possible else "is not an axis of the study"
             if name not in values:
-                problem = f"is missing; the study varies it within {low:g}..{high:g}"
+                problem = f"is missing; give a value within {low:g}..{high:g}"
             elif not low - 1e-9 <= self._counted(name, values[name]) <= high + 1e-9:
                 problem = f"must be within {low:g}..{high:g}, the range of the study"
                 problem += f", got {values[name]:g}"
@@ -377,17 +377,18 @@ class AxisRange:
 
 
 def term_matrix(terms: Sequence[str], variables: Mapping[str, Floats]) -> Floats:
-    """Return a column of ones and one per term (axes joined by colons), shape (n, 1 + q)."""
+    """Return the columns 1 and q terms (products of axes, such as ``a:b``), shape (n, 1 + q)."""
     size = next((value.size for value in variables.values()), 1)
     products = [np.prod([variables[name] for name in term.split(":")], axis=0) for term in terms]
     return np.column_stack([np.ones(size), *products])
 
 
 def term_sets(variables: Mapping[str, Floats]) -> list[tuple[str, ...]]:
-    """Return the sets of terms to compare: main effects, with squares, with products, with both.
+    """Return the sets of terms to compare: main effects alone, with squares, products, or both.
 
-    A set has only terms that the variants, with ``variables`` of shape (V,), can distinguish, and,
-    except for main effects, fewer than would fit every variant.
+    ``variables`` have the shape (V,), one value per variant. Terms that the variants cannot
+    distinguish are left out. A square or product is added only if the model then has fewer
+    coefficients than there are variants.
     """
     squares = [f"{name}:{name}" for name, value in variables.items() if np.unique(value).size > 2]
     products = [f"{a}:{b}" for a, b in combinations(variables, 2)]
@@ -413,11 +414,11 @@ class JointModel:
         self._terms = tuple(filter(None, str(row["terms"]).split(";")))
         self._coefficients = np.asarray(row["coefficients"], dtype=np.float64)
         size = self._coefficients.size + 2
-        #: Of coefficients, ln beta and ln beta_total, shape (3 + q, 3 + q).
+        #: Covariance of coefficients, ln beta and ln beta_total, shape (3 + q, 3 + q).
         self.covariance = np.asarray(row["covariance"], dtype=np.float64).reshape(size, size)
 
     def interval(self, estimate: float, variance: float, level: float) -> tuple[float, float]:
-        """Return the ends of the interval of exp(estimate)."""
+        """Return the ends of the interval of exp(estimate); ``variance`` is of the estimate."""
         half = special.stdtrit(self.freedom, 0.5 + 0.5 * level) * np.sqrt(variance)
         return float(np.exp(estimate - half)), float(np.exp(estimate + half))
 
@@ -427,7 +428,7 @@ class JointModel:
         over: Mapping[str, float] | None = None,
         level: float | None = None,
     ) -> tuple[float, float, float]:
-        """Return theta at values of the axes, or its ratio to that at others, and its interval."""
+        """Return theta at axis values, or its ratio to theta at ``over``, and its interval ends."""
         points = values if over is None else {n: [values[n], over[n]] for n in values}
         vectors = term_matrix(self._terms, self.axis_range.variables(points))
         vector = vectors[0] if over is None else vectors[0] - vectors[1]
@@ -444,7 +445,7 @@ def joint_table(
     *,
     jobs: int = 1,
 ) -> pd.DataFrame:
-    """Return `JOINT_COLUMNS` of one model over the axes per bridge, abutment model and state."""
+    """Return the table with `JOINT_COLUMNS`: a model per bridge, abutment model and limit state."""
     own = pd.DataFrame(columns=_CLOUD_COLUMNS)
     if curves is not None:
         own = curves.query("method == 'cloud' and status == @FITTED")[_CLOUD_COLUMNS]
@@ -460,14 +461,14 @@ def joint_table(
     )
     rows = demand_table.spread(_rows, items, jobs, least=8)  # ASSUME an item takes about a second
     table = pd.DataFrame([row for part in rows for row in part], columns=list(JOINT_COLUMNS))
-    if curves is not None:  # do not use a model that no fit of a single variant confirms
+    if curves is not None:  # reject a model that cannot be compared with the fit of any variant
         unconfirmed = (table["status"] == FITTED) & table["loo_variants"].eq(0)
         table.loc[unconfirmed, "status"] = "no_variant_estimate"
     return table
 
 
 def _rows(item: tuple[dict[str, Any], pd.DataFrame, list[LimitState], pd.DataFrame]) -> list[Row]:
-    """Return the rows of the states of one demand: of model columns, runs, states and clouds."""
+    """Return one row per limit state of one demand."""
     model, runs, states, clouds = item
     lacking = lacking_axes(str(model["abutment"]))
     names = [name for name in demand_table.axis_names(runs) if name not in lacking]
@@ -494,14 +495,14 @@ def _rows(item: tuple[dict[str, Any], pd.DataFrame, list[LimitState], pd.DataFra
 
 
 class _DemandFit(NamedTuple):
-    """Model of ln demand with columns 1, ln IM and terms."""
+    """Model of ln demand; the columns of X are 1, ln IM and the terms."""
 
     data: MixedData
     fit: MixedFit
     terms: tuple[str, ...]
-    matrix: Floats  # constant and terms of the variants, (V, 1 + q)
-    left_out_variant: Floats  # coefficients without each variant, (V, p)
-    press: float
+    matrix: Floats  # constant and terms of each variant, (V, 1 + q)
+    left_out_variant: Floats  # coefficients of fits without one variant, (V, p)
+    press: float  # RMS error of ln demand of left-out variants
 
 
 def _fit_demand(
@@ -512,7 +513,7 @@ def _fit_demand(
     axis_range: AxisRange,
     variants: pd.DataFrame,
 ) -> _DemandFit | str:
-    """Return the model that predicts left-out variants best, or why there is none."""
+    """Return the model that predicts left-out variants best, or the reason why there is none."""
     if not axis_range.varying:
         return "no_axis_varies"
     used, (lower, upper) = outcomes.used, outcomes.ln_ends
@@ -539,8 +540,9 @@ def _fit_demand(
 def _without_each_variant(
     data: MixedData, fit: MixedFit, variant: Index, count: int
 ) -> tuple[Floats, float]:
-    """Return coefficients without each variant (V, p), and the root mean square error."""
-    # by generalised least squares; NaN and infinity where the others do not determine them
+    """Return coefficients of fits without one variant (V, p), and the RMS error of prediction."""
+    # Generalised least squares. Coefficients that the other variants do not determine are NaN;
+    # the error is then infinite.
     # ASSUME tau, sigma and the expected values of censored demands of the other variants do not
     # change if a variant is left out
     values = np.column_stack([data.design, fit.expected])
@@ -570,8 +572,8 @@ def _without_each_variant(
 def _estimate(
     fit: _DemandFit, left_out: Floats, state: LimitState, row: Mapping[str, Any], own: pd.DataFrame
 ) -> Row:
-    """Return the columns of a state from the parameters without each motion, shape (G, m)."""
-    # `own` are the cloud fits of the V variants
+    """Return the table columns of one state."""
+    # `left_out` (G, m) are parameters without each motion, `own` the cloud fits of the V variants
     motions = len(left_out)
     estimate = _state_parameters(fit.fit.parameters[None, :], motions, state)[0]
     without = _state_parameters(left_out, motions - 1, state)
@@ -606,11 +608,11 @@ def _estimate(
 
 def _state_parameters(parameters: Floats, motions: int, state: LimitState) -> Floats:
     """Return coefficients of ln theta, ln beta and ln beta_total, shape (K, 3 + q)."""
-    # NaN where the slope is not positive; `parameters` have the shape (K, m)
+    # `parameters` have the shape (K, m); NaN if the slope is not positive
     slope = parameters[:, 1:2]
     slope = np.where(slope > _FLATTEST_SLOPE, slope, nan)
     level = np.column_stack([np.log(state.threshold) - parameters[:, 0], -parameters[:, 2:-2]])
-    # maximum likelihood does not count the line through the motions: level and slope
+    # correct the maximum-likelihood variance for two estimated parameters: level and slope
     variance = np.sum(np.exp(2.0 * parameters[:, -2:]), axis=1) * motions / (motions - 2.0)
     total = variance + state.dispersion**2
     spread_terms = 0.5 * np.log(np.column_stack([variance, total])) - np.log(slope)

@@ -1,9 +1,9 @@
 """Normal likelihood of observed, left-, right- and interval-censored values, and its maximum.
 
 One kernel serves every fit: a cloud with censored demands (Tobit), capacities of an incremental
-analysis, brackets of capacities, and counts of exceedance (a run that exceeds at x has its capacity
-below x, one that does not above). Every term is concave in the parameters, so the maximum is unique
-where it exists.
+analysis, brackets of capacities, and counts of exceedance (a run that exceeds at x has a capacity
+below x, otherwise above x). Every term is concave in the parameters, so the maximum is unique if it
+exists.
 
 Sources: the parameterisation, z = h y - X delta with h = 1/sigma, Olsen (1978), Econometrica 46(5);
 censored regression, Tobin (1958), Econometrica 26(1):24-36.
@@ -18,20 +18,20 @@ from skewbridge.files.tables import Floats, Index, Mask
 
 HALF_LOG_2PI: Final = 0.5 * np.log(2.0 * np.pi)
 _SQRT_2_OVER_PI: Final = np.sqrt(2.0 / np.pi)
-_DECREMENT_TOLERANCE: Final = 1e-10  # the last Newton step squares it
+_DECREMENT_TOLERANCE: Final = 1e-10  # the last Newton step leaves about the square of it
 _MAX_ITERATIONS: Final = 80
 _MAX_HALVINGS: Final = 40
 _PROFILE_TOLERANCE: Final = 1e-11
-_FAR: Final = -30.0  # where Phi is close to the smallest double
+_FAR: Final = -30.0  # below this, ln Phi is used, because Phi approaches the smallest double
 
 
 def mills_ratio(eta: Floats) -> Floats:
-    """Return phi/Phi(eta) = sqrt(2/pi)/erfcx(-eta/sqrt 2), which neither underflows nor cancels."""
+    """Return phi/Phi(eta) as sqrt(2/pi)/erfcx(-eta/sqrt 2), without underflow or cancellation."""
     return np.asarray(_SQRT_2_OVER_PI / special.erfcx(-eta / np.sqrt(2.0)))
 
 
 def log_normal_tail(eta: Floats) -> tuple[Floats, Floats]:
-    """Return ln Phi(eta) and phi/Phi(eta), from one scaled error function."""
+    """Return ln Phi(eta) and phi/Phi(eta); the error function is evaluated only once."""
     ratio = mills_ratio(eta)
     with np.errstate(divide="ignore"):
         log_p = np.where(ratio > 0.0, -0.5 * eta * eta - HALF_LOG_2PI - np.log(ratio), 0.0)
@@ -40,7 +40,7 @@ def log_normal_tail(eta: Floats) -> tuple[Floats, Floats]:
 
 def log_normal_interval(lower: Floats, upper: Floats) -> Floats:
     """Return ln[Phi(upper) - Phi(lower)] without cancellation; -inf where ``upper <= lower``."""
-    side = np.copysign(1.0, -lower)  # an interval above zero counts as its mirror image
+    side = np.copysign(1.0, -lower)  # an interval above zero is mirrored
     a, b = np.minimum(side * lower, side * upper), np.maximum(side * lower, side * upper)
     with np.errstate(divide="ignore", invalid="ignore"):
         out = np.log((special.ndtr(b) - special.ndtr(a)) * (upper > lower))
@@ -51,7 +51,7 @@ def log_normal_interval(lower: Floats, upper: Floats) -> Floats:
 
 
 class Derivatives(NamedTuple):
-    """Log-likelihood of R parameter vectors with its first and second derivatives."""
+    """Log-likelihood at R parameter vectors with its first and second derivatives."""
 
     loglik: Floats  # shape (R,), minus infinity outside the parameter space
     score: Floats  # shape (R, p)
@@ -59,27 +59,27 @@ class Derivatives(NamedTuple):
 
 
 def row_products(first: Floats, second: Floats) -> Floats:
-    """Return x y' of the rows of two designs of shape (J, p), shape (J, p p)."""
+    """Return the outer product of each pair of rows of two (J, p) arrays, shape (J, p p)."""
     return (first[:, :, None] * second[:, None, :]).reshape(-1, first.shape[1] ** 2)
 
 
 class NormalKernel:
-    """Sum over rows of ln f(y) where observed, else of ln P(lower <= Y <= upper).
+    """Log-likelihood: sum of ln f(y) over observed rows and ln P(lower <= Y <= upper) over others.
 
-    The parameters are (delta_1..delta_q, h) with the mean of Y equal to X delta/h and its standard
-    deviation 1/h. With observed rows the log-likelihood is minus infinity for h <= 0; the Jacobian
-    ln h per observed row is part of it: without it there is no maximum in h. A column -1 of X in
-    place of 1 gives parameters (a0, a1) with z = a0 + a1 y. A negative weight of a row with one end
-    makes Y end there on the other side.
+    The parameters are (delta_1..delta_q, h). Y has the mean X delta/h and the standard deviation
+    1/h. Each observed row adds ln h (Jacobian), without which h would have no maximum; with
+    observed rows, the log-likelihood is minus infinity for h <= 0. If X is a column of -1, the
+    parameters are (a0, a1) with z = a0 + a1 y. A negative weight of a row with one finite bound
+    reverses the inequality: a lower bound becomes an upper bound.
     """
 
     def __init__(
         self,
         covariates: Floats,  # X, shape (n, q)
-        lower: Floats,  # lower ends of Y, shape (n,); minus infinity where left-censored
-        upper: Floats,  # equal to `lower` where observed, infinity where right-censored
-        weights: Floats | None = None,  # (n,), or (R, n) for R replicates
-        upper_covariates: Floats | None = None,  # of ordered states; then no row is observed
+        lower: Floats,  # lower bounds of Y, shape (n,); minus infinity if left-censored
+        upper: Floats,  # upper bounds; equal to `lower` if observed, infinity if right-censored
+        weights: Floats | None = None,  # shape (n,), or (R, n) for R replicates
+        upper_covariates: Floats | None = None,  # X of upper bounds, if different; none observed
     ) -> None:
         self.weights = np.ones(lower.size) if weights is None else weights
         beyond = covariates if upper_covariates is None else upper_covariates
@@ -87,7 +87,7 @@ class NormalKernel:
         has_low, has_high = np.isfinite(lower) & ~seen, np.isfinite(upper) & ~seen
         low, high = np.column_stack([-covariates, lower]), np.column_stack([-beyond, upper])
         below, above = np.flatnonzero(has_low & ~has_high), np.flatnonzero(has_high & ~has_low)
-        #: Design of the rows with one end, negated where right-censored, and its products.
+        #: Design of the rows with one finite bound, negated if right-censored, and its products.
         self._tail = np.vstack([-low[below], high[above]])
         self._tail_tail = row_products(self._tail, self._tail)
         self._of_tail = self.weights[..., np.append(below, above)]
@@ -98,7 +98,7 @@ class NormalKernel:
         self._low_low, self._high_high = (row_products(x, x) for x in (self._low, self._high))
         self._cross = row_products(self._low, self._high) + row_products(self._high, self._low)
         self._any_observed = bool(seen.any())
-        # z = d onto params with d = (-x, residual of y about a line): nothing cancels
+        # z = (-x, residual of y about a line) @ onto @ params: residuals avoid cancellation
         x, y, w = covariates[seen], lower[seen], self.weights[..., seen]
         line = np.linalg.lstsq(x, y)[0] if y.size else np.zeros(x.shape[1])
         self._onto = np.eye(line.size + 1)
@@ -108,13 +108,13 @@ class NormalKernel:
         self._sums = sums.reshape(*w.shape[:-1], line.size + 1, line.size + 1)
 
     def derivatives(self, params: Floats, rows: Index | None = None) -> Derivatives:
-        """Evaluate at ``params`` (R, p); ``rows`` are their numbers in the batch of replicates."""
+        """Return the derivatives at ``params`` (R, p) of the replicates with numbers ``rows``."""
         shape, weights = params.shape, [self._of_tail, self._of_between, self._sums, self._count]
         if self.weights.ndim == 2:
             if rows is not None and rows.size < len(self.weights):
                 weights = [values[rows] for values in weights]
             if np.all(params == params[0]):
-                params = params[:1]  # special functions serve all replicates
+                params = params[:1]  # evaluate special functions once for all replicates
         of_tail, of_between, sums, count = weights
         h = params[:, -1]
         loglik, score, hessian = np.zeros(shape[0]), np.zeros(shape), np.zeros((*shape, shape[1]))
@@ -140,7 +140,7 @@ class NormalKernel:
             log_p = log_normal_interval(zl, zu)
             counted, scale = log_p, -log_p
             if not (possible := np.isfinite(log_p)).all():
-                # a step to where a bracket has no probability is refused
+                # parameters that give a bracket no probability get minus infinity
                 counted = np.where(of_between > 0.0, log_p, 0.0)
                 scale = np.where(possible, scale, -np.inf)
             pu, pl = (np.exp(scale - 0.5 * z * z - HALF_LOG_2PI) for z in (zu, zl))
@@ -155,7 +155,7 @@ class NormalKernel:
         return Derivatives(loglik, score, hessian)
 
     def bend(self, params: Floats, step: Floats) -> Floats:
-        """Return T step step / 2 with T the mean third derivatives at ``params`` (p,), (R, p)."""
+        """Return T step step / 2, shape (R, p); T: mean third derivatives at ``params`` (p,)."""
         if self._two_sided:
             return np.zeros_like(step)
         u, zl, zu = (design @ params for design in (self._tail, self._low, self._high))
@@ -195,11 +195,11 @@ def _newton_step(hessian: Floats, score: Floats) -> Floats:
 def maximise(
     kernel: "NormalKernel | _Profiles", start: Floats, *, covariance: bool = True
 ) -> Maximum:
-    """Maximise a batch of concave log-likelihoods from ``start`` (R, p) by halved Newton steps."""
+    """Maximise R concave log-likelihoods from ``start`` (R, p) by Newton's method with halving."""
     params = np.array(start, dtype=np.float64)
     active = np.arange(len(params))
     converged = np.zeros(active.size, dtype=np.bool_)
-    bend = None  # of the first step, where replicates start at the maximum of all rows
+    bend = None  # second-order correction of the first step, if all replicates start alike
     if isinstance(kernel, NormalKernel) and not covariance and active.size > 1:
         bend = kernel.bend if np.all(params == params[0]) else None
     now = kernel.derivatives(params, active)
@@ -208,7 +208,7 @@ def maximise(
         step = _newton_step(now.hessian, now.score)
         decrement = np.sum(step * now.score, axis=1)
         done = (decrement < _DECREMENT_TOLERANCE) & (decrement >= 0.0)
-        if not covariance and np.any(done):  # the last step needs no derivatives at its end
+        if not covariance and np.any(done):  # no derivatives are needed after the last step
             last = active[done]
             params[last] += step[done]
             loglik[last] = now.loglik[done] + 0.5 * decrement[done]
@@ -218,7 +218,7 @@ def maximise(
             if active.size == 0:
                 break
         if bend is not None:
-            # the second term of the series of the step, if it is below a tenth of the first
+            # add the second-order term of the step if it is below a tenth of the first
             further = _newton_step(now.hessian, bend(params[-1], step))
             small = np.sum(further**2, axis=1) < 0.01 * np.sum(step**2, axis=1)
             step += np.where(small[:, None], further, 0.0)
@@ -252,13 +252,14 @@ def maximise(
 
 
 def drop_of(level: float, n: int | None = None) -> float:
-    """Return the drop of twice the log-likelihood that bounds an interval in large samples.
+    """Return the drop of twice the log-likelihood at the ends of a profile interval.
 
-    With ``n`` it is that of a line through n demands whose scatter is estimated with it.
+    Without ``n`` it is the large-sample value (chi-square), with ``n`` the exact value for a
+    coefficient of a line through n demands with estimated scatter.
     """
     if n is None:
         return float(special.chdtri(1.0, 1.0 - level))
-    # 2 [l_max - l_profile] = n ln(1 + t^2/(n - 2)) is exact for a coefficient of least squares
+    # 2 [l_max - l_profile] = n ln(1 + t^2/(n - 2)) is exact for least squares
     t = float(special.stdtrit(n - 2, 0.5 + 0.5 * level))
     return n * float(np.log1p(t**2 / (n - 2)))
 
@@ -268,10 +269,10 @@ def profile_ends(
 ) -> Floats:
     """Return the profile intervals {psi: 2 [l_max - l_profile(psi)] <= drop}, shape (J + 1, 2).
 
-    They are those of ln theta of each state, then of the common beta = 1/a1; infinite where the
-    data do not bound that side. All ends are found together by Newton's method inside brackets. The
-    predictor of a state is params @ intercept + a1 ln x, so ln theta = -params @ intercept/a1;
-    ``intercepts`` (J, p) are 0 at the position ``slope`` of a1.
+    The first J rows are the intervals of ln theta of the states, the last row is the interval of
+    the common beta = 1/a1. Ends that the data do not bound are infinite. The predictor of a state
+    is params @ intercept + a1 ln x, so ln theta = -params @ intercept/a1; ``intercepts`` (J, p) are
+    0 at the position ``slope`` of a1. All ends are found together by bracketed Newton's method.
     """
     best, a1 = maximum.params[0], float(maximum.params[0, slope])
     profiles = _Profiles(kernel, best, intercepts, slope)
@@ -283,10 +284,10 @@ def profile_ends(
     width = np.sqrt(drop * np.where(np.isfinite(variance) & (variance > 0.0), variance, 0.01))
     width[-1] = min(width[-1], 2.0)
     side, centre = np.tile([-1.0, 1.0], middles.size), np.repeat(middles, 2)
-    # ASSUME a median further away than this, or a dispersion beyond a factor e^30, is not bounded
+    # ASSUME an end farther than this from the estimate of ln theta or ln beta is unbounded
     reach = np.repeat([*np.full(len(intercepts), 40.0 / a1 + 20.0), 30.0], 2)
     away = np.minimum(np.repeat(width, 2), reach)  # distance from the maximum
-    low, high = np.zeros(away.size), np.full(away.size, np.inf)  # the end lies between
+    low, high = np.zeros(away.size), np.full(away.size, np.inf)  # bracket of the end
     endless = np.zeros(away.size, dtype=np.bool_)
     for _ in range(_MAX_ITERATIONS):
         loglik, rate = profiles.evaluate(centre + side * away)
@@ -309,18 +310,18 @@ def profile_ends(
 
 
 class _Profiles:
-    """Profiles of ln theta of J states (2 rows each) and of ln a1 (2 rows)."""
+    """Profile likelihoods of ln theta of J states (2 rows each) and of ln a1 (2 rows)."""
 
-    # A row is the log-likelihood over all parameters but the one that a constraint determines:
-    # normal @ params = right, in which that parameter has the factor 1
+    # Each row maximises the log-likelihood under one constraint, normal @ params = right. The
+    # constraint determines one parameter (its factor in `normal` is 1); the others are free.
 
     def __init__(self, kernel: NormalKernel, best: Floats, intercepts: Floats, slope: int) -> None:
         self._kernel, self._slope, self._eye = kernel, slope, np.eye(best.size)
         axis = self._eye[slope]
         self._normals = np.vstack([np.repeat(intercepts, 2, axis=0), axis, axis])
         self._determined = self._eye[np.argmax(self._normals == 1.0, axis=1)]
-        # along these directions every constraint has a solution of finite likelihood: all
-        # intercepts move alike, or the slope
+        # moving along these directions (all intercepts equally, or the slope) satisfies any
+        # constraint at a finite likelihood
         shift = np.any(intercepts == 1.0, axis=0).astype(np.float64)
         self._shifts = np.vstack([np.tile(shift, (2 * len(intercepts), 1)), axis, axis])
         self._params = np.tile(best, (len(self._normals), 1))
@@ -329,7 +330,7 @@ class _Profiles:
         self._normals[:-2, slope] = np.repeat(-intercepts @ best / best[slope], 2)
 
     def derivatives(self, params: Floats, rows: Index) -> Derivatives:
-        """Evaluate some rows at the parameters that are free, as `NormalKernel` does."""
+        """Return the derivatives of some rows by the free parameters, as `NormalKernel` does."""
         onto = self._onto[rows]
         now = self._kernel.derivatives(self._offset[rows] + (onto @ params[:, :, None])[..., 0])
         self._score[rows], self._hessian[rows] = now.score, now.hessian
@@ -338,7 +339,7 @@ class _Profiles:
         return Derivatives(now.loglik, score, hessian - self._fixed[rows])
 
     def evaluate(self, psi: Floats) -> tuple[Floats, Floats]:
-        """Return the profiles at ``psi`` and their derivatives, shape (rows,)."""
+        """Return the profile log-likelihoods at ``psi`` and their derivatives, (rows,) each."""
         before, normals, right = self._normals.copy(), self._normals, np.zeros(psi.size)
         normals[:-2, self._slope] = psi[:-2]
         right[-2:] = np.exp(psi[-2:])
@@ -346,14 +347,14 @@ class _Profiles:
         self._onto = self._eye - self._determined[:, :, None] * normals[:, None, :]
         start = self._ahead(normals - before, right)
         while True:
-            # parameters that are not free get a Hessian of their own
+            # a unit Hessian for parameters that are not free keeps the matrix regular
             self._fixed = ~np.any(self._onto, axis=1)[:, :, None] * self._eye
             best = maximise(self, start, covariance=False)
             self._params = self._offset + (self._onto @ best.params[:, :, None])[..., 0]
             falling = self._params[:, self._slope] < 0.0
             if not np.any(falling):
                 break
-            # a falling curve is excluded: the best rising one is flat
+            # falling curves are excluded: hold the slope at zero, its limit
             self._onto[falling, :, self._slope] = self._params[falling, self._slope] = 0.0
             start = self._shifted(right)
         rate = -np.sum(self._determined * self._score, axis=1) * self._params[:, self._slope]
@@ -361,14 +362,14 @@ class _Profiles:
         return best.loglik, rate
 
     def _shifted(self, right: Floats) -> Floats:
-        """Return the last parameters, moved to where the constraints hold."""
+        """Return the last parameters, moved along `_shifts` so that they meet the constraints."""
         miss = right - np.sum(self._normals * self._params, axis=1)
         along = miss / np.sum(self._normals * self._shifts, axis=1)
         return self._params + along[:, None] * self._shifts
 
     def _ahead(self, turned: Floats, right: Floats) -> Floats:
-        """Return parameters near the next maxima: along the tangent of the profile, if usable."""
-        # score = multiplier * normal at a maximum; Newton's equations of both
+        """Return start values of the next maxima, along the tangent of the profile if usable."""
+        # at a maximum, score = multiplier * normal: one Newton step for parameters and multiplier
         count, size = self._params.shape
         system, of = np.zeros((count, size + 1, size + 1)), np.zeros((count, size + 1))
         system[:, :-1, :-1], system[:, :-1, -1] = self._hessian, -self._normals

@@ -1,4 +1,4 @@
-"""Limit states as data: read, checked, converted to the unit of their demand column."""
+"""Read limit states, check them and convert them to the unit of their demand column."""
 
 from collections import Counter
 from collections.abc import Collection, Sequence
@@ -19,14 +19,14 @@ COLLAPSE_EXCEEDS: Final = "exceeds"
 MAX_DISPERSION: Final = 2.0
 _STRICT: Final = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
-#: Dimension and factor to the SI unit.
+#: Dimension, and factor to the SI unit.
 _UNITS: Final[dict[str, tuple[str, float]]] = {
     "m": ("length", 1.0), "mm": ("length", MM), "in": ("length", INCH), "ft": ("length", FOOT),
     "kn": ("force", KN), "kip": ("force", KIP), "kj": ("energy", KJ), "rad": ("angle", 1.0),
     "mps": ("velocity", 1.0), "mps2": ("acceleration", 1.0), "g": ("gravity units", 1.0),
     "s": ("time", 1.0), "ratio": ("ratio", 1.0), "percent": ("ratio", 0.01),
 }  # fmt: skip
-# Units of the demands table that are spelled differently here; last words of names without unit.
+# Units that the demands table spells differently, and last words of column names without unit.
 _SPELLINGS: Final = {"m/s": "mps", "m/s2": "mps2"} | dict.fromkeys(
     ("-", "dcr", "ductility", "friction", "closures", "capacity"), "ratio"
 )
@@ -34,46 +34,46 @@ _SPELLINGS: Final = {"m/s": "mps", "m/s2": "mps2"} | dict.fromkeys(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitState:
-    """Capacity of one demand at one degree of damage, see `LimitStateEntry`."""
+    """Capacity of a component for one demand at one degree of damage, see `LimitStateEntry`."""
 
     component: str
     name: str  # degree of damage, for example ``moderate``
     demand: str
     threshold: float  # median capacity in the unit of the demand column
     dispersion: float  # standard deviation of ln capacity; 0 is a plain threshold
-    unit: str = ""  # of the demand column
+    unit: str = ""  # unit of the demand column
     collapse: str = COLLAPSE_EXCEEDS
     citation: str = ""
-    #: Degree of damage of the bridge in system curves; empty for none, None for `name`.
+    #: Degree of damage of the bridge in system curves; None: equal to `name`; empty: not used.
     degree: str | None = None
 
     @property
     def system_degree(self) -> str:
-        """Degree of damage of the bridge in system curves; empty if it takes no part."""
+        """Degree of damage of the bridge in system curves; empty if the state is not used there."""
         return self.name if self.degree is None else self.degree
 
     @property
     def columns(self) -> dict[str, Any]:
-        """Columns of the state in tables of results."""
+        """Columns that describe the state in tables of results."""
         state = {"component": self.component, "limit_state": self.name, "demand": self.demand}
         return state | {"threshold": self.threshold, "capacity_dispersion": self.dispersion}
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """``small_capacity_dispersion`` where a slip of units is likely (0.25 as thousandths)."""
+        """``small_capacity_dispersion`` if the dispersion is below 0.05: probably a wrong unit."""
         return ("small_capacity_dispersion",) if 0.0 < self.dispersion < 0.05 else ()
 
     @property
     def key(self) -> str:
-        """``component/name``, the name of the state in tables of effects."""
+        """Name of the state in tables of effects, ``component/name``."""
         return f"{self.component}/{self.name}"
 
 
 type States = Sequence[LimitState]
 
-#: Component of the loss of a column, from the demands of both failure modes.
+#: Component name of column failure, which combines the demands of both failure modes.
 COLUMN_FAILURE: Final = "column_failure"
-#: States whose pooled median effects answer the question of a study, most severe first.
+#: States whose pooled effects on medians are the headline results of a study, most severe first.
 HEADLINE_STATES: Final = (
     f"{COLUMN_FAILURE}/any",
     "column_shear/dcr_100",
@@ -89,10 +89,11 @@ def _column_failures() -> tuple[LimitState, ...]:
 
 
 def with_column_failure(states: States, columns: Collection[str]) -> list[LimitState]:
-    """Return limit states with those of the loss of a column, unless the file defines them.
+    """Return limit states with the states of column failure added, unless the file defines them.
 
-    Shear failure is a demand-capacity ratio of 1 or more, flexural failure a ratio of drift to its
-    capacity of 1 or more, any failure the larger of both ratios of 1 or more.
+    Shear failure is a shear demand-capacity ratio above 1, flexural failure a ratio of drift to
+    drift capacity above 1, and any failure the larger of both ratios above 1. A state is added only
+    if its demand is one of ``columns``.
     """
     defined = any(state.component == COLUMN_FAILURE for state in states)
     failures = () if defined else _column_failures()
@@ -105,12 +106,12 @@ type Dispersion = Annotated[float, Field(ge=0.0, le=MAX_DISPERSION)]
 
 
 class StateEntry(BaseModel):
-    """Median capacity of one degree of damage, and its dispersion if it differs."""
+    """Median capacity of one degree of damage, with its own dispersion if given."""
 
     model_config = _STRICT
 
     median: float = Field(gt=0.0, le=1.0e12, description="median capacity in the unit of the entry")
-    dispersion: Dispersion | None = Field(None, description="overrides that of the entry")
+    dispersion: Dispersion | None = Field(None, description="overrides the entry's dispersion")
 
 
 def _with_median(value: Any) -> Any:
@@ -122,7 +123,7 @@ class LimitStateEntry(BaseModel):
 
     model_config = _STRICT
 
-    component: Name = Field(description="what is damaged")
+    component: Name = Field(description="damaged component")
     demand: str = Field(min_length=1, max_length=100, description="column of the demands table")
     unit: str = Field(
         description=f"unit of the medians: {', '.join(_UNITS)}",
@@ -134,10 +135,10 @@ class LimitStateEntry(BaseModel):
     )
     collapse: Literal["exceeds", "peak"] = Field(
         COLLAPSE_EXCEEDS,
-        description="exceeds: a collapsed run exceeds, whatever its peak so far; "
-        "peak: the peak up to the collapse decides",
+        description="exceeds: a collapsed run exceeds the state, whatever its peak; "
+        "peak: only the peak up to the collapse counts",
     )
-    citation: str = Field(min_length=1, max_length=1000, description="where the numbers come from")
+    citation: str = Field(min_length=1, max_length=1000, description="source of the capacities")
     states: dict[
         Name,
         Annotated[
@@ -146,9 +147,9 @@ class LimitStateEntry(BaseModel):
     ] = Field(min_length=1, description="median by degree of damage")
     degrees: dict[str, str] | None = Field(
         None,
-        description="degree of damage of the bridge by state, for the system curves, where the "
-        "states have names of their own; a state that is not named takes no part. "
-        "null: each state has the name of its degree",
+        description="for system curves: degree of damage of the bridge by state. A state that is "
+        "not listed is left out of system curves. "
+        "null: the name of each state is its degree of damage",
     )
 
     @field_validator("degrees")
@@ -175,7 +176,7 @@ class LimitStateEntry(BaseModel):
         return unit
 
     def limit_states(self, where: str) -> list[LimitState]:
-        """Return the limit states in the unit of their demand column, if the medians increase."""
+        """Return the limit states in the unit of their demand column; medians must increase."""
         unit = demand_unit(self.demand)
         factor = _UNITS[self.unit][1] / _UNITS[unit][1]
         for (mild, before), (severe, state) in pairwise(self.states.items()):
@@ -200,7 +201,7 @@ def load_limit_states(path: Path) -> list[LimitState]:
 
 
 def limit_states_of(data: object, place: str = "") -> list[LimitState]:
-    """Return the limit states of parsed data, as written; an `InputError` names wrong entries."""
+    """Return the limit states of a parsed file; an `InputError` names wrong entries."""
     if not isinstance(data, list) or not data:
         raise InputError(f"{place}limit states must be a list with at least one entry")
     out: list[LimitState] = []
@@ -218,7 +219,7 @@ def limit_states_of(data: object, place: str = "") -> list[LimitState]:
 
 
 def demand_unit(column: str) -> str:
-    """Return the unit of a demand, for example ``m``; of a foreign column, the end of its name."""
+    """Return the unit of a demand, such as ``m``; of a foreign column, the end of its name."""
     known = column_of(column)
     unit = column.rsplit("_", 1)[-1] if known is None else known.unit.lower()
     if (unit := _SPELLINGS.get(unit, unit)) in _UNITS:

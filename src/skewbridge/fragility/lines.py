@@ -1,4 +1,4 @@
-"""Lines of ln demand on ln intensity through weighted runs, and tests of their assumptions.
+"""Regression lines of ln demand on ln intensity, and tests of their assumptions.
 
 Sources: Cornell et al. (2002), J. Struct. Eng. 128(4):526-533; studentised test of Breusch and
 Pagan, Koenker (1981), J. Econometrics 17(1):107-112; normal residuals, Shapiro and Wilk (1965),
@@ -15,33 +15,34 @@ from scipy import special
 from skewbridge.files.tables import Floats, Mask
 from skewbridge.fragility.likelihood import NormalKernel, maximise
 
-#: A curve with beta above 50 does not rise over any range of intensities.
+#: Smallest slope 1/beta of a curve: with beta above 50 it is flat over any range of intensities.
 FLATTEST_SLOPE: Final = 0.02
 
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """Lines ln D = ln a + b ln x + e through R weighted replicates, arrays of shape (R,)."""
+    """Lines ln D = ln a + b ln x + e, one per set of run weights; arrays of shape (R,)."""
 
     ln_a: Floats
-    b: Floats  # NaN where there is no line or it does not rise
-    sigma: Floats  # scatter of e
+    b: Floats  # NaN where no line can be fitted or the line does not rise
+    sigma: Floats  # standard deviation of e
 
     def ln_theta(self, threshold: float) -> Floats:
-        """Return ln of the intensity at which the line reaches a demand, shape (R,)."""
+        """Return ln of the intensity at which each line reaches a threshold, shape (R,)."""
         return (np.log(threshold) - self.ln_a) / self.b
 
     def beta(self, capacity_dispersion: float = 0.0) -> Floats:
-        """Return the dispersion in ln intensity, with that of the capacity, shape (R,)."""
+        """Return the dispersion of ln intensity, including capacity dispersion, shape (R,)."""
         return np.hypot(self.sigma, capacity_dispersion) / self.b
 
 
 def fit_lines(x: Floats, lower: Floats, upper: Floats, weights: Floats) -> Lines:
-    """Fit the line to R weighted replicates: least squares, or Tobit with censored demands.
+    """Fit one line per set of weights: least squares, or Tobit if some demands are censored.
 
-    ``x`` is ln intensity, ``lower`` and ``upper`` are ln of the ends of each demand, shape (n,):
-    equal where it is known, infinite where it is censored; ``weights`` (R, n) is how often each run
-    counts. NaN with fewer than three known demands, a single intensity, or no rising line.
+    ``x`` (n,) is ln intensity. ``lower`` and ``upper`` (n,) are the ln bounds of each demand: equal
+    if it is known, infinite on the side on which it is censored. ``weights`` (R, n) is how often
+    each run counts. A line is NaN if fewer than three demands are known, if the known demands are
+    at a single intensity, or if it does not rise.
     """
     seen, known = lower == upper, x[lower == upper]
     if known.size < 3 or (known.size < x.size and np.ptp(known) == 0.0):
@@ -59,7 +60,7 @@ def fit_lines(x: Floats, lower: Floats, upper: Floats, weights: Floats) -> Lines
             sigma = np.sqrt(np.maximum(syy - b * sxy, 0.0) / np.maximum(total - 2.0, 1.0))
         return Lines(mean_v + centre_y - b * (mean_u + centre_x), b, sigma)
     design, start = np.column_stack([np.ones(x.size), x]), tobit_start(x, lower, seen)
-    if weights.shape[0] > 1:  # the line through all runs is close to that of each replicate
+    if weights.shape[0] > 1:  # the line through all runs is close to the line of each replicate
         start = maximise(NormalKernel(design, lower, upper), start, covariance=False).params
     kernel = NormalKernel(design, lower, upper, weights)
     best = maximise(kernel, np.tile(start, (weights.shape[0], 1)), covariance=False)
@@ -70,7 +71,7 @@ def fit_lines(x: Floats, lower: Floats, upper: Floats, weights: Floats) -> Lines
 
 
 def tobit_start(x: Floats, y: Floats, seen: Mask) -> Floats:
-    """Return (delta_0, delta_1, h) of the least-squares line through the observed runs, (1, 3)."""
+    """Return start values (delta_0, delta_1, h) from the line through the known demands, (1, 3)."""
     slope, intercept = np.polyfit(x[seen], y[seen], 1)
     h = 1.0 / max(float(np.std(y[seen] - intercept - slope * x[seen])), 1e-3)
     return np.array([[h * intercept, h * slope, h]])
@@ -81,19 +82,19 @@ class TestedLine(NamedTuple):
 
     ln_a: float
     b: float
-    sigma: float  # n - 2 in the denominator
+    sigma: float  # standard deviation of e, n - 2 in the denominator
     n: int
-    mean_x: float  # of ln x
+    mean_x: float  # mean of ln x
     sxx: float  # sum of squares of ln x about its mean
     r2: float
-    curvature: float  # coefficient of (ln x - mean)^2 when it is added
-    curvature_p: float  # of its F test (exact, one degree of freedom)
-    scatter_p: float  # of the studentised Breusch-Pagan test of constant scatter
-    normal_p: float  # of the Shapiro-Wilk test of the residuals
+    curvature: float  # coefficient of an additional term (ln x - mean)^2
+    curvature_p: float  # p-value of the F test of this term (exact, one degree of freedom)
+    scatter_p: float  # p-value of the studentised Breusch-Pagan test of constant scatter
+    normal_p: float  # p-value of the Shapiro-Wilk test of the residuals
 
     @property
     def warnings(self) -> list[str]:
-        """Names of the assumptions that the tests reject at 5 %."""
+        """Names of the violations that are significant at 5 %: curvature, changing scatter."""
         names: list[str] = []
         if self.curvature_p < 0.05:
             names.append("saturating" if self.curvature < 0.0 else "curved")
@@ -103,7 +104,7 @@ class TestedLine(NamedTuple):
 
 
 def tested_line(x: Floats, y: Floats) -> TestedLine:
-    """Fit the least-squares line to x = ln intensity (not constant) and y = ln demand, (n,)."""
+    """Fit and test the least-squares line of y = ln demand (n,) on x = ln intensity (n,)."""
     n, mean_x, mean_y = x.size, float(np.mean(x)), float(np.mean(y))
     u, v = x - mean_x, y - mean_y
     sxx, syy = float(u @ u), float(v @ v)
@@ -112,15 +113,15 @@ def tested_line(x: Floats, y: Floats) -> TestedLine:
     sse = float(residual @ residual)
     sigma = float(np.sqrt(sse / (n - 2))) if n > 2 else nan
     r2 = 1.0 - sse / syy if syy > 0.0 else nan
-    centred = residual**2 - np.mean(residual**2)  # test of Breusch and Pagan, studentised
+    centred = residual**2 - np.mean(residual**2)  # studentised Breusch-Pagan test
     total = sxx * float(centred @ centred)
     scatter_p = float(special.chdtrc(1, n * float(u @ centred) ** 2 / total)) if total else nan
     normal_p = nan
-    if sigma > 1e-12 and 4 <= n <= 5000:  # where the approximate p-value holds
-        from scipy import stats  # imported here: it takes longer to load than all the rest
+    if sigma > 1e-12 and 4 <= n <= 5000:  # range of validity of the approximate p-value
+        from scipy import stats  # imported only when needed: it is slow to load
 
         normal_p = float(stats.shapiro(residual).pvalue)
-    curvature = curvature_p = nan  # of u^2 that is added to the line
+    curvature = curvature_p = nan  # of a term in u^2 added to the line
     extra = u**2 - np.mean(u**2)
     extra = extra - (float(extra @ u) / sxx) * u
     size = float(extra @ extra)
@@ -134,9 +135,9 @@ def tested_line(x: Floats, y: Floats) -> TestedLine:
 
 
 def lilliefors(values: Floats) -> tuple[float, float, float]:
-    """Return Lilliefors' distance of a sample from a normal one and its 5 and 10 % critical values.
+    """Return the Lilliefors distance of a sample from normality, and its 5 and 10 % limits.
 
-    Plain Kolmogorov-Smirnov p-values do not hold with estimated mean and deviation.
+    Kolmogorov-Smirnov p-values are not valid if mean and deviation are estimated from the sample.
     """
     n = values.size
     p = special.ndtr(np.sort((values - np.mean(values)) / np.std(values, ddof=1)))

@@ -1,4 +1,4 @@
-"""Quality of intensity measures: efficiency, practicality, proficiency, sufficiency, ranking.
+"""Rank intensity measures by efficiency, practicality, proficiency and sufficiency.
 
 Sources: Luco and Cornell (2007), Earthquake Spectra 23(2):357-392; Padgett, Nielson and DesRoches
 (2008), EESD 37(5):711-725; relative sufficiency, Jalayer et al. (2012), J. Eng. Mech.
@@ -19,7 +19,7 @@ from skewbridge.fragility.fits import FITTED, SINGLE_LEVEL
 from skewbridge.fragility.lines import fit_lines, tested_line
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
-# Measures with ground-motion models and hazard curves in common use.
+# First letters of measures with ground-motion models and hazard curves in common use.
 HAZARD_KNOWN: Final = ("im_pga", "im_pgv", "im_sa_", "im_saavg", "im_arias", "im_cav")
 
 
@@ -29,7 +29,7 @@ def rank_measures(
     motions: pd.DataFrame | None = None,
     settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
-    """Return a row of `measures` per intensity measure for a positive demand, best first."""
+    """Return the rows of table `measures` for one positive demand, best proficiency first."""
     need_columns(demands, (column, "motion_id", "status"))
     table = demands[is_complete(demands)].reset_index(drop=True)
     demand = table[column].to_numpy(dtype=np.float64)
@@ -76,7 +76,7 @@ def rank_measures(
 def _properties(
     table: pd.DataFrame, codes: Index, motions: pd.DataFrame | None
 ) -> dict[str, Floats]:
-    """Return properties on which residuals must not depend, means by motion, shape (M,) each."""
+    """Return the mean of each motion property on which residuals must not depend, (M,) each."""
     columns: dict[str, Floats] = {}
     if motions is not None:
         joined = table[["motion_id"]].merge(motions, on="motion_id", how="left")
@@ -94,11 +94,11 @@ def _properties(
 
 
 def _dependence(values: Floats, residual: Floats) -> tuple[float, float]:
-    """Return p-value and effect per standard deviation of a property, means by motion."""
-    # NaN for a constant property
+    """Return p-value of the residual on a property, and its effect per standard deviation."""
+    # both arrays hold means by motion, shape (M,); NaN for a constant property
     good = np.isfinite(values)
     spread = np.ptp(values[good]) if np.any(good) else 0.0
-    # ASSUME a property that varies by less than 1e-6, relatively, is constant but for rounding
+    # ASSUME a relative variation of a property below 1e-6 is rounding: the property is constant
     if np.sum(good) < 4 or spread <= 1e-6 * (1.0 + float(np.max(np.abs(values[good])))):
         return np.nan, np.nan
     line = tested_line(values[good], residual[good])
@@ -110,7 +110,7 @@ def _dependence(values: Floats, residual: Floats) -> tuple[float, float]:
 def measure_table(
     demands: pd.DataFrame, motions: pd.DataFrame, settings: FitSettings = DEFAULTS
 ) -> pd.DataFrame:
-    """Return the table `measures` by bridge and abutment model, for positive headline demands."""
+    """Return table `measures` of all bridges and abutment models for positive headline demands."""
     names = ["motion_id", "magnitude", "distance_km"]
     suite = motions[names] if set(names) <= set(motions.columns) else None
     tables: list[pd.DataFrame] = []

@@ -1,7 +1,8 @@
-"""Means and lines over motions, with bounds, and intervals by motion.
+"""Means and regression lines over motions, with jackknife intervals.
 
-The motion is the random unit: a motion counts once, however often it ran, and every error comes
-from estimates without one motion (jackknife). Bounds count as censored normal values (Tobit).
+The motion is the random unit: each motion has the same weight, however many runs it has, and every
+error comes from estimates without one motion (jackknife). Values that are only bounds are treated
+as censored normal values (Tobit).
 
 Sources: the iteration, Dempster, Laird and Rubin (1977), J. R. Stat. Soc. B 39(1):1-38; jackknife,
 Efron and Stein (1981), Ann. Stat. 9(3):586-596; of groups, Kott (2001), J. Official Statistics
@@ -20,37 +21,37 @@ from scipy import special
 from skewbridge.files.tables import Floats, Index, Mask
 from skewbridge.fragility.likelihood import mills_ratio
 
-# ASSUME the variance of 100 groups is close enough to that of all motions
+# ASSUME the jackknife variance from 100 groups of motions is close enough to that of all motions
 _MAX_MOTIONS: Final = 200
 _GROUPS: Final = 100
-_MAX_LOG: Final = 700.0  # exp() of more overflows a double
-#: Estimates without one motion below which there is no interval.
+_MAX_LOG: Final = 700.0  # exp() of a larger value overflows a double
+#: Smallest number of estimates without one motion for an interval.
 MIN_VALUES: Final = 4
-# ASSUME a median lies inside the intensities of a study if three motions are at least as strong,
-# and three at least as weak
+# ASSUME a median is within the intensities of a study if at least three motions reach it and at
+# least three do not exceed it
 MIN_BEYOND: Final = 3
-#: Motions with an exact value below which a mean has no estimate; a line needs one more.
+#: Smallest number of motions with an exact value for a mean; a line needs one more.
 MIN_EXACT: Final = 3
 _MAX_ITERATIONS: Final = 2000
-_TOLERANCE: Final = 1e-8  # of the scatter
+_TOLERANCE: Final = 1e-8  # largest change of a coefficient / scatter
 _SINGULAR: Final = 1e-10  # determinant of the normal equations over the product of their diagonal
 
 
 def exp_end(value: float) -> float:
-    """Return the exponential of the end of an interval, infinite where a double is too small."""
+    """Return exp(value), or infinity if it would overflow a double."""
     return inf if value >= _MAX_LOG else float(np.exp(value))
 
 
 def motions_beyond(ln_theta: float, ln_im: Floats, motions: Index) -> int:
-    """Return the motions at or beyond a median, on the side with fewer; 0 without a median."""
+    """Return the number of motions at or above a median, or at or below if fewer; 0 if NaN."""
     sides = ln_im >= ln_theta, ln_im <= ln_theta
     return min(np.unique(motions[side]).size for side in sides)
 
 
 def motion_weights(motions: Index) -> Floats:
-    """Return weights of the runs: all of them, then without each motion, shape (1 + M, n).
+    """Return 0/1 weights of the runs: all runs, then without each motion in turn, (1 + M, n).
 
-    Above 200 motions, each replicate leaves out one of 100 groups of motions (Kott 2001).
+    With more than 200 motions, each replicate leaves out one of 100 groups of motions (Kott 2001).
     """
     codes = np.unique(motions, return_inverse=True)[1]
     if codes.max(initial=-1) >= _MAX_MOTIONS:
@@ -59,13 +60,13 @@ def motion_weights(motions: Index) -> Floats:
 
 
 def jackknife_covariance(values: Floats) -> Floats:
-    """Return the covariance of an estimate (q,) from its values without each motion, (M, q)."""
+    """Return the covariance (q, q) of q estimates from their values without each motion, (M, q)."""
     deviation = values - np.mean(values, axis=0)
     return deviation.T @ deviation * (len(values) - 1) / len(values)
 
 
 def jackknife_factors(logs: Floats, level: float, dof: int | None = None) -> list[float]:
-    """Return the factors to interval ends from ln of q estimates without each motion, (M, q)."""
+    """Return q factors from estimate to upper end, from ln estimates without a motion, (M, q)."""
     if len(logs) < MIN_VALUES:
         return [nan] * logs.shape[1]
     t = float(special.stdtrit(len(logs) - 2 if dof is None else dof, 0.5 + 0.5 * level))
@@ -77,15 +78,15 @@ class Jackknifed:
     """An estimate of shape (...), with the influence of each of M motions."""
 
     estimate: Floats
-    #: (n - 1)/n times the change when a motion is left out, shape (M, ...); zero without a value.
+    #: (n - 1)/n times the change if a motion is left out, (M, ...); zero if it has no value.
     influence: Floats
-    present: Mask  # motions that have a value, exact or a bound, shape (M,)
-    exact: Mask  # motions with an exact value: they give the degrees of freedom
+    present: Mask  # motions with a value (exact or bound), shape (M,)
+    exact: Mask  # motions with an exact value, shape (M,): their number gives the dof
     parameters: int  # 1 for means, 2 for lines
 
     @classmethod
     def of(cls, values: Floats, present: Mask, exact: Mask, parameters: int) -> Self:
-        """Return the estimate; ``values`` are of all motions, then without each, (1 + M, ...)."""
+        """Return the jackknife of ``values`` (1 + M, ...): all motions, then without each one."""
         count = max(int(np.count_nonzero(present)), 1)
         influence = np.zeros_like(values[1:])
         influence[present] = (values[0] - values[1:][present]) * (count - 1) / count
@@ -103,25 +104,25 @@ class Jackknifed:
         return np.sqrt(np.sum(self.influence**2, axis=0) * count / max(count - 1, 1))
 
     def interval(self, level: float) -> tuple[Floats, Floats]:
-        """Return the ends of Student's interval, (...); NaN below two degrees of freedom."""
+        """Return both ends of Student's t interval, (...) each; NaN below 2 degrees of freedom."""
         t = special.stdtrit(self.dof, 0.5 + 0.5 * level) if self.dof >= 2 else np.nan
         return self.estimate - t * self.error, self.estimate + t * self.error
 
     def p_value(self) -> Floats:
-        """Return the two-sided p-value of the estimate being zero, shape (...)."""
+        """Return the two-sided p-value of a zero true value, shape (...)."""
         if self.dof < 2:
             return np.full_like(self.estimate, np.nan)
         with np.errstate(divide="ignore", invalid="ignore"):
             return 2.0 * special.stdtr(self.dof, -np.abs(self.estimate) / self.error)
 
     def combined(self, weights: Floats) -> Self:
-        """Return k linear combinations of estimates of shape (p,); ``weights`` has shape (p, k)."""
+        """Return k linear combinations of an estimate of shape (p,), with ``weights`` (p, k)."""
         return replace(self, estimate=self.estimate @ weights, influence=self.influence @ weights)
 
 
 def average(cells: Sequence[Jackknifed]) -> Jackknifed:
-    """Return the average of the cells that have an estimate, each with the same weight."""
-    # the motions are common to all cells, so the error is the scatter of averaged influences
+    """Return the unweighted average of the cells that have an estimate."""
+    # all cells share the motions, so the error comes from the averaged influence of each motion
     good = [cell for cell in cells if np.all(np.isfinite(cell.estimate))]
     if not good:
         return cells[0]
@@ -133,15 +134,15 @@ def average(cells: Sequence[Jackknifed]) -> Jackknifed:
 
 def by_motion(
     values: Floats,  # values or bounds, shape (n,)
-    bound: NDArray[np.int_],  # 0 where the value is exact, 1 a lower bound, -1 an upper bound
+    bound: NDArray[np.int_],  # 0: exact value, 1: lower bound, -1: upper bound; shape (n,)
     motions: Index,  # number of the motion of each value, 0 .. count - 1
-    count: int,  # motions, including those without a value
-    x: Floats | None = None,  # variable of the line, shape (n,)
+    count: int,  # number of motions, including those without a value
+    x: Floats | None = None,  # independent variable of the line, shape (n,)
 ) -> Jackknifed:
-    """Return the mean over motions (), or with ``x`` a line: its value at x = 0 and slope (2,).
+    """Return the mean over motions, shape (), or the line on ``x``: value at x = 0 and slope, (2,).
 
-    NaN where fewer than three motions (four for a line) have an exact value, or where leaving out
-    one of them makes the slope undefined.
+    The estimate is NaN if fewer than three motions (four for a line) have an exact value, or if the
+    slope is undefined without one of them.
     """
     design = np.column_stack([np.ones(values.size), *([] if x is None else [x])])
     parameters = design.shape[1]
@@ -161,11 +162,11 @@ def bounded_regression(
 ) -> Floats:
     """Return the coefficients of a normal regression for each of R sets of weights, shape (R, p).
 
-    Without bounds these are weighted least squares. With them each bound counts by its expected
-    value, given the line and the scatter that are found; the scatter has the divisor of a sample,
-    sum of weights - p, without which it is too small with few motions. NaN where the exact values
-    do not determine every line. The first column of ``design`` (n, p) is one; ``values`` and
-    ``bound`` are as in `by_motion`, ``weights`` (R, n).
+    Without bounds this is weighted least squares. Each bound is replaced by its expected value for
+    the current line and scatter, iteratively. The scatter has the divisor (sum of weights - p); it
+    would otherwise be too small with few motions. All coefficients are NaN if the exact values do
+    not determine every line. The first column of ``design`` (n, p) is one; ``values`` and ``bound``
+    are as in `by_motion`, ``weights`` have the shape (R, n).
     """
     (n, p), exact = design.shape, bound == 0
     products = (design[:, :, None] * design[:, None, :]).reshape(n, p * p)
@@ -173,7 +174,7 @@ def bounded_regression(
     size = np.prod(np.diagonal(of_exact, axis1=1, axis2=2), axis=1)
     if np.any(np.linalg.det(of_exact) <= _SINGULAR * size):
         return np.full((len(weights), p), np.nan)
-    # values about the mean of the exact ones, so that nothing cancels in their squares
+    # subtract the mean of the exact values to avoid cancellation in squares
     centre = np.mean(values[exact]) * np.eye(1, p)[0]
     u = values - centre[0]
     if np.all(exact):
@@ -183,7 +184,7 @@ def bounded_regression(
     limits, side, at_bounds = u[~exact], bound[~exact], design[~exact]
     completed = np.broadcast_to(u, weights.shape).copy()
     dof = np.maximum(weights.sum(axis=1) - p, 0.5)
-    # where all exact values agree, the scatter starts from the bounds
+    # the floor keeps the scatter positive if all exact values agree
     floor = 1e-9 * (1.0 + float(np.max(np.abs(values))))
     scatter = np.maximum(np.sqrt(weights[:, exact] @ u[exact] ** 2 / of_exact[:, 0, 0]), floor)
     coefficients = np.zeros((len(weights), p))

@@ -1,8 +1,9 @@
 """Outcome of each run for one demand and its limit states: exceeded, not exceeded or unknown.
 
-A run that ended early is never dropped: its demand lies above its peak so far (right-censored). A
-column failure decides only the states of its mode, a collapse those with `collapse: exceeds`. A
-demand of zero (a wall that was not touched) lies below a small limit (left-censored).
+A run that ended early is never dropped: its demand is at least the peak it reached (right-
+censored). A column failure determines only the states of its own failure mode; a collapse
+determines only states with `collapse: exceeds`. If a demand is zero in some run (wall not touched),
+small demands are known only to lie below a limit (left-censored).
 """
 
 from dataclasses import dataclass, replace
@@ -18,56 +19,56 @@ from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, Stat
 from skewbridge.fragility.lines import Lines, fit_lines
 from skewbridge.statuses import COLLAPSE
 
-#: Treatments of unknown outcomes: left out, all exceeding, none exceeding.
+#: Treatments of unknown outcomes: left out, all exceed, none exceeds.
 TREATMENTS: Final[tuple[str, ...]] = ("exclude", "all_exceed", "none_exceed")
-# ASSUME where a demand is zero in some run (the deck did not reach a wall or key), demands below a
-# tenth of the mildest state count only as small
+# ASSUME if a demand is zero in some run (the deck did not reach a wall or key), demands below a
+# tenth of the mildest threshold are left-censored at that limit
 _SMALL_SHARE: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class DemandOutcomes:
-    """Outcomes of n runs for one demand, arrays of shape (n,)."""
+    """Bounds of one demand in n runs, arrays of shape (n,)."""
 
-    lower: Floats  # lower end; 0 where left-censored, NaN where the run has no demand
-    upper: Floats  # equal to ``lower`` where known, infinity where the run ended early
-    complete: Mask  # whether the demand is a peak over the whole motion
+    lower: Floats  # lower bound; 0 if left-censored, NaN if a complete run has no demand
+    upper: Floats  # equal to ``lower`` if known, infinity if the run ended early
+    complete: Mask  # True if the demand is a peak over the whole motion
     demand: str  # column of the demands table
-    governing: "DemandOutcomes | None" = None  # of the mode of failure whose line applies
+    governing: "DemandOutcomes | None" = None  # outcomes of the governing failure mode, if any
 
     @property
     def behind_line(self) -> "DemandOutcomes":
-        """Outcomes through which the line goes: these, or those of the governing mode."""
+        """Outcomes to which the line is fitted: the governing failure mode, else this demand."""
         return self if self.governing is None else self.governing
 
     @property
     def used(self) -> Mask:
-        """Runs with information about the line, shape (n,)."""
+        """Runs that the fit of the line uses, shape (n,)."""
         lower, upper = self.behind_line.lower, self.behind_line.upper
         return np.isfinite(lower) & ((lower > 0.0) | np.isfinite(upper))
 
     @property
     def is_bound(self) -> Mask:
-        """Runs in use whose demand is only a bound, shape (n,)."""
+        """Used runs whose demand is only a bound, shape (n,)."""
         return self.used & (self.behind_line.lower != self.behind_line.upper)
 
     def exceed(self, state: LimitState) -> Mask:
-        """Return which runs are known to exceed a state, shape (n,)."""
+        """Return True for runs known to exceed a state, shape (n,)."""
         return np.nan_to_num(self.lower, nan=-np.inf) > state.threshold
 
     def unknown(self, state: LimitState) -> Mask:
-        """Return which runs neither exceed a state nor are known not to exceed it, shape (n,)."""
+        """Return True for runs that may or may not exceed a state, shape (n,)."""
         below = np.isfinite(self.upper) & (self.upper <= state.threshold)
         return ~self.exceed(state) & ~below
 
     def counts(self, state: LimitState) -> dict[str, int]:
-        """Return the numbers of runs that exceed a state and of those with unknown outcome."""
+        """Return the number of runs known to exceed a state and of runs with unknown outcome."""
         exceed, unknown = np.sum(self.exceed(state)), np.sum(self.unknown(state))
         return {"n_exceed": int(exceed), "n_unknown": int(unknown)}
 
     def status(self, state: LimitState) -> str:
-        """Return whether a state can have a median: not if no run, or every run, exceeds it."""
-        # ASSUME a study states no median that no run reached, or that every run passed
+        """Return ``ok``, or why a state has no median: no run, or every known run, exceeds it."""
+        # ASSUME no median is estimated for a state that no run, or every known run, exceeds
         exceed = self.exceed(state)
         if not np.any(exceed):
             return NO_EXCEEDANCE
@@ -75,18 +76,18 @@ class DemandOutcomes:
 
     @property
     def ln_ends(self) -> tuple[Floats, Floats]:
-        """Logarithms of lower and upper ends of the runs in use."""
+        """Logarithms of the lower and upper bounds of the used runs, shape (used,) each."""
         used, data = self.used, self.behind_line
         with np.errstate(divide="ignore"):
             return np.log(data.lower[used]), np.log(data.upper[used])
 
     def lines(self, ln_im: Floats, weights: Floats) -> Lines:
-        """Return the lines of ln demand on ln intensity (n,) for weights of the runs (R, n)."""
+        """Return R lines of ln demand on ln intensity (n,), one per set of run weights (R, n)."""
         used = self.used
         return fit_lines(ln_im[used], *self.ln_ends, weights[:, used])
 
     def treated(self, state: LimitState, treatment: str) -> "DemandOutcomes":
-        """Return the outcomes with the unknown ones excluded, or all, or none exceeding."""
+        """Return outcomes in which the unknown ones are excluded, all exceed or none exceeds."""
         unknown, c = self.unknown(state), state.threshold
 
         def changed(data: "DemandOutcomes") -> "DemandOutcomes":
@@ -103,7 +104,7 @@ class DemandOutcomes:
 
 
 def end_counts(table: pd.DataFrame) -> dict[str, int]:
-    """Return the number of collapsed runs and of those in which a column failed."""
+    """Return the number of collapsed runs and the number of runs in which a column failed."""
     return {
         "n_collapse": int(np.sum(table["status"] == COLLAPSE)),
         "n_beyond_model": int(np.sum(validity.is_beyond_model(table))),
@@ -111,17 +112,17 @@ def end_counts(table: pd.DataFrame) -> dict[str, int]:
 
 
 def demand_outcomes(table: pd.DataFrame, states: States, im: str | None = None) -> DemandOutcomes:
-    """Return the outcomes of the runs of a table for the demand that some states share.
+    """Return the outcomes of all runs of a table for the demand that ``states`` share.
 
-    Given the intensity measure, the line of a failure of a column in any mode is that of the mode
-    with the smallest median, unless the line of the larger demand over capacity has a smaller one.
+    For column failure in any mode, given the intensity measure, lines are fitted to each mode and
+    to the larger demand-capacity ratio; the line with the smallest median governs.
     """
     demand, state = states[0].demand, states[0]
     outcomes = _outcomes(table, states, demand)
     if im is None or demand != validity.COLUMN_FAILURE_RATIO:
         return outcomes
-    # the larger of a ratio that saturates and one that grows follows no line: a line through all
-    # of it can put the failure in any mode above that in one mode
+    # one ratio saturates and the other grows, so the larger of both does not follow a line: its
+    # fit alone could give failure in any mode a larger median than failure in one mode
     modes = [name for name in validity.FAILURE_DEMANDS.values() if name in table]
     data = [outcomes, *(_outcomes(table, states, name) for name in modes)]
     data = [each for each in data if each.status(state) == FITTED]
@@ -133,7 +134,7 @@ def demand_outcomes(table: pd.DataFrame, states: States, im: str | None = None) 
 
 
 def _outcomes(table: pd.DataFrame, states: States, demand: str) -> DemandOutcomes:
-    """Return the outcomes of the runs for one demand and the capacities of some states."""
+    """Return the outcomes of the runs for one demand column and the thresholds of ``states``."""
     complete = validity.is_complete(table)
     peak = table[demand].to_numpy(dtype=np.float64)
     decided = np.zeros(peak.size)
@@ -142,7 +143,7 @@ def _outcomes(table: pd.DataFrame, states: States, demand: str) -> DemandOutcome
         # ASSUME a collapsed bridge exceeds every limit state without `collapse: peak`
         collapsed = (table["status"] == COLLAPSE).to_numpy(dtype=np.bool_)
         decided[collapsed & ~complete] = np.nextafter(max(exceeding), np.inf)
-    # ASSUME a column that failed has passed the states of its own mode at 1 and above
+    # ASSUME a failed column has exceeded all states of its own mode with a threshold of at least 1
     failed = [s.threshold for s in states if s.threshold >= 1.0]
     names = validity.FAILURE_DEMANDS.items()
     modes = [kind for kind, name in names if demand in (name, validity.COLUMN_FAILURE_RATIO)]
@@ -159,7 +160,7 @@ def _outcomes(table: pd.DataFrame, states: States, demand: str) -> DemandOutcome
 
 
 def states_by_demand(states: States) -> dict[tuple[str, str], list[LimitState]]:
-    """Return the states of each component and demand by rising threshold."""
+    """Return the states by component and demand, each list sorted by rising threshold."""
     groups: dict[tuple[str, str], list[LimitState]] = {}
     for state in sorted(states, key=lambda state: state.threshold):
         groups.setdefault((state.component, state.demand), []).append(state)

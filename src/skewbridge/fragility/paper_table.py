@@ -25,11 +25,11 @@ _NONE: Final = "--"
 
 
 def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
-    """Return names and descriptions of the columns for a study with these axes."""
+    """Return the descriptions of the columns by name for a study with these axes."""
     ends = {"": "estimate", "_low": "lower end", "_high": "upper end"}
     return described("table", axes) | {
-        f"{split_unit(axis.name)[0]}_ratio{end}": f"{meaning} of the ratio of medians, this value "
-        f"of {axis.title} over the smallest"
+        f"{split_unit(axis.name)[0]}_ratio{end}": f"{meaning} of the ratio to the median at the "
+        f"smallest value of {axis.title}"
         for axis in reversed(axes)
         for end, meaning in ends.items()
     }
@@ -39,7 +39,7 @@ PAPER_COLUMNS: Final = paper_columns(AXES)
 
 
 def chosen_curves(curves: pd.DataFrame, method: str | None = None) -> pd.DataFrame:
-    """Return one curve per variant, component and limit state, in the order of the table."""
+    """Return a curve per variant, component and limit state: of a method, or preferred if any."""
     if method is not None:
         return curves[curves["method"] == method]
     first = curves.sort_values("preferred", ascending=False, kind="stable")
@@ -47,7 +47,7 @@ def chosen_curves(curves: pd.DataFrame, method: str | None = None) -> pd.DataFra
 
 
 def with_ratios(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
-    """Return curves with paired ratios of medians to the smallest value of each axis, or NaN."""
+    """Return curves with paired ratios to the median at the smallest value of each axis, or NaN."""
     axes = axis_names(curves)
     state = curves["component"].astype(str) + "/" + curves["limit_state"].astype(str)
     keys = curves[["bridge", "abutment", *axes]].assign(demand=state)
@@ -68,7 +68,7 @@ def paper_table(
     joint: pd.DataFrame,
     settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
-    """Return `paper_columns` of each variant and joint model, for limit states with an estimate."""
+    """Return `paper_columns` per variant or joint model and limit state with any estimate."""
     chosen = with_ratios(chosen_curves(curves), medians)
     rows = records_of(chosen.assign(row=chosen["variant"]))
     for row in records_of(joint[joint["status"] == FITTED]):
@@ -87,7 +87,7 @@ def paper_table(
 
 
 def _axes(table: pd.DataFrame) -> tuple[Axis, ...]:
-    """Return the axes of a table, the core axes always included."""
+    """Return the axes of a table, always including the core axes."""
     return axes_of([*(axis.name for axis in AXES), *axis_names(table)])
 
 
@@ -97,13 +97,13 @@ def _ratio(axis: str, values: Sequence[Any]) -> dict[str, Any]:
 
 
 def ratio_names(table: pd.DataFrame) -> list[str]:
-    """Return the axes, without units, that have a ratio in some row of a publication table."""
+    """Return the names, without unit, of axes with at least one ratio in a publication table."""
     names = (split_unit(axis.name)[0] for axis in reversed(_axes(table)))
     return [name for name in names if table[f"{name}_ratio"].notna().any()]
 
 
 def variant_in_words(row: Mapping[str, Any]) -> str:
-    """Return the axes of a variant, such as ``skew 30 deg, gap 51 mm, friction 0.5``."""
+    """Return the axis values of a variant as text: ``skew 30 deg, gap 51 mm, friction 0.5``."""
     return ", ".join(
         f"{axis.label.lower()} {row[axis.name]:g} {axis.unit}".removesuffix(" -")
         for axis in axes_of(row)
@@ -112,7 +112,7 @@ def variant_in_words(row: Mapping[str, Any]) -> str:
 
 
 def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
-    """Return the rows as texts; an asterisk marks medians on which the methods differ."""
+    """Return the rows as texts; an asterisk marks medians that differ between the methods."""
     ratios = ratio_names(table)
     return [
         {
@@ -150,8 +150,8 @@ def latex_table(table: pd.DataFrame) -> str:
     return "\n".join(
         [
             r"% needs \usepackage{booktabs,longtable}",
-            f"% medians in {units}; ratios of medians to the smallest value of each axis",
-            "% beta_total: dispersion of the curve, including that of the capacity;",
+            f"% medians in {units}; ratios to the median at the smallest value of each axis",
+            "% beta_total: dispersion of the curve, including capacity dispersion;",
             "% beta_records: record-to-record dispersion",
             "% *: cloud and exceedance medians differ by more than 15 % or 2 standard errors",
             rf"\begin{{longtable}}{{lll{'r' * (len(names) - 3)}}}",
@@ -163,7 +163,7 @@ def latex_table(table: pd.DataFrame) -> str:
 
 
 def with_interval(values: Sequence[float]) -> str:
-    """Return an estimate with its interval as text, from the value and both ends."""
+    """Return text with an estimate and its interval, from (value, lower end, upper end)."""
     middle, low, high = map(_number, values)
     return middle if _NONE in (middle, low) else f"{middle} [{low}, {high}]"
 

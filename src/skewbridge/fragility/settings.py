@@ -13,7 +13,7 @@ _COLUMNS: Final = {column.name: column for column in DEMAND_COLUMNS}
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class FitSettings:
-    """Settings of fits and paired effects."""
+    """Settings of curve fits and paired effects."""
 
     im: str = Field(default="im_saavg_rotd50_g")
     """intensity measure: an im_ column of demands"""
@@ -23,11 +23,11 @@ class FitSettings:
     """level of the intervals of fits"""
     effect_confidence: Number = Field(default=0.90, gt=0.5, lt=1.0)
     """level of the intervals of effects"""
-    # ASSUME 5 % of demand is below what a designer would act on
+    # ASSUME no designer acts on a change of demand below 5 %
     margin: Number = Field(default=0.05, gt=0.0, lt=1.0)
     """negligible change of a demand"""
-    # ASSUME a median capacity changes by the demand ratio to the power -1/slope; with the slopes
-    # near 1 of most demands the same 5 % is as small a change
+    # ASSUME a median capacity changes by the demand ratio to the power -1/slope; the slope of most
+    # demands is near 1, so the same margin of 5 % applies
     median_margin: Number = Field(default=0.05, gt=0.0, lt=1.0)
     """negligible change of a median capacity"""
     margins: dict[str, Annotated[Number, Field(gt=0.0)]] = Field(default={})
@@ -35,7 +35,7 @@ class FitSettings:
     bootstrap: Whole = Field(default=999, ge=99, le=100_000)
     """bootstrap replicates that rank intensity measures"""
     seed: Whole = Field(default=20261120, ge=0, le=2**63 - 1)
-    """seed of that bootstrap and of system curves"""
+    """seed of the bootstrap and of system curves"""
     accept_bounds: Flag = Field(default=False)
     """report medians that unknown outcomes may move by more than 15 %"""
     exclude_suspect: Flag = Field(default=False)
@@ -53,7 +53,7 @@ class FitSettings:
         return self
 
     def relative_margin(self, demand: str) -> float:
-        """Return the relative change of a demand that counts as negligible."""
+        """Return the largest relative change of a demand that counts as negligible."""
         column = _COLUMNS.get(demand)
         by_difference = column is not None and column.difference is not None
         return self.margin if by_difference else self.margins.get(demand, self.margin)

@@ -1,8 +1,8 @@
-"""All tables of results/fragility: made from a demands table, described, written.
+"""Create, describe and write all tables of results/fragility from a demands table.
 
-Suites of motions are analysed one by one as well. The motions of two suites are different events,
-so the error of a difference is the root of the sum of the squared errors; its interval is that of
-Welch (1947), Biometrika 34, 28-35.
+With several suites of motions, each suite is also analysed separately. The motions of two suites
+are different events, so the squared error of a difference is the sum of both squared errors; its
+interval is by Welch (1947), Biometrika 34, 28-35.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,7 +31,7 @@ from skewbridge.variant.axes import axes_of
 from skewbridge.variant.random_properties import RANDOM_PROPERTIES, drawn_properties
 
 PAPER_TABLE: Final = "table"
-#: Degree of damage whose median is the intensity at which effects on demands are stated.
+#: States whose median is the reference intensity of effects on demands, in order of preference.
 REFERENCE_STATES: Final = tuple(
     f"{component}/{state}"
     for state in ("moderate", "slight")
@@ -40,7 +40,7 @@ REFERENCE_STATES: Final = tuple(
 ALL_SUITES: Final = "all"
 DEPENDS: Final = "depends on the motions"
 NO_DIFFERENCE: Final = "no difference shown"
-#: A difference of more standard errors counts; one in 20 does so by chance.
+#: Differences above this number of standard errors are reported; one in 20 exceeds it by chance.
 LARGEST_ERRORS: Final = 2.0
 _EFFECT: Final = ("bridge", "abutment", "axis", "from_value", "to_value", "quantity", "demand")
 SUITE_CURVE_COLUMNS: Final = (
@@ -65,7 +65,7 @@ def fragility_tables(
     *,
     jobs: int = 1,
 ) -> dict[str, pd.DataFrame]:
-    """Return every table of results/fragility by name; an `InputError` names row and column."""
+    """Return all tables of results/fragility by name; an `InputError` names row and column."""
     demand_table.need_columns(demands, demand_table.KEY_COLUMNS)
     states = with_column_failure(limit_states, with_derived_columns(demands.head(0)).columns)
     wanted = list(dict.fromkeys(state.demand for state in states))
@@ -107,10 +107,11 @@ def suite_tables(
     together: Sequence[pd.DataFrame],
     jobs: int = 1,
 ) -> dict[str, pd.DataFrame]:
-    """Return the effects by suite with their differences, and the medians by suite.
+    """Return the tables `suites` (effects by suite, and differences) and `suite_curves`.
 
-    Every suite is analysed alone. The demands table is checked; without two suites both tables are
-    empty. ``together`` are the effects of all suites together, on medians and on demands.
+    Every suite is analysed separately. With fewer than two suites both tables are empty. ``rows``
+    is a checked demands table. ``together`` has the effects on medians and on demands for the
+    motions of all suites together.
     """
     names = list(dict.fromkeys(rows[SUITE].astype(str))) if SUITE in rows else []
     shared = {"against": "", "verdict": "", "standard_errors": np.nan}
@@ -127,7 +128,7 @@ def suite_tables(
             curves.append(fitted[fitted["preferred"].to_numpy(dtype=bool)])
         for table in tables:
             found = table[(table["scope"] == "pooled") & (table["status"] == verdicts.OK)]
-            found = found[found["ratio"].notna()]  # NaN where zero demands leave only differences
+            found = found[found["ratio"].notna()]  # NaN if zero demands allow only a difference
             effects += [{**row, **shared, SUITE: name} for row in records_of(found)]
     if not effects:
         empty = {"suites": effect_columns, "suite_curves": list(SUITE_CURVE_COLUMNS)}
@@ -144,12 +145,12 @@ def suite_tables(
 
 
 def _compared(one: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
-    """Return the difference between the effects of two suites, as a ratio of ratios."""
+    """Return the row that compares an effect between two suites, as a ratio of ratios."""
     degrees = np.array([other["dof"], one["dof"]], dtype=np.float64)
     widths = np.log([row["ci_high"] / row["ci_low"] for row in (other, one)])
     variances = (widths / (2.0 * special.stdtrit(degrees, 0.5 + 0.5 * one["level"]))) ** 2
     error = float(np.sqrt(variances.sum()))
-    # source: Welch and Satterthwaite
+    # source: degrees of freedom by Welch and Satterthwaite
     dof = float(variances.sum() ** 2 / np.sum(variances**2 / degrees))
     change = float(np.log(other["ratio"] / one["ratio"]))
     reach = float(special.stdtrit(dof, 0.5 + 0.5 * one["level"])) * error
@@ -171,9 +172,8 @@ def valid_tables(
 ) -> dict[str, pd.DataFrame]:
     """Return the tables of `fragility_tables` with intervals that hold whenever a study stops.
 
-    These are the effects on demands and medians, the motions that they need and the table for
-    publication. Their level is that of all looks together. Curves and effects by intensity stay as
-    they are.
+    Changed are the effects on demands and medians, the needed motions and the publication table;
+    their level is the joint level of all looks. All other tables are returned unchanged.
     """
     per_motion = verdicts.runs_per_motion(demands)
     effects, medians = (
@@ -190,10 +190,11 @@ def valid_tables(
 
 
 def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
-    """Return the intensity of the effects by model: mean median of the first `REFERENCE_STATES`.
+    """Return the reference intensity by bridge and abutment model, from `REFERENCE_STATES`.
 
-    States whose median is not below that of column failure are left out: there, half of the runs
-    have no complete demands to compare.
+    It is the geometric mean over variants of the medians of the first state with an estimate. Only
+    medians below the median of column failure are used: from there on, at least half of the runs
+    have no complete demands.
     """
     usable = curves[curves["preferred"].to_numpy(dtype=bool)]
     state = usable["component"] + "/" + usable["limit_state"]
@@ -202,20 +203,20 @@ def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
     usable = usable.assign(rank=rank, ln_theta=np.log(usable["theta"]))
     limits = usable["variant"].map(fails_at).astype(np.float64).fillna(np.inf)
     usable = usable[usable["theta"].astype(np.float64) < limits]
-    keys = list(demand_table.BRIDGE_COLUMNS)  # rows without a rank belong to no group
+    keys = list(demand_table.BRIDGE_COLUMNS)  # groupby drops rows without a rank
     ln_theta = usable.groupby([*keys, "rank"])["ln_theta"].mean().groupby(level=keys).first()
     return {(str(b), str(a)): float(np.exp(value)) for (b, a), value in ln_theta.items()}
 
 
 def write_described(frame: pd.DataFrame, path: Path, descriptions: Mapping[str, str]) -> None:
-    """Write a table with its provenance and the descriptions of its columns, axes included."""
+    """Write a table with its provenance and the descriptions of its columns, including axes."""
     axes = {axis.name: f"{axis.description}, {axis.unit}" for axis in axes_of(map(str, frame))}
     texts = provenance(**{RANDOM_PROPERTIES: str(frame.attrs.get(RANDOM_PROPERTIES, "none"))})
     write_frame(frame, path, texts, axes | dict(descriptions))
 
 
 def write_tables(tables: Mapping[str, pd.DataFrame], folder: Path) -> None:
-    """Write tables as parquet files; the table for publication as CSV and LaTeX."""
+    """Write tables as parquet files, the table for publication as CSV and LaTeX."""
     for name, frame in tables.items():
         if name == PAPER_TABLE:
             write_text(folder / f"{name}.csv", frame.to_csv(index=False, float_format="%.6g"))

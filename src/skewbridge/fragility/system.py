@@ -1,7 +1,7 @@
-"""System fragility of the variants: any component at a degree of damage or a more severe one.
+"""System fragility of variants: some component reaches a degree of damage or a more severe one.
 
-A component that fails at ln x = ln theta_i + beta_i e_i, with correlated standard normal e_i, makes
-the system fail at the smallest of these intensities: their distribution over quasi-random e is the
+Component i fails at ln x_i = ln theta_i + beta_i e_i, with correlated standard normal e_i. The
+system fails at the smallest of these intensities; its distribution over quasi-random e is the
 system curve.
 
 Sources: component demands as joint lognormals, Nielson and DesRoches (2007), EESD 36(6):823-839;
@@ -28,7 +28,7 @@ from skewbridge.fragility.motion_means import exp_end, jackknife_factors, motion
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, end_counts
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
-#: Runs of a variant, and complete ones of a component, without which there is no system curve.
+#: Smallest number of runs of a variant, and of complete runs of a component, for a system curve.
 MIN_RUNS: Final = 8
 MIN_COMPLETE: Final = 4
 _POINTS: Final = 2**13  # error of the median of the system below 0.1 %
@@ -38,11 +38,11 @@ _POINTS_OF_REPLICATES: Final = 2**11
 def system_curves(
     demands: pd.DataFrame, limit_states: States, settings: FitSettings = DEFAULTS, *, jobs: int = 1
 ) -> pd.DataFrame:
-    """Return a row per variant and degree of damage: description and estimate.
+    """Return the table `system`: one row per variant and degree of damage.
 
-    A component takes part if some run of the variant, and not every run, exceeds its state and its
-    demand rises with the intensity. Runs that ended early are censored demands (Tobit). An
-    `InputError` names a degree of damage without a common order.
+    A component is included if some runs of the variant, but not all, exceed its state and its
+    demand rises with intensity. Demands of runs that ended early are censored (Tobit). An
+    `InputError` names a degree of damage that components rank differently.
     """
     members = system_members([state for state in limit_states if state.system_degree])
     columns = [settings.im, *(state.demand for states in members.values() for state in states)]
@@ -52,9 +52,10 @@ def system_curves(
 
 
 def system_members(states: States) -> dict[str, list[LimitState]]:
-    """Return per degree of damage, mild to severe, the states with which components take part.
+    """Return the states of components in the system, by degree of damage from mild to severe.
 
-    These are the mildest ones of that degree or of one that is more severe in some component.
+    For each degree, each component has its mildest state of this or a more severe degree. A degree
+    is more severe than another if it comes later in some component.
     """
     by_component: dict[str, list[LimitState]] = {state.component: [] for state in states}
     for state in sorted(states, key=lambda item: item.threshold):
@@ -79,7 +80,7 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
 
 
 class _Member(NamedTuple):
-    """A component that takes part: its state, outcomes and lines by motion."""
+    """A component of the system: its state, outcomes, and lines (of all runs, by motion)."""
 
     state: LimitState
     outcomes: DemandOutcomes
@@ -95,7 +96,7 @@ def _variant_rows(
 
     @cache
     def member(state: LimitState) -> _Member | str:
-        """Return a component with its lines, or why it takes no part."""
+        """Return a component with its lines, or the reason why it is left out."""
         outcomes = demand_outcomes(part, [state], settings.im)
         if np.sum(outcomes.complete & outcomes.used) < MIN_COMPLETE:
             return "too few complete runs"
@@ -129,7 +130,7 @@ def _variant_rows(
 def _system(
     members: Sequence[_Member], ln_im: Floats, weights: Floats, settings: FitSettings
 ) -> Row:
-    """Return the estimate of one system, or the reason why there is none."""
+    """Return the table columns of one system: its estimate, or the status without an estimate."""
     none = np.zeros(ln_im.size, dtype=np.bool_)
     exceed = np.logical_or.reduce([none, *(m.outcomes.exceed(m.state) for m in members)])
     unknown = np.logical_or.reduce([none, *(m.outcomes.unknown(m.state) for m in members)])
@@ -144,7 +145,7 @@ def _system(
     ln_theta = np.column_stack([m.lines.ln_theta(m.state.threshold) for m in members])
     records = np.column_stack([m.lines.beta() for m in members])
     beta = np.column_stack([m.lines.beta(m.state.dispersion) for m in members])
-    # ASSUME capacities of components independent of each other and of the demands
+    # ASSUME component capacities are independent of each other and of the demands
     share = np.divide(records, beta, out=np.zeros_like(beta), where=beta > 0.0)
     correlation = _correlation(members, ln_im, weights) * share[:, :, None] * share[:, None, :]
     size = len(members)
@@ -160,7 +161,7 @@ def _system(
     weakest = int(np.argmax(shares))
     independent = _failures(*one, np.eye(size)[None], _POINTS, settings.seed)
     good = np.all(np.isfinite(ln_theta) & np.isfinite(beta), axis=1)
-    good[0] = False  # the estimates without each motion
+    good[0] = False  # keep only the estimates without one motion
     values = ln_theta[good], beta[good], correlation[good]
     replicates = _quantiles(_failures(*values, _POINTS_OF_REPLICATES, settings.seed))
     logs = np.column_stack([replicates[0], np.log(replicates[1])])
@@ -177,7 +178,7 @@ def _system(
 
 def _correlation(members: Sequence[_Member], ln_im: Floats, weights: Floats) -> Floats:
     """Return the correlation of the residuals of ln demand by replicate, shape (R, m, m)."""
-    # by pairs, over the runs in which both are known; then the nearest correlation matrix
+    # each pair from the runs in which both demands are known; then made positive semi-definite
     size = len(members)
     matrix = np.broadcast_to(np.eye(size), (len(weights), size, size)).copy()
     data = [m.outcomes.behind_line for m in members]
@@ -208,7 +209,7 @@ def _correlation(members: Sequence[_Member], ln_im: Floats, weights: Floats) -> 
 def _failures(ln_theta: Floats, beta: Floats, rho: Floats, points: int, seed: int) -> Floats:
     """Return ln of the intensity at which each component fails, shape (m, R, points)."""
     values, vectors = np.linalg.eigh(rho)
-    # the symmetric root: another would follow the arbitrary signs of the vectors by replicate
+    # symmetric root: unlike other roots it does not depend on the arbitrary signs of eigenvectors
     root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] @ np.swapaxes(vectors, 1, 2)
     root *= beta[:, :, None]
     normals = _normals(ln_theta.shape[1], points, seed).T
@@ -216,7 +217,7 @@ def _failures(ln_theta: Floats, beta: Floats, rho: Floats, points: int, seed: in
 
 
 def _quantiles(failures: Floats) -> Floats:
-    """Return ln median and dispersion of the first failure of (m, R, points), shape (2, R)."""
+    """Return ln median and dispersion of the first failure, (2, R), from (m, R, points)."""
     levels = special.ndtr(np.array([-1.0, 0.0, 1.0]))
     low, middle, high = np.quantile(np.min(failures, axis=0), levels, axis=-1)
     return np.array([middle, 0.5 * (high - low)])
@@ -225,7 +226,7 @@ def _quantiles(failures: Floats) -> Floats:
 @lru_cache(maxsize=32)
 def _normals(size: int, points: int, seed: int) -> Floats:
     """Return quasi-random standard normal vectors, shape (points, size)."""
-    from scipy.stats import qmc  # imported here: it takes longer to load than all the rest
+    from scipy.stats import qmc  # imported only when needed: it is slow to load
 
     uniform = qmc.Sobol(size, rng=np.random.default_rng(seed)).random(points)
     return np.asarray(special.ndtri(np.clip(uniform, 1e-12, 1.0 - 1e-12)))

@@ -1,8 +1,8 @@
-"""Verdicts on effects against margins, valid at every look of a study; motions that decide them.
+"""Verdicts on effects by margins, valid at every look of a study, and the motions they need.
 
-A study that stops once its effects are decided looks at each of them several times. Every look uses
-a part of the error probability of one interval. The ends of all intervals of an effect hold
-together with the level of the study, so its verdict keeps its error whenever the study stops.
+A study that stops once its effects are decided tests each effect several times (looks). Every look
+uses a part of the error probability of one interval. All intervals of an effect hold jointly at the
+level of the study, so the error probability of its verdict is kept whenever the study stops.
 
 Sources: two one-sided tests, Schuirmann (1987), J. Pharmacokin. Biopharm. 15(6):657-680; claims
 that hold together, Holm (1979), Scand. J. Stat. 6(2):65-70; spending of the error probability, Lan
@@ -33,16 +33,16 @@ HIGHER: Final = "higher"
 NEGLIGIBLE: Final = "negligible"
 DETECTABLE: Final = "detectable"
 UNDECIDED: Final = "undecided"
-#: The first that applies is given, else `UNDECIDED`.
+#: Order of precedence; `UNDECIDED` if none applies.
 _IN_ORDER: Final = (LOWER, HIGHER, NEGLIGIBLE, DETECTABLE)
-#: Verdicts that place an effect against its margin.
+#: Verdicts that state whether the effect is inside or outside its margin.
 DECIDED: Final = (LOWER, HIGHER, NEGLIGIBLE)
 OK: Final = "ok"
 NOT_ESTIMABLE: Final = "not_estimable"
 NO_CURVE: Final = "no_curve"
-#: Ratio of the ends of an interval above which a ratio is not an answer.
+#: Largest upper end / lower end of the interval of a reported ratio.
 MAX_WIDTH: Final = 10.0
-#: Largest share of pairs with a demand on one side only, for `NEGLIGIBLE`.
+#: Largest share of pairs with a positive demand in one run only, for `NEGLIGIBLE`.
 MAX_DISCORDANT: Final = 0.05
 RATIO: Final = "ratio"
 DIFFERENCE: Final = "difference"
@@ -50,20 +50,20 @@ DEMAND: Final = "demand"
 MEDIAN_CAPACITY: Final = "median_capacity"
 RATIOS: Final = ("ratio", "ci_low", "ci_high")
 DIFFERENCES: Final = ("difference", "difference_low", "difference_high")
-#: Columns that count runs and curves behind medians; missing in effects on demands.
+#: Columns with counts of runs and curves; missing in effects on demands.
 MEDIAN_COUNTS: Final = (
     *("n_exceed_from", "n_exceed_to", "n_unknown_from", "n_unknown_to"),
     *("n_without_curve", "n_extrapolated"),
 )
 MORE: Final = "more motions"
-# ASSUME a fifth of the error probability covers what the boundary leaves out: few motions, tails
-# heavier than normal, bounds. source: benchmarks/sequential_verdicts.py; without it 5.4 to 6.6 %
-# of the simulated verdicts were wrong at the margin, in place of 5 %
+# ASSUME a fifth of the error probability covers what the boundary neglects: few motions, tails
+# heavier than normal, bounds. source: benchmarks/sequential_verdicts.py; without this reserve, 5.4
+# to 6.6 % of the simulated verdicts at the margin were wrong instead of 5 %
 SPENT: Final = 0.8
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(120)
-#: Standard deviations below which a path is not followed.
+#: Paths are integrated down to minus this number of standard deviations.
 _FAR: Final = 8.0
-#: Columns that name a cell: an effect, pooled or of one pair of variants.
+#: Columns that identify a pooled effect.
 CELL: Final = ("bridge", "abutment", "quantity", "demand", "axis", "from_value", "to_value")
 
 ROUND_COLUMNS: Final = described("rounds")
@@ -74,10 +74,10 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
 
     The verdict follows from the interval of the row; a ratio whose interval is wider than a factor
     of 10 is set to NaN. A family contains the rows of one bridge, abutment model, axis, scope and
-    quantity, either of the headline demands and states or of the others: its family-wise verdicts
-    hold jointly. For each kind of claim (outside the margin, inside it, direction) the p-values are
-    adjusted after Holm: any claim is wrong with a probability of at most 1 - level, or half of that
-    for one-sided claims.
+    quantity, either of the headline demands and states or of all others. The family-wise verdicts
+    of a family hold jointly: for each kind of claim (outside the margin, inside it, direction) the
+    p-values are adjusted by Holm's method. The probability of any wrong claim of a kind is at most
+    (1 - level)/2, or 1 - level for the direction.
     """
     wide = ~(table["ci_high"] <= MAX_WIDTH * table["ci_low"])
     table = table.assign(**{name: table[name].mask(wide) for name in RATIOS})
@@ -108,31 +108,32 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def may_be_negligible(table: pd.DataFrame) -> Mask:
-    """Return for each effect whether enough of its pairs have a demand on both sides."""
-    # ASSUME the changes of complete pairs do not describe pairs in which one side has no demand
+    """Return False for effects with too many pairs in which only one run has a positive demand."""
+    # ASSUME the changes in other pairs do not represent pairs in which one run has no demand
     return (table["n_discordant"] <= MAX_DISCORDANT * table["n_pairs"]).to_numpy(dtype=np.bool_)
 
 
 def verdicts_of(
     low: Floats, below: Floats, zero: Floats, above: Floats, high: Floats, *, possible: Mask
 ) -> NDArray[np.str_]:
-    """Return the verdicts of intervals against margins; ``possible``: may be negligible."""
+    """Return the verdicts from interval ends and margins; ``possible``: `NEGLIGIBLE` is allowed."""
     inside = (low >= below) & (high <= above) & possible
     claims = [high < below, low > above, inside, (low > zero) | (high < zero)]
     return np.select(claims, _IN_ORDER, default=UNDECIDED)
 
 
 def _p_values(table: pd.DataFrame, *scale: Floats) -> list[pd.Series]:
-    """Return p-values of Student's t: outside the margin, inside it, direction (two-sided)."""
-    # by ln ratio or difference; the error is that of the interval on the side in question
+    """Return p-values of t tests of three claims: outside the margin, inside it, direction."""
+    # effects are ln ratios or differences; each test uses the half-width of the interval on its
+    # side; the test of direction is two-sided
     value, low, high, below, above = scale
     dof = np.maximum(table["dof"].to_numpy(dtype=np.float64), 1.0)
     t = special.stdtrit(dof, 0.5 + 0.5 * table["level"].to_numpy(dtype=np.float64))
 
     def sides(first: Floats | float, second: Floats | float) -> list[Floats]:
-        """Return the p-values of lying below the first limit, and above the second."""
+        """Return the p-values of the claims "below the first limit" and "above the second"."""
         pairs = (value - first, high - value), (second - value, value - low)
-        with np.errstate(divide="ignore", invalid="ignore"):  # 1/2 for no distance and no error
+        with np.errstate(divide="ignore", invalid="ignore"):  # p = 1/2 at the limit
             steps = [np.where(away == 0.0, 0.0, t * away / reach) for away, reach in pairs]
         return [special.stdtr(dof, step) for step in steps]
 
@@ -143,15 +144,15 @@ def _p_values(table: pd.DataFrame, *scale: Floats) -> list[pd.Series]:
 
 
 def _holm(p: pd.Series) -> pd.Series:
-    """Return p-values adjusted after Holm; missing ones do not count, equal claims count once."""
-    # two states that the same runs reach (shear failure and any failure of a column) are one claim
+    """Return p-values adjusted by Holm's method; missing ones do not count, equal ones once."""
+    # two states exceeded in the same runs (shear failure and any failure of a column) are one claim
     distinct = np.unique(p.dropna().to_numpy())
     adjusted = np.minimum(1.0, np.maximum.accumulate(distinct * np.arange(distinct.size, 0, -1)))
     return p.map(dict(zip(distinct.tolist(), adjusted.tolist(), strict=True))).astype(np.float64)
 
 
 def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame:
-    """Return the motions that decide each pooled effect on a headline demand or on a median."""
+    """Return the table `needed_motions` for pooled effects on headline demands and on medians."""
     of_demand = effects["demand"].isin(demands_for("headline"))
     asked = of_demand | (effects["quantity"] == MEDIAN_CAPACITY)
     headline = effects[asked & (effects["scope"] == "pooled")]
@@ -162,7 +163,7 @@ def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame
         of_model = (headline[list(BRIDGE_COLUMNS)] == pd.Series(model)).all(axis=1)
         for row in headline[of_model].to_dict("records"):
             exact = motions_to_decide(row)
-            # motions without an exact pair stay as frequent as they are now
+            # assume that the share of motions without an exact pair stays the same
             needed = ceil(exact * suite / (row["dof"] + 1)) if isfinite(exact) else exact
             more = max(needed - suite, 0) * len(runs) / suite
             forecast = MORE if isfinite(needed) else "on the margin"
@@ -178,11 +179,11 @@ def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame
 
 
 def motions_to_decide(effect: Mapping[Any, Any], power: float = 0.8) -> float:
-    """Return the number of motions with an exact pair that decide an effect of the size seen now.
+    """Return the number of motions with an exact pair that decide an effect of the present size.
 
-    With this probability their interval lies inside the margin for an effect inside it, or beyond
-    the margin on its side; infinite for an effect that needs over 1000 motions: it is on the
-    margin; NaN without an interval.
+    With probability ``power``, the interval then lies inside the margin if the effect does, or
+    outside it if the effect does. Infinite if more than 1000 motions are needed (an effect on the
+    margin); NaN without an interval.
     """
     if effect["judged_by"] == DIFFERENCE:
         value, above = effect["difference"], effect["difference_margin"]
@@ -204,12 +205,12 @@ def motions_to_decide(effect: Mapping[Any, Any], power: float = 0.8) -> float:
 
 
 def _power(dof: int, below: float, above: float, tail: float) -> float:
-    """Return the probability that an interval lies on the side of the margin of the effect."""
+    """Return the probability that the interval lies on the side of the margins of its effect."""
     # `below` and `above` are distances from the effect to the margins in standard errors
     t = special.stdtrit(dof, 1.0 - tail)
-    if below > 0.0 or above < 0.0:  # one test: noncentral t; beyond 30 errors it is certain
+    if below > 0.0 or above < 0.0:  # one test: noncentral t, certain above 30 standard errors
         return float(1.0 - special.nctdtr(dof, min(max(below, -above), 30.0), t))
-    # two tests at once: normal in the mean, chi in the scatter of the sample, by its quantiles
+    # two tests at once: the mean is normal; average over quantiles of the sample scatter (chi)
     quantiles = (np.arange(400) + 0.5) / 400
     reach = t * np.sqrt(special.chdtri(dof, quantiles) / dof)
     inside = special.ndtr(above - reach) - special.ndtr(below + reach)
@@ -217,11 +218,11 @@ def _power(dof: int, below: float, above: float, tail: float) -> float:
 
 
 def levels_at(motions: Floats, looks: Sequence[int], level: float) -> Floats:
-    """Return the level of the interval at the look with each number of motions.
+    """Return the level of the interval for each number of motions, shape (n,).
 
-    ``motions`` has shape (n,), ``looks`` rise; ``level`` is the two-sided level of all intervals of
-    an effect together. Numbers between two looks have the level of the earlier one, and those below
-    the first look its level: counting too little information makes intervals wider.
+    ``looks`` are increasing numbers of motions; ``level`` is the two-sided level of all intervals
+    of an effect jointly. A number between two looks has the level of the earlier look, a number
+    below the first look that of the first: too little information only makes intervals wider.
     """
     levels = look_levels(tuple(number / looks[-1] for number in looks), level)
     look = np.searchsorted(np.asarray(looks) - 1e-6, motions, side="right") - 1
@@ -232,13 +233,13 @@ def levels_at(motions: Floats, looks: Sequence[int], level: float) -> Floats:
 def look_levels(times: tuple[float, ...], level: float) -> tuple[float, ...]:
     """Return the two-sided level of the interval at each look.
 
-    On either side, the probability that any of the intervals up to time t leaves out the true value
-    is (1 - level)/2 times t times `SPENT`. ``times`` are shares of the information, rising to 1,
-    and ``level`` is that of all intervals together.
+    On either side, the probability that any of the intervals up to time t excludes the true value
+    is (1 - level)/2 times t times `SPENT`. ``times`` are shares of the information, increasing to
+    1; ``level`` is the joint level of all intervals.
     """
     shares = np.diff(times, prepend=0.0)
     spent, steps = SPENT * 0.5 * (1.0 - level) * shares, np.sqrt(shares)
-    # paths of a Brownian motion that have not crossed: places and their probabilities
+    # paths of a Brownian motion that have not crossed the boundary: positions and probabilities
     at, mass = np.zeros(1), np.ones(1)
     levels: list[float] = []
     for time, step, alpha in zip(times, steps, spent, strict=True):
@@ -252,18 +253,18 @@ def look_levels(times: tuple[float, ...], level: float) -> tuple[float, ...]:
 
 
 def _crossing_error(end: float, at: Floats, mass: Floats, step: float, alpha: float) -> float:
-    """Return the probability that a path crosses an end in one step, minus the one wanted."""
+    """Return the probability that a path crosses the boundary ``end`` in one step, minus alpha."""
     return float(mass @ special.ndtr((at - end) / step)) - alpha
 
 
 def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0) -> pd.DataFrame:
-    """Return a table of effects with the intervals and verdicts of its looks.
+    """Return a table of effects with the interval and verdict of the present look of each row.
 
-    Every row is looked at with the motions that both of its variants have. A pooled row whose pairs
-    of variants have unequal numbers counts as having their mean, weighted by the share of each pair
-    in the variance; so do its degrees of freedom. The column ``level`` is the two-sided level that
-    all looks together keep, and on return that of the look of the row. ``looks`` are motions,
-    rising; ``per_motion`` those of one variant.
+    The look of a row follows from the number of motions that both of its variants have. A pooled
+    row has the mean number over its pairs of variants, weighted by the share of each pair in the
+    variance; likewise its degrees of freedom. The column ``level`` is the joint two-sided level of
+    all looks on input, and the level of the row's look on return. ``looks`` are increasing numbers
+    of motions, ``per_motion`` is the number of runs of a variant under one motion.
     """
     if table.empty:
         return table
@@ -285,7 +286,7 @@ def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0)
 
 
 def _information(table: pd.DataFrame, per_motion: float) -> tuple[Floats, Floats]:
-    """Return the motions and the degrees of freedom that the look of each row counts with."""
+    """Return the number of motions and the degrees of freedom of each row, shape (n,) each."""
     own, cell = table[table["scope"] == "variant"], list(CELL)
     motions, dof = own["n_pairs"] / per_motion, own["dof"].clip(lower=1)
     variance = own["scatter"].fillna(0.0) ** 2 / (own["dof"] + 1.0).clip(lower=1.0)
@@ -302,11 +303,12 @@ def _information(table: pd.DataFrame, per_motion: float) -> tuple[Floats, Floats
 
 
 def kept(table: pd.DataFrame, history: pd.DataFrame) -> pd.DataFrame:
-    """Return a table of effects with the narrowest interval of all looks so far.
+    """Return a table of effects with the intersection of the intervals of all looks so far.
 
-    All intervals of a cell hold together, so their common part does too, and a verdict once reached
-    is not lost. Where they have no common part, the last one stays. ``table`` are the effects at
-    the last look, ``history`` has keys and interval ends of the earlier ones (`ROUND_COLUMNS`).
+    All intervals of an effect hold jointly, so their intersection holds too, and a verdict once
+    reached is kept. If the intersection is empty, the interval of the last look is used. ``table``
+    has the effects at the last look, ``history`` the keys and interval ends of earlier looks
+    (`ROUND_COLUMNS`).
     """
     if history.empty:
         return table
@@ -322,12 +324,12 @@ def kept(table: pd.DataFrame, history: pd.DataFrame) -> pd.DataFrame:
 
 
 def runs_per_motion(demands: pd.DataFrame) -> float:
-    """Return the runs of a variant under one motion: angles of incidence times levels."""
+    """Return the number of runs of a variant under one motion: angles of incidence times levels."""
     return len(demands) / len(demands[["variant", "motion_id"]].drop_duplicates())
 
 
 def rounds_table(plans: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return the cells of the plans of all rounds, with the columns `ROUND_COLUMNS`."""
+    """Return the table `rounds` (`ROUND_COLUMNS`): the effects in the plans of all rounds."""
     cells = [
         {**cell, "round": plan["round"] - 1, "analyses": plan["analyses_before"]}
         for plan in plans
