@@ -265,7 +265,7 @@ def test_formats_and_options_that_do_not_fit_are_refused(export):
         (PGA, "latex", ("--im-range", 0.1, 2), "need --format csv"),
         (PGA, "csv", ("--hazard", "hazard.csv", "--skew-factors"), "a csv is one table"),
         (PGA, "xlsx", (), "format must be one of nrml, pelicun, dlml, csv, latex"),
-        *((PGA, "csv", ("--im-range", *ends), "must rise above 0") for ends in UNUSABLE_RANGES),
+        *((PGA, "csv", ("--im-range", *ends), "needs 0 < low < high") for ends in UNUSABLE_RANGES),
     ):
         export(curves_of(im), file_format, "out", *options, refused=words)
     assert measure_names("im_pgv_rotd50_mps")[:2] == ("PGV", 100.0)

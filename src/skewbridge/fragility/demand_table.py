@@ -69,7 +69,7 @@ def varying_axes(table: pd.DataFrame) -> list[str]:
 
 
 def models_of(table: pd.DataFrame) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
-    """Yield each pair of bridge and abutment model, and its rows; effects never pool over pairs."""
+    """Yield each combination of bridge and abutment model (never pooled), and its rows."""
     for (bridge, abutment), part in table.groupby(list(BRIDGE_COLUMNS), sort=True):
         yield {"bridge": bridge, "abutment": abutment}, part
 
@@ -220,7 +220,7 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
 
 
 def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tuple[object, ...]]:
-    """Yield a note per completed run without a demand that some run of its model has."""
+    """Yield a note per completed run that lacks a demand which other runs of its model have."""
     runs = table[validity.is_complete(table)]
     models = runs.groupby(list(BRIDGE_COLUMNS))
     for name in columns:

@@ -28,7 +28,7 @@ from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import axes_of
 
-#: Information of a pair of runs on a change: exact, a lower bound, an upper bound or none.
+#: A pair of runs gives the exact change, a lower bound, an upper bound or no information.
 EXACT: Final = 0
 AT_LEAST: Final = 1
 AT_MOST: Final = -1
@@ -274,7 +274,7 @@ def _by_intensity(
     pooled: Mapping[str, Any], line: Jackknifed, level: Floats, reference_im: float | None
 ) -> list[dict[Any, Any]]:
     """Return the rows with `INTENSITY_COLUMNS` of a pooled effect, including ``reference_im``."""
-    # `line` is the line of the effect on ln intensity, `level` (2,) of ln demand at from_value
+    # `line`: effect on ln intensity; `level` (2,): line of ln demand at from_value on ln intensity
     low, high = pooled.get("im_low", nan), pooled.get("im_high", nan)
     if not np.all(np.isfinite(line.estimate)) or not low < high:
         return []
@@ -410,7 +410,7 @@ class _Medians:
         self._has[variant, self._motion] = True
         self._known: dict[tuple[int, int], _OfVariant] = {}
         groups = () if curves is None else curves.groupby(["variant", "limit_state"])
-        bounds = ["theta_all_exceed", "theta_none_exceed"]  # of the first method, cloud
+        bounds = ["theta_all_exceed", "theta_none_exceed"]  # from the first row: method cloud
         self._curves = {k: (rows["preferred"].any(), *rows[bounds].iloc[0]) for k, rows in groups}
 
     def ratio(self, cell: Mapping[Any, Any], j: int) -> tuple[Jackknifed, Row] | None:

@@ -49,9 +49,9 @@ FREQUENCY_COLUMNS: Final = (
     "annual_frequency", "probability_50y", "annual_frequency_above_least",
     "annual_frequency_above_most", "probability_at_first_level",
 )  # fmt: skip
-#: Last columns of a CSV of skew factors: theta over theta_straight (at skew 0), and its interval,
-#: which is paired (same motions at both skews, from median_effects.parquet next to the curves, at
-#: its level) or independent (from the variances of both medians, at 90 %, wider).
+#: Last columns of a CSV of skew factors: factor = theta / theta_straight (median at skew 0). The
+#: interval is paired (same motions at both skews, from median_effects.parquet next to the curves)
+#: or independent (from the variances of both medians; 90 %, wider).
 SKEW_FACTOR_COLUMNS: Final = (
     "skew_deg", "im", "theta", "theta_straight", "factor", "factor_low", "factor_high", "interval",
     "hazus_factor",
@@ -95,7 +95,7 @@ def export_curves(
     if sum(contents) > 1:
         raise InputError("a csv is one table: use one of --hazard, --im-range, --skew-factors")
     if im_range is not None and not 0.0 < im_range[0] < im_range[1] < float("inf"):
-        raise InputError(f"--im-range must rise above 0, got {im_range[0]:g} to {im_range[1]:g}")
+        raise InputError(f"--im-range needs 0 < low < high, got {im_range[0]:g} to {im_range[1]:g}")
     curves = exported_curves(read_any(source), method)
     has_estimate = curves["status"] == FITTED
     if not has_estimate.any() and form != "csv":
@@ -114,7 +114,7 @@ def export_curves(
             models = write_nrml(curves, out)
             report |= {"models": models, "files": [model["file"] for model in models]}
             if str(out) not in report["files"]:
-                text = f"{len(models)} files, one per set of limit states, were written instead"
+                text = f"{len(models)} files, split by limit states, were written instead"
                 notes.append(f"{out.name} was not written: {text}")
             if crossing := sum(len(model["crossing"]) for model in models):
                 text = "OpenQuake computes negative damage fractions there"
@@ -142,7 +142,7 @@ def export_curves(
                 table = table.join(_frequencies(curves[has_estimate], hazard))
                 shares = table.filter(like="_above_").div(table["annual_frequency"], axis=0)
                 least, most = shares.max()
-                text = f"intensities add at most {most:.1%} to a curve, at least {least:.1%} to one"
+                text = f"ones add at most {most:.1%} to a curve, and to one at least {least:.1%}"
                 notes.append(
                     f"annual frequencies cover the intensities in {hazard.name}; stronger {text}"
                 )

@@ -72,7 +72,7 @@ class FragilityFit:
     def judged(
         self, bounds: Mapping[str, tuple[float, float]], *, accept: bool, names: Sequence[str] = ()
     ) -> "FragilityFit":
-        """Return the fit with a warning; without estimate if unknown outcomes move it too much."""
+        """Return the fit with a warning, and no estimate if unknown outcomes move it too much."""
         fit = self.warned("unknown_outcomes", *names)
         low, high = sorted((bounds["all_exceed"][0], bounds["none_exceed"][0]))
         narrow = 0.0 < low <= high <= MAX_BOUNDS_RATIO * low < inf
@@ -233,7 +233,7 @@ def _completed(
     interval: bool = True,
     flattest: float = FLATTEST_SLOPE,
 ) -> FragilityFit:
-    """Return the fit with the parameters (a0, a1), profile intervals and warnings."""
+    """Return the fit at a maximum (a0, a1) with intervals and warnings, or why there is none."""
     a0, a1 = best.params[0].tolist()
     blank = replace(blank, details={**blank.details, "a0": a0, "a1": a1})
     if not best.converged[0]:
@@ -295,7 +295,7 @@ def _median_bound(
 
 
 def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
-    """Return a warning if few stripes (or single runs) lie between none and all exceeding."""
+    """Return a warning if few stripes (or intensities) have both exceedance and non-exceedance."""
     levels, index = np.unique(x, return_inverse=True)
     runs, exceed = np.bincount(index, n), np.bincount(index, k)
     if np.max(runs) > 1.0:
@@ -307,7 +307,7 @@ def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
 
 
 def _link_p(eta: Floats, ln_im: Floats, n: Floats, k: Floats) -> float:
-    """Return the p-value of the score test of curvature in the predictor; NaN with two levels."""
+    """Return the p-value of the score test of curvature in eta; NaN with only two intensities."""
     up, down, remain = likelihood.mills_ratio(eta), likelihood.mills_ratio(-eta), n - k
     score = k * up - remain * down
     information = k * up * (eta + up) + remain * down * (down - eta)
@@ -383,8 +383,8 @@ def fit_first_exceedances(
     """Fit the brackets of the first exceedance of each motion; return the fit and the brackets.
 
     ``im``, ``exceed`` (0 or 1) and ``record`` are intensity, outcome and number of the motion of
-    each run, shape (n,). Open ends of the brackets are 0 and infinity. A warning counts motions
-    (``n_non_monotone``) that do not exceed at an intensity above their first exceedance.
+    each run, shape (n,). Open ends of the brackets are 0 and infinity. Motions without exceedance
+    at an intensity above their first exceedance give a warning (number: ``n_non_monotone``).
     """
     # ASSUME the first crossing is the capacity
     records, codes = np.unique(record, return_inverse=True)
@@ -402,7 +402,7 @@ def fit_first_exceedances(
 def _fit_distribution(
     blank: FragilityFit, lower: Floats, upper: Floats, im: Floats, settings: FitSettings
 ) -> FragilityFit:
-    """Return the fit of capacities between ln bounds (n,), or ``blank`` with the reason why not."""
+    """Return the fit of capacities from their ln bounds (n,), or ``blank`` with a status."""
     has_low, has_high = np.isfinite(lower), np.isfinite(upper)
     if not (np.any(has_low) and np.any(has_high)):
         exceed = bool(np.any(has_high))

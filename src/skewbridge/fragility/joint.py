@@ -46,7 +46,7 @@ _FLATTEST_SLOPE: Final = 1e-3
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 _NORMAL_NODES, _HERMITE = np.polynomial.hermite_e.hermegauss(5)
 _NORMAL_WEIGHTS: Final = _HERMITE * np.exp(0.5 * _NORMAL_NODES**2)
-_DECREMENT: Final = 1e-10  # gain of the log-likelihood in the last step; about 1e-20 remains
+_DECREMENT: Final = 1e-10  # the step with a smaller gain of log-likelihood is the last
 # smallest standard deviation / standard deviation of the least-squares residuals
 _SMALLEST_SHARE: Final = 1e-4
 _THINNEST: Final = 1e-10  # smallest eigenvalue of a scaled matrix that counts as regular
@@ -208,7 +208,7 @@ def _likelihood(data: MixedData) -> Callable[[Floats], MixedFit]:
 
 
 class _Integrals:
-    """Integrals over the effect u of motions that all have, or all lack, censored runs."""
+    """Integrals over the random effect u of motions that all have, or all lack, censored runs."""
 
     def __init__(self, data: MixedData, runs: Mask) -> None:
         lower, upper, design = data.lower[runs], data.upper[runs], data.design[runs]
@@ -222,7 +222,7 @@ class _Integrals:
         self._design, self._bound = design[~known], self._values[~known]
         self._sign = np.where(np.isinf(upper[~known]), 1.0, -1.0)
         self._motion = motion[~known]
-        #: Matrix (G, h) that sums over the h censored runs of each motion, and x x' of these runs.
+        #: Matrix (G, h) that sums the h censored runs by motion, and x x' of these runs.
         self._sum = (np.arange(count)[:, None] == self._motion).astype(np.float64)
         self._products = row_products(self._design, self._design)
 
@@ -322,7 +322,8 @@ class AxisRange:
     """Range of the axes of the variants of one bridge and abutment model.
 
     The variables of a model are skew/60 degrees (the absolute value, unless the study has skews of
-    both signs), gap/50.8 mm, friction, and any other axis divided by its largest possible value.
+    both signs), gap/50.8 mm, axes without unit such as friction, and any other axis divided by its
+    largest possible value.
     """
 
     limits: Mapping[str, tuple[float, float]]  # smallest and largest value (or skew size) by axis
@@ -541,8 +542,7 @@ def _without_each_variant(
     data: MixedData, fit: MixedFit, variant: Index, count: int
 ) -> tuple[Floats, float]:
     """Return coefficients of fits without one variant (V, p), and the RMS error of prediction."""
-    # Generalised least squares. Coefficients that the other variants do not determine are NaN;
-    # the error is then infinite.
+    # generalised least squares; NaN and an infinite error if the other variants do not suffice
     # ASSUME tau, sigma and the expected values of censored demands of the other variants do not
     # change if a variant is left out
     values = np.column_stack([data.design, fit.expected])

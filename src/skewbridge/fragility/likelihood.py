@@ -18,7 +18,7 @@ from skewbridge.files.tables import Floats, Index, Mask
 
 HALF_LOG_2PI: Final = 0.5 * np.log(2.0 * np.pi)
 _SQRT_2_OVER_PI: Final = np.sqrt(2.0 / np.pi)
-_DECREMENT_TOLERANCE: Final = 1e-10  # the last Newton step leaves about the square of it
+_DECREMENT_TOLERANCE: Final = 1e-10  # the last Newton step leaves about its square
 _MAX_ITERATIONS: Final = 80
 _MAX_HALVINGS: Final = 40
 _PROFILE_TOLERANCE: Final = 1e-11
@@ -195,7 +195,7 @@ def _newton_step(hessian: Floats, score: Floats) -> Floats:
 def maximise(
     kernel: "NormalKernel | _Profiles", start: Floats, *, covariance: bool = True
 ) -> Maximum:
-    """Maximise R concave log-likelihoods from ``start`` (R, p) by Newton's method with halving."""
+    """Maximise R concave log-likelihoods from ``start`` (R, p): Newton steps, halved if needed."""
     params = np.array(start, dtype=np.float64)
     active = np.arange(len(params))
     converged = np.zeros(active.size, dtype=np.bool_)

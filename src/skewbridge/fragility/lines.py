@@ -121,7 +121,7 @@ def tested_line(x: Floats, y: Floats) -> TestedLine:
         from scipy import stats  # imported only when needed: it is slow to load
 
         normal_p = float(stats.shapiro(residual).pvalue)
-    curvature = curvature_p = nan  # of a term in u^2 added to the line
+    curvature = curvature_p = nan  # coefficient and p-value of an additional term in u^2
     extra = u**2 - np.mean(u**2)
     extra = extra - (float(extra @ u) / sxx) * u
     size = float(extra @ extra)

@@ -94,7 +94,7 @@ def _properties(
 
 
 def _dependence(values: Floats, residual: Floats) -> tuple[float, float]:
-    """Return p-value of the residual on a property, and its effect per standard deviation."""
+    """Return p-value, and effect per standard deviation, of a property on the residuals."""
     # both arrays hold means by motion, shape (M,); NaN for a constant property
     good = np.isfinite(values)
     spread = np.ptp(values[good]) if np.any(good) else 0.0

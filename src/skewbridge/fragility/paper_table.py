@@ -39,7 +39,7 @@ PAPER_COLUMNS: Final = paper_columns(AXES)
 
 
 def chosen_curves(curves: pd.DataFrame, method: str | None = None) -> pd.DataFrame:
-    """Return a curve per variant, component and limit state: of a method, or preferred if any."""
+    """Return a curve per variant, component and limit state, of ``method`` or the preferred one."""
     if method is not None:
         return curves[curves["method"] == method]
     first = curves.sort_values("preferred", ascending=False, kind="stable")
@@ -68,7 +68,7 @@ def paper_table(
     joint: pd.DataFrame,
     settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
-    """Return `paper_columns` per variant or joint model and limit state with any estimate."""
+    """Return the table for publication, without limit states that have no estimate."""
     chosen = with_ratios(chosen_curves(curves), medians)
     rows = records_of(chosen.assign(row=chosen["variant"]))
     for row in records_of(joint[joint["status"] == FITTED]):

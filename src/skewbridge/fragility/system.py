@@ -80,7 +80,7 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
 
 
 class _Member(NamedTuple):
-    """A component of the system: its state, outcomes, and lines (of all runs, by motion)."""
+    """A component of the system: state, outcomes, lines (from all runs, without each motion)."""
 
     state: LimitState
     outcomes: DemandOutcomes

@@ -205,7 +205,7 @@ def motions_to_decide(effect: Mapping[Any, Any], power: float = 0.8) -> float:
 
 
 def _power(dof: int, below: float, above: float, tail: float) -> float:
-    """Return the probability that the interval lies on the side of the margins of its effect."""
+    """Return the probability that the interval is on the same side of the margins as the effect."""
     # `below` and `above` are distances from the effect to the margins in standard errors
     t = special.stdtrit(dof, 1.0 - tail)
     if below > 0.0 or above < 0.0:  # one test: noncentral t, certain above 30 standard errors
@@ -221,8 +221,8 @@ def levels_at(motions: Floats, looks: Sequence[int], level: float) -> Floats:
     """Return the level of the interval for each number of motions, shape (n,).
 
     ``looks`` are increasing numbers of motions; ``level`` is the two-sided level of all intervals
-    of an effect jointly. A number between two looks has the level of the earlier look, a number
-    below the first look that of the first: too little information only makes intervals wider.
+    of an effect jointly. A number between two looks has the level of the earlier look, a smaller
+    one the level of the first look: too little information only makes intervals wider.
     """
     levels = look_levels(tuple(number / looks[-1] for number in looks), level)
     look = np.searchsorted(np.asarray(looks) - 1e-6, motions, side="right") - 1
