@@ -1,1 +1,1 @@
-"""The paper's studies and statements, compared with closed forms and other references."""
+"""Studies and statements of the paper, checked against closed forms and other references."""

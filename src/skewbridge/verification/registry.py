@@ -1,8 +1,8 @@
-"""The verification studies by name, what each collects, and how they run.
+"""Registry and runner of the verification studies, and the container of their results.
 
-`skewbridge verify` and the workflow run them from here. To add a study, write a function in a
-module of `studies` that takes a `Study` and adds comparisons, figures and tables to it, then name
-it in `STUDIES`. The module is imported when the study runs.
+`skewbridge verify` and the workflow run the studies from here. To add a study, write a function in
+a module of `studies` that takes a `Study` and adds comparisons, figures and tables to it, then add
+it to `STUDIES`. The module is imported when the study runs.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -18,7 +18,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.text import writable_folder
 from skewbridge.verification.statements import STATEMENTS, Run, Verdict, over_runs, records_in
 
-if TYPE_CHECKING:  # each workflow runs the gate, which draws nothing
+if TYPE_CHECKING:  # every workflow runs the contact checks (gate), which need no figures
     from matplotlib.figure import Figure
 
 # Name of the study (figures as in the paper), module and function.
@@ -45,7 +45,7 @@ STUDIES: Final[dict[str, str]] = {
 LONG_STUDIES: Final[dict[str, str]] = {
     "published": "published:run",
     "published-skew": "published:run_skew",
-    # parts of the study of convergence
+    # parts of the convergence study
     "convergence-steps": "strong_motions:run_convergence",
     "convergence-mesh": "strong_motions:run_convergence",
     "accuracy": "strong_motions:run_pairs",
@@ -53,7 +53,7 @@ LONG_STUDIES: Final[dict[str, str]] = {
 }
 
 COLUMNS: Final = ("study", "quantity", "value", "reference", "tolerance", "pass", "source")
-# Runs that judge a case: the record at several scales and other motions, and how many agree.
+# Number of runs of a case (scales of the record, other motions), and how many of them agree.
 RUN_COLUMNS: Final = ("scales", "scales_agree", "motions", "motions_agree")
 STATEMENT_COLUMNS: Final = (*COLUMNS, "case", "outcome", "reason", *RUN_COLUMNS)
 
@@ -61,7 +61,7 @@ type Row = dict[str, Any]
 type Runs = dict[Run | None, Verdict | None]
 
 #: Rows of `reference_values.csv` by study and quantity: references that no study computes. A
-#: tolerance in % is relative to the reference; without one a value is only reported.
+#: tolerance in % is relative to the reference; without a tolerance a value is only reported.
 TABULATED: Final[dict[tuple[str, str], dict[str, str]]] = {
     (row["study"], row["quantity"]): row
     for row in records_in(Path(__file__).with_name("reference_values.csv"))
@@ -70,11 +70,11 @@ TABULATED: Final[dict[tuple[str, str], dict[str, str]]] = {
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """Collects the results of a study: comparisons, verdicts on statements, figures, tables.
+    """Results of a study: comparisons, verdicts on statements, figures, tables.
 
-    A comparison is a row with the columns of the `verify` command; `runs` has the verdicts on a
-    statement in a case by run, or a single one by None. A long study keeps finished analyses in the
-    folder `kept` and logs its progress by `report_progress`, line by line.
+    A comparison is a row with the columns of the `verify` command. `runs` maps statement and case
+    to the verdict of each run; the key of a verdict without a run is None. A long study keeps
+    finished analyses in the folder `kept` and passes lines of progress to `report_progress`.
     """
 
     name: str
@@ -88,7 +88,7 @@ class Study:
     def absolute(
         self, quantity: str, value: float, reference: float, tolerance: float | None, source: str
     ) -> None:
-        """Compare with an absolute tolerance; without one, only report."""
+        """Compare a value with a reference by an absolute tolerance; only report if it is None."""
         value, reference = float(value), float(reference)
         passed = tolerance is None or (isfinite(value) and abs(value - reference) <= tolerance)
         row = (self.name, quantity, value, reference, tolerance, passed, source)
@@ -97,12 +97,12 @@ class Study:
     def relative(
         self, quantity: str, value: float, reference: float, tolerance: float | None, source: str
     ) -> None:
-        """Compare with a tolerance relative to the reference; without one, only report."""
+        """Compare by a tolerance relative to the reference; only report if it is None."""
         limit = None if tolerance is None else tolerance * abs(reference)
         self.absolute(quantity, value, reference, limit, source)
 
     def tabulated(self, quantity: str, value: float) -> None:
-        """Compare with the reference in `reference_values.csv`."""
+        """Compare a value with its reference in `reference_values.csv`."""
         row = TABULATED[self.name, quantity]
         reference, tolerance, source = float(row["reference"]), row["tolerance"], row["source"]
         if tolerance.endswith("%"):
@@ -112,15 +112,15 @@ class Study:
             self.absolute(quantity, value, reference, limit, source)
 
     def at_most(self, quantity: str, value: float, limit: float, source: str) -> None:
-        """Compare a quantity that is not negative with zero."""
+        """Require that a non-negative quantity is at most a limit."""
         self.absolute(quantity, value, 0.0, limit, source)
 
     def holds(self, quantity: str, *, truth: bool, source: str) -> None:
-        """Add a condition that is true (1) or false (0)."""
+        """Require a condition; its value is 1 (true) or 0 (false)."""
         self.absolute(quantity, truth, 1.0, 0.0, source)
 
     def report(self, quantity: str, value: float, reference: float, source: str) -> None:
-        """Report two numbers without judging them."""
+        """Report a value and its reference without pass or fail."""
         self.absolute(quantity, value, reference, None, source)
 
     def states(
@@ -132,18 +132,19 @@ class Study:
         premise: bool = True,
         **conditions: bool,
     ) -> None:
-        """Add the verdict on a statement (a row of the table) in one case, from its numbers.
+        """Add the verdict on a statement (a row of `statements.csv`) in one case, from its numbers.
 
-        The verdicts of several runs of a case are joined; a run that does not meet the premise of
+        The verdicts of several runs of a case are combined; a run that does not meet the premise of
         the statement does not count.
         """
         verdict = STATEMENTS[statement].verdict(*numbers, **conditions)
         self.runs.setdefault((statement, case), {})[run] = verdict if premise else None
 
     def statement_rows(self, open_because: str = "") -> list[Row]:
-        """Return one row per case of a statement; no verdict fails the study.
+        """Return one row per statement and case; a verdict never fails the study.
 
-        A statement of this study without a case stays open for the reason of its row, or this one.
+        A statement of this study without a case is undecidable; the reason is that of its row in
+        `statements.csv`, or `open_because`.
         """
         verdicts = {key: over_runs(runs) for key, runs in self.runs.items()}
         judged = {statement for statement, _ in verdicts}
@@ -165,13 +166,13 @@ class Study:
 
 
 class Panel(NamedTuple):
-    """A panel of a figure: labels of its axes, and x, y and looks of each line by its name."""
+    """A panel of a figure: labels of its axes, and its lines (see `drawn`) by name."""
 
     x: str
     y: str
     lines: Mapping[str, Any]
     title: str = ""
-    options: Mapping[str, Any] = {}  # of the axes, such as their scale
+    options: Mapping[str, Any] = {}  # properties of the axes, such as their scale
 
 
 STYLE: Final[Any] = {
@@ -188,10 +189,10 @@ STYLE: Final[Any] = {
 def drawn(
     panels: Sequence[Panel], *, columns: int = 1, height_in: float, title: str = ""
 ) -> "Figure":
-    """Draw panels row by row, all studies in one style.
+    """Return a figure of panels, filled row by row, in the style of all studies.
 
-    A line is (x, y) or (x, y, matplotlib keywords). Lines of one name have one colour in all
-    panels and one entry of the legend, except those whose name starts with an underscore.
+    A line is (x, y) or (x, y, matplotlib keywords). Lines of the same name have the same colour in
+    all panels and one legend entry; names that start with an underscore have none.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
@@ -203,7 +204,7 @@ def drawn(
         named: dict[str, Any] = {}
         for axis, panel in zip(axes.flat, panels, strict=True):
             for name, (x, y, *looks) in panel.lines.items():
-                place = names.index(name)  # the first line is wide, to show below the others
+                place = names.index(name)  # the first line is wide, to be visible below the others
                 look = {"color": f"C{place}", "lw": 0.9 if place else 1.8}
                 (line,) = axis.plot(x, y, **look | (looks[0] if looks else {}))
                 if not name.startswith("_"):
@@ -221,8 +222,8 @@ def run_studies(
 ) -> list[Row]:
     """Run studies, write their tables and figures, and return all rows.
 
-    The folder gets the comparisons of each study (`<study>.parquet`, `<study>.json`), its figures
-    and further tables, all comparisons (`studies.parquet`) and the verdicts on the paper's
+    Files in the folder: the comparisons of each study (`<study>.parquet`, `<study>.json`), its
+    figures and other tables, all comparisons (`studies.parquet`) and the verdicts on the paper's
     statements (`statements.parquet`). Without names all studies run except the long ones. The rows
     are the comparisons, then the verdicts with their `outcome`, `reason` and `case`.
     """
@@ -252,7 +253,7 @@ def run_studies(
             extra.to_parquet(out / f"{name}_{label}.parquet", index=False)
         rows += study.comparisons
         statements += study.statement_rows(stopped)
-        # After each study, so that an interrupted run keeps its results.
+        # Write after each study, so that an interrupted run keeps its results.
         pd.DataFrame(rows, columns=list(COLUMNS)).to_parquet(out / "studies.parquet", index=False)
         verdicts = pd.DataFrame(statements, columns=list(STATEMENT_COLUMNS))
         numbers = dict.fromkeys(("value", "reference", "tolerance"), float)
@@ -263,7 +264,7 @@ def run_studies(
 def run_study(
     name: str, kept: Path = Path(), report_progress: Callable[[str], None] | None = None
 ) -> Study:
-    """Run one study, a long one with its analyses in `kept`; `RuntimeError` if a solver fails."""
+    """Run one study; a long one keeps analyses in `kept`. `RuntimeError` if a solver fails."""
     study = Study(name, kept, report_progress)
     module, function = (STUDIES | LONG_STUDIES)[name].split(":")
     getattr(import_module(f"skewbridge.verification.studies.{module}"), function)(study)

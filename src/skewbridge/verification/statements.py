@@ -1,20 +1,20 @@
 """Verdicts on the paper's statements: the table `statements.csv` and the rules that it names.
 
-The table paraphrases what sections 2 to 5 of the paper state and a computation can check: one row
-of claim, study, computed number and rule (two rows where two numbers judge a claim). A study
-computes the number in each of its cases (`Study.states`); the rule gives the verdict. A claim with
-a direction is tested in that direction only. A change below the resolution of the analyses, or one
-that chance explains, is undecidable.
+The table paraphrases the statements of sections 2 to 5 of the paper that a computation can check.
+A row has a claim, study, computed number and rule; a claim judged by two numbers has two rows. A
+study computes the number in each of its cases (`Study.states`); the rule gives the verdict. A claim
+with a direction is tested in that direction only. A change is undecidable if it is below the
+resolution of the analyses or may be due to chance.
 
 The sign of an effect under one record can change when the record is scaled by one per cent. A case
 under a record is therefore judged in several runs (`over_runs`): the record at seven scales and,
-under a stand-in for a record of the paper, other motions.
+if a stand-in replaces the paper's record, other motions.
 
-Assumed limits of the table: the paper calls at most 5 % small; contact is enforced where a penalty
-lets in at most 3 % of the gap; stick-slip events are at least ten changes; a history is coupled if
-it changes by more than the largest error of the default time step, 2 %; reductions of 2 to 3 % are
-rounded to whole percents. The paper gives no mass, so the ratio of its step to the period of a
-contact is unknown: some step has to show its restitution.
+Assumed limits of the table: small means at most 5 %; a penalty enforces contact if it penetrates
+by at most 3 % of the gap; stick-slip means at least ten changes; a history is coupled if it changes
+by more than 2 %, the largest error of the default time step; reductions of 2 to 3 % are rounded to
+whole percents. The paper gives no mass, so the ratio of its step to the period of a contact is
+unknown: one of several steps has to show its restitution.
 
 References:
     Rahman and Mackie, Modeling abutment contact-friction using run-time parameter updates.
@@ -32,38 +32,38 @@ type Outcome = Literal["agrees", "disagrees", "undecidable"]
 
 # ASSUME a change of a peak within the median error of the default time step is not significant.
 RESOLUTION: Final = 0.005
-# ASSUME what the paper calls minimal, small or similar is at most 5 %.
+# ASSUME minimal, small and similar in the paper mean at most 5 %.
 SMALL: Final = 0.05
 FEWEST_RUNS: Final = 7
-FEWEST_VALUES: Final = 5  # with fewer, no test of signs or ranks reaches the significance
+FEWEST_VALUES: Final = 5  # with fewer values sign and rank tests cannot be significant
 
 
 class Verdict(NamedTuple):
-    """Verdict on a statement in one case; of several runs, the numbers are those at scale 1."""
+    """Verdict on a statement in one case; with several runs, the numbers are those at scale 1."""
 
     outcome: Outcome
     reason: str
     value: float | None = None  # the number that decides, if there is one
     reference: float | None = None
-    scales: tuple[int, int] = (0, 0)  # runs of the record at a scale, and how many of them agree
-    motions: tuple[int, int] = (0, 0)  # those under other motions
+    scales: tuple[int, int] = (0, 0)  # runs with the scaled record, and how many of them agree
+    motions: tuple[int, int] = (0, 0)  # the same for runs with other motions
 
 
 class Run(NamedTuple):
-    """One of the runs that judge a case: the record of the study at a scale, or another motion."""
+    """One run of a case: the record of the study at a scale, or one of the other motions."""
 
     name: str
-    scale: float | None = None  # None for another motion
+    scale: float | None = None  # None for other motions
 
 
 NOMINAL: Final = Run("scale 1", 1.0)
 
 
 def over_runs(verdicts: Mapping[Run | None, Verdict | None]) -> Verdict:
-    """Return the verdict of a case from those of its runs; None where the premise is not met.
+    """Return the verdict of a case from the verdicts of its runs (None: premise not met).
 
-    A single verdict without a run is that of the case. Otherwise the statement agrees (disagrees)
-    if it does so in nine of ten runs that meet its premise, and if at least `FEWEST_RUNS` runs do.
+    A verdict without a run (key None) is returned as it is. Otherwise the case agrees (disagrees)
+    if 90 % of the runs that meet the premise do, and if at least `FEWEST_RUNS` runs meet it.
     """
     if single := verdicts.get(None):
         return single
@@ -99,7 +99,7 @@ def _decided(truth: bool, reason: str, value: float, reference: float) -> Verdic
 
 
 def _comparison(holds: Callable[[float, float], bool], words: str) -> Callable[..., Verdict]:
-    """Return a rule that compares a value with a limit, or with a multiple of another value."""
+    """Return a rule that compares a value with a limit, or with a multiple of a second value."""
 
     def judge(value: float, reference: float, factor: float = 1.0) -> Verdict:
         required = "" if factor == 1.0 else f", required factor {factor:g}"
@@ -110,7 +110,7 @@ def _comparison(holds: Callable[[float, float], bool], words: str) -> Callable[.
 
 
 def some_within(values: Mapping[float, float], low: float, high: float) -> Verdict:
-    """Judge that one of several values, given by name, lies within limits."""
+    """Judge whether at least one of several values, given by name, lies within limits."""
     listed = ", ".join(f"{value:.2f} at {name:g}" for name, value in values.items())
     within = [value for value in values.values() if low <= value <= high]
     first = next(iter(within or values.values()))
@@ -118,14 +118,14 @@ def some_within(values: Mapping[float, float], low: float, high: float) -> Verdi
 
 
 def falls_to(values: Sequence[float], limit: float) -> Verdict:
-    """Judge that a sequence falls at every step and ends at or below a limit."""
+    """Judge whether a sequence falls at every step and ends at or below a limit."""
     falls = all(after < before for before, after in pairwise(values))
     reason = f"from {values[0]:.3g} to {values[-1]:.3g}, limit {limit:g}"
     return _decided(falls and values[-1] <= limit, reason, values[-1], limit)
 
 
 def relative_change(value: float, reference: float) -> float:
-    """Return the change over the reference; nan or infinite if the reference is zero."""
+    """Return value / reference - 1; if the reference is zero, nan (zero value) or infinity."""
     if reference == 0.0:
         return nan if value == 0.0 else inf
     return value / reference - 1.0
@@ -134,21 +134,21 @@ def relative_change(value: float, reference: float) -> float:
 def _change(
     value: float, reference: float, low: float, high: float, words: str, *, open_within: str = ""
 ) -> Verdict:
-    """Judge that the change of a peak by friction, over the peak without, is within limits.
+    """Judge whether the relative change of a peak by friction is within limits.
 
-    With a reason `open_within`, a change that the reason covers is undecidable.
+    If `open_within` gives a reason, the change is undecidable.
     """
     change = relative_change(value, reference)
     reason = f"changes by {change:+.1%}{words}"
     if not isfinite(change):
-        return Verdict("undecidable", "zero without friction", value, reference)
+        return Verdict("undecidable", "the peak without friction is zero", value, reference)
     if open_within:
         return Verdict("undecidable", f"{reason}, {open_within}", value, reference)
     return _decided(low <= change <= high, reason, value, reference)
 
 
 def lower(value: float, reference: float) -> Verdict:
-    """Judge that a peak with friction is below the peak without it (the reference)."""
+    """Judge whether a peak with friction is below the peak without friction (the reference)."""
     is_small = abs(relative_change(value, reference)) <= RESOLUTION
     text = f"within the resolution of {RESOLUTION:.1%}" if is_small else ""
     return _change(value, reference, -inf, 0.0, "", open_within=text)
@@ -157,24 +157,24 @@ def lower(value: float, reference: float) -> Verdict:
 def reduced_by(
     value: float, reference: float, low: float, high: float, *, same_record: bool
 ) -> Verdict:
-    """Judge that friction reduces a peak by a share within limits.
+    """Judge whether friction reduces a peak by a fraction within limits.
 
-    Under another record than the paper's (`same_record` false) the size is undecidable.
+    Under a record other than the paper's (`same_record` false) only an increase is decided.
     """
     is_reduced = relative_change(value, reference) < RESOLUTION
-    text = "other record" if is_reduced and not same_record else ""
+    text = "not the paper's record" if is_reduced and not same_record else ""
     words = f", reduction of {low:.1%} to {high:.1%} in the paper"
     return _change(value, reference, -high, -low, words, open_within=text)
 
 
 def hardly_changed(value: float, reference: float) -> Verdict:
-    """Judge that friction changes a peak by at most `SMALL`."""
+    """Judge whether friction changes a peak by at most `SMALL`."""
     return _change(value, reference, -SMALL, SMALL, f", small is {SMALL:.0%}")
 
 
 def more_often(count: int, total: int) -> Verdict:
-    """Judge by a one-sided sign test that more cases agree than disagree."""
-    from scipy.stats import binomtest  # here: each study runs the gate, which needs no tests
+    """Judge by one-sided sign tests whether more cases agree than disagree."""
+    from scipy.stats import binomtest  # imported here: the contact checks do not need it
 
     if total < FEWEST_VALUES:
         return Verdict("undecidable", f"{count} of {total}, too few to test", count, total)
@@ -184,7 +184,7 @@ def more_often(count: int, total: int) -> Verdict:
 
 
 def grows_with(x: Sequence[float], y: Sequence[float]) -> Verdict:
-    """Judge that ``y`` grows with ``x``, by Spearman's rank correlation against zero."""
+    """Judge whether ``y`` grows with ``x``, by testing Spearman's rank correlation against zero."""
     from scipy.stats import spearmanr
 
     if len(x) < FEWEST_VALUES:
@@ -192,13 +192,13 @@ def grows_with(x: Sequence[float], y: Sequence[float]) -> Verdict:
     up, down = (spearmanr(x, y, alternative=side) for side in ("greater", "less"))
     correlation = float(up.statistic)
     if not isfinite(correlation):
-        return Verdict("undecidable", "one of the two does not vary")
+        return Verdict("undecidable", "one of the two quantities is constant")
     text = f"rank correlation {correlation:+.2f} of {len(x)}, test against zero"
     return _tested(text, float(up.pvalue), float(down.pvalue), (correlation, 0.0))
 
 
 def _tested(text: str, p_for: float, p_against: float, numbers: tuple[float, float]) -> Verdict:
-    """Return the verdict that follows from the p values of the claim and of its opposite."""
+    """Return the verdict from the p values of the claim and of its opposite."""
     reason = f"{text}: p = {min(p_for, p_against):.2g}"
     if min(p_for, p_against) > 0.05:
         return Verdict("undecidable", reason, *numbers)
@@ -225,8 +225,8 @@ RULES: Final[Mapping[str, Callable[..., Verdict]]] = {
 class Statement(NamedTuple):
     """One statement of the paper, paraphrased: a row of `statements.csv`.
 
-    The study judges it by a number, a rule and the limits of the rule; other studies may add cases.
-    Without a rule, `open_because` says why no number decides.
+    The study computes the number; a rule with its limits judges it. Other studies may add cases.
+    Without a rule, `open_because` gives the reason why no number decides.
     """
 
     place: str
@@ -247,7 +247,7 @@ class Statement(NamedTuple):
 
 
 def records_in(file: Path) -> list[dict[str, str]]:
-    """Return the rows of a table of this package."""
+    """Return the rows of a CSV table of this package."""
     return list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
 
 

@@ -1,1 +1,1 @@
-"""Solvers, closed forms and cases that the studies compare with."""
+"""Reference solvers, closed forms and test cases of the verification studies."""

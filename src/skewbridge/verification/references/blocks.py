@@ -1,7 +1,7 @@
-"""Blocks in OpenSees with contact units, and the closed forms of one contact.
+"""Blocks with contact units in OpenSees, and closed forms for a single contact.
 
-A sliding or bouncing mass and a block that rocks, in the plane: x along the surface, y normal to
-it. The caller chooses time steps and penalties.
+Plane models of a sliding or bouncing mass and of a rocking block: x is along the surface, y normal
+to it. The caller chooses the time step and, for a `Block`, the penalties.
 """
 
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.live_model import Array
 
 _SETTLING_S: Final = 1e-6
-#: source: gravity with which the tabulated references were computed
+#: source: gravity used to compute the tabulated references
 TABLE_G_MPS2: Final = 9.81
 _MASS_KG: Final = 1000.0
 
@@ -27,7 +27,7 @@ _MASS_KG: Final = 1000.0
 class Block:
     """A mass with one contact, a constant load onto the surface and a spring along x to an anchor.
 
-    The spring is free at x = 0. A mass that does not bounce rests on the surface from the start.
+    The spring is unstressed at x = 0. If `bounces` is false, the mass rests on the surface.
     """
 
     mass_kg: float
@@ -44,7 +44,7 @@ class Block:
 
 
 class BlockHistory(NamedTuple):
-    """Response of a block along x and y, shape (n, 2); friction has the sign of slip."""
+    """Response of a block: position and velocity (x, y), (n, 2); friction has the sign of slip."""
 
     t_s: Array
     position_m: Array
@@ -64,15 +64,15 @@ def run_block(
     anchor_m: live.TimeFunction | None = None,
     integrator: tuple[str | float, ...] = ("Newmark", 0.5, 0.25),
 ) -> BlockHistory:
-    """Run a block under a force along x or a motion of the spring's anchor.
+    """Run a block under a force along x, a base acceleration or a motion of the spring anchor.
 
-    Under an acceleration of the surface (`base_mps2`) the response is relative to the surface.
+    With a base acceleration the response is relative to the surface.
     """
     times, contacts = live.even_times(duration_s, dt_s), ContactSet()
     ground, mass, anchor = 1, 2, 3
 
     def state() -> list[float]:
-        # Slip is counted along the normal turned counter-clockwise, which is minus x.
+        # The unit measures slip along its normal turned counter-clockwise, which is minus x.
         forces = [-contacts.tangentials_n[0][0], contacts.normals_n[0]]
         return [*ops.nodeDisp(mass), *ops.nodeVel(mass), *forces]
 
@@ -99,9 +99,9 @@ def run_block(
         ops.sp(anchor, 1, 1.0)
         live.prepare_analysis(tolerance_m=1e-13, integrator=integrator)
         if not block.bounces:
-            # Press the block onto the surface in a step too short for it to move along.
+            # Press the block onto the surface in a step too short for a motion along x.
             if ops.analyze(1, _SETTLING_S) != 0:
-                raise SolutionError("the block does not settle on its surface")
+                raise SolutionError("OpenSees did not converge: the block is not on its surface")
             contacts.after_step(_SETTLING_S)
             contacts.start_from_rest()
             ops.setTime(0.0)
@@ -118,21 +118,21 @@ def sliding_block(friction: float, *, kt_n_per_m: float = 1e10) -> Block:
 
 
 def falling_block() -> Block:
-    """Return a mass of 1000 kg that meets a penalty of 10 MN/m at 1 m/s under its own weight."""
+    """Return a mass of 1000 kg that hits a contact of 10 MN/m at 1 m/s, with its own weight."""
     block = sliding_block(0.0, kt_n_per_m=1e7)
     return replace(block, kn_n_per_m=1e7, v0_mps=(0.0, -1.0), bounces=True)
 
 
-# Closed forms, with the letters of docs/theory/verification.md. They hold for Coulomb friction and
-# a rigid contact; the penalty adds an elastic slip of about friction x normal force / Kt, for which
-# the tolerances allow.
+# Closed forms, named B1 to B9 as in docs/theory/verification.md. They hold for Coulomb friction and
+# rigid contact. The penalty adds an elastic slip of about friction x normal force / Kt, which the
+# tolerances allow for.
 
 
 def free_decay_turning_points(x0_m: float, slip_m: float) -> list[float]:
-    """Return the turning points of an oscillator with Coulomb friction, the start included (B1).
+    """Return the turning points (m) of an oscillator with Coulomb friction, with the start (B1).
 
-    It starts at rest. Every half cycle loses 2 F / k = 2 slip_m; the mass stops where |x| <= slip_m
-    (Den Hartog 1956, Mechanical Vibrations, section 8.2).
+    It starts at rest. Each half cycle reduces the amplitude by 2 F / k = 2 slip_m; the mass stops
+    once |x| <= slip_m (Den Hartog 1956, Mechanical Vibrations, section 8.2).
     """
     points = [x0_m]
     while abs(x := points[-1]) > slip_m:
@@ -141,9 +141,9 @@ def free_decay_turning_points(x0_m: float, slip_m: float) -> list[float]:
 
 
 def forced_amplitude(frequency_ratio: float, friction_ratio: float) -> float:
-    """Return amplitude / (P / k) of an oscillator under P cos(W t), motion without stops (B2).
+    """Return amplitude / (P / k) of an oscillator under P cos(W t) that slides without stops (B2).
 
-    The frequency ratio r = W / w must not be 1, 1/2, 1/4, ...; the friction ratio is F / P (Den
+    The frequency ratio r = W / w must not be 1, 1/2, 1/3, ...; the friction ratio is F / P (Den
     Hartog 1931, Transactions ASME 53; Shaw 1986, Journal of Sound and Vibration 108).
     """
     r = frequency_ratio
@@ -155,9 +155,9 @@ def forced_amplitude(frequency_ratio: float, friction_ratio: float) -> float:
 def sine_pulse_first_slip(
     amplitude_mps2: float, period_s: float, friction_mps2: float
 ) -> tuple[float, float, float]:
-    """Return start, end (s) and slip (m) of a block's first slip under one sine wave (B3).
+    """Return start (s), end (s) and length (m) of a block's first slip under one sine wave (B3).
 
-    The block is on a moving base; friction is mu g (Newmark 1965, Geotechnique 15).
+    The base accelerates; `friction_mps2` is mu g (Newmark 1965, Geotechnique 15).
     """
     w, a, f = 2.0 * pi / period_s, amplitude_mps2, friction_mps2
     t1 = asin(f / a) / w
@@ -172,7 +172,7 @@ def sine_pulse_first_slip(
 
 
 def rectangular_pulse_slip(amplitude_mps2: float, duration_s: float, friction_mps2: float) -> float:
-    """Return the slip of a block on a base under a rectangular pulse (B3; Newmark 1965)."""
+    """Return the slip (m) of a block under a rectangular base pulse (B3; Newmark 1965)."""
     v = amplitude_mps2 * duration_s
     return v * v / (2.0 * friction_mps2) * (1.0 - friction_mps2 / amplitude_mps2)
 
@@ -180,7 +180,7 @@ def rectangular_pulse_slip(amplitude_mps2: float, duration_s: float, friction_mp
 def falling_mass_impact(
     mass_kg: float, stiffness_n_per_m: float, speed_mps: float, gravity_mps2: float
 ) -> tuple[float, float]:
-    """Return penetration (m) and time of contact (s) of a mass that falls on a linear spring (B5).
+    """Return penetration (m) and contact time (s) of a mass that falls on a linear spring (B5).
 
     source: Goldsmith (1960), Impact, chapter 4.
     """
@@ -193,7 +193,7 @@ def falling_mass_impact(
 def power_law_penetration(
     mass_kg: float, stiffness_n_per_m_p: float, exponent: float, speed_mps: float
 ) -> float:
-    """Return the deepest penetration of a mass into F = k x^p (Hertz for p = 3/2).
+    """Return the largest penetration (m) of a mass into a contact F = k x^p (Hertz: p = 3/2).
 
     source: Johnson (1985), Contact Mechanics, section 11.4.
     """
@@ -202,17 +202,17 @@ def power_law_penetration(
 
 
 def circular_path_lag_rad(radius_m: float, elastic_slip_m: float) -> float:
-    """Return the angle by which friction lags the velocity on a circle (B6), radial return."""
+    """Return the lag (rad) of friction behind velocity on a circle under radial return (B6)."""
     return asin(elastic_slip_m / radius_m)
 
 
 def circular_path_work_j(radius_m: float, elastic_slip_m: float, friction_n: float) -> float:
-    """Return the energy lost per loop on a circle (B6), radial return."""
+    """Return the energy (J) lost per loop of a circle under radial return (B6)."""
     return friction_n * 2.0 * pi * sqrt(radius_m**2 - elastic_slip_m**2)
 
 
 def straight_loop_work_j(half_stroke_m: float, elastic_slip_m: float, friction_n: float) -> float:
-    """Return the energy lost per cycle between two ends of a straight path (B7)."""
+    """Return the energy (J) lost per cycle back and forth along a straight path (B7)."""
     return 4.0 * friction_n * (half_stroke_m - elastic_slip_m)
 
 
@@ -223,7 +223,7 @@ def belt_period_s(
     kinetic_n: float,
     belt_speed_mps: float,
 ) -> float:
-    """Return the period of a mass that sticks and slips on a belt, friction falling at once (B8).
+    """Return the stick-slip period (s) of a mass on a belt; slip starts at kinetic friction (B8).
 
     source: Popp and Stelter (1990), Philosophical Transactions A 332.
     """
@@ -235,7 +235,7 @@ def belt_period_s(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RockingBlock:
-    """A rigid rectangular block, half width b and half height h, on a rigid base (B9).
+    """A rigid rectangular block of half width b and half height h on a rigid base (B9).
 
     source: Housner (1963), Bulletin of the Seismological Society of America 53.
     """
@@ -245,23 +245,23 @@ class RockingBlock:
 
     @property
     def slenderness_rad(self) -> float:
-        """Angle at which the block is on the point of overturning."""
+        """Angle from upright at which the block starts to overturn."""
         return atan(self.half_width_m / self.half_height_m)
 
     def quarter_period_s(self, angle_rad: float) -> float:
-        """Return the time from rest at an angle to upright, by quadrature of the energy."""
+        """Return the time (s) from rest at an angle to upright, from the energy equation."""
         alpha, count = self.slenderness_rad, 4000
         p = sqrt(0.75 * TABLE_G_MPS2 / hypot(self.half_width_m, self.half_height_m))
-        # theta = angle sin(s) removes the singularity of 1 / speed at the start.
+        # Substituting theta = angle sin(s) removes the singularity of 1 / speed at the start.
         s = (np.arange(count) + 0.5) / count * pi / 2.0
         fall = np.cos(alpha - angle_rad) - np.cos(alpha - angle_rad * np.sin(s))
         return float(np.mean(angle_rad * np.cos(s) / (p * np.sqrt(2.0 * fall)))) * pi / 2.0
 
 
 class UprightHistory(NamedTuple):
-    """Response of an upright block; feet are the left and right corner, shape (n, 2).
+    """Response of an upright block; columns of feet and openings: left and right corner.
 
-    The angle includes the initial one, positive to the left (counter-clockwise).
+    Feet are displacements along x. The angle includes the initial one, counter-clockwise positive.
     """
 
     t_s: Array
@@ -279,9 +279,9 @@ def run_upright(
     angle_rad: float = 0.0,
     base_mps2: live.TimeFunction | None = None,
 ) -> UprightHistory:
-    """Run a block of 1000 kg on two corners that slides, tips or rocks, with large rotations.
+    """Run a block of 1000 kg that can slide, tip and rock on two corners, with large rotations.
 
-    It starts at rest, leaning to the left if the angle is positive; the floor accelerates by
+    It starts at rest and leans to the left if the angle is positive; the floor accelerates by
     `base_mps2`. The penalty at the corners is 1e9 N/m.
     """
     times, contacts = live.even_times(duration_s, dt_s), ContactSet()
@@ -295,7 +295,7 @@ def run_upright(
         ops.mass(centre, _MASS_KG, _MASS_KG, _MASS_KG * hypot(b, h) ** 2 / 3.0)
         ops.geomTransf("Corotational", 1)
         for element, (i, j) in enumerate(((centre, foot), (foot, left), (foot, right)), start=1):
-            # members that are rigid against the penalty
+            # members much stiffer than the penalty
             ops.element("elasticBeamColumn", element, i, j, 1.0, 1.0e12, 1.0, 1)
         for floor, corner in ((5, left), (6, right)):
             x, y = ops.nodeCoord(corner)
@@ -305,7 +305,7 @@ def run_upright(
             contacts.add(*place, kn=1.0e9, kt=1.0e9)
         push = np.zeros_like(times) if base_mps2 is None else -_MASS_KG * base_mps2(times)
         live.load_node(centre, _MASS_KG * TABLE_G_MPS2, dt_s, push, rotations=1)
-        # Numerical damping quiets the penalty after touch-down; the rocking itself is far slower.
+        # Numerical damping removes oscillations of the penalty; rocking is far slower.
         live.prepare_analysis(
             constraints="Plain",
             numberer="RCM",

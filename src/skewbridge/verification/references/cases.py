@@ -1,7 +1,7 @@
 """Cases of `skewbridge contact` and `skewbridge deck`, and the tabulated deck cases C1 to C5.
 
-The fields of a case file are checked when it is read. The letters C1 to C5 are those of
-docs/theory/verification.md.
+The fields of a case file are checked when it is read. docs/theory/verification.md uses the same
+names C1 to C5.
 """
 
 from math import cos, pi, radians, sqrt
@@ -17,7 +17,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.text import FileName, checked, read_csv, read_mapping
 from skewbridge.units import G_MPS2
 
-# Limits far outside physical cases, so that no power of a number overflows.
+# Limits far outside physical cases keep powers of the numbers from overflowing.
 Length = Annotated[float, Field(ge=1.0e-6, le=1.0e6)]
 Gap = Annotated[float, Field(ge=0.0, le=1.0e6)]
 Period = Annotated[float, Field(ge=1.0e-5, le=1.0e5)]
@@ -35,7 +35,7 @@ class _Case(BaseModel):
 
 
 class ContactCase(_Case):
-    """A unit process driven along a displacement path."""
+    """A contact unit driven along a displacement path."""
 
     normal_stiffness_n_per_m: Stiffness
     tangent_stiffness_n_per_m: Stiffness
@@ -95,30 +95,30 @@ class DeckCase(_Case):
 
     @property
     def kt_n_per_m(self) -> float:
-        """Tangential stiffness, that of the normal spring unless given."""
+        """Tangential stiffness; equal to the normal stiffness unless given."""
         return self.tangent_stiffness_n_per_m or self.normal_stiffness_n_per_m
 
     @property
     def contact_frequency_rad_per_s(self) -> float:
-        """Circular frequency of the deck on the two springs of an end."""
+        """Circular frequency of the deck mass on the two normal springs of one end."""
         return (2.0 * self.normal_stiffness_n_per_m / self.mass_kg) ** 0.5
 
 
 def read_case[Case: _Case](file: Path, kind: type[Case]) -> Case:
-    """Read a case file; `InputError` if it is missing, no YAML mapping, or a field is wrong."""
+    """Read a case file; `InputError` if it is missing or not a mapping, or if a field is wrong."""
     return checked(kind, read_mapping(file), file)
 
 
 def file_of_case(case_file: Path, name: str) -> Path:
-    """Return the path of a file named in a case: in its folder, else in the working folder."""
+    """Return the path of a file named in a case: next to the case, else in the working folder."""
     candidate = case_file.parent / name
     return candidate if candidate.is_file() or not Path(name).is_file() else Path(name)
 
 
 def read_path(file: Path) -> NDArray[np.float64]:
-    """Read a displacement path: columns t_s, ux_m, uy_m, uz_m, one row per time.
+    """Read a displacement path, shape (rows, 4): columns t_s, ux_m, uy_m, uz_m.
 
-    `InputError` names a missing column, or the line of a bad value or of a time that falls.
+    `InputError` names a missing column, or the line of a bad value or of a time that is not later.
     """
     table = read_csv(file, skipinitialspace=True)
     if missing := [column for column in PATH_COLUMNS if column not in table.columns]:
@@ -129,7 +129,7 @@ def read_path(file: Path) -> NDArray[np.float64]:
     if len(values) < 2:
         raise InputError(f"path {file} needs at least two rows, got {len(values)}")
     for row, column in np.argwhere(~(np.abs(values) <= MAX_PATH)).tolist():
-        line, text = row + 2, f"{PATH_COLUMNS[column]} is not a number within {MAX_PATH:g}"
+        line, text = row + 2, f"{PATH_COLUMNS[column]} is not a number of at most {MAX_PATH:g}"
         raise InputError(f"path {file}, line {line}: {text}", line=line)
     for row in np.flatnonzero(np.diff(values[:, 0]) <= 0.0).tolist():
         line, text = row + 3, f"t_s must increase, got {values[row + 1, 0]:g}"
@@ -137,12 +137,12 @@ def read_path(file: Path) -> NDArray[np.float64]:
     return values
 
 
-# source: half of g = 9.81 m/s2 and the 0.5 s pulse of the paper's Fig 4; the reference values were
-# computed with these.
+# source: half of g = 9.81 m/s2 and the 0.5 s pulse of the paper's Fig 4. The reference values use
+# the same pulse.
 PULSE_MPS2: Final = 4.905
 PULSE_PERIOD_S: Final = 0.5
 LENGTH_M: Final = 30.0
-# Displacements are reported over this length: pulse amplitude over its frequency squared.
+# Displacements are divided by this length: pulse amplitude / (its circular frequency)^2.
 SCALE_M: Final = PULSE_MPS2 / (2.0 * pi / PULSE_PERIOD_S) ** 2
 # Width (m), skew (deg) and friction of the tabulated cases.
 CASES: Final = {
@@ -157,9 +157,9 @@ CASES: Final = {
 def bearing_fields(
     length_m: float, width_m: float, skew_deg: float, period_s: float
 ) -> dict[str, float]:
-    """Return plan and periods of a deck on bearings spread along its skewed ends.
+    """Return plan and periods (fields of `DeckCase`) of a deck on bearings along its skewed ends.
 
-    Both axes have the given period; that of the rotation follows from the bearing positions.
+    Both translations have the given period; the rotational one follows from bearing positions.
     """
     skew = radians(skew_deg)
     radius2 = (length_m**2 + (width_m / cos(skew)) ** 2) / 12.0
@@ -170,7 +170,7 @@ def bearing_fields(
 
 
 def deck_case(name: str, **changes: Any) -> DeckCase:
-    """Return a tabulated case: 1000 kg, Kn = 1e7 N/m, bearings of 0.5 s, 5 % damping.
+    """Return a tabulated case: 1000 kg, Kn = 1e7 N/m, bearing period 0.5 s, 5 % damping.
 
     Keywords override fields of `DeckCase`.
     """

@@ -1,14 +1,14 @@
-"""The rigid skew deck on bearings between two abutments, by three solvers.
+"""Three solvers for a rigid skew deck on bearings between two abutments.
 
 `run_opensees` uses the contact units of the package. `run_penalty` integrates the same equations
 without OpenSees: Runge-Kutta of fourth order with steps that resolve the contact, and radial return
 of the tangential springs at every stage from the stick points at the start of the step. `run_lcp`
-has rigid contacts and Moreau-Jean time stepping. `skewbridge deck` runs a deck from a case file.
+uses rigid contacts and Moreau-Jean time stepping. `skewbridge deck` runs a deck from a case file.
 
-The deck has three degrees of freedom at the mass centre, q = (ux, uy, theta), and is linear in
-theta. The plan is a parallelogram with edges (L, 0) and W (tan a, 1). Each end has two contacts, at
-its acute and at its obtuse corner. With the outward normal n = (cos a, -sin a) of the right end,
-its tangent t = (sin a, cos a), s = +1 right and -1 left:
+The deck has three degrees of freedom at the mass centre, q = (ux, uy, theta); rotations are small.
+The plan is a parallelogram with edges (L, 0) and W (tan a, 1). Each end has two contacts, one at
+its acute and one at its obtuse corner. The right end has the outward normal n = (cos a, -sin a) and
+the tangent t = (sin a, cos a). With s = +1 at the right end and -1 at the left end:
 
     opening_i = gap - s (n . u + theta (n_y x_i - n_x y_i))
     slip_i = t . u + theta (t_y x_i - t_x y_i)
@@ -41,7 +41,7 @@ from skewbridge.verification.references.cases import DeckCase, file_of_case, rea
 from skewbridge.verification.references.lcp import RigidContacts, moreau_jean
 from skewbridge.verification.references.live_model import Array
 
-# Right and left end, acute and obtuse corner.
+# First letter: right or left end; second letter: acute or obtuse corner.
 CORNERS: Final = ("ra", "ro", "lo", "la")
 CENTRE: Final = 1
 _GROUND: Final = 2
@@ -56,11 +56,11 @@ INTEGRATORS: Final[dict[str, tuple[str | float, ...]]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SkewDeck:
-    """Diagonals of the matrices of a deck case, shape (3,), and its corners as in `CORNERS`.
+    """Diagonals of the matrices of a deck case, shape (3,), and corners in the order of `CORNERS`.
 
-    Opening = gap + normal row . q, slip = tangent row . q, shape (4, 3); the first two columns of
-    the normal rows are the outward normals of the abutments. Corners are measured from the mass
-    centre, shape (4, 2); each has the dashpot of the given restitution.
+    Opening = gap + normal row . q and slip = tangent row . q; the rows have shape (4, 3). The first
+    two columns of the normal rows are the outward normals of the abutments. Corner positions,
+    shape (4, 2), are relative to the mass centre. Each corner has the dashpot of the restitution.
     """
 
     mass: Array
@@ -75,9 +75,9 @@ class SkewDeck:
 class DeckHistory(NamedTuple):
     """Response of a deck: displacements q = (ux, uy, theta), shape (n, 3), and contacts.
 
-    Contacts have the shape (n, 4), order `CORNERS`: openings are negative in contact, friction has
-    the sign of slip. The energy residual is input less all works and stored energies at the end,
-    over the largest input.
+    Contact quantities have shape (n, 4) in the order of `CORNERS`: openings are negative in
+    contact, friction has the sign of slip. The energy residual is the input minus all work done and
+    energy stored at the end, divided by the largest input.
     """
 
     t_s: Array
@@ -88,13 +88,13 @@ class DeckHistory(NamedTuple):
     energy_residual_ratio: float
 
     def peaks(self) -> dict[str, float]:
-        """Return the absolute maxima."""
+        """Return the largest magnitudes of ux, uy and theta, and the deepest penetration."""
         ux, uy, theta = (float(peak) for peak in np.abs(self.q).max(axis=0))
         penetration = max(0.0, float(-self.openings_m.min()))
         return {"ux_m": ux, "uy_m": uy, "theta_rad": theta, "penetration_m": penetration}
 
     def first_contact_s(self) -> float | None:
-        """Return the time at which the first gap closes, linear between samples."""
+        """Return the interpolated time (s) when the first gap closes; None if all stay open."""
         return live.first_crossing_s(self.t_s, self.openings_m.min(axis=1))
 
 
@@ -104,7 +104,7 @@ def make_deck(case: DeckCase) -> SkewDeck:
     inertia = case.mass_kg * (length**2 + (width / cos(skew)) ** 2) / 12.0
     mass = np.array([case.mass_kg, case.mass_kg, inertia])
     speeds = 2.0 * pi / np.array([case.period_x_s, case.period_y_s, case.period_theta_s])
-    # The two springs of an end work together in a flat impact, on the whole mass.
+    # In a flat impact both springs of an end act on the whole mass.
     zeta = kelvin_voigt_damping_ratio(case.restitution) if case.restitution else 0.0
     # The acute corner of the right end lies on the side to which the skew leans.
     side = np.array([1.0, 1.0, -1.0, -1.0])
@@ -127,7 +127,7 @@ def make_deck(case: DeckCase) -> SkewDeck:
 class BaseAcceleration:
     """Ground acceleration: a cosine pulse along x and y, or two sampled components.
 
-    The samples, shape (2, n), are linear between the steps of `sample_dt_s`, zero for a pulse.
+    Samples, shape (2, n), are interpolated linearly; their time step is `sample_dt_s`.
     """
 
     amplitude_mps2: tuple[float, float] = (0.0, 0.0)
@@ -142,7 +142,7 @@ class BaseAcceleration:
         return cls(sample_dt_s=motion.dt_s, samples_mps2=samples)
 
     def at(self, times_s: Array) -> Array:
-        """Return the acceleration at times, shape (2, n)."""
+        """Return the acceleration (m/s2) at given times, shape (2, n)."""
         if self.samples_mps2 is not None:
             grid = self.sample_dt_s * np.arange(self.samples_mps2.shape[1])
             accels = [np.interp(times_s, grid, each, right=0.0) for each in self.samples_mps2]
@@ -151,7 +151,7 @@ class BaseAcceleration:
         return np.outer(self.amplitude_mps2, np.where(times_s <= self.period_s, wave, 0.0))
 
     def mean(self, starts_s: Array, ends_s: Array) -> Array:
-        """Return the mean acceleration over intervals, shape (2, n): a jump keeps its impulse."""
+        """Return mean accelerations over intervals, (2, n); for samples, the mean of both ends."""
         if self.samples_mps2 is not None:
             return 0.5 * (self.at(starts_s) + self.at(ends_s))
         speed = 2.0 * pi / self.period_s
@@ -162,7 +162,7 @@ class BaseAcceleration:
 
 
 def pulse_of(case: DeckCase) -> BaseAcceleration:
-    """Return the pulse of a case that has one."""
+    """Return the pulse of a case; `ValueError` if it has none."""
     if case.pulse is None:
         raise ValueError("the case has no pulse")
     amplitude = case.pulse.amplitude_g * G_MPS2
@@ -174,9 +174,9 @@ def _mid(values: Array) -> Array:
 
 
 def _energy_residual(deck: SkewDeck, loads_n: Array, q: Array, v: Array, contact_j: float) -> float:
-    """Return input less works and stored energies at the end, over the largest input.
+    """Return (input - work - stored energy at the end) / largest input.
 
-    The loads are means of the steps, shape (steps, 3). `contact_j` is the work of all contact
+    Loads are means over the steps, shape (steps, 3). `contact_j` is the work of all contact
     forces on the deck, positive if energy is lost.
     """
     step = np.diff(q, axis=0)
@@ -190,9 +190,9 @@ def _energy_residual(deck: SkewDeck, loads_n: Array, q: Array, v: Array, contact
 def _penalty_history(
     deck: SkewDeck, t_s: Array, rows: Array, accel_mps2: Array, wanted: NDArray[np.intp] | slice
 ) -> DeckHistory:
-    """Return a history at the wanted rows, with its energy residual by the trapezoidal rule.
+    """Return the history at the wanted rows, with its energy residual by the trapezoidal rule.
 
-    The columns of `rows`, (n, 18), are displacements, velocities, compressions, friction, openings.
+    `rows`, shape (n, 18), has displacements, velocities, compressions, friction and openings.
     """
     q, v, normals, friction, openings_m = np.split(rows, (3, 6, 10, 14), axis=1)
     force = np.zeros_like(q)
@@ -205,7 +205,7 @@ def _penalty_history(
 
 
 def run_deck(case: DeckCase, excitation: BaseAcceleration | None = None) -> DeckHistory:
-    """Run a deck case with its solver, under its pulse unless another excitation is given."""
+    """Run a deck case with its solver; an excitation, if given, replaces the pulse of the case."""
     solver = {"opensees": run_opensees, "penalty": run_penalty, "lcp": run_lcp}[case.solver]
     return solver(case, excitation or pulse_of(case))
 
@@ -268,8 +268,8 @@ def run_opensees(
 ) -> DeckHistory:
     """Run a deck case in OpenSees; `SolutionError` if a step does not converge.
 
-    `connect` joins the centre to the corner nodes, by rigid links unless given. A step in which a
-    contact opens or closes is made in `parts_on_change`.
+    `connect` joins the mass centre to the corner nodes; the default is rigid links. A step in which
+    a contact opens or closes is divided into `parts_on_change` sub-steps.
     """
     deck, contacts = make_deck(case), ContactSet(coupling=case.coupling)
     kn, dashpot = case.normal_stiffness_n_per_m, deck.dashpot_n_s_per_m
@@ -285,7 +285,7 @@ def run_opensees(
 
         def state() -> list[float]:
             (r1, _), (r2, _), (l1, _), (l2, _) = contacts.tangentials_n
-            # The units count slip along the normal turned counter-clockwise, the tangent at left.
+            # Units measure slip along the normal turned counter-clockwise: -t right, +t left.
             forces = [*contacts.normals_n, -r1, -r2, l1, l2]
             return [*ops.nodeDisp(CENTRE), *ops.nodeVel(CENTRE), *forces, *contacts.openings_m]
 
@@ -294,7 +294,7 @@ def run_opensees(
 
 
 def build_deck(deck: SkewDeck, wall_offset_m: float = 0.0) -> None:
-    """Define the mass centre on its bearings, the corners and their walls at an offset."""
+    """Define the mass centre on its bearings, the corner nodes and wall nodes offset from them."""
     ops.node(CENTRE, 0.0, 0.0)
     ops.node(_GROUND, 0.0, 0.0)
     ops.fix(_GROUND, 1, 1, 1)
@@ -319,26 +319,26 @@ def rigid_links(_case: DeckCase) -> None:
 def excite_deck(
     case: DeckCase, excitation: BaseAcceleration, system: str = "ProfileSPD"
 ) -> tuple[Array, Array]:
-    """Define load and analysis; return the times of the steps and the accelerations at them."""
+    """Define load and analysis; return the times of the steps and their accelerations, (2, n)."""
     times = live.even_times(case.duration_s, case.dt_s)
     half = 0.5 * case.dt_s
-    # Means over the step around each time: a jump between two steps keeps its impulse.
+    # Means over one step centred at each time: a jump between two steps keeps its impulse.
     accel = excitation.mean(times - half, times + half)
     accel[:, 0] = excitation.at(times[:1])[:, 0]
     live.shake_base(CENTRE, case.dt_s, accel)
-    # The tolerance is far below every displacement of interest and far above rounding: the problem
-    # is linear by pieces.
+    # The default tolerance is far below every displacement of interest and far above rounding; the
+    # problem is piecewise linear.
     live.prepare_analysis(numberer="RCM", system=system, integrator=INTEGRATORS[case.integrator])
     return times, accel
 
 
 def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
-    """Integrate a deck case with penalty contact; output at multiples of the case's dt_s."""
+    """Integrate a deck case with penalty contact; output every `dt_s` of the case."""
     deck = make_deck(case)
     times = live.even_times(case.duration_s, case.dt_s)
-    # steps resolve the circular frequency of the deck on the two springs of an end
+    # step x circular frequency of the deck on the two springs of an end: at most 0.01
     inner = max(1, ceil(case.dt_s * case.contact_frequency_rad_per_s / 0.01))
-    # A jump of the pulse inside a step gets a step end of its own.
+    # The pulse ends with a jump: a step ends there.
     jump = [excitation.period_s] if excitation.period_s < times[-1] else []
     parts = times[:-1, None] + case.dt_s / inner * np.arange(inner)
     fine = np.unique(np.concatenate([parts.ravel(), times[-1:], jump]))
@@ -347,18 +347,18 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     # Accelerations at start, middle and end of each step, one-sided at jumps.
     inside = 1e-9 * (ends - starts)
     stages = (starts + inside, 0.5 * (starts + ends), ends - inside)
-    accels = np.zeros((len(starts), 3, 6))  # step, stage, of (q, v)
+    accels = np.zeros((len(starts), 3, 6))  # step, stage, component of (q, v)
     accels[:, :, 3:5] = np.stack([excitation.at(t).T for t in stages], axis=1)
-    # A state is (q, v); without contact its rate is free @ state, less the acceleration.
+    # The state is (q, v). Without contact its rate is free @ state minus the acceleration.
     free = np.zeros((6, 6))
     free[:3, 3:] = np.eye(3)
     free[3:] = -np.hstack([np.diag(deck.stiffness / deck.mass), np.diag(deck.damping / deck.mass)])
-    spread = np.zeros((6, 8))  # of compression and friction at the corners
+    spread = np.zeros((6, 8))  # rate per compression and friction of each corner
     spread[3:] = np.vstack([deck.normal_rows, -deck.tangent_rows]).T / deck.mass[:, None]
     kn, kt, stick = case.normal_stiffness_n_per_m, case.kt_n_per_m, np.zeros(len(CORNERS))
 
     def contact(state: Array) -> Array | None:
-        """Return compression and friction (with the sign of slip) of the corners; None if open."""
+        """Return compression, then friction (sign of slip) of the corners; None if all are open."""
         openings = case.gap_normal_m + deck.normal_rows @ state[:3]
         if openings.min() >= 0.0:
             return None
@@ -394,10 +394,10 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
 def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     """Run a deck case with rigid contacts, Newton restitution (1 unless given) and friction.
 
-    The time stepping is of first order, so it divides the step of the case.
+    Time stepping is first order, so steps of the case are divided into steps of at most 20 us.
     """
     deck = make_deck(case)
-    # at this step the tabulated peaks with e <= 0.6 are within 0.05 % of the converged ones
+    # with these steps the tabulated peaks for e <= 0.6 are within 0.05 % of the converged ones
     parts = max(1, ceil(case.dt_s / 2.0e-5 - 1e-9))
     times = live.even_times(case.duration_s, case.dt_s)
     dt_s = case.dt_s / parts
@@ -416,11 +416,11 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     history = moreau_jean(matrices, contacts, loads, dt_s)
 
     def mean_forces(impulses_ns: Array) -> Array:
-        """Return the mean forces over the steps of the case; the first row is the start."""
+        """Return mean forces over the steps of the case; the first row is for time zero."""
         steps = impulses_ns[1:].reshape(len(times) - 1, parts, -1).sum(axis=1)
         return np.vstack([impulses_ns[:1], steps]) / case.dt_s
 
-    # The friction impulse of an end is shared by its corners as the compression is.
+    # The friction of an end is divided between its corners in proportion to their compression.
     normals = mean_forces(history.normal_impulses_ns)
     ends = normals.reshape(-1, 2, 2)
     totals = ends.sum(axis=2, keepdims=True)

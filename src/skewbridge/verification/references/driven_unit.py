@@ -1,4 +1,4 @@
-"""A contact unit driven along a path of displacements, in OpenSees and by the law itself.
+"""A contact unit driven along a displacement path, in OpenSees and by the contact law alone.
 
 A path has the columns t_s, ux_m, uy_m, uz_m (positive opens) and is linear between its rows.
 `skewbridge contact` runs a unit from a case file.
@@ -23,14 +23,14 @@ from skewbridge.verification.references.live_model import Array
 
 # Law of figure 3. ASSUME Kn = Kt = 1e5 N/m: the paper gives friction and cohesion only.
 PAPER_LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
-# Share of the first step of a path that is taken first.
+# Fraction of the first sub-step of a path that is taken as a separate tiny step.
 _START_SHARE: Final = 1e-3
 
 
 class PathResult(NamedTuple):
     """Forces along a path, shape (rows, 3), and the ledger of the unit.
 
-    The columns are the tangential forces with the sign of slip, and the compression.
+    The columns are the two tangential forces with the sign of slip, and the compression.
     """
 
     forces_n: Array
@@ -45,9 +45,9 @@ def drive_unit(
     scheme: Scheme = "vector",
     coupling: Coupling = "extrapolated",
 ) -> PathResult:
-    """Drive one contact unit of an OpenSees model along a path, with some steps per row.
+    """Drive one contact unit in OpenSees along a path, with `substeps` steps per row.
 
-    The first row of the path, shape (rows, 4), is the state at rest: nothing has slipped.
+    The first row of the path, shape (rows, 4), is the state at rest, before any slip.
     """
     forces, contacts = np.zeros((len(path), 3)), ContactSet(scheme=scheme, coupling=coupling)
     surface, body, anchor, idle = 1, 2, 3, 4
@@ -56,7 +56,7 @@ def drive_unit(
             ops.node(node, 0.0, 0.0, 0.0)
             if node != body:
                 ops.fix(node, 0 if node == idle else 1, 1, 1)
-        # The solver needs one equation; the idle spring has no load.
+        # The solver needs at least one equation: a spring without load.
         ops.uniaxialMaterial("Elastic", 1, 1.0)
         ops.element("zeroLength", 1, anchor, idle, "-mat", 1, "-dir", 1)
         place = surface, body, (0.0, 0.0, 1.0), law.gap_m, law.friction, law.cohesion_n
@@ -64,7 +64,7 @@ def drive_unit(
         along_x = (1.0, 0.0, 0.0)
         contacts.add(*place, kn=kn, kt=kt, tangent=along_x, gap_closing_m=closing_m, name="unit")
         drive_node(body, path, system="ProfileSPD")
-        # Go to the first row without friction, which becomes the state of rest.
+        # Go to the first row without friction; it becomes the state at rest.
         _analyze_to_next_row(1)
         contacts.start_from_rest()
         forces[0] = (0.0, 0.0, contacts.normals_n[0])
@@ -72,8 +72,8 @@ def drive_unit(
         for row, row_dt in enumerate(np.diff(path[:, 0]).tolist(), start=1):
             shares = [1.0 / substeps] * substeps
             if row == 1:
-                # Before any motion the direction of slip is unknown, so the first row takes at
-                # least ten steps, of which the first is tiny.
+                # Before any motion the direction of slip is unknown, so the first interval takes
+                # at least ten steps, the first of them tiny.
                 count = max(10, substeps)
                 first = [_START_SHARE / count, (1.0 - _START_SHARE) / count]
                 shares = [*first, *[1.0 / count] * (count - 1)]
@@ -90,7 +90,7 @@ def drive_unit(
 
 
 def follow_law(law: ContactLaw, path: Array, *, substeps: int = 1) -> Array:
-    """Return the reference forces: radial return at the end of each (sub)step, shape (rows, 3)."""
+    """Return the reference forces (N), shape (rows, 3), by radial return in every sub-step."""
     forces = np.zeros((len(path), 3))
     stick = (float(path[0, 1]), float(path[0, 2]))
     forces[0, 2] = law.kn_n_per_m * max(0.0, -law.open_gap_m - float(path[0, 3]))
@@ -104,18 +104,18 @@ def follow_law(law: ContactLaw, path: Array, *, substeps: int = 1) -> Array:
 
 
 def path_work_j(path: Array, forces_n: Array) -> float:
-    """Return the work of the friction force along a path by the trapezoidal rule over the rows."""
+    """Return the work (J) of the friction force along a path, by the trapezoidal rule."""
     moved = np.diff(path[:, 1:3], axis=0)
     return float(np.sum(0.5 * (forces_n[1:, :2] + forces_n[:-1, :2]) * moved))
 
 
 def rms_n(differences_n: Array) -> float:
-    """Return the RMS of the resultants of force differences, shape (rows, components)."""
+    """Return the RMS (N) of the resultants of force differences given as (rows, components)."""
     return float(np.sqrt(np.mean(np.sum(differences_n**2, axis=1))))
 
 
 def drive_node(node: int, path: Array, *, system: str) -> None:
-    """Prescribe the displacements of a node; pseudo-time counts the rows of the path from one."""
+    """Prescribe the displacements of a node; pseudo-time is the row number of the path from one."""
     for dof in (1, 2, 3):
         live.path_series(dof, 1.0, np.append(0.0, path[:, dof]))
         ops.pattern("Plain", dof, dof)
@@ -126,11 +126,11 @@ def drive_node(node: int, path: Array, *, system: str) -> None:
 
 def _analyze_to_next_row(row: int) -> None:
     if ops.analyze(1) != 0:
-        raise SolutionError(f"OpenSees did not make the step to row {row} of the path")
+        raise SolutionError(f"OpenSees did not converge in the step to row {row} of the path")
 
 
 def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]:
-    """Run a contact case, write its forces, and return peaks, work and cone violation.
+    """Run a contact case, write its forces as CSV; return peaks, work and cone violation.
 
     The CSV has t_s, fx_n, fy_n, fz_n at the times of the path, with the signs of `PathResult`.
     """
@@ -169,18 +169,18 @@ def circle(
 
 
 def triangle(t_s: Array, period_s: float) -> Array:
-    """Return a triangle wave of amplitude one that rises from zero at zero."""
+    """Return a triangle wave of amplitude 1 that starts at 0 and rises."""
     phase = np.mod(t_s / period_s + 0.25, 1.0)
     return 1.0 - 4.0 * np.abs(phase - 0.5)
 
 
 def figure_3(rows_per_s: int) -> Array:
-    """Return the path of Figure 3 of the paper, 12 s.
+    """Return the path of Figure 3 of the paper (12 s).
 
-    Triangles of 4 s and 1 m along x and of 6 s and 2 m along y; a square wave of 2.5 s and 0.1 m
-    along the normal, open in its first half.
+    Triangle waves along x (period 4 s, amplitude 1 m) and y (6 s, 2 m), and a square wave along the
+    normal (2.5 s, 0.1 m) that is open in the first half of its period.
     """
-    # ASSUME the waves start together at zero, rising, and open: the paper does not state it.
+    # ASSUME all waves start at time zero, triangles rising, contact open: not in the paper.
     t = np.arange(12 * rows_per_s + 1) / rows_per_s
     is_open = np.mod(t, 2.5) < 1.25 - 1e-9
     z = np.where(is_open, 0.1, -0.1)

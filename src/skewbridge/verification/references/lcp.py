@@ -1,16 +1,16 @@
 """Rigid contact with restitution and Coulomb friction by Moreau-Jean time stepping.
 
 Linear structures M v' + C v + K q = f with frictional unilateral contacts. The smooth part is
-stepped by the theta method, contact acts by impulses over the step, with Newton's restitution on
-the velocity level and no tangential restitution. The impulses of a step solve
+integrated by the theta method. Contact acts by one impulse per step, with Newton's restitution of
+the normal velocity and no tangential restitution. The impulses of a step solve
 
     0 <= P_N  perp  (U_N+ + e U_N-) >= 0,      P_T in -(mu P_N + c h) sgn(U_T+)
 
 Contacts that share a tangent (the two corners of an end of the deck) share one friction impulse:
-their tangential velocities are the same, so the split between them is not determined. The problem
-is solved by trying the contact states, the last one first: at most two contacts are active at a
-time in these studies, so that there are few. Cohesion acts at every contact that is active, with
-or without compression: otherwise a contact that only touches could have no solution.
+their tangential velocities are equal, so the split between them is undetermined. The solver tries
+the possible contact states, first that of the previous solution. At most two contacts are active
+at a time in these studies, so there are few states. Cohesion acts at every active contact, even
+without compression; otherwise a contact that only touches might have no solution.
 
 References:
     Moreau (1988), Unilateral contact and dry friction in finite freedom dynamics;
@@ -30,16 +30,17 @@ from skewbridge.errors import SolutionError
 from skewbridge.verification.references.live_model import Array
 
 _THETA: Final = 0.5
-# Relative to the largest velocity or impulse: a state may violate a condition by rounding only.
+# Allowed violation of a condition (rounding), relative to the largest velocity or impulse.
 _ROUNDING: Final = 1e-10
 
 
 @dataclass(frozen=True, slots=True)
 class RigidContacts:
-    """Contacts of a structure, those of a group with one tangent; cohesion is that per contact.
+    """Rigid contacts of a structure; contacts of a group share one tangent.
 
-    Opening = gap + normal row . q, shape (contacts, dofs); slip = tangent row . q, shape (groups,
-    dofs). `groups` has the group of each contact, the restitution is Newton's.
+    Opening = gap + normal row . q with normal rows (contacts, dofs); slip = tangent row . q with
+    tangent rows (groups, dofs). `groups` has the group of each contact. Cohesion is per contact,
+    the restitution is Newton's.
     """
 
     normal_rows: Array
@@ -52,7 +53,7 @@ class RigidContacts:
 
 
 class _State(NamedTuple):
-    """A guess: active contacts, those that carry an impulse, direction of slip by group."""
+    """Trial contact state: active contacts, contacts with an impulse, slip sign of each group."""
 
     active: tuple[int, ...]
     closed: tuple[int, ...]
@@ -60,9 +61,9 @@ class _State(NamedTuple):
 
 
 class _ImpactSolver:
-    """Solves the problem of a step; remembers the state that was right last time.
+    """Solver for the contact impulses of a step; it first tries the state found last.
 
-    `compliance` is the change of the velocities (normals, then tangents of the groups) per impulse.
+    `compliance` is the change of the velocities (normals, then group tangents) per unit impulse.
     """
 
     def __init__(self, contacts: RigidContacts, compliance: Array) -> None:
@@ -74,7 +75,8 @@ class _ImpactSolver:
     ) -> tuple[Array, Array]:
         """Return the normal and tangential impulses (with the sign of slip) of a step of length h.
 
-        Velocities (normals, then groups) are those after the step without contact and before it.
+        `u_free` are velocities (normals, then groups) after a step without contact, `u_before`
+        those before the step.
         """
         count = len(self._contacts.groups)
         for state in self._states(active):
@@ -82,7 +84,7 @@ class _ImpactSolver:
             if impulses is not None:
                 self._last = state
                 return impulses[:count], -impulses[count:]
-        raise SolutionError(f"no contact state fits the contacts {active}")
+        raise SolutionError(f"no consistent contact state found for the active contacts {active}")
 
     def _states(self, active: tuple[int, ...]) -> Generator[_State]:
         if self._last is not None and self._last.active == active:
@@ -96,7 +98,7 @@ class _ImpactSolver:
                 yield _State(active, closed, dict(zip(groups, slip, strict=True)))
 
     def _impulses(self, state: _State, u_free: Array, u_before: Array, h: float) -> Array | None:
-        """Return the impulses that meet the state's equalities; None if not its inequalities."""
+        """Return the impulses of a state; None if singular or if an inequality is violated."""
         data, count, size = self._contacts, len(self._contacts.groups), len(u_free)
         closed = list(state.closed)
         impulses, columns, unknown = np.zeros(size), np.eye(size), [*closed]
@@ -135,9 +137,10 @@ class _ImpactSolver:
 
 
 class LcpHistory(NamedTuple):
-    """Response: q and v, shape (n, dofs), impulses of the step that ends at the time.
+    """Displacements q and velocities v, shape (n, dofs), and impulses of the step before each time.
 
-    Friction impulses, shape (n, groups), have the sign of slip; contact takes `contact_work_j`.
+    Friction impulses, shape (n, groups), have the sign of slip. Contact dissipates
+    `contact_work_j`.
     """
 
     t_s: Array
@@ -151,9 +154,9 @@ class LcpHistory(NamedTuple):
 def moreau_jean(
     matrices: tuple[Array, Array, Array], contacts: RigidContacts, mean_loads_n: Array, h_s: float
 ) -> LcpHistory:
-    """Step a linear structure (mass, damping, stiffness) with rigid contacts from rest.
+    """Integrate a linear structure (mass, damping, stiffness) with rigid contacts from rest.
 
-    The loads are means over the steps, (steps, dofs). `SolutionError` if a step has no solution.
+    Loads are means over the steps, shape (steps, dofs). `SolutionError` if a step has no solution.
     """
     mass, damping, stiffness = matrices
     steps, dofs = mean_loads_n.shape
@@ -161,7 +164,7 @@ def moreau_jean(
     iteration = cho_factor(mass + h_s * _THETA * damping + (h_s * _THETA) ** 2 * stiffness)
     spread = np.asarray(cho_solve(iteration, rows.T))
     solver = _ImpactSolver(contacts, rows @ spread)
-    # Free velocity = keep @ v + pull @ q + push @ load.
+    # Velocity after a step without contact = keep @ v + pull @ q + push[step].
     inverse = np.asarray(cho_solve(iteration, np.eye(dofs)))
     keep = np.eye(dofs) - h_s * inverse @ (damping + _THETA * h_s * stiffness)
     pull, push = -h_s * inverse @ stiffness, mean_loads_n @ (h_s * inverse).T

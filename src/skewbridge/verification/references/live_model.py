@@ -18,7 +18,7 @@ type TimeFunction = Callable[[Array], Array]
 
 @contextmanager
 def clean_domain(dimensions: int, dofs: int) -> Generator[None]:
-    """Open a model in the OpenSees domain of the process, which is wiped on entry and exit."""
+    """Open an empty OpenSees model; the domain of the process is wiped on entry and exit."""
     ops.wipe()
     ops.model("basic", "-ndm", dimensions, "-ndf", dofs)
     try:
@@ -37,7 +37,7 @@ def prepare_analysis(
     integrator: tuple[str | float, ...] = ("Newmark", 0.5, 0.25),
     analysis: str = "Transient",
 ) -> None:
-    """Define the analysis of the open model; the tolerance is on the norm of the last increment."""
+    """Define the analysis; the tolerance limits the norm of the last displacement increment."""
     ops.constraints(constraints)
     ops.numberer(numberer)
     ops.system(system)
@@ -48,14 +48,14 @@ def prepare_analysis(
 
 
 def path_series(tag: int, dt_s: float, values: Array) -> None:
-    """Define a time series of values at even times; the last value is held."""
+    """Define a time series of values with a constant step; the last value is held."""
     ops.timeSeries("Path", tag, "-dt", dt_s, "-values", *values.tolist(), float(values[-1]))
 
 
 def load_node(
     node: int, weight_n: float, dt_s: float, force_n: Array, *, rotations: int = 0
 ) -> None:
-    """Load a node by a constant weight, against y, and by a force along x that varies in time."""
+    """Load a node by a constant weight along -y and a time-dependent force along x."""
     rest = [0.0] * rotations
     ops.timeSeries("Constant", 1)
     ops.pattern("Plain", 1, 1)
@@ -66,7 +66,7 @@ def load_node(
 
 
 def shake_base(mass_node: int, dt_s: float, accel_mps2: Array) -> None:
-    """Shake all supports by an acceleration, (2, n); the mass node has the initial one."""
+    """Accelerate all supports, shape (2, n), and set the initial acceleration of the mass node."""
     for dof, component in enumerate(accel_mps2, start=1):
         path_series(dof, dt_s, component)
         ops.pattern("UniformExcitation", dof, dof, "-accel", dof)
@@ -74,7 +74,7 @@ def shake_base(mass_node: int, dt_s: float, accel_mps2: Array) -> None:
 
 
 def first_crossing_s(t_s: Array, values: Array) -> float | None:
-    """Return the time at which values first fall below zero, linear between samples."""
+    """Return the interpolated time (s) when values first fall below zero; None if they never do."""
     k = int(np.argmax(values < 0.0))
     if values[k] >= 0.0:
         return None
@@ -85,18 +85,18 @@ def first_crossing_s(t_s: Array, values: Array) -> float | None:
 
 
 def cone_excess(friction_n: Array, normal_n: Array, coefficient: float) -> float:
-    """Return the largest friction beyond Coulomb's limit, over the largest limit."""
+    """Return the largest excess of friction over Coulomb's limit / largest limit."""
     excess = np.abs(friction_n) - coefficient * np.maximum(0.0, normal_n)
     return max(0.0, float(excess.max())) / (coefficient * float(normal_n.max()))
 
 
 def rms(values: Array) -> float:
-    """Return the root of the mean square."""
+    """Return the root mean square."""
     return float(np.sqrt(np.mean(values**2)))
 
 
 def even_times(duration_s: float, dt_s: float) -> Array:
-    """Return the times of even steps from zero to the end, or to the first time after it."""
+    """Return the times of equal steps from zero to the end, or to the first step beyond it."""
     return np.arange(ceil(duration_s / dt_s - 1e-9) + 1, dtype=np.float64) * dt_s
 
 
@@ -107,7 +107,7 @@ def record(
     state: Callable[[], list[float]],
     parts_on_change: int = 1,
 ) -> Array:
-    """Step to the given times and return the states at all of them, the first included."""
+    """Step through the given times; return the states at all of them, including the first."""
     rows = [state()]
     for time_s in times_s[1:].tolist():
         if not make_step(contacts, dt_s, parts_on_change=parts_on_change):

@@ -1,1 +1,1 @@
-"""The studies of the paper, each with its comparisons, tables and figures."""
+"""Verification studies, each with its comparisons, tables and figures."""

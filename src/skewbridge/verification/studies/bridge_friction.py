@@ -1,10 +1,10 @@
-"""Friction at the abutments of OSB1: figures 10 to 12, friction by place, and the abutment models.
+"""Friction at the abutments of OSB1: figures 10 to 12, walls against keys, abutment models.
 
-Figure 10 is the abutment sub-structure under Tarzana. The paper mentions skew 0 and 25 degrees and
-does not name the kind of keys, so the study runs both skews, with sacrificial keys (those of the
-default model) and monolithic ones. Figures 11 and 12 are without skew, under the default scheme and
-the paper's. The paper's section 6 announces the comparison of abutment models. A stand-in for a
-record of the paper is named on the figures and in the cases of the statements.
+Figure 10 shows the abutment alone under Tarzana. The paper mentions skew 0 and 25 degrees and does
+not name the kind of keys, so the study runs both skews, with sacrificial keys (those of the default
+model) and with monolithic keys. Figures 11 and 12 have no skew; they are run with the default
+scheme and with the paper's. Section 6 of the paper announces the comparison of abutment models. If
+a record of the paper is missing, figures and cases of statements name its stand-in.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -42,7 +42,7 @@ from skewbridge.verification.studies.paper_runs import (
 )
 
 type Pair[Value] = tuple[Value, Value]
-"""With friction, without."""
+"""The value with friction, the value without."""
 type States = Callable[..., None]
 """`Study.states` for one run of a case."""
 
@@ -62,14 +62,14 @@ class DeckMotion(NamedTuple):
 
 
 def _is_pushed(forces_kn: Iterable[float], skew_deg: float) -> bool:
-    """Return whether the least of wall forces reaches a share of the strength of OSB1's fill."""
+    """Return whether every wall force exceeds 5 % of the strength of OSB1's backfill."""
     fill = wall_backfill(load_bridge("osb1").abutment, ModelOptions().backfill, radians(skew_deg))
-    # ASSUME friction at a wall can decide nothing while the deck pushes it with less than 5 %
+    # ASSUME below 5 % of the strength, friction at a wall is too small to judge a statement
     return min(forces_kn) > 0.05 * fill.ultimate_n / KN
 
 
 def rms_change(with_friction: Array, without: Array) -> Array:
-    """Return the RMS change by friction over the RMS without, over the first axis."""
+    """Return RMS change by friction / RMS without friction, both along the first axis."""
     count = min(len(with_friction), len(without))
     change = with_friction[:count] - without[:count]
     return np.sqrt((change**2).mean(axis=0) / (without[:count] ** 2).mean(axis=0))
@@ -78,7 +78,7 @@ def rms_change(with_friction: Array, without: Array) -> Array:
 def stick_slip_changes(normal_n: Array, friction_n: Array, coefficient: float) -> int:
     """Return how often closed contacts change from sticking to slipping or back.
 
-    Forces have the shape (n, units). From 98 % of its limit on a contact counts as slipping.
+    Forces have shape (n, units). A contact slips if its friction is at least 98 % of its limit.
     """
     closed = normal_n > 0.0
     slipping = friction_n >= 0.98 * coefficient * normal_n
@@ -89,14 +89,13 @@ def stick_slip_changes(normal_n: Array, friction_n: Array, coefficient: float) -
 def half_cycles(pair: Pair[DeckMotion], axis: int) -> pd.DataFrame:
     """Return the half cycles between zero crossings of the motion without friction.
 
-    Only times of both runs count; the axis is 0 along x, 1 along y. Half cycles below
-    `SMALLEST_CYCLE` are left out.
+    Only times that both runs reach count; axis 0 is x, axis 1 is y. Half cycles with a peak below
+    `SMALLEST_CYCLE` x the largest peak are left out.
 
     Returns:
-        start_s, end_s, the largest magnitudes peak_without_m and peak_with_m in this time, the
-        relative change by friction, has_contact (with a wall, in either run), and together: the
-        largest product of both displacements at one time over the product of their largest of the
-        run, 1 when both peaks coincide.
+        One row per half cycle: start_s, end_s, peak_without_m and peak_with_m (largest magnitudes),
+        change (relative, by friction), has_contact (with a wall, in either run) and together: the
+        largest product |x| |y| at one time / product of the peaks of the run, 1 if both coincide.
     """
     count = min(len(motion.t_s) for motion in pair)
     rough, smooth = (motion.disp_m[:count] for motion in pair)
@@ -110,7 +109,7 @@ def half_cycles(pair: Pair[DeckMotion], axis: int) -> pd.DataFrame:
     }
     crossings = np.diff(np.signbit(smooth[:, axis]), prepend=np.signbit(smooth[0, axis]))
     groups = pd.DataFrame(columns).groupby(np.cumsum(crossings))
-    cycles = groups.max()  # the largest of each: the last time, whether any contact closes
+    cycles = groups.max()  # of each column: gives the last time and whether any contact closes
     cycles.insert(0, "start_s", groups["end_s"].min())
     is_large = cycles["peak_without_m"] >= SMALLEST_CYCLE * own.max()
     cycles = cycles[is_large & (cycles["end_s"] > cycles["start_s"])].reset_index(drop=True)
@@ -124,7 +123,7 @@ def _judge_cycles(states: States, statement: str, case: str, cycles: pd.DataFram
 
 
 _ABUTMENT_SKEWS_DEG: Final = (0, 25)  # source: the paper, section 4 (both)
-_KEYS: Final = ("sacrificial", "monolithic")  # the default model's first
+_KEYS: Final = ("sacrificial", "monolithic")  # the default model has the first
 
 
 def run_abutment(study: Study) -> None:
@@ -168,7 +167,7 @@ def run_abutment(study: Study) -> None:
         name = f"skew{skew:02d}_{keys}"
         study.figures[name] = drawn(panels, columns=2, height_in=3.0, title=motion.label)
     study.tables["places"] = pd.DataFrame(rows)
-    # a push along one axis without skew is independent of friction
+    # without skew, a push along one axis is independent of friction
     for axis, angle_deg in zip(_AXES, (0.0, 90.0), strict=True):
         push = partial(push_abutment, options=ModelOptions(), angle_deg=angle_deg, max_disp_m=0.09)
         force_n, exact_n = (push(paper_variant(friction_pct=f)).force_n for f in (FRICTION_PCT, 0))
@@ -193,7 +192,7 @@ def _peaks(history: AbutmentHistory) -> dict[str, float]:
 
 
 def _judge_abutment(states: States, case: str, pair: Pair[AbutmentHistory]) -> None:
-    """Judge the statements on the loops of one case with friction against those without."""
+    """Judge the statements on figure 10 in one case, from runs with and without friction."""
     with_friction, without = pair
     names = without.unit_names
     walls, keys = (np.array([kind in name for name in names]) for kind in ("backwall", "key"))
@@ -217,7 +216,7 @@ def _judge_abutment(states: States, case: str, pair: Pair[AbutmentHistory]) -> N
 
 
 def _fast_rms(t_s: Array, force_n: Array) -> float:
-    """Return the RMS of the frequencies from 5 Hz on, on a regular grid of the same length."""
+    """Return the RMS of the force at 5 Hz and above, resampled to a regular grid."""
     grid_s = np.linspace(t_s[0], t_s[-1], len(t_s))
     spectrum = np.fft.rfft(np.interp(grid_s, t_s, force_n))
     spectrum[np.fft.rfftfreq(len(grid_s), grid_s[1] - grid_s[0]) < 5.0] = 0.0
@@ -232,7 +231,7 @@ _DEMANDS: Final = (
     *("column_shear_kn", "column_drift_ratio", "unseating_m", "acute_corner_unseating_m"),
     *("bearing_disp_m", "abutment_passive_m", "backwall_force_kn", "shear_key_force_kn"),
 )
-# Units without friction, by the place of friction.
+# Contacts without friction, by the place of friction.
 _FREE: Final = {"walls": "key", "keys": "backwall"}
 # The five models of the paper.
 _MODELS: Final = ("roller", "simplified", "spring", "contact", "contact_friction")
@@ -241,7 +240,7 @@ _MODELS: Final = ("roller", "simplified", "spring", "contact", "contact_friction
 def _analysis(
     motion: PaperMotion, variant: Variant, scheme: AnalysisScheme = "default", **options: Any
 ) -> AnalysisResult:
-    """Return the analysis of a bridge under a motion, with its histories."""
+    """Return the result of an analysis of a bridge under a motion, with histories."""
     settings = AnalysisSettings(scheme=scheme, duration_s=DURATION_S)
     run = variant, Excitation(motion=motion.motion), settings, ModelOptions(**options)
     return analyse(*run, histories=True)
@@ -252,12 +251,12 @@ def _histories(result: AnalysisResult) -> Mapping[str, Array]:
 
 
 def _has_wall_force(runs: Iterable[AnalysisResult], skew_deg: int) -> bool:
-    """Return whether the deck pushes a wall in every run with a share of its strength."""
+    """Return whether the wall force of every run exceeds 5 % of the backfill strength."""
     return _is_pushed((run.whole_history["backwall_force_kn"] for run in runs), skew_deg)
 
 
 def _report_demands(study: Study, case: str, pair: Pair[AnalysisResult]) -> None:
-    """Report the demands with friction against those without."""
+    """Report the demands with friction; the references are those without."""
     for demand in _DEMANDS:
         rough, smooth = (result.whole_history[demand] for result in pair)
         study.report(f"{case}: {demand}, friction 0.5 against 0", rough, smooth, _WITHOUT)
@@ -268,7 +267,7 @@ def run(study: Study) -> None:
     record = waho()
     for scheme, motion in product(SCHEMES, record.runs()):
         if scheme == "paper" and motion.run.scale is None:
-            continue  # nine seconds an analysis: this scheme runs the record at its scales only
+            continue  # nine seconds per analysis: this scheme runs only the scaled record
         rough, smooth = pair = (
             _analysis(motion, paper_variant(), scheme),
             _analysis(motion, paper_variant(friction_pct=0), scheme),
@@ -335,7 +334,7 @@ def _deck_motion(table: Mapping[str, Array]) -> DeckMotion:
 
 
 def _history_change(pair: Pair[AnalysisResult], column: str) -> float:
-    """Return the RMS change of a history by friction over its RMS without."""
+    """Return RMS change of a history by friction / its RMS without friction."""
     friction, plain = (_histories(result)[column] for result in pair)
     return float(rms_change(friction, plain))
 
@@ -364,7 +363,7 @@ def run_places(study: Study) -> None:
             study.at_most(text, forces_kn.abs().to_numpy().max(), 0.0, "no friction there")
         for place, demand in product(PLACES, _DEMANDS):
             value, plain = (run.whole_history[demand] for run in (runs[place], without))
-            # a deck that does not turn has no rotation to compare with
+            # a deck that does not rotate gives no reference for the ratio
             if plain > (1e-4 if demand == "deck_rotation_rad" else 0.0):
                 text = f"skew {skew}, friction at {place}: {demand}"
                 study.report(text, value, plain, _WITHOUT)
@@ -375,7 +374,7 @@ def run_places(study: Study) -> None:
 
 
 def run_models(study: Study) -> None:
-    """Run OSB1 with all abutment models, straight and skewed, and OSB2S with friction."""
+    """Run OSB1 with all abutment models and skews, and OSB2S with and without friction."""
     motion = waho()
     runs = {
         (abutment, skew): _analysis(motion, paper_variant(abutment=abutment, skew_deg=skew))
@@ -417,7 +416,7 @@ def _judge_skew(
     states: States, case: str, straight: AnalysisResult, skewed: AnalysisResult
 ) -> None:
     """Judge the statements on skew; their premise is that an obtuse corner hits its wall."""
-    # the last point of a wall is at the obtuse corner of a positive skew
+    # for a positive skew the last point of a wall is at the obtuse corner
     corners = [f"{side} backwall {ModelOptions().backwall_points}" for side in _SIDES]
     normals = [_histories(skewed)[f"{contact_column(corner)}_normal_kn"] for corner in corners]
     judge = partial(states, premise=max(float(normal.max()) for normal in normals) > 0.0)

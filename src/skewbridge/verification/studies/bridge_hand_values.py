@@ -1,9 +1,10 @@
-"""The catalogue's models against hand values and other models: weights, periods, strengths.
+"""Weights, periods and strengths of the catalogue's models against hand values and other models.
 
-`bridge_values.csv` has the references by bridge, abutment, state of the sections, direction or
-angle (`at`) and end of a push. Their sources: *hand*, by engineering rules; *PyPBEE*, the public
-models of Kaviani's bridges; *this project's earlier model*, a fiber model of the same data with the
-named section state, which shows whether the model has changed, not whether it is right.
+`bridge_values.csv` has the references by bridge, abutment, section state, direction or angle (`at`)
+and final displacement of a push (`end_m`). Their sources: *hand*, by engineering rules; *PyPBEE*,
+the public models of Kaviani's bridges; *this project's earlier model*, a fiber model of the same
+data with the named section state, which shows whether the model has changed, not whether it is
+right.
 """
 
 from collections.abc import Callable, Mapping
@@ -28,7 +29,7 @@ from skewbridge.verification.studies.paper_runs import paper_variant
 
 STATES: Final = {
     "cracked elastic": ModelOptions(elastic_columns=True),
-    # the reference models apply the deck's load in the middle of the caps
+    # the reference models apply the deck load at the middle of the bent caps
     "hinge": ModelOptions(cap_load="middle"),
     "fiber": ModelOptions(column_integration="lobatto5", cap_load="middle"),
 }
@@ -41,7 +42,7 @@ _AXIAL: Final = "base axial force (kN)"
 
 
 def run(study: Study) -> None:
-    """Compare all values that the catalogue's sources give."""
+    """Compare all rows of the table, and weights and axial forces of bridges A to C by hand."""
     for row in _TABLE:
         quantity, _, unit = row["quantity"].partition(" (")
         words = (f"{row['bridge']} {quantity} {row['at']}".strip(), row["abutment"], row["state"])
@@ -75,7 +76,7 @@ def _bent(row: Values) -> BentCapacity:
 
 
 def _held_period_s(row: Values) -> float:
-    """Return the transverse period with both deck ends held across."""
+    """Return the transverse period (s) with both deck ends fixed transversely."""
     with domain():
         variant = paper_variant(bridge=row["bridge"], abutment=row["abutment"])
         model = build(variant, STATES[row["state"]])
@@ -89,14 +90,14 @@ def _held_period_s(row: Values) -> float:
 
 
 def _pushed_kn(row: Values) -> float:
-    """Return the strength of a bridge pushed at an angle."""
+    """Return the strength (kN) of a bridge pushed at an angle."""
     variant = paper_variant(bridge=row["bridge"], abutment=row["abutment"])
     push = {"angle_deg": float(row["at"]), "max_disp_m": float(row["end_m"])}
     return push_bridge(variant, STATES[row["state"]], **push, steps=60).peak_n / KN
 
 
 def _shear_strength_kn(row: Values) -> float:
-    """Return the strength of a column at ductility 5, under the axial force of the model."""
+    """Return the shear strength (kN) of a column at ductility 5, under the table's axial force."""
     data = load_bridge(row["bridge"])
     axials = {each["bridge"]: each["reference"] for each in _TABLE if each["quantity"] == _AXIAL}
     axial_n = float(axials[row["bridge"]]) * KN
@@ -106,7 +107,7 @@ def _shear_strength_kn(row: Values) -> float:
 
 
 def _passive_kn(row: Values) -> float:
-    """Return the force of a backfill pushed normal to its wall, past the gap and its yield."""
+    """Return the force (kN) of a backfill pushed normal to its wall, without that of the pads."""
     end_m = float(row["end_m"])
     pads = load_bridge(row["bridge"]).abutment.pads
     ratio, shear_kn_per_m = pads.hardening_ratio, pads.shear_stiffness_kn_per_m
@@ -114,7 +115,7 @@ def _passive_kn(row: Values) -> float:
     pads_kn = pads.count * (plastic_kn + ratio * shear_kn_per_m * end_m)
     curve = push_abutment(
         paper_variant(bridge=row["bridge"], skew_deg=int(row["at"])),
-        # a push normal to the wall never meets keys square to it: backfill and pads alone
+        # a push normal to the wall never closes keys square to it: only backfill and pads act
         ModelOptions(backfill="sdc", key_frame="skewed"),
         angle_deg=float(row["at"]),
         max_disp_m=end_m,

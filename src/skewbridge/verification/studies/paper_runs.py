@@ -1,8 +1,8 @@
 """Records and variants of the paper's bridge studies.
 
-Recorded motions cannot be distributed with the package. They are looked for in the folders named by
-the environment variable `SKEWBRIDGE_RECORDS` and in `motions/` of the working folder. A stand-in
-for a missing record is named on every figure.
+Recorded motions cannot be distributed with the package. They are searched in the folders named by
+the environment variable `SKEWBRIDGE_RECORDS` and in `motions/` of the working folder. Every figure
+names the stand-in of a missing record.
 """
 
 import os
@@ -34,18 +34,18 @@ FOLDERS_VARIABLE: Final = "SKEWBRIDGE_RECORDS"
 
 FRICTION_PCT: Final = 50  # source: the paper, section 4
 GAP_MM: Final = 51  # source: the paper, section 4
-#: Factors on the record of a study: within 5 %, the sign of many effects changes.
+#: Scale factors of the record of a study: within 5 %, the sign of many effects changes.
 SCALES: Final = (0.95, 0.967, 0.983, 1.0, 1.017, 1.033, 1.05)
-#: Number of other motions that a statement is judged under without the paper's record.
+#: Number of other motions that judge a statement if the paper's record is missing.
 OTHER_MOTIONS: Final = 5
 
 
 @dataclass(frozen=True, slots=True)
 class PaperMotion:
-    """A motion at the factor of the study, longitudinal component first; a label for figures.
+    """A motion scaled for the study, longitudinal component first, with a label for figures.
 
-    `run` is the motion at a scale or another motion, `other_pga_g` the PGA (RotD50) of others that
-    close the wall gaps.
+    `run` names the scale, or the other motion. Other motions are scaled to a PGA (RotD50) of
+    `other_pga_g`.
     """
 
     motion: GroundMotion
@@ -56,7 +56,7 @@ class PaperMotion:
 
     @property
     def stand_in(self) -> str:
-        """Suffix for the name of a case: empty under the paper's record, else the stand-in."""
+        """Suffix of case names: empty for the paper's record, else the label of the stand-in."""
         return "" if self.is_paper_record else f" ({self.label})"
 
     @property
@@ -65,7 +65,7 @@ class PaperMotion:
         return self.run.scale == 1.0
 
     def runs(self) -> list[Self]:
-        """Return this motion at `SCALES`; for a stand-in, other motions of the suite as well."""
+        """Return this motion at all `SCALES`; for a stand-in, also other motions of the suite."""
         names = {scale: Run(f"scale {scale:g}", scale) for scale in SCALES}
         scaled = [replace(self, motion=self.motion.scaled(s), run=run) for s, run in names.items()]
         if self.is_paper_record:
@@ -80,17 +80,17 @@ class PaperMotion:
 
 
 def tarzana() -> PaperMotion:
-    """Return Tarzana with 090 longitudinal and 000 transverse, or a synthetic pair as strong."""
+    """Return Tarzana (090 longitudinal, 000 transverse), or a synthetic pair of the same PGA."""
     patterns = ("*TAR090*", "*TAR360*", "*TAR000*")
     # source: PEER NGA-West2 flatfile, RSN 1087 (Northridge 1994, Tarzana), RotD50 PGA
     return _record("Tarzana", "TAR", patterns, 1.6440)
 
 
 def waho() -> PaperMotion:
-    """Return WAHO with 090 longitudinal and 000 transverse, its surrogate, or a synthetic pair."""
+    """Return WAHO (090 longitudinal, 000 transverse), its surrogate, or a synthetic pair."""
     patterns = ("*WAH090*", "*WAH000*")
-    # The package's motions have no pulse: at the peak of WAHO they leave the gaps of OSB1 open, so
-    # they could not check what the paper states about contact.
+    # The package's motions have no pulse: at the PGA of WAHO they do not close the gaps of OSB1, so
+    # three times that PGA is needed to test statements on contact.
     found = _record("WAHO", "RSN811_WAHO", patterns, WAHO_PGA_ROTD50_G, factor=3.0)
     north, east = (_find(name) for name in SURROGATE_FILES)
     if found.is_paper_record or not (north and east):
@@ -101,14 +101,14 @@ def waho() -> PaperMotion:
 
 
 def el_centro() -> PaperMotion:
-    """Return El Centro with 180 longitudinal and 270 transverse, or a synthetic pair as strong."""
+    """Return El Centro (180 longitudinal, 270 transverse), or a synthetic pair of the same PGA."""
     # source: PEER NGA-West2, RSN 6 (Imperial Valley 1940, El Centro): geometric mean of the two
     # components, 0.2808 and 0.2107 g
     return _record("El Centro", "RSN6_ELC", ("*ELC180*", "*ELC270*"), 0.2432)
 
 
 def _find(*patterns: str) -> Path | None:
-    """Return the first file that matches a pattern in the folders, in order of names."""
+    """Return the first matching file, ordered by pattern, folder and name; None without a match."""
     named = [part for part in os.environ.get(FOLDERS_VARIABLE, "").split(os.pathsep) if part]
     folders = [Path(folder) for folder in (*named, "motions")]
     found = (file for each in patterns for at in folders for file in sorted(at.rglob(each)))
@@ -118,10 +118,10 @@ def _find(*patterns: str) -> Path | None:
 def _record(
     name: str, motion_id: str, patterns: tuple[str, ...], pga_rotd50_g: float, factor: float = 1.0
 ) -> PaperMotion:
-    """Return the paper's record, from patterns of the first file and of the second.
+    """Return a record of the paper; the first of `patterns` is for file 1, the others for file 2.
 
-    Without its files (or if they hold another record), the first motion of the package's suite,
-    scaled to a multiple of the published peak.
+    If files are missing (or hold a different record), return the first motion of the package's
+    suite, scaled to `factor` x the published PGA.
     """
     first, second = _find(patterns[0]), _find(*patterns[1:])
     pga_g = factor * pga_rotd50_g
@@ -130,7 +130,7 @@ def _record(
             motion = read_motion(first, second, motion_id=motion_id)
             return PaperMotion(motion, name, pga_g, is_paper_record=True)
     motion = read_entry(embedded_entries()[0])
-    label = f"synthetic {motion.motion_id} at {factor:g} x the peak of {name}"
+    label = f"synthetic {motion.motion_id} at {factor:g} x the PGA of {name}"
     return PaperMotion(motion.scaled(pga_g / _pga_g(motion)), label, pga_g)
 
 
@@ -144,20 +144,20 @@ def embedded_entries() -> list[IndexEntry]:
     if (index := next(filter(Path.is_file, places), None)) is None:
         raise InputError(
             "motions/index.csv of the package's suite is not in the working folder; run the "
-            f"command there, or put the record into motions/ or a folder of {FOLDERS_VARIABLE}"
+            f"command where it is, or put the record into motions/ or a folder of {FOLDERS_VARIABLE}"
         )
     return [entry for entry in read_index(index) if entry.components]
 
 
 def strongest_motions(count: int, pga_g: float) -> list[GroundMotion]:
-    """Return the motions of the suite with the largest PGA (RotD50), each scaled to one PGA."""
+    """Return the motions of the suite with the largest PGA (RotD50), all scaled to `pga_g`."""
     motions = [read_entry(entry) for entry in embedded_entries()]
     ranked = sorted(((_pga_g(motion), k) for k, motion in enumerate(motions)), reverse=True)
     return [motions[k].scaled(pga_g / peak_g) for peak_g, k in ranked[:count]]
 
 
 def paper_variant(**fields: Any) -> Variant:
-    """Return OSB1 with friction, skew 0 and the paper's gap; keywords give other fields."""
+    """Return OSB1 with friction, skew 0 and the paper's gap; keywords override fields."""
     paper: dict[str, Any] = {"bridge": "osb1", "abutment": "contact_friction", "skew_deg": 0}
     paper |= {"gap_mm": GAP_MM, "friction_pct": FRICTION_PCT}
     return Variant(**paper | fields)

@@ -1,15 +1,15 @@
-"""Fragility curves and effects of skew that others published, against ours.
+"""Published fragility curves and published effects of skew, compared with ours.
 
 `published.csv` holds the curves of Mangalathu (2017) for bridges built after 1991 (era 3: osb1) and
-before 1971 (era 1: osb1_era1). Ours are fitted on their intensity measure Sa(1.0 s), with the
-capacities of their table and the peaks of whole motions, since their columns fail in bending only.
-Where the ratio of medians is outside `RANGE`, runs with one named change each (`CHANGES`) show what
-moves it: a change explains a ratio if it brings it inside, or closes half of the distance to it.
-Nothing is fitted to the published values.
+before 1971 (era 1: osb1_era1). Our curves use the same intensity measure Sa(1.0 s), the published
+capacities and the peaks of whole motions, because the published columns fail in bending only. If a
+ratio of medians is outside `RANGE`, each of `CHANGES` is tried by itself: a change explains the
+ratio if it brings it into the range or at least halves its distance from the range. Nothing is
+fitted to the published values.
 
 `run_skew` compares the effect of skew on median capacities of PEER's bridges A, B and C with the
-factor of Hazus, and effects on demands with the directions that others report
-(docs/theory/published_skew.md); `CHOICES` change one modelling choice in bridge B.
+factor of Hazus. It also reports the effects on demands, for which other authors give directions
+(docs/theory/published_skew.md). Each of `CHOICES` changes one modelling choice of bridge B.
 
 References:
     Mangalathu (2017), PhD thesis, Georgia Institute of Technology (hdl.handle.net/1853/58291).
@@ -67,7 +67,7 @@ SOURCE: Final = "Mangalathu (2017) in Chen et al. (2025), doi 10.17603/ds2-c73m-
 SYSTEM: Final = "system"
 ALL_STATES: Final = {"slight", "moderate", "extensive", "complete"}
 SETTINGS: Final = FitSettings(im="im_sa_1p000_rotd50_g")
-# Demands of the published components in our analyses; the others are not modelled.
+# Our demand for each published component; other components are not modelled.
 DEMANDS: Final = {
     "column_curvature": "column_curvature_ductility",
     "bearing": "bearing_disp_m",
@@ -77,8 +77,8 @@ DEMANDS: Final = {
     "abutment_passive": "abutment_passive_m",
 }
 _KEYS: Final = ["component", "state"]
-WHOLE: Final = "whole_"  # prefix of peaks of whole motions
-# States whose ratio has to be inside or explained.
+WHOLE: Final = "whole_"  # prefix of columns with peaks of whole motions
+# States whose ratio must be inside `RANGE` or explained by a change.
 JUDGED: Final = {
     "column_curvature": {"moderate", "extensive"},
     **dict.fromkeys(("bearing", "abutment_transverse", "unseating", SYSTEM), ALL_STATES),
@@ -87,15 +87,15 @@ JUDGED: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """One change of the comparison; whatever it does not name stays."""
+    """One change of the comparison; fields not given keep the value of the comparison."""
 
     name: str
-    demands: Mapping[str, str] = field(default_factory=dict[str, str])  # others, by component
+    demands: Mapping[str, str] = field(default_factory=dict[str, str])  # replaced, by component
     capacity: str = "capacity"  # column of the published table
     weaker_bearing: bool = False  # 3 in instead of 4 in, moderate damage of era 1
     first_yield: bool = False  # curvature ductility refers to the first yield of a bar
-    whole: bool = True  # peaks of the whole motion, or up to the failure of a column
-    bridges: Mapping[int, str] = field(default_factory=lambda: dict(BRIDGES))  # other eras are out
+    whole: bool = True  # peaks of the whole motion; if false, up to the failure of a column
+    bridges: Mapping[int, str] = field(default_factory=lambda: dict(BRIDGES))  # by era
     gap_mm: int = 25
     keys: str = "sacrificial"
 
@@ -111,7 +111,7 @@ CHANGES: Final = (
     Change("demand: up to the failure of a column, as in our studies", whole=False),
     Change("bridge: bridge_b, columns 6.7 m", bridges={3: "bridge_b"}),
     Change("gap: 51 mm", gap_mm=51),
-    # keys that break to protect the abutment are younger than the bridges of era 1
+    # keys designed to break and protect the abutment are newer than the bridges of era 1
     Change("keys: do not break", keys="monolithic", bridges={1: "osb1_era1"}),
 )
 
@@ -131,7 +131,7 @@ def run(study: Study) -> None:
             runs[era, name] = variant, {"keys": change.keys}
     found = [
         medians(published[published["era"] == era], table, era, changes[name])
-        for (era, name), table in analysed_demands(study, runs, 24).items()  # 3 blocks of levels
+        for (era, name), table in analysed_demands(study, runs, 24).items()  # motions: 3 blocks
     ]
     study.tables["ratios"] = table = compared(published, pd.concat(found, ignore_index=True))
     ours = table[table["change"] == NONE.name]
@@ -159,10 +159,10 @@ def run(study: Study) -> None:
 def analysed_demands[Key](
     study: Study, cases: Mapping[Key, tuple[Variant, Mapping[str, Any]]], motions: int
 ) -> dict[Key, pd.DataFrame]:
-    """Return demands of variants with changed options under the first motions of the shipped suite.
+    """Return a demands table per case (variant, changed options) under the first suite motions.
 
-    The motions are at the levels of the default study. The rows are those of the demands table,
-    with the peaks of whole motions as well (prefix ``whole_``).
+    The motions are scaled to the levels of the default study. The rows are those of the demands
+    table plus the peaks of whole motions (prefix ``whole_``).
     """
     bridges = tuple(dict.fromkeys(variant.bridge for variant, _ in cases.values()))
     with TemporaryDirectory() as results:
@@ -195,10 +195,10 @@ def _peaks(task: Task) -> Row:
 def medians(
     published: pd.DataFrame, demands: pd.DataFrame, era: int, change: Change
 ) -> pd.DataFrame:
-    """Return the medians and dispersions of the study for the published components and the system.
+    """Return our medians and dispersions for the published components and the system.
 
     Columns: era, change, component, state, status, theta, theta_low, theta_high, beta and
-    theta_bound, a lower bound of the median of a state that no run reaches.
+    theta_bound (lower bound of the median of a state that no run reaches).
     """
     if change.whole:
         demands = _with_whole_peaks(demands)
@@ -215,11 +215,11 @@ def medians(
     states = list(limits.values())
     rows = prepared(demands, list(dict.fromkeys(each.demand for each in states)), SETTINGS).table
     curves = fit_study(rows, states, SETTINGS)
-    components = chosen_curves(curves, "cloud")  # as theirs
+    components = chosen_curves(curves, "cloud")  # as in the published study
     components = components.drop(columns="beta").rename(columns={"beta_total": "beta"})
     system = system_curves(rows, states, SETTINGS).assign(component=SYSTEM)
     both = pd.concat([components, system], ignore_index=True)
-    # only counts bound the median of a state that no run reaches
+    # only counts of exceedances bound the median of a state that no run reaches
     counts = chosen_curves(curves, "exceedance").set_index(["component", "limit_state"])
     keys = pd.MultiIndex.from_frame(both[["component", "limit_state"]])
     bounds = counts["theta_bound_low"].reindex(keys).to_numpy()
@@ -232,9 +232,9 @@ def medians(
 def capacities(
     published: pd.DataFrame, columns: Mapping[str, str], name: str = "capacity"
 ) -> dict[tuple[str, str], LimitState]:
-    """Return the limit states of an era by component and state, on the demands of the study.
+    """Return the limit states of an era by component and state, in terms of our demands.
 
-    `columns` has the demand by component, the column `name` of the published curves the capacities.
+    `columns` maps components to demands; the column `name` of `published` has the capacities.
     """
     return {
         (row["component"], row["state"]): LimitState(
@@ -250,7 +250,7 @@ def capacities(
 
 
 def compared(published: pd.DataFrame, ours: pd.DataFrame) -> pd.DataFrame:
-    """Return the published medians with those of the study, their ratios and intervals."""
+    """Return the published medians with ours, their ratios (ours / published) and intervals."""
     table = published.merge(ours, on=["era", *_KEYS], how="inner", sort=False)
     fitted = table["status"] == FITTED
     for end, usable in (("", fitted), ("_low", fitted), ("_high", fitted), ("_bound", ~fitted)):
@@ -259,7 +259,7 @@ def compared(published: pd.DataFrame, ours: pd.DataFrame) -> pd.DataFrame:
 
 
 def outside(ratio: pd.DataFrame | float) -> Any:
-    """Return the distance of ratios from `RANGE` in their logarithm; 0 inside."""
+    """Return the logarithmic distance of each ratio from `RANGE`; 0 inside the range."""
     low, high = RANGE
     return np.maximum(np.maximum(np.log(low / ratio), np.log(ratio / high)), 0.0)
 
@@ -267,11 +267,11 @@ def outside(ratio: pd.DataFrame | float) -> Any:
 def explanations(table: pd.DataFrame) -> pd.DataFrame:
     """Return for each ratio of `compared` the change that moves it most towards `RANGE`.
 
-    Columns: era, component, state, ratio, change, changed_ratio, closed (share of the distance from
-    the range that the change closes) and is_explained; ratios inside have no change.
+    Columns: era, component, state, ratio, change, changed_ratio, closed (fraction by which the
+    change reduces the distance) and is_explained. Ratios inside the range have the change "none".
     """
     wide = table.pivot(index=["era", *_KEYS], columns="change", values="ratio")
-    # no change first: it is the best of equals where it is inside
+    # "none" comes first: `idxmin` then returns it for ratios inside the range
     ratios = wide[list(dict.fromkeys([NONE.name, *table["change"]]))].dropna(subset=[NONE.name])
     distances = outside(ratios)
     best, before = distances.idxmin(axis=1), distances[NONE.name]
@@ -299,13 +299,13 @@ def _figure(table: pd.DataFrame) -> Figure:
             ticks = (0.5, 0.75, 1.0, 1.33, 2.0, 3.0)
             axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
             axis.minorticks_off()
-            axis.set(xlabel="our median over the published one", title=f"{bridge}, era {era}")
+            axis.set(xlabel="our median / published median", title=f"{bridge}, era {era}")
     return figure
 
 
 SKEWS_DEG: Final = (0, 30, 60)
 CHOICE_MOTIONS: Final = 8
-#: Demands that others report effects of skew on.
+#: Demands with published effects of skew.
 COMPARED: Final = (
     "column_drift_ratio",
     "column_shear_dcr",
@@ -315,8 +315,8 @@ COMPARED: Final = (
     "abutment_transverse_m",
     "abutment_passive_m",
 )
-#: Modelling choices that may change the effect of skew, and the bridge that they are tried on. The
-#: first changes nothing: the effect under the motions of the others.
+#: Modelling choices that may change the effect of skew, tried on the bridge `CHOSEN`. The first one
+#: changes nothing: it gives the reference under the same motions.
 CHOICES: Final[Mapping[str, Mapping[str, Any]]] = {
     "as above": {},
     "key faces along the abutment line": {"key_frame": "skewed"},
@@ -329,7 +329,7 @@ _EFFECT: Final = ("ratio", "ratio_low", "ratio_high", "n_motions")
 
 
 def run_skew(study: Study) -> None:
-    """Run the bridges at their skews and one bridge with other choices; report the effects."""
+    """Run three bridges at all skews, and one with each choice; report the effects of skew."""
     plain = {
         (bridge, skew, NONE.name): (paper_variant(bridge=bridge, skew_deg=skew, gap_mm=25), {})
         for bridge, skew in product(("bridge_a", "bridge_b", "bridge_c"), SKEWS_DEG)
@@ -338,7 +338,7 @@ def run_skew(study: Study) -> None:
         (CHOSEN, skew, choice): (paper_variant(bridge=CHOSEN, skew_deg=skew, gap_mm=25), options)
         for choice, options in CHOICES.items()
         for skew in (SKEWS_DEG[0], SKEWS_DEG[-1])
-        if skew or not {"key_frame", "backfill_variation"} & options.keys()  # nothing at skew 0
+        if skew or not {"key_frame", "backfill_variation"} & options.keys()  # no effect at skew 0
     }
     demands = analysed_demands(study, plain, 12)
     straight = demands[CHOSEN, 0, NONE.name].head(CHOICE_MOTIONS)
@@ -363,18 +363,18 @@ def run_skew(study: Study) -> None:
 
 
 def hazus_factor(skew_deg: float) -> float:
-    """Return the factor of Hazus on the medians of a skewed bridge."""
+    """Return the factor by which Hazus multiplies the medians of a skewed bridge."""
     return sqrt(sin(radians(90.0 - abs(skew_deg))))
 
 
 def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the mean ratio of each demand to that at skew 0 under the same motion.
+    """Return the mean ratio of each demand to its value at skew 0 under the same motion.
 
-    The table has rows of analyses, their choice and peaks of whole motions, which count even where
-    a run collapsed. Motions whose demand is zero at either skew are left out. Columns: bridge,
-    choice, skew_deg, demand, mean (geometric, in its unit), ratio, its interval and n_motions.
+    `table` has one row per analysis, with its choice and the peaks of whole motions, which count
+    even if the run collapsed. Motions whose demand is zero at either skew are left out. Columns:
+    bridge, choice, skew_deg, demand, mean (geometric), ratio, ratio_low, ratio_high, n_motions.
     """
-    # by their names for whole motions, which are judged by ratios alone
+    # the names with the prefix for whole motions: they are judged by ratios alone
     names = [f"{WHOLE}{name}" for name in COMPARED]
     runs = table.assign(**{"status": OK, COMPLETE: True, BEYOND_MODEL: ""})
     found = _effects_of_skew(runs, lambda part: effect_tables(part, names, SETTINGS).effects)
@@ -385,7 +385,7 @@ def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
 def median_factors(table: pd.DataFrame) -> pd.DataFrame:
     """Return the factors of skew on median capacities, paired by motion, with their intervals.
 
-    The table is that of `demand_ratios`; the column `demand` names component/state.
+    `table` is as in `demand_ratios`; the column `demand` of the result is component/state.
     """
     published = published_curves()
     states = list(capacities(published[published["era"] == 3], DEMANDS).values())
@@ -398,7 +398,7 @@ def median_factors(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _with_whole_peaks(table: pd.DataFrame) -> pd.DataFrame:
-    """Return a table with the peaks of whole motions as its demands, whatever columns fail."""
+    """Return a table whose demands are the peaks of whole motions, even if columns fail."""
     whole = {name: table[f"{WHOLE}{name}"] for name in DEMANDS.values()}
     return table.assign(**whole | {BEYOND_MODEL: "", COMPLETE: table["status"] == OK})
 
@@ -406,7 +406,7 @@ def _with_whole_peaks(table: pd.DataFrame) -> pd.DataFrame:
 def _effects_of_skew(
     table: pd.DataFrame, effects: Callable[[pd.DataFrame], pd.DataFrame]
 ) -> pd.DataFrame:
-    """Return the pooled effects of each choice with the names of this study."""
+    """Return the pooled effects of each choice, with the column names of this study."""
     choices = table.groupby("choice", sort=False)
     found = pd.concat([effects(part).assign(choice=choice) for choice, part in choices])
     names = {"to_value": "skew_deg", "ci_low": "ratio_low", "ci_high": "ratio_high"}

@@ -1,10 +1,10 @@
 """Rigid bodies between walls: a particle (figure 4 of the paper) and the skew deck (5 to 8).
 
 The particle moves on an isotropic support between two inclined lines. The first deck is that of
-Dimitrakopoulos (2011) under a pulse, the second that of the shake-table tests of Wu et al. (2019):
-mass, bearings, damping and table motion of the tests are not public, and the rotation varies four-
-to fivefold over the plausible range. So the deck is compared with the same equations solved without
-OpenSees, and only statements that do not need the tests are judged.
+Dimitrakopoulos (2011) under a pulse, the second that of the shake-table tests of Wu et al. (2019).
+Mass, bearings, damping and table motion of the tests are not public, and the rotation varies four-
+to fivefold over their plausible range. The second deck is therefore compared with a solution of the
+same equations without OpenSees, and only statements that do not need test data are judged.
 """
 
 from functools import partial
@@ -29,7 +29,7 @@ from skewbridge.verification.references.live_model import Array, cone_excess, rm
 from skewbridge.verification.registry import Panel, Row, Study, drawn
 from skewbridge.verification.studies.paper_runs import el_centro
 
-_CLOSE: Final = 0.03  # of the gap: the penetration that Kn = 1e9 N/m permits
+_CLOSE: Final = 0.03  # fraction of the gap: the penetration allowed for Kn = 1e9 N/m
 
 # ASSUME mass, support and restitution: the paper gives gap, slope, pulse, friction, damping.
 _MASS_KG: Final = 1000.0
@@ -39,13 +39,13 @@ _HALF_GAP_M: Final = 0.0268  # distance of each line from the origin
 _LINE_FRICTION: Final = 0.1
 _KN_N_PER_M: Final = 1.0e9  # normal and tangential penalty in OpenSees
 _LINE_PULSE: Final = solvers.BaseAcceleration(amplitude_mps2=(4.905, 14.715), period_s=0.5)
-# Along the lines, inclined by 30 degrees, and normal to them, upwards.
+# Unit vectors along the lines, which are inclined by 30 degrees, and normal to them (upwards).
 TANGENT: Final = np.array([cos(radians(30.0)), sin(radians(30.0))])
 NORMAL: Final = np.array([-TANGENT[1], TANGENT[0]])
 
 
 class ParticleHistory(NamedTuple):
-    """Response of the particle along x and y, shape (n, 2); columns of forces: lower, upper line.
+    """Response of the particle: positions (x, y) and forces (lower, upper line), shape (n, 2).
 
     Friction acts along the lines, with the sign of slip.
     """
@@ -80,7 +80,7 @@ def run_particle(dt_s: float, duration_s: float) -> ParticleHistory:
 
         def state() -> list[float]:
             (lower, _), (upper, _) = contacts.tangentials_n
-            # The unit of the lower line counts slip along minus the tangent.
+            # The unit of the lower line measures slip along minus the tangent.
             return [*ops.nodeDisp(particle), -lower, upper, *contacts.normals_n]
 
         rows = live.record(contacts, times, dt_s, state)[::10]
@@ -105,7 +105,7 @@ def run_between_lines(study: Study) -> None:
     for restitution, history in rigid.items():
         name = f"LCP, restitution {restitution:g}:"
         for quantity, value in peaks_m(history.q).items():
-            # Time stepping converges slowly without loss at impact: shown, not judged.
+            # Without loss at impact, time stepping converges slowly: these peaks have no tolerance.
             study.tabulated(f"{name} peak {quantity} (m)", value)
         total = float(history.normal_impulses_ns.sum())
         if restitution < 1.0:
@@ -113,7 +113,7 @@ def run_between_lines(study: Study) -> None:
         if restitution == 0.6:
             ratio = float(np.abs(history.tangent_impulses_ns).sum()) / total
             study.tabulated(f"{name} friction over normal impulse", ratio)
-    # Step times the frequency of the mass on the penalty: 0.05.
+    # Time step x circular frequency of the mass on the penalty = 0.05.
     dt = 0.05 * (_MASS_KG / _KN_N_PER_M) ** 0.5
     history = run_particle(dt, 3.0)
     compare_with_lcp(study, history, rigid[0.6])
@@ -121,22 +121,22 @@ def run_between_lines(study: Study) -> None:
 
 
 def peaks_m(positions_m: Array) -> dict[str, float]:
-    """Return the largest ux, uy and displacement along the lines, ut, of positions (n, 2)."""
+    """Return the largest |ux|, |uy| and |ut| (along the lines) in m of positions (n, 2)."""
     peaks = np.abs(np.column_stack([positions_m, positions_m @ TANGENT])).max(axis=0)
     return dict(zip(("ux", "uy", "ut"), peaks.tolist(), strict=True))
 
 
 def compare_with_lcp(study: Study, history: ParticleHistory, rigid: LcpHistory) -> None:
-    """Compare the penalty particle of OpenSees with the rigid one of restitution 0.6."""
+    """Compare the particle with penalty contact in OpenSees with rigid contact, restitution 0.6."""
     case = "OpenSees, Kn 1e9"
     for quantity, value in peaks_m(history.position_m).items():
         study.tabulated(f"{case}: peak {quantity} (m)", value)
     normal, exact = history.position_m @ NORMAL, rigid.q @ NORMAL
     error = rms(normal - np.interp(history.t_s, rigid.t_s, exact)) / _HALF_GAP_M
-    source = "own Moreau-Jean solver at the step of the study"
-    study.at_most(f"{case}: RMS of un against LCP over gap", error, _CLOSE, source)
+    source = "our Moreau-Jean solver at the step of the study"
+    study.at_most(f"{case}: RMS difference of un from LCP / gap", error, _CLOSE, source)
     depth = max(ledger.max_penetration_m for ledger in history.ledgers) / _HALF_GAP_M
-    study.at_most(f"{case}: penetration over gap", depth, _CLOSE, "penalty")
+    study.at_most(f"{case}: penetration / gap", depth, _CLOSE, "penalty")
     study.states("node to line", f"{case} N/m", error)
     study.states("penalties enforce", f"{case} N/m", depth)
     for name, motion in {f"{case} N/m": normal, "rigid, restitution 0.6": exact}.items():
@@ -144,8 +144,8 @@ def compare_with_lcp(study: Study, history: ParticleHistory, rigid: LcpHistory) 
     first_s = float(history.t_s[np.flatnonzero(np.abs(normal) > _HALF_GAP_M)[0]])
     study.tabulated("OpenSees: first contact (s)", first_s)
     excess = cone_excess(history.friction_n, history.normal_n, _LINE_FRICTION)
-    text = "OpenSees: friction beyond the cone over its largest"
-    study.at_most(text, excess, 0.1, "one step of the predicted compression at impact")
+    text = "OpenSees: excess of friction over the cone / largest limit"
+    study.at_most(text, excess, 0.1, "compression predicted over one step at impact")
 
 
 def _draw_particle(study: Study, history: ParticleHistory, rigid: LcpHistory) -> None:
@@ -164,10 +164,10 @@ def _draw_particle(study: Study, history: ParticleHistory, rigid: LcpHistory) ->
     study.figures["particle"] = drawn(panels, columns=2, height_in=4.8)
 
 
-_ODE: Final = "own Runge-Kutta integration of the penalty equation"
-_FRICTIONLESS: Final = ("C1", "C3")  # with tabulated elastic peaks and four restitutions
+_ODE: Final = "our Runge-Kutta integration of the penalty equation"
+_FRICTIONLESS: Final = ("C1", "C3")  # have tabulated elastic peaks; run with four restitutions
 _AXES: Final = ("ux", "uy", "rotation x length")
-_NAMES: Final = ("right acute", "right obtuse", "left obtuse", "left acute")  # as `CORNERS`
+_NAMES: Final = ("right acute", "right obtuse", "left obtuse", "left acute")  # order of `CORNERS`
 
 
 def run(study: Study) -> None:
@@ -179,7 +179,7 @@ def run(study: Study) -> None:
         for e in ((0.6, 0.45, 0.71, 1.0) if name in _FRICTIONLESS else (0.6,))
     }
     at_06 = {name: rigid[name, 0.6] for name in cases.CASES}
-    # kn* = 1e5, the deck of C3 rotates by impact in both methods.
+    # kn* = 1e4: impacts rotate the deck of C3 in both methods.
     stiff = {"normal_stiffness_n_per_m": 7.9e8, "dt_s": 2.5e-5, "duration_s": 1.5}
     damped = {name: run_deck(deck_case(name, restitution=0.6, **stiff)) for name in cases.CASES}
     _check_elastic(study, elastic)
@@ -189,7 +189,7 @@ def run(study: Study) -> None:
     is_falling = bool(np.all(np.diff(errors) < 0.0))
     text = "locked rotation: penalty converges to the LCP"
     study.holds(text, truth=is_falling, source="monotone in kn*")
-    text = "locked rotation, kn* = 1e5: RMS of un over scale"
+    text = "locked rotation, kn* = 1e5: RMS difference of un / scale"
     study.at_most(text, errors[-1], 0.01, "LCP, e 0.6")
     study.tabulated("locked rotation: first contact (s)", locked["first_contact_s"].iloc[-1])
     study.states("penalty converges", "C1, rotation locked", errors)
@@ -219,7 +219,7 @@ def run(study: Study) -> None:
 
 
 def _scaled(history: DeckHistory) -> Array:
-    """Return ux, uy and rotation x length over the scale of displacement, shape (n, 3)."""
+    """Return ux, uy and rotation x length, divided by the displacement scale, shape (n, 3)."""
     return history.q * np.array([1.0, 1.0, cases.LENGTH_M]) / SCALE_M
 
 
@@ -228,7 +228,7 @@ def _scaled_peaks(history: DeckHistory) -> Array:
 
 
 def _check_elastic(study: Study, elastic: dict[str, DeckHistory]) -> None:
-    """Compare the elastic penalty with other integrations, links and C1 along its ends exactly."""
+    """Check the elastic penalty by Runge-Kutta, the exact linear response and a deck of beams."""
     tolerances = {"ux_m": 0.01, "uy_m": 0.01, "theta_rad": 0.02}
     for name, history in elastic.items():
         found = history.peaks()
@@ -241,7 +241,7 @@ def _check_elastic(study: Study, elastic: dict[str, DeckHistory]) -> None:
                 study.tabulated(text, found[key])
     skew = radians(deck_case("C1").skew_deg)
     along = elastic["C1"].q[:, :2] @ np.array([sin(skew), cos(skew)])
-    text = "C1: peak along the end (never touched by contact) (m)"
+    text = "C1: peak along the end, where no contact force acts (m)"
     peak, exact_m = float(np.abs(along).max()), sin(skew) * 2.501777 * SCALE_M
     study.relative(text, peak, exact_m, 1e-3, "exact linear response")
     for name in _FRICTIONLESS:
@@ -255,24 +255,24 @@ def _check_elastic(study: Study, elastic: dict[str, DeckHistory]) -> None:
 def _check_rigid(
     study: Study, rigid: dict[tuple[str, float], DeckHistory], damped: dict[str, DeckHistory]
 ) -> None:
-    """Compare the rigid deck with its table, then the damped penalty with the rigid deck."""
+    """Compare the rigid deck with tabulated values, then the damped penalty with the rigid deck."""
     tolerances = {"ux": 0.10, "uy": 0.10, "theta x length": 0.15}
     for (name, e), history in rigid.items():
         for quantity, value in zip(tolerances, _scaled_peaks(history), strict=True):
             study.tabulated(f"{name} LCP, restitution {e:g}: peak {quantity} over scale", value)
-    # the methods differ, neither is wrong
+    # penalty and rigid contact differ by their assumptions; neither is wrong
     for name, history in damped.items():
         peaks = zip(_scaled_peaks(history), _scaled_peaks(rigid[name, 0.6]), strict=True)
         for (quantity, limit), (value, reference) in zip(tolerances.items(), peaks, strict=True):
             text = f"{name} damped penalty, kn* = 1e4: peak {quantity} over scale"
             if name in ("C3", "C5"):
-                study.relative(text, value, reference, limit, "LCP; the gap of the method")
+                study.relative(text, value, reference, limit, "LCP; the methods differ")
             else:
-                study.report(text, value, reference, "LCP; flat impacts leave theta = 0 there")
+                study.report(text, value, reference, "LCP, where flat impacts leave theta = 0")
 
 
 def _judge_agreement(study: Study, elastic: DeckHistory, rigid: DeckHistory) -> None:
-    """Judge figure 5 axis by axis, and whether differences grow with the impacts."""
+    """Judge figure 5 axis by axis, and whether differences grow with the number of impacts."""
     motion, exact = _scaled(elastic), _scaled(rigid)
     at_times = [np.interp(elastic.t_s, rigid.t_s, column) for column in exact.T]
     difference = motion - np.array(at_times).T
@@ -307,9 +307,9 @@ def _draw_c1(study: Study, rigid: DeckHistory, elastic: DeckHistory) -> None:
 
 def perimeter_beams(case: cases.DeckCase) -> None:
     """Connect the mass centre to the corners by a perimeter of stiff beams and four spokes."""
-    # ASSUME the paper's perimeter deck has its mass at the centre, tied by members as stiff.
+    # ASSUME the mass of the paper's perimeter deck is at its centre, on equally stiff members.
     half = 0.5 * case.length_m
-    axial = 1.0e4 * case.normal_stiffness_n_per_m * half  # stiffer than this changes nothing
+    axial = 1.0e4 * case.normal_stiffness_n_per_m * half  # a higher stiffness changes nothing
     bending = axial * half * half / 3.0
     ops.geomTransf("Linear", 1)
     right_acute, right_obtuse, left_obtuse, left_acute = solvers.CORNER_NODES
@@ -322,16 +322,16 @@ def perimeter_beams(case: cases.DeckCase) -> None:
 
 
 def impacts(history: DeckHistory) -> pd.DataFrame:
-    """Return every impact of every corner: time, approach and rebound speed, restitution.
+    """Return one row per impact of a corner: corner, time, approach speed and restitution.
 
-    Speeds are those of the steps before closing and after opening, in free flight.
+    Speeds are taken in free flight, in the steps before closing and after opening.
     """
     dt = float(history.t_s[1] - history.t_s[0])
     rows: list[tuple[str, float, float, float]] = []
     for corner, opening in zip(CORNERS, history.openings_m.T, strict=True):
         changes = np.diff((opening < 0.0).astype(int))
         starts, ends = (np.flatnonzero(changes == sign) + 1 for sign in (1, -1))
-        # every contact begins open, so that ends follow starts; the last may not end
+        # every contact is open at first, so ends follow starts; the last contact may not end
         for start, end in zip(starts.tolist(), ends.tolist(), strict=False):
             if start < 2 or end + 1 >= len(opening):
                 continue
@@ -343,11 +343,12 @@ def impacts(history: DeckHistory) -> pd.DataFrame:
 
 
 def locked_rotation(relative_stiffnesses: tuple[float, ...] = (1e3, 1e4, 1e5)) -> pd.DataFrame:
-    """Return the distance of the damped penalty from the rigid deck when it cannot rotate.
+    """Return the difference between damped penalty and rigid contact for a deck without rotation.
 
     Both corners of an end then act as one contact, and the clipped Kelvin-Voigt penalty has to
-    converge to the rigid solution with the same restitution, 0.6. Columns: relative stiffness
-    kn* = 2 Kn / (m w_p^2), RMS difference of the normal displacement over the scale, first contact.
+    converge to the rigid solution with the same restitution, 0.6. Columns: relative_stiffness
+    kn* = 2 Kn / (m w_p^2), rms_ratio (RMS difference of the normal displacement / scale) and
+    first_contact_s.
     """
     rigid = run_deck(deck_case("C1", solver="lcp", restitution=0.6, dt_s=1e-4))
     normal = solvers.make_deck(deck_case("C1")).normal_rows[0, :2]
@@ -356,7 +357,7 @@ def locked_rotation(relative_stiffnesses: tuple[float, ...] = (1e3, 1e4, 1e5)) -
     for ratio in relative_stiffnesses:
         stiffness = ratio * 1000.0 * pulse_speed**2 / 2.0
         case = {"normal_stiffness_n_per_m": stiffness, "dt_s": 0.1 / (pulse_speed * ratio**0.5)}
-        # rotation is stiff against the corner springs at their lever arms
+        # the rotational spring is much stiffer than the corner springs at their lever arms
         history = run_deck(deck_case("C1", restitution=0.6, period_theta_s=1.0e-5, **case))
         soft = np.interp(rigid.t_s, history.t_s, history.q[:, :2] @ normal)
         error = (soft - rigid.q[:, :2] @ normal) / SCALE_M
@@ -372,7 +373,7 @@ _PREDICTABLE_S: Final = 2.5
 
 
 def wu_case(gap_mm: float, **changes: Any) -> cases.DeckCase:
-    """Return the deck of the tests with a gap, read as perpendicular to the end."""
+    """Return the deck of the tests; the gap is taken as perpendicular to the end of the deck."""
     # ASSUME mass, period and damping of the bearings (not public); no scaling of time.
     fields: dict[str, Any] = {
         "mass_kg": 5000.0,
@@ -418,14 +419,14 @@ def run_tests(study: Study) -> None:
             text = f"{name}: difference in the first {_PREDICTABLE_S:g} s (m)"
             study.at_most(text, error, 0.05 * MM, _ODE)
             _draw_tests(study, history, f"{motion.label}, {name}")
-        text = f"{name}: friction beyond friction x compression, over its largest"
+        text = f"{name}: excess of friction over the cone / largest limit"
         beyond = cone_excess(history.tangentials_n, history.normals_n, FRICTION)
-        study.at_most(text, beyond, 0.1, "cone; one step of the predicted compression")
+        study.at_most(text, beyond, 0.1, "cone; compression predicted over one step")
         rows += [
             {"gap_mm": gap, "solver": solver, "motion": motion.label} | _demands(found)
             for solver, found in (("opensees", history), ("penalty", ode))
         ]
-    # Half a period of a mass on its penalty; the same share of the mass acts at a corner.
+    # A contact lasts half a period of the mass on its penalty; each corner has an equal mass share.
     decks = wu_case(GAPS_MM[0]), deck_case("C1")
     times_s = [(deck.mass_kg / deck.normal_stiffness_n_per_m) ** 0.5 for deck in decks]
     study.states("longer contact", "closed form", times_s[0] / times_s[1], 1.0)

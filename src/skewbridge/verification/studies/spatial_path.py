@@ -1,11 +1,11 @@
-"""The unit in space: figure 3 of the paper, order of the couplings, and the element of OpenSees.
+"""The unit in space: figure 3 of the paper, order of the couplings, native element of OpenSees.
 
 `run` drives the unit by a square and two triangular waves. `run_orders` compares both couplings on
 smooth paths and on a frictional deck, over a range of time steps. `run_native` compares paths and
 decks with the contact element of OpenSees, `zeroLengthContactASDimplex` (Akan, Petracca, Camata,
-Spacone and Lai 2020). It iterates friction within the step, for a constant coefficient and without
-cohesion; its gap is the distance of its nodes. Where it converges it is an independent solution of
-the same equations.
+Spacone and Lai 2020). This element iterates friction within the step, with a constant coefficient
+and without cohesion; its gap is the distance between its nodes. If it converges, it is an
+independent solution of the same equations.
 """
 
 from itertools import product
@@ -36,7 +36,7 @@ _COUPLINGS: Final[tuple[Coupling, ...]] = ("extrapolated", "lagged")
 
 def run(study: Study) -> None:
     """Run the study of figure 3."""
-    # The square wave takes one row to jump: short rows keep its timing.
+    # The square wave jumps within one row: short rows keep its timing.
     path = unit.figure_3(_ROWS_PER_S)
     forces = unit.drive_unit(PAPER_LAW, path, substeps=2).forces_n
     for time, (axis, name) in product(_FORCES_AT_S, enumerate("xy")):
@@ -48,13 +48,13 @@ def run(study: Study) -> None:
         work = unit.path_work_j(path[rows], forces[rows])
         study.tabulated(f"work from {start} to {end} s (J)", work)
     closed, friction_n = forces[:, 2] > 0.0, np.hypot(*forces[:, :2].T)
-    # The square wave jumps within one row: that row is left out on both sides.
+    # The rows around each jump of the square wave are left out.
     steady = np.ones(len(closed), dtype=bool)
     for jump in np.flatnonzero(np.diff(closed)).tolist():
         steady[jump : jump + 3] = False
     excess = friction_n - np.where(closed, 1500.0 + 0.3 * forces[:, 2], 0.0)
     beyond = max(0.0, float(excess[steady].max())) / LIMIT_N
-    study.at_most("force beyond the cone over the limit", beyond, 1e-6, "cone")
+    study.at_most("excess of force over the cone / limit", beyond, 1e-6, "cone")
     loose = float(np.abs(forces[~closed & steady, :2]).max())
     study.at_most("friction while open (N)", loose, 0.0, "no friction")
     study.states("closing decides", "vector", loose)
@@ -73,21 +73,21 @@ def _compare_schemes(study: Study) -> pd.DataFrame:
         options: dict[str, Any] = {"scheme": scheme, "coupling": coupling}
         forces = unit.drive_unit(PAPER_LAW, path, substeps=1, **options).forces_n
         error = np.hypot(*(forces - exact)[:, :2].T) / LIMIT_N
-        # One step at each opening, closing and reversal is a matter of timing.
+        # Leave out the 3 largest errors per opening, closing or reversal: they depend on timing.
         error_ratio = rms(np.sort(error)[: -3 * events])
         work = unit.path_work_j(path, forces)
         largest = float(np.hypot(*forces[:, :2].T).max()) / LIMIT_N
         name = f"{scheme}, {coupling}"
-        case = f"{name} (the paper's way)" if name == "componentwise, lagged" else name
+        case = f"{name} (as in the paper)" if name == "componentwise, lagged" else name
         study.states("limit in every direction", case, largest)
         claim = "elastic springs too" if scheme == "elastic" else "components are coupled"
         study.states(claim, case, error_ratio)
         source = "radial return on a fine grid"
         if name == "vector, extrapolated":
-            study.at_most("RMS error at 1 ms steps over the limit", error_ratio, 0.01, source)
+            study.at_most("RMS error at 1 ms steps / limit", error_ratio, 0.01, source)
             study.tabulated("work at 1 ms steps (J)", work)
         else:
-            study.report(f"{name}: RMS error at 1 ms steps", error_ratio, 0.0, source)
+            study.report(f"{name}: RMS error at 1 ms steps / limit", error_ratio, 0.0, source)
         numbers = {"rms_error_ratio": error_ratio, "work_j": work, "largest_force_ratio": largest}
         rows.append(options | numbers)
     return pd.DataFrame(rows)
@@ -117,7 +117,7 @@ def _draw(study: Study, path: Array, forces_kn: Array) -> None:
 
 type PathKind = Literal["closed", "opening and closing", "reversals"]
 
-# Paths and deck of the study of the couplings, with the titles of their panels.
+# Paths and deck of the study of the couplings; paths with the titles of their panels.
 _KINDS: Final[dict[PathKind, str]] = {
     "closed": "path that stays closed",
     "opening and closing": "path that opens and closes",
@@ -128,7 +128,7 @@ _DECK_S: Final = 0.6
 
 
 def run_orders(study: Study) -> None:
-    """Run the study of the couplings."""
+    """Run the study of the order of the couplings."""
     rows: list[Row] = [
         {"study": kind, "coupling": coupling, "rows": rows, "step": 1.0 / rows}
         | {"error_ratio": path_error(rows, coupling, kind)}
@@ -149,7 +149,7 @@ def run_orders(study: Study) -> None:
     source = "radial return on a fine grid"
     panels: dict[str, dict[str, Any]] = {kind: {} for kind in (*_KINDS, _DECK)}
     for (kind, coupling), group in table.groupby(["study", "coupling"]):
-        # slope of the error in the step, both logarithmic
+        # slope of ln error over ln step
         order = float(np.polyfit(np.log(group["step"]), np.log(group["error_ratio"]), 1)[0])
         if (kind, coupling) == ("closed", "extrapolated"):
             at_1000 = float(group.loc[group["rows"] == 1000, "error_ratio"].iloc[0])
@@ -165,7 +165,7 @@ def run_orders(study: Study) -> None:
 
 
 def smooth_path(rows: int, kind: PathKind) -> Array:
-    """Return two periods of 1 s of a curve in space, with some rows per period.
+    """Return two periods (1 s each) of a curve in space, with `rows` rows per period.
 
     `closed` stays closed, `opening and closing` opens once per period, `reversals` stays closed and
     moves back and forth on a slightly curved line.
@@ -181,7 +181,7 @@ def smooth_path(rows: int, kind: PathKind) -> Array:
 
 
 def path_error(rows: int, coupling: Coupling, kind: PathKind) -> float:
-    """Return the RMS error of the friction over the largest limit."""
+    """Return the RMS error of the friction / largest friction limit."""
     path = smooth_path(rows, kind)
     # The reference follows the smooth curve, not the chords between the rows.
     parts = max(1, 64000 // rows)
@@ -195,9 +195,9 @@ IMPLICIT: Final = 0
 IMPLEX: Final = 1
 _NAMES: Final = {IMPLICIT: "implicit", IMPLEX: "IMPL-EX"}
 _LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3)
-# Case, integration, step in s, and whether it is judged. The friction of the native element is of
-# first order in the step and still 1.6 to 8 % off for C2 at 2e-5 s; so the frictional case judged
-# is C5, at the smaller step.
+# Case, integration, step in s, and whether it is judged. The friction of the native element is
+# first order in the step; in C2 it is still 1.6 to 8 % off at 2e-5 s. The judged case with friction
+# is therefore C5 at that step.
 _DECK_RUNS: Final = (
     ("C1", IMPLICIT, 1e-4, True),
     ("C1", IMPLEX, 1e-4, False),
@@ -226,11 +226,11 @@ def run_native(study: Study) -> None:
     limit_n = _LAW.friction * float(ours[:, 2].max())
     native = {each: drive_native(_LAW, path, each, substeps=10) for each in _NAMES}
     errors = {each: unit.rms_n((ours - forces)[:, :2]) / limit_n for each, forces in native.items()}
-    text = "driven path: RMS difference over the limit"
+    text = "driven path: RMS difference / limit"
     study.at_most(text, errors[IMPLICIT], 0.01, _NATIVE)
     work, exact = (unit.path_work_j(path, forces) for forces in (ours, native[IMPLICIT]))
     study.relative("driven path: work (J)", work, exact, 2e-3, _NATIVE)
-    text = "driven path, IMPL-EX: RMS difference over the limit"
+    text = "driven path, IMPL-EX: RMS difference / limit"
     study.report(text, errors[IMPLEX], 0.0, _NATIVE)
     rows: list[Row] = []
     for name, integration, dt_s, is_judged in _DECK_RUNS:
@@ -239,7 +239,7 @@ def run_native(study: Study) -> None:
         reached_s, text = float(deck.t_s[-1]), f"{name}, {_NAMES[integration]}, dt {dt_s:g} s"
         finished = reached_s >= case.duration_s - case.dt_s
         if not finished:
-            study.report(f"{text}: stops converging at (s)", reached_s, case.duration_s, _NATIVE)
+            study.report(f"{text}: time of failed step (s)", reached_s, case.duration_s, _NATIVE)
         peaks = np.abs(deck.q).max(axis=0).tolist()
         for (key, tolerance), peak in zip(_TOLERANCES.items(), peaks, strict=True):
             limit = tolerance if finished and is_judged else None
@@ -257,7 +257,7 @@ def curved_path(rows_per_period: int = 1000) -> Array:
 
 
 def drive_native(law: ContactLaw, path: Array, integration: int, substeps: int = 1) -> Array:
-    """Drive the native element along a path; return forces like those of `drive_unit`."""
+    """Drive the native element along a path; return forces as in `PathResult`, (rows, 3)."""
     forces = np.zeros((len(path), 3))
     with clean_domain(3, 3):
         for node in (1, 2, 3, 4):

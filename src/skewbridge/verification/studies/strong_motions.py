@@ -1,13 +1,14 @@
 """Analyses under strong motions: stress cases, convergence of the numerics, accuracy of effects.
 
-`run_hard_set`: every abutment model, skew and kind of bridge under the strongest motions of the
-suite at 1.2 g. Each analysis must end `ok` or in a physical `collapse`, with its criterion named
-and its energy accounted for. `compare_with_finer`: the demands at the default steps and mesh
-against finer ones. `run_accuracy`: the effects of friction, gap and skew at the default accuracy
-against the reference, as ratios of peaks under the same motion.
+`run_hard_set` runs every abutment model, skew and kind of bridge under the strongest motions of the
+suite, scaled to 1.2 g. Each analysis must end `ok` or in a physical `collapse`, with its criterion
+named and its energy accounted for. `compare_with_finer` compares the demands at the default steps
+and mesh with those at finer ones. `run_accuracy` compares the effects of friction, gap and skew at
+the default accuracy with those at the reference, as ratios of peaks under the same motion.
 
-Motions are cut to their strongest seconds. Finished analyses are kept in a journal: run the same
-command to resume. Except for the stress cases, peaks are those of whole histories.
+Motions are cut to their strongest part, except in `accuracy-whole`. Finished analyses are kept in a
+journal: run the same command to resume. Except for the stress cases, peaks are those of whole
+histories.
 """
 
 import os
@@ -39,14 +40,15 @@ from skewbridge.variant.variant import ABUTMENTS
 from skewbridge.verification.registry import Row, Study
 from skewbridge.verification.studies.paper_runs import embedded_entries, strongest_motions
 
-REPORT_EACH: Final = 10  # analyses between two lines on the progress
+REPORT_EACH: Final = 10  # analyses between two lines of progress
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CaseSet:
-    """Variants and motions of a study, each combination, the motions cut to `window_s`.
+    """All combinations of variants and motions of a study, with motions cut to `window_s`.
 
-    The motions are the strongest ones at `pga_g`, or the first of the suite at their own factors.
+    Motions are the strongest of the suite, scaled to `pga_g`, or, if it is None, the first of the
+    suite at their scale factors.
     """
 
     grid: GridConfig
@@ -73,7 +75,7 @@ class CaseSet:
 def rows_of_tasks(
     study: Study, tasks: Sequence[Task], analysed: Callable[[Task], Row], processes: int
 ) -> list[Row]:
-    """Return the rows of tasks, in their order; those in the study's journal are not run again."""
+    """Return the rows of tasks, in task order; tasks in the study's journal are not run again."""
     keys = [run_key(task) for task in tasks]
     path = study.kept / f"{study.name}.jsonl"
     with open_journal(path) as journal:
@@ -116,7 +118,7 @@ def run(study: Study) -> None:
 
 
 def run_hard_set(study: Study, chosen: CaseSet, settings: AnalysisSettings) -> None:
-    """Run stress cases: one comparison per bridge, abutment and skew, a table of all rows."""
+    """Run stress cases; add a comparison per bridge, abutment and skew, and a table of all rows."""
     tasks = chosen.tasks(settings, ModelOptions())
     table = pd.DataFrame(rows_of_tasks(study, tasks, _ending, chosen.processes))
     study.tables["rows"] = table = table.drop(columns="run_key")
@@ -125,14 +127,14 @@ def run_hard_set(study: Study, chosen: CaseSet, settings: AnalysisSettings) -> N
         failed = group[~group["as_required"]]
         text = f"{bridge}, {abutment}, skew {skew_deg}: analyses that end ok or in collapse"
         if len(failed):
-            text += f" (not: {'; '.join(failed['motion_id'] + ' ' + failed['why'])})"
+            text += f" (failed: {'; '.join(failed['motion_id'] + ' ' + failed['why'])})"
         source = "every analysis ends ok or in a physical collapse"
         study.absolute(text, len(group) - len(failed), len(group), 0.0, source)
     study.tables["rungs"] = pd.DataFrame(rung_shares(map(steps_from_text, table["steps_by_rung"])))
 
 
 def _ending(task: Task) -> Row:
-    """Return how an analysis ends, and whether it ends as required."""
+    """Return the outcome of an analysis, and whether it ended as required."""
     ending = analyse_task(task, Path(os.devnull), lambda time_s, duration_s: None)
     is_accounted = abs(ending.get("energy_residual_ratio", inf)) <= LIMITS.max_energy_residual
     reason = ending["collapse_criterion"]
@@ -147,11 +149,11 @@ def _ending(task: Task) -> Row:
     }
 
 
-# Closes all gaps, breaks keys, yields columns.
 _HALF: Final = GridConfig(friction=(0.5,))
+# At 0.8 g all gaps close, keys break and columns yield.
 CONVERGENCE: Final = CaseSet(grid=_HALF, motion_count=4, pga_g=0.8, window_s=8.0)
-# Error budget of the default numerics: demands by the limit of a change, None for no limit. One
-# case in twenty may exceed it, by up to half; no rotation may.
+# Error budget of the default numerics: demands by the limit of their change, None for no limit. One
+# case in twenty may exceed the limit, by up to half of it; a rotation may never exceed it.
 _BUDGET: Final[dict[float | None, tuple[str, ...]]] = {
     0.01: ("column_shear_kn", "column_drift_ratio", "deck_disp_x_m", "deck_disp_y_m"),
     0.015: ("unseating_m", "abutment_passive_m", "abutment_transverse_m"),
@@ -160,18 +162,18 @@ _BUDGET: Final[dict[float | None, tuple[str, ...]]] = {
     None: ("slip_work_kj", "friction_impulse_kns", "contact_time_s"),
 }
 CHANGES: Final = {demand: limit for limit, demands in _BUDGET.items() for demand in demands}
-# Changes up to these values count as none: 0.1 mrad moves the corners of osb1 by 0.7 mm, and the
-# mildest limit states of abutments are at some 10 mm.
+# Changes up to these values are ignored: 0.1 mrad moves the corners of osb1 by 0.7 mm, and the
+# mildest limit states of abutments are at about 10 mm.
 FLOORS: Final = {"deck_rotation_rad": (1e-4, "0.1 mrad"), "abutment_passive_m": (5e-4, "0.5 mm")}
 EXCESS: Final = ("cone_excess_wall_ratio", "cone_excess_key_ratio")
-# Whole histories of all cases, whether or not columns fail.
+# Whole histories of all cases, even if columns fail.
 _WHOLE: Final = AnalysisSettings(energy=False, mean_iterations=1e4, collapse_drift_ratio=0.5)
 
 
 class Numerics(NamedTuple):
     """Changes of the default numerics, run in every `interval`-th case.
 
-    `text` says which changes the demands show against those named `coarse`.
+    They are compared with the numerics named `coarse`; `text` describes the comparison.
     """
 
     name: str
@@ -205,13 +207,13 @@ MESHES: Final = tuple(
 
 
 def run_convergence(study: Study) -> None:
-    """Run the study of convergence; the end of its name may choose steps or mesh."""
+    """Run the convergence study; the end of its name can select the steps or the mesh alone."""
     parts = {"convergence-steps": STEPS, "convergence-mesh": MESHES}
     compare_with_finer(study, CONVERGENCE, parts.get(study.name, STEPS + MESHES))
 
 
 def _peaks(study: Study, chosen: CaseSet, numerics: Sequence[Numerics]) -> pd.DataFrame:
-    """Return the peaks of whole histories: one row per numerics and case of a set."""
+    """Return the peaks of whole histories, one row per numerics and case of a set."""
     tasks: list[Task] = []
     places: list[Row] = []
     for each in numerics:
@@ -237,7 +239,7 @@ def _whole_peaks(task: Task) -> Row:
 
 
 def compare_with_finer(study: Study, chosen: CaseSet, finer: Sequence[Numerics]) -> None:
-    """Compare the demands of a set with those of finer numerics; a table of all changes."""
+    """Compare the demands of a set with those of finer numerics; add a table of all changes."""
     table = _peaks(study, chosen, [Numerics("default"), *finer])
     peaks = {name: part.set_index("case") for name, part in table.groupby("numerics")}
     tables: list[pd.DataFrame] = []
@@ -253,12 +255,12 @@ def compare_with_finer(study: Study, chosen: CaseSet, finer: Sequence[Numerics])
     study.tables["changes"] = pd.concat(tables, ignore_index=True)
     for excess in EXCESS:
         text = f"{excess}, largest of {len(peaks['default'])} cases"
-        # of the work of friction
+        # the limit is a fraction of the friction work
         study.at_most(text, peaks["default"][excess].max(), 0.03, "friction law")
 
 
 def judge_changes(study: Study, changes: pd.DataFrame, finer: Numerics) -> None:
-    """Report the worst and the median change of each demand; judge those of the default.
+    """Report the largest and the median change of each demand; judge those of the default.
 
     `changes` has a row per case and a column per demand of `CHANGES` (relative change).
     """
@@ -266,8 +268,8 @@ def judge_changes(study: Study, changes: pd.DataFrame, finer: Numerics) -> None:
     for demand, budget in CHANGES.items():
         limit = budget if finer.coarse == "default" else None
         sizes = changes[demand].abs()
-        factor = 1.0 if demand == "deck_rotation_rad" else 1.5  # no case with a larger rotation
-        floor = f" (changes up to {FLOORS[demand][1]} count as none)" if demand in FLOORS else ""
+        factor = 1.0 if demand == "deck_rotation_rad" else 1.5  # rotations may not exceed the limit
+        floor = f" (changes up to {FLOORS[demand][1]} are ignored)" if demand in FLOORS else ""
         text = f"{demand}, largest change {finer.text}, {cases}{floor}"
         largest = None if limit is None else factor * limit
         study.absolute(text, sizes.max(), 0.0, largest, finer.name)
@@ -279,9 +281,9 @@ def judge_changes(study: Study, changes: pd.DataFrame, finer: Numerics) -> None:
 
 
 def relative_changes(demand: str, values: pd.Series, exact: pd.Series) -> pd.Series:
-    """Return changes relative to exact values; 0 up to the floor of the demand.
+    """Return changes relative to exact values; changes up to the floor of the demand become 0.
 
-    The change is 0 for a demand that is absent from both runs, infinite if absent from one.
+    The change is 0 if the demand is missing in both runs, infinite if it is missing in one.
     """
     floor, _ = FLOORS.get(demand, (0.0, ""))
     is_same = ((values - exact).abs() <= floor) | (values.isna() & exact.isna())
@@ -291,13 +293,13 @@ def relative_changes(demand: str, values: pd.Series, exact: pd.Series) -> pd.Ser
 #: The first motions of the suite at their scale factors.
 ACCURACY: Final = CaseSet(grid=GridConfig(bridge=("osb1",)), motion_count=8, window_s=10.0)
 DEMANDS: Final = ("column_shear_kn", "column_drift_ratio", "deck_disp_m", "unseating_m")
-MAX_DIFFERENCE: Final = 0.005  # of a pooled ratio
+MAX_DIFFERENCE: Final = 0.005  # relative, of a pooled ratio
 ALL_PLACES: Final = "all"
 _AXES: Final = ("friction_pct", "gap_mm", "skew_deg")
 
 
 def run_pairs(study: Study) -> None:
-    """Run the study of the accuracy of effects, under whole motions if its name says so."""
+    """Run the study of the accuracy of effects; `accuracy-whole` uses whole motions."""
     is_whole = study.name == "accuracy-whole"
     chosen = replace(ACCURACY, window_s=None) if is_whole else ACCURACY
     run_accuracy(study, chosen, ("default", "reference"))
@@ -317,14 +319,14 @@ def run_accuracy(study: Study, chosen: CaseSet, accuracies: tuple[Accuracy, Accu
     text = f"largest difference of {len(table)} pooled ratios in percent"
     study.at_most(text, worst, 100.0 * MAX_DIFFERENCE, source)
     failed = int((~peaks["status"].isin([OK, COLLAPSE])).sum())
-    study.at_most(f"analyses of {len(peaks)} that failed", failed, 0.0, "none may fail")
+    study.at_most(f"failed analyses of {len(peaks)}", failed, 0.0, "none may fail")
 
 
 def pooled_ratios(peaks: pd.DataFrame, accuracies: tuple[Accuracy, Accuracy]) -> pd.DataFrame:
-    """Return the ratios of demands between neighbours on each axis, at both accuracies.
+    """Return the ratios of demands between neighbouring values of each axis, at both accuracies.
 
-    They are geometric means over the motions at each place (the values on the other axes), and over
-    motions and places together. Motions without the demand in a member are left out. Columns: axis,
+    They are geometric means over the motions at each place (values of the other axes), and over
+    motions and places together. A motion is left out if the demand is zero in a run. Columns: axis,
     from_value, to_value, place, demand, count, ratio, exact_ratio and difference_percent.
     """
     keys = [*_AXES, "motion_id", "demand"]
