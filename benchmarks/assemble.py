@@ -1,9 +1,10 @@
-"""Puts what the benchmarks found into results/benchmarks.json, with versions and sizes of the sets.
+"""Collect the results of the benchmarks in results/benchmarks.json, with versions and set sizes.
 
     python benchmarks/assemble.py
 
-`run.sh` leaves one JSON file per entry in results/benchmarks; an entry without a file was not
-measured, and the result says so. It prints the lines for docs/scaling.md.
+`run.sh` writes one JSON file per entry to results/benchmarks. An entry without a file was not
+measured: it is null in the result and named on stderr. The script prints the lines for
+docs/scaling.md.
 """
 
 import json
@@ -26,7 +27,7 @@ ENTRIES: Final = (
     "fragility",
 )
 TARGET: Final = RESULTS.with_suffix(".json")
-#: Measure of an entry that is repeated as its `ratio`.
+#: Main measure of an entry, copied to its `ratio`.
 RATIOS: Final = {
     "speedup": "speedup",
     "overhead": "overhead",
@@ -36,7 +37,7 @@ RATIOS: Final = {
 
 
 def assembled() -> dict[str, Any]:
-    """Return all entries, those that were not measured as None."""
+    """Return all entries; None for those that were not measured."""
     found = {name: _read(name) for name in ENTRIES}
     workers = found.pop("workers") or {}
     parts = {"parallel": workers.get("parallel"), "memory": workers.get("memory")}
@@ -56,8 +57,8 @@ def _read(name: str) -> Any:
 
 
 def table(found: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the lines of the table."""
-    yield "| what | median | least to largest | of | target |"
+    """Yield the lines of the table in Markdown."""
+    yield "| quantity | median | smallest to largest | cases | target |"
     yield "|---|---|---|---|---|"
     if speed := found["speedup"]:
         text = f"plain numerics over ours, {speed['accuracy']} ({speed['cases']} cases)"
@@ -75,11 +76,11 @@ def table(found: Mapping[str, Any]) -> Iterator[str]:
     if parallel := found["parallel"]:
         text = f"two workers over one (load {parallel['load_average']:.1f})"
         yield _line(text, parallel["throughput_two_over_one"], "at least 1.85")
-        text = "processor time of an analysis beside another"
+        text = "processor time of an analysis, two workers over one"
         yield _line(text, parallel["cpu_per_analysis_two_over_one"])
     if pipeline := found["pipeline"]:
         count = pipeline["motions_per_variant"]
-        text = f"stage of the analyses x cores over their processor time, {count} motions a variant"
+        text = f"analysis stage x cores over its processor time, {count} motions per variant"
         yield f"| {text} | {pipeline['pipeline']:.2f} | | 1 | at most 1.10 |"
     if memory := found["memory"]:
         growth = memory["growth_mb_per_100"]
@@ -104,7 +105,7 @@ def _line(text: str, found: Mapping[str, float], target: str = "") -> str:
 
 
 def main() -> None:
-    """Write the result; print the table and what is missing."""
+    """Write the result; print the table, and the entries not measured to stderr."""
     found = assembled()
     TARGET.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     missing = [name for name, entry in found.items() if entry is None]

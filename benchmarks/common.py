@@ -29,7 +29,7 @@ _PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "joblib", "pydanti
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """One variant under one motion, which is already scaled."""
+    """One variant under one scaled motion."""
 
     variant: Variant
     motion: GroundMotion
@@ -61,9 +61,9 @@ def osb1(skew_deg: int, gap_mm: int, friction_pct: int = FRICTION_PCT) -> Varian
 
 
 def options(description: str | None, **defaults: Any) -> argparse.Namespace:
-    """Return the options of the command line: a number, a text or a list for each default.
+    """Return the options of the command line; each has the type of its default.
 
-    An option without a default (None) is a number; tuples take several values.
+    An option with the default None is a number, one with False a flag; tuples take several values.
     """
     parser = argparse.ArgumentParser(
         description=description, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -97,14 +97,14 @@ def best_of(action: Callable[[], object], repeats: int) -> float:
 
 
 def cpu_s[T](work: Callable[[], T]) -> tuple[T, float]:
-    """Return the result of a call and its processor time."""
+    """Return the result of a call and its processor time (s)."""
     start_s = time.process_time()
     found = work()
     return found, time.process_time() - start_s
 
 
 def interleaved(works: Mapping[str, Callable[[], float]], repeats: int) -> dict[str, list[float]]:
-    """Return the measures of some repeats, taken in turn so that a busy machine slows all alike."""
+    """Return repeated measures by name, taken in turn so that a busy machine slows all alike."""
     found: dict[str, list[float]] = {name: [] for name in works}
     for _ in range(repeats):
         for name, work in works.items():
@@ -113,12 +113,12 @@ def interleaved(works: Mapping[str, Callable[[], float]], repeats: int) -> dict[
 
 
 def ratio(above: Sequence[float], below: Sequence[float]) -> dict[str, float]:
-    """Return median and range of the ratios of measures taken in turn."""
+    """Return median, range and count of the ratios of two series of measures."""
     return spread([a / b for a, b in zip(above, below, strict=True)])
 
 
 def spread(values: Sequence[float]) -> dict[str, float]:
-    """Return median, least, largest and count."""
+    """Return median, smallest, largest and number of values."""
     return {
         "median": median(values),
         "least": min(values),

@@ -1,7 +1,7 @@
-"""Microseconds that the contacts of an abutment take per unit and step. Target: 5.
+"""Cost of the contact update in microseconds per unit and step. Target: 5.
 
-Fourteen units in space, as at the two ends of a bridge: all closed and sliding, all open, and with
-friction switched off. Processor time of `ContactSet.after_step` alone.
+Fourteen units in space, as at the two ends of a bridge: all closed and sliding, all open, or
+without updates of friction. Only the processor time of `ContactSet.after_step` counts.
     python benchmarks/contact_update.py [--repeats 5]
 """
 
@@ -45,7 +45,7 @@ def make(state: str) -> ContactSet:
 
 
 def microseconds_per_unit(state: str) -> float:
-    """Return the mean time of the update per unit and step."""
+    """Return the mean processor time of the update per unit and step, in microseconds."""
     contacts = make(state)
     spent = 0
     for _ in range(STEPS):
@@ -60,6 +60,6 @@ def microseconds_per_unit(state: str) -> float:
 
 if __name__ == "__main__":
     repeats = options(__doc__, repeats=5).repeats
-    # the least of some repeats, as a shared machine only ever adds time
+    # the smallest of several repeats, because other processes can only add time
     found = {state: min(microseconds_per_unit(state) for _ in range(repeats)) for state in STATES}
     show({"microseconds_per_contact_and_step": found, "target": 5.0})

@@ -1,12 +1,12 @@
-"""Coverage of pooled effects and of effects at an intensity, errors of families: simulated studies.
+"""Simulated studies: coverage of effect intervals and errors of family-wise verdicts.
 
 `python benchmarks/effect_simulations.py` repeats the stored simulations; a test repeats a few.
 
-A simulated study has two skews, two gaps and two frictions. ln demand = line over ln intensity +
-effects + scatter of the motion + its own reaction to each axis + scatter of the run, as large as
-measured in the default study (paired ratios: 3 to 10 %, of which a part is common to all variants).
-A run collapses where its demand passes a limit of its own, and keeps its demand up to there; the
-limits are such that 0, 5 or 20 % of the pairs are bounds.
+A simulated study has two skews, two gaps and two frictions. ln demand = line in ln intensity +
+effects + scatter of the motion + response of the motion to each axis + scatter of the run. The
+scatter is that of the default study (paired ratios: 3 to 10 %, part of it common to all variants).
+Each run has a random limit: a run whose demand exceeds it collapses, and its demand is recorded up
+to the limit. The limits are chosen so that 0, 5 or 20 % of the pairs are bounds.
 """
 
 import json
@@ -38,14 +38,14 @@ GRID: Final = {"skew_deg": (0.0, 60.0), "gap_mm": (25.0, 51.0), "friction": (0.0
 DRIFT: Final = "column_drift_ratio"
 #: Scatter of a run within its motion, by demand.
 RUN_SCATTER: Final = {DRIFT: 0.03, "deck_disp_m": 0.04, "unseating_m": 0.07}
-#: Axis of the pairs; the others tell the pairs of variants apart.
+#: Axis of the pairs; the other axes identify a pair of variants.
 AXIS: Final = "friction"
 #: Change of ln demand along each axis at ``REFERENCE_G``, in the studies of coverage.
 EFFECTS: Final = {"skew_deg": 0.16, "gap_mm": 0.03, "friction": -0.04}
 REFERENCE_G: Final = 0.4
 #: Change of the effects per unit of ln intensity, in the studies of effects at an intensity.
 SLOPE: Final = -0.10
-#: Scatter of ln demand about its line, of ln limit of a run.
+#: Standard deviations of ln demand between motions and of the ln limit between runs.
 MOTION_SCATTER: Final = 0.35
 LIMIT_SCATTER: Final = 0.6
 
@@ -54,7 +54,7 @@ type Share = dict[str, Any]
 
 
 def shares_of(hits: Mapping[str, list[bool]], motions: int, bounds: float) -> list[Share]:
-    """Return a row for each outcome: the share of the simulations with its 95 % bounds."""
+    """Return one row per outcome: its share of the simulations with 95 % bounds."""
     rows: list[Share] = []
     for what, values in sorted(hits.items()):
         share, low, high = share_of(values)
@@ -72,7 +72,7 @@ def simulate(
     *,
     bridge: str = "simulated",
 ) -> Pairs:
-    """Return the pairs of a study along `AXIS`; its runs collapse at about ``ln_limit``."""
+    """Return the pairs of a study along `AXIS`; limits of collapse have the median ``ln_limit``."""
     shape = (motions, *(len(values) for values in GRID.values()))
     x = np.log(0.1) + np.log(20.0) * rng.random(motions)
     common = x + MOTION_SCATTER * rng.normal(size=motions)
@@ -82,12 +82,12 @@ def simulate(
         ln_demand = scatter * rng.standard_t(6, size=shape) / np.sqrt(1.5)
         ln_demand += (common + 0.2 * rng.normal(size=motions)).reshape(-1, 1, 1, 1)
         for place, axis in enumerate(GRID, start=1):
-            # each motion reacts to each axis in its own way
+            # the effect of each axis differs between motions
             change = effects[axis] + slope * (x - np.log(REFERENCE_G))
             change += 0.7 * scatter * rng.normal(size=motions)
             np.moveaxis(ln_demand, place, -1)[..., 1] += change.reshape(-1, 1, 1)
         ln_demands[name] = ln_demand
-    # all demands of a run grow together up to its collapse
+    # a collapse reduces all demands of a run by the same factor
     limit = ln_limit + LIMIT_SCATTER * rng.normal(size=shape)
     over = np.maximum(ln_demands[DRIFT] - limit, 0.0)
     runs = {name: np.exp(values - over) for name, values in ln_demands.items()}
@@ -113,7 +113,7 @@ def simulate(
 
 @cache
 def limit_of(bounds: float) -> float:
-    """Return the ln limit at which a share of the pairs are bounds."""
+    """Return the ln limit at which the share ``bounds`` of the pairs are bounds."""
     if bounds == 0.0:
         return np.inf
     low, high = np.log(0.5), np.log(100.0)
@@ -128,13 +128,13 @@ def limit_of(bounds: float) -> float:
 def effects_of(
     pairs: Pairs, demands: list[str]
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Return the rows of effects on some demands, pooled ones first, and those by intensity."""
+    """Return rows of effects on some demands (pooled first), and rows of effects by intensity."""
     reference = {(pairs.place["bridge"], pairs.place["abutment"]): REFERENCE_G}
     return demand_effects(pairs, names=demands, settings=SETTINGS, reference_im=reference)
 
 
 def holds(row: Mapping[str, Any], dof: int, truth: float) -> dict[float, bool]:
-    """Return by level whether the interval of a row of effects holds a true ln ratio."""
+    """Return by level whether the interval of an effect contains the true ln ratio."""
     low, high = np.log([row["ci_low"], row["ci_high"]])
     half, middle = 0.5 * (high - low), 0.5 * (low + high)
     t = {level: special.stdtrit(dof, 0.5 + 0.5 * level) for level in LEVELS}
@@ -143,7 +143,7 @@ def holds(row: Mapping[str, Any], dof: int, truth: float) -> dict[float, bool]:
 
 
 def pooled_effects(motions: int, bounds: float, simulations: int, seed: int) -> list[Share]:
-    """Return how often intervals of pooled effects hold the true effect."""
+    """Return how often intervals of pooled effects contain the true effect."""
     rng = np.random.default_rng(seed)
     hits: dict[str, list[bool]] = {}
     for _ in range(simulations):
@@ -155,7 +155,7 @@ def pooled_effects(motions: int, bounds: float, simulations: int, seed: int) -> 
 
 
 def effects_at_intensities(motions: int, bounds: float, simulations: int, seed: int) -> list[Share]:
-    """Return how often intervals of slopes and of effects at an intensity hold the truth."""
+    """Return how often intervals of slopes and of effects at an intensity contain the truth."""
     rng = np.random.default_rng(seed)
     hits: dict[str, list[bool]] = {}
     places = {0: "lowest", 4: "middle", 8: "highest", 9: "reference"}
@@ -174,9 +174,9 @@ def effects_at_intensities(motions: int, bounds: float, simulations: int, seed: 
 
 
 def family_errors(motions: int, bounds: float, simulations: int, seed: int) -> list[Share]:
-    """Return how often any row is called lower or higher where all effects lie on the margin.
+    """Return how often any effect is called lower or higher although all equal the margin.
 
-    For comparison the same of the verdicts of each interval by itself.
+    Both for the family-wise verdicts and for the verdicts of single intervals.
     """
     rng = np.random.default_rng(seed)
     at_margin = dict.fromkeys(GRID, 0.0) | {"friction": float(np.log1p(SETTINGS.margin))}

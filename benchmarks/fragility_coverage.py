@@ -1,4 +1,4 @@
-"""How often the intervals of fits contain the truth: simulation of the sampling plans in use.
+"""Coverage of the intervals of fits, from simulations of the sampling plans in use.
 
 `python benchmarks/fragility_coverage.py [replicates]` measures all plans and stores the shares.
 """
@@ -35,7 +35,7 @@ STATES: Final = [
     )
     for name, threshold in (("slight", 1.0), ("moderate", 1.6))
 ]
-#: Capacity ratio of the second friction of `_cells` to the first.
+#: Ratio of the capacity with friction to that without, in the pairs of `_runs`.
 RATIO: Final = 0.93
 
 type Hits = Mapping[str, bool]
@@ -79,7 +79,7 @@ def _cloud(motions: int, censored: float = 0.0, repeats: int = 1) -> Plan:
         x = rng.uniform(np.log(0.2), np.log(3.0), (motions, repeats))
         own = (
             0.6 if repeats > 1 else 0.0
-        )  # share of the scatter that the runs of a motion do not share
+        )  # share of the variance that differs between the runs of a motion
         scatter = np.sqrt(1.0 - own) * rng.normal(size=(motions, 1))
         scatter = scatter + np.sqrt(own) * rng.normal(size=x.shape)
         ln_d = (x + BETA * scatter).ravel()
@@ -94,9 +94,9 @@ def _cloud(motions: int, censored: float = 0.0, repeats: int = 1) -> Plan:
 
 
 def _runs(rng: np.random.Generator, motions: int, repeats: int, cells: int = 1) -> pd.DataFrame:
-    """Return a study whose runs of one motion share most of their scatter.
+    """Return the demands of a study; with repeats or cells, runs of a motion share most scatter.
 
-    With ``cells`` above 1 there are that many pairs of variants with friction 0 and 0.5.
+    ``cells`` above 1 is the number of pairs of variants with friction 0 and 0.5.
     """
     x = rng.uniform(np.log(0.2), np.log(3.0), (motions, repeats))
     common = rng.normal(size=(motions, 1)) if cells > 1 or repeats > 1 else 0.0

@@ -1,6 +1,6 @@
-"""Time of fits against pyFragility 0.2: prints one JSON object.
+"""Time of fits compared with pyFragility 0.2; prints one JSON object.
 
-pyFragility is installed in an environment of its own from requirements-fragility.txt. `tables.py`
+pyFragility is installed in a separate environment from requirements-fragility.txt. `tables.py`
 measures whole tables of any number of rows.
 """
 
@@ -9,14 +9,14 @@ from common import best_of, show
 
 from skewbridge.fragility.fits import fit_cloud, fit_stripes
 
-# own data: 8 stripes of 40 runs
+# made-up data: 8 stripes of 40 runs
 IM = np.array([0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0, 1.3])
 N = np.full(8, 40.0)
 K = np.array([0, 0, 1, 5, 23, 30, 34, 40.0])
 
 
 def single_fits() -> dict[str, float]:
-    """Measure fits with both profile intervals of both programs on the same data."""
+    """Time the fits of both programs, with both profile intervals, on the same data."""
     import pyFragility
 
     def theirs() -> None:

@@ -45,7 +45,7 @@ STATE: Final = LimitState(
 
 
 def ln_effect(place: dict[str, Any]) -> Any:
-    """Return the effect of skew, its square, gap, friction and a product on ln demand."""
+    """Return the effect of skew (quadratic), gap, friction and skew x friction on ln demand."""
     skew, gap = place["skew_deg"] / 60.0, place["gap_mm"] / 50.8
     friction = place["friction"]
     return 0.10 * skew + 0.15 * skew**2 + 0.04 * gap - 0.08 * friction + 0.05 * skew * friction
@@ -69,9 +69,9 @@ def design() -> pd.DataFrame:
 
 
 def simulated(table: pd.DataFrame, collapse: float, rng: np.random.Generator) -> pd.DataFrame:
-    """Return the design with demands; a run collapses where its demand passes a limit.
+    """Return the design with demands; a run collapses if its demand exceeds a limit.
 
-    ``collapse`` is the share of runs that do; their demand is recorded up to the limit.
+    ``collapse`` is the share of runs that collapse; their demand is recorded up to the limit.
     """
     low, high = np.log(LEVELS_G)
     share = (np.arange(MOTIONS) + rng.uniform(size=MOTIONS)) / MOTIONS
@@ -91,12 +91,12 @@ def simulated(table: pd.DataFrame, collapse: float, rng: np.random.Generator) ->
 
 
 def truth(place: dict[str, float]) -> float:
-    """Return the true ln median at a place."""
+    """Return the true ln median at a place (values of the axes)."""
     return float(np.log(MEDIAN_G) - ln_effect(place) / SLOPE)
 
 
 def measure(collapse: float, replicates: int, seed: int) -> list[dict[str, Any]]:
-    """Return the coverage of the 95 % intervals for one share of collapses, a row per quantity."""
+    """Return coverage of the 95 % intervals for one share of collapses, one row per quantity."""
     rng = np.random.default_rng(seed)
     table, settings = design(), FitSettings(im=IM)
     beta = float(np.hypot(TAU, SIGMA) / SLOPE)

@@ -1,7 +1,7 @@
 """Cost and accuracy of the choices of the default numerics.
 
-Each choice is taken back alone: processor time of an analysis without it over that with all of
-them, taken in turn, and the largest change of the peaks. Prints one JSON object:
+Each choice is reversed by itself. Measured are the processor time without it over that with all
+choices, taken in turn, and the largest change of the peaks. Prints one JSON object:
     python benchmarks/levers.py [--window-s 25] [--repeats 2]
 """
 
@@ -17,7 +17,7 @@ from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.transient import analyse
 from skewbridge.variant.options import ModelOptions
 
-#: Keys of `analysis` and `model` that take a choice back.
+#: Keys of `analysis` and `model` that reverse a choice.
 TAKEN_BACK: Final[Mapping[str, Mapping[str, Any]]] = {
     "tangent of an earlier step": {"reuse_tangent": False},
     "steps of 10 ms far from contact": {"dt_s": 0.005},
@@ -34,7 +34,7 @@ CASES: Final = (("syn002", 30, 25), ("syn003", 60, 51), ("syn004", 0, 51), ("syn
 
 
 def measured(case: Case, repeats: int) -> dict[str, dict[str, Any]]:
-    """Return cost and changes of the peaks without each choice, in one case."""
+    """Return for one case the cost and the changes of the peaks without each choice."""
     peaks: dict[str, Mapping[str, float]] = {}
 
     def run(name: str) -> float:

@@ -1,8 +1,8 @@
-"""Time response spectra against pyRotd (RotD50 of a pair) and eqsig (one component).
+"""Time of response spectra compared with pyRotd (RotD50 of a pair) and eqsig (one component).
 
-One run measures all programs on the same record, the best of several repeats each: a pair of
-16,400 points at 0.005 s, 111 periods from 0.01 to 20 s, 5 % damping. Prints one JSON object.
-The other programs come from requirements-motions.txt, in an environment of their own.
+One run measures all programs on the same record (a pair of 16,400 points at 0.005 s, 111 periods
+from 0.01 to 20 s, 5 % damping), with the shortest time of several repeats. Prints one JSON object.
+The other programs are installed in a separate environment from requirements-motions.txt.
 """
 
 import eqsig
@@ -29,7 +29,7 @@ def record() -> tuple[np.ndarray, np.ndarray]:
 
 
 def compared() -> dict[str, float | str]:
-    """Return times of all programs and the largest difference."""
+    """Return the times (s) of all programs and the largest difference of RotD50 from pyRotd."""
     one, two = record()
 
     def rotated() -> np.ndarray:

@@ -1,14 +1,14 @@
-"""Mutation tests: a sample of small changes of the sources, each run against its tests.
+"""Mutation tests: small changes of the sources, each of which should make a test fail.
 
     benchmarks/mutants.py                the sample; resumes after an interruption
-    benchmarks/mutants.py --again        only the survivors, against the present tests
+    benchmarks/mutants.py --again        only the survivors, with the current tests
     benchmarks/mutants.py --table FILE   no runs: the kill rate and every survivor, as a page
 
-The sources are changed in a copy (results/mutants/tree). A change is tried against the tests that
-reach its line, the shortest first, then against the other tests of their files, for at most
-FIRST_S seconds of tests (with --again AGAIN_S); the first failure ends it. Which test reaches
-which line is measured once, and again for tests that were edited (`reached_lines.py`; after edits
-of the sources remove results/mutants/reached.json).
+The sources are changed in a copy (results/mutants/tree). A change runs the tests that reach its
+line, the shortest first, then the other tests of their files, for at most FIRST_S seconds (AGAIN_S
+with --again); the first failure ends it. The lines that each test reaches are measured once, and
+again for edited tests (`reached_lines.py`; after edits of the sources remove
+results/mutants/reached.json).
 """
 
 import argparse
@@ -43,14 +43,14 @@ SEED: Final = 20261122
 COUNT: Final = 200
 FIRST_S: Final = 15.0
 AGAIN_S: Final = 60.0
-#: Changes that change no result (`equivalent`), and survivors with the reason they are left.
+#: Changes without effect on results (`equivalent`), and survivors with a reason (`left`).
 JUDGED: Final = Path(__file__).with_name("mutants_judged.yaml")
 _HEAD: Final = """# Mutation tests
 
 `make mutants` makes {total} small changes to the sources, one at a time (`<` to `<=`, `+` to `-`, a
 number, a sign, `min` to `max`, ...), drawn with a fixed seed, and runs the tests that reach the
-changed line until one fails: for {first_s:g} s, what survives for {again_s:g} s. Slow tests
-and those of the workflow are left out. Finished changes are not repeated.
+changed line until one fails: for up to {first_s:g} s, survivors again for up to {again_s:g} s.
+Slow tests and those of the workflow are left out. Finished changes are not repeated.
 """
 _LIBRARIES: Final = (
     "hypothesis",
@@ -74,7 +74,7 @@ _USAGE: Final = 4
 
 
 def sample() -> list[Mutation]:
-    """Return the sample: every part of it from the front is a sample, too."""
+    """Return the sample in random order: its first n changes are also a random sample."""
     package = ROOT / "src" / "skewbridge"
     files = [file for name in PACKAGES for file in sorted((package / name).rglob("*.py"))]
     every = [
@@ -82,7 +82,7 @@ def sample() -> list[Mutation]:
         for file in files
         for change in mutations(file.relative_to(package).as_posix(), file.read_bytes())
     ]
-    # by digest, so that an edit of one module leaves the choice among the others as it is
+    # by digest, so that an edit of one module does not change the choice among the others
     return sorted({each.name: each for each in every}.values(), key=_drawn)[:COUNT]
 
 
@@ -91,7 +91,7 @@ def _drawn(change: Mutation) -> bytes:
 
 
 def copy_tree() -> None:
-    """Copy what git knows or would know, with its times, so that compiled files stay valid."""
+    """Copy all files that git does not ignore, with their times: compiled files stay valid."""
     listed = subprocess.run(
         ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
         cwd=ROOT,
@@ -107,17 +107,17 @@ def copy_tree() -> None:
 
 
 def run_tests(arguments: list[str], cpu_s: int) -> tuple[int | None, str]:
-    """Run pytest on the copy in a child process; the code is None when its time was up.
+    """Run pytest on the copy in a child process; return exit code (None: timeout) and output.
 
-    The child is a fork that has the libraries already, since loading them takes longer than most
-    tests. Its time is that of the processor, which a busy machine does not shorten.
+    The child is a fork with the libraries loaded, because loading them takes longer than most
+    tests. The time limit is processor time, so that a busy machine does not shorten it.
     """
     output = WORK / "output.txt"
     child = os.fork()
     if child == 0:
         os.setsid()
         resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 5))
-        signal.alarm(_WAITING * cpu_s)  # for one that waits and computes nothing
+        signal.alarm(_WAITING * cpu_s)  # for a child that waits without computing
         with output.open("wb") as file:
             os.dup2(file.fileno(), 1)
             os.dup2(file.fileno(), 2)
@@ -128,13 +128,13 @@ def run_tests(arguments: list[str], cpu_s: int) -> tuple[int | None, str]:
         os._exit(int(code))
     _, status = os.waitpid(child, 0)
     code = os.waitstatus_to_exitcode(status)
-    with suppress(ProcessLookupError):  # what a killed test left behind
+    with suppress(ProcessLookupError):  # processes left behind by a killed test
         os.killpg(child, signal.SIGKILL)
     return None if code == -signal.SIGXCPU else code, output.read_text(errors="replace")
 
 
 def prepare_children() -> None:
-    """Load what tests load, but nothing of ours; let child and grandchild use the copy."""
+    """Load the libraries of the tests, but not the package; let all children use the copy."""
     for name in _LIBRARIES:
         import_module(name)
     sys.dont_write_bytecode = True
@@ -143,7 +143,7 @@ def prepare_children() -> None:
 
 
 class Reach:
-    """Which tests reach a line, and how long each takes."""
+    """Tests that reach each line, and their durations."""
 
     def __init__(self, found: dict[str, Any]) -> None:
         self.seconds = {
@@ -158,12 +158,12 @@ class Reach:
                 self._tests[file][line].add(name)
 
     def tests(self, change: Mutation, budget_s: float) -> list[str]:
-        """Return the tests to try: those that reach it first, the shortest first."""
+        """Return the tests to run within the budget: those that reach the change come first."""
         lines = self._tests[change.file]
         if change.in_function:
             before = [line for line in lines if line <= change.line]
             reaching = set(lines[max(before)]) if before else set()
-        else:  # executed once, when the module is imported: whatever uses the module sees it
+        else:  # executed on import: any test that uses the module may notice it
             reaching = set().union(*lines.values())
         if not reaching:
             users = [file for file in self._tests if change.file in imported(file)]
@@ -193,7 +193,7 @@ def imported(file: str) -> set[str]:
 
 
 def measured() -> dict[str, Any]:
-    """Return what each test reaches; measured are the files of tests that are new or edited."""
+    """Return the lines that each test reaches; only new or edited test files are measured."""
     known: dict[str, Any] = {"tests": {}, "shared": {}, "files": {}}
     if REACHED.exists():
         known = json.loads(REACHED.read_text())
@@ -225,9 +225,9 @@ def tried(change: Mutation, reach: Reach, budget_s: float) -> dict[str, Any]:
     """Try one change and return the result: killed, survived, or not tried with the reason."""
     tests = reach.tests(change, budget_s)
     expected_s = sum(reach.seconds[name] for name in tests)
-    told = {"tests": len(tests), "tests_s": round(expected_s, 1)}
+    effort = {"tests": len(tests), "tests_s": round(expected_s, 1)}
     if not tests:
-        return {"fate": "survived", "by": "no test reaches it", **told}
+        return {"fate": "survived", "by": "no test reaches it", **effort}
     path = TREE / "src" / "skewbridge" / change.file
     source, stat = path.read_bytes(), path.stat()
     listed = WORK / "tests.txt"
@@ -239,19 +239,19 @@ def tried(change: Mutation, reach: Reach, budget_s: float) -> dict[str, Any]:
         path.write_bytes(source)
         os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
     if code is None:
-        return {"fate": "killed", "by": "the time", **told}
-    # a file of tests that works with the module when it is loaded may fail there already
+        return {"fate": "killed", "by": "timeout", **effort}
+    # a test file that uses the module on import may already fail there
     if code == _USAGE and run_tests(["--collect-only", "-q", f"@{listed}"], _HOUR_S)[0] == 0:
-        return {"fate": "killed", "by": "tests that cannot be loaded", **told}
+        return {"fate": "killed", "by": "tests that cannot be loaded", **effort}
     if code in {_USAGE, _NO_TESTS, -signal.SIGALRM}:
-        return {"fate": "not tried", "by": output.strip()[-300:], **told}
+        return {"fate": "not tried", "by": output.strip()[-300:], **effort}
     failed = [line for line in output.splitlines() if line.startswith(("FAILED", "ERROR"))]
     by = failed[0].split(" - ")[0] if failed else f"pytest ended with {code}"
-    return {"fate": "killed" if code else "survived", "by": by if code else "", **told}
+    return {"fate": "killed" if code else "survived", "by": by if code else "", **effort}
 
 
 def remaining(again: bool) -> Iterator[Mutation]:
-    """Give the changes of the sample that were not tried yet, or those that survived."""
+    """Yield the changes of the sample that were not tried yet, or those that survived."""
     last = {entry["mutant"]: entry["fate"] for entry in entries()}
     for change in sample():
         fate = last.get(change.name)
@@ -260,14 +260,14 @@ def remaining(again: bool) -> Iterator[Mutation]:
 
 
 def entries() -> list[dict[str, Any]]:
-    """Return what was found so far; a line that a kill cut is left out."""
+    """Return the stored results; an incomplete last line is left out."""
     lines = FOUND.read_text().splitlines(keepends=True) if FOUND.exists() else []
     return [json.loads(line) for line in lines if line.endswith("\n")]
 
 
 def page(sample: list[Mutation], entries: list[dict[str, Any]]) -> str:
-    """Return the results as Markdown: changes detected by package, every change not detected."""
-    fates = {entry["mutant"]: entry for entry in entries}  # the last of two lines for one change
+    """Return the results as Markdown: detected changes by package, list of undetected changes."""
+    fates = {entry["mutant"]: entry for entry in entries}  # the last entry of each change
     first = {entry["mutant"]: entry["fate"] for entry in reversed(entries)}
     judged = yaml.safe_load(JUDGED.read_text()) if JUDGED.exists() else {}
     # `equivalent` or `left`, and the reason
@@ -285,10 +285,10 @@ def page(sample: list[Mutation], entries: list[dict[str, Any]]) -> str:
     left_of_package = Counter(each.file.split("/")[0] for each in left)
     lines = [
         _HEAD.format(total=len(sample), first_s=FIRST_S, again_s=AGAIN_S),
-        f"Tried: {len(ran)} of {len(sample)}. {len(ran) - len(counted)} of them change no result "
+        f"Tried: {len(ran)} of {len(sample)}; {len(ran) - len(counted)} of them change no result "
         f"(reasons in `benchmarks/mutants_judged.yaml`). Of the other {len(counted)}, tests "
         f"detected **{len(counted) - len(left)} ({detected:.0f} %)**, and {noticed} "
-        f"({share:.0f} %) when the changes were first tried.\n",
+        f"({share:.0f} %) at the first try.\n",
         "| package | tried | detected |",
         "| --- | ---: | ---: |",
         *(f"| `{p}` | {n} | {n - left_of_package[p]} |" for p, n in sorted(of_package.items())),
@@ -307,9 +307,9 @@ def page(sample: list[Mutation], entries: list[dict[str, Any]]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Small changes of the sources against the tests.")
-    parser.add_argument("--again", action="store_true", help="only what survived before")
-    parser.add_argument("--table", type=Path, help="write the page of what was found, run nothing")
+    parser = argparse.ArgumentParser(description="Run the tests on small changes of the sources.")
+    parser.add_argument("--again", action="store_true", help="only changes that survived before")
+    parser.add_argument("--table", type=Path, help="write the results as a page, run nothing")
     chosen = parser.parse_args()
     if chosen.table:
         chosen.table.write_text(page(sample(), entries()))

@@ -1,4 +1,4 @@
-"""Small changes of a source file, each of which some test should notice."""
+"""Small changes of a source file, each of which at least one test should notice."""
 
 import ast
 from bisect import bisect
@@ -48,15 +48,15 @@ class Mutation:
 
     Attributes:
         file: The module below the package.
-        where: Name of the function or class that holds it; empty at the top of the module.
+        where: Name of the enclosing function or class; empty at the top level of the module.
         line: Line where it starts, from 1.
         start: Byte where the replaced text starts.
-        end: Byte behind it.
-        old: The text replaced.
-        new: What replaces it.
-        was: The line as it stands.
+        end: Byte after the replaced text.
+        old: The replaced text.
+        new: The new text.
+        was: The line without the change.
         becomes: The line with the change.
-        in_function: Whether it is executed when a function is, not when the module is imported.
+        in_function: Whether the change is executed in a function call, not on import.
     """
 
     file: str
@@ -72,7 +72,7 @@ class Mutation:
 
     @property
     def name(self) -> str:
-        """Description of the change, which does not depend on the line number."""
+        """Description of the change, independent of the line number."""
         return f"{self.file} {self.where or 'module'}: {self.was}  ->  {self.becomes}"
 
     def applied(self, source: bytes) -> bytes:
@@ -81,11 +81,11 @@ class Mutation:
 
 
 def mutations(file: str, source: bytes) -> list[Mutation]:
-    """Return every change of a module, in the order of its text.
+    """Return every change of a module, ordered by position.
 
-    Changed are comparisons, sums and products, signs, `and`, `or`, `not`, numbers, truth values
-    and the names of a few functions; not what is only shown (texts, labels, messages) and not
-    annotations. A change after which the module is no Python is left out.
+    The changes affect comparisons, sums and products, signs, `and`, `or`, `not`, numbers, truth
+    values and the names of a few functions, but not displayed text (labels, messages) and not
+    annotations. Changes that are not valid Python are left out.
     """
     texts = source.splitlines(keepends=True)
     starts = list(accumulate(map(len, texts), initial=0))
@@ -120,7 +120,7 @@ def mutations(file: str, source: bytes) -> list[Mutation]:
 
 
 def _expressions(tree: ast.AST) -> Iterator[tuple[ast.expr, str, bool]]:
-    """Give every expression computed, the name of what holds it, and if that is a function."""
+    """Yield each evaluated expression, its enclosing name, and whether it is in a function."""
     queue: list[tuple[ast.AST, str, bool]] = [(tree, "", False)]
     while queue:
         node, where, inside = queue.pop()
@@ -161,7 +161,7 @@ def _is_message(node: ast.AST) -> bool:
 def _changes(
     node: ast.expr, source: bytes, place: Callable[[ast.expr], tuple[int, int]]
 ) -> Iterator[tuple[int, int, str]]:
-    """Give the place and the new text of every change of one expression itself."""
+    """Yield start, end and new text of every change of one expression, without its parts."""
 
     def swapped(pair: tuple[str, str] | None, left: ast.expr, right: ast.expr):
         old, new = pair or ("", "")

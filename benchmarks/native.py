@@ -1,9 +1,8 @@
-"""Our contact unit against the element that OpenSees has, on the same rigid skew deck.
+"""Our contact unit compared with the native element of OpenSees, on the same rigid skew deck.
 
-Processor time of whole runs with ``zeroLengthContactASDimplex`` over those with parameter updates,
-taken in turn, at the same step and with the same algorithm, and how far the peaks are apart. The
-native element needs an unsymmetric solver, which for three equations costs nothing. Prints one JSON
-object:
+Processor time of whole runs with ``zeroLengthContactASDimplex`` over that with parameter updates,
+taken in turn, with the same step and algorithm, and the difference of the peaks. The native element
+needs an unsymmetric solver, which costs nothing for three equations. Prints one JSON object:
     python benchmarks/native.py [--repeats 3]
 """
 
@@ -21,7 +20,7 @@ DT_S = 1.0e-4
 
 
 def measure(name: str, repeats: int) -> dict[str, Any]:
-    """Return the ratio of times of a case, and the change of its peaks in percent."""
+    """Return the ratio of processor times of a case and the differences of its peaks (percent)."""
     case = deck_case(name, dt_s=DT_S)
     ours, native = run_deck(case), run_native_deck(name, IMPLICIT, DT_S)
     if native.t_s[-1] < case.duration_s - DT_S:

@@ -1,11 +1,11 @@
-"""Cost of everything around the solver: our analysis over one bare ``analyze(n, dt)``.
+"""Cost of everything around the solver: our analysis compared with one bare ``analyze(n, dt)``.
 
 Both run the same model from an empty domain at equal fixed steps, with friction 0, so that the
 equations are the same although ours sets friction bounds after every step and the bare one never
-does. Processor time; medians of ratios taken in turn. Prints one JSON object:
+does. Results are median ratios of processor times, taken in turn. Prints one JSON object:
     python benchmarks/overhead.py [--motions syn005 syn001] [--window-s 8] [--repeats 5]
 
-A step that fails ends the bare analysis: the first of the given motions without one is used.
+A failed step ends the bare analysis, so the first given motion without a failed step is used.
 The free vibration to rest after the motion is left out; building and dead load are included.
 """
 
@@ -35,7 +35,7 @@ SETTINGS = AnalysisSettings(
 
 
 def bare(case: Case, settings: AnalysisSettings) -> float:
-    """Run the model without reading anything; return where the deck is at the end, along x."""
+    """Run the model without reading results; return the final deck displacement along x (m)."""
     ground = GroundInput(Excitation(motion=case.motion), settings)
     with solver_log(None), domain():
         model = build(case.variant, ModelOptions())
@@ -54,7 +54,7 @@ def bare(case: Case, settings: AnalysisSettings) -> float:
 def ours(
     case: Case, settings: AnalysisSettings, *, histories: bool = False
 ) -> tuple[AnalysisResult, float]:
-    """Run our analysis; return its result and the processor time of its way to rest."""
+    """Run our analysis; return its result and the processor time (s) of the final vibration."""
     rest_s: list[float] = []
 
     def timed[**P, R](work: Callable[P, R]) -> Callable[P, R]:
@@ -78,7 +78,7 @@ def ours(
 
 
 def measure(case: Case, repeats: int) -> dict[str, Any] | None:
-    """Return the ratios, or None where a step fails."""
+    """Return the ratios, or None if a step fails."""
     result, _ = ours(case, SETTINGS, histories=True)
     if result.failed_attempts:
         return None
@@ -102,7 +102,7 @@ def measure(case: Case, repeats: int) -> dict[str, Any] | None:
         "overhead": ratio(seconds["ours"], seconds["bare"]),
         "without_energy": ratio(seconds["without energy"], seconds["bare"]),
         "bare_cpu_s": spread(seconds["bare"]),
-        # nothing but rounding: both solved the same equations
+        # only rounding: both solve the same equations
         "difference_of_last_deck_ux_m": abs(float(histories["deck_ux_m"][-1]) - end_m),
     }
 

@@ -1,8 +1,8 @@
-"""Overhead of the workflow: wall time of the stage of analyses over their ideal time on the cores.
+"""Overhead of the workflow: wall time of the analysis stage over its ideal time on the cores.
 
-A synthetic study with many motions per variant is run by Snakemake from its motions to its table of
-demands. The stage is the jobs that analyse and the one that joins their tables, with the start of
-their processes. Prints one JSON object:
+Snakemake runs a synthetic study with many motions per variant, from its motions to its table of
+demands. The stage consists of the analysis jobs and the job that joins their tables, including the
+start of their processes. Prints one JSON object:
     python benchmarks/pipeline.py [--motions 40] [--variants 2] [--duration-s 10] [--cores 2]
 """
 

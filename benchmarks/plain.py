@@ -1,9 +1,9 @@
 """The plain analysis: the physics of this package with the numerics of an ordinary script.
 
-It is frozen in the history of this repository, so that later changes of the model do not change it:
+It is a fixed commit of this repository, so that later changes of the model do not affect it:
 corotational arrays and rigid links, 204 fibers per section, UmfPack, Newton, a test on the norm of
 displacements, Houbolt at the paper's step, friction bounds from the last committed state, and
-element responses of all contacts in every step. `speedup.py` runs it, in a process of its own.
+element responses of all contacts in every step. `speedup.py` runs it in a separate process.
 """
 
 import json
@@ -27,13 +27,13 @@ class PlainRun:
     """Result of a plain analysis.
 
     Attributes:
-        status: ``ok``, ``collapse``, or ``failed`` where no attempt at a step converged.
+        status: ``ok``, ``collapse``, or ``failed`` if no attempt at a step converged.
         failed_steps: Steps where Newton failed.
         steps: Steps made.
         iterations: Iterations of the converged regular steps.
         time_reached_s: End of the last step.
         cpu_s: Processor time of the analysis, without imports.
-        demands: Peaks, by the definitions of the demands table.
+        demands: Peaks as defined in the demands table.
     """
 
     status: str
@@ -47,7 +47,7 @@ class PlainRun:
 
 @cache
 def frozen_tree() -> Path:
-    """Return a folder with the sources of the plain analysis, from the history."""
+    """Return a folder with the sources of the plain analysis, extracted from git."""
     folder = RESULTS / f"plain-{COMMIT}"
     if not folder.exists():
         wanted = ("src", "benchmarks", "motions")
@@ -62,7 +62,7 @@ def frozen_tree() -> Path:
 
 
 def analyse_plain(case: Case) -> PlainRun:
-    """Analyse a case by the plain numerics."""
+    """Analyse a case with the plain numerics."""
     variant, tree = case.variant, frozen_tree()
     given: dict[str, Any] = {
         "motion": case.motion.motion_id,

@@ -1,6 +1,6 @@
-"""Pytest plugin: which lines of the package each test reaches, and how long it takes.
+"""Pytest plugin that records the lines of the package reached by each test, and its duration.
 
-Used by `mutants.py` with ``-p reached_lines`` and REACHED_LINES naming the file to write.
+`mutants.py` uses it with ``-p reached_lines``; the variable REACHED_LINES names the output file.
 """
 
 import json
@@ -19,7 +19,7 @@ _PACKAGE: Final = f"{Path.cwd() / 'src' / 'skewbridge'}{os.sep}"
 
 
 class ReachedLines:
-    """Collects lines test by test; what a shared fixture reaches belongs to its whole file."""
+    """Collector of lines by test; lines reached by a shared fixture belong to its test file."""
 
     def __init__(self) -> None:
         self._lines: set[tuple[str, int]] = set()

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs the benchmarks one after the other: ratios of two things in one run, never asserted.
-# The programs compared with come into environments of their own, never into .venv.
+# Runs the benchmarks one after the other. They measure ratios; missed targets are not errors.
+# Other programs are installed in separate environments, never in .venv.
 #     benchmarks/run.sh          quick sets, about 20 minutes
 #     FULL=1 benchmarks/run.sh   full sets, hours; finished cases of the longest part are kept
 set -euo pipefail
@@ -10,7 +10,7 @@ version=$(cat .python-version)
 out=results/benchmarks
 mkdir -p "$out"
 
-# environment NAME: an environment with what the package imports and the programs of a comparison
+# environment NAME: an environment with the imports of the package and the other programs
 environment() {
     local folder=.bench/$1
     [ -x "$folder/bin/python" ] || "$uv" venv --quiet --python "$version" "$folder"
@@ -19,7 +19,7 @@ environment() {
     echo "$folder/bin/python"
 }
 
-# measure NAME PYTHON ARGUMENTS...: one entry; it replaces an older one when it is complete
+# measure NAME PYTHON ARGUMENTS...: one entry, stored when it is complete
 measure() {
     local name=$1 python=$2
     shift 2

@@ -1,11 +1,11 @@
-"""Errors of verdicts and coverage of intervals at stopping: simulated studies of known effects.
+"""Simulated studies that stop at a verdict: errors of verdicts and coverage of intervals.
 
 `python benchmarks/sequential_verdicts.py` repeats the stored simulations; a test repeats a few.
 
-The studies are those of `effect_simulations`: heavy-tailed scatter, own reaction of each motion to
-each axis, runs that collapse. Each is looked at with 12 to 64 motions and stops at the first
-verdict about the margin. The true effect is nothing, the margin, or twice the margin. Where pairs
-of variants are ``unequal``, half of them have half of the motions.
+The studies are those of `effect_simulations`: heavy-tailed scatter, effects that differ between
+motions, runs that collapse. Each is tested with 12 to 64 motions and stops at the first verdict
+about the margin. The true effect is zero, the margin or twice the margin. In ``unequal`` studies,
+half of the pairs of variants have half of the motions.
 """
 
 import json
@@ -28,13 +28,13 @@ from skewbridge.fragility.verdicts import DECIDED, DEMAND, HIGHER, LOWER, NEGLIG
 
 SIMULATIONS: Final = 500
 SEED: Final = 20261123
-#: Motions at each look; fewer looks for medians, which take longer to fit.
+#: Number of motions at each test (look); fewer looks for medians, which take longer to fit.
 LOOKS: Final = {name: tuple(range(12, 65, 4)) for name in ("demand", "unequal")}
 LOOKS |= {"median": (12, 24, 36, 48, 64)}
 MARGIN: Final = float(np.log1p(SETTINGS.margin))
 #: True effects in margins.
 EFFECTS: Final = (0.0, 1.0, 2.0)
-#: Limit of the demand in the studies of medians; it lies in the middle of the intensities.
+#: Limit state in the studies of medians; demands reach it in the middle of the intensities.
 STATE: Final = LimitState(
     component="simulated", name="moderate", demand=DRIFT, threshold=0.45, dispersion=0.0
 )
@@ -43,7 +43,7 @@ STATE: Final = LimitState(
 def rows_of_demand(
     pairs: Pairs, number: int, numbers: NDArray[np.int_]
 ) -> Iterator[dict[str, Any]]:
-    """Yield the pooled effect and those of the pairs of variants, which have so many motions."""
+    """Yield the pooled effect, then those of variant pairs, which have ``numbers`` motions each."""
     ln_ratios = np.log(np.divide(*pairs.ends(DRIFT)))
     estimates = []
     for (_, rows), own_number in zip(pairs.cells, numbers, strict=True):
@@ -56,7 +56,7 @@ def rows_of_demand(
 
 
 def demands_of(pairs: Pairs, numbers: NDArray[np.int_]) -> pd.DataFrame:
-    """Return the runs of a study, whose pairs of variants have so many motions."""
+    """Return the runs of a study whose pairs of variants have ``numbers`` motions each."""
     table = pairs.table
     allowed = np.empty(len(table), dtype=np.int_)
     for (_, rows), number in zip(pairs.cells, numbers, strict=True):
@@ -79,7 +79,7 @@ def demands_of(pairs: Pairs, numbers: NDArray[np.int_]) -> pd.DataFrame:
 
 
 def effects_at(studies: Sequence[Pairs], number: int, kind: str) -> pd.DataFrame:
-    """Return the effects of studies under their first motions, named in the column ``demand``."""
+    """Return the effects of studies under their first motions; ``demand`` names the study."""
     cells = len(studies[0].cells)
     numbers = np.full(cells, number)
     if kind == "unequal":
@@ -120,7 +120,7 @@ def verdicts_at_stopping(
 ) -> list[dict[str, Any]]:
     """Return how often each verdict is wrong, the interval covers and the effect is decided.
 
-    At the margin both ``higher`` and ``negligible`` are wrong; each has an error of 5 % of its own.
+    At the margin both ``higher`` and ``negligible`` are wrong; each has an error rate of 5 %.
     """
     of_median, truth = kind == "median", margins * MARGIN
     effects = dict.fromkeys(GRID, 0.0) | {AXIS: -truth if of_median else truth}
@@ -144,7 +144,7 @@ def verdicts_at_stopping(
 
 
 def main() -> None:
-    """Simulate all cases and store each when it is done; the kinds to simulate may be given."""
+    """Simulate all cases and store each when it is done; arguments select kinds of studies."""
     out = Path(__file__).with_suffix(".json")
     names = ("kind", "bounds", "effect_margins", "what")
     stored = json.loads(out.read_text(encoding="utf-8"))["rows"] if out.exists() else []

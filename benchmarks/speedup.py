@@ -1,8 +1,8 @@
-"""How much faster an analysis is than the plain one of `plain.py`, and how far both are off.
+"""Speed-up of an analysis over the plain one of `plain.py`, and errors of both.
 
-Processor time of plain analyses over that of ours, taken in turn, each from an empty domain; peaks
-of whole histories of both against ``accuracy: reference``. Finished cases are kept, one JSON line
-each, and not repeated while sources and settings stay the same. Prints one JSON object:
+Processor time of plain analyses over that of ours, taken in turn, each from an empty domain; errors
+of the peaks of both against ``accuracy: reference``. Finished cases are kept, one JSON line each,
+and not repeated while sources and settings stay the same. Prints one JSON object:
     python benchmarks/speedup.py --quick
     python benchmarks/speedup.py [--accuracy default] [--repeats 1] [--error-window-s 10]
 """
@@ -35,7 +35,7 @@ DEMANDS: Final = (
     "deck_rotation_rad",
     "abutment_passive_m",
 )
-# A history that goes on where a column is lost for design: its peaks are compared, not its end.
+# The history continues after the drift that counts as collapse, because its peaks are compared.
 SETTINGS: Final = AnalysisSettings(collapse_drift_ratio=0.5)
 
 
@@ -47,7 +47,7 @@ class KeptRows:
         self._rows = read_content([path]).rows
 
     def row(self, key: str, make: Callable[[], Mapping[str, Any]]) -> Mapping[str, Any]:
-        """Return the row of a key, which is made if it is not there."""
+        """Return the row of a key; make and store it if it is missing."""
         if key not in self._rows:
             self._rows[key] = {"run_key": key, **make()}
             with open_journal(self._path) as journal:
@@ -62,8 +62,8 @@ class SpeedSet:
     Attributes:
         motions: Motions of the shipped suite, at their factors.
         places: Skew in degrees and gap in mm.
-        window_s: Strongest part of the motions that is timed; None for the whole.
-        error_window_s: Strongest part that is compared with the reference.
+        window_s: Duration of the strongest part that is timed; None for the whole motion.
+        error_window_s: Duration of the strongest part that is compared with the reference.
         repeats: Repeats of each timed pair.
     """
 
@@ -95,7 +95,7 @@ FULL: Final = SpeedSet(
 def measured(
     timed: Case, compared: Case, accuracy: Accuracy, repeats: int, references: KeptRows
 ) -> dict[str, Any]:
-    """Return costs of a case, and changes of its peaks against the reference accuracy."""
+    """Return times of a case, and errors of its peaks against the reference accuracy."""
     settings, options = at_accuracy(SETTINGS, ModelOptions(), accuracy)
     runs: dict[str, Any] = {}
 
@@ -132,7 +132,7 @@ def measured(
 
 
 def _reference(case: Case, kept: KeptRows) -> Mapping[str, float]:
-    """Return the peaks at the reference accuracy, computed or kept."""
+    """Return the peaks at the reference accuracy, stored or computed."""
     settings, options = at_accuracy(SETTINGS, ModelOptions(), "reference")
 
     def make() -> dict[str, Any]:
@@ -152,14 +152,14 @@ def _ours(case: Case, settings: AnalysisSettings, options: ModelOptions) -> Anal
 
 
 def _errors(found: Mapping[str, float], exact: Mapping[str, float]) -> dict[str, float | None]:
-    """Return the changes in percent; none where a demand is absent from the reference."""
+    """Return the errors in percent; None where the reference is zero."""
     return {
         name: 100.0 * (found[name] / exact[name] - 1.0) if exact[name] else None for name in DEMANDS
     }
 
 
 def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the speed-up over all cases, and median and worst size of the errors."""
+    """Return the speed-up over all cases, and median and largest size of the errors."""
     alike = [row for row in rows if row["plain"]["status"] == row["ours"]["status"]]
     errors: dict[str, Any] = {}
     for demand in DEMANDS:
@@ -169,7 +169,7 @@ def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
             of_demand = errors.setdefault(demand, {})
             of_demand[program] = {"median": median(sizes), "largest": max(sizes)}
     return {
-        # of whole runs that ended at the same time: a collapse found earlier is no speed
+        # only runs that ended with the same status: an earlier collapse is not a speed-up
         "speedup": spread([row["speedup"]["median"] for row in alike]),
         "cases": len(rows),
         "ended_otherwise": [row["case"] for row in rows if row not in alike],

@@ -1,4 +1,4 @@
-"""Demands tables of any size that no analysis made: rows of the schema from a model of demand.
+"""Synthetic demands tables of any size: rows of the schema from a model of demand.
 
 ln demand = ln a + b ln x + scatter of the motion + effects of the axes + small scatter of the run.
 """
@@ -24,7 +24,7 @@ from skewbridge.variant.variant import Variant
 
 IM: Final = "im_saavg_rotd50_g"
 SEED: Final = 20261122
-#: Median at 1 g, slope and scatter between motions of demands; the others are slip-like numbers.
+#: Median at 1 g, slope and scatter between motions of demands; others take those of `_OTHERS`.
 MODELS: Final = {
     "column_shear_kn": (2000.0, 0.25, 0.12),
     "column_shear_dcr": (0.62, 0.22, 0.10),
@@ -44,7 +44,7 @@ MODELS: Final = {
 _OTHERS: Final = (0.5, 0.3, 0.3)
 _EFFECTS: Final = {"skew_deg": 0.004, "gap_mm": 0.001, "friction": -0.1}
 _RUN_SCATTER: Final = 0.05
-# the share of runs that the last column of a grid would see: enough for censored fits
+# drift at which a run collapses; enough runs reach it to test censored fits
 _COLLAPSE_DRIFT: Final = 0.10
 
 

@@ -1,8 +1,8 @@
-"""Processor seconds and memory of the tables of a study by their number of rows.
+"""Processor time and memory of the tables of a study as functions of the number of rows.
 
-`OMP_NUM_THREADS=1 python benchmarks/tables.py 10x100 20x100` takes variants x motions; each runs in
-a process of its own and prints processor seconds by step, peak memory, and the growth exponent over
-all sizes. Several threads of a BLAS library on a busy machine would count twice.
+`OMP_NUM_THREADS=1 python benchmarks/tables.py 10x100 20x100` takes sizes, variants x motions. Each
+runs in a separate process. The result has processor seconds by step, peak memory and the growth
+exponents. With several BLAS threads the processor time would include waiting threads.
 """
 
 import resource
@@ -36,11 +36,11 @@ _STATES = Path(__file__).parents[1] / "config" / "limit_states.yaml"
 
 
 def measured(variants: int, motions: int) -> dict[str, Any]:
-    """Return processor seconds of each step, in one process, and the peak memory of all in MB."""
+    """Return the processor seconds of each step in one process, and the peak memory in MB."""
     rows, settings = synthetic_rows(variants, motions), FitSettings()
     states, names = load_limit_states(_STATES), list(demands_for("effect", rows.columns))
     runs = prepared(rows, [state.demand for state in states], settings).table
-    fit_study(runs.head(motions), states, settings)  # imports
+    fit_study(runs.head(motions), states, settings)  # so that imports are not timed
     seconds: dict[str, float] = {}
 
     def timed[Found](name: str, step: Callable[[], Found]) -> Found:
@@ -79,7 +79,7 @@ def _collect(rows: Any, motions: int) -> None:
 
 
 def exponents(found: list[dict[str, Any]]) -> dict[str, float]:
-    """Return the growth exponent of each step and of all, from the smallest to the largest."""
+    """Return the growth exponent of each step and of their sum, from the first to the last size."""
     first, last = found[0], found[-1]
     grown = log(last["variants"] * last["motions"] / (first["variants"] * first["motions"]))
     both = [each["seconds"] | {"all": sum(each["seconds"].values())} for each in (first, last)]

@@ -1,10 +1,10 @@
-"""Two workers over one, and the memory of a worker over hundreds of analyses.
+"""Throughput of two workers over one, and memory of a worker over hundreds of analyses.
 
-Throughput is that of the same analyses in loky pools of one and of two workers, taken in turn, in
-wall time: it means something on an idle machine only. The processor time per analysis with two
-workers over that with one says what sharing costs on a busy machine, too; two over it is what an
-idle machine would give. Memory is the resident set of one process after 20 analyses and at the
-end, under changing variants. Prints one JSON object:
+Throughput is measured in wall time, for the same analyses in loky pools of one and two workers in
+turn; it is meaningful only on an idle machine. The processor time per analysis with two workers
+over that with one shows the cost of sharing even on a busy machine; 2 / this ratio estimates the
+throughput of an idle machine. Memory is the resident set of one process, read after every 20
+analyses of changing variants. Prints one JSON object:
     python benchmarks/workers.py [--analyses 8] [--repeats 3] [--memory-analyses 320]
 """
 
@@ -27,7 +27,7 @@ from skewbridge.study.processes import hush_exit_message
 from skewbridge.variant.options import ModelOptions
 
 WORKERS = (1, 2)
-WARM_UP = 20  # analyses after which memory is no longer expected to grow
+WARM_UP = 20  # analyses between two readings of the memory
 SHORT_S = 2.5
 MB = 2.0**20
 
@@ -40,7 +40,7 @@ def one(case: Case) -> float:
 
 
 def throughput(case: Case, analyses: int, repeats: int) -> dict[str, Any]:
-    """Return how much more two workers do than one."""
+    """Return the ratios of throughput and of processor time per analysis, two workers over one."""
     pools = {number: ProcessPoolExecutor(max_workers=number) for number in WORKERS}
     walls: dict[int, list[float]] = {number: [] for number in WORKERS}
     cpus: dict[int, list[float]] = {number: [] for number in WORKERS}
@@ -48,7 +48,7 @@ def throughput(case: Case, analyses: int, repeats: int) -> dict[str, Any]:
         for number, pool in pools.items():
             start_s = time.perf_counter()
             seconds = list(pool.map(one, [case] * analyses))
-            if repeat:  # the first one starts the workers
+            if repeat:  # the first repeat starts the workers and is not counted
                 walls[number].append(time.perf_counter() - start_s)
                 cpus[number].append(sum(seconds))
     for pool in pools.values():
@@ -76,7 +76,7 @@ def _memory(analyses: int) -> dict[str, Any]:
         one(Case(variant=variants[number % len(variants)], motion=motion, window_s=SHORT_S))
         if (number + 1) % WARM_UP == 0:
             resident_mb[number + 1] = psutil.Process().memory_info().rss / MB
-    # pages come and go: the line through all readings
+    # readings fluctuate: growth is the slope of a line through all of them
     line = linear_regression([*resident_mb], [*resident_mb.values()])
     return {
         "analyses": analyses,

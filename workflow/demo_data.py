@@ -9,11 +9,11 @@ from PIL import Image
 from skewbridge.cli.study import DEMO_STUDY
 from skewbridge.study.folder import StudyFolder
 
-COLOURS = 32  # of a stored picture; the page has fewer shades
+COLOURS = 32  # per stored picture; more than the figures use
 
 
 def store(results: Path, stored: Path = DEMO_STUDY) -> None:
-    """Copy the tables of the page, and its pictures with few colours, over those stored before."""
+    """Replace the stored study by the tables of the page and its pictures with few colours."""
     shutil.rmtree(stored, ignore_errors=True)
     study = StudyFolder(results)
     for path in study.report_inputs.values():

@@ -24,8 +24,8 @@ fi
 [ -x "$venv/bin/python" ] && "$venv/bin/python" -c "import sys; sys.exit(sys.version_info[:2] != tuple(map(int, '$version'.split('.'))))" ||
     "$uv" venv --quiet --clear --python "$version" "$venv" ||
     stop "Python $version is needed (OpenSeesPy 3.8 has wheels for it) and could not be found or downloaded: install it and run make again."
-# Compiled once here: where Python may not write its cache, every worker would compile all again.
+# Compiled once here: if Python cannot write its cache, every worker would compile everything again.
 VIRTUAL_ENV=$venv "$uv" pip sync --quiet --compile-bytecode --require-hashes requirements.lock
 VIRTUAL_ENV=$venv "$uv" pip install --quiet --no-deps --no-build-isolation --editable .
-told=$("$venv/bin/python" -c "import openseespy.opensees" 2>&1) ||
-    { echo "$told" >&2 && stop "OpenSeesPy does not import: on Linux it needs x86_64 and glibc 2.28 or newer (see the message above); run make again on such a machine."; }
+output=$("$venv/bin/python" -c "import openseespy.opensees" 2>&1) ||
+    { echo "$output" >&2 && stop "OpenSeesPy cannot be imported: on Linux it needs x86_64 and glibc 2.28 or newer (see the message above); run make again on such a machine."; }

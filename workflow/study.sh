@@ -10,15 +10,15 @@ override=()
 [ -z "${UNCERTAINTY:-}" ] || override+=("uncertainty={enabled: $UNCERTAINTY}")
 [ -z "$until" ] || override+=("design={until: \"$until\"}")
 [ ${#override[@]} = 0 ] || override=(--config "${override[@]}")
-# On a cluster the profile says how many jobs there may be at once; here it is the processors.
+# On a cluster the profile limits the number of jobs; on this machine CORES does.
 how=(-j"$cores")
 [ -z "$profile" ] || how=(--workflow-profile "workflow/profiles/$profile")
-# why a rule runs is long; snakemake -n shows it
+# the reasons for running a rule are long and not shown; snakemake -n shows them
 run() {
     "$bin/snakemake" "${how[@]}" --quiet host reason rules --show-failed-logs --configfile "$config" "${override[@]}" "$@"
 }
 run -- "$target"
-# The page of a finished study shows what was made on request.
+# If the page exists, remake it so that it shows the table made on request.
 if [ "$target" != all ]; then
     report=$("$bin/python" -c "import sys, pathlib
 from skewbridge.study.config import load_config

@@ -1,4 +1,4 @@
-# What the rules share: the validated configuration, its variants, and what products are made from.
+# Shared by all rules: the validated configuration, its variants, and digests of the sources.
 import os
 import time
 from itertools import count
@@ -15,31 +15,31 @@ from skewbridge.study.jobs import made_from
 from skewbridge.study.processes import hold_tree
 from skewbridge.variant.grid import expand_grid
 
-RESUME = "What is finished is kept: give the same command again to resume."
+RESUME = "Finished jobs and analyses are kept: run the same command to resume."
 CONFIG_AS_READ = {path: Path(path).read_bytes() for path in workflow.configfiles}
 
 try:
-    # Snakemake has read them already, but takes the last of equal keys.
+    # Snakemake has read the files already, but it accepts duplicate keys and keeps the last.
     for path in workflow.configfiles:
         read_mapping(Path(path))
     STUDY = parse_config(config, workflow.overwrite_configfiles)
     FOLDER = StudyFolder(writable_folder(Path(STUDY.results)))
     check_inputs(STUDY, FOLDER.motions_digest)
     VARIANTS = sorted(variant.slug for variant in expand_grid(STUDY.grid))
-    # Digests of sources, configuration and inputs by rule, for `params`: with the contents of files
-    # they decide which rules run again.
+    # Digests of sources, configuration and inputs by rule, for `params`. Together with the contents
+    # of files they decide which rules run again.
     MADE_FROM = made_from(STUDY)
 except InputError as error:
     raise WorkflowError(str(error)) from None
 
-# Inputs of a study that runs until its effects are decided (design.until).
+# Additional inputs of a study that runs until its effects are decided (design.until).
 ROUNDS = {}
 
 if STUDY.design.until:
     from skewbridge.study.rounds import CLOCK, limit_of_round, tables_of_round
 
     ROUNDS = {"rounds": FOLDER.rounds}
-    # For all jobs of this command: when it began, and its processors.
+    # For all jobs of this command: its start time and number of processors.
     os.environ.setdefault(CLOCK, f"{time.time():.0f} {workflow.cores or 1}")
 
 
@@ -54,12 +54,12 @@ def results_folder(wildcards):
 
 
 def by_attempt(amount):
-    """Return a resource that grows with every attempt, for jobs that a cluster ends."""
+    """Return a resource that grows with every attempt, for jobs stopped by a cluster."""
     return lambda wildcards, attempt: amount * attempt
 
 
 def plans_before(number=None):
-    """Yield the plans of the rounds before a number, or of all rounds."""
+    """Yield the plans of the rounds before a given number, or of all rounds."""
     for each in count(1):
         if each == number:
             return
@@ -70,7 +70,7 @@ def plans_before(number=None):
 
 
 def demands_of_rounds(wildcards):
-    """Return the demands of the rounds before that of a rule, or of all, by variant."""
+    """Return the demands files of the rounds before that of a job, or of all rounds, by name."""
     number = int(wildcards.round) if "round" in wildcards.keys() else None
     paths = [
         path for plan in plans_before(number) for path in tables_of_round(FOLDER, plan)
@@ -79,12 +79,12 @@ def demands_of_rounds(wildcards):
 
 
 def hours_of_round(wildcards):
-    """Return the time limit of the plan of a round, for `params`."""
+    """Return the time limit that a round's plan depends on, for `params`."""
     return limit_of_round(FOLDER.round(wildcards.round), STUDY.design.hours)
 
 
 def edited_meanwhile():
-    """Return the configuration files that differ from what this run has read."""
+    """Return the configuration files that were edited after this run had read them."""
     return [
         str(path)
         for path, text in CONFIG_AS_READ.items()
@@ -93,7 +93,7 @@ def edited_meanwhile():
 
 
 onstart:
-    # One study at a time in a tree. The lock ends with this process, whatever ends it.
+    # Only one study may run in a tree. The lock ends with this process, even if it is killed.
     try:
         hold_tree(Path(".snakemake"))
     except InputError as error:
@@ -108,8 +108,8 @@ onstart:
 onsuccess:
     for name in edited_meanwhile():
         logger.warning(
-            f"{name} was edited while the study ran: the results are those of the file as it was; "
-            "the same command makes what the edit changes."
+            f"{name} was edited while the study ran: the results are those of the earlier version; "
+            "run the same command to update them."
         )
     if FOLDER.report.exists():
         logger.info(f"Report: {FOLDER.report}")

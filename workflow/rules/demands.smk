@@ -1,5 +1,5 @@
-# One job for each variant. Its journal has every finished analysis, so that a job that is run again,
-# for whatever reason, repeats none. The checks of the contact law are an input to come first.
+# One job per variant. Its journal keeps finished analyses, so a job that runs again repeats none.
+# The contact checks are an input so that they run first.
 rule analyse:
     """Analyse one bridge variant under all motions."""
     input:
@@ -13,7 +13,7 @@ rule analyse:
     benchmark:
         FOLDER.benchmark("analyse_{variant}")
     priority: 50
-    # Variants in parallel keep the processors busier than the motions of one after the other.
+    # Parallel variants use the processors better than one variant with parallel motions.
     threads: 1
     resources:
         mem_mb=lambda wildcards, threads, attempt: (900 + 350 * threads) * attempt,
@@ -47,7 +47,7 @@ rule collect_demands:
         "../scripts/collect_demands.py"
 
 
-# It reads no demands, so that it runs next to the analyses and nothing waits for it at the end.
+# It reads no demands, so it runs in parallel with the analyses and delays nothing at the end.
 rule sensitivity:
     """Repeat some analyses at the reference accuracy and with other penalties."""
     input:
@@ -73,7 +73,7 @@ rule sensitivity:
 
 
 rule modelling_choices:
-    """Change options of the model one at a time on a few motions (make choices)."""
+    """Change options of the model one at a time, under a few motions (make choices)."""
     input:
         suite=rules.prepare_motions.output.suite,
         intensities=rules.prepare_motions.output.intensities,
@@ -84,7 +84,7 @@ rule modelling_choices:
         FOLDER.log("modelling_choices"),
     benchmark:
         FOLDER.benchmark("modelling_choices")
-    threads: 64  # at most those that Snakemake is given
+    threads: 64  # Snakemake reduces this to the cores that it may use
     resources:
         mem_mb=lambda wildcards, threads, attempt: (900 + 350 * threads) * attempt,
         runtime=by_attempt(240),
@@ -96,7 +96,7 @@ rule modelling_choices:
 
 
 rule friction_pair:
-    """Repeat one analysis without and with friction, with its histories, for the figures."""
+    """Run one analysis without and with friction; keep its histories for the figures."""
     input:
         suite=rules.prepare_motions.output.suite,
         intensities=rules.prepare_motions.output.intensities,

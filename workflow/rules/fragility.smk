@@ -39,7 +39,7 @@ rule fit_fragility:
         "../scripts/fit_fragility.py"
 
 
-# On no path to the report, which quotes its table where there is one.
+# Not needed for the report, which includes this table if it exists and is current.
 rule check_predict:
     """Compare predicted medians with new analyses of variants inside the grid."""
     input:
@@ -54,7 +54,7 @@ rule check_predict:
         FOLDER.log("check_predict"),
     benchmark:
         FOLDER.benchmark("check_predict")
-    threads: 64  # at most those that Snakemake is given
+    threads: 64  # Snakemake reduces this to the cores that it may use
     resources:
         mem_mb=lambda wildcards, threads, attempt: (900 + 350 * threads) * attempt,
         runtime=by_attempt(240),

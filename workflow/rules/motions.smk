@@ -1,5 +1,5 @@
 rule prepare_motions:
-    """Read the motions, choose their factors and measure their intensity for every bridge."""
+    """Read the motions, choose their scale factors, compute their intensities for every bridge."""
     output:
         suite=FOLDER.suite,
         intensities=FOLDER.intensities,

@@ -1,4 +1,4 @@
-# Tables that are made on request are shown if they are current when the page is made.
+# The page shows tables made on request if they are current when the page is made.
 ON_REQUEST = {name: MADE_FROM[name] for name in ("modelling_choices", "check_predict")}
 
 
@@ -38,7 +38,7 @@ rule figures:
 
 
 rule report:
-    """Join tables and figures in one self-contained page."""
+    """Combine tables and figures in one self-contained page."""
     input:
         captions=rules.figures.output.captions,
         demands=rules.collect_demands.output.demands,

@@ -1,5 +1,5 @@
-# A study that runs until its effects are decided (design.until): rounds of analyses. The checkpoint
-# of a round lists the motions of every variant, and the jobs of the round follow from it.
+# A study with design.until runs rounds of analyses until its effects are decided. The checkpoint of
+# a round lists the motions of every variant; the jobs of the round follow from this list.
 
 
 checkpoint plan_round:
@@ -54,7 +54,7 @@ rule analyse_round:
 
 
 rule collect_rounds:
-    """Join what every round decided into one table."""
+    """Join the verdicts of all rounds into one table."""
     input:
         plans=lambda wildcards: list(plans_before()),
     output:

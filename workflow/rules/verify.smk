@@ -1,5 +1,5 @@
 rule verify_contact:
-    """Check the contact law; nothing is analysed with a broken one."""
+    """Check the contact law before any analysis; a failed check stops the study."""
     output:
         table=FOLDER.contact_checks,
     log:
@@ -18,7 +18,7 @@ rule verify_contact:
 
 
 rule verification:
-    """Compare the paper's studies with their references; not part of the default target."""
+    """Compare the studies of the paper with references; not part of the default target."""
     output:
         table=FOLDER.verification / "studies.parquet",
         statements=FOLDER.verification / "statements.parquet",

@@ -1,4 +1,4 @@
-"""Analyse one variant under all motions; each finished analysis goes to the journal at once."""
+"""Analyse one variant under all motions; store each finished analysis in the journal."""
 
 from skewbridge.study.jobs import script_session
 

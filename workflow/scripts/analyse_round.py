@@ -1,4 +1,4 @@
-"""Analyse one variant under the motions of one round; the journal has each finished analysis."""
+"""Analyse one variant under the motions of one round; store each analysis in the journal."""
 
 from skewbridge.study.jobs import script_session
 

@@ -1,4 +1,4 @@
-"""Compare predicted medians with analyses of variants inside the grid."""
+"""Compare predicted medians with new analyses of variants inside the grid."""
 
 from skewbridge.study.jobs import script_session
 

@@ -1,4 +1,4 @@
-"""Join what every round decided into one table."""
+"""Join the verdicts of all rounds into one table."""
 
 from pathlib import Path
 

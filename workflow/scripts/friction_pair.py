@@ -1,4 +1,4 @@
-"""Repeat one analysis without and with friction, with its histories."""
+"""Run one analysis without and with friction and store its histories."""
 
 from skewbridge.study.jobs import script_session
 

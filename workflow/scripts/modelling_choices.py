@@ -1,4 +1,4 @@
-"""Compare other choices of the modeller with the configured model on a few motions."""
+"""Compare other modelling choices with the configured model under a few motions."""
 
 from skewbridge.study.jobs import script_session
 

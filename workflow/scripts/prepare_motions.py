@@ -1,4 +1,4 @@
-"""Read the motions, choose their factors and measure their intensity."""
+"""Read the motions, choose their scale factors and compute their intensities."""
 
 from skewbridge.study.jobs import script_session
 

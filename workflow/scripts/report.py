@@ -1,4 +1,4 @@
-"""Join tables and figures in one self-contained page."""
+"""Combine tables and figures in one self-contained page."""
 
 from skewbridge.study.jobs import script_session
 

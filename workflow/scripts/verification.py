@@ -1,4 +1,4 @@
-"""Repeat the studies of the paper against their references and judge its statements."""
+"""Run the studies of the paper, compare them with references and judge its statements."""
 
 import logging
 

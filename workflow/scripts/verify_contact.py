@@ -1,4 +1,4 @@
-"""Check the contact law and its OpenSees unit; stop the study where they are wrong."""
+"""Check the contact law and its OpenSees unit; stop the study if a check fails."""
 
 import logging
 
@@ -13,6 +13,6 @@ if __name__ == "__main__":
         checks = verify_contact_gate()
         failed = checks[~checks["pass"]]
         if len(failed):
-            logging.getLogger("skewbridge").error("the contact law is broken:\n%s", failed)
+            logging.getLogger("skewbridge").error("checks of the contact law failed:\n%s", failed)
             raise SystemExit(1)
         write_frame(checks, job.outputs["table"], provenance())

@@ -144,7 +144,7 @@ def embedded_entries() -> list[IndexEntry]:
     if (index := next(filter(Path.is_file, places), None)) is None:
         raise InputError(
             "motions/index.csv of the package's suite is not in the working folder; run the "
-            f"command where it is, or put the record into motions/ or a folder of {FOLDERS_VARIABLE}"
+            f"command where it is or put the record into motions/ or a folder of {FOLDERS_VARIABLE}"
         )
     return [entry for entry in read_index(index) if entry.components]
 
