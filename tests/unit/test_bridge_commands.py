@@ -82,7 +82,7 @@ def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:
         ("pushover --direction z --out .", "'z' is not one of 'x', 'y'"),
         ("static --max-disp-m -1 --out .", "max_disp_m must be within"),
         ("static --set backfill=clay --out .", "backfill: must be 'hyperbolic'"),
-        ("column --bent 2 --out .", "bent must be within 1..1"),
+        ("column --bent 2 --out .", "bent must be between 1 and 1"),
         ("sdc nowhere", "nowhere"),
     ],
 )

@@ -1,4 +1,4 @@
-"""The command line: arguments and output of each command; the other packages do the work."""
+"""Command line: arguments and output of each command; the other packages do the computing."""
 
 import os
 from importlib import import_module
@@ -35,7 +35,7 @@ COMMANDS: Final = {
 
 
 class _Commands(TyperGroup):
-    """The top level, whose commands are imported when they are called."""
+    """Top-level command group; imports a command only when it is called."""
 
     def __init__(self, **attributes: Any) -> None:
         super().__init__(**attributes)
@@ -52,7 +52,7 @@ class _Commands(TyperGroup):
 def new_group(**attributes: Any) -> typer.Typer:
     """Return an empty group of commands.
 
-    Its help is plain text: rich, which draws boxes, takes longer to import than everything else.
+    Help is plain text, because importing rich, which draws boxes, takes longer than all the rest.
     """
     return typer.Typer(
         no_args_is_help=True,

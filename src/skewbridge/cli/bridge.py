@@ -28,7 +28,7 @@ _PUSH: Final = (
     *VARIANT,
     OUT,
     Opt("direction", Literal["x", "y"], "Direction: x longitudinal, y transverse.", "x"),
-    Opt("angle_deg", float | None, "Direction counter-clockwise from x; replaces --direction."),
+    Opt("angle_deg", float | None, "Angle counter-clockwise from x; overrides --direction."),
     _MAX_DISP,
     UNITS,
 )
@@ -84,7 +84,7 @@ def list_bridges() -> Answer:
     UNITS,
 )
 def check(name: str | None, bridge: str, out: Path | None, units: Units) -> Answer:
-    """Check a bridge: keys, weight, axial loads, periods, capacities, picture.
+    """Check a bridge: keys, weight, axial loads, periods and capacities; draw its model.
 
     Everything that would stop or distort a study is reported; exits with 2 if the file is invalid.
 
@@ -110,7 +110,7 @@ def check(name: str | None, bridge: str, out: Path | None, units: Units) -> Answ
 def modal(out: Path | None, units: Units, **given: Any) -> Answer:
     """Compute weight, dead-load forces, periods and participating masses with open gaps.
 
-    T1 is the conditioning period of the bridge: that of its model with pads at zero skew.
+    T1 is the conditioning period of the bridge: the period of its model with pads at zero skew.
 
     Example: skewbridge bridge modal --bridge osb2s --skew-deg 30
     """
@@ -129,7 +129,7 @@ def modal(out: Path | None, units: Units, **given: Any) -> Answer:
 
 @command(bridge, *_PUSH, ABUTMENT._replace(default="roller"), _MAX_DISP._replace(default=0.30))
 def pushover(**given: Any) -> Answer:
-    """Push the whole bridge in proportion to its masses; base shear against displacement.
+    """Push the whole bridge by forces proportional to mass: base shear against displacement.
 
     Example: skewbridge bridge pushover --bridge osb1 --direction y --out push
     """
@@ -153,7 +153,7 @@ def static(**given: Any) -> Answer:
 
 
 def _pushed(push: "Callable[..., PushCurve]", given: Mapping[str, Any]) -> Answer:
-    """Push one abutment model, or all in all directions; fail if a push stopped early."""
+    """Push one abutment model, or all in all directions; exit code 1 if a push stopped early."""
     import pandas as pd
 
     from skewbridge.report.bridge_figures import ladder_figure
@@ -208,7 +208,7 @@ def model(out: Path, **given: Any) -> Answer:
     return Answer({"variant": geometry.title, "files": list(map(str, files))})
 
 
-@command(bridge, BRIDGE, OUT, Opt("bent", int, "Number from the left, 1 and up.", 1), UNITS)
+@command(bridge, BRIDGE, OUT, Opt("bent", int, "Bent, counted from the left.", 1), UNITS)
 def column(bridge: str, out: Path, bent: int, units: Units) -> Answer:
     """Compute moment-curvature and shear strength of a column under dead load.
 
@@ -220,7 +220,7 @@ def column(bridge: str, out: Path, bent: int, units: Units) -> Answer:
 
     data = load_bridge(bridge)
     if not 1 <= bent <= len(data.bents):
-        raise InputError(f"bent must be within 1..{len(data.bents)}, got {bent}")
+        raise InputError(f"bent must be between 1 and {len(data.bents)}, got {bent}")
     column = bent_capacity(data, bent - 1)
     curve, axial_n = column.curve, column.axial_n
     table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / KN}
@@ -241,16 +241,16 @@ def column(bridge: str, out: Path, bent: int, units: Units) -> Answer:
 @command(
     bridge,
     Arg("source", Path | None, "Folder of `run`, or demands.parquet.", None, "[RUN|DEMANDS]"),
-    BRIDGE._replace(kind=str | None, default=None, help="Bridge, if the table has no known name."),
+    BRIDGE._replace(kind=str | None, default=None, help="Bridge, or file of the bridge in SOURCE."),
     _OPTIONAL_OUT,
     UNITS,
 )
 def sdc(source: Path | None, bridge: str | None, out: Path | None, units: Units) -> Answer:
-    """Check displacement, P-Delta and seat as in the Caltrans criteria.
+    """Check displacements, P-Delta ratio and seat width by the Caltrans criteria.
 
-    A folder of `run` gives all checks of one analysis, per corner; the demands of a study give
-    one row of ratios per variant, for the medians over its motions; a bridge alone gives the
-    capacities of its bents, with the P-Delta ratio at the displacement capacity.
+    From a folder of `run`: all checks of one analysis, per corner. From the demands of a study: a
+    row of ratios per variant, for the medians over its motions. From a bridge alone: capacities of
+    its bents, with the P-Delta ratio at the displacement capacity.
 
     Example: skewbridge bridge sdc --bridge osb1
     """

@@ -19,16 +19,16 @@ commands = new_group()
     Opt("paper_table", bool, "Print a publication table from a table of demands.", False),
     LIMIT_STATES,
     Opt("method", Literal["stripes", "ida", "cloud"] | None, "Kind of data."),
-    Opt("model", str | None, "Model of the demands in a cloud.", None, "[ols|tobit]"),
-    Opt("link", str, "Link of the stripes.", "probit", "[probit]"),
+    Opt("model", str | None, "Regression model of a cloud.", None, "[ols|tobit]"),
+    Opt("link", str, "Link function of stripes.", "probit", "[probit]"),
     Opt("level", float, "Confidence level.", 0.95),
     Opt("threshold", float | None, "Median capacity."),
     Opt("im", str | None, "Column with the intensities of the runs.", None, "COLUMN"),
     Opt("edp", str | None, "Column with the demands of the runs.", None, "COLUMN"),
     Opt("capacity_dispersion", float, "Dispersion of the capacity (cloud).", 0.0),
     Opt("censor_above", float | None, "Censor demands at or above this value (cloud)."),
-    Opt("assumed_beta", float, "Dispersion for one-sided bounds.", 0.4),
-    Opt("accept_bounds", bool, "Fit even if failed runs decide the result.", False),
+    Opt("assumed_beta", float, "Dispersion assumed for one-sided bounds.", 0.4),
+    Opt("accept_bounds", bool, "Give a median that failed runs may move by 15 % or more.", False),
     Opt("columns", Path | None, "YAML file with the names, factors and constants of the columns."),
 )
 def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answer:
@@ -50,7 +50,7 @@ def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answ
         raise
     for warning in result["warnings"]:
         warn(warning)
-    return Answer(result, missing=f"the data do not determine it (status {result['status']})")
+    return Answer(result, missing=f"not determined by the data (status {result['status']})")
 
 
 @command(
@@ -59,9 +59,9 @@ def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answ
     Opt("form", str, "File format.", ..., "[nrml|pelicun|dlml|csv|latex]", flags="--format"),
     Opt("out", Path, "File to write.", ...),
     Opt("method", Literal["cloud", "exceedance", "ida_interval"] | None, "Method of the curves."),
-    Opt("hazard", Path | None, "Hazard curve, CSV with im and rate: adds annual frequencies."),
-    Opt("im_range", tuple[float, float] | None, "Range of probabilities (csv).", None, "LOW HIGH"),
-    Opt("skew_factors", bool, "Ratios to skew 0 (csv), scaling specification (pelicun).", False),
+    Opt("hazard", Path | None, "Hazard curve (CSV: im, rate); adds annual frequencies."),
+    Opt("im_range", tuple[float, float] | None, "Range of intensities (csv).", None, "LOW HIGH"),
+    Opt("skew_factors", bool, "Ratios to skew 0 (csv) or a scaling file (pelicun).", False),
 )
 def export(curves: Path, form: str, out: Path, **given: Any) -> Answer:
     """Write fragility curves for other tools, spreadsheets and papers.
@@ -80,12 +80,12 @@ def export(curves: Path, form: str, out: Path, **given: Any) -> Answer:
     OUT,
     LIMIT_STATES,
     Opt("im", str | None, "Intensity measure, if there are several.", None, "COLUMN"),
-    Opt("margin", float | None, "Relative change that is negligible: 0.05."),
+    Opt("margin", float | None, "Relative change that counts as negligible; default 0.05."),
 )
 def statistics(demands: Path, out: Path, **given: Any) -> Answer:
     """Fit curves and effects to any table of demands.
 
-    Writes every table of results/fragility. Needs the columns of the axes, motion_id, status, an
+    Writes all tables of results/fragility. Required columns: the axes, motion_id, status, an
     intensity measure and demands; names, scale and incidence are optional. Limit states whose
     demand is missing are left out.
 
@@ -99,9 +99,9 @@ def statistics(demands: Path, out: Path, **given: Any) -> Answer:
 @command(
     commands,
     *(Opt(axis.name, float | None, axis.label_with_unit) for axis in AXES),
-    Opt("axis", list[str] | None, "A further axis; repeatable.", None, "NAME=VALUE"),
+    Opt("axis", list[str] | None, "Value of a further axis; repeatable.", None, "NAME=VALUE"),
     STUDY,
-    Opt("bridge", str | None, "Bridge of the curves; needed if there are several.", None, "NAME"),
+    Opt("bridge", str | None, "Bridge; required if the study has several.", None, "NAME"),
     ABUTMENT._replace(kind=str | None, default=None, help="Abutment model, if there are several."),
     Opt("component", str | None, "Only this component.", None, "NAME"),
     Opt("state", str | None, "Only this limit state.", None, "NAME"),
@@ -130,6 +130,6 @@ def predict(axis: list[str] | None, study: Path | None, **given: Any) -> Answer:
     shown = {f"theta in {rows[0]['im']}": statistics}
     notes = ["loo_error: error of theta when a variant is left out of the model"]
     if (drawn := rows[0]["random_properties"]) != "none":
-        notes.append(f"each motion of the study has its own draw of: {drawn}")
-    reason = "not enough variants have this state to estimate it"
+        notes.append(f"each motion of the study has its own random values of: {drawn}")
+    reason = "too few variants have an estimate for this state"
     return Answer({"rows": rows}, shown, notes=notes, missing=reason)

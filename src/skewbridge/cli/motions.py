@@ -49,8 +49,8 @@ def check(paths: list[Path], strict: bool, write: bool, **given: Any) -> Answer:
 @command(
     motions,
     Arg("files", list[Path], "Component files.", ...),
-    Opt("t1_s", float | None, "Conditioning period, for Sa(T1) and Sa_avg."),
-    Opt("period_s", list[float] | None, "Periods of the spectra."),
+    Opt("t1_s", float | None, "Conditioning period in s, for Sa(T1) and Sa_avg."),
+    Opt("period_s", list[float] | None, "Period of the spectra in s; repeatable."),
     *_GIVEN,
 )
 def im(files: list[Path], t1_s: float | None, period_s: list[float] | None, **given: Any) -> Answer:
@@ -111,11 +111,11 @@ def plot(paths: list[Path], out: Path, **given: Any) -> Answer:
     Opt("seed", int, "Seed of the suite.", 1),
     Opt("calibrate", Literal["bssa14", "none"], "Ground-motion model of the spectra.", "bssa14"),
     Opt("orientation", Literal["random", "principal"], "Orientation of the components.", "random"),
-    Opt("shaking_s", float | None, "Length of the strongest part to keep, in s."),
-    Opt("free_vibration_s", float, "Zeros added at the end.", 0.0),
+    Opt("shaking_s", float | None, "Length of the strongest part, which is kept, in s."),
+    Opt("free_vibration_s", float, "Length of zeros added at the end, in s.", 0.0),
 )
 def synthesize(out: Path, **given: Any) -> Answer:
-    """Synthesize pairs of motions by the model of Dabaghi and Der Kiureghian (2018).
+    """Synthesize pairs of motions with the model of Dabaghi and Der Kiureghian (2018).
 
     Example: skewbridge motions synthesize --magnitude 7 --distance-km 10 --vs30-mps 400 --out mine
     """
@@ -134,7 +134,7 @@ def synthesize(out: Path, **given: Any) -> Answer:
     Opt("t1_s", float | None, "Conditioning period in s; by default the period of osb1."),
 )
 def default_suite(out: Path, suite: str, t1_s: float | None) -> Answer:
-    """Write a shipped suite again, with its scale factors.
+    """Regenerate a shipped suite, with its scale factors.
 
     Example: skewbridge motions default-suite --out suite
     """

@@ -34,10 +34,10 @@ PLANNED_STUDY: Final = STUDY._replace(flags="--study --config")
 
 
 def config_of(study: Path | None) -> Path:
-    """Return the configuration file of a study named by its folder or by that file.
+    """Return the configuration file of a study, given its results folder or that file.
 
     Raises:
-        InputError: No configuration, or several, in config/ write to the folder.
+        InputError: No configuration in config/, or more than one, writes to the folder.
     """
     if study is None or study.suffix in _YAML:
         return study or DEFAULT_CONFIG
@@ -59,7 +59,7 @@ def config_of(study: Path | None) -> Path:
 
 
 def study_of(study: Path | None) -> "tuple[StudyConfig, StudyFolder]":
-    """Return configuration and folder of a study named by its folder or its configuration."""
+    """Return configuration and results folder of a study, given one of the two."""
     from skewbridge.study.config import load_config
     from skewbridge.study.folder import StudyFolder
 
@@ -68,7 +68,7 @@ def study_of(study: Path | None) -> "tuple[StudyConfig, StudyFolder]":
 
 
 def folder_of(study: Path | None) -> Path:
-    """Return the results folder of a study named by that folder or by its configuration file."""
+    """Return the results folder of a study, given that folder or its configuration file."""
     if study is not None and study.suffix not in _YAML:
         return study
     from skewbridge.study.folder import DEFAULT_ROOT
@@ -94,19 +94,19 @@ VARIANT: Final = (
         Opt(axis.name, float, f"{axis.label_with_unit}, {axis.low:g} to {axis.high:g}.", axis.usual)
         for axis in AXES
     ),
-    Opt("changes", list[str] | None, "A key of model or analysis (config/README.md); repeatable.",
+    Opt("changes", list[str] | None, "Key of model or analysis (config/README.md); repeatable.",
         None, "KEY=VALUE", "--set"),
 )  # fmt: skip
 
 
 def variant_of(given: Mapping[str, Any]) -> Variant:
-    """Return the variant that the values of `VARIANT` name; `InputError` outside the limits."""
+    """Return the variant with the given values of `VARIANT`; `InputError` outside the limits."""
     values = {axis.name: given[axis.name] for axis in AXES}
     return Variant.at(given["bridge"], given["abutment"].replace("-", "_"), values)
 
 
 def model_of(given: Mapping[str, Any]) -> ModelOptions:
-    """Return the modelling options that ``--set`` names; `InputError` for a wrong key or value."""
+    """Return the modelling options set by ``--set``; `InputError` for a wrong key or value."""
     return checked(ModelOptions, keys_and_values("--set", given["changes"]), "--set")
 
 
@@ -115,8 +115,8 @@ def settings_and_model(
 ) -> tuple[AnalysisSettings, ModelOptions]:
     """Return the settings of the analysis and the modelling options.
 
-    The preset ``accuracy`` is overridden by the given values of ``names``, keys of the analysis
-    with an option, and by ``--set``. `InputError` for a wrong key or value.
+    The preset ``accuracy`` is overridden by the values of the options ``names`` (keys of the
+    analysis), where given, and by ``--set``. `InputError` for a wrong key or value.
     """
     keys = {field.name for field in fields(AnalysisSettings)}
     analysis, model = {name: given[name] for name in names if given[name] is not None}, {}

@@ -20,7 +20,7 @@ from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionE
 from skewbridge.files.text import printable, shortened
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM, Units
 
-FILE_WIDTH: Final = 400  # characters of a line in a file or a pipe, so that nothing is cut off
+FILE_WIDTH: Final = 400  # characters per line in a file or pipe, so that no cell is truncated
 NO_VALUE: Final = "-"  # printed for NaN; the reason follows below the table
 
 type Row = Mapping[str, Any]
@@ -35,21 +35,21 @@ def warn(text: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """The answer of a command: a JSON value for ``--json``, else tables or a text.
+    """Output of a command: a JSON value with ``--json``, otherwise tables or text.
 
-    Numbers and texts of a mapping are printed as a table with a row each, every list of rows as a
-    table below; long lists of numbers are left out.
+    Single values of a mapping are printed as a table with a row per value, each list of rows as a
+    table below it. Lists of more than three numbers are not printed.
     """
 
     payload: Any  # JSON value, numbers in SI
-    shown: Row | str | None = None  # printed instead of it, with titles as names of tables
+    shown: Row | str | None = None  # printed instead of the payload; keys of lists are table titles
     units: Units = "si"  # of the tables
     notes: Sequence[str] = ()  # messages after the answer
     exit_code: int = 0
-    missing: str = "not defined for these data"  # reason of missing values in the tables
+    missing: str = "not defined for these data"  # reason for missing values, printed below tables
 
     def emit(self, *, as_json: bool) -> None:
-        """Print the answer and its notes; leave with its exit code."""
+        """Print the answer and its notes; exit with its code unless that is 0."""
         shown = self.payload if self.shown is None else self.shown
         if as_json:
             emit_json(self.payload)
@@ -69,15 +69,15 @@ class Answer:
 class Opt(NamedTuple):
     """One option of a command."""
 
-    name: str  # of the argument; the option is that with hyphens, after `--`
+    name: str  # of the parameter; the option is `--name`, with hyphens for underscores
     kind: Any  # type of the value
     help: str
-    default: Any = None  # `...` for an option that must be given
-    metavar: str | None = None  # what the help shows for the value
-    flags: str = ""  # the option and other names of it, where it is not that of the name
+    default: Any = None  # `...` for a required option
+    metavar: str | None = None  # placeholder of the value in the help
+    flags: str = ""  # option names, separated by spaces, instead of `--name`
 
     def parameter(self) -> Parameter:
-        """Return the option as a parameter of the function of a command."""
+        """Return the option as a parameter of the command's function."""
         shown: dict[str, Any] = {"help": self.help, "metavar": self.metavar}
         flags = self.flags or f"--{self.name.replace('_', '-')}"
         is_argument = isinstance(self, Arg)
@@ -88,7 +88,7 @@ class Opt(NamedTuple):
 
 
 class Arg(Opt):
-    """One argument of a command, without flags."""
+    """One positional argument of a command."""
 
 
 UNITS: Final = Opt(
@@ -100,9 +100,9 @@ _JSON: Final = Opt("as_json", bool, "Print one JSON object on stdout.", False, f
 def command(
     group: typer.Typer, *options: Opt, name: str | None = None
 ) -> Callable[[Callable[..., Answer]], Callable[..., None]]:
-    """Add a function to a group as a command that prints its answer.
+    """Return a decorator that adds a function to a group as a command and prints its answer.
 
-    Options and arguments are passed by name; a later option replaces an earlier one of its name.
+    Options and arguments are passed by name; a later one replaces an earlier one of the same name.
     """
 
     def decorate(function: Callable[..., Answer]) -> Callable[..., None]:
@@ -118,17 +118,17 @@ def command(
 
 
 class Command(TyperCommand):
-    """A command that reports errors in one message, as JSON if asked, and sets the exit code.
+    """Command that reports an error in one message (also as JSON with ``--json``).
 
-    Bad input and unreadable files exit with 2, a solution that failed with 1.
+    The exit code is 2 for bad input and unreadable files, 1 for a failed solution.
     """
 
     def make_context(self, info_name: Any, args: list[str], *others: Any, **named: Any) -> Any:
-        """Return the context of the arguments; report an argument that is wrong."""
+        """Return the context of the arguments; report invalid arguments, as JSON if asked."""
         as_json = "--json" in args  # the parser empties the list
         pairs = {name for option in self.params if option.nargs == 2 for name in option.opts}
         try:
-            for at, option in enumerate(args):  # another option must not follow too early
+            for at, option in enumerate(args):  # its two values must precede the next option
                 for given, value in enumerate(args[at + 1 : at + 3] if option in pairs else ()):
                     if value.startswith("--"):
                         message = f"{option} takes two values, got {given} before {value}"
@@ -141,7 +141,7 @@ class Command(TyperCommand):
             raise
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command."""
+        """Run the command; report an error and exit with its code."""
         status, code, details = "error", EXIT_BAD_INPUT, {}
         try:
             return super().invoke(ctx)
@@ -182,7 +182,7 @@ def _tables(shown: Row, units: Units) -> dict[str, Sequence[Row]]:
 
 
 def _flat(values: Row, above: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield names and values of a mapping and of those in it, with the names above."""
+    """Yield names and values of a nested mapping; inner names start with the outer names."""
     for name, value in values.items():
         if isinstance(value, Mapping):
             yield from _flat(value, f"{above}{name} ")
@@ -191,9 +191,9 @@ def _flat(values: Row, above: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def emit_table(rows: Sequence[Row], title: str = "") -> bool:
-    """Print rows with equal keys as a table on stdout; return whether values are missing.
+    """Print rows with equal keys as a table on stdout; return True if values are missing.
 
-    A few rows of many values are printed as columns.
+    With more than three times as many columns as rows, the table is transposed.
     """
     columns = {name: [_text(row[name]) for row in rows] for name in rows[0]}
     is_text = [isinstance(value, str) for value in rows[0].values()]
@@ -211,7 +211,7 @@ def emit_table(rows: Sequence[Row], title: str = "") -> bool:
 
 
 def _text(value: object) -> str:
-    """Return a value as text: NaN as `NO_VALUE`, a rounding error of zero as 0, None as nothing."""
+    """Return a value as text: NaN as `NO_VALUE`, sizes below 1e-15 as 0, None as empty text."""
     if isinstance(value, list | tuple):
         return ", ".join(map(_text, value))
     if not isinstance(value, float):
@@ -227,13 +227,13 @@ def selected(rows: Iterable[Row], *names: str) -> list[dict[str, Any]]:
 
 
 def rounded(value: Any, digits: int = 3) -> Any:
-    """Return a number, or each number of a list, with some significant digits."""
+    """Return a float, or the floats in a list, rounded to significant digits."""
     if isinstance(value, list | tuple):
         return [rounded(item, digits) for item in value]
     return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
-#: Ending of a name -> ending in US units, factor; the longer endings first.
+#: SI suffix of a name -> US suffix, factor; the first match counts, so longer suffixes are first.
 _US_UNITS: Final = {
     "_kn_per_m": ("_kip_per_in", KN / KIP * INCH),
     "_per_m": ("_per_in", INCH),
@@ -250,10 +250,10 @@ _US_UNITS: Final = {
 
 
 def in_units(row: Row, units: Units) -> Row:
-    """Return the names and numbers of a row in these units.
+    """Return a row with its numbers, and the units in its names, converted to these units.
 
-    The unit of a number is the ending of its name. In a row with the name of a check, this name
-    ends with the unit of demand and capacity.
+    The unit of a number is the suffix of its name. In a row of a check (key ``check``), the suffix
+    of the name of the check is the unit of demand and capacity.
     """
     if units == "si":
         return row

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 commands = new_group()
 
 _CASE: Final = Arg("case", Path, "The case file.", ..., "CASE.yaml")
-#: Columns of the demands that are printed; --json gives all.
+#: Printed columns of the demands; --json gives all.
 _SHOWN: Final = (
     *("variant", "motion_id", "scale", "status", "collapse_criterion", "beyond_model", "suspect"),
     *("column_shear_dcr", "column_drift_ratio", "deck_disp_m", "unseating_m"),
@@ -31,20 +31,20 @@ _SHOWN: Final = (
     OUT,
     Opt("motion", tuple[Path, Path] | None, "Files of the components along x and y."),
     Opt("figures", bool, "Draw the figures.", True, flags="--figures/--no-figures"),
-    Opt("row", str | None, "Repeat this row of the demands of --study.", None, "RUN_KEY"),
+    Opt("row", str | None, "Repeat the analysis with this key in --study.", None, "RUN_KEY"),
     STUDY,
-    Opt("scale", float, "Factor on both components.", 1.0),
+    Opt("scale", float, "Scale factor of both components.", 1.0),
     Opt("incidence_deg", float, "Angle from bridge x to component 1.", 0.0),
     Opt("scheme", Literal["default", "paper"], "Integration scheme.", "default"),
-    Opt("accuracy", Literal["reference", "default", "fast"], "Set of numerics.", "default"),
+    Opt("accuracy", Literal["reference", "default", "fast"], "Numerical settings.", "default"),
     Opt("dt_s", float | None, "Time step in s; overrides the step of --accuracy."),
-    Opt("duration_s", float | None, "Cut the motion to this length."),
+    Opt("duration_s", float | None, "Truncate the motion to this length in s."),
     UNITS,
 )
 def run(out: Path, **given: Any) -> Answer:
     """Analyse one variant under one motion and draw its histories.
 
-    Collapse is a result; an analysis that failed numerically exits with 1.
+    Exits with 1 if the analysis failed numerically; a collapse is a valid result.
 
     Example: skewbridge run --skew-deg 30 --motion A.AT2 B.AT2 --out run30
     """
@@ -99,7 +99,7 @@ def run(out: Path, **given: Any) -> Answer:
 
 
 def _task(given: Mapping[str, Any]) -> "Task":
-    """Return the analysis that the options ask for."""
+    """Return the analysis defined by the options; `InputError` without a motion."""
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.motions.intensity import motion_measures, scaled_measures
     from skewbridge.motions.read import read_motion
@@ -122,7 +122,7 @@ def _task(given: Mapping[str, Any]) -> "Task":
 
 
 def _task_of_row(key: str, study: Path | None) -> "Task":
-    """Return the analysis of a row of the demands of a study; `InputError` if it has none."""
+    """Return the analysis of a study with this run key; `InputError` if there is none."""
     from skewbridge.files.tables import read_table
     from skewbridge.study.analyses import StudySetup
     from skewbridge.study.journal import read_content
@@ -135,8 +135,8 @@ def _task_of_row(key: str, study: Path | None) -> "Task":
         row = next((row for row in rows if row["run_key"] == key), None)
     if row is None:
         raise InputError(
-            f"row {key}: no such run_key in the journals and {folder.demands}; run the study first "
-            "or name another with --study"
+            f"row {key}: no such run_key in the journals or {folder.demands}; run the study first "
+            "or name a different one with --study"
         )
     task = StudySetup.of(config).task_of(row)
     if task is None:
@@ -145,7 +145,7 @@ def _task_of_row(key: str, study: Path | None) -> "Task":
             f"{row['scale']:g} at {row['incidence_deg']:g} degrees"
         )
     if run_key(task) != key:
-        messages.print("settings or sources have changed since: the result may differ")
+        messages.print("settings or sources have changed since then: the result may differ")
     return task
 
 
@@ -193,19 +193,19 @@ def doctor() -> Answer:
         report["self_test"] = f"failed: {', '.join(failed)}" if failed else "passed"
     except ImportError as error:
         failed = ["import"]
-        report["self_test"] = f"OpenSees does not import ({error}): run make setup again"
+        report["self_test"] = f"OpenSees cannot be imported ({error}): run make setup again"
     return Answer(report | {"ok": not failed}, exit_code=EXIT_FAILED if failed else 0)
 
 
 @command(
     commands,
     Arg("names", list[str] | None, "Studies; by default all.", None, "[NAME...]"),
-    Opt("out", Path | None, "Folder of tables and figures."),
+    Opt("out", Path | None, "Folder for tables and figures."),
 )
 def verify(names: list[str] | None, out: Path | None) -> Answer:
     """Repeat the studies of the paper and compare with their references.
 
-    Exits with 1 if a comparison fails; a statement of the paper that does not hold is a result.
+    Exits with 1 if a comparison fails; a statement of the paper that does not hold is no failure.
 
     Example: skewbridge verify fig1 fig3
     """

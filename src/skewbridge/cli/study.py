@@ -21,10 +21,10 @@ from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_file, writable_folder, write_text
 from skewbridge.statuses import FAILED
 
-#: Tables and pictures of a finished study, which `make demo-data` writes.
+#: Tables and figures of a finished study, written by `make demo-data`.
 DEMO_STUDY: Final = Path(__file__).parent / "demo_study"
 
-#: Columns of the effects that are printed.
+#: Printed columns of a table of effects.
 _CHANGE: Final = ("bridge", "abutment", "demand", "axis", "from_value", "to_value")
 
 commands = new_group()
@@ -62,7 +62,7 @@ def demo(out: Path) -> Answer:
     stored = StudyFolder(DEMO_STUDY)
     page = writable_folder(out).resolve() / "report.html"
     try:
-        with chdir(starter_files()):  # the configuration names its limit states relative to it
+        with chdir(starter_files()):  # the path of the limit states is relative to this folder
             config = load_config(Path("config/demo.yaml"), base=DEFAULT_CONFIG)
             write_report(
                 tables=stored.report_inputs,
@@ -73,7 +73,7 @@ def demo(out: Path) -> Answer:
     except (LookupError, TypeError, ValueError, AttributeError) as error:
         raise InputError(
             f"the stored study does not fit this version of the report ({error!r}); "
-            "`make demo-data` in a clone makes it again"
+            "run `make demo-data` in a clone to store it again"
         ) from error
     return Answer({"report": str(page)})
 
@@ -81,12 +81,12 @@ def demo(out: Path) -> Answer:
 @command(
     commands,
     PLANNED_STUDY,
-    Opt("profile", str | None, "Cluster profile: adds its jobs and hours.", None, "slurm|FOLDER"),
+    Opt("profile", str | None, "Cluster profile; shows its jobs and hours.", None, "slurm|FOLDER"),
 )
 def plan(study: Path | None, profile: str | None) -> Answer:
     """Show the variants, analyses, cost and progress of a study.
 
-    For a finished study, also show how many motions decide each headline answer.
+    For a finished study, also show how many motions are needed to decide each pooled effect.
 
     Example: skewbridge plan --config config/smoke.yaml
     """
@@ -108,9 +108,9 @@ def plan(study: Path | None, profile: str | None) -> Answer:
     shown = {
         **forecast.summary,
         "analyses of": forecast.variants,
-        "Motions that decide the pooled effects": rows,
+        "Motions needed to decide the pooled effects": rows,
     }
-    reason = "no number of motions is needed or found; see the column forecast"
+    reason = "no more motions are needed, or no number was found; see the column forecast"
     answer = forecast.summary | {"needed_motions": needed}
     return Answer(answer, shown, notes=forecast.notes, missing=reason)
 
@@ -148,15 +148,15 @@ def status(failed: bool, study: Path | None) -> Answer:
     LIMIT_STATES,
     Opt("im", str, "Intensity measure of the medians.", "im_saavg_rotd50_g", "COLUMN"),
     Opt("margin", float, "Relative change that counts as negligible.", 0.05),
-    Opt("out", Path | None, "CSV file for all rows, including each variant."),
+    Opt("out", Path | None, "CSV file for all rows, including those of single variants."),
 )
 def compare(
     first: Path, second: Path, limit_states: Path, im: str, margin: float, out: Path | None
 ) -> Answer:
     """Compare two studies run by run: ratios of demands and of medians.
 
-    Ratios are those of the second study over the first. Runs are paired where bridge, abutment
-    model, all axes, motion, scale and incidence agree.
+    Ratios are the second study over the first. Runs are paired if bridge, abutment model, all axes,
+    motion, scale and incidence are equal.
 
     Example: skewbridge compare results/smoke other/results/smoke
     """
@@ -197,7 +197,7 @@ def compare(
 def provenance(file: Path, study: Path | None) -> Answer:
     """Show where a result comes from and whether it is up to date.
 
-    Exits with 1 if the present sources and configuration give another result.
+    Exits with 1 if the present sources or configuration would give a different result.
 
     Example: skewbridge provenance results/smoke/demands.parquet --study results/smoke
     """
@@ -205,14 +205,14 @@ def provenance(file: Path, study: Path | None) -> Answer:
 
     config = config_of(study)
     origin = origin_of(file, config, DEFAULT_CONFIG)
-    result = "current" if origin["current"] else "not current: its rule would make another result"
-    notes = [f"{result}; compared with {config} (another study: --study RESULTS_FOLDER)"]
+    result = "current" if origin["current"] else "not current: its rule would give a new result"
+    notes = [f"{result}; compared with {config} (for a different study: --study RESULTS_FOLDER)"]
     return Answer(origin, notes=notes, exit_code=0 if origin["current"] else EXIT_FAILED)
 
 
 @command(
     study,
-    Opt("status", Literal["failed", *FAILED], "Status to repeat; failed: all of these.", "failed"),
+    Opt("status", Literal["failed", *FAILED], "Status to repeat; failed: all.", "failed"),
     STUDY,
 )
 def retry(status: str, study: Path | None) -> Answer:
@@ -228,7 +228,7 @@ def retry(status: str, study: Path | None) -> Answer:
         {"variant": row["variant"], "motion": row["motion_id"], "status": row["status"]}
         for row in forget(StudyFolder(folder_of(study)), statuses)
     ]
-    note = f"{len(rows)} analyses will be repeated when the study runs"
+    note = f"{len(rows)} analyses will be repeated in the next run of the study"
     return Answer({"forgotten": len(rows), "analyses": rows}, notes=[note])
 
 
@@ -249,13 +249,13 @@ def journal(compact: bool, study: Path | None) -> Answer:
 @command(
     study,
     Arg(
-        "names", list[str] | None, "Files; * matches any text. Without: a list.", None, "[NAME]..."
+        "names", list[str] | None, "Figures; * matches any text. No name: list.", None, "[NAME]..."
     ),
     OUT._replace(default=Path()),
     STUDY,
-    Opt("width_mm", float | None, "Width; overrides figures.width_mm."),
+    Opt("width_mm", float | None, "Width in mm; overrides figures.width_mm."),
     Opt("font", str | None, "Font family; overrides figures.font."),
-    Opt("font_size_pt", float | None, "Size; overrides figures.font_size_pt."),
+    Opt("font_size_pt", float | None, "Font size in pt; overrides figures.font_size_pt."),
 )
 def plot(names: list[str] | None, out: Path, study: Path | None, **given: Any) -> Answer:
     """Draw figures of a finished study again, as SVG and PNG.
@@ -280,9 +280,9 @@ def plot(names: list[str] | None, out: Path, study: Path | None, **given: Any) -
 
 @command(study, STUDY, Opt("out", Path | None, "Markdown file instead of the terminal."))
 def methods(study: Path | None, out: Path | None) -> Answer:
-    """Write the methods of a study as a paper describes them, with references.
+    """Write the methods section of a study for a paper, with references.
 
-    The text follows from the configuration and, once prepared, from the sources of the motions.
+    The text is written from the configuration and, once prepared, the sources of the motions.
 
     Example: skewbridge study methods --out methods.md
     """
@@ -310,7 +310,7 @@ def archive(study: Path | None, out: Path, author: list[str] | None, licence: st
     """Put a finished study into one RO-Crate (ZIP) for the supplement of a paper.
 
     Contains workflow, configuration, tables, report and methods, and describes them with digests,
-    versions and licences. No accelerations: recorded motions may not be redistributed.
+    versions and licences. Accelerations are left out: records may not be redistributed.
 
     Example: skewbridge study archive --author "A. Engineer" --out study.zip
     """
@@ -324,7 +324,7 @@ def archive(study: Path | None, out: Path, author: list[str] | None, licence: st
 
 
 def _comparison_row(row: dict[str, Any]) -> dict[str, Any]:
-    """Return a row of a comparison as it is printed: the ratio, or the difference in its unit."""
+    """Return the printed columns of a comparison: the ratio, or the difference in its unit."""
     is_ratio = row["judged_by"] != "difference"
     value, ends = ("ratio", "ci") if is_ratio else ("difference", "difference")
     return {
