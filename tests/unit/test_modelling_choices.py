@@ -208,11 +208,11 @@ def test_only_a_current_table_is_shown(tmp_path: Path) -> None:
 def test_findings_and_tornado_list_choices_that_move_a_demand_more_than_friction(tmp_path, ran):
     table = made(setup_in(tmp_path))
     assert choice_findings(table)[1] == (
-        "Column drift ratio: friction 0 → 0.5 moves it by +10.0 %; more than that do "
+        "Column drift ratio: friction 0 → 0.5 changes it by +10.0 %; larger changes: "
         "Key frame deck edge → skewed (+25.0 %)."
     )
     without = table[table["name"] != "key_frame"]
-    assert choice_findings(without)[1].endswith("no choice tried moves it more.")
+    assert choice_findings(without)[1].endswith("no choice changes it more.")
     assert not choice_findings(table[table["name"] != "friction"])
     values = table[["name", "to_value"]].drop_duplicates()
     panels = [panel for panel in tornado(table).axes if panel.patches]

@@ -109,7 +109,7 @@ def test_faults_of_fits_and_effects_are_named_whatever_the_order_of_rows():
     effects = EFFECTS.assign(ratio=[1.2, 1.1])
     assert list(failed(demands(), curves, effects)) == [
         "fitted curves without a positive median",
-        "effects whose interval does not hold the ratio",
+        "effects whose interval does not contain the ratio",
     ]
     fitted = CURVES.assign(status="ok", theta=[0.5, 0.49])
     place = f"{SLUG}, column_drift, moderate, cloud"
@@ -127,7 +127,7 @@ def test_faults_of_fits_and_effects_are_named_whatever_the_order_of_rows():
 def test_no_friction_is_held_against_contact_to_nine_digits(friction, relative, is_found):
     rows = demands(unseating_m=0.1 * (1.0 + relative)).assign(friction=friction)
     contact = demands().assign(abutment="contact", variant="osb1_co_skew00_gap025_mu000")
-    name = "rows without friction that differ from contact"
+    name = "rows that differ from the frictionless model"
     expected = {name: [f"{SLUG}, m00, 1, 0"]} if is_found else {}
     assert failed(pd.concat([rows, contact])) == expected
 

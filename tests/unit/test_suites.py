@@ -176,7 +176,7 @@ def test_the_first_screen_states_the_difference() -> None:
     title, text = summary({"near": 0.95, "far": 0.80})
     assert title == "; the effect of friction depends on the motions"
     assert "under near" in text
-    assert "by chance about 0" in text
+    assert "expected by chance: 0" in text
     title, text = summary({"near": 0.95, "far": 0.95})
     assert title == ""
     assert text.startswith("Suites near (16) and far (16): 0 of ")

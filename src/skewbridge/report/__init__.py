@@ -1,1 +1,1 @@
-"""Figures (tables in, figure out) and the report."""
+"""Figures, drawn from the tables of a study, and the report."""

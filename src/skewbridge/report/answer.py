@@ -1,7 +1,7 @@
-"""The answer of a study in sentences: effects on median capacities and demands, failures.
+"""Main results of a study in sentences: effects on median capacities and demands, failures.
 
-Page and README print these sentences. Every number in them comes from the table of `answer_table`
-or from that of `run_counts`.
+The page and the README print these sentences. Effects come from the table of `answer_table`,
+counts of runs from that of `run_counts`.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -45,21 +45,21 @@ from skewbridge.variant.random_properties import drawn_properties
 
 _EFFECT: Final = (*BRIDGE_COLUMNS, "axis", "from_value", "to_value", "demand")
 _COUNTS: Final = ("n_cells", "n_without_curve", "n_extrapolated")
-#: Columns of `answer_table`: `claim` is the verdict that is printed, adjusted for the family of
-#: comparisons (Holm), for a demand the weaker one of this and of the verdict at the intensity `im`.
+#: Columns of `answer_table`. `claim` is the printed verdict, adjusted for the family of comparisons
+#: (Holm). For a demand it is the weaker of this verdict and the verdict at the intensity `im`.
 ANSWER_COLUMNS: Final = (
     *(*_EFFECT[:-1], "quantity", "demand", "status", "ratio", "ci_low", "ci_high", "level"),
     *("margin", "claim", "im", "from_demand", "to_demand", "first_im", "last_im", "seat_m"),
     *("im_low", "im_high", *_COUNTS),
 )
 NOT_REACHED: Final = "not_reached"
-#: States of the first screen and of the README.
+#: Limit states on the first screen and in the README.
 LEADING_STATES: Final = (f"{COLUMN_FAILURE}/any", "unseating/slight")
 #: Certainty of a claim in a few words.
 CERTAINTY: Final = {
     LOWER: "certain",
     HIGHER: "certain",
-    DETECTABLE: "direction certain, size not",
+    DETECTABLE: "only direction certain",
     NEGLIGIBLE: "certainly small",
     UNDECIDED: "not certain",
 }
@@ -81,19 +81,19 @@ def short_names(table: pd.DataFrame) -> dict[tuple[str, str], str]:
 
 
 def listed(words: Iterable[str]) -> str:
-    """Return words as a list of a sentence: ``a, b and c``."""
+    """Return words joined to a list: ``a, b and c``."""
     *first, last = list(words)
     return f"{', '.join(first)} and {last}" if first else last
 
 
 def number_word(number: int) -> str:
-    """Return a number, up to eight as a word."""
+    """Return a number as text; numbers up to eight as a word."""
     words = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight")
     return words[number] if number < len(words) else f"{number}"
 
 
 def counted(number: int, what: str) -> str:
-    """Return a number with what it counts: ``two spans``."""
+    """Return a number with its noun, in the plural if needed: ``two spans``."""
     return f"{number_word(number)} {what}{'' if number == 1 else 's'}"
 
 
@@ -115,12 +115,12 @@ def effect_name(demand: Any) -> str:
 
 
 def number(value: float) -> str:
-    """Return a number with three digits, without an exponent."""
+    """Return a number as text: three significant digits, or an integer from 100 up."""
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
 
 
 def largest_change(rows: Iterable[dict[str, Any]]) -> tuple[dict[str, Any], str, str]:
-    """Return the row of the largest ratio either way, ``lowers`` or ``raises``, and its size."""
+    """Return the row with the largest |ln ratio|, ``lowers`` or ``raises``, and the change."""
     row = max(rows, key=lambda each: abs(np.log(each["ratio"])))
     return row, "lowers" if row["ratio"] < 1.0 else "raises", change_text(row).lstrip("+-")
 
@@ -129,10 +129,10 @@ def largest_change(rows: Iterable[dict[str, Any]]) -> tuple[dict[str, Any], str,
 
 
 def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
-    """Return the runs of each bridge and abutment model (axis empty), and of each value of an axis.
+    """Return counts of runs per bridge and abutment model (axis empty) and per value of each axis.
 
     Columns: bridge, abutment, axis, value, n_runs, n_complete (all demands are peaks of the whole
-    motion), n_failed (a column failed), n_shear, n_flexure, n_collapse, n_bounds (lower bounds).
+    motion), n_failed (a column failed), n_shear, n_flexure, n_collapse, n_bounds (not complete).
     """
     kinds, complete = failure_kinds(demands), is_complete(demands)
     flags = {
@@ -158,11 +158,11 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
 def answer_table(
     *, medians: pd.DataFrame, effects: pd.DataFrame, intensities: pd.DataFrame, curves: pd.DataFrame
 ) -> pd.DataFrame:
-    """Return the pooled effects of the headline, from end to end of every axis.
+    """Return the pooled headline effects of each axis, for the change to its largest value.
 
-    Rows have the columns `ANSWER_COLUMNS`: per bridge, abutment model and axis the states of
-    `HEADLINE_STATES` that the study has (``curves`` lists those that were reached), then the
-    headline demands.
+    Rows have the columns `ANSWER_COLUMNS`. Each bridge, abutment model and axis has first the
+    states of `HEADLINE_STATES` in ``curves`` (with status `NOT_REACHED` if no run exceeds the
+    state), then the headline demands.
     """
     headline = demands_for("headline")
     pooled = effects[(effects["scope"] == "pooled") & effects["demand"].isin(headline)]
@@ -194,7 +194,7 @@ def answer_table(
     table = table.assign(**ranks).sort_values([*BRIDGE_COLUMNS, "_axis", "from_value", "_demand"])
     seats_m: dict[str, float] = {}
     for name in set(table["bridge"]):
-        with suppress(InputError):  # its file cannot be read
+        with suppress(InputError):  # the file of the bridge cannot be read
             seats_m[name] = load_bridge(name).abutment.seat_width_m
     own_m = table["bridge"].map(seats_m).where(table["demand"] == "unseating_m")
     table = table.assign(seat_m=own_m.astype(float))
@@ -204,9 +204,9 @@ def answer_table(
 
 
 def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, Any]:
-    """Return a pooled effect on a demand as it is at one intensity.
+    """Return a pooled effect on a demand with its values at one intensity.
 
-    This is the reference intensity of the bridge, or the middle of the range without one.
+    That is the reference intensity of the bridge, or without one the middle of the range.
     """
     usable = pd.DataFrame() if line is None else line[line["ratio"].notna()].sort_values("im")
     if usable.empty:
@@ -216,7 +216,7 @@ def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, 
     names = ("im", "ratio", "ci_low", "ci_high", "from_demand", "to_demand")
     ends = {"first_im": usable["im"].iloc[0], "last_im": usable["im"].iloc[-1]}
     claim, claims = point["verdict"], {effect["verdict_family"], point["verdict"]}
-    if len(claims) > 1:  # the weaker of the two
+    if len(claims) > 1:  # keep the weaker of the two
         same_sign = (point["ratio"] < 1.0) == (effect["direction"] < 0)
         claim = DETECTABLE if claims <= {LOWER, HIGHER, DETECTABLE} and same_sign else UNDECIDED
     return effect | {name: point[name] for name in names} | ends | {"claim": claim}
@@ -226,7 +226,7 @@ def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, 
 
 
 def extent_of_data(row: Mapping[str, Any]) -> str:
-    """Return whether medians of a ratio are extrapolated or lack a curve, as text; else empty."""
+    """Return a note if medians of a ratio are extrapolated or have no curve; otherwise ``""``."""
     pairs, missing, outside = (row[name] for name in _COUNTS)
     medians = 2 if pd.isna(pairs) else 2 * int(pairs)  # a row of one pair has no number of pairs
     if outside > 0:
@@ -235,7 +235,7 @@ def extent_of_data(row: Mapping[str, Any]) -> str:
 
 
 def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
-    """Return a sentence for each leading state whose medians are extrapolated or lack a curve.
+    """Return a sentence for each leading state with medians extrapolated or without a curve.
 
     The keys are bridge, abutment model and state.
     """
@@ -260,11 +260,11 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
 
 
 def clearest_clause(rows: Sequence[dict[str, Any]]) -> str:
-    """Return the largest effect on a demand with a clear direction at an intensity, as a clause."""
+    """Return a clause on the largest effect on a demand that certainly exceeds the margin."""
     known = [row for row in rows if np.isfinite(row["im"])]
     clear = [row for row in known if row["claim"] in (LOWER, HIGHER) and np.isfinite(row["ratio"])]
     if not clear:
-        return f"none is certain at {known[0]['im']:.2g} g" if known else "not estimable"
+        return f"no change is certain at {known[0]['im']:.2g} g" if known else "not estimable"
     row, verb, size = largest_change(clear)
     text = f"at {row['im']:.2g} g it {verb} {effect_name(row['demand'])} by {size} "
     text += f"({interval_text(row)})"
@@ -282,13 +282,13 @@ def clearest_clause(rows: Sequence[dict[str, Any]]) -> str:
 
 
 def title_of(table: pd.DataFrame) -> str:
-    """Return the answer of a study in one sentence: the axes and the median capacities."""
+    """Return the main result in one sentence: the effect of each axis on median capacities."""
     if table.empty:
         return "No comparison is possible: no two variants differ in one axis only"
     names = short_names(table)
     estimated = table[(table["quantity"] == MEDIAN_CAPACITY) & (table["status"] == OK)]
     if estimated.empty:
-        return "No run reaches the limit states of the headline: no median capacity to compare"
+        return "No run reaches a headline limit state: no median capacity to compare"
     clear, unclear, small = list[str](), list[str](), list[str]()
     for name, part in estimated.groupby("axis", sort=False):
         title, claims = axis(str(name)).title, set(part["claim"])
@@ -304,10 +304,10 @@ def title_of(table: pd.DataFrame) -> str:
 
 
 def _title_claim(part: pd.DataFrame, names: Mapping[tuple[str, str], str]) -> str:
-    """Return the claims of an axis on median capacities in a title.
+    """Return the clause of the title on the effects of an axis on median capacities.
 
-    The most severe state with a clear direction counts, and the bridge with the largest change of
-    it; a less severe one follows if only that one is certain to exceed the margin.
+    It names the most severe state with a clear direction, and the bridge with the largest change of
+    it. The most severe state that certainly exceeds the margin is added if it is a different one.
     """
     claims: dict[str, list[str]] = {}
     for wanted in ((LOWER, HIGHER, DETECTABLE), (LOWER, HIGHER)):
@@ -327,7 +327,7 @@ def _title_claim(part: pd.DataFrame, names: Mapping[tuple[str, str], str]) -> st
 
 
 def failure_sentences(counts: pd.DataFrame) -> tuple[str, str]:
-    """Return the number of failed columns, and collapses and lower-bound demands, as sentences."""
+    """Return two sentences: runs with a failed column, and runs that collapsed or ended early."""
     whole, names = counts[counts["axis"] == ""], short_names(counts)
     totals = whole.filter(regex="^n_").sum()
     parts = [
@@ -345,7 +345,7 @@ def failure_sentences(counts: pd.DataFrame) -> tuple[str, str]:
 
 
 def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
-    """Return kind and scenario of the motions, and the intensities with pairs of runs."""
+    """Return a sentence on the kind and scenario of the motions and the range of pairs."""
     sources = suite.get("source", pd.Series(dtype=str)).astype(str)
     synthetic = len(sources) > 0 and sources.str.contains("synthetic|simulated", case=False).all()
     text = f"The {len(suite)} motions are {'synthetic' if synthetic else 'recorded or mixed'}"
@@ -363,10 +363,10 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
 
 
 def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]:
-    """Return whether the effects of the answer depend on the suite of motions.
+    """Return two texts on whether the headline effects depend on the suite of motions.
 
-    A clause for the title, empty where no suites differ, and a sentence with the largest difference
-    and its interval, empty for a study with one suite.
+    They are a clause for the title (empty if no more suites differ than by chance), and a sentence
+    with the largest difference and its interval (empty for a study with one suite).
     """
     if suites.empty:
         return "", ""
@@ -388,22 +388,22 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
     text = (
         f"Suites {listed(f'{name} ({count})' for name, count in motions.items())}: "
         f"{len(differing)} of {len(compared)} differences between suites exceed "
-        f"{LARGEST_ERRORS:g} standard errors, by chance about {0.05 * len(compared):.0f}. "
+        f"{LARGEST_ERRORS:g} standard errors (expected by chance: {0.05 * len(compared):.0f}). "
         f"The largest: {change_name(row['axis'], row['from_value'], row['to_value'])} on "
         f"{effect_name(row['demand'])} of {short_names(compared)[row['bridge'], row['abutment']]}: "
-        f"{sizes}; the ratio of the two effects is {change_text(row)} off 1 ({interval_text(row)})."
+        f"{sizes}; the two effects differ by {change_text(row)} ({interval_text(row)})."
     )
-    if len(differing) <= 0.05 * len(compared):  # no more than chance gives
+    if len(differing) <= 0.05 * len(compared):  # no more than expected by chance
         return "", text
     axes = listed(dict.fromkeys(axis(str(name)).title for name in differing["axis"]))
     return f"; the effect of {axes} {DEPENDS}", text
 
 
 def properties_sentence(demands: pd.DataFrame) -> str:
-    """Return whether properties of the bridge were drawn at random, and which."""
+    """Return a sentence that lists the random properties, or states that there are none."""
     drawn = drawn_properties(map(str, demands))
     if not drawn:
-        return "All properties of the bridges have the values of their files."
+        return "All properties of the bridges have the values of the bridge files."
     return (
         "Each motion has its own random properties of the bridge, the same in every variant "
         f"({', '.join(drawn)})."

@@ -1,7 +1,7 @@
 """Appearance of figures and page: units and words of values, layout of variants, verdicts.
 
-The hue of a verdict is its direction (blue lower, vermilion higher). All common kinds of colour
-blindness distinguish the two hues (Okabe and Ito 2008), and a sign repeats the meaning.
+The hue of a verdict shows its direction (blue lower, vermilion higher). The two hues are distinct
+in all common kinds of colour blindness (Okabe and Ito 2008), and a sign repeats the meaning.
 """
 
 import re
@@ -36,8 +36,8 @@ from skewbridge.fragility.verdicts import (
 from skewbridge.units import FOOT, INCH, KIP, KN, MM, MN, Units
 from skewbridge.variant.axes import Axis, axes_of
 
-#: Colours of variants, runs and motions in the order of their values, on the page too. They differ
-#: in lightness for every kind of colour vision and are no colours of verdicts.
+#: Colours of variants, runs and motions in the order of their values, in figures and on the page.
+#: They differ in lightness for every kind of colour vision, and from the colours of verdicts.
 VARIANT_COLOURS: Final = (
     *("#3b2f6b", "#1a9a78", "#b8860b", "#8f4a86"),
     *("#6b7378", "#7fb069", "#7a5230", "#111111"),
@@ -52,15 +52,15 @@ STYLE: Final[Any] = {
     "font.size": 9,
     "legend.frameon": False,
 }
-#: Largest number of bands in a panel: more hide each other.
+#: Largest number of bands in a panel: more would hide each other.
 MAX_BANDS: Final = 2
 #: Marks of the runs in a cloud.
 MARKS: Final = ("o", "s", "D", "P", "X", "*")
 DASHES: Final = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
-_WIDEST, _THINNEST = 2.3, 1.0  # lines in points; later lines are thinner, so that both are visible
-_LEAST_SHOWN: Final = 3  # panels, dashes and colours have an axis each, constant ones included
+_WIDEST, _THINNEST = 2.3, 1.0  # points; later lines are thinner, so that overlaid lines are visible
+_LEAST_SHOWN: Final = 3  # an axis each for panels, dashes and colours, even if constant
 
-#: Units that have another name in US units, with the factor to it.
+#: US unit of an SI unit, and the factor to it.
 US_UNITS: Final = {
     "m": ("in", 1.0 / INCH),
     "mm": ("in", MM / INCH),
@@ -78,7 +78,7 @@ type Row = Mapping[Any, Any] | pd.Series
 
 @contextmanager
 def shown_in(units: Units) -> Generator[None]:
-    """Show all numbers of figures and page in these units; tables stay in SI."""
+    """Show numbers of figures and page in these units inside the context; tables stay in SI."""
     token = _UNITS.set(units)
     try:
         yield
@@ -104,7 +104,7 @@ def shown_label(column: str) -> tuple[str, float]:
 
 
 def plain_label(column: str) -> str:
-    """Return the label of a column without the marks of its formula."""
+    """Return the label of a column without LaTeX markup."""
     return re.sub(r"\$|\\mathrm|[{}_]", "", label_of(column).replace(r"\,", " "))
 
 
@@ -119,7 +119,7 @@ def in_words(name: object) -> str:
 
 
 def shown_value(demand: str, value: float) -> tuple[float, str]:
-    """Return a value of a demand in the unit that engineers use, and that unit after a space."""
+    """Return a value of a demand in its usual unit (%, mm, mrad), and that unit after a space."""
     if demand.endswith("drift_ratio"):
         return 100.0 * value, " %"
     unit = unit_of(demand)
@@ -129,7 +129,7 @@ def shown_value(demand: str, value: float) -> tuple[float, str]:
 
 
 def threshold_text(demand: str, threshold: float) -> str:
-    """Return the capacity of a limit state in the unit that engineers use."""
+    """Return the capacity of a limit state with its usual unit."""
     value, unit = shown_value(demand, threshold)
     return f"{value:.3g}{unit}"
 
@@ -153,7 +153,7 @@ def variant_text(axes: Iterable[Axis], row: Row) -> str:
 
 
 def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:
-    """Return the axes that vary in a table, and constant ones up to a total of three, in order."""
+    """Return the axes that vary in a table, filled up to three with constant ones, in order."""
     present = axes_of(table.columns)
     constant = [axis for axis in present if table[axis.name].nunique() < 2]
     kept = max(_LEAST_SHOWN - (len(present) - len(constant)), 0)
@@ -162,7 +162,7 @@ def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:
 
 
 def templates(*functions: Callable[..., Any]) -> Environment:
-    """Return the templates of page, methods and captions, which call functions by their names."""
+    """Return the environment of all templates, in which ``functions`` are called by name."""
     escaped = select_autoescape(("html.j2", "css.j2"), default_for_string=False)
     loader = PackageLoader("skewbridge.report")
     environment = Environment(loader=loader, autoescape=escaped, undefined=StrictUndefined)
@@ -173,7 +173,7 @@ def templates(*functions: Callable[..., Any]) -> Environment:
 
 
 def groups_of(table: pd.DataFrame, columns: Sequence[str]) -> list[tuple[Any, pd.DataFrame]]:
-    """Return the rows with equal values in some columns, in the order of their first rows."""
+    """Return groups of rows with equal values in some columns, with these values, in order."""
     return list(table.groupby(list(columns), sort=False))
 
 
@@ -196,10 +196,10 @@ def plain_log_ticks(axis: DrawnAxis) -> None:
 class VariantLayout:
     """Panels and line styles of the variants in a table with a column per axis.
 
-    The first axis shown has a panel per value, the second dashes and marks, the third a colour and
-    a width. Every further axis multiplies the panels: no axis is averaged over. ``styles`` are by
-    the values of the line axes. At most `MAX_BANDS` curves have bands: those of ``banded``, in
-    words ``banded_text``, which is empty where all have.
+    The first shown axis has a panel per value, the second a dash and mark, the third a colour and
+    width. Every further axis multiplies the panels, so no axis is averaged over. ``styles`` are by
+    the values of the line axes. The first `MAX_BANDS` of them, ``banded``, have bands; they are in
+    words in ``banded_text``, which is empty if all lines have bands.
     """
 
     def __init__(self, table: pd.DataFrame) -> None:
@@ -223,7 +223,7 @@ class VariantLayout:
         self.banded_text = words if len(self.styles) > MAX_BANDS else ""
 
     def panels(self, table: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-        """Return title, in lines of 34 letters, and rows of every panel."""
+        """Return the title, in lines of up to 34 letters, and the rows of every panel."""
         return [
             (fill(_joined(self.panel_axes, values), 34), part)
             for values, part in _groups(table, self.panel_axes)
@@ -235,7 +235,7 @@ class VariantLayout:
             yield values, part, self.styles[values]
 
     def handles(self, *, marks: bool = False) -> list[Line2D]:
-        """Return the entries of the legend, those of a cloud with the marks of its points."""
+        """Return the entries of the legend, with the marks of clouds if asked."""
         hidden: dict[str, Any] = {} if marks else {"marker": ""}
         return [
             Line2D([], [], label=_joined(self.line_axes, values), ms=4.0, **style | hidden)
@@ -257,12 +257,12 @@ def _joined(axes: Sequence[Axis], values: Sequence[Any]) -> str:
 class VerdictStyle(NamedTuple):
     """Appearance of one verdict."""
 
-    name: str  # of its class in the page
+    name: str  # CSS class on the page
     sign: str
-    fill: str  # colour of the cell
-    ink: str  # colour of its text
+    fill: str  # background colour
+    ink: str  # text colour
     verdict: str
-    text: str  # of the legend
+    text: str  # text of the legend
 
 
 _DARK, _LIGHT = "#1c2226", "#ffffff"
@@ -270,11 +270,11 @@ _OPEN_TEXT: Final = "may or may not exceed the margin"
 STYLES: Final = {
     style.name: style
     for style in (
-        VerdictStyle(LOWER, "▼", "#0072b2", _LIGHT, LOWER, "lower by over the margin"),
+        VerdictStyle(LOWER, "▼", "#0072b2", _LIGHT, LOWER, "lower by more than the margin"),
         VerdictStyle("down", "▽", "#cfe5f3", _DARK, DETECTABLE, f"lower, {_OPEN_TEXT}"),
         VerdictStyle("within", "=", "#e3e7ea", _DARK, NEGLIGIBLE, "within the margin"),
         VerdictStyle("up", "△", "#fbdcc5", _DARK, DETECTABLE, f"higher, {_OPEN_TEXT}"),
-        VerdictStyle(HIGHER, "▲", "#b84f00", _LIGHT, HIGHER, "higher by over the margin"),
+        VerdictStyle(HIGHER, "▲", "#b84f00", _LIGHT, HIGHER, "higher by more than the margin"),
         VerdictStyle(UNDECIDED, "?", "#ffffff", "#4a545c", UNDECIDED,
                      "inconclusive with these motions"),
         VerdictStyle(NOT_ESTIMABLE, "–", "#f4f4f4", "#596168", UNDECIDED, "not estimable"),
@@ -292,7 +292,7 @@ def verdict_style(item: Row) -> VerdictStyle:
 
 
 def change_text(item: Row) -> str:
-    """Return an effect as it is judged: in per cent, or in its unit."""
+    """Return the size of an effect: the ratio as a change in per cent, or the difference."""
     if item.get("status") in (NO_CURVE, NOT_ESTIMABLE):
         return in_words(item["status"])
     (value, *_), unit = _change(item)
@@ -300,7 +300,7 @@ def change_text(item: Row) -> str:
 
 
 def interval_text(item: Row) -> str:
-    """Return the interval of the effect as it is judged: in per cent, or in its unit."""
+    """Return the interval of an effect: in per cent for a ratio, in its unit for a difference."""
     (_, *ends), unit = _change(item)
     if not np.isfinite(ends).all():
         return "no interval"
@@ -309,7 +309,7 @@ def interval_text(item: Row) -> str:
 
 
 def _change(item: Row) -> tuple[list[float], str]:
-    """Return an effect with the ends of its interval as it is judged, and their unit."""
+    """Return an effect with the ends of its interval, in per cent or its unit, and that unit."""
     if item.get("judged_by") == DIFFERENCE:
         unit, factor = shown_unit(str(item["unit"]))
         return [factor * float(item[name]) for name in DIFFERENCES], f" {unit}"

@@ -1,4 +1,4 @@
-"""A finished study as one RO-Crate: tables, report, workflow and configuration, described.
+"""Archive of a finished study as one RO-Crate: tables, report, workflow and configuration.
 
 References:
     Sefton et al., RO-Crate metadata specification; Workflow RO-Crate profile 1.0.
@@ -35,7 +35,7 @@ TAKEN: Final = {
     "demands.parquet": "demands of every analysis",
     "fragility/*": "fits and effects",
     "sensitivity.parquet": "analyses repeated at the reference accuracy",
-    "modelling_choices.parquet": "other modelling choices",
+    "modelling_choices.parquet": "effects of modelling choices",
     "motions/intensities.parquet": "intensity measures",
     "verification/*.parquet": "contact checks before the analyses",
     "checks.json": "checks of the tables",
@@ -57,11 +57,11 @@ def write_archive(
 ) -> tuple[list[str], list[str]]:
     """Write a finished study as a Workflow RO-Crate in a ZIP file.
 
-    Accelerations are left out: recorded motions may not be passed on; ``motions.csv`` has their
-    sources and digests. Every file has its SHA-256 in ``ro-crate-metadata.json``. The configuration
-    is merged over ``base``; the licence, a web address, is that of the results.
+    Accelerations are left out, because records may not be redistributed; ``motions.csv`` has their
+    sources and digests. ``ro-crate-metadata.json`` has the SHA-256 of every file. ``config`` is
+    merged over ``base``; ``licence`` is the web address of the licence of the results.
 
-    Returns the names of the files, and reservations for readers of the paper, one sentence each.
+    Returns the names of the files, and reservations about the results, one sentence each.
     """
     study = load_config(config, base=base)
     folder = StudyFolder(Path(study.results))
@@ -110,7 +110,7 @@ def write_archive(
 def _files(
     study: StudyConfig, folder: StudyFolder, config: Path, base: Path
 ) -> dict[str, tuple[bytes, str]]:
-    """Return content and description of the files by their name in the archive."""
+    """Return content and description of the files by name in the archive."""
     suite = read_frame(folder.suite)
     whole = yaml.safe_dump(study.model_dump(mode="json"), sort_keys=False, allow_unicode=True)
     motions = suite.loc[:, ~suite.columns.str.startswith("accel_")].to_csv(index=False)
@@ -143,7 +143,7 @@ def _files(
 
 
 def _doubts(folder: StudyFolder, config: Path, base: Path) -> list[str]:
-    """Return the ways in which the tables differ from the study as configured now."""
+    """Return a sentence for each doubt whether the tables match the study as configured now."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         load_results(folder.root)
@@ -154,5 +154,5 @@ def _doubts(folder: StudyFolder, config: Path, base: Path) -> list[str]:
         return [*doubts, f"not compared with the present sources and configuration: {error}"]
     if not origin["current"]:
         differing = ", ".join(origin["differences"])
-        doubts.append(f"the present sources or configuration give other demands ({differing})")
+        doubts.append(f"demands were made with different sources or configuration ({differing})")
     return doubts

@@ -18,7 +18,7 @@ from skewbridge.units import KN, MM
 from skewbridge.variant.options import ShearModel
 from skewbridge.variant.variant import ABUTMENTS
 
-# Okabe and Ito's palette: distinct for every kind of colour vision
+# palette of Okabe and Ito, distinct for every kind of colour vision
 COLOURS: Final = {
     "deck": "#0072B2",
     "columns": "#D55E00",
@@ -27,14 +27,14 @@ COLOURS: Final = {
     "contact": "#CC79A7",
     "links": "#999999",
 }
-_GAP_SCALE: Final = 20.0  # gaps are drawn so many times as wide
+_GAP_SCALE: Final = 20.0  # exaggeration of the drawn gaps
 _NORMAL_M: Final = 2.0  # length of the arrows that show contact normals
 _HEAD_M: Final = 0.35
-_AROUND_M: Final = 2.5  # shown around the abutment in its own panel
+_AROUND_M: Final = 2.5  # margin around a drawn abutment or model
 
 
 def model_figure(geometry: ModelGeometry) -> Figure:
-    """Return plan, elevation and one abutment of a model; gaps are drawn to a scale factor."""
+    """Return plan, elevation and right abutment of a model as a figure; gaps are exaggerated."""
     figure = Figure(figsize=(11, 7.5), layout="constrained")
     panels = figure.subplot_mosaic("pp;ea", height_ratios=(3, 4), width_ratios=(3, 2))
     plan, elevation, end = panels["p"], panels["e"], panels["a"]
@@ -74,7 +74,7 @@ def _draw_plan(axes: Axes, geometry: ModelGeometry) -> None:
 
 
 def _contacts(geometry: ModelGeometry) -> tuple[Floats, Floats]:
-    """Return the surfaces of the contacts with exaggerated gaps, and their normals, (n, 3)."""
+    """Return points on contact surfaces with exaggerated gaps, and their normals, each (n, 3)."""
     normals = np.array([(*place.normal, 0.0) for place in geometry.contacts])
     gaps_m = np.array([place.gap_m for place in geometry.contacts])
     surfaces = np.array([place.surface for place in geometry.contacts])
@@ -82,13 +82,13 @@ def _contacts(geometry: ModelGeometry) -> tuple[Floats, Floats]:
 
 
 def _draw_members(axes: Axes, geometry: ModelGeometry, plane: list[int]) -> None:
-    """Draw lines, springs of no length and grounds in the plane of two axes."""
+    """Draw line elements, zero-length springs and supports, projected on the plane of two axes."""
     for group, members in _by_group(geometry).items():
         ends = np.array([member.ends for member in members])
         is_line = (ends[:, 0] != ends[:, 1]).any(axis=1)
         wide, order = 2.2 if group in ("deck", "columns") else 1.0, 1 if group == "links" else 2
         look: dict[str, Any] = {"color": COLOURS[group], "label": group}
-        # breaks between the lines make them one line with one entry in the legend
+        # breaks join the lines into one, so that the legend has one entry
         breaks = np.full((int(is_line.sum()), 1, 3), np.nan)
         lines = np.concatenate([ends[is_line], breaks], axis=1).reshape(-1, 3)
         if len(lines):
@@ -106,9 +106,9 @@ def _by_group(geometry: ModelGeometry) -> dict[str, list[Member]]:
 
 
 def model_page(geometry: ModelGeometry) -> str:
-    """Return a self-contained page with the model in space, to turn and to point at.
+    """Return a self-contained page with a three-dimensional view of the model.
 
-    It shows nodes, elements by group, and contacts with their normals and gaps.
+    The view shows nodes, elements by group, and contacts with their normals and gaps.
     """
     x, y = zip(*geometry.deck_outline, strict=True)
     soffit = go.Mesh3d(
@@ -156,7 +156,7 @@ def model_page(geometry: ModelGeometry) -> str:
 
 
 def _group_trace(group: str, members: list[Member]) -> go.Scatter3d:
-    """Return one group: lines with their ends marked, springs of no length as points."""
+    """Return the trace of a group: lines with marked ends, zero-length springs as points."""
     ends = np.array([[*member.ends, [np.nan] * 3] for member in members])
     text: list[str] = []
     for member in members:
@@ -167,16 +167,16 @@ def _group_trace(group: str, members: list[Member]) -> go.Scatter3d:
 
 
 def _trace(name: str, points: Floats, text: list[str] | None = None, **look: Any) -> go.Scatter3d:
-    """Return a trace through points, whose texts are shown at the pointer."""
+    """Return a trace through points; the pointer shows the ``text`` of a point."""
     x, y, z = points.reshape(-1, 3).T
     hover = "text" if text else "skip"
     return go.Scatter3d(x=x, y=y, z=z, name=name, text=text, hoverinfo=hover, **look)
 
 
 def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:
-    """Return pushes (abutment, angle_deg, disp_m, force_kn), a panel per direction.
+    """Return a figure of pushes (abutment, angle_deg, disp_m, force_kn), a panel per direction.
 
-    Later abutment models have thinner lines, so that lines on top of each other show.
+    Later abutment models have thinner lines, so that overlaid lines are visible.
     """
     directions = list(curves.groupby("angle_deg"))
     rows = -(-len(directions) // 3)
@@ -202,7 +202,7 @@ def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:
 def column_figure(
     curve: MomentCurvature, shear: ShearSection, axial_n: float, *, title: str
 ) -> Figure:
-    """Return moment-curvature with its idealisation, and shear strength against ductility."""
+    """Return a figure of moment-curvature, idealised as well, and shear strength by ductility."""
     figure = Figure(figsize=(10, 4), layout="constrained")
     bending, capacity = figure.subplots(1, 2)
     bending.plot(curve.curvature_per_m, curve.moment_nm / 1e6, color="#0072B2", label="section")
@@ -234,23 +234,23 @@ def column_figure(
 
 
 FRAMES: Final = 300
-_LONGEST_ARROW: Final = 0.18  # of the deck's length, for the largest force of the run
-_DISP_SHARE: Final = 0.08  # of the deck's length, for the largest displacement of the run
-_KEY_SHARE: Final = 0.06  # of the deck's length, length of a shear key in the picture
+_LONGEST_ARROW: Final = 0.18  # length of the largest force / length of the deck
+_DISP_SHARE: Final = 0.08  # largest drawn displacement / length of the deck
+_KEY_SHARE: Final = 0.06  # drawn length of a shear key / length of the deck
 _NEAR_LIMIT: Final = 0.98  # share of the friction limit that counts as slipping
 _OPEN, _STICK, _SLIP = "#b8b8b8", VARIANT_COLOURS[1], VARIANT_COLOURS[2]
 _FORCE: Final = VARIANT_COLOURS[3]
 
 
 def replay_page(layout: ModelGeometry, histories: pd.DataFrame, *, title: str) -> str:
-    """Return the page: a plan with a time slider over the number of closed contacts.
+    """Return a page with an animated plan and the number of closed contacts over time.
 
-    It opens at the first contact. Displacements and gaps have the same exaggeration, so that deck
-    and wall touch in the picture where they touch in the analysis. The histories are those of
-    `analysis.peaks.histories_of` of the same run.
+    It starts at the first contact. Displacements and gaps have the same exaggeration, so deck and
+    wall touch in the picture when they touch in the analysis. ``histories`` are those of
+    `analysis.peaks.histories_of` for the same run.
     """
     scene = _Scene(layout, histories)
-    # evenly spaced rows, and no opening or closing between them is lost
+    # evenly spaced rows, and the first opening or closing between two of them
     even = np.linspace(0, len(scene.time_s) - 1, FRAMES).astype(int)
     changed = np.flatnonzero((scene.closed[1:] != scene.closed[:-1]).any(axis=1)) + 1
     first_after = changed[np.unique(np.searchsorted(even, changed), return_index=True)[1]]
@@ -336,19 +336,19 @@ class _Scene:
         }
         weights = np.zeros((len(self.contacts), len(corners)))
         for row, contact, surface in zip(weights, self.contacts, surfaces, strict=True):
-            # a contact moves as its place on the straight end of the deck between two corners
+            # the motion of a contact is interpolated between the two corners of its deck end
             first, second = at_rest[self.ends[contact.side]]
             share = (surface - first) @ (second - first) / ((second - first) @ (second - first))
             row[self.ends[contact.side]] = 1.0 - share, share
         self.points = surfaces + self.scale * (weights @ moves)
-        # the surface that a contact faces is as far from the deck as the contact is open
+        # the opposite surface is at the distance of the opening from the deck
         self.surfaces = self.points - self.scale * openings_m[..., None] * normals
         force_kn = self.normal_kn[..., None] * normals - self.friction_kn[..., None] * tangents
         self.tips = self.points + self.m_per_kn * force_kn * self.closed[..., None]
         self.tangents, self.key_m = tangents, 0.5 * _KEY_SHARE * length_m * tangents
 
     def traces(self, row: int) -> list[go.Scatter]:
-        """Return deck, walls, keys, forces and contacts at one row, and the cursor in time."""
+        """Return the traces of deck, walls, keys, forces, contacts and time cursor at one row."""
         points, surfaces = self.points[row], self.surfaces[row]
         is_key = np.array(["key" in contact.name for contact in self.contacts])
         keys, key_m = surfaces[is_key], self.key_m[is_key]
@@ -375,7 +375,7 @@ class _Scene:
         ]  # fmt: skip
 
     def _wall(self, row: int, side: str, is_key: Mask) -> Floats:
-        """Return a backwall as long as the deck's end, through the surfaces of its contacts."""
+        """Return the line (n, 2) of a backwall, as long as the deck end, through its contacts."""
         own = [place for place, each in enumerate(self.contacts)
                if each.side == side and not is_key[place]]  # fmt: skip
         if not own:
@@ -389,7 +389,7 @@ class _Scene:
 
 
 def _broken(*lines: Floats) -> Floats:
-    """Return the points of one line that consists of separate pieces."""
+    """Return lines as one, shape (n, 2), with rows of NaN between the pieces."""
     pieces = [each for line in lines for each in (line, np.full((1, 2), np.nan))]
     return np.vstack([np.empty((0, 2)), *pieces])
 

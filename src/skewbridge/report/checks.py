@@ -20,7 +20,7 @@ from skewbridge.statuses import RAN, STATUSES
 from skewbridge.variant.axes import axes_of
 from skewbridge.variant.variant import ABUTMENTS
 
-#: Same equations, numbering and springs: only the updates, which do nothing, are left out.
+#: Both models have equal equations, numbering and springs; updates at zero friction do nothing.
 CONTACT_TOLERANCE: Final = 1e-9
 #: Rounding differs between an analysis and its image and grows with every contact.
 #: source: tests/verification/test_analysis_invariances.py, peaks of a whole motion
@@ -46,16 +46,16 @@ class StudyTables:
     effects: pd.DataFrame
     suite: pd.DataFrame  # with accelerations
     max_unfinished_share: float  # largest share of rows without a usable result that passes
-    cohesion_n: float = 0.0  # at the backwalls, unless it is an axis of the grid
-    searched: bool = False  # IDA: variants have as many searches, but not as many analyses
+    cohesion_n: float = 0.0  # cohesion at the backwalls, unless it is an axis of the grid
+    searched: bool = False  # IDA: equal numbers of searches, not of analyses, per variant
     in_rounds: bool = False  # variants took part in different numbers of rounds
 
 
 def check_tables(tables: StudyTables) -> list[Row]:
-    """Return the checks of a study: the share not finished, then counts that must be 0.
+    """Return the checks of a study: the share of unfinished rows, then counts that must be 0.
 
-    Each has name, value, limit (the largest value that passes), passed, and rows, the names of the
-    first `NAMED` rows that do not pass.
+    Each check has name, value, limit (the largest value that passes), passed, and rows (the names
+    of the first `NAMED` rows found).
     """
     demands, curves, effects = tables.demands, tables.curves, tables.effects
     finished = demands["status"].isin(RAN)
@@ -72,11 +72,11 @@ def check_tables(tables: StudyTables) -> list[Row]:
     within = bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])
     lower, work_kj = ok[ok["column_shear_kn"] < components], ok["slip_work_kj"]
     share = len(unfinished) / max(len(demands), 1)
-    # the states of one demand of a component, by the same method in the same variant
+    # states of the same variant, component, demand and method
     ordered = fitted.sort_values("threshold", kind="stable")
     groups = [ordered[name] for name in ("variant", "component", "method", "demand")]
     before = ordered.groupby(groups)["theta"].cummax().groupby(groups).shift()
-    # medians of two states that the same analyses exceed may be equal
+    # two states exceeded by the same analyses may have equal medians
     falling = ordered[ordered["theta"] < before * (1.0 - 1e-9)]
     checks: tuple[Any, ...] = (
         (f"share of rows with a status other than {' or '.join(RAN)}", unfinished,
@@ -89,17 +89,17 @@ def check_tables(tables: StudyTables) -> list[Row]:
         ("rows with negative friction work", ok[work_kj < -_ROUNDING_KJ], KEY),
         ("rows with friction work but without friction",
          ok[loose & (work_kj.abs() > _ROUNDING_KJ)], KEY),
-        ("rows without friction that differ from contact", contact_differences(ok[loose], ok), KEY),
+        ("rows that differ from the frictionless model", contact_differences(ok[loose], ok), KEY),
         ("rows that differ from their mirror image", mirror_differences(ok, tables.suite), KEY),
         ("fitted curves without a positive median", fitted[~(fitted["theta"] > 0)], _CURVE_NAME),
         ("medians below that of a smaller capacity", falling, _CURVE_NAME),
-        ("effects whose interval does not hold the ratio", bounded[~within], _EFFECT_NAME),
+        ("effects whose interval does not contain the ratio", bounded[~within], _EFFECT_NAME),
     )  # fmt: skip
     return [_check(*check) for check in checks]
 
 
 def _check(name: str, found: pd.DataFrame, named_by: Sequence[str], *share: float) -> Row:
-    """Return the check of rows found: their number, which must be 0, or share and limit."""
+    """Return a check: the number of rows found, which must be 0, or a share and its limit."""
     value, limit = share or (float(len(found)), 0.0)
     named = found[[name for name in named_by if name in found]].head(NAMED)
     rows = [
@@ -110,7 +110,7 @@ def _check(name: str, found: pd.DataFrame, named_by: Sequence[str], *share: floa
 
 
 def write_checks(tables: StudyTables, output: Path, suspect: SuspectLimits = LIMITS) -> None:
-    """Check the products of a study and write the findings as JSON.
+    """Check the tables of a study and write the checks as JSON.
 
     The file also has the suspect rows by reason and the steps of each recovery attempt.
     Failed checks are logged with their rows, and the report shows them at the top.
@@ -152,9 +152,9 @@ def require_passed(checks: Path) -> None:
 
 
 def contact_differences(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.DataFrame:
-    """Return rows without friction that differ from those of the model without friction.
+    """Return rows with zero friction that differ from the same run of the frictionless model.
 
-    ``frictionless`` are rows without friction and cohesion, of any abutment model; ``ok`` are the
+    ``frictionless`` are rows with zero friction and cohesion, of any abutment model; ``ok`` are the
     finished rows of the study.
     """
     models = {traits.without_friction: name for name, traits in ABUTMENTS.items()}
@@ -174,7 +174,7 @@ def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
         return ok.head(0)
     columns = (suite[name] for name in ("motion_id", "accel_1_mps2", "accel_2_mps2"))
     waves = {name: np.array([one, two]) for name, one, two in zip(*columns, strict=True)}
-    # zero is added because a negative zero has other bytes
+    # zero is added because a negative zero has different bytes
     named = {(wave + 0.0).tobytes(): name for name, wave in waves.items()}
     mirrored = {name: (wave * [[1.0], [-1.0]] + 0.0).tobytes() for name, wave in waves.items()}
     images = {name: named[image] for name, image in mirrored.items() if image in named}
@@ -200,11 +200,11 @@ def _different(
     tolerance: float,
     nothing: float,
 ) -> pd.DataFrame:
-    """Return the rows in which a number differs from that of the same run in another table."""
+    """Return the rows in which a number differs from the same run in ``others``."""
     keys = ["bridge", "abutment", *places, "motion_id", "scale", "incidence_deg"]
-    joined = rows.merge(others, on=keys, suffixes=("", "_of_twin"))
+    joined = rows.merge(others, on=keys, suffixes=("", "_other"))
     one, other = (
-        joined[[f"{name}{end}" for name in names]].to_numpy(float) for end in ("", "_of_twin")
+        joined[[f"{name}{end}" for name in names]].to_numpy(float) for end in ("", "_other")
     )
     close = np.isclose(one, other, rtol=tolerance, atol=nothing, equal_nan=True)
     return joined[~close.all(axis=1)]

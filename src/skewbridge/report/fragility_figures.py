@@ -36,16 +36,16 @@ from skewbridge.variant.axes import Axis, axes_of
 MAX_VECTOR_RUNS: Final = 5000
 _LEGEND_COLUMN_IN: Final = 1.75
 _TITLE_PAD_PT: Final = 6.0  # between a panel and its title
-_NOTE_LINE_PT: Final = 9.0  # for each line of a note between the two
-_NAME_ROOM: Final = 0.05  # part of the height of a panel that the name of a state takes
-_FAR_BELOW: Final = 300.0  # parts of the mildest state below which a demand is drawn at the bottom
+_NOTE_LINE_PT: Final = 9.0  # height of a line of notes between panel and title
+_NAME_ROOM: Final = 0.05  # height of the name of a state / height of a panel
+_FAR_BELOW: Final = 300.0  # demands below the mildest state / this are drawn at the bottom
 _NO_MARKER: Final[dict[str, Any]] = {"marker": ""}
 _CROSSED: Final = (0.1, 0.3, 0.5, 0.7, 0.9)  # P at which the curve of an exceedance fit has crosses
 _COLOURS: Final = {"choice": appearance.VARIANT_COLOURS[0], "axis": appearance.VARIANT_COLOURS[1]}
 _KINDS: Final = {"choice": "choice of the modeller", "axis": "axis of the study"}
 LINEAR_PCT: Final = 5.0  # the scale is linear up to here, then logarithmic
 _TICKS_PCT: Final = (2, 5, 20, 100, 500)
-_LEAST_PCT: Final = 6.0  # range of a panel without any change
+_LEAST_PCT: Final = 6.0  # smallest range of a panel on each side
 
 
 # --- curves and clouds
@@ -63,7 +63,7 @@ def curve_values(im: Floats, row: Mapping[Any, Any]) -> tuple[Floats, Floats]:
     """Return P(exceeds | IM) of a row of curves, shape of ``im``, and its band, shape (2, n).
 
     The curve includes record-to-record and capacity dispersion. The band is the pointwise
-    interval of ln(im/theta)/beta_total, carried through the normal distribution.
+    interval of ln(im/theta)/beta_total, transformed by the normal distribution function.
     """
     # ASSUME dispersion of the capacity and slope are known, so beta_total varies with beta only
     beta = float(row["beta_total"])
@@ -77,15 +77,15 @@ def curve_values(im: Floats, row: Mapping[Any, Any]) -> tuple[Floats, Floats]:
 
 @mpl.rc_context(STYLE)
 def fragility_curves(curves: pd.DataFrame, demands: pd.DataFrame, component: str) -> Figure:
-    """Draw the preferred curves of a component and the runs behind them.
+    """Draw the preferred curves of a component and the outcomes of the runs.
 
-    A row of panels per limit state with a curve or a bracketed median, a column as in
-    `VariantLayout`; the curves of `VariantLayout.banded` have bands, those of exceedance fits
-    crosses. A bar at P = 0.5 spans the intensities between which the median of separated outcomes
-    lies. Ticks at the bottom are runs that do not exceed, at the top runs that do; a run with an
-    unknown outcome has none. An open diamond is the median of the other method where the medians of
-    cloud and exceedance differ. States that no run reached are listed at the top.
-    The curves have a usable row of the component.
+    Rows of panels are limit states with a curve or a bracketed median, columns those of
+    `VariantLayout`. Curves in `VariantLayout.banded` have bands; curves of exceedance fits have
+    crosses. If the outcomes are separated, a bar at P = 0.5 spans the interval of the median. Ticks
+    are runs with a known outcome: at the top those that exceed, at the bottom those that do not. An
+    open diamond is the median of the other method, if the medians of the two methods differ. States
+    that no run reached are listed at the top. ``curves`` must have a preferred curve or a bracketed
+    median of the component.
     """
     rows = curves[curves["component"] == component]
     table, demands = shown_curves(rows), with_derived_columns(demands)
@@ -124,7 +124,7 @@ def fragility_curves(curves: pd.DataFrame, demands: pd.DataFrame, component: str
 
 
 def states_out_of_reach(rows: pd.DataFrame, demands: pd.DataFrame) -> list[str]:
-    """Return a sentence per state that no run of a component exceeds, with the largest demand."""
+    """Return a sentence with the largest demand for each state that no run exceeds."""
     largest = demands.groupby("variant").max(numeric_only=True)
     sentences: list[str] = []
     for name, own in rows.groupby("limit_state", sort=False):
@@ -137,9 +137,9 @@ def states_out_of_reach(rows: pd.DataFrame, demands: pd.DataFrame) -> list[str]:
 def _curve_panel(
     axes: Axes, rows: pd.DataFrame, runs: dict[Any, pd.DataFrame], im: Floats, layout: VariantLayout
 ) -> list[str]:
-    """Draw the curves of one state in a panel; return the lines above it.
+    """Draw the curves of a state in a panel; return the counts of missing curves by reason.
 
-    ``rows`` are the fits of the panel, ``runs`` the demands by variant, ``im`` the grid of curves.
+    ``rows`` are the fits of the panel, ``runs`` demands by variant, ``im`` the abscissas.
     """
     for values, own, style in layout.lines(rows):
         color = style["color"]
@@ -176,7 +176,7 @@ def _curve_panel(
 
 
 def _outcomes(runs: pd.DataFrame, item: Mapping[Any, Any]) -> tuple[Any, Any]:
-    """Return which runs of a variant are known to exceed a state and known not to, each (n,)."""
+    """Return masks (n,) of runs known to exceed a state, and of runs known not to exceed it."""
     state = LimitState(
         component=item["component"],
         name=item["limit_state"],
@@ -191,7 +191,7 @@ def _outcomes(runs: pd.DataFrame, item: Mapping[Any, Any]) -> tuple[Any, Any]:
 
 
 def _curve_handles(table: pd.DataFrame) -> list[Line2D]:
-    """Return the entries of the legend for marks that the drawn fits of a component have."""
+    """Return legend entries for the marks (cross, diamond, bar) of the drawn fits."""
     drawn = table[table["preferred"]]
     marks: tuple[tuple[Any, str, dict[str, Any]], ...] = (
         ((drawn["method"] == "exceedance").any(), "exceedance fit", {"marker": "x", "ms": 6.0}),
@@ -200,12 +200,12 @@ def _curve_handles(table: pd.DataFrame) -> list[Line2D]:
         (len(drawn) < len(table), "median in this range",
          {"lw": 4.0, "alpha": 0.6, "solid_capstyle": "butt"}),
     )  # fmt: skip
-    grey = "#39434a"  # the marks stand for lines of any colour
+    grey = "#39434a"  # in the figure, a mark has the colour of its line
     return [Line2D([], [], color=grey, label=label, **look) for on, label, look in marks if on]
 
 
 def least_shown(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> float | None:
-    """Return the lower end of the axis of a demand; None where no demand lies above it."""
+    """Return the lower end of the axis of a demand; None if no demand is above it."""
     values = demands[demand]
     positive = values[values > 0.0]
     mildest = curves.loc[curves["demand"] == demand, "threshold"].min()
@@ -215,7 +215,7 @@ def least_shown(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> flo
 
 @mpl.rc_context(STYLE)
 def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> Figure:
-    """Draw demand over the intensity of the fits, log-log, with fitted lines and thresholds.
+    """Draw demand against intensity on log-log axes, with fitted lines and thresholds.
 
     Open marks with a tick upward are runs that ended early: the demand is a lower bound. Marks at
     the bottom are demands of zero, or far below the mildest state; their number is above the panel.
@@ -258,7 +258,7 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
     height = -np.inf
     for name, threshold in sorted(thresholds.items(), key=lambda item: item[1]):
         place = (np.log(threshold) - low) / (high - low)
-        if place >= 0.0:  # the names have room between them
+        if place >= 0.0:  # keep the names apart
             height = max(place, height + _NAME_ROOM)
             panels[-1].text(1.02, height, in_words(name), transform=panels[-1].transAxes,
                             fontsize=7, color="#333333", va="center")  # fmt: skip
@@ -293,10 +293,10 @@ def _add_legend(figure: Figure, handles: Sequence[Line2D]) -> None:
 
 @mpl.rc_context(STYLE)
 def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
-    """Draw the effect of each axis on the headline demands as a line with its band over intensity.
+    """Draw the effect of each axis on the headline demands, with its band, against intensity.
 
-    Dots are at the reference intensity of the bridge; an open dot is at the end of the range of the
-    pairs, where the reference intensity lies outside of it.
+    Dots are at the reference intensity of the bridge. If that is outside the range of the pairs, an
+    open dot is at the nearest end of the range.
     """
     names = demands_for("headline", intensities["demand"])
     along = axes_of(intensities["axis"])
@@ -339,9 +339,9 @@ def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed: Axis) -> None:
 
 @mpl.rc_context(STYLE)
 def widths_by_analyses(rounds: pd.DataFrame) -> Figure:
-    """Draw the half-width of the interval of each headline effect over the analyses of the study.
+    """Draw interval half-widths of the headline effects against the number of analyses.
 
-    A dot is at the round of the verdict; lines without one are open. The columns of the table are
+    A dot marks the round of the verdict; effects without a dot are undecided. The columns are
     `fragility.verdicts.ROUND_COLUMNS`.
     """
     rounds = rounds.assign(width=50.0 * np.log(rounds["ci_high"] / rounds["ci_low"]))
@@ -367,10 +367,10 @@ def widths_by_analyses(rounds: pd.DataFrame) -> Figure:
 
 
 def _ranked(choices: pd.DataFrame) -> dict[str, pd.DataFrame]:
-    """Return the rows of each headline demand, smallest change first, by the demand's label.
+    """Return the rows of each headline demand by its label, smallest change first.
 
-    Added are ``bar``, the name of the choice or axis with its change, ``percent``, its ``text``
-    and its ``size``, -1 without a pair.
+    Added columns: ``bar`` (choice or axis with its values), ``percent`` (change of the demand),
+    ``text`` (that change as text) and ``size`` (|ln ratio|, or -1 without a pair).
     """
     # imported here: it loads the solver, and few studies compare choices
     from skewbridge.study.modelling_choices import CHOICES
@@ -395,9 +395,9 @@ def _ranked(choices: pd.DataFrame) -> dict[str, pd.DataFrame]:
 
 @mpl.rc_context(STYLE)
 def tornado(choices: pd.DataFrame) -> Figure:
-    """Draw for every headline demand how far each choice and each axis moves it, by size.
+    """Draw the changes of each headline demand by the choices and axes, sorted by size.
 
-    The table is that of one bridge with one abutment model.
+    ``choices`` are of one bridge with one abutment model.
     """
     ranked = _ranked(choices)
     bars, rows = max(map(len, ranked.values())), -(-len(ranked) // 2)
@@ -436,7 +436,7 @@ def _tornado_panel(panel: Axes, rows: pd.DataFrame) -> None:
 
 
 def choice_findings(choices: pd.DataFrame) -> list[str]:
-    """Return a sentence per headline demand: which choices move it more than friction does."""
+    """Return a sentence per headline demand on choices that change it more than friction."""
     found: list[str] = []
     for label, rows in _ranked(choices).items():
         of_friction = rows[(rows["name"] == "friction") & (rows["n"] > 0)].sort_index()
@@ -445,7 +445,7 @@ def choice_findings(choices: pd.DataFrame) -> list[str]:
             largest = records_of(larger.iloc[::-1].drop_duplicates("name"))
             sizes = ", ".join(f"{row['bar']} ({row['text']})" for row in largest)
             found.append(
-                f"{label}: friction {friction['change']} moves it by {friction['text']}; "
-                + (f"more than that do {sizes}." if sizes else "no choice tried moves it more.")
+                f"{label}: friction {friction['change']} changes it by {friction['text']}; "
+                + (f"larger changes: {sizes}." if sizes else "no choice changes it more.")
             )
     return found

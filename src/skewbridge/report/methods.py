@@ -34,7 +34,7 @@ from skewbridge.variant.variant import ABUTMENTS
 REFERENCES: Final[Mapping[str, str]] = yaml.safe_load(
     (files("skewbridge.report") / "references.yaml").read_text("utf-8")
 )
-#: Sections that change no number of a study, or that other sentences describe in full.
+#: Sections that do not change the results, or that the paragraphs describe in full.
 _NO_METHOD: Final = {"results", "accuracy", "grid", "figures", "batches", "checks",
                      "max_unfinished_share", "modelling_choices", "uncertainty"}  # fmt: skip
 #: Heads of the table of limit states.
@@ -50,7 +50,7 @@ _INTEGRATORS: Final = {
 class Methods:
     """Methods of a study."""
 
-    parts: Mapping[str, str]  # paragraphs by their subject
+    parts: Mapping[str, str]  # paragraphs by subject
     states: Sequence[Sequence[str]]  # limit states: cells under `STATE_HEADS`
     references: Sequence[str]  # cited works in full, sorted
 
@@ -67,7 +67,7 @@ class Methods:
 def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Methods:
     """Return paragraphs on models, motions, analyses and statistics, and the references in them.
 
-    Site and purpose are not in a configuration; the reader adds them. ``suite`` is the table of the
+    The author adds site and purpose, which no configuration has. ``suite`` is the table of the
     prepared motions.
 
     Raises:
@@ -125,7 +125,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
 
 
 def _changed_settings(config: StudyConfig) -> list[str]:
-    """Return every setting that differs from its default under the same accuracy."""
+    """Return each setting that differs from its default at the same accuracy, as text."""
     own = config.model_dump(mode="json", exclude=_NO_METHOD)
     usual = parse_config({"accuracy": config.accuracy}).model_dump(mode="json")
     accuracy = [f"`accuracy` {config.accuracy}"] if config.accuracy != "default" else []

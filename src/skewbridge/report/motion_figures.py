@@ -1,4 +1,4 @@
-"""Figures of ground motions: a page per record, the spectra of a suite."""
+"""Figures of ground motions: histories and spectra of a record, spectra of a suite."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
@@ -29,9 +29,9 @@ _COLOURS: Final = ("#0173b2", "#de8f05")  # source: palette "colorblind" of seab
 
 @mpl.rc_context(STYLE)
 def record_page(title: str, dt_s: float, components: Mapping[str, Floats]) -> Figure:
-    """Return the page of one record: its histories, Arias build-up and spectra.
+    """Return a figure of one record: histories, Arias build-up and spectra.
 
-    Components (one or two, in m/s2) are given by their labels.
+    ``components`` are one or two accelerations (m/s2) by label.
     """
     figure = Figure(figsize=(_WIDTH_IN, 7.0), layout="constrained")
     halves: Any = figure.subfigures(1, 2, width_ratios=(1.35, 1.0))
@@ -60,7 +60,7 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Floats]) -> Fi
 
 
 def applied_spectra(suite: Sequence[SuiteMotion]) -> Figure:
-    """Return the RotD50 spectra of the motions of a study, with their scale factors."""
+    """Return a figure of the RotD50 spectra of the motions of a study, scaled."""
     spectra_g: list[Floats] = []
     for item in suite:
         motion = item.motion
@@ -79,10 +79,10 @@ def suite_spectra(
     title: str,
     model: tuple[str, Floats, Floats] | None = None,
 ) -> Figure:
-    """Return the RotD50 spectra (g, motions by periods) of a suite with median and 16-84 % band.
+    """Return a figure of RotD50 spectra (g, motions by periods), their median and 16-84 % band.
 
-    A ground-motion model to compare with is given by its name, median in g and standard deviation
-    of the logarithm at the same periods; its dispersion goes to a second panel.
+    ``model``, a ground-motion model to compare with, is its name, median (g) and standard deviation
+    of ln PSA at the same periods; a second panel compares the standard deviations.
     """
     periods, log_psa = np.asarray(periods_s, dtype=np.float64), np.log(rotd50_g)
     blue, orange = _COLOURS
@@ -111,7 +111,7 @@ def suite_spectra(
 
 
 def _finish(axes: Axes, periods_s: Floats, label: str) -> None:
-    """Label the axes of spectra; last, because drawing resets the labels of the ticks."""
+    """Label the axes of spectra. Call it last, because plotting resets the tick labels."""
     axes.set(xlabel="Period (s)", ylabel=label, xlim=(periods_s[0], periods_s[-1]))
     plain_log_ticks(axes.xaxis)
     axes.yaxis.set_major_formatter("{x:g}")

@@ -1,4 +1,4 @@
-"""The report: tables and figures of a study joined in one self-contained HTML file."""
+"""Report of a study: tables and figures in one self-contained HTML file."""
 
 import base64
 import gzip
@@ -42,9 +42,9 @@ from skewbridge.variant.axes import axes_of
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 
 _CHANGE: Final = ("axis", "from_value", "to_value")
-_WIDEST_BAR: Final = 2.5  # largest ratio at the end of the bars of the answer
+_WIDEST_BAR: Final = 2.5  # largest ratio that the interval bars of the first screen cover
 _NEEDED: Final = (*BRIDGE_COLUMNS, *_CHANGE, "demand", "n_motions", "needed_motions")
-#: Columns of the ranked intensity measures, with the tests whether residuals depend on a property.
+#: Columns of the ranked intensity measures; p tests whether residuals depend on a property.
 _MEASURES: Final = (
     *(*BRIDGE_COLUMNS, "demand", "im", "recommended", "proficiency", "efficiency", "practicality"),
     *("r2", "p_magnitude", "p_ln_distance", "p_ln_scale", "p_ln_duration", "p_ln_shape"),
@@ -57,8 +57,8 @@ def write_report(
 ) -> None:
     """Write the report to an HTML file.
 
-    ``tables`` are paths by name as in `StudyFolder.report_inputs`, with check_predict and choices
-    (modelling choices) if they were made; ``figures`` is a folder, ``config`` has plain values.
+    ``tables`` are paths by name as in `StudyFolder.report_inputs` and, if made, check_predict and
+    choices (modelling choices); ``figures`` is a folder, ``config`` has plain values only.
     """
     frames = {name: read_frame(path) for name, path in tables.items() if path.suffix == ".parquet"}
     demands, curves, medians = (frames[name] for name in ("demands", "curves", "medians"))
@@ -136,9 +136,9 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
 
 
 def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
-    """Return the answer as a table: a row per change and model, the leading states as columns.
+    """Return the table of the first screen: rows are changes and models, columns leading states.
 
-    It is made from the tables of `answer_table` and `run_counts`.
+    ``table`` is that of `answer_table`, ``counts`` that of `run_counts`.
     """
     names, notes = answer.short_names(table), answer.limit_notes(table)
     signs = {place: number for number, place in enumerate(notes, 1)}
@@ -175,9 +175,9 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
 
 
 def _answer_cell(row: Mapping[str, Any] | None, reach: float) -> dict[str, Any]:
-    """Return the change, both median capacities, the interval, its certainty and its bar.
+    """Return the change, median capacities, interval, certainty and interval bar of an effect.
 
-    Positions of the bar are in per cent of its width, which spans ln ratios from -reach to reach.
+    Positions on the bar are in per cent of its width, which covers ln ratios of -reach to reach.
     """
     if row is None or row["status"] == answer.NOT_REACHED:
         return {"text": "no run reaches it", "sizes": ""}
@@ -193,7 +193,7 @@ def _answer_cell(row: Mapping[str, Any] | None, reach: float) -> dict[str, Any]:
 
 
 def subtitle(demands: pd.DataFrame, im: str, values: Mapping[str, str]) -> str:
-    """Return models, axes with their values, motions and their range in one line."""
+    """Return one line: models, axes with values, motions with their scales and intensities."""
     bridges = ", ".join(demands["bridge"].unique())
     models = ", ".join(demands["abutment"].unique()).replace("_", "-")
     axes = " × ".join(f"{each.label.lower()} {values[each.name]}" for each in axes_of(values))
@@ -219,20 +219,20 @@ def bridge_words(bridge: BridgeData) -> str:
     return f"{spans}, {bridge.base} {' and '.join(bents)}" if bents else f"{spans}, no bents"
 
 
-#: Size of the picture, and room around the bridge for walls and texts.
+#: Size of the plan in units of the SVG, and margins around the bridge for walls and texts.
 _WIDTH, _HEIGHT, _SIDE, _TOP = 520.0, 190.0, 8.0, 52.0
-_GAP_SHARE: Final = 0.035  # of the length of the bridge, for the largest gap
+_GAP_SHARE: Final = 0.035  # largest width of a drawn gap / length of the bridge
 _FACTORS: Final = (200, 100, 50, 20, 10, 5, 2, 1)
 
 
 def sketch(
     bridge: BridgeData, skews_deg: Sequence[float], gaps_mm: Sequence[float], key_gap_mm: float
 ) -> dict[str, Any]:
-    """Return the dimensions of a plan of a bridge without skew (m); the picture skews it.
+    """Return the dimensions (m) of a plan of a bridge without skew; the template skews it.
 
-    The deck is drawn at the largest skew of the study and as an outline at the others; walls and
-    keys are outside it at the largest gap, ``factor`` times as wide. Joint gaps are normal to the
-    walls; ``key_gap_mm`` is that between deck and shear keys.
+    The deck is filled at the largest skew of the study and outlined at the others. Walls and keys
+    are drawn at the largest gap, exaggerated ``factor`` times. Joint gaps are normal to the walls;
+    ``key_gap_mm`` is the gap between deck and shear keys.
     """
     skew, gap_m = max(skews_deg, key=abs), max(gaps_mm) / 1000.0
     sine, cosine = sin(radians(skew)), cos(radians(skew))
@@ -271,7 +271,7 @@ def sketch(
 
 
 def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
-    """Return the tables of the pooled effects, the headline and all others."""
+    """Return the tables of pooled headline effects and of other pooled effects, with legend."""
     rows = pd.concat([frames["medians"], frames["effects"]], ignore_index=True)
     pooled = rows[rows["scope"] == "pooled"]
     ratios, needed = pooled[pooled["judged_by"] == verdicts.RATIO], frames["needed_motions"]
@@ -288,9 +288,9 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
 
 
 def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, Any]:
-    """Return pooled effects as a table: models over changes as heads, a row per demand or state.
+    """Return pooled effects as a table: a column per model and change, a row per demand or state.
 
-    The heads are the changes of ``compared``.
+    The columns are the models and changes in ``compared``.
     """
     keys = [*BRIDGE_COLUMNS, *_CHANGE]
     order = [each.name for each in axes_of(compared["axis"])]
@@ -313,7 +313,7 @@ def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, An
 
 
 def _cell(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return style, change and interval of an effect, marked if medians are extrapolated."""
+    """Return style, change and interval of an effect; † if `extent_of_data` has a note."""
     leaves_data = row["quantity"] == MEDIAN_CAPACITY and answer.extent_of_data(row)
     return {
         "style": appearance.verdict_style(row),
@@ -326,16 +326,16 @@ def _cell(row: Mapping[str, Any]) -> dict[str, Any]:
 # --- figures
 
 
-# The files have 300 dots per inch for print, a screen shows half of them.
+# The files have 300 dots per inch for print; the page has half of that.
 # Lossless WebP with few shades is smaller than lossy WebP of quality 40, and its texts are sharp.
-# As SVG the figures of two bridges take 10 MB; files for papers lie in the folder of the figures.
+# As SVG the figures of two bridges take 10 MB; files for papers are in the folder of the figures.
 _PACKING: Final[dict[str, Any]] = {"format": "webp", "lossless": True, "quality": 60, "method": 2}
 _STEP: Final = 255 / 11  # between two of the twelve shades of each primary colour
 _SHADES: Final = [round(round(shade / _STEP) * _STEP) for shade in range(256)]
 
 
 def pictures_of(captions: Sequence[Caption], folder: Path) -> list[dict[str, Any]]:
-    """Return the figures of a folder in the order of `SECTIONS`: caption, address, size."""
+    """Return caption, data URL and size of each figure, in the order of `SECTIONS`."""
     shown = sorted(captions, key=lambda caption: SECTIONS.index(caption.section))
     packed: Any = Parallel(n_jobs=2, backend="threading")(
         delayed(_packed)(folder / f"{caption.name}.png") for caption in shown
@@ -344,7 +344,7 @@ def pictures_of(captions: Sequence[Caption], folder: Path) -> list[dict[str, Any
 
 
 def _packed(path: Path) -> dict[str, Any]:
-    """Return the address that holds a picture, and its size in pixels."""
+    """Return an image as a data URL, with its size in pixels."""
     with Image.open(path) as drawn:
         picture = drawn.convert("RGB").reduce(2).point(_SHADES * 3)
     packed = BytesIO()
@@ -369,7 +369,7 @@ _EFFECT_COLUMNS: Final = (
 
 
 def explorer_of(frames: Mapping[str, pd.DataFrame], units: str) -> dict[str, str]:
-    """Return data and plotting library of the explorer, packed; empty without a curve.
+    """Return data and plotting library of the explorer, compressed; empty without a curve.
 
     The library is the basic bundle of plotly.js 4.1.1 (MIT, `vendor/LICENSE`), as published in the
     npm package plotly.js-basic-dist-min.
@@ -381,10 +381,10 @@ def explorer_of(frames: Mapping[str, pd.DataFrame], units: str) -> dict[str, str
 
 
 def explorer_data(frames: Mapping[str, pd.DataFrame], units: str = "si") -> str:
-    """Return a study as packed JSON: tables as columns with rows, runs as lists by column.
+    """Return a study as compressed JSON: tables as columns and rows, runs as a list per column.
 
     ``frames`` are demands, curves, effects (on demands) and medians (effects on median capacities);
-    ``units`` (si or us) are shown first.
+    ``units`` (si or us) are the initial units of the page.
     """
     curves, effects, medians = (frames[name] for name in ("curves", "effects", "medians"))
     demands, us_units = with_derived_columns(frames["demands"]), appearance.US_UNITS
@@ -472,9 +472,9 @@ def _demand(name: str) -> dict[str, Any]:
 def _effect_rows(
     effects: pd.DataFrame, models: Mapping[Any, int], axes: Sequence[str]
 ) -> list[list[Any]]:
-    """Return rows of `_EFFECT_COLUMNS` on the scale of their verdict; pooled rows have no values.
+    """Return rows of `_EFFECT_COLUMNS`, as ratios or differences, whichever the verdict uses.
 
-    The page derives the family-wise verdicts, which depend on the margin that is set there.
+    Pooled rows have no values of other axes. The page computes the verdicts from its margin.
     """
     is_ratio = effects["judged_by"] != verdicts.DIFFERENCE
     ratios, differences = (*verdicts.RATIOS, "margin"), (*verdicts.DIFFERENCES, "difference_margin")
@@ -513,7 +513,7 @@ _IN_WORDS: Final = {"demand": effect_name, "im": plain_label, "abutment": in_wor
 def shown_rows(
     table: pd.DataFrame | Sequence[Mapping[str, Any]], digits: int = 3
 ) -> list[dict[str, str]]:
-    """Return the rows of a table in words: heads with the shown units, numbers in these units."""
+    """Return the rows of a table as text: heads in words with units, numbers in these units."""
     frame = pd.DataFrame(table)
     frame = frame.assign(
         **{name: frame[name].map(_IN_WORDS[name]) for name in _IN_WORDS.keys() & set(frame)}
@@ -538,7 +538,7 @@ def number_text(value: Any, digits: int = 3) -> str:
 
 
 def unbroken(text: str) -> str:
-    """Return a text without line breaks between a number and its unit."""
+    """Return a text with non-breaking spaces between numbers and units."""
     return re.sub(r"(?<=\d) (?=(g|mm|in|mrad|motions)\b|%)", "\u00a0", text)
 
 
@@ -569,7 +569,7 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
 
 
 def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
-    """Return how often cloud and exceedance medians differ, and how many of these are used."""
+    """Return counts of medians with both fits, of those that differ, and of the fits used."""
     differs = curves["methods_differ"].eq(other=True)
     used = differs & curves["preferred"].eq(other=True)
     is_cloud = curves["method"] == "cloud"
@@ -582,7 +582,7 @@ def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
 
 
 def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
-    """Return a median with its interval; without one another text, or the status of the fit."""
+    """Return a median with its interval; without a fit, ``otherwise`` or the status in words."""
     if row["status"] != FITTED:
         return otherwise or in_words(row["status"])
     return paper_table.with_interval([row[f"theta{end}"] for end in ("", "_low", "_high")])
@@ -591,9 +591,9 @@ def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
 def quality(
     demands: pd.DataFrame, sensitivity: pd.DataFrame, check: pd.DataFrame | None
 ) -> dict[str, Any]:
-    """Return the numbers of the quality of a study, shares in per cent.
+    """Return the numbers of the section on quality; shares are in per cent.
 
-    ``check`` has the errors of `predict` inside the grid, if they were measured.
+    ``check`` has the errors of `predict` inside the grid, or is None if they were not measured.
     """
     name, rubbed = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
     compared = None if check is None else check[check["status"] == OK]

@@ -19,7 +19,7 @@ from skewbridge.files.tables import Floats
 from skewbridge.report.appearance import STYLE, VARIANT_COLOURS, plain_log_ticks, shown_unit
 from skewbridge.units import KN, MM, MN
 
-#: Lines of runs on top of each other: the first is wide and light, so that it shows below.
+#: Line styles of overlaid runs: the first is wide and light, so that it stays visible.
 _OVERLAID: Final[tuple[dict[str, Any], ...]] = tuple(
     {"color": colour, "lw": 0.7 if place else 1.8, "alpha": 1.0 if place else 0.55}
     for place, colour in enumerate(VARIANT_COLOURS)
@@ -72,16 +72,16 @@ def displacement_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
 
 @mpl.rc_context(STYLE)
 def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
-    """Draw forces of the left abutment on the deck against the displacement, runs overlaid.
+    """Draw forces of the left abutment on the deck against displacement, runs overlaid.
 
-    One row of panels for the whole force, one for the pads alone, along and across the bridge; with
-    contacts a third one for the normal forces of backwall and shear keys.
+    Panels are longitudinal and transverse: the whole force in the first row, the pads alone in the
+    second and, with contacts, normal forces of backwall and shear keys in the third.
     """
     length, per_m, force, per_kn = _units()
     names = contact_names(next(iter(runs.values())))
     panels = [
         (f"{text}, {way}", direction, [f"abutment_left_{column}{direction}_kn"])
-        for text, column in (("All of the abutment", ""), ("Pads alone", "pads_"))
+        for text, column in (("Whole abutment", ""), ("Pads alone", "pads_"))
         for way, direction in (("longitudinal", "x"), ("transverse", "y"))
     ]
     for text, direction, part in (("Backwall", "x", "backwall"), ("Shear keys", "y", "key")):
@@ -104,13 +104,13 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
 
 
 def _units() -> tuple[str, float, str, float]:
-    """Return the shown unit of displacements and its number in a metre, those of forces and kN."""
+    """Return the displacement unit, its number per metre, the force unit, its number per kN."""
     (length, per_mm), (force, per_mn) = shown_unit("mm"), shown_unit("MN")
     return length, per_mm / MM, force, per_mn * KN / MN
 
 
 def _name_runs(figure: Figure, axes: Axes) -> None:
-    """Title the figure with its one run, or give the runs a legend."""
+    """Use the name of a single run as the title, or add a legend of several runs."""
     handles, names = axes.get_legend_handles_labels()
     if len(names) == 1:
         figure.suptitle(names[0], fontsize=10)
@@ -119,7 +119,7 @@ def _name_runs(figure: Figure, axes: Axes) -> None:
 
 
 def moving_columns(runs: Mapping[str, pd.DataFrame]) -> list[str]:
-    """Return the displacements of the deck that vary in every one of two or more histories."""
+    """Return the deck displacements that vary in all histories; empty for a single history."""
     tables = list(runs.values())
     return [
         name
@@ -132,8 +132,8 @@ def moving_columns(runs: Mapping[str, pd.DataFrame]) -> list[str]:
 def frequency_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     """Draw smoothed Fourier amplitudes of the deck and their ratio to the first history.
 
-    The first run is the reference (no friction), all are of the same motion, and `moving_columns`
-    has one or more.
+    The first run is the reference (no friction). All runs must be of the same motion, and
+    `moving_columns` must not be empty.
     """
     (reference, first), columns = next(iter(runs.items())), moving_columns(runs)
     grid = np.geomspace(BAND_HZ[0] * 1.2, BAND_HZ[1] / 1.2, 160)
@@ -154,7 +154,7 @@ def frequency_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
         bottom.axhline(1.0, color="#777777", linewidth=0.8)
         bottom.set(ylim=(0.0, 2.0), xlabel="Frequency (Hz)", xscale="log")
     panels[0, 0].set_ylabel("Fourier amplitude")
-    panels[1, 0].set_ylabel(f"over {reference}")
+    panels[1, 0].set_ylabel(f"Ratio to {reference}")
     plain_log_ticks(panels[1, 0].xaxis)
     return figure
 
@@ -187,7 +187,7 @@ def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
 
 
 def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
-    """Draw when each contact is closed, shaded by its normal force, and the friction forces."""
+    """Draw the closed times of each contact, shaded by normal force, and the friction forces."""
     names, (_, _, force, per_kn) = contact_names(histories), _units()
     height_in = 0.22 * len(names)
     figure = Figure(figsize=(7.2, 3.6 + height_in), layout="constrained")
@@ -216,7 +216,7 @@ def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
 
 
 def contact_names(histories: pd.DataFrame) -> Sequence[str]:
-    """Return how the columns of each contact start, in the order of the table."""
+    """Return the column prefix of each contact, in the order of the table."""
     return histories.columns.str.extract(r"^(contact_.*)_normal_kn$")[0].dropna().tolist()
 
 

@@ -1,4 +1,4 @@
-"""Figures of a study: their list with captions, drawing, and files of a given width and font."""
+"""Figures of a study: list with captions, drawing, and files of a given width and font."""
 
 import json
 import re
@@ -41,7 +41,7 @@ from skewbridge.variant.variant import ABUTMENTS, Variant
 CAPTIONS: Final[Mapping[str, Mapping[str, str]]] = yaml.safe_load(
     (files("skewbridge.report") / "captions.yaml").read_text("utf-8")
 )
-#: What figures show; the gallery of the page has them in this order.
+#: Sections of the figures, in the order of the gallery of the page.
 SECTIONS: Final = tuple(dict.fromkeys(caption["section"] for caption in CAPTIONS.values()))
 _TABLES: Final = ("demands", "curves", "effects", "intensity_effects")
 _TEXTS: Final = appearance.templates(
@@ -49,12 +49,12 @@ _TEXTS: Final = appearance.templates(
     *(appearance.threshold_text, appearance.variant_text),
 )
 PNG_DPI: Final = 300
-#: A process takes as long to start as to draw five figures.
+#: Least number of figures per process: a start takes as long as drawing five figures.
 FIGURES_OF_A_PROCESS: Final = 12
 #: Font that contains all characters of the figures.
 _EVERY_SIGN: Final = "DejaVu Sans"
-_SANS_SERIF: Final = [_EVERY_SIGN, "Verdana"]  # as wide, for SVG where the first is missing
-#: Smallest share of its width at which the texts of a figure do not overlap.
+_SANS_SERIF: Final = [_EVERY_SIGN, "Verdana"]  # Verdana is as wide, if a viewer lacks the first
+#: Smallest fraction of the designed width at which the texts of a figure do not overlap.
 _NARROWEST: Final = 0.8
 _MARGIN_IN: Final = 0.1  # white margin of a figure
 _SVG_SIZE: Final = re.compile(rb'(<svg [^>]*)width="([\d.]+)pt" height="([\d.]+)pt"')
@@ -93,7 +93,7 @@ class FigureTables:
 
 
 def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    """Yield caption and drawing function of every figure, those of each bridge model first."""
+    """Yield caption and drawing function of every figure, first by bridge and abutment model."""
     tables = replace(tables, demands=with_derived_columns(tables.demands))
     models = tables.demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
@@ -115,7 +115,7 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 
 
 def _caption(kind: str, **values: Any) -> Caption:
-    """Return the caption of a kind of figure with the values of its template."""
+    """Return the caption of a kind of figure, its templates filled in with ``values``."""
     texts = {
         name: " ".join(_TEXTS.from_string(text).render(values).split())
         for name, text in CAPTIONS[kind].items()
@@ -128,7 +128,7 @@ def _curve_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     shown = fragility_figures.shown_curves(curves)
     for component, rows in appearance.groups_of(shown, ["component"]):
         drawn = rows[rows["preferred"]]
-        if drawn.empty:  # brackets alone are in the tables
+        if drawn.empty:  # medians known by brackets only are in the tables
             continue
         first = drawn[drawn["limit_state"] == drawn["limit_state"].iloc[0]].sort_values("theta")
         caption = _caption(
@@ -256,7 +256,7 @@ def read_tables(paths: Mapping[str, Path]) -> FigureTables:
 
 
 def read_captions(path: Path) -> list[Caption]:
-    """Return the captions of the figures of a study, in their order."""
+    """Return the captions of the figures of a study, in the order of the file."""
     return [Caption(**item) for item in json.loads(path.read_text("utf-8"))["figures"]]
 
 
@@ -271,7 +271,7 @@ def draw_study(
 ) -> None:
     """Draw all figures of a study as SVG and PNG, and write their captions.
 
-    ``paths`` are those of `read_tables`; the figures keep ``provenance`` in their metadata.
+    ``paths`` are as in `read_tables`; ``provenance`` is stored in the metadata of the files.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with appearance.shown_in(settings.units):
@@ -285,7 +285,7 @@ def draw_study(
 
 
 def finished_figures(results: Path) -> list[StudyFigure]:
-    """Return the figures of a finished study in a folder; none is drawn yet.
+    """Return caption and drawing function of each figure of a finished study.
 
     Raises:
         InputError: A table is missing.
@@ -304,10 +304,10 @@ def finished_figures(results: Path) -> list[StudyFigure]:
 def draw_figures(
     figures: Sequence[StudyFigure], names: Sequence[str], settings: FigureSettings, folder: Path
 ) -> list[Path]:
-    """Draw the named figures of a study as SVG and PNG, with ``*`` for any text; return the files.
+    """Draw the named figures of a study as SVG and PNG; return the files.
 
     Raises:
-        InputError: A name fits no figure; nothing is drawn then.
+        InputError: A name, in which ``*`` matches any text, matches no figure. Nothing is drawn.
     """
     drawings = {caption.name: draw for caption, draw in figures}
     chosen: dict[str, Drawing] = {}
@@ -328,10 +328,10 @@ def save_figure(
     name: str,
     provenance: Mapping[str, str] | None = None,
 ) -> list[Path]:
-    """Draw a figure and write it as SVG, with texts as texts, and as PNG.
+    """Draw a figure, write it as SVG (texts stay text) and PNG, and return both paths.
 
-    Another font size, or a width too small for its columns, enlarges or reduces the figure as a
-    whole, so that its parts keep their positions. Both files keep ``provenance`` in their metadata.
+    A different font size, or a width too small for its panels, scales the figure as a whole, so
+    that its parts keep their positions. Both files store ``provenance`` in their metadata.
     """
     vector_path, path = (folder / f"{name}.{ending}" for ending in ("svg", "png"))
     metadata = figure_metadata(provenance) if provenance else {}
@@ -345,18 +345,18 @@ def save_figure(
             figure.set_size_inches(laid_out_in, height_in)
             scale = width_in / laid_out_in
         for spine in (each for axes in figure.axes for each in axes.spines.values()):
-            spine.set_in_layout(False)  # the labels reach further, and its extent costs a third
+            spine.set_in_layout(False)  # labels extend further; measuring spines takes a third
         if layout := figure.get_layout_engine():  # once, for both files
             layout.execute(figure)
-            figure.set_layout_engine(None)  # with any other, "none" too, saving draws twice
+            figure.set_layout_engine(None)  # with any engine, even "none", saving draws twice
         box = None if settings.width_mm else figure.get_tightbbox().padded(_MARGIN_IN)
         vector = BytesIO()
         figure.savefig(vector, format="svg", metadata=metadata | {"Date": None}, bbox_inches=box)
         source = vector.getvalue()
-        if scale != 1.0:  # another size on paper, the same view box
+        if scale != 1.0:  # change the size on paper, keep the view box
             source = _SVG_SIZE.sub(partial(_enlarged, scale), source, count=1)
         vector_path.write_bytes(source)
-        # strong compression takes half of the time of a figure and saves a seventh of its file
+        # strong compression takes half of the time of a figure and makes its file a seventh smaller
         printed: Any = {"dpi": (PNG_DPI, PNG_DPI), "compress_level": 1}
         given: Any = {"metadata": metadata, "pil_kwargs": printed, "bbox_inches": box}
         figure.savefig(path, dpi=PNG_DPI * scale, **given)
@@ -364,10 +364,10 @@ def save_figure(
 
 
 def _rc(settings: FigureSettings) -> Any:
-    # names of parts by their content, so that equal figures are equal files
+    # a fixed salt: ids in the file depend on the content only, so equal figures are equal files
     chosen: dict[str, Any] = {"svg.fonttype": "none", "svg.hashsalt": "skewbridge"}
     font = settings.font
-    if font == "sans-serif":  # a search for each of matplotlib's fourteen takes a tenth of a figure
+    if font == "sans-serif":  # searching for all fourteen takes a tenth of the time
         chosen["font.sans-serif"] = _SANS_SERIF
     else:
         chosen["font.family"] = [font, _EVERY_SIGN]
