@@ -153,7 +153,7 @@ def test_a_control_without_effect_says_why(opened):
     assert page.is_enabled("#ex-skew_deg")
     page.select_option("#ex-quantity", "median_capacity")
     assert page.is_disabled("#ex-units")
-    assert "units: nothing that is shown has a length or force" in page.inner_text("#ex-why")
+    assert "units: no length or force is shown" in page.inner_text("#ex-why")
     for view in VIEWS:
         page.select_option("#ex-view", view)
         silent = page.eval_on_selector_all(

@@ -1,4 +1,4 @@
-// One figure at a time. The others stay findable: the browser's search opens them (beforematch).
+// Show one figure at a time. The search of the browser finds and shows the others (beforematch).
 (() => {
   const figures = [...document.querySelectorAll("#figures figure")];
   const pick = (name) => document.getElementById("gallery-" + name);

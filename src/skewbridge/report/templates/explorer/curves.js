@@ -1,5 +1,5 @@
   // ---- fragility curves ----
-  const BANDS = 2; // most curves that have bands: more hide each other
+  const BANDS = 2; // largest number of curves with bands: more would hide each other
   const ofMethod = (fit, chosen) => (chosen.method === "preferred" ? fit.preferred : fit.method === chosen.method);
   const fitsOf = (chosen, shown) => {
     const [component, state] = chosen.state.split("/"), there = new Set(shown);
@@ -16,7 +16,7 @@
   function thresholdOf(chosen, fits, ends) {
     const usable = ends !== null && fits.length > 0 && fits.every((fit) => fit.method === "cloud" && fit.sigma > 0 && fit.b > 0);
     pick("threshold-box").hidden = !usable;
-    noEffect.threshold = usable ? "" : fits.length ? "threshold: these curves come from exceedances of the limit state alone, without a line of demand over intensity" : "";
+    noEffect.threshold = usable ? "" : fits.length ? "threshold: these curves are fitted to exceedances of the limit state only, without a line of demand against intensity" : "";
     if (!usable) return null;
     const own = fits[0].threshold, shown = demandIn(fits[0].demand, chosen.units);
     const [low, high] = ends.map(Math.log);

@@ -11,7 +11,7 @@
     return made;
   };
 
-  // colour, dashes and width tell the first three axes that vary; where they do not suffice, each variant has its own
+  // colour, dashes and width show up to three varying axes; if they do not suffice, each variant has its own colour and dashes
   function lineStyles(shown) {
     const varying = data.axes.map((_, place) => unique(shown.map((at) => variants[at].values[place])).sort((a, b) => a - b)).map((values, place) => ({ values, place })).filter(({ values }) => values.length > 1).sort((a, b) => b.values.length - a.values.length);
     const rooms = [COLOURS, DASHES, WIDTHS];
@@ -37,9 +37,9 @@
     }));
   }
 
-  // ticks of an axis of ratios, as changes in per cent, with room between them
+  // ticks of an axis of ratios, labelled with changes in per cent
   const PERCENT_TICKS = [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1, 1.05, 1.1, 1.25, 1.5, 2, 2.5];
-  // ticks at 1, 2 and 5 of each decade, or at the decades alone where they are many
+  // ticks at 1, 2 and 5 of each decade, or at the decades only if there are many
   function logAxis(title, low, high) {
     const from = Math.floor(Math.log10(low)) - 1, decades = Array.from({ length: Math.ceil(Math.log10(high)) - from + 2 }, (_, i) => 10 ** (from + i));
     const ticks = Math.log10(high / low) > 3 ? decades : decades.flatMap((decade) => [decade, 2 * decade, 5 * decade]);

@@ -1,5 +1,5 @@
   // ---- effects: forest plot, verdict grid and the pairs behind a cell ----
-  const REACH = [0.4, 2.5]; // ends of the axis of ratios; values outside are arrows
+  const REACH = [0.4, 2.5]; // ends of the axis of ratios; arrows mark values outside
   const effectCsv = (effect, factor) => ({ bridge_abutment: data.models[effect.model], quantity: effect.quantity, demand: effect.demand, axis: effect.axis, from_value: effect.from, to_value: effect.to, ...Object.fromEntries(data.axes.map((axis, place) => [axis.name, effect.values?.[place]])), judged_by: effect.judged_by, unit: effect.judged_by === RATIO ? "" : effect.unit, value: effect.value, low: effect.low, high: effect.high, margin: factor * effect.margin, n_motions: effect.n_motions, verdict: data.styles[styleOf(effect, factor)].verdict });
   const groupName = (effect, units) => shownUnit(effect, units).unit;
 
@@ -38,7 +38,7 @@
     legend([]);
     plot("plot", traces, { ...layout, height: 40 + 24 * room, margin: { l: 10, r: narrow ? 72 : 210, t: 6, b: 30 } }, openCell);
     return { rows: () => all.map((effect) => effectCsv(effect, factor)), notes: [
-      !all.length && "This model has no such change of this demand: choose another one.",
+      !all.length && "This model has no effect of this change on this demand: choose a different change.",
       all.length > lines.length && `The first ${lines.length} of ${all.length} effects are drawn: choose values of the axes; the CSV has all.`] };
   }
 

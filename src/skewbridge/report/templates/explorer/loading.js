@@ -1,4 +1,4 @@
-  // ---- data and plotting library are packed, so that the page stays small ----
+  // ---- data and plotting library are compressed, so that the page stays small ----
   async function unpacked(id) {
     const packed = Uint8Array.from(atob(document.getElementById(id).textContent), (letter) => letter.charCodeAt(0));
     return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).text();

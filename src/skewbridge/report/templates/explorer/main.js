@@ -4,8 +4,8 @@
   const changes = new Map(data.models.map((model, place) => [model, unique(data.effects.filter((effect) => effect.model === place && !effect.values).map((effect) => effect.change))]));
   const defaults = { view: "curves", model: data.models[0], state: states[0] ?? "", method: "preferred", quantity: "median_capacity", demand: Object.keys(data.demands)[0], change: "", scope: "pooled", units: data.units, margin: "1", threshold: "", sort: "variant", cell: "", off: "", ...Object.fromEntries(data.axes.map((axis) => [axis.name, "all"])) };
   let chosen = { ...defaults };
-  const noEffect = {}; // reasons why a control that is shown changes nothing
-  let shownRows; // rows of the shown table, made when they are saved
+  const noEffect = {}; // reasons why a shown control has no effect
+  let shownRows; // function that returns the rows of the shown table, called when they are saved
 
   function fill(id, values, texts = values) {
     pick(id).replaceChildren(...values.map((value, i) => new Option(texts[i], value)));
@@ -38,7 +38,7 @@
     const axisOfChange = data.effects.find((effect) => effect.change === chosen.change)?.axis;
     const only = (name, what) => (pick(name).length < 2 ? `${what}: there is only one` : "");
     data.axes.forEach((axis) => {
-      noEffect[axis.name] = axis.values.length < 2 ? `${axis.label}: the study has one value` : !effects ? "" : chosen.scope === "pooled" ? `${axis.label}: averaged over; choose “each pair of variants”` : view === "forest" && axis.name === axisOfChange ? `${axis.label}: it is what changes` : "";
+      noEffect[axis.name] = axis.values.length < 2 ? `${axis.label}: the study has one value` : !effects ? "" : chosen.scope === "pooled" ? `${axis.label}: averaged over; choose “each pair of variants”` : view === "forest" && axis.name === axisOfChange ? `${axis.label}: this axis changes` : "";
     });
     noEffect.model = only("model", "bridge, abutment");
     noEffect.state = only("state", "component, state");
@@ -52,7 +52,7 @@
     pick("margin-text").textContent = effects ? marginText(chosenEffects(chosen), Number(chosen.margin), chosen.units) + (chosen.margin === "1" ? " (the study's)" : ` (the study's times ${chosen.margin})`) : "";
     const drawn = VIEWS[view](chosen);
     const hasUnits = view === "curves" ? !pick("threshold-box").hidden : view === "cloud" ? data.demands[chosen.demand].unit in data.us : chosenEffects(chosen).some((effect) => effect.unit in data.us);
-    noEffect.units = hasUnits ? "" : "units: nothing that is shown has a length or force";
+    noEffect.units = hasUnits ? "" : "units: no length or force is shown";
     SELECTS.forEach((name) => { pick(name).disabled = Boolean(noEffect[name]); pick(name).title = noEffect[name] ?? ""; });
     const isShown = (name) => name === "threshold" ? view === "curves" : !pick(name).parentElement.hidden;
     const reasons = Object.keys(noEffect).filter((name) => noEffect[name] && isShown(name)).map((name) => noEffect[name]);
@@ -80,7 +80,7 @@
   }
 
   SELECTS.forEach((name) => pick(name).addEventListener("change", () => choose({ [name]: pick(name).value, ...(["state", "method", "model"].includes(name) ? { threshold: "" } : {}), ...(name === "model" ? { cell: "" } : {}) })));
-  let waiting = false; // a slider that moves draws once per picture of the screen
+  let waiting = false; // a moving slider redraws once per screen refresh
   const sliding = (name) => pick(name).addEventListener("input", () => {
     if (waiting) return;
     waiting = true;

@@ -1,11 +1,11 @@
-  // ---- the study: variants, runs and fits, found quickly ----
+  // ---- the study: variants, runs and fits, indexed ----
   const data = JSON.parse(await unpacked("explorer-data"));
-  const MOST = 24; // curves, variants or columns that one picture holds
+  const MOST = 24; // largest number of curves, variants or columns in a figure
   const unique = (list) => [...new Set(list)];
   const words = (text) => String(text).replaceAll("_", " ").replace(/\bdcr (\d)(\d\d)\b/, "DCR $1.$2");
   const variants = data.variants;
   const runs = data.runs;
-  // rows of a table that is stored as names of columns and lists of values
+  // rows of a table stored as column names and lists of values
   const records = (table) => table.rows.map((row, id) => ({ id, ...Object.fromEntries(table.columns.map((name, place) => [name, row[place]])) }));
   data.fits = records(data.fits);
   data.effects = records(data.effects);
@@ -18,7 +18,7 @@
 
   data.effects.forEach((effect) => { effect.change = changeName(effect); });
 
-  // whether values of the axes are those that are chosen
+  // whether the values of the axes are the chosen ones
   const matches = (values, chosen, skip) => data.axes.every((axis, place) => axis.name === skip || chosen[axis.name] === "all" || String(values[place]) === chosen[axis.name]);
   const chosenVariants = (chosen) => variants.map((_, place) => place).filter((place) => data.models[variants[place].model] === chosen.model && matches(variants[place].values, chosen));
 
@@ -35,7 +35,7 @@
   const command = (row) => "skewbridge run --row " + runs.key[row];
   const loadingText = (row) => data.motions[runs.motion[row]] + (runs.status[row] ? ", " + words(data.statuses[runs.status[row]]) : "") + (runs.complete[row] ? "" : ", a lower bound");
 
-  // pairs of runs of variants that differ in one axis alone, under the same motion
+  // pairs of runs under the same motion, of variants that differ in one axis only
   function pairsOf(effect) {
     const place = axisAt[effect.axis];
     const rest = (values) => values.filter((_, at) => at !== place).join("|");

@@ -1,20 +1,20 @@
   // ---- effects: family-wise verdicts of intervals against margins ----
   const RATIO = "ratio";
-  // the margins of an effect around no change, on the scale of its verdict
+  // lower and upper margin of an effect, as ln ratio or difference
   function marginsOf(effect, factor) {
     if (effect.judged_by !== RATIO) return [-factor * effect.margin, factor * effect.margin];
     const margin = Math.min(0.95, factor * effect.margin);
     return [Math.log1p(-margin), Math.log1p(margin)];
   }
   const onScale = (effect, value) => (value === null ? NaN : effect.judged_by === RATIO ? Math.log(value) : value);
-  // families of effects whose verdicts hold together (Holm): rows of a model, axis, scope and quantity, headline or not
+  // families of effects whose verdicts hold jointly (Holm): same model, axis, scope and quantity, headline or not
   const families = new Map();
   data.effects.forEach((effect) => {
     const family = [effect.model, effect.axis, !effect.values, effect.quantity, effect.headline].join("/");
     if (!families.has(family)) families.set(family, []);
     families.get(family).push(effect);
   });
-  // p-values adjusted after Holm: those of the claims that have one
+  // p-values of claims, adjusted after Holm; claims without a p-value are left out
   function adjusted(claims) {
     const ordered = claims.filter(({ p }) => Number.isFinite(p)).sort((a, b) => a.p - b.p);
     let largest = 0;
@@ -28,7 +28,7 @@
     const isBelow = (limit) => student(steps(value - limit, (high - value) / t), dof), isAbove = (limit) => student(steps(limit - value, (value - low) / t), dof);
     return { effect, outside: Math.min(isBelow(below), isAbove(above)), inside: Math.max(isBelow(above), isAbove(below)), direction: Math.min(1, 2 * Math.min(isBelow(0), isAbove(0))) };
   }
-  const styles = { factor: null, found: new Map() }; // of all effects at one factor on the margins
+  const styles = { factor: null, found: new Map() }; // styles of all effects at one factor on the margins
   function styleOf(effect, factor) {
     if (styles.factor !== factor) {
       styles.factor = factor;
@@ -54,7 +54,7 @@
     const text = size.toFixed(places);
     return (value < 0 && Number(text) !== 0 ? "-" : "+") + text + (unit ? " " + unit : "");
   }
-  // what is shown of an effect: factor and unit of its change in the chosen units
+  // unit of the change of an effect in the chosen units, and the factor to it
   const shownUnit = (effect, units) => (effect.judged_by === RATIO ? { unit: "%", by: 100 } : inUnits(effect.unit, units));
   const asChange = (effect, value) => (value === null ? NaN : effect.judged_by === RATIO ? value - 1 : value);
   const nameOf = (effect) => data.demands[effect.demand]?.label ?? data.states[effect.demand];
@@ -74,7 +74,7 @@
     return unique(texts).join(", ");
   }
   const otherAxes = (effect) => data.axes.filter((axis, place) => axis.name !== effect.axis && effect.values && effect.values[place] !== null);
-  // values of the other axes; kept, because a moved slider asks for thousands
+  // values of the other axes; cached, because moving a slider needs thousands
   const placeText = (effect) => (effect.place ??= otherAxes(effect).map((axis) => textOf(axis, effect.values[axisAt[axis.name]], axis.named)).join(", "));
-  // the effects that are chosen: pooled over all variants, or those of the pairs at the chosen values
+  // the chosen effects: pooled over all variants, or of the pairs at the chosen values
   const chosenEffects = (chosen) => data.effects.filter((effect) => data.models[effect.model] === chosen.model && effect.quantity === chosen.quantity && (chosen.scope === "pooled" ? !effect.values : effect.values && matches(effect.values, chosen, effect.axis)));
