@@ -113,7 +113,7 @@ def test_faults_of_fits_and_effects_are_named_whatever_the_order_of_rows():
     ]
     fitted = CURVES.assign(status="ok", theta=[0.5, 0.49])
     place = f"{SLUG}, column_drift, moderate, cloud"
-    expected = {"medians below that of a smaller capacity": [place]}
+    expected = {"medians below the median of a smaller capacity": [place]}
     assert failed(demands(), fitted) == expected
     assert failed(demands(), fitted[::-1]) == expected
     assert failed(demands(), fitted.assign(theta=[0.5, 0.5])) == {}

@@ -111,7 +111,7 @@ def plot(paths: list[Path], out: Path, **given: Any) -> Answer:
     Opt("seed", int, "Seed of the suite.", 1),
     Opt("calibrate", Literal["bssa14", "none"], "Ground-motion model of the spectra.", "bssa14"),
     Opt("orientation", Literal["random", "principal"], "Orientation of the components.", "random"),
-    Opt("shaking_s", float | None, "Length of the strongest part, which is kept, in s."),
+    Opt("shaking_s", float | None, "Length of the strongest part to use, in s."),
     Opt("free_vibration_s", float, "Length of zeros added at the end, in s.", 0.0),
 )
 def synthesize(out: Path, **given: Any) -> Answer:

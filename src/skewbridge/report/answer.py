@@ -1,7 +1,7 @@
 """Main results of a study in sentences: effects on median capacities and demands, failures.
 
-The page and the README print these sentences. Effects come from the table of `answer_table`,
-counts of runs from that of `run_counts`.
+The page and the README print these sentences. Effects are read from `answer_table`, counts of runs
+from `run_counts`.
 """
 
 from collections.abc import Iterable, Mapping, Sequence

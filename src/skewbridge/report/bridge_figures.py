@@ -246,7 +246,7 @@ def replay_page(layout: ModelGeometry, histories: pd.DataFrame, *, title: str) -
     """Return a page with an animated plan and the number of closed contacts over time.
 
     It starts at the first contact. Displacements and gaps have the same exaggeration, so deck and
-    wall touch in the picture when they touch in the analysis. ``histories`` are those of
+    wall touch in the picture when they touch in the analysis. ``histories`` are from
     `analysis.peaks.histories_of` for the same run.
     """
     scene = _Scene(layout, histories)

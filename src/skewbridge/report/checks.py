@@ -92,7 +92,7 @@ def check_tables(tables: StudyTables) -> list[Row]:
         ("rows that differ from the frictionless model", contact_differences(ok[loose], ok), KEY),
         ("rows that differ from their mirror image", mirror_differences(ok, tables.suite), KEY),
         ("fitted curves without a positive median", fitted[~(fitted["theta"] > 0)], _CURVE_NAME),
-        ("medians below that of a smaller capacity", falling, _CURVE_NAME),
+        ("medians below the median of a smaller capacity", falling, _CURVE_NAME),
         ("effects whose interval does not contain the ratio", bounded[~within], _EFFECT_NAME),
     )  # fmt: skip
     return [_check(*check) for check in checks]
@@ -165,7 +165,7 @@ def contact_differences(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.Data
 
 
 def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
-    """Return rows of positive skew whose demands differ from those of their mirror image, if any.
+    """Return rows of positive skew whose demands differ from their mirror image, if there is one.
 
     The mirror image has the opposite skew and angle of incidence; its motion has the same first
     component and the negative second component.

@@ -79,7 +79,7 @@ def curve_values(im: Floats, row: Mapping[Any, Any]) -> tuple[Floats, Floats]:
 def fragility_curves(curves: pd.DataFrame, demands: pd.DataFrame, component: str) -> Figure:
     """Draw the preferred curves of a component and the outcomes of the runs.
 
-    Rows of panels are limit states with a curve or a bracketed median, columns those of
+    Rows of panels are limit states with a curve or a bracketed median, columns as in
     `VariantLayout`. Curves in `VariantLayout.banded` have bands; curves of exceedance fits have
     crosses. If the outcomes are separated, a bar at P = 0.5 spans the interval of the median. Ticks
     are runs with a known outcome: at the top those that exceed, at the bottom those that do not. An
@@ -341,7 +341,7 @@ def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed: Axis) -> None:
 def widths_by_analyses(rounds: pd.DataFrame) -> Figure:
     """Draw interval half-widths of the headline effects against the number of analyses.
 
-    A dot marks the round of the verdict; effects without a dot are undecided. The columns are
+    A dot marks the round of the verdict; effects without a dot are undecided. Columns of the table:
     `fragility.verdicts.ROUND_COLUMNS`.
     """
     rounds = rounds.assign(width=50.0 * np.log(rounds["ci_high"] / rounds["ci_low"]))

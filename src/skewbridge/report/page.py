@@ -138,7 +138,7 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
 def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
     """Return the table of the first screen: rows are changes and models, columns leading states.
 
-    ``table`` is that of `answer_table`, ``counts`` that of `run_counts`.
+    ``table`` is from `answer_table`, ``counts`` from `run_counts`.
     """
     names, notes = answer.short_names(table), answer.limit_notes(table)
     signs = {place: number for number, place in enumerate(notes, 1)}
