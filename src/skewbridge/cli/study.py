@@ -148,7 +148,7 @@ def status(failed: bool, study: Path | None) -> Answer:
     LIMIT_STATES,
     Opt("im", str, "Intensity measure of the medians.", "im_saavg_rotd50_g", "COLUMN"),
     Opt("margin", float, "Relative change that counts as negligible.", 0.05),
-    Opt("out", Path | None, "CSV file for all rows, including those of single variants."),
+    Opt("out", Path | None, "CSV file for all rows, including rows of single variants."),
 )
 def compare(
     first: Path, second: Path, limit_states: Path, im: str, margin: float, out: Path | None
