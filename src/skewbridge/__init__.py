@@ -20,5 +20,5 @@ def load(folder: str | Path = "results") -> Any:
     Raises:
         InputError: There is no study in the folder, or a table is damaged.
     """
-    # By name: what this module imports counts as the sources of every analysis.
+    # Imported by name: modules imported above would count as sources of every analysis.
     return import_module(".study.results", __name__).load_results(Path(folder))

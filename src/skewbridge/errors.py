@@ -1,4 +1,4 @@
-"""Exceptions that a command shows to the user as one sentence."""
+"""Exceptions that a command reports to the user by their message alone."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
@@ -11,7 +11,7 @@ MOST_FAULTS: Final = 20  # faults listed in one message
 
 
 class InputError(ValueError):
-    """Bad input, found before any work started.
+    """Invalid input, found before any work starts.
 
     The message names the field (or file and line), the value given and the limit. The command
     line prints it alone and exits with 2.
@@ -26,7 +26,7 @@ class InputError(ValueError):
 
 
 def raise_all(faults: Iterable[InputError]) -> None:
-    """Raise several faults as one error with a line for each; do nothing without faults.
+    """Raise several faults as one error with a line for each; do nothing if there are none.
 
     Raises:
         InputError: There is a fault; the error has the details of the first.
@@ -49,7 +49,7 @@ def did_you_mean(given: object, known: Iterable[str]) -> str:
 
 
 class SolutionError(RuntimeError):
-    """A solution failed before its end.
+    """A numerical solution was not completed.
 
     The command line prints the message alone and exits with 1.
     """

@@ -6,7 +6,7 @@ signs are defined in docs/assumptions.md.
 
 from typing import Final, Literal
 
-#: Units in which numbers are shown.
+#: Unit system of the output.
 Units = Literal["si", "us"]
 
 G_MPS2: Final = 9.80665  # source: standard gravity, CGPM 1901
@@ -39,6 +39,6 @@ _IN_NAMES: Final = {
 
 
 def split_unit(name: str) -> tuple[str, str]:
-    """Return a name without its unit ending, and the unit; ``-`` without a unit ending."""
+    """Return a name without its unit ending, and the unit (``-`` if there is no such ending)."""
     ending = next((ending for ending in _IN_NAMES if name.endswith(ending)), "")
     return name.removesuffix(ending), _IN_NAMES.get(ending, "-")

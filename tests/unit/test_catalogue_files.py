@@ -105,7 +105,7 @@ def test_unknown_or_circular_parents_are_refused(tmp_path: Path) -> None:
         load_bridge(path)
     (tmp_path / "one.yaml").write_text("extends: two\n", encoding="utf-8")
     (tmp_path / "two.yaml").write_text("extends: one\n", encoding="utf-8")
-    with pytest.raises(InputError, match=r"two\.yaml: extends: no other bridge 'one'"):
+    with pytest.raises(InputError, match=r"two\.yaml: extends: no other bridge is named 'one'"):
         load_bridge(tmp_path / "one.yaml")
 
 

@@ -153,7 +153,7 @@ def test_soft_tangents_free_the_mode_along_the_surface():
 @pytest.mark.parametrize(
     ("place", "value", "message"),
     [
-        (("material", 2, "Fy"), 1e9, "beyond their bounds"),  # another bound of the friction
+        (("material", 2, "Fy"), 1e9, "outside their bounds"),  # another bound of the friction
         (("E",), 1.0, "normal spring"),  # the short form reaches the normal spring
     ],
 )

@@ -6,14 +6,14 @@ the level of the soffit.
 
 `roller` has only vertical supports at both ends of the skewed bearing line. `simplified` adds a
 rigid bar of deck width with a gap and a bilinear spring at each end. `spring` has pads, gap springs
-of the backfill, shear keys, wing walls and embankment: each exterior key is between the deck
-(behind the transverse gap) and the body of the abutment, which the wing walls hold along the wall
-and which may carry the mass of the embankment.
+of the backfill, shear keys, wing walls and embankment. Each exterior key is between the deck
+(behind the transverse gap) and the body of the abutment. The wing walls hold this body along the
+wall, and it may carry the mass of the embankment.
 
-`contact` and `contact_friction` have backwall and keys behind contact units. At points along the
-backwall, corners included: ground - backfill and wing-wall springs - wall node - contact unit -
-deck. At both keys: ground - backbone - key node - contact unit - deck. Only the contact units have
-gaps.
+In `contact` and `contact_friction` the deck meets backwall and keys through contact units. At
+points along the backwall, corners included: ground - backfill and wing-wall springs - wall node -
+contact unit - deck. At both keys: ground - backbone - key node - contact unit - deck. Only the
+contact units have gaps.
 
 References:
     Aviram, Mackie and Stojadinovic (2008), PEER 2008/03; Zhang and Makris (2002); Rahman and
@@ -69,8 +69,8 @@ from skewbridge.contact.element import uniaxial
 from skewbridge.units import KN, MM, TONNE
 from skewbridge.variant.options import ModelOptions
 
-# Far stiffer than the deck's end element (1e10 N/m), soft enough for double precision. A hundredth
-# of it needs 8 to 15 % more iterations.
+# Far stiffer than the deck's end element (1e10 N/m), soft enough for double precision. A modulus
+# 100 times smaller needs 8 to 15 % more iterations.
 ARM_MODULUS_PA = 2.5e13
 ARM_AREA_M2 = 10.0
 ARM_INERTIA_M4 = 10.0
@@ -87,16 +87,16 @@ def build_arms(
     options: ModelOptions,
     tags: TagAllocator,
 ) -> tuple[Points, list[int]]:
-    """Create the points of a deck end and stiff arms to them from the end node of the spine.
+    """Create the nodes of a deck end and stiff arms to them from the end node of the spine.
 
-    Stations are the positions along the wall at which each line needs a node. Returns points and
-    elements.
+    Stations are the positions along the wall at which each line needs a node. Returns the nodes and
+    the tags of the arms.
     """
     transformation = tags.transformation()
     geometry = "Corotational" if options.arrays == "corotational" else "Linear"
     # no arm is parallel to the normal of the wall
     ops.geomTransf(geometry, transformation, *end.normal, 0.0)
-    # the points do not turn: an arm has a ball joint there, and no torsion
+    # the nodes do not rotate: each arm has a ball joint there, and no torsion
     section = (ARM_AREA_M2, ARM_MODULUS_PA, 1.0, 1.0, ARM_INERTIA_M4, ARM_INERTIA_M4)
     joint = ("-releasez", 2, "-releasey", 2)
     points: Points = {}
@@ -116,11 +116,11 @@ def build_arms(
 # ASSUME bending and twisting of a pad are too soft to matter
 PAD_ROTATION_NM_PER_RAD = 1.0e5
 # source: PyPBEE, no quadratic hardening of the pads
-PAD_HARDENING = (0.0, 3.0)  # quadratic share and its exponent
+PAD_HARDENING = (0.0, 3.0)  # ratio of the nonlinear hardening, and its exponent
 
 
 def pad_stations(pads: PadData, end: DeckEnd) -> list[float]:
-    """Return positions of the pads along the wall, equally spaced across the deck."""
+    """Return positions of the pads along the wall in m, equally spaced across the deck."""
     stretch = end.wall_length_m / end.width_m
     middle = (pads.count - 1) / 2
     return [(i - middle) * pads.spacing_m * stretch for i in range(pads.count)]
@@ -129,7 +129,7 @@ def pad_stations(pads: PadData, end: DeckEnd) -> list[float]:
 def bearing_stations(
     pads: PadData, end: DeckEnd, options: ModelOptions, *, has_pads: bool = True
 ) -> list[float]:
-    """Return the positions along the wall of pad elements, or of supports at both ends.
+    """Return positions along the wall in m of pad elements, or of supports at both ends.
 
     Two pad elements are placed so that they have the rotational stiffness of all pads.
     """
@@ -153,8 +153,8 @@ def build_bearings(
 ) -> tuple[BearingHandle, ...]:
     """Create pads, or vertical supports, between fixed seat nodes and the bearing line.
 
-    Vertical springs are elastic in compression and open in tension. A bearing element per pad is a
-    pad height long; elements that are half of the pads, or a support, have no length.
+    Vertical springs are elastic in compression and open in tension. The element of one pad is as
+    long as the pad is high; an element of half of the pads, or of a support, has no length.
     """
     is_each = has_pads and options.pads == "each"
     number, height_m = (1, pads.height_m) if is_each else (pads.count / 2, 0.0)
@@ -182,10 +182,10 @@ def build_bearings(
 
 
 def _pad_section(pads: PadData, number: float, upright: int, tags: TagAllocator) -> int:
-    """Create the section of some pads: vertical spring, and a yield circle of the shear force.
+    """Create the section of several pads: a vertical spring, and shear with a yield circle.
 
-    Shear follows the law of the bearing element: a plastic spring of the characteristic strength in
-    parallel with an elastic one, at a tenth of the cost.
+    Shear has the law of the bearing element, at a tenth of its cost: a plastic spring with the
+    characteristic strength in parallel with an elastic spring.
     """
     plastic = 1.0 - pads.hardening_ratio
     stiffness = number * pads.shear_stiffness_kn_per_m * KN
@@ -202,7 +202,7 @@ CONCRETE_KG_PER_M3 = 2400.0  # source: usual density of reinforced concrete
 
 @dataclass(frozen=True, kw_only=True)
 class Joint(Blueprint):
-    """The joint of one side, with its deck end at rest; builders add its parts to the handle."""
+    """Joint at a deck end at rest; the builders add its springs and contacts to the handle."""
 
     end: DeckEnd
     points: Points
@@ -215,7 +215,7 @@ class Joint(Blueprint):
 
     @property
     def key(self) -> KeyData:
-        """Backbone of the shear keys under option ``keys``."""
+        """Backbone of the shear keys, by option ``keys``."""
         is_monolithic = self.options.keys == "monolithic"
         return self.data.monolithic_key if is_monolithic else self.data.sacrificial_key
 
@@ -225,12 +225,12 @@ class Joint(Blueprint):
         return self.soil(wing_wall(self.data))
 
     def soil(self, passive: Passive) -> Passive:
-        """Return the resistance of a soil with the factors of the options."""
+        """Return the resistance of a soil times the backfill factors of the options."""
         options = self.options
         return passive.scaled(options.backfill_strength_factor, options.backfill_stiffness_factor)
 
     def wall_parts(self) -> list[tuple[float, float, Passive]]:
-        """Return position, share of the wall and backfill of each wall point."""
+        """Return position in m, share of the wall and backfill curve of each wall point."""
         options, end = self.options, self.end
         soil = options.backfill, end.skew_rad, options.backfill_height_exponent
         whole = self.soil(wall_backfill(self.data, *soil))
@@ -245,8 +245,8 @@ class Joint(Blueprint):
     def key_inward_normal(self, sign: float) -> PlanVector:
         """Return the normal of a key's face, from the key towards the deck.
 
-        Across the deck's edge by default, or along the skewed wall; the sign is +1 for the key at
-        the end of the wall's tangent, -1 for the other.
+        It is perpendicular to the deck's edge by default, else along the skewed wall. The sign is
+        +1 for the key in the direction of the wall's tangent, -1 for the other.
         """
         along = self.end.tangent
         # ASSUME the face of a key is parallel to the edge of the deck
@@ -255,13 +255,13 @@ class Joint(Blueprint):
         return (0.0, -sign if along[1] > 0.0 else sign)
 
     def key_spring(self, nodes: tuple[int, int], inward: PlanVector) -> SpringHandle:
-        """Create the spring of a key: its backbone across the face and along it."""
+        """Create the springs of a key across its face and along it; return the one across."""
         stiffness, mass_kg = key_stiffness_n_per_m(self.key), self.key_mass_kg
         dashpot = damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness, mass_kg)
         damped = elastic_material(0.0, self.tags, dashpot)
         across = [key_material(self.key, self.tags), damped]
-        # ASSUME elastic up to the same strength along the face, independent of the force across
-        # it: a broken key gets friction from its residual force only, which is below the strength
+        # ASSUME along its face a key is elastic up to the same strength, independent of the force
+        # across it: a broken key gets friction from its residual force only, below the strength
         if self.options.key_along_face == "backbone":
             along = [key_face_material(self.key, self.tags), damped]
         else:
@@ -269,7 +269,7 @@ class Joint(Blueprint):
         return spring_element(nodes, inward, across, along, self.tags)[0]
 
     def dashpot_n_s_per_m(self, stiffness_n_per_m: float, mass_kg: float, share: float) -> float:
-        """Return the dashpot of a share of the wall against the fill."""
+        """Return the dashpot coefficient in N s/m between a share of the wall and the fill."""
         vs_mps = self.options.backfill_vs_mps
         if vs_mps is None:
             return damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness_n_per_m, mass_kg)
@@ -301,7 +301,7 @@ class Joint(Blueprint):
         name: str,
         cohesion_n: float = 0.0,
     ) -> int:
-        """Create the contact unit between a node of wall or key and one of the deck."""
+        """Create the contact unit between a wall or key node and a deck node; return its index."""
         if self.contacts is None:
             raise TypeError("the contact abutment needs a ContactSet")
         return self.contacts.add(
@@ -318,7 +318,7 @@ class Joint(Blueprint):
 
 
 def support_deck_end(side: Side, deck_node: int, plan: Blueprint) -> Joint:
-    """Build the points of the joint at an end node of the spine, and their supports."""
+    """Build arms and bearings at an end node of the spine; return the joint without walls."""
     bridge, options, traits = plan.bridge, plan.options, plan.variant.traits
     deck, data, pads = bridge.deck, bridge.abutment, bridge.abutment.pads
     skew_deg, thickness_m = plan.variant.skew_deg, deck.diaphragm_thickness_m
@@ -397,7 +397,7 @@ def _build_spring(joint: Joint) -> None:
 
 
 def embankment_mass_kg(data: AbutmentData) -> float:
-    """Return the mass of the critical length of the embankment, 0.7 sqrt(S B H).
+    """Return the mass in kg of the embankment over its critical length, 0.7 sqrt(S B H).
 
     References:
         Zhang and Makris (2002), Earthquake Eng. Struct. Dyn. 31, section on critical length.
@@ -410,11 +410,11 @@ def embankment_mass_kg(data: AbutmentData) -> float:
 
 
 def _build_body(joint: Joint) -> int:
-    """Create the abutment's body: wing walls along the wall, stiff across it."""
+    """Create the node of the abutment's body, with springs along the wall and across it."""
     end, data, tags = joint.end, joint.data, joint.tags
     embankment_kg = embankment_mass_kg(data) if joint.options.embankment_mass else 0.0
     mass_kg = joint.wall_mass_kg + embankment_kg
-    # ASSUME across the wall the body is held by its initial backfill stiffness
+    # ASSUME across the wall the body has the initial stiffness of one wall point at zero skew
     across = joint.wall_parts()[0][2].stiffness_n_per_m / skew_reduction(end.skew_rad)
     moving_kg = joint.moving_mass_kg(joint.wall_mass_kg) + embankment_kg
     body = plane_node(end.point("outer", 0.0), moving_kg, tags)
@@ -435,7 +435,7 @@ def _build_contact(joint: Joint) -> None:
     friction = joint.variant.friction * (options.friction_at != "keys")
     for number, (along, share, passive) in enumerate(joint.wall_parts(), start=1):
         mass_kg = joint.moving_mass_kg(joint.wall_mass_kg * share)
-        # The penalty of a point is proportional to its soil, so that the soil spreads the force.
+        # The penalty of a point is proportional to its soil stiffness: the soil spreads the force.
         stiffness = penalties(passive.stiffness_n_per_m, mass_kg, options)
         wall = plane_node(end.point("outer", along), mass_kg, tags)
         ground = grounded_node(end.point("outer", along), tags)
@@ -450,12 +450,12 @@ def _build_contact(joint: Joint) -> None:
 
 
 def _hold_wall_point(joint: Joint, nodes: tuple[int, int], share: float, passive: Passive) -> None:
-    """Create the springs between ground and a wall node."""
+    """Create the backfill, stem and wing-wall springs between ground and a wall node."""
     end, tags, mass_kg = joint.end, joint.tags, joint.wall_mass_kg * share
     weak = joint.options.wall_restoring_n_per_m * skew_reduction(end.skew_rad) * share
     stiffness, wing = passive.stiffness_n_per_m, joint.wing.scaled(share)
-    # ASSUME towards the deck the stem of the wall is as stiff as the soil initially: shaking
-    # alone does not swing the wall into the gap
+    # ASSUME towards the deck the stem of the wall has the initial stiffness of the soil: shaking
+    # alone does not push the wall into the gap
     dashpot = joint.dashpot_n_s_per_m(stiffness, mass_kg, share)
     leaning = elastic_material(stiffness + weak, tags, dashpot, compression_n_per_m=weak)
     across = [passive_material(passive, 0.0, tags), leaning]
@@ -476,7 +476,7 @@ def _build_keys(joint: Joint, body: int | None) -> None:
     for sign in (-1.0, 1.0):
         along, inward = sign * end.wall_length_m / 2, joint.key_inward_normal(sign)
         node = plane_node(end.point("outer", along), mass_kg, tags)
-        # the body moves without turning: its middle represents its part at the key
+        # the body does not rotate: its middle moves like its part at the key
         holder = grounded_node(end.point("outer", along), tags) if body is None else body
         handle.key_springs.append(joint.key_spring((holder, node), inward))
         handle.key_nodes.append(node)
@@ -492,7 +492,7 @@ def _build_keys(joint: Joint, body: int | None) -> None:
             handle.other_springs.append(spring.element)
 
 
-#: The builder of each model in `skewbridge.variant.variant`.
+#: Builder of each abutment model in `skewbridge.variant.variant`.
 BUILDERS: Final[Mapping[str, Callable[[Joint], None]]] = {
     "roller": _build_roller,
     "simplified": _build_simplified,

@@ -12,19 +12,19 @@ from skewbridge.bridge.section import FloatArray
 from skewbridge.units import FOOT, INCH, KIP, KN
 
 # source: Shamsabadi, Khalili-Tehrani, Stewart and Taciroglu (2010), J. Bridge Eng. 15(3):233-246:
-# 1.56 for granular backfill, 1.05 for cohesive; the curve of SDC 2.0 grows with 1.57 at 1.7 m
+# 1.56 for granular backfill, 1.05 for cohesive; 1.57 for SDC 2.0 at 1.7 m
 STRENGTH_EXPONENT = 1.5
 MAX_REDUCTION_SKEW_DEG = 66.0  # source: Caltrans SDC 2.0 section 6.3.1.2
 FULL_VARIATION_SKEW_DEG = 60.0  # source: Kaviani et al. (2012), 30 % at 60 degrees
 SOIL_KG_PER_M3 = 1760.0  # source: compacted structure backfill, 110 pcf
-# A hyperbola that never reaches its ultimate force (ratio 1) has 99.9 % of it at this multiple of
-# the elastic closure.
+# A hyperbola with failure ratio 1 never reaches its ultimate force; it has 99.9 % of it at this
+# multiple of the closure ultimate / stiffness.
 _LONGEST_HYPERBOLA = 1.0e3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Passive:
-    """Resistance against closure in N, with d the closure in m.
+    """Passive resistance in N as a function of the closure d in m.
 
     Hyperbolic: ``d / (1/stiffness + failure_ratio d / ultimate)`` up to the ultimate force;
     bilinear where ``failure_ratio`` is zero: ``min(stiffness d, ultimate)``.
@@ -39,7 +39,7 @@ class Passive:
     failure_ratio: float
 
     def force_n(self, closure_m: ArrayLike) -> FloatArray:
-        """Return the force at a closure of first loading."""
+        """Return the force in N at a closure, in first loading."""
         closure = np.maximum(np.asarray(closure_m, dtype=np.float64), 0.0)
         flexibility = 1.0 / self.stiffness_n_per_m
         hyperbola = closure / (flexibility + self.failure_ratio * closure / self.ultimate_n)
@@ -48,8 +48,7 @@ class Passive:
     def polygon(self, chords: int) -> tuple[FloatArray, FloatArray]:
         """Return closures in m and forces in N of a polygon inscribed in the hyperbola.
 
-        All chords, up to the ultimate force, have the same largest relative error of the force,
-        0.1 % with 30 chords.
+        All chords have the same largest relative error of the force: 0.1 % with 30 chords.
         """
         ratio = self.failure_ratio
         yield_m = self.ultimate_n / self.stiffness_n_per_m
@@ -60,7 +59,7 @@ class Passive:
         return closures, self.force_n(closures)
 
     def scaled(self, factor: float, stiffness_factor: float | None = None) -> "Passive":
-        """Return the curve with strength and stiffness times a factor, or a factor for each."""
+        """Return the curve with strength and stiffness times a common factor or a factor each."""
         stiffness = self.stiffness_n_per_m * (
             factor if stiffness_factor is None else stiffness_factor
         )
@@ -68,7 +67,7 @@ class Passive:
 
 
 def skew_reduction(skew_rad: float) -> float:
-    """Return exp(-|skew| / 45 deg), the same for both signs of the skew.
+    """Return the reduction factor exp(-|skew| / 45 deg), the same for both signs of the skew.
 
     References:
         Caltrans SDC 2.0 section 6.3.1.2 (Shamsabadi and Rollins), limited to 66 degrees.
@@ -126,7 +125,7 @@ def wall_backfill(
 
 
 def variation_factors(end: DeckEnd, stations: list[float], variation: float) -> list[float]:
-    """Return linear factors along the wall: 1 in the middle, largest at the acute deck corner.
+    """Return factors along the wall: linear, 1 in the middle, largest at the acute deck corner.
 
     References:
         Kaviani, Zareian and Taciroglu (2012): 30 % from the middle to the ends at 60 degrees.
@@ -137,18 +136,18 @@ def variation_factors(end: DeckEnd, stations: list[float], variation: float) -> 
 
 
 def radiation_n_s_per_m(abutment: AbutmentData, vs_mps: float) -> float:
-    """Return the radiation-damping coefficient rho Vs A of a whole wall.
+    """Return the radiation-damping coefficient rho Vs A of a whole wall in N s/m.
 
     References:
         Lysmer and Kuhlemeyer (1969), J. Eng. Mech. Div. ASCE 95(4), 859-877; Gazetas (1991), J.
-        Geotech. Eng. 117(9), 1363-1381: with Vs a lower bound for pushing, where waves are faster.
+        Geotech. Eng. 117(9), 1363-1381: Vs gives a lower bound for pushing, where waves are faster.
     """
-    # ASSUME skew does not change it: the area across the bridge counts, as for the backfill
+    # ASSUME skew does not change it: the area normal to the bridge counts, as for the backfill
     return SOIL_KG_PER_M3 * vs_mps * abutment.wall_width_m * abutment.wall_height_m
 
 
 def wing_share(abutment: AbutmentData) -> float:
-    """Return the part of the backwall that the wing walls of one abutment are worth.
+    """Return the resistance of the wing walls of one abutment as a share of a backwall.
 
     References:
         Aviram, Mackie and Stojadinovic (2008), PEER 2008/03: wing length over wall width,
@@ -158,6 +157,6 @@ def wing_share(abutment: AbutmentData) -> float:
 
 
 def wing_wall(abutment: AbutmentData) -> Passive:
-    """Return the transverse resistance of the wing walls of one abutment: their share of SDC."""
+    """Return the transverse resistance of an abutment's wing walls: a share of the SDC curve."""
     # ASSUME no reduction for skew: the wings bear on the soil at a right angle
     return sdc_backfill(abutment).scaled(wing_share(abutment))

@@ -1,4 +1,4 @@
-"""Bents in the model: integral cap, columns of fibers, bases and foundation springs."""
+"""Bents of the model: integral caps, fiber columns, bases and foundation springs."""
 
 from itertools import pairwise
 from math import ceil, cos, pi, sin, sqrt
@@ -23,8 +23,8 @@ from skewbridge.errors import InputError
 from skewbridge.units import G_MPS2, GPA, KN, MM
 from skewbridge.variant.options import ModelOptions
 
-RIGID_TWIST = 100.0  # times the polar moment of the cap
-RIGID_BENDING = 1000.0  # times the second moment of area of the cap
+RIGID_TWIST = 100.0  # torsion constant of a cap / its polar moment
+RIGID_BENDING = 1000.0  # factor on the vertical bending stiffness of a cap
 
 
 def build_bents(
@@ -32,7 +32,7 @@ def build_bents(
 ) -> tuple[tuple[ColumnHandle, ...], tuple[int, ...]]:
     """Create caps, columns and bases, with their weight; return columns and foundation springs."""
     upright, level = tags.transformation(), tags.transformation()
-    # a column ends at the soffit, rigidly below its joint at the deck's centroid
+    # a column ends at the soffit, rigidly connected to its node at the deck's centroid
     below = (0.0, 0.0, -bridge.deck.centroid_above_soffit_m)
     ops.geomTransf("PDelta", upright, 1.0, 0.0, 0.0, "-jntOffset", 0.0, 0.0, 0.0, *below)
     ops.geomTransf("Linear", level, 0.0, 0.0, 1.0)
@@ -77,18 +77,18 @@ def build_bents(
 def _build_cap(
     bridge: BridgeData, number: int, spine: Deck, x: float, transformation: int, tags: TagAllocator
 ) -> list[tuple[int, float]]:
-    """Create the cap; return its joints above the columns with their y."""
+    """Create the cap; return node and y coordinate of its joint above each column."""
     bent, deck, centre = bridge.bents[number], bridge.deck, spine.bent_nodes[number]
     add_weight(spine, centre, bent.cap_weight_kn * KN, bent.cap_weight_kn * KN / G_MPS2)
     modulus = deck.elastic_modulus_gpa * GPA
     width, depth = bent.cap_width_m, bent.cap_depth_m
-    # ASSUME webs and slabs between the columns carry the column moments straight into the deck:
-    # an integral cap does not twist against it
+    # ASSUME webs and slabs between the columns carry the column moments directly into the deck:
+    # an integral cap does not twist relative to the deck
     torsion = RIGID_TWIST * width * depth * (width**2 + depth**2) / 12
     upright = width * depth**3 / 12
     if bent.columns > 2:
-        # ASSUME webs spread the deck's load over all columns; through the spine alone the middle
-        # column would carry nearly all of it, so the cap does not bend vertically
+        # ASSUME webs spread the deck's load over all columns, so the cap does not bend vertically;
+        # otherwise the middle column, below the spine, would carry nearly all of it
         upright *= RIGID_BENDING
     joints: list[tuple[int, float]] = []
     for i in range(bent.columns):
@@ -106,7 +106,7 @@ def _build_cap(
 
 
 def _along_cap(centre: int, joints: list[tuple[int, float]]) -> list[tuple[int, float]]:
-    """Return the nodes of a cap, the middle included, in the order of their y."""
+    """Return (node, y) of all nodes of a cap, including its middle, sorted by y."""
     return sorted({(centre, 0.0), *joints}, key=lambda joint: joint[1])
 
 
@@ -115,9 +115,9 @@ def _spread_deck_load(
 ) -> None:
     """Spread the dead load of the deck over the width of a cap.
 
-    At the middle of the cap, where the spine applies it, it would bend the cap and push the column
-    bases apart. Adds the fixed-end forces of the cap between its nodes under a uniform load, less
-    the load of the spine: together they are in equilibrium.
+    The spine applies this load at the middle of the cap, which would bend the cap and push the
+    column bases apart. The function adds the fixed-end forces of a uniform load on the cap and
+    subtracts the same total load at its middle.
     """
     bent, width = bridge.bents[number], bridge.deck.width_m
     load_n = deck_reactions_n(bridge)[number + 1] + bent.cap_weight_kn * KN
@@ -126,7 +126,7 @@ def _spread_deck_load(
     spine.loads_n[centre] -= load_n
     per_m, ends = load_n / width, ((-width / 2), *(y for _, y in nodes), width / 2)
     for i, (node, y) in enumerate(nodes):
-        # left and right of the node: an overhang beyond the last one, else half of a span
+        # each side of the node: the whole overhang at an end of the cap, else half the span
         for sign, other, is_end in (
             (-1.0, ends[i], i == 0),
             (1.0, ends[i + 2], i == len(nodes) - 1),
@@ -138,13 +138,13 @@ def _spread_deck_load(
 
 
 def _support(bridge: BridgeData, base: int, options: ModelOptions, tags: TagAllocator) -> list[int]:
-    """Fix a base or support it on springs; a pinned base still resists torsion."""
+    """Fix a base, or create and return its springs; a pinned base still resists torsion."""
     bends = 0 if bridge.base == "pinned" else 1
     if options.foundation == "fixed":
         ops.fix(base, 1, 1, 1, bends, bends, 1)
         return []
     if bridge.foundation is None:
-        raise InputError(f"option foundation: {bridge.name} has no foundation springs")
+        raise InputError(f"option foundation: springs: {bridge.name} has no foundation springs")
     ground = grounded_node(ops.nodeCoord(base), tags)
     # The fields of the foundation are in the order of the degrees of freedom.
     stiffness = enumerate(bridge.foundation.model_dump().values(), start=1)
@@ -162,11 +162,11 @@ RESIDUAL_CORE = 0.2
 
 
 def core_materials(column: ColumnData, tags: TagAllocator, *, has_end: bool) -> list[int]:
-    """Create confined concrete as parallel materials; return their tags.
+    """Create confined concrete as one or two parallel materials; return their tags.
 
-    With ``has_end`` it crushes: once its strain has passed the ultimate strain of Mander's energy
-    balance (the first hoop breaks), a fiber keeps 0.2 of its strength at any strain. The first
-    material is the part that is lost, the second the part that remains.
+    With ``has_end`` it crushes: after a fiber has exceeded the ultimate strain of Mander's energy
+    balance (first hoop rupture), it keeps 0.2 of its strength at any strain. The first material is
+    the strength that is lost, the second the strength that remains.
     """
     core = core_concrete(column)
     crushed_pa = float(core.stress_pa(core.ultimate_strain))
@@ -181,11 +181,11 @@ def core_materials(column: ColumnData, tags: TagAllocator, *, has_end: bool) -> 
 def concrete_material(
     concrete: Concrete, crushed_pa: float, tags: TagAllocator, *, share: float = 1.0
 ) -> int:
-    """Create Concrete01 with a share of the strength and initial modulus of a Mander curve.
+    """Create Concrete01 with a share of the strength and the modulus of a Mander curve.
 
-    The initial slope of its parabola is twice the strength over the peak strain, and the peak
-    strain is chosen to match the initial modulus. The parabola is then above the Mander curve by
-    less than 8 % of the strength.
+    Its parabola starts with the slope 2 x strength / peak strain; the peak strain is chosen so that
+    this is the initial modulus. The parabola is then above the Mander curve by less than 8 % of the
+    strength.
     """
     peak_pa = share * concrete.peak_pa
     # ASSUME the initial stiffness matters more than the strain at the peak
@@ -195,10 +195,10 @@ def concrete_material(
 
 
 def bar_material(column: ColumnData, tags: TagAllocator, *, has_end: bool) -> int:
-    """Create the longitudinal bars and return the tag of their material.
+    """Create the material of the longitudinal bars and return its tag.
 
-    With ``has_end``, a bar breaks at the reduced ultimate tensile strain and buckles at the strain
-    that breaks the hoops; a broken or buckled bar carries no force.
+    With ``has_end``, a bar breaks at the reduced ultimate tensile strain and buckles at the
+    compressive strain that breaks the hoops; a broken or buckled bar carries no force.
     """
     steel = steel_of(column)
     backbone = (steel.yield_pa, steel.modulus_pa, steel.hardening_ratio)
@@ -206,20 +206,20 @@ def bar_material(column: ColumnData, tags: TagAllocator, *, has_end: bool) -> in
     bar = uniaxial(tags, "Steel02", *backbone, 18.5, 0.925, 0.15)
     if not has_end:
         return bar
-    # ASSUME bars are held by the hoops as long as the core is, and buckle at once without them
+    # ASSUME hoops prevent buckling until they break; then the bars buckle at once
     limits = ("-min", -core_concrete(column).ultimate_strain, "-max", steel.rupture_strain)
     return uniaxial(tags, "MinMax", bar, *limits)
 
 
 # --- sections and beam integration
 
-PLATEAU = 100.0  # length of the residual branch, in times the deformation where it starts
-# ASSUME pinched loops: on reloading, 0.5 of the deformation at 0.4 of the force
+PLATEAU = 100.0  # deformation at the end of the residual branch / at its start
+# ASSUME pinched loops: reloading passes through 0.4 of the force at 0.5 of the deformation
 PINCHING = (0.5, 0.4)
 ELASTIC_POINTS = 3  # exact for an elastic column
 LOBATTO_POINTS = 5  # source: usual choice for force-based columns; the paper gives no number
-# Iterations and tolerance (work, J) of the equilibrium of a column between its sections; a
-# thousandth of the tolerance changes no demand by 1e-8.
+# Iterations and tolerance (work in J) of the equilibrium of a column between its sections. Dividing
+# the tolerance by 1000 changes no demand by 1e-8.
 COLUMN_ITERATIONS = (10, 1.0e-2)
 
 
@@ -235,7 +235,7 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     torsion_nm2 = column.torsion_ratio * shear * 2 * column.gross_inertia_m4  # cracked
     ops.section("Fiber", section, "-GJ", torsion_nm2)
     core_m, radius_m = column.hoop_circle_m / 2, column.diameter_m / 2
-    # the part of the core that is kept has a fifth of the strength: half the mesh is enough
+    # the core material that remains has a fifth of the strength, so half the mesh is enough
     meshes = (rings, wedges), (ceil(rings / 2), max(3, ceil(wedges / 2)))
     for material, mesh in zip(core, meshes, strict=False):
         _add_rings(material, (0.0, core_m), *mesh)
@@ -246,7 +246,7 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
 
 
 def _add_rings(material: int, radii_m: tuple[float, float], rings: int, wedges: int) -> None:
-    """Fill a ring of the section with fibers, in rings of equal thickness.
+    """Fill an annulus of the section with fibers, in rings of equal thickness.
 
     Each fiber is at the radius that preserves the second moment of area of its ring, so that a
     coarse mesh is as stiff as a fine one. Inner rings have fewer fibers, in proportion to their
@@ -261,7 +261,7 @@ def _add_rings(material: int, radii_m: tuple[float, float], rings: int, wedges: 
 
 
 def _add_circle(material: int, radius_m: float, area_m2: float, count: int) -> None:
-    """Put equal fibers on a circle."""
+    """Place fibers of equal area on a circle."""
     for number in range(count):
         angle = 2 * pi * (number + 0.5) / count
         y, z = radius_m * cos(angle), radius_m * sin(angle)
@@ -269,7 +269,7 @@ def _add_circle(material: int, radius_m: float, area_m2: float, count: int) -> N
 
 
 def _elastic_section(column: ColumnData, tags: TagAllocator) -> int:
-    """Create the cracked elastic section of a column."""
+    """Create the elastic section of a column with its cracked stiffness; return its tag."""
     section, gross = tags.section(), column.gross_inertia_m4
     modulus, area = column.elastic_modulus_gpa * GPA, column.gross_area_m2
     inertia, polar = column.cracked_stiffness_ratio * gross, column.torsion_ratio * 2 * gross
@@ -305,15 +305,15 @@ def build_integration(
 ) -> tuple[int, tuple[int, ...]]:
     """Create the beam integration shared by the columns of a bent.
 
-    Plastic hinges are integrated as by HingeRadau. The sections between them are elastic, and so is
-    the hinge at a pinned base, which never yields: `elastic_points` replaces them by two. The top
-    section carries the loss of shear strength.
+    Plastic hinges are integrated as in HingeRadau. The sections between them are elastic, as is the
+    hinge at a pinned base, which never yields; `elastic_points` replaces all elastic sections by
+    two. The top section includes the loss of shear strength, if any.
 
     Returns:
-        Tag, and the integration points where plastic curvature is read; none if elastic.
+        Tag, and numbers of the sections where plastic curvature is read; empty if elastic.
 
     Raises:
-        InputError: Distributed plasticity with a loss of shear strength, which needs a hinge.
+        InputError: Loss of shear strength is combined with distributed plasticity.
     """
     column, is_pinned = bridge.column, bridge.base == "pinned"
     integration, is_degrading = tags.integration(), options.shear_failure == "degrade"
@@ -341,11 +341,11 @@ def build_integration(
 
 
 def elastic_points(hinge_ratio: float, *, is_pinned: bool) -> tuple[list[float], list[float]]:
-    """Return places and weights of the elastic sections of a column, over its height from the base.
+    """Return positions (from the base) and weights of the elastic sections, over column height.
 
-    The flexibility of an elastic part is an integral of at most quadratic functions: two points
-    with the first four moments of all elastic points of HingeRadau give the same. A hinge is
-    ``hinge_ratio`` of the height long; at a pinned base it is elastic as well.
+    The flexibility of an elastic part is an integral of at most quadratic functions. Two points
+    that match the first four moments of HingeRadau's elastic points therefore give the same result.
+    A hinge is ``hinge_ratio`` of the height long; the hinge at a pinned base is elastic.
 
     References:
         Scott and Fenves (2006), J. Struct. Eng. 132(2), 244-252: HingeRadau. Golub and Welsch
@@ -362,7 +362,7 @@ def elastic_points(hinge_ratio: float, *, is_pinned: bool) -> tuple[list[float],
     hankel = [moments[:2], moments[1:3]]
     roots = np.roots([1.0, *np.linalg.solve(hankel, [-moments[2], -moments[3]])[::-1]])
     if np.iscomplexobj(roots) or not ((roots > 0.0) & (roots < 1.0)).all():
-        return places.tolist(), weights.tolist()  # hinges so long that the rule has no two points
+        return places.tolist(), weights.tolist()  # hinges too long for a two-point rule
     two = np.sort(roots)
     shares = np.linalg.solve([[1.0, 1.0], two.tolist()], moments[:2])
     return two.tolist(), shares.tolist()

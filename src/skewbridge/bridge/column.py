@@ -1,4 +1,4 @@
-"""Columns of a bent by hand calculation: hinges, displacement capacity, shear and its loss."""
+"""Hand calculation of columns: hinges, displacement capacity, shear strength and its loss."""
 
 from dataclasses import dataclass
 from math import radians, tan
@@ -27,11 +27,11 @@ RESIDUAL_SHEAR = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BentCapacity:
-    """One of the equal columns of a bent under dead load, and its displacement capacity.
+    """Displacement capacity of one of the equal columns of a bent, under dead load.
 
-    The bent is numbered from the left, 1 and up. The shear span is from a plastic hinge to the
-    point of contraflexure, the axial force that at the base; displacements are those at yield and
-    at the ultimate curvature.
+    Bents are numbered from the left, starting at 1. The shear span is the distance from a plastic
+    hinge to the point of contraflexure. The axial force is at the base. Displacements are at yield
+    and at the ultimate curvature.
     """
 
     bent: int
@@ -45,7 +45,7 @@ class BentCapacity:
     capacity_m: float
 
     def p_delta_ratio(self, disp_m: float) -> float:
-        """Return dead load times demand over plastic moment."""
+        """Return dead load x displacement / plastic moment."""
         return self.axial_n * disp_m / self.curve.plastic_moment_nm
 
     @property
@@ -55,7 +55,7 @@ class BentCapacity:
 
     @property
     def shear(self) -> ShearSection:
-        """Data of the shear strength."""
+        """Inputs of the shear strength."""
         return shear_section(self.column, self.shear_span_m, self.curve)
 
 
@@ -64,7 +64,7 @@ def bent_capacity(
 ) -> BentCapacity:
     """Return the displacement capacity of a bent (numbered from 0) under a rigid deck.
 
-    A pinned column is a cantilever from the base, a fixed one two cantilevers of half its height.
+    A column is one cantilever with a pinned base, and two of half its height with a fixed base.
 
     References:
         Caltrans SDC 1.7 section 3.1.3.
@@ -72,7 +72,7 @@ def bent_capacity(
     height_m = bridge.bents[bent_number].clear_height_m
     axial_n = column_axial_n(bridge, bent_number)
     curve = section_response(bridge.column, axial_n)
-    # ASSUME a pinned column bends in single, a fixed one in symmetric double curvature
+    # ASSUME single curvature with a pinned base, symmetric double curvature with a fixed one
     parts = 1 if bridge.base == "pinned" else 2
     span = height_m / parts
     hinge = hinge_length_m(bridge.column, span, hinge_rule)
@@ -97,7 +97,7 @@ def bent_capacities(bridge: BridgeData, hinge_rule: HingeRule = "sdc") -> list[B
 
 
 def hinge_length_m(column: ColumnData, shear_span_m: float, rule: HingeRule) -> float:
-    """Return the length of the plastic hinges, from the bridge file or else by a rule.
+    """Return the length of the plastic hinges in m, from the bridge file or else by a rule.
 
     Both rules are 0.08 L + 0.022 fye db (MPa, mm) with the shear span L. Rule ``sdc`` has the lower
     limit 0.044 fye db, which governs short spans.
@@ -114,7 +114,7 @@ def hinge_length_m(column: ColumnData, shear_span_m: float, rule: HingeRule) -> 
 
 
 def shear_section(column: ColumnData, span_m: float, curve: MomentCurvature) -> ShearSection:
-    """Return the shear data of a column with a shear span and a moment-curvature."""
+    """Return the shear-strength inputs of a column for a shear span and moment-curvature curve."""
     return ShearSection(
         diameter_m=column.diameter_m,
         core_diameter_m=column.hoop_circle_m,
@@ -133,11 +133,11 @@ def shear_section(column: ColumnData, span_m: float, curve: MomentCurvature) -> 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShearLoss:
-    """Backbone of the shear of a column, the same in all directions.
+    """Shear force-deformation backbone of a column, the same in all directions.
 
-    The column fails at the strength, with the elastic shear deformation; a monotonic push reaches
-    it at the flexural failure drift (if it never does: the displacement capacity's). At the
-    residual deformation, the residual strength is reached.
+    The column fails at its strength, with the elastic shear deformation. In a monotonic push this
+    is at ``failure_drift_ratio``, the flexural drift (that of the displacement capacity if it never
+    fails). The residual strength is reached at ``residual_m``.
     """
 
     strength_n: float
@@ -147,12 +147,12 @@ class ShearLoss:
 
 
 def shear_loss(bent: BentCapacity, shear_model: ShearModel = "sdc_expected") -> ShearLoss:
-    """Return the linear degradation of shear strength of a column of a bent.
+    """Return the shear backbone of a column of a bent, with a linear loss of strength.
 
-    The column fails where the shear of its flexural response, M(phi) over the shear span, reaches
-    the capacity at the same ductility, under dead load. If it never does, the strength is the
-    capacity at the ultimate curvature. From there the shear falls linearly to zero at the drift of
-    axial failure, but not below the residual.
+    Under dead load, the column fails when the shear of its flexural response, M(phi) / shear span,
+    reaches the capacity at the same ductility. If it never does, the strength is the capacity at
+    the ultimate curvature. The shear then falls linearly to zero at the drift of axial failure, but
+    not below the residual strength.
 
     References:
         Elwood and Moehle (2005), Earthquake Spectra 21(1), 71-89: drift at axial failure; Elwood
@@ -183,7 +183,7 @@ def shear_loss(bent: BentCapacity, shear_model: ShearModel = "sdc_expected") -> 
 
 
 def axial_failure_drift(section: ShearSection, axial_n: float) -> float:
-    """Return the drift at which a column that failed in shear loses its axial load.
+    """Return the drift ratio at which a column that failed in shear loses its axial load.
 
     References:
         Elwood and Moehle (2005), equation 3; the force of the hoops across a crack is

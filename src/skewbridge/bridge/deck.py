@@ -29,8 +29,8 @@ type Line = Literal["bearing", "outer"]
 class DeckEnd:
     """One end of the deck in plan, with signed skew.
 
-    The bearing lines cross the centreline ``length_m`` apart; the thickness of the end diaphragm is
-    normal to its faces.
+    The bearing lines cross the centreline ``length_m`` apart. ``thickness_m`` of the end diaphragm
+    is normal to its faces.
     """
 
     side: Side
@@ -41,12 +41,12 @@ class DeckEnd:
 
     @property
     def skew_rad(self) -> float:
-        """Signed skew."""
+        """Signed skew in rad."""
         return radians(self.skew_deg)
 
     @property
     def sign(self) -> float:
-        """+1 at the right end."""
+        """+1 at the right end, -1 at the left."""
         return 1.0 if self.side == "right" else -1.0
 
     @property
@@ -71,7 +71,7 @@ class DeckEnd:
 
     @property
     def acute_sign(self) -> float:
-        """Side of the acute deck corner along the tangent; zero skew counts as positive."""
+        """+1 if the acute corner is at the end of the tangent, else -1; zero skew is positive."""
         return 1.0 if self.skew_rad < 0.0 else -1.0
 
     def point(self, line: Line, along_m: float) -> PlanVector:
@@ -82,21 +82,21 @@ class DeckEnd:
         return self.sign * self.length_m / 2 + offset + along_m * x, along_m * y
 
     def wall_stations(self, count: int) -> list[float]:
-        """Return positions along the wall, corners included, increasing."""
+        """Return equally spaced positions along the wall in m, corners included, increasing."""
         half = self.wall_length_m / 2
         return [half * (2 * i / (count - 1) - 1) for i in range(count)]
 
 
 def tributary_shares(count: int) -> list[float]:
-    """Return the share of the wall behind each of equally spaced points, corners included.
+    """Return the share of the wall at each of equally spaced points, corners included.
 
-    With three or more points, springs in these shares resist a rotation of the deck like a
-    continuous wall; half a spacing at each corner would be 12 % stiffer with five points.
+    With three or more points, springs with these shares have the rotational stiffness of a
+    continuous wall. With half a spacing at each corner, five points would be 12 % stiffer.
     """
     inner = 1.0 / (count - 1)
     shares = [inner / 2 if i in (0, count - 1) else inner for i in range(count)]
     if count > 2:
-        # moved inwards from each corner, so that the sum of share times place squared is 1 / 12
+        # moved inwards from each corner so that the sum of share x position^2 is 1 / 12
         moved = inner / (12 * (1 - inner))
         for corner, next_to_it in ((0, 1), (-1, -2)):
             shares[corner] -= moved
@@ -105,7 +105,7 @@ def tributary_shares(count: int) -> list[float]:
 
 
 def continuous_reactions_n(spans_m: tuple[float, ...], load_n_per_m: float) -> list[float]:
-    """Return the reactions of a continuous beam under a uniform load, by three moments."""
+    """Return the reactions in N of a continuous beam under uniform load (three-moment equation)."""
     count = len(spans_m)
     moments = np.zeros(count + 1)
     if count > 1:
@@ -122,13 +122,13 @@ def continuous_reactions_n(spans_m: tuple[float, ...], load_n_per_m: float) -> l
 
 
 def column_weight_n(bridge: BridgeData, bent: BentData) -> float:
-    """Return the weight of one column."""
+    """Return the weight of one column in N."""
     column = bridge.column
     return column.gross_area_m2 * column.unit_weight_kn_per_m3 * KN * bent.clear_height_m
 
 
 def deck_reactions_n(bridge: BridgeData) -> list[float]:
-    """Return the weight of deck and end diaphragms on abutments and bents, left to right."""
+    """Return the reactions in N of abutments and bents to the deck's weight, left to right."""
     reactions = continuous_reactions_n(bridge.spans_m, bridge.deck.line_load_kn_per_m * KN)
     for end in (0, -1):
         reactions[end] += bridge.deck.diaphragm_weight_kn * KN
@@ -136,13 +136,13 @@ def deck_reactions_n(bridge: BridgeData) -> list[float]:
 
 
 def column_axial_n(bridge: BridgeData, bent_number: int) -> float:
-    """Return the axial force at the base of each column of a bent (numbered from 0)."""
+    """Return the dead-load axial force in N at the base of each column of bent 0, 1, ..."""
     bent, deck = bridge.bents[bent_number], deck_reactions_n(bridge)[bent_number + 1]
     return (deck + bent.cap_weight_kn * KN) / bent.columns + column_weight_n(bridge, bent)
 
 
 def total_weight_n(bridge: BridgeData) -> float:
-    """Return the weight of deck, diaphragms, caps and columns."""
+    """Return the weight in N of deck, diaphragms, caps and columns."""
     bents = sum(
         bent.cap_weight_kn * KN + bent.columns * column_weight_n(bridge, bent)
         for bent in bridge.bents
@@ -150,15 +150,15 @@ def total_weight_n(bridge: BridgeData) -> float:
     return sum(deck_reactions_n(bridge)) + bents
 
 
-# A spine node this close to the mass centre serves as the node at the mass centre.
+# A spine node within this distance of the mass centre is used as the node there.
 NEAR_M = 0.05
 
 
 @dataclass(slots=True, kw_only=True)
 class Deck:
-    """The built spine, nodes from left to right, to which bents add elements and dead load.
+    """The built spine, nodes from left to right; bents add their elements and dead load to it.
 
-    Loads by node are downward; moments are the fixed-end moments about x and y.
+    Loads by node are positive downward; moments are the fixed-end moments about x and y.
     """
 
     nodes: list[int]
@@ -170,7 +170,7 @@ class Deck:
 
 
 def mass_centre_m(bridge: BridgeData) -> float:
-    """Return x of the mass centre of deck, caps and the upper halves of the columns."""
+    """Return x in m of the mass centre of deck, caps and upper halves of the columns."""
     line = bridge.deck.line_load_kn_per_m * KN * bridge.length_m
     total, moment = line + 2 * bridge.deck.diaphragm_weight_kn * KN, 0.0
     for x, bent in zip(bridge.bent_positions_m, bridge.bents, strict=True):
@@ -181,9 +181,9 @@ def mass_centre_m(bridge: BridgeData) -> float:
 
 
 def spine_points_m(bridge: BridgeData, elements_per_span: int) -> dict[float, float]:
-    """Return the x of the spine nodes, increasing, with the length of deck lumped at each.
+    """Return the x coordinates of the spine nodes, with the deck length lumped at each.
 
-    Every span has equal elements. A node added at the mass centre has no mass.
+    They increase. Every span has equal elements. A node added at the mass centre has no mass.
     """
     points: dict[float, float] = {}
     start = -bridge.length_m / 2
@@ -191,7 +191,7 @@ def spine_points_m(bridge: BridgeData, elements_per_span: int) -> dict[float, fl
     for span in bridge.spans_m:
         element = span / elements_per_span
         for i, share in enumerate(shares):
-            # the last point of a span is the first of the next, to the bit
+            # the last point of a span must equal the first of the next exactly
             x = start + span if i == elements_per_span else start + i * element
             points[x] = points.get(x, 0.0) + share * element
         start += span
@@ -204,8 +204,8 @@ def spine_points_m(bridge: BridgeData, elements_per_span: int) -> dict[float, fl
 def lumping_shares(elements: int) -> list[float]:
     """Return horizontal masses at the nodes of equal elements, in units of one element's mass.
 
-    Gregory's end-corrected weights: total, centre and moment of inertia are those of the
-    continuous mass. Half elements at the nodes would give a deck of 8 elements 3 % more rotational
+    Gregory's end-corrected weights have the total, centre and moment of inertia of the continuous
+    mass. With half an element at each end node, a deck of 8 elements has 3 % more rotational
     inertia.
 
     References:
@@ -221,9 +221,9 @@ def lumping_shares(elements: int) -> list[float]:
 
 
 def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) -> Deck:
-    """Create the spine with its masses and loads.
+    """Create the spine with its masses and dead loads.
 
-    A horizontal member with its local y in plan: Iy bends vertically, Iz in plan.
+    The local y axis is in plan: Iy is for vertical bending, Iz for bending in plan.
     """
     deck = bridge.deck
     points = spine_points_m(bridge, elements_per_span)
@@ -256,7 +256,7 @@ def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) 
 
 
 def _add_line_load(spine: Deck, deck: DeckData, x_m: list[float]) -> None:
-    """Add the line load by its fixed-end forces, so that reactions do not depend on the mesh."""
+    """Add the line load as fixed-end forces, so that reactions do not depend on the mesh."""
     load = deck.line_load_kn_per_m * KN
     for (i, j), (a, b) in zip(pairwise(spine.nodes), pairwise(x_m), strict=True):
         length = b - a
@@ -268,14 +268,14 @@ def _add_line_load(spine: Deck, deck: DeckData, x_m: list[float]) -> None:
 
 
 def _add_deck_masses(spine: Deck, deck: DeckData, lengths_m: list[float]) -> None:
-    # ASSUME the deck's mass is spread over its width and depth
+    # ASSUME the deck's mass is uniform over its width and depth
     across, upright = deck.width_m**2 / 12, deck.depth_m**2 / 12
     for node, length in zip(spine.nodes, lengths_m, strict=True):
         weight = deck.line_load_kn_per_m * KN * length
         if node in (spine.nodes[0], spine.nodes[-1]):
             weight += deck.diaphragm_weight_kn * KN
         mass = weight / G_MPS2
-        # vertically, half elements at the nodes give far better bending modes of the spans
+        # half elements at the nodes give far better vertical bending modes of the spans
         lifted = spine.loads_n[node] / G_MPS2
         turning = (mass * (across + upright), mass * upright, mass * across)
         ops.mass(node, mass, mass, lifted, *turning)
@@ -290,7 +290,7 @@ def add_moment(spine: Deck, node: int, *, about_x_nm: float = 0.0, about_y_nm: f
 def add_weight(spine: Deck, node: int, weight_n: float, mass_kg: float) -> None:
     """Add dead load and translational mass at a node.
 
-    Called for caps and columns, whose rotational inertia comes from their positions.
+    For caps and columns, whose rotational inertia follows from the positions of their nodes.
     """
     spine.loads_n[node] += weight_n
     before = [float(ops.nodeMass(node, dof)) for dof in range(1, 7)]
@@ -302,7 +302,7 @@ _TOLERANCE_M = 1.0e-10
 
 
 class GravityError(SolutionError):
-    """A model found no equilibrium under its own weight."""
+    """The gravity analysis of a model did not converge."""
 
 
 def hold_dead_load(
@@ -310,10 +310,10 @@ def hold_dead_load(
     moments_nm: Mapping[int, tuple[float, float]],
     tags: TagAllocator,
 ) -> None:
-    """Apply downward loads and moments about x and y by node, and hold them; time is then zero.
+    """Apply and hold downward loads and moments about x and y at nodes; set the time to zero.
 
-    Nodal, because the corotational transformation ignores element loads. `GravityError` if there is
-    no equilibrium.
+    The loads are nodal because the corotational transformation ignores element loads. Raises
+    `GravityError` if there is no equilibrium.
     """
     open_linear_pattern(tags)
     for node, load_n in loads_n.items():
@@ -332,19 +332,19 @@ def hold_dead_load(
 
 
 def open_linear_pattern(tags: TagAllocator) -> None:
-    """Open a load pattern that grows with time; it takes the loads created afterwards."""
+    """Open a load pattern that grows with time; loads created afterwards belong to it."""
     series = tags.series()
     ops.timeSeries("Linear", series)
     ops.pattern("Plain", tags.pattern(), series)
 
 
 def column_axial_forces_n(model: BridgeModel) -> list[float]:
-    """Return the compression at the base of every column, from the element forces."""
+    """Return the compression in N at the base of every column, from the element forces."""
     return [float(ops.eleResponse(column.element, "force")[2]) for column in model.columns]
 
 
 def support_reactions_n(model: BridgeModel) -> list[float]:
-    """Return the vertical force on each abutment (left, right) from its supports."""
+    """Return the vertical reaction in N of each abutment (left, right)."""
     ops.reactions()
     return [
         sum(float(ops.nodeReaction(bearing.seat_node, 3)) for bearing in abutment.bearings)

@@ -14,7 +14,7 @@ type Position = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Member:
-    """A line between two points at rest in m, in a group of the energy balance."""
+    """Line between two points of the model at rest (m), with its group of the energy balance."""
 
     group: str
     tag: int
@@ -26,9 +26,9 @@ class ContactPlace:
     """Position and law of a contact unit.
 
     Attributes:
-        surface: Position of the pair on the closed line at rest, in m.
+        surface: Position of both nodes of the pair at rest, in m; it does not show the gap.
         normal: Outward normal of the surface (direction of its force on the deck), in plan.
-        tangent: First direction of its friction force; the force on the deck has the other sign.
+        tangent: Direction of slip; a positive friction force on the deck has the opposite one.
     """
 
     name: str
@@ -45,7 +45,7 @@ class ModelGeometry:
     """Geometry of a variant, for drawings.
 
     Attributes:
-        members: All lines with a length, and zero-length springs as points (equal ends).
+        members: All elements as lines; zero-length springs have equal ends.
         fixed: Positions of fully or partly fixed nodes.
         corners: Deck corners, counter-clockwise.
     """
@@ -93,13 +93,13 @@ def geometry_of(model: BridgeModel) -> ModelGeometry:
             for unit in (units[index] for index in (*abutment.wall_units, *abutment.key_units))
         ),
         fixed=tuple(map(_place, ops.getFixedNodes())),
-        # each end lists its corners along its tangent: together they go once around
+        # corners follow the tangent of their end: the right end, then the left, is once around
         corners=tuple(corner for end in reversed(model.abutments) for corner in end.corners),
     )
 
 
 def contact_column(name: str) -> str:
-    """Return the start of the names of the history columns of a contact."""
+    """Return the prefix of the history columns of a contact."""
     return f"contact_{name.replace(' ', '_')}"
 
 

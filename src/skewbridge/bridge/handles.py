@@ -16,7 +16,7 @@ from skewbridge.variant.variant import Variant
 
 
 class TagAllocator:
-    """Hands out consecutive tags per kind; works as the tag source of a `ContactSet`."""
+    """Source of consecutive tags per kind; also the tag source of a `ContactSet`."""
 
     def __init__(self) -> None:
         self.node, self.element, self.region = (count(1).__next__ for _ in range(3))
@@ -30,7 +30,7 @@ type PlanVector = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """A point that moves rigidly with a node, at an arm along x, y and z from it."""
+    """Point rigidly connected to a node, at a distance along x, y and z from it."""
 
     node: int
     arm_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -41,7 +41,7 @@ class SpringHandle:
     """One spring of a zeroLength element, from the ground side to the deck side.
 
     Attributes:
-        component: 0-based place in ``basicForce`` and ``basicDeformation``.
+        component: 0-based index in ``basicForce`` and ``basicDeformation``.
         direction: Plan unit vector of positive deformation (second node minus first).
     """
 
@@ -56,17 +56,18 @@ class ColumnHandle:
     """One column.
 
     Attributes:
-        element: Tag; its end i is the base, ``eleResponse(element, "force")`` are 12 global
-            components starting with the base.
+        element: Tag. Its end i is the base; ``eleResponse(element, "force")`` gives 12 global
+            components, those of the base first.
         top: Top of the column at the soffit, ``clear_height_m`` above the base node.
         hinge_sections: 1-based integration points where plastic curvature is read, for
             ``eleResponse(element, "section", str(k), "deformation")`` = (axial, about z, about y,
             torsion); empty for elastic columns.
         yield_curvature_per_m: Idealised yield curvature under dead load.
         yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
-            ductility in the shear capacity; the drift capacity is by the Caltrans criteria.
-        is_elastic: Whether the column has no strength, so that it never fails.
-        loses_shear_strength: Whether the model includes its shear failure.
+            ductility in the shear capacity.
+        drift_capacity_ratio: Displacement capacity over clear height, by the Caltrans criteria.
+        is_elastic: Whether the column is elastic, so that it never fails.
+        loses_shear_strength: Whether the column of the model softens at its shear failure.
     """
 
     element: int
@@ -85,7 +86,7 @@ class ColumnHandle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CornerHandle:
-    """One corner of the deck at an abutment: its deck-level node and its position at rest.
+    """One corner of the deck at an abutment: its node at the soffit and its position at rest.
 
     ``side`` is ``left`` or ``right``, ``kind`` ``acute`` or ``obtuse``; zero skew counts as
     positive.
@@ -98,7 +99,7 @@ class CornerHandle:
 
     @property
     def column(self) -> str:
-        """Start of the names of its displacement columns in the histories."""
+        """Prefix of its displacement columns in the histories."""
         return f"abutment_{self.side}_{self.kind}"
 
 
@@ -113,26 +114,26 @@ class BearingHandle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbutmentHandle:
-    """One abutment with the deck end it supports; its lists fill while the joint is built.
+    """One abutment with the deck end it supports; its lists are filled while the joint is built.
 
     Attributes:
         side: ``left`` (negative x) or ``right``.
         normal: Outward normal of the deck end (towards the backfill), in plan.
         tangent: ``normal`` turned by +90 degrees: along the wall.
         gap_m: Opening of the joint at rest, normal to the wall; the transverse gap is at the keys.
-        seat_width_m: From the backwall to the edge of the seat, normal to it.
+        seat_width_m: Distance from backwall to edge of the seat, normal to the wall.
         centre: Middle of the bearing line at the top of the pads.
-        bearings: Elements of pads (each may represent several) or of supports; ``pads`` are the
-            tops of all.
+        bearings: Elements of pads (each may represent several) or of supports.
+        pads: Tops of all pads or supports.
         links: Stiff arms from the end node of the deck to the points of the joint.
         wall_units: Indices of the backwall's contacts in `BridgeModel.contacts`, along
-            ``tangent``; empty without contact. Those of the keys, and the nodes of both, likewise.
-        wall_springs: Springs that push the deck away from the backfill: between ground and wall
-            node with contact, between ground and deck without.
-        key_springs: Backbones of the shear keys: between ground, or the body of `spring`, and key
-            node; transverse springs of `simplified`.
+            ``tangent``; empty without contact. Likewise ``key_units`` and the nodes of both.
+        wall_springs: Backfill springs: between ground and wall node in contact models, otherwise
+            between ground and deck.
+        key_springs: Springs of the shear keys, from the ground (in `spring`: from the body) to the
+            key node; in `simplified`, the transverse springs.
         wing_springs: Wing-wall springs.
-        other_springs: Elements of the gaps at the keys of `spring` (no demand reads them).
+        other_springs: Gap elements at the keys of `spring`; no demand uses them.
     """
 
     side: str
@@ -157,7 +158,7 @@ class AbutmentHandle:
 
     @property
     def support_length_m(self) -> float:
-        """Length of deck on the seat at rest, normal to it."""
+        """Length of the deck on the seat at rest, normal to the wall."""
         return self.seat_width_m - self.gap_m
 
     @property
@@ -168,12 +169,12 @@ class AbutmentHandle:
 
 @dataclass(frozen=True, kw_only=True)
 class Blueprint:
-    """The variant to build, with the data that the parts of its model share.
+    """The variant to build, with the data that all parts of its model use.
 
     Attributes:
         variant: The normalised variant.
-        bridge: Its data, with the factors of the options.
-        tags: Allocator of the model, also for the patterns, series and regions of an analysis.
+        bridge: Data of its bridge, times the factors of the options.
+        tags: Tag allocator of the model, also for the patterns, series and regions of an analysis.
         contacts: The contact units, or None for models without contact.
     """
 

@@ -1,4 +1,4 @@
-"""The OpenSees domain, and the model of a bridge variant or of one abutment in it."""
+"""OpenSees domain and the model of a bridge variant, or of one abutment, built in it."""
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -35,18 +35,18 @@ def domain() -> Generator[None]:
 
 
 def build(variant: Variant, options: ModelOptions) -> BridgeModel:
-    """Build a variant in the open domain, at rest under its dead load.
+    """Build the model of a variant in the open domain, at rest under its dead load.
 
-    The joints are built last, because dead load rotates the deck ends and a gap is the opening at
-    rest. Axes that the abutment model does not have are ignored.
+    The joints are built after the dead load is applied, because it rotates the deck ends and a gap
+    is the opening at rest. Axes that the abutment model does not have are ignored.
 
     Returns:
-        Handles, valid until the domain closes.
+        Handles of the model, valid until the domain closes.
 
     Raises:
-        InputError: No such bridge, or bad data in its file.
-        DomainError: The domain is not fresh.
-        GravityError: The model does not carry its weight.
+        InputError: The bridge does not exist, or its file has invalid data.
+        DomainError: The domain already contains a model.
+        GravityError: The gravity analysis does not converge.
     """
     plan = blueprint(variant, options)
     spine = build_spine(plan.bridge, options.deck_elements_per_span, plan.tags)
@@ -83,10 +83,10 @@ def build(variant: Variant, options: ModelOptions) -> BridgeModel:
 def blueprint(variant: Variant, options: ModelOptions) -> Blueprint:
     """Return the blueprint of a variant for the open domain.
 
-    `contact` has the contact units of `contact_friction`, never updated.
+    Abutment model `contact` has the contact units of `contact_friction` but never updates them.
     """
     if ops.getNodeTags():
-        raise DomainError("build() works inside `with domain():`, once per domain")
+        raise DomainError("call build() inside `with domain():`, once per domain")
     variant, tags, contacts = variant.normalised(), TagAllocator(), None
     if variant.traits.has_contacts:
         is_updated = variant.traits.has_friction
@@ -96,9 +96,9 @@ def blueprint(variant: Variant, options: ModelOptions) -> Blueprint:
 
 
 def scaled_bridge(bridge: BridgeData, options: ModelOptions) -> BridgeData:
-    """Return a bridge with the factors of the options on materials, mass, pads and keys.
+    """Return a bridge with materials, mass, pads and keys times the factors of the options.
 
-    Those on damping and backfill act where they enter the model.
+    The factors on damping and backfill are applied where these are computed.
     """
     concrete, steel = options.concrete_strength_factor, options.steel_strength_factor
     mass, key = options.deck_mass_factor, {"force_kn": options.key_strength_factor}
@@ -113,7 +113,7 @@ def scaled_bridge(bridge: BridgeData, options: ModelOptions) -> BridgeData:
         "deck": {"line_load_kn_per_m": mass, "diaphragm_weight_kn": mass},
         "bents": {"cap_weight_kn": mass},
         "abutment": {
-            # ASSUME a softer rubber leaves the vertical stiffness, which hardly moves demands
+            # ASSUME a softer rubber keeps its vertical stiffness, which hardly affects demands
             "pads": {
                 "shear_stiffness_kn_per_m": options.pad_stiffness_factor,
                 "yield_force_kn": options.pad_strength_factor,
@@ -126,7 +126,7 @@ def scaled_bridge(bridge: BridgeData, options: ModelOptions) -> BridgeData:
 
 
 def _scaled(value: Any, factors: Any) -> Any:
-    """Return a number times its factor; lists item by item, parts of a bridge field by field."""
+    """Return a number, every item of a tuple, or the named fields of a part times the factors."""
     if isinstance(value, tuple):
         return tuple(_scaled(item, factors) for item in value)
     if isinstance(factors, dict):
@@ -137,7 +137,7 @@ def _scaled(value: Any, factors: Any) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class AbutmentModel(Blueprint):
-    """A right abutment under a connector at the deck's centroid, which moves without rotating."""
+    """Model of a right abutment; the connector is the deck's centroid and cannot rotate."""
 
     handle: AbutmentHandle
     connector: int
@@ -151,13 +151,13 @@ def build_abutment(
 ) -> AbutmentModel:
     """Build the right abutment of a variant in the open domain, at rest under its dead load.
 
-    ``guide`` is called with the connector and the allocator before the dead load, to hold the deck
-    end in plan if the abutment does not.
+    ``guide`` is called with the connector and the tag allocator before the dead load is applied. It
+    can hold the deck end in plan where the abutment does not.
     """
     plan = blueprint(variant, options)
     bridge, connector = plan.bridge, plan.tags.node()
     load_n = deck_reactions_n(bridge)[-1]
-    # ASSUME the deck's inertia at an abutment is that of the dead load it carries
+    # ASSUME the deck mass at an abutment is the mass of the dead load on it
     mass_kg = load_n / G_MPS2
     ops.node(connector, bridge.length_m / 2, 0.0, bridge.deck.centroid_above_soffit_m)
     ops.fix(connector, 0, 0, 0, 1, 1, 1)

@@ -1,4 +1,4 @@
-"""Section of a column without OpenSees: materials, moment-curvature and shear strength."""
+"""Column section without OpenSees: materials, moment-curvature and shear strength."""
 
 import sys
 from collections.abc import Callable
@@ -15,22 +15,22 @@ from skewbridge.variant.options import ShearModel
 
 type FloatArray = NDArray[np.float64]
 
-STRIPS = 160  # across the diameter: moments change by less than 0.1 % when halved
-POINTS = 120  # of a curve, to the largest curvature that is tried
+STRIPS = 160  # across the diameter; half as many change moments by less than 0.1 %
+POINTS = 120  # of a moment-curvature curve, up to the largest curvature tried
 STRAIN_TOLERANCE = 1e-10
 _ROUNDING = 4 * sys.float_info.epsilon
 
 
 def shear_modulus_pa(modulus_pa: float) -> float:
-    """Return E / 2.4 (Poisson's ratio 0.2)."""
+    """Return the shear modulus E / 2.4 in Pa (Poisson's ratio 0.2)."""
     return modulus_pa / 2.4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Steel:
-    """Reinforcing steel at its expected strength, bilinear in the model.
+    """Reinforcing steel with its expected strength and a bilinear backbone.
 
-    The rupture strain is the reduced ultimate one, the hardening ratio post-yield over elastic
+    The rupture strain is the reduced ultimate strain; the hardening ratio is post-yield / elastic
     stiffness.
     """
 
@@ -58,9 +58,9 @@ def steel_of(column: ColumnData) -> Steel:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Concrete:
-    """Popovics curve of Mander's model, positive in compression, with the initial tangent.
+    """Stress-strain curve of Mander's model (Popovics), positive in compression.
 
-    The curve ends at the ultimate strain (spalling or first hoop rupture).
+    ``modulus_pa`` is the initial tangent; the curve ends at spalling or first hoop rupture.
     """
 
     peak_pa: float
@@ -69,7 +69,7 @@ class Concrete:
     ultimate_strain: float
 
     def stress_pa(self, strain: ArrayLike) -> FloatArray:
-        """Return the stress at compressive strains; zero in tension and past the ultimate strain.
+        """Return the stress in Pa at strains; zero in tension and beyond the ultimate strain.
 
         References:
             Mander, Priestley and Park (1988), J. Struct. Eng. 114(8), 1804-1826, eq. 3-6.
@@ -82,7 +82,7 @@ class Concrete:
 
 
 def cover_concrete(column: ColumnData) -> Concrete:
-    """Return the unconfined concrete at its expected strength."""
+    """Return the unconfined concrete with its expected strength."""
     return Concrete(
         peak_pa=column.expected_concrete_strength_mpa * MPA,
         peak_strain=0.002,  # source: SDC 1.7 section 3.2.6
@@ -92,9 +92,9 @@ def cover_concrete(column: ColumnData) -> Concrete:
 
 
 def core_concrete(column: ColumnData) -> Concrete:
-    """Return the concrete confined by circular hoops at their expected yield, after Mander.
+    """Return the concrete confined by circular hoops with expected yield strength, after Mander.
 
-    The ultimate strain is the energy-balance shortcut 0.004 + 1.4 rho_s f_yh eps_su / f_cc.
+    Ultimate strain by the simplified energy balance: 0.004 + 1.4 rho_s f_yh eps_su / f_cc.
 
     References:
         Mander, Priestley and Park (1988), eq. 12-19, 29 and 5; Priestley, Seible and Calvi (1996),
@@ -122,12 +122,12 @@ def core_concrete(column: ColumnData) -> Concrete:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MomentCurvature:
-    """A curve under constant axial force, from zero to the ultimate curvature.
+    """Moment-curvature curve under constant axial force, up to the ultimate curvature.
 
-    The first bar yields at the first yield; core concrete or a bar is at its ultimate strain at
-    the ultimate curvature. The idealised elastic-perfectly-plastic curve of equal area has its
-    knee at the yield curvature and its plateau at the plastic moment; the neutral axis at the knee
-    is measured from the compression face.
+    At first yield the first bar yields; at the ultimate curvature the core concrete or a bar
+    reaches its ultimate strain. The idealised elastic-perfectly-plastic curve of equal area has its
+    corner at the yield curvature and its plateau at the plastic moment. The depth of the neutral
+    axis is that at this corner, from the compression face.
     """
 
     curvature_per_m: FloatArray
@@ -142,7 +142,7 @@ class MomentCurvature:
 
 @lru_cache(maxsize=32)
 def section_response(column: ColumnData, axial_n: float) -> MomentCurvature:
-    """Return the curve of a column section under an axial force, positive in compression.
+    """Return the moment-curvature curve of a column section; compression is positive.
 
     Concrete follows Mander's curves, steel is bilinear as in the fiber model.
 
@@ -158,7 +158,7 @@ def section_response(column: ColumnData, axial_n: float) -> MomentCurvature:
         if section.is_ultimate(centre, phi):
             break
     curvature, moment, axis = np.array(rows).T
-    # strain of the bar farthest from the neutral axis
+    # tensile strain of the bar farthest from the neutral axis
     tension = curvature * (section.highest_bar_m - (axis - column.diameter_m / 2))
     first = float(np.interp(section.yield_strain, tension, curvature))
     first_moment = float(np.interp(first, curvature, moment))
@@ -182,7 +182,7 @@ def section_response(column: ColumnData, axial_n: float) -> MomentCurvature:
 
 
 class _Section:
-    """Strips of core and cover parallel to the neutral axis, and bars; compressed side up."""
+    """Strips of core and cover parallel to the neutral axis, and bars; compression at the top."""
 
     def __init__(self, column: ColumnData) -> None:
         self._core, self._cover = core_concrete(column), cover_concrete(column)
@@ -199,7 +199,7 @@ class _Section:
         self.yield_strain = self._steel.yield_pa / self._steel.modulus_pa
 
     def resultants(self, centre: float, phi: float) -> tuple[float, float]:
-        """Return axial force and moment, compression positive."""
+        """Return axial force in N and moment in N m, compression positive."""
         strain = centre + phi * self._height_m
         force = self._core_m2 * self._core.stress_pa(strain)
         force += self._cover_m2 * self._cover.stress_pa(strain)
@@ -212,12 +212,12 @@ class _Section:
     def centre_strain(self, phi: float, axial_n: float) -> float:
         """Return the strain at the centre that balances the axial force."""
         half = phi * self._radius_m
-        # from all fibers well in tension to the face at the peak of the confined curve
+        # from all strains below -0.02 (tension) to all strains above 0.002
         ends = -half - 0.02, 0.002 + half
         return bracketed_root(lambda centre: self.resultants(centre, phi)[0] - axial_n, *ends)
 
     def is_ultimate(self, centre: float, phi: float) -> bool:
-        """Whether the core or a bar is at its ultimate strain."""
+        """Return whether the core or a bar has reached its ultimate strain."""
         core_face = centre + phi * self._core_radius_m
         tension = phi * self.highest_bar_m - centre
         return core_face >= self._core.ultimate_strain or tension >= self._steel.rupture_strain
@@ -228,10 +228,10 @@ class _Section:
 
 
 def bracketed_root(function: Callable[[float], float], low: float, high: float) -> float:
-    """Return a root of a function between two points at which its signs differ.
+    """Return a root of a function between two points where it has opposite signs.
 
-    Brent's method, with the steps of `scipy.optimize.brentq`, whose import takes longer than a
-    short analysis. A softening section may balance at several strains: the method selects one.
+    Brent's method with the same steps as `scipy.optimize.brentq`, whose import takes longer than a
+    short analysis. If a softening section balances at several strains, one is found.
 
     References:
         Brent (1973), Algorithms for Minimization without Derivatives, chapter 4.
@@ -276,10 +276,10 @@ def _area_below(height: FloatArray, radius: float) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShearSection:
-    """Parameters of the shear strength of a circular column.
+    """Inputs of the shear strength of a circular column.
 
-    Core and cover end at the hoop centre line; strengths are the specified ones unless expected.
-    The neutral axis belongs to the idealised flexural strength under dead load.
+    Core and cover meet at the hoop centre line. Strengths are specified values unless the name says
+    expected. The neutral axis depth is that at the idealised yield curvature under dead load.
     """
 
     diameter_m: float
@@ -297,12 +297,12 @@ class ShearSection:
 
     @property
     def gross_area_m2(self) -> float:
-        """Area of the whole section."""
+        """Gross area of the section."""
         return np.pi * self.diameter_m**2 / 4
 
     @property
     def as_expected(self) -> "ShearSection":
-        """The section with the expected strengths in place of the specified ones."""
+        """The section with expected instead of specified strengths."""
         return replace(
             self,
             hoop_yield_pa=self.expected_hoop_yield_pa,
@@ -317,9 +317,9 @@ def shear_strength(
     displacement_ductility: ArrayLike,
     curvature_ductility: ArrayLike,
 ) -> FloatArray:
-    """Return the strength in N by a model, which takes one of the two ductilities.
+    """Return the shear strength in N by a model, which uses one of the two ductilities.
 
-    Scalars or arrays of one shape, so that a whole history can be evaluated at once.
+    Arguments are scalars or arrays of one shape, such as whole histories.
     """
     if model == "kowalsky_priestley":
         return kowalsky_priestley_strength(section, axial_n, curvature_ductility)
@@ -332,15 +332,15 @@ def sdc_shear_strength(
     axial_n: ArrayLike,
     displacement_ductility: ArrayLike,
 ) -> FloatArray:
-    """Return Vc + Vs of the Caltrans criteria in a plastic hinge, with the specified strengths.
+    """Return the Caltrans shear strength Vc + Vs of a plastic hinge in N, from specified strengths.
 
-    Compression is positive; under tension the share of the concrete falls with the factor
-    exp(P / (500 psi A)). A local displacement ductility demand below 1 counts as 1.
+    Axial compression is positive. Under a tension P, Vc is multiplied by exp(P / (500 psi A)).
+    Displacement ductilities below 1 count as 1.
 
     References:
-        Caltrans Seismic Design Criteria 1.7 section 3.6, 2.0 section 5.3.7; they drop the concrete
-        at the first tension. ATC-32 (1996), as in Kowalsky and Priestley (2000), eq. 2: 1 +
-        P / (500 psi A) under tension.
+        Caltrans Seismic Design Criteria 1.7 section 3.6 and 2.0 section 5.3.7; in these Vc is zero
+        under any tension. ATC-32 (1996), as in Kowalsky and Priestley (2000), eq. 2: Vc times
+        1 + P / (500 psi A) under tension.
     """
     axial = np.asarray(axial_n, dtype=np.float64)
     ductility = np.maximum(np.asarray(displacement_ductility, dtype=np.float64), 1.0)
@@ -349,8 +349,8 @@ def sdc_shear_strength(
     factor_1 = np.clip(hoop_pressure_ksi / 0.150 + 3.67 - ductility, 0.3, 3.0)
     gross = section.gross_area_m2
     stress = axial / gross / PSI
-    # ASSUME tension starts to weaken the concrete as in ATC-32 and ends it gradually: the straight
-    # line leaves a column with few hoops a capacity that no small change of the force may touch
+    # ASSUME tension reduces Vc at first as in ATC-32, then exponentially: with its straight line Vc
+    # reaches zero, and a column with few hoops keeps almost no capacity
     factor_2 = np.where(
         stress < 0.0,
         np.exp(np.minimum(stress, 0.0) / 500.0),
@@ -364,7 +364,7 @@ def sdc_shear_strength(
 
 
 def hoop_strength_n(section: ShearSection) -> float:
-    """Return Vs = pi/2 A_b f_yh D' / s of a circular column."""
+    """Return Vs = pi/2 A_b f_yh D' / s of a circular column in N."""
     force_n = (np.pi / 2) * section.hoop_area_m2 * section.hoop_yield_pa
     return force_n * section.core_diameter_m / section.hoop_spacing_m
 
@@ -372,7 +372,7 @@ def hoop_strength_n(section: ShearSection) -> float:
 def kowalsky_priestley_strength(
     section: ShearSection, axial_n: ArrayLike, curvature_ductility: ArrayLike
 ) -> FloatArray:
-    """Return the revised UCSD shear strength of a circular column, with expected materials.
+    """Return the revised UCSD shear strength of a circular column in N, expected strengths.
 
     References:
         Kowalsky and Priestley (2000), ACI Structural Journal 97(3), 388-396: single curvature,

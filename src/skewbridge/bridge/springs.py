@@ -14,14 +14,14 @@ from skewbridge.variant.options import ModelOptions
 
 # Gap materials need a positive gap; this one is far below any displacement of interest.
 NO_GAP_M = 1.0e-6
-_NEVER_M = 1.0e3  # an elastic gap spring would yield at this deformation
-_CHORDS = 30  # chords of a hyperbola: within 0.1 % of it
-# Slope of the plateau over the initial stiffness: rounding would give a zero slope either sign.
+_NEVER_M = 1.0e3  # yield deformation of an elastic gap spring, never reached
+_CHORDS = 30  # chords that replace a hyperbola, with an error of at most 0.1 %
+# Slope of the plateau / initial stiffness; rounding could make a zero slope negative.
 _PLATEAU_SLOPE = 1.0e-5
-_NO_TENSION = 1.0e-6  # share of the ultimate force at which the spring cracks and opens
-_FAR_M = 10.0  # a curve ends at this deformation
-#: Stiffness of a key along its face beyond its strength, over the initial one: a static analysis
-#: needs some, and 100 mm of slip add 1 % of the strength or less.
+_NO_TENSION = 1.0e-6  # tensile force at which the spring opens / ultimate force
+_FAR_M = 10.0  # deformation at the end of a curve
+#: Post-yield / initial stiffness of a key along its face. A static analysis needs a positive value;
+#: over 100 mm of slip the force grows by at most 1 % of the strength.
 KEY_FACE_HARDENING = 1.0e-3
 
 
@@ -31,25 +31,25 @@ def turned(direction: PlanVector) -> PlanVector:
 
 
 def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
-    """Create a spring that resists closing (negative deformation) beyond a gap."""
-    # ASSUME the soil keeps its indentation: it unloads with its initial stiffness, then a gap
-    # opens behind the wall
+    """Create a spring that resists closing (negative deformation) once a gap is closed."""
+    # ASSUME the soil stays indented: it unloads with its initial stiffness, then a gap opens
+    # behind the wall
     stiffness, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
     if passive.failure_ratio == 0.0:
         gap = max(gap_m, NO_GAP_M)
         return uniaxial(tags, "ElasticPPGap", stiffness, -ultimate, -gap, 0.0, "damage")
-    # A plastic curve of any shape, without tension. HyperbolicGapMaterial does not end at the
-    # ultimate force, and jumps on reloading after a trial that overshot. The gap is the first part
-    # of the curve: the closed part of it stays closed, like soil that was pushed, and the spring
-    # meets the soil again where it left it. (A wrapper material would evaluate this one outside of
-    # an element, which crashes OpenSees 3.8.)
+    # ASDConcrete1D takes a plastic curve of any shape, without tension. HyperbolicGapMaterial does
+    # not end at the ultimate force, and jumps when it reloads after a trial that overshot. The gap
+    # is the first branch of the curve. Its closed part stays closed, like soil that was pushed, so
+    # the wall meets the soil again where it left it. (A wrapper material would evaluate this one
+    # outside an element, which crashes OpenSees 3.8.)
     polygon_m, polygon_n = passive.polygon(_CHORDS)
     none_n = _NO_TENSION * ultimate
     start_m, start_n = ([0.0, none_n / stiffness], [0.0, none_n]) if gap_m > 0.0 else ([], [])
     closures = [*start_m, *(gap_m + polygon_m).tolist(), _FAR_M]
     forces = [*start_n, *polygon_n.tolist(), ultimate + _PLATEAU_SLOPE * stiffness * _FAR_M]
     if gap_m > 0.0:
-        forces[len(start_n)] = none_n  # where the gap ends
+        forces[len(start_n)] = none_n  # at the end of the gap
     compression = ("-Ce", *closures, "-Cs", *forces)
     undamaged = ("-Cd", *[0.0] * len(closures))
     opening = ("-Te", 0.0, none_n / stiffness, _FAR_M, "-Ts", 0.0, none_n, none_n)
@@ -72,7 +72,7 @@ def elastic_material(
 ) -> int:
     """Create an elastic spring with a parallel dashpot.
 
-    The stiffness in compression (negative deformation) may differ.
+    ``compression_n_per_m`` replaces the stiffness in compression (negative deformation).
     """
     negative = stiffness_n_per_m if compression_n_per_m is None else compression_n_per_m
     return uniaxial(tags, "Elastic", stiffness_n_per_m, dashpot_n_s_per_m, negative)
@@ -85,7 +85,7 @@ def gap_material(stiffness_n_per_m: float, gap_m: float, tags: TagAllocator) -> 
 
 
 def key_material(key: KeyData, tags: TagAllocator) -> int:
-    """Create the backbone of a shear key, the same in both directions."""
+    """Create the spring of a shear key across its face, with the same backbone both ways."""
     points = [
         value
         for force, disp in zip(key.force_kn, key.displacement_mm, strict=True)
@@ -99,21 +99,21 @@ def key_material(key: KeyData, tags: TagAllocator) -> int:
 def key_face_material(key: KeyData, tags: TagAllocator) -> int:
     """Create the spring of a shear key parallel to its face.
 
-    It has the initial stiffness up to the strength, almost zero beyond.
+    It has the initial stiffness of the key up to its strength, and then almost none.
     """
-    # Not Hysteretic or MultiLinear: where a trial returns to the committed strain they keep stress
-    # or slope of the trial before it, and the solver then finds no equilibrium.
+    # Not Hysteretic or MultiLinear: if a trial returns to the committed strain, they keep stress or
+    # tangent of the previous trial, and the solver finds no equilibrium.
     stiffness, strength_n = key_stiffness_n_per_m(key), key.force_kn[1] * KN
     return uniaxial(tags, "Steel01", strength_n, stiffness, KEY_FACE_HARDENING)
 
 
 def key_stiffness_n_per_m(key: KeyData) -> float:
-    """Return the initial stiffness of a key."""
+    """Return the initial stiffness of a key in N/m."""
     return key.force_kn[0] * KN / (key.displacement_mm[0] * MM)
 
 
 def damping_n_s_per_m(ratio: float, stiffness_n_per_m: float, mass_kg: float) -> float:
-    """Return the dashpot coefficient for a damping ratio of a mass on a spring."""
+    """Return the dashpot coefficient in N s/m that gives a mass on a spring a damping ratio."""
     return 2 * ratio * sqrt(stiffness_n_per_m * mass_kg)
 
 
@@ -127,7 +127,7 @@ def spring_element(
     """Create a zeroLength element with materials along a plan direction and across it.
 
     Returns:
-        The first spring along the direction, and the first across it.
+        Handles of the first spring along the direction and of the first spring across it.
     """
     materials, local = [*along_x, *along_y], [1] * len(along_x) + [2] * len(along_y)
     across = turned(direction)
@@ -142,7 +142,7 @@ def spring_element(
 
 
 def grounded_node(place_m: Sequence[float], tags: TagAllocator) -> int:
-    """Create a fixed node; a position given in plan is at the top of the pads."""
+    """Create a fixed node at (x, y, z), or at (x, y) at the top of the pads (z = 0)."""
     node = tags.node()
     ops.node(node, *place_m, *[0.0] * (3 - len(place_m)))
     ops.fix(node, 1, 1, 1, 1, 1, 1)
@@ -159,16 +159,16 @@ def plane_node(plan_m: PlanVector, mass_kg: float, tags: TagAllocator) -> int:
     return node
 
 
-# A penalty spring 50 times stiffer than its neighbour softens the two in series by 2 %.
+# A penalty spring 50 times stiffer than the adjacent spring softens the two in series by 2 %.
 NORMAL_OVER_NEIGHBOUR = 50.0
 # ASSUME with wall_mass the frequency of a contact may reach 3 rad per step of 5 ms (the paper's
-# step). With Houbolt at that step and OSB1 at zero skew, a change of the motion by a millionth
-# moved demands by 5 % at 4.6 rad, and by a millionth at 3.2 rad.
+# step). With Houbolt at that step and OSB1 at zero skew, changing the motion by one millionth
+# changed demands by 5 % at 4.6 rad, and by one millionth at 3.2 rad.
 NOMINAL_STEP_S = 0.005
 MAX_RADIANS_PER_STEP = 3.0
-# ASSUME the tangential penalty is 5 times softer than the normal one. A much softer one does not
-# reach the limit within a short contact, so that friction depends on the time step; a stiffer one
-# gives friction without sliding. results/sensitivity.parquet halves and doubles it.
+# ASSUME the tangential penalty is 5 times softer than the normal one. If it is much softer,
+# friction does not reach its limit in a short contact and depends on the time step; if stiffer,
+# friction acts without sliding. results/sensitivity.parquet varies it by factors of 0.5 and 2.
 NORMAL_OVER_TANGENT = 5.0
 
 
@@ -177,8 +177,8 @@ def penalties(
 ) -> tuple[float, float]:
     """Return the normal and the tangential penalty of a contact in N/m.
 
-    They follow from the stiffest spring in series with the contact and the mass of the node between
-    them (a node without mass sets no limit), unless the options name them.
+    By default they follow from the spring in series with the contact, and are limited by the mass
+    of the node between them (no limit without mass). The options can set or scale them.
     """
     normal, tangential = options.normal_stiffness_n_per_m, options.tangent_stiffness_n_per_m
     if normal is None:

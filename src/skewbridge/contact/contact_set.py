@@ -25,29 +25,29 @@ _UNIT_TYPES: Final[dict[str, type[ContactUnit]]] = {
     "componentwise": ComponentwiseUnit,
     "elastic": ElasticUnit,
 }
-_SOFT: Final = 1e-9  # stiffness of a friction spring that must not show in a mode, over its own
+_SOFT: Final = 1e-9  # factor on friction springs that must not affect the modes
 
 
 class ContactSet:
-    """Contact-friction pairs that get their friction bounds by parameter updates.
+    """Contact pairs whose friction bounds are set by parameter updates.
 
     Args:
         tags: Source of unused tags; by default the tags above those of the live domain.
-        update: False never gives the friction springs strength: the model without friction, with
+        update: If False, the friction springs never get strength: a model without friction, with
             the same elements and equations.
         scheme: `vector` tracks one vector stick point per pair; `componentwise` is the literal
             reading of the paper; `elastic` moves the stick point of elastic springs.
-        coupling: `extrapolated` predicts normal force and slip direction linearly to the end of
-            the coming step; `lagged` takes them from its beginning (the paper).
+        coupling: `extrapolated` predicts normal force and slip direction at the end of the coming
+            step; `lagged` uses those at its beginning (the paper).
 
     Attributes:
-        units: The units, in the order of adding.
+        units: The units, in the order in which they were added.
         changes: Indices of the units that opened or closed in the last step.
-        is_any_closed: Whether a pair is closed.
-        least_opening_ratio: Smallest opening of a pair over its gap; zero for one without a gap.
+        is_any_closed: Whether any pair is closed.
+        least_opening_ratio: Smallest opening / gap of all pairs; zero for a pair without a gap.
         largest_normal_n: Largest normal force of all pairs.
-        friction_error: Largest share of a sliding friction force above its limit at the end of the
-            last step.
+        friction_error: Largest (force - limit) / force of the sliding friction forces at the end of
+            the last step.
 
     Raises:
         InputError: Unknown scheme or coupling.
@@ -96,8 +96,8 @@ class ContactSet:
 
         The pair closes when node j has moved by the gap against the normal. Only the relative
         displacement of the nodes counts, so they may lie apart: a positive gap makes a
-        node-to-line (2D) or node-to-surface (3D) contact. Displacements count from the moment of
-        adding, so that a contact added to a deformed model starts with its full gap.
+        node-to-line (2D) or node-to-surface (3D) contact. Displacements are measured from this
+        call, so that a contact added to a deformed model starts with its full gap.
 
         Args:
             node_i: Node of the surface.
@@ -109,16 +109,16 @@ class ContactSet:
             kn: Normal penalty in N/m.
             kt: Tangential penalty in N/m.
             tangent: First direction of the contact plane; horizontal by default.
-            gap_closing_m: Part of the gap closed already by season or creep.
+            gap_closing_m: Part of the gap already closed by temperature, creep or shrinkage.
             drive: User function that sets declared parameters after every step.
-            name: For messages and the ledger.
+            name: Name in messages and in the ledger.
 
         Returns:
             Index of the unit.
 
         Raises:
-            InputError: A value is outside its limits or the nodes do not suit.
-            ContactError: A parameter does not act in this OpenSees build.
+            InputError: A value is outside its limits, or the nodes cannot form a pair.
+            ContactError: A parameter has no effect in this OpenSees build.
         """
         law = ContactLaw(kn, kt, friction, cohesion_n, gap_m, gap_closing_m)
         ndm = int(ops.getNDM()[0]) if ops.getNDM() else 0
@@ -141,14 +141,14 @@ class ContactSet:
     def after_step(self, dt_s: float, next_dt_s: float | None = None) -> bool:
         """Read a converged step and set the bounds of the next one; call it once per step.
 
-        The lengths are those of the step just done and of the coming one, if it differs.
+        ``dt_s`` is the length of the step just made, ``next_dt_s`` of the coming one if different.
 
         Returns:
             Whether a pair opened or closed in the step.
 
         Raises:
             InputError: The step is not positive.
-            ContactError: A spring does not follow its law.
+            ContactError: A spring force disagrees with its law.
         """
         if not dt_s > 0.0:
             raise InputError(f"dt_s must be positive, got {dt_s}")
@@ -167,17 +167,17 @@ class ContactSet:
         return bool(changes)
 
     def prepare(self, next_dt_s: float) -> None:
-        """Set the bounds again for a coming step of another length.
+        """Recompute the bounds for a coming step of different length.
 
         Call it before the retry of a failed step (OpenSees has returned to the committed state,
-        which is also the state tracked here) and when the step changes.
+        which is also the state tracked here) and when the step length changes.
         """
         if self._is_updated and self._is_extrapolated and self._dt_s > 0.0:
             for unit in self.units:
                 unit.set_bounds(next_dt_s / self._dt_s)
 
     def start_from_rest(self) -> None:
-        """Read the committed state as one at rest: a static stage does not predict motion."""
+        """Take the committed state as one at rest: a static stage has no velocity."""
         for unit in self.units:
             unit.rest()
             if self._is_updated:
@@ -185,7 +185,7 @@ class ContactSet:
         self._survey()
 
     def _survey(self) -> None:
-        """Find the extremes of all units in one pass: a step loop asks for them in every step."""
+        """Find the extremes of all units in one pass, because every time step needs them."""
         is_any_closed, largest_normal_n, friction_error = False, 0.0, 0.0
         least_ratio = least_steps = inf
         for unit in self.units:
@@ -199,7 +199,7 @@ class ContactSet:
                     least_steps = steps
             if unit.closed:
                 is_any_closed = True
-            if not unit.normal_n <= largest_normal_n:  # NaN counts
+            if not unit.normal_n <= largest_normal_n:  # true for NaN
                 largest_normal_n = unit.normal_n
             if unit.over > friction_error:
                 friction_error = unit.over
@@ -208,11 +208,11 @@ class ContactSet:
         self._steps_to_change = least_steps
 
     def time_to_change_s(self) -> float:
-        """Return the time until a pair opens or closes at its last speed; infinite if none does."""
+        """Return the time in s until a pair opens or closes at its last speed, or infinity."""
         return self._steps_to_change * self._dt_s if self._dt_s > 0.0 else inf
 
     def time_to_closing_s(self, accel_mps2: float) -> float:
-        """Return the time until an open pair closes if accelerated; zero if one is closed."""
+        """Return the time in s until a pair closes under an acceleration; zero if one is closed."""
         return min((unit.time_to_closing_s(accel_mps2) for unit in self.units), default=inf)
 
     @property
@@ -250,7 +250,7 @@ class ContactSet:
     def soft_tangents(self) -> Generator[None]:
         """Make the friction springs soft inside a `with` block, around an eigenvalue analysis.
 
-        An unused friction spring shows its full stiffness to `eigen` although it has no strength.
+        `eigen` uses the full stiffness of a friction spring even if its strength is zero.
         """
         try:
             for unit in self.units:
@@ -264,13 +264,13 @@ class ContactSet:
 def make_step(contacts: ContactSet, dt_s: float, *, parts_on_change: int = 1) -> bool:
     """Make one step of the transient analysis and update the contacts.
 
-    A pair that closes or opens inside a step costs one order of accuracy; sub-steps where a change
+    If a pair closes or opens within a step, the accuracy is one order lower; sub-steps where this
     is expected restore it. Use them with one-step integrators only: Houbolt restarts by the
     trapezoidal rule whenever the step changes.
 
     Returns:
-        Whether OpenSees made the step. If not, domain and contacts are at the last part that was
-        committed.
+        Whether OpenSees completed the step. If not, domain and contacts are at the end of the last
+        committed sub-step.
     """
     parts = parts_on_change if contacts.time_to_change_s() < dt_s else 1
     part_s = dt_s / parts

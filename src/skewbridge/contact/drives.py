@@ -1,9 +1,8 @@
-"""Contact laws beyond Coulomb and the linear penalty, as drives, and their restitution.
+"""Drives for laws other than Coulomb friction and the linear penalty, and their restitution.
 
-Each law is a pure function and a `Drive` that applies it; values outside their limits are an
-`InputError`. A drive acts in the coming step, so it uses the opening and its rate predicted to
-the end of that step; the error is of second order in the time step while the contact lasts and
-of first order at its ends.
+Values outside their limits raise `InputError`. A drive acts in the coming step, so it uses the
+opening predicted for the end of that step. The error is of second order in the time step during
+contact, and of first order when contact begins or ends.
 """
 
 from math import atan2, exp, log, sqrt
@@ -24,7 +23,7 @@ def stribeck_friction(
     stribeck_speed_mps: float,
     viscous_s_per_m: float = 0.0,
 ) -> float:
-    """Return kinetic + (static - kinetic) exp(-(v / v_s)^2) + viscous v at a slip speed v.
+    """Return the coefficient kinetic + (static - kinetic) exp(-(v / v_s)^2) + viscous v.
 
     References:
         Armstrong-Helouvry, Dupont and Canudas de Wit (1994), Automatica 30.
@@ -40,7 +39,7 @@ def stribeck_drive(
     stribeck_speed_mps: float,
     viscous_s_per_m: float = 0.0,
 ) -> Drive:
-    """Return a drive of the friction coefficient by the slip speed of the last step."""
+    """Return a drive that sets the friction coefficient from the slip speed of the last step."""
     if not 0.0 <= kinetic <= static:
         raise InputError(
             f"friction must be 0 <= kinetic <= static, got kinetic {kinetic}, static {static}"
@@ -63,10 +62,10 @@ def stribeck_drive(
 def hunt_crossley_drive(
     *, stiffness_n_per_m_p: float, exponent: float, damping: float = 0.0
 ) -> Drive:
-    """Return a drive of the secant stiffness of F = k x^p (1 + d / v0 x'), clipped at zero.
+    """Return a drive that sets the secant stiffness of F = k x^p (1 + d / v0 x') >= 0.
 
-    Stiffness k in N/m^p; damping d for the approach speed v0, of `hunt_crossley_damping`. Hertz's
-    sphere has p = 3/2 and no damping.
+    The stiffness k is in N/m^p, v0 is the approach speed, and `hunt_crossley_damping` gives the
+    damping d. Hertz contact of a sphere has p = 3/2 and no damping.
     """
     require_limits("stiffness_n_per_m_p", stiffness_n_per_m_p, is_positive=True)
     require_limits("exponent", exponent, is_positive=True)
@@ -88,7 +87,7 @@ def hunt_crossley_drive(
 def approach_stiffness_drive(
     *, kn_n_per_m: float, reference_speed_mps: float, exponent: float
 ) -> Drive:
-    """Return a drive Kn = k (v / v_ref)^q, v the speed at which the pair approaches.
+    """Return a drive that sets Kn = k (v / v_ref)^q from the approach speed v of the pair.
 
     The stiffness is set while the pair is open and kept until it opens again.
     """
@@ -105,11 +104,11 @@ def approach_stiffness_drive(
 
 
 def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
-    """Return a drive of a normal spring with a dashpot whose sum acts in compression only.
+    """Return a drive of a normal spring with a dashpot; their sum acts in compression only.
 
-    The force of the dashpot jumps when the pair closes within a step; at the end of that one it
-    gets the part of the step after closing plus half a step, which makes the impulse right. When
-    the sum would pull, spring and dashpot are switched off until the pair opens or approaches
+    The force of the dashpot jumps when the pair closes within a step. In that step its coefficient
+    is multiplied by 0.5 + the share of the step after closing, which gives the right impulse. When
+    the sum would be tensile, spring and dashpot are switched off until the pair opens or approaches
     again, as `kelvin_voigt_restitution` assumes.
     """
     require_limits("kn_n_per_m", kn_n_per_m, is_positive=True)
@@ -130,9 +129,9 @@ def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
 
 
 def kelvin_voigt_restitution(damping_ratio: float) -> float:
-    """Return rebound over approach speed of a Kelvin-Voigt contact that carries no tension.
+    """Return rebound / approach speed of a Kelvin-Voigt contact that carries no tension.
 
-    It is faster than the textbook's, whose dashpot pulls the bodies together before they separate.
+    It exceeds the textbook value, in which the dashpot pulls the bodies before they separate.
 
     References:
         Schwager and Poeschel (2007), Granular Matter 9 (end of contact at zero force).
@@ -149,7 +148,7 @@ def kelvin_voigt_restitution(damping_ratio: float) -> float:
 
 
 def kelvin_voigt_damping_ratio(restitution: float) -> float:
-    """Return the damping ratio for a restitution in (0, 1] with the force clipped at zero."""
+    """Return the damping ratio for a restitution in (0, 1], without tension in the contact."""
     _require_restitution(restitution)
     if restitution == 1.0:
         return 0.0
@@ -160,8 +159,8 @@ def kelvin_voigt_damping_ratio(restitution: float) -> float:
 def hunt_crossley_damping(restitution: float) -> float:
     """Return d of F = k x^p (1 + d / v0 x') for a restitution in (0, 1], for any exponent p.
 
-    Solves ln((1 + d) / (1 - e d)) = d (1 + e) for the approach speed v0. The force becomes zero
-    together with the penetration or later, so nothing has to be clipped before separation.
+    Solves ln((1 + d) / (1 - e d)) = d (1 + e) for the approach speed v0. The force never becomes
+    tensile before the penetration is zero, so nothing has to be clipped.
 
     References:
         Hunt and Crossley (1975), Journal of Applied Mechanics 42 (damping times penetration).

@@ -21,7 +21,7 @@ type Direction = tuple[float, ...]
 
 # ASSUME a pair keeps the directions it is created with, and its contact plane has no edges.
 
-# Directions that are meant to be perpendicular may be off by rounding of four-digit input.
+# Largest cosine between perpendicular directions: rounding of four-digit input.
 ORTHOGONALITY_LIMIT: Final = 1e-4
 _VERTICAL_LIMIT: Final = 1e-6
 
@@ -44,9 +44,9 @@ def contact_frame(
 ) -> tuple[Direction, ...]:
     """Return the orthonormal frame (normal, tangent) in the plane, (normal, t1, t2) in space.
 
-    The tangent is by default horizontal (z x normal), and x for a vertical normal; in the plane
-    (``ndm`` 2) always the normal turned counter-clockwise. `InputError` if a vector is zero, or the
-    tangent is not perpendicular to the normal.
+    The default tangent is horizontal (z x normal), or x for a vertical normal; in the plane (`ndm`
+    is 2) it is always the normal turned counter-clockwise. Raises `InputError` if a vector is zero,
+    or the tangent is not perpendicular to the normal.
     """
     if ndm not in (2, 3):
         raise InputError(f"contacts need a model of 2 or 3 dimensions, got ndm = {ndm}")
@@ -72,14 +72,14 @@ def contact_frame(
     return n, t1
 
 
-# ASSUME a user's own material tags lie below this one: OpenSees cannot be asked for them.
+# ASSUME material tags of the user are below this one: OpenSees cannot list them.
 FIRST_FREE_MATERIAL: Final = 900_000
-# Tags set aside for the materials of one element, so that two sources in one domain never collide.
+# Tags reserved for the materials of one element, so that two sources in one domain never collide.
 _MATERIALS_PER_ELEMENT: Final = 8
 
 
 class Tags(Protocol):
-    """Anything that hands out unused tags, for example the allocator of a bridge model."""
+    """Source of unused tags, for example the allocator of a bridge model."""
 
     def element(self) -> int:
         """Return an unused tag of an element."""
@@ -95,7 +95,7 @@ class Tags(Protocol):
 
 
 class TagSource:
-    """Hands out tags above those of the domain when asked, materials above a first one."""
+    """Source of tags above those of the domain; material tags start from a given number."""
 
     def __init__(self, first_material: int = FIRST_FREE_MATERIAL) -> None:
         self._first = self._next_material = first_material
@@ -116,7 +116,7 @@ class TagSource:
 
 
 def _free(tags: list[int] | int | None) -> int:
-    """Return the tag above those of a query; OpenSees answers a bare number for one tag."""
+    """Return the next tag after those of a query; for one tag OpenSees returns a number."""
     return (tags if isinstance(tags, int) else max(tags or (), default=0)) + 1
 
 
@@ -127,7 +127,7 @@ def uniaxial(tags: Tags, kind: str, *values: float | str) -> int:
     return material
 
 
-# The normal spring would yield at this penetration: never.
+# Yield penetration of the normal spring, never reached.
 _NEVER_M: Final = 1.0e3
 # Yield of the friction springs when created; odd on purpose, so that reading it back through a
 # parameter proves which material the parameter is attached to.
@@ -145,7 +145,7 @@ class ContactError(RuntimeError):
 class Springs:
     """Tags of the zeroLength element of one contact and of its parameters.
 
-    Bounds are yields of the friction springs, or their stick points in scheme elastic.
+    Bounds are yield forces of the friction springs, or their initial strains in scheme elastic.
     """
 
     element: int
@@ -157,7 +157,7 @@ class Springs:
 
 
 def require_nodes(nodes: tuple[int, int], ndm: int) -> None:
-    """Refuse nodes that are not in the domain or do not suit each other (`InputError`)."""
+    """Raise `InputError` for nodes that are not in the domain or cannot form a pair."""
     existing = set(ops.getNodeTags())
     for field, node in zip(("node_i", "node_j"), nodes, strict=True):
         if node not in existing:
@@ -181,14 +181,14 @@ def make_springs(
     *,
     is_elastic: bool,
 ) -> Springs:
-    """Create the element and its parameters; `ContactError` if a parameter does not act.
+    """Create the element and its parameters; `ContactError` if a parameter has no effect.
 
-    A driven dashpot or gap needs a material and a parameter of its own.
+    A driven dashpot or gap has its own material and parameter.
     """
     directions, is_gap_driven = len(frame) - 1, "gap_closing_m" in driven
     has_dashpot = "dashpot_n_s_per_m" in driven
     kn, kt = law.kn_n_per_m, law.kt_n_per_m
-    # acts in compression behind the gap: gap and yield of one sign
+    # acts in compression once the gap is closed: gap and yield have the same sign
     gap = (kn, -kn * _NEVER_M, -law.open_gap_m, 0.0, "noDamage")
     normal = uniaxial(tags, "ElasticPPGap", *gap)
     if is_gap_driven:
@@ -221,11 +221,11 @@ def make_springs(
 
 
 def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Direction, ...]) -> None:
-    """Check by a force response that a bound limits its own spring and no other.
+    """Check with a probe element that a bound limits its own spring and no other.
 
-    A bound acts at the next state determination, which a live domain makes only in an analysis.
-    So a probe element between the same nodes, its springs behind an initial strain, is driven past
-    all its yields, read and removed. `ContactError` if the force does not follow the bound.
+    A bound takes effect at the next state determination, which a live domain makes only in an
+    analysis. The probe element, between the same nodes, gets an initial strain beyond all its
+    yields; its forces are read, and it is removed. `ContactError` if a force does not follow.
     """
     stiffness, bound, other = 1.0e3, 2.0, 7.0
     yielding = other / stiffness
@@ -240,8 +240,8 @@ def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Direction,
     local = range(1, len(frame) + 1)
     materials, axes = (normal, *[friction] * (len(frame) - 1)), _orientation(frame)
     ops.element("zeroLength", element, *nodes, "-mat", *materials, "-dir", *local, "-orient", *axes)
-    # The value of the bound is also a large strain, so that one parameter serves for both:
-    # OpenSees keeps 3 kB of each parameter that is removed.
+    # The value of the bound is also a large strain, so one parameter sets both: OpenSees does not
+    # release 3 kB of each parameter that is removed.
     probed = _attach(tags, element, 2, "Fy")
     for position in local:
         ops.addToParameter(probed, "element", element, "material", position, "epsInit")
@@ -262,12 +262,12 @@ def _attach(tags: Tags, element: int, position: int, name: str) -> int:
 
 
 def _orientation(frame: tuple[Direction, ...]) -> list[float]:
-    """Return the local x and the vector in the local xy plane, three components each."""
+    """Return local x and a vector in the local xy plane, three components each."""
     return [value for axis in frame[:2] for value in (*axis, 0.0)[:3]]
 
 
 def _prove(springs: Springs, law: ContactLaw, *, is_elastic: bool) -> None:
-    """Read every parameter back from the element and check that the response follows."""
+    """Read every parameter back from the element and check that the element responds to it."""
     kt = law.kt_n_per_m
     signature = _SIGNATURE_M if is_elastic else kt * _SIGNATURE_M
     _expect("normal stiffness", ops.getParamValue(springs.normal_modulus), law.kn_n_per_m)

@@ -2,9 +2,9 @@
 
 Signs: `opening_m` is positive while the pair is apart, `normal_n` is positive in compression, and
 the tangential force has the sign of the slip (it is the force of the spring; the moving body feels
-its negative). Two values are those along the two directions of the contact plane (the second is
-zero in plane models). `ContactUnit` takes the yields from here and repeats the other formulas for
-speed: they are the reference of the checks.
+its negative). Pairs of values are along the two directions of the contact plane (the second is
+zero in plane models). `ContactUnit` uses the yields of this module and repeats its other formulas
+for speed; checks compare it with these.
 
 References:
     Rahman and Mackie (2023), Finite Elements in Analysis and Design 218 (parameter updates);
@@ -23,7 +23,7 @@ type Coupling = Literal["extrapolated", "lagged"]
 
 
 def require_limits(name: str, value: float, *, is_positive: bool = False) -> None:
-    """Refuse a value that is negative or not finite, or zero if it must be positive."""
+    """Raise `InputError` if a value is negative, not finite, or zero where it must be positive."""
     if not (isfinite(value) and value >= 0.0 and (value or not is_positive)):
         kind = "positive" if is_positive else "not negative"
         raise InputError(f"{name} must be finite and {kind}, got {value}")
@@ -33,7 +33,7 @@ def require_limits(name: str, value: float, *, is_positive: bool = False) -> Non
 # ASSUME the contact itself is elastic: restitution comes from a driven damper only.
 @dataclass(frozen=True, slots=True)
 class ContactLaw:
-    """A contact pair: penalties, Coulomb friction with cohesion, initial gap.
+    """Parameters of a contact pair: penalties, Coulomb friction with cohesion, initial gap.
 
     Attributes:
         cohesion_n: Part of the friction limit that does not depend on the normal force; it acts
@@ -64,21 +64,21 @@ class ContactLaw:
 
     @property
     def open_gap_m(self) -> float:
-        """Gap left to close."""
+        """Gap that is still open."""
         return self.gap_m - self.gap_closing_m
 
 
 def friction_limit_n(normal_n: float, friction: float, cohesion_n: float) -> float:
-    """Return the radius of the cone; zero while open, so that cohesion acts only in contact."""
+    """Return the friction limit in N; zero while open, so that cohesion acts only in contact."""
     return cohesion_n + friction * normal_n if normal_n > 0.0 else 0.0
 
 
 def radial_return(
     offset_1_m: float, offset_2_m: float, kt_n_per_m: float, limit_n: float
 ) -> tuple[float, float]:
-    """Return the tangential force for an offset from the stick point, returned to the cone.
+    """Return the tangential force in N for an offset from the stick point, within the cone.
 
-    After slip the stick point is the position minus force / kt.
+    After slip, the new stick point is the position minus force / kt.
     """
     trial_1, trial_2 = kt_n_per_m * offset_1_m, kt_n_per_m * offset_2_m
     size = hypot(trial_1, trial_2)
@@ -89,7 +89,7 @@ def radial_return(
 
 
 class PairState(NamedTuple):
-    """State of a pair at the end of a step, forces with the sign of slip; open at zero normal."""
+    """State of a pair at the end of a step; forces have the sign of slip and are zero if open."""
 
     normal_n: float
     force_n: tuple[float, float]
@@ -103,10 +103,10 @@ def advance_pair(
     position_m: tuple[float, float],
     opening_m: float,
 ) -> PairState:
-    """Advance a pair by one step with the normal force at its end (the exact discrete law).
+    """Return the state after a step, by the normal force at its end (exact discrete law).
 
-    The stick point is that at the end of the last step, position and opening (the gap is part of
-    it) are those at the end of this one.
+    ``stick_m`` is the stick point at the end of the last step; ``position_m`` and ``opening_m``
+    (with the gap) are those at the end of this step.
     """
     if opening_m >= 0.0:
         return PairState(0.0, (0.0, 0.0), position_m, is_slipping=False)
@@ -123,8 +123,8 @@ def yields_on_cone(trial_1_n: float, trial_2_n: float, limit_n: float) -> tuple[
     """Return the yield forces of two separate springs that together stay inside the cone.
 
     The pair of yields lies on the cone. For a trial force outside the cone it is the point of
-    radial return. For one inside, both yields exceed the trial by the same slack, so that a
-    component near zero does not make a sticking pair slip.
+    radial return. For one inside, both yields exceed the components of the trial by the same slack,
+    so that a component near zero does not make a sticking pair slip.
     """
     size_1, size_2 = abs(trial_1_n), abs(trial_2_n)
     size = hypot(size_1, size_2)
@@ -133,7 +133,7 @@ def yields_on_cone(trial_1_n: float, trial_2_n: float, limit_n: float) -> tuple[
         return scale * size_1, scale * size_2
     half = 0.5 * (size_1 + size_2)
     slack = sqrt(half * half + 0.5 * (limit_n * limit_n - size * size)) - half
-    # Rounding makes a slack near zero negative; a yield below the trial would be a slip.
+    # Rounding can make a slack near zero negative; a yield below the trial would cause slip.
     slack = max(slack, 0.0)
     return size_1 + slack, size_2 + slack
 
@@ -186,7 +186,7 @@ class UnitState:
 
     @property
     def predicted_opening_m(self) -> float:
-        """Opening at the end of the coming step, linear in time."""
+        """Opening at the end of the coming step, extrapolated linearly."""
         return self.opening_m + self.opening_rate_mps * self.dt_s
 
 
@@ -206,8 +206,8 @@ class Drive:
 
         contacts.add(..., drive=Drive(parameters=("gap_closing_m", "friction"), function=season))
 
-    The parameters are names from `DRIVEN_PARAMETERS`, else `InputError`. The function gets the
-    state of the unit and the time of the set and returns new values for some or all of them.
+    The parameters are names in `DRIVEN_PARAMETERS` (`InputError` otherwise). The function gets the
+    state of the unit and the analysis time, and returns new values of some or all parameters.
     """
 
     parameters: tuple[str, ...]
@@ -219,7 +219,7 @@ class Drive:
                 raise InputError(f"a drive may set {', '.join(DRIVEN_PARAMETERS)}; got {name!r}")
 
     def values(self, state: UnitState, time_s: float) -> Mapping[str, float]:
-        """Call the function; `InputError` for an undeclared name or an impossible value."""
+        """Return the function's values; `InputError` for an undeclared name or an invalid value."""
         values = self.function(state, time_s)
         for name, value in values.items():
             if name not in self.parameters:
@@ -235,18 +235,19 @@ class UnitLedger:
     """Running sums of one named contact unit since it was added.
 
     Attributes:
-        closures: Number of steps that ended closed after one that ended open.
+        closures: Number of closings: steps that end closed after a step that ended open.
         max_violation_n: Largest excess of the tangential force over its limit, cohesion + friction
             x normal force, at the end of a step.
         slip_work_j: Energy dissipated by slip, trapezoidal rule on end-of-step forces.
         normal_work_j: Work done on the normal spring (and its dashpot), the same rule.
         friction_impulse_ns: Sum of friction force times step.
-        friction_work_j: Sum of end-of-step friction force times slip; the next kinds of work are
-            parts of it: above the limit, in steps in which the pair opened, and below.
-        time_over_1_s: Time with a friction force at least 1 % above its limit; ``_10`` and ``_50``
+        friction_work_j: Sum of end-of-step friction force times slip.
+        excess_work_j: Part of it by the force above the limit.
+        opening_work_j: Part of it in steps in which the pair opened.
+        time_over_1_s: Time with a friction force more than 1 % above its limit; ``_10`` and ``_50``
             for 10 and 50 %.
         work_over_1_j: Friction work in that time; ``_10`` and ``_50`` likewise.
-        normal_potential_j: Energy in the normal spring, when the ledger was read.
+        normal_potential_j: Energy in the normal spring at the time of reading the ledger.
     """
 
     name: str
@@ -274,5 +275,5 @@ class UnitLedger:
 
     @property
     def cone_violation_ratio(self) -> float:
-        """Largest excess over the largest friction limit of the run."""
+        """Largest excess of the run divided by its largest friction limit."""
         return self.max_violation_n / self.max_limit_n if self.max_limit_n > 0.0 else 0.0

@@ -1,6 +1,6 @@
-"""One contact unit: read its springs, move its stick point, set the bounds of the next step.
+"""One contact unit: reads its springs, moves its stick point, sets the bounds of the next step.
 
-`ContactUnit` has the vector stick point; two alternative schemes follow for comparison.
+`ContactUnit` tracks one vector stick point. The other two classes are schemes for comparison.
 
 `read` and `set_bounds` run for every contact in every step of every response history. They use
 plain floats, slots and as few calls as possible.
@@ -22,13 +22,13 @@ from skewbridge.contact.law import (
     yields_on_cone,
 )
 
-# Force read back against force expected, relative: the springs are evaluated in double precision,
-# and the largest loss is that of a small offset between large displacements.
+# Relative tolerance of a spring force against the expected one. OpenSees uses double precision;
+# most digits are lost in a small offset between large displacements.
 FORCE_ROUNDING: Final = 1e-6
 # A friction force below this share of the largest so far does negligible work: its excess over the
 # limit, often rounding, does not justify shorter steps.
 LEAST_FRICTION: Final = 0.01
-# Steps whose lengths differ by less than this are equal: the difference is rounding of the times.
+# Step lengths that differ by a smaller ratio count as equal: rounding of the times.
 SAME_STEP: Final = 1e-6
 
 _basic_deformation = ops.basicDeformation
@@ -39,14 +39,14 @@ _update_parameter = ops.updateParameter
 class ContactUnit:
     """A node-to-node pair with one tracked vector stick point (scheme `vector`).
 
-    `ContactSet.add` makes it, from node i of the surface to node j of the body. Its friction
-    springs get their bounds from the tracked state.
+    `ContactSet.add` creates it, from node i of the surface to node j of the body. The bounds of its
+    friction springs follow from the tracked state.
 
     Attributes:
         element: Tag of the zeroLength element.
         normal: Outward normal of the surface.
         tangents: One direction of the contact plane in plane models, two in space.
-        gap_m: Initial gap less the part closed by a drive.
+        gap_m: Initial gap less the part already closed, by the law or by a drive.
         opening_before: Opening before the last step.
     """
 
@@ -88,17 +88,17 @@ class ContactUnit:
         self.start()
 
     def start(self) -> None:
-        """Set the springs to the state of an open pair; they are created without strength."""
+        """Put the springs in the open state; here they are created in it, without strength."""
 
     def time_to_closing_s(self, accel_mps2: float) -> float:
-        """Return the time to close at the rate of the last step plus an acceleration."""
+        """Return the time in s to close, with the last speed and a closing acceleration."""
         if self.opening <= 0.0 or not self._dt:
             return 0.0
         rate = (self.opening - self.opening_before) / self._dt
         return (rate + sqrt(rate**2 + 2.0 * accel_mps2 * self.opening)) / accel_mps2
 
     def state(self, dt_s: float) -> UnitState:
-        """Return the state at the end of the last committed step, before one of `dt_s`."""
+        """Return the state at the end of the last committed step, before a step of `dt_s`."""
         change = self.opening - self.opening_before
         return UnitState(
             is_closed=self.closed,
@@ -116,7 +116,7 @@ class ContactUnit:
         )
 
     def rest(self) -> None:
-        """Read the springs as they are and forget the motion that led there."""
+        """Read the springs and take their state as one at rest: no motion is extrapolated."""
         deformation, forces = ops.basicDeformation(self.element), ops.basicForce(self.element)
         self.opening = self.opening_before = self.gap_m + deformation[0]
         self._e1 = deformation[1]
@@ -130,7 +130,7 @@ class ContactUnit:
         self.slip_2 = self._stick_2 = self._e2 - self.force_2 / self.kt
 
     def apply_drive(self, dt_s: float, time_s: float) -> None:
-        """Apply the user function's parameters for the coming step."""
+        """Call the user function and set its parameters for the coming step."""
         if self.drive is None:
             return
         values = self.drive.values(self.state(dt_s), time_s)
@@ -154,12 +154,12 @@ class ContactUnit:
             ops.updateParameter(self.springs.gap_offset, -self._gap_closing)
 
     def scale_tangents(self, ratio: float) -> None:
-        """Set the stiffness of the friction springs to `ratio` times their own."""
+        """Set the stiffness of the friction springs to `ratio` times the tangential penalty."""
         for parameter in self.springs.moduli:
             ops.updateParameter(parameter, ratio * self.kt)
 
     def read(self, dt_s: float) -> bool:
-        """Take over the committed step; return whether the pair opened or closed in it."""
+        """Read the committed step; return whether the pair opened or closed in it."""
         deformation = _basic_deformation(self.element)
         self.opening_before = self.opening
         self.opening = opening = self.gap_m + deformation[0]
@@ -241,7 +241,7 @@ class ContactUnit:
     def _record_excess(
         self, size_n: float, limit_n: float, moved_m: float, dt_s: float, *, is_closed: bool
     ) -> None:
-        """Record the friction force against its limit at the end of the step."""
+        """Record the friction force at the end of the step, its work and its excess."""
         account, work_j, over_n = self.account, size_n * moved_m, size_n - limit_n
         account.friction_impulse_ns += size_n * dt_s
         account.friction_work_j += work_j
@@ -271,12 +271,12 @@ class ContactUnit:
         if abs(force_1) > self._b1 + slack or abs(force_2) > self._b2 + slack:
             raise ContactError(
                 f"contact {self.name!r} (element {self.element}): the friction springs give "
-                f"({force_1:.6g}, {force_2:.6g}) N beyond their bounds "
+                f"({force_1:.6g}, {force_2:.6g}) N outside their bounds "
                 f"({self._b1:.6g}, {self._b2:.6g}) N; were the parameters removed?"
             )
 
     def _move_stick_point(self, limit_n: float) -> None:
-        """Bring the tracked vector stick point to the committed position and normal force."""
+        """Update the vector stick point for the committed position and normal force."""
         e1, e2 = self._e1, self._e2
         if not self.closed:
             self._stick_1, self._stick_2 = e1, e2
@@ -329,11 +329,11 @@ class ContactUnit:
         if opening > 0.0:
             share = ratio * predicted / (predicted - opening)
             offset_1, offset_2 = share * self._step_1, share * self._step_2
-            # The springs have followed to the start of the step, earlier than the pair closes:
-            # a bound no larger than the friction at its end lets them follow to the closing.
+            # The springs followed the node to the start of the step, before the pair closes. With
+            # a bound of at most the friction at the end of the step they follow until it closes.
             return min(limit, self.kt * hypot(offset_1, offset_2)), offset_1, offset_2
         # The direction of slip turns fastest where the speed is small: there the curvature of the
-        # path counts. Only the direction depends on it, so plane models do without.
+        # path counts. Only the direction depends on it, so plane models do not need it.
         bend = 0.5 * ratio * (ratio + 1.0)
         return (
             limit,
@@ -353,10 +353,10 @@ class ContactUnit:
 
 
 class ComponentwiseUnit(ContactUnit):
-    """The literal reading of the paper: each spring returns to its own yield.
+    """Literal reading of the paper: each spring returns to its own yield.
 
     The bounds are the limit times the direction cosines of the displacement from the springs' own
-    plastic strains. In space this does not converge with the time step.
+    plastic strains. In space, the result does not converge with the time step.
     """
 
     __slots__ = ()
@@ -370,8 +370,8 @@ class ComponentwiseUnit(ContactUnit):
     def set_bounds(self, ratio: float | None) -> None:
         """Set the bounds of the coming step; see `ContactUnit.set_bounds`."""
         if ratio is None:
-            # The stick point is that before the last step, so the offsets are those before the
-            # return. With the offsets after it, the direction of the bounds would freeze.
+            # The stick point is from before the last step, so the offsets are from before its
+            # return. Offsets from after it would freeze the direction of the bounds.
             limit, offset_1, offset_2 = self._committed()
         else:
             if self.closed:
@@ -386,7 +386,7 @@ class ComponentwiseUnit(ContactUnit):
 
 
 class ElasticUnit(ContactUnit):
-    """Elastic springs whose stick point is moved by us (section 2.1 of the paper).
+    """Elastic springs with a stick point moved by parameter updates (paper, section 2.1).
 
     The bound parameters hold the offset of the springs (minus the stick point); the springs are
     switched off by their modulus while the pair is open.
@@ -416,7 +416,8 @@ class ElasticUnit(ContactUnit):
         slack = FORCE_ROUNDING * self.kt * (abs(self._e1) + abs(self._e2))
         if hypot(force_1 - expected_1, force_2 - expected_2) > slack:
             raise ContactError(
-                f"contact {self.name!r}: the elastic friction springs left their stick point"
+                f"contact {self.name!r} (element {self.element}): the elastic friction springs "
+                "do not follow their stick point; were the parameters removed?"
             )
 
     def set_bounds(self, ratio: float | None) -> None:
@@ -428,7 +429,7 @@ class ElasticUnit(ContactUnit):
             limit, offset_1, offset_2 = self._predict(ratio)
             force_1, force_2 = radial_return(offset_1, offset_2, self.kt, limit)
             if self.opening > 0.0:
-                # In a step in which the pair closes, the offset holds only the part after closing.
+                # If the pair closes in the step, the offset includes only the part after closing.
                 position_1 = self._e1 + ratio * self._step_1
                 position_2 = self._e2 + ratio * self._step_2
             else:

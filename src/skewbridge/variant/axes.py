@@ -23,15 +23,15 @@ class Axis:
     Attributes:
         name: Key under ``grid:`` and column in every table.
         label: Short name in figures and tables, without unit.
-        title: Name in the middle of a sentence.
+        title: Name within a sentence.
         description: Meaning of the value.
         code: Letters before the number in the name of a variant.
-        low: Smallest value.
-        high: Largest value.
+        low: Smallest valid value.
+        high: Largest valid value.
         decimals: Largest number of decimals of a value, so that different values have different
             names; None for a modelling option that takes any number.
         name_factor: Factor on the value in the name; friction is named in hundredths.
-        digits: Digits before the decimals in the name; 0 writes the value unchanged.
+        digits: Digits before the decimals in the name, with leading zeros; 0: value unchanged.
         usual: Default value on the command line.
         symbol: Replaces the label before a value in figures.
     """
@@ -56,7 +56,7 @@ class Axis:
 
     @property
     def label_with_unit(self) -> str:
-        """Label of a figure axis."""
+        """Label with unit, for a figure axis."""
         return self.label if self.unit == "-" else f"{self.label} ({self.unit})"
 
     @property
@@ -80,7 +80,7 @@ class Axis:
         return float(value) if self.decimals is None else round(value, self.decimals or None)
 
     def count(self, value: float) -> float:
-        """Return a valid value times the factor of its name, as an integer where that is whole."""
+        """Return a valid value times ``name_factor``, as an integer if it is whole."""
         count = round(self.checked(value) * self.name_factor, self.decimals)
         return int(count) if count == int(count) else float(count)
 
@@ -152,7 +152,7 @@ def option_in_name(part: str) -> tuple[str, float]:
 
 
 def axis(name: str) -> Axis:
-    """Return an axis by its name; `InputError` unless a core axis or numeric modelling option."""
+    """Return a core axis or an axis of a numeric modelling option by name, or `InputError`."""
     if name not in _BY_NAME:
         raise InputError(f"axis must be one of {', '.join(_BY_NAME)}, got {name!r}")
     return _BY_NAME[name]
@@ -165,7 +165,7 @@ def axes_of(columns: Iterable[str]) -> tuple[Axis, ...]:
 
 
 def _option_axis(name: str, field: Mapping[str, Any]) -> Axis | None:
-    """Return the axis of a field of the options by its schema, None if it is not a number."""
+    """Return the axis of a modelling option by its JSON schema, None if it is not a number."""
     kinds = field.get("anyOf", [field])
     number = next((kind for kind in kinds if kind.get("type") in ("number", "integer")), None)
     if number is None:

@@ -32,7 +32,7 @@ def _known_abutment(value: str) -> str:
 
 def _named_bridge(value: str) -> str:
     if not re.fullmatch(BRIDGE_PATTERN, Path(value).stem):
-        raise ValueError("names of bridges and of their files have small letters, digits and _")
+        raise ValueError("a bridge name must have only small letters, digits and _, a letter first")
     return value
 
 
@@ -43,7 +43,7 @@ def _different_names(values: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _with_axes(schema: dict[str, Any]) -> None:
-    """Name the limits of every axis in the JSON schema, and forbid other keys."""
+    """Add the limits of every axis to the JSON schema, and forbid other keys."""
     for axis in (*AXES, *OPTION_AXES):
         number = {"type": "integer" if axis.is_whole else "number"}
         schema["properties"].setdefault(axis.name, {}).update(
@@ -84,7 +84,7 @@ class GridConfig(BaseModel):
     friction: AxisValues = (0.0, 0.5)
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """Return the values on every axis of the grid, by its name."""
+        """Return the values of every axis of the grid, by name of the axis."""
         core = {axis.name: getattr(self, axis.name) for axis in AXES}
         return core | (self.model_extra or {})
 
@@ -108,7 +108,7 @@ class GridConfig(BaseModel):
 
 
 def _refuse(kind: LiteralString, findings: Mapping[Any, tuple[str, Any]]) -> None:
-    """Raise the errors (words and value) at some places of the grid, if there are any."""
+    """Raise one error for all findings (message and value, by position in the grid), if any."""
     errors = [
         InitErrorDetails(type=PydanticCustomError(kind, "{w}", {"w": words}), loc=at, input=value)
         for at, (words, value) in findings.items()

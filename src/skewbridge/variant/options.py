@@ -12,16 +12,16 @@ from skewbridge.files.text import OPTIONS, Flag, Number, Whole
 from skewbridge.units import MM
 
 Fibers = Annotated[Whole, Field(ge=1, le=200)]
-# fewer than three on a circle do not resist bending alike about all axes
+# fewer than three on a circle have different bending stiffness about different axes
 Wedges = Annotated[Whole, Field(ge=3, le=200)]
 Penalty = Annotated[Number, Field(ge=1.0e-3, le=1.0e18)]
 _Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
-#: How a joint gap is meant: normal to the backwall, or along the bridge.
+#: Direction of a joint gap: normal to the backwall, or along the bridge.
 type GapMeasured = Literal["normal", "longitudinal"]
 type FrictionAt = Literal["all", "walls", "keys"]
 type HingeRule = Literal["sdc", "paulay_priestley"]
 type ShearModel = Literal["sdc_expected", "sdc_nominal", "kowalsky_priestley"]
-#: Column of the demands with the shear over the capacity of each model.
+#: Column of the demands with shear / capacity, by shear model.
 SHEAR_MODEL_DEMANDS: Final[dict[ShearModel, str]] = {
     model: f"column_shear_dcr_{model}" for model in get_args(ShearModel.__value__)
 }
@@ -36,7 +36,7 @@ class ModelOptions:
     column_integration: Literal["hinge_radau", "lobatto5"] = Field(default="hinge_radau")
     """column plasticity: hinges (hinge_rule), or distributed (paper)"""
     hinge_rule: HingeRule = Field(default="sdc")
-    """hinge length 0.08 L + 0.022 fye db, sdc: at least 0.044 fye db, unless in the bridge file"""
+    """hinge length 0.08 L + 0.022 fye db (sdc: >= 0.044 fye db), unless given in the bridge file"""
     # source: Rahman & Mackie, section 4
     transverse_gap_mm: Number = Field(default=6.4, ge=0.0, le=1.0e5)
     """gap at each exterior shear key"""
@@ -54,37 +54,37 @@ class ModelOptions:
     """factor on the normal penalty"""
     tangent_stiffness_factor: _Factor = Field(default=1.0)
     """factor on the tangential penalty"""
-    # ASSUME a backwall and a key follow deck and soil without inertia of their own: their light
-    # masses between a stiff contact and the soil would rattle at any step, with an impact force
-    # v sqrt(kn m) that grows with the penalty (docs/theory/analysis.md)
+    # ASSUME backwalls and keys have no inertia: their light masses between a stiff contact and the
+    # soil would rattle at any time step, with an impact force v sqrt(kn m) that grows with the
+    # penalty (docs/theory/analysis.md)
     wall_mass: Flag = Field(default=False)
-    """mass of walls and keys, as in scheme paper"""
+    """include the mass of walls and keys (scheme paper)"""
     # ASSUME compacted backfill softened by strong shaking: 100 to 200 m/s
     backfill_vs_mps: Number | None = Field(default=150.0, ge=0.0, le=2.0e3)
-    """shear wave velocity at wall dashpots (radiation); null (scheme paper): wall_dashpot_ratio"""
+    """shear wave velocity for radiation at walls; null (scheme paper): use wall_dashpot_ratio"""
     # ASSUME a light key without any damping would rattle
     wall_dashpot_ratio: Number = Field(default=0.10, ge=0.0, le=1.0)
-    """damping ratio of the dashpots of keys, and of walls where backfill_vs_mps is null"""
+    """damping ratio of the dashpots of keys, and of walls if backfill_vs_mps is null"""
     # ASSUME a pushed backwall returns slowly: this adds 0.4 % to the backbone at 76 mm, 5e6 would
     # add 7 %
     wall_restoring_n_per_m: Number = Field(default=3.0e5, ge=1.0, le=1.0e9)
-    """spring that returns a pushed backwall, at zero skew"""
+    """stiffness of the spring that returns a pushed backwall, at zero skew"""
     backfill: Literal["hyperbolic", "sdc"] = Field(default="hyperbolic")
-    """hyperbolic curve, or the bilinear one of SDC 2.0"""
+    """hyperbolic curve, or bilinear curve of SDC 2.0"""
     backfill_height_exponent: Number = Field(default=1.5, ge=1.0, le=2.0)
     """power of the wall height in the strength of UCSD backfill (scheme paper: 1)"""
     # ASSUME the backfill is uniform along the wall
     backfill_variation: Number = Field(default=0.0, ge=0.0, le=0.9)
     """change of the backfill from middle to ends of a wall at skew 60 (Kaviani: 0.3)"""
     keys: Literal["sacrificial", "monolithic"] = Field(default="sacrificial")
-    """exterior shear keys that break, or do not"""
+    """backbone of the exterior shear keys"""
     key_frame: Literal["skewed", "deck_edge"] = Field(default="deck_edge")
     """normal of the keys: along the abutment line (scheme paper), or across the deck's edge"""
     key_along_face: Literal["backbone", "elastic"] = Field(default="backbone")
-    """keys along their face: limited by their strength, or elastic (scheme paper)"""
+    """force of keys along their face: limited by their strength, or elastic (scheme paper)"""
     friction_at: FrictionAt = Field(default="all")
     """contacts with friction"""
-    # ASSUME webs and slabs bring the dead load of the deck evenly over its width onto the caps
+    # ASSUME webs and slabs spread the dead load of the deck evenly over the width of the caps
     cap_load: Literal["spread", "middle"] = Field(default="spread")
     """dead load of the deck on a cap: over its width, or in the middle"""
     # ASSUME column bases are on rigid ground
@@ -94,7 +94,7 @@ class ModelOptions:
     """critical length of the embankment moves with the abutment (model spring)"""
     damping_ratio: Number | None = Field(default=None, ge=1.0e-3, le=0.5)
     """ratio of the Rayleigh damping; null: the ratio in the bridge file"""
-    # ASSUME the pads of a deck end yield together: it turns too little for them to differ
+    # ASSUME the pads of a deck end yield together: it rotates too little for them to differ
     pads: Literal["two", "each"] = Field(default="two")
     """two equivalent elements per deck end, or one per pad"""
     # ASSUME pads do not slide on their seats
@@ -122,20 +122,20 @@ class ModelOptions:
     fiber_end: Literal["loss", "none"] = Field(default="loss")
     """column fibers at their ultimate strain: lose strength, or not"""
     shear_failure: Literal["flag", "degrade"] = Field(default="flag")
-    """column at its shear capacity: recorded in beyond_model, or softened"""
+    """column at its shear capacity: recorded in beyond_model, or loses strength"""
     column_fibers: tuple[Fibers, Wedges, Fibers] = Field(default=(5, 20, 1))
     """rings of the core, wedges (and bars), rings of the cover"""
     deck_elements_per_span: Whole = Field(default=4, ge=1, le=64)
     """elastic elements per span"""
     shear_model: ShearModel = Field(default="sdc_expected")
-    """shear capacity: Caltrans, expected or nominal, or Kowalsky and Priestley (expected)"""
+    """shear capacity: Caltrans (expected or nominal), or Kowalsky and Priestley (expected)"""
     elastic_columns: Flag = Field(default=False)
     """cracked elastic columns, for hand checks"""
-    # Prediction is better where steps resolve the contact, as the steps in contact do: at most
+    # Prediction is better if the steps resolve the contact, as the steps in contact do: at most
     # 2.5 % of the friction work is above the limit; with `lagged` it is 5 to 11 % at walls
     # (docs/theory/analysis.md).
     coupling: Literal["lagged", "extrapolated"] = Field(default="extrapolated")
-    """friction bound from the last normal force (paper), or the predicted one"""
+    """friction bound from the last normal force (paper), or from the predicted one"""
 
     @property
     def transverse_gap_m(self) -> float:

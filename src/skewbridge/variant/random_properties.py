@@ -1,11 +1,11 @@
 """Random properties of a bridge: their distributions, and one draw of all of them per motion.
 
 Material strengths, mass, damping, soil, pads, keys, gap and direction of the motion are drawn once
-per motion, and every variant has the draw of the motion. Effects stay paired, and no analysis is
-added: the scatter of the properties enters the scatter between motions.
+per motion; all variants use the same draw of a motion. Effects stay paired, and no analysis is
+added: the scatter of the properties is part of the scatter between motions.
 
-Properties are modelling options (factors and offsets) of the same name, so that a draw is a part of
-the key of its analyses, and any of them can be an axis of the grid instead.
+Each property is the modelling option (a factor or an offset) of the same name. A draw is therefore
+part of the key of its analyses, and a property can be an axis of the grid instead.
 
 References:
     Nielson and DesRoches (2007), Earthquake Eng. Struct. Dyn. 36:823-839: one sample of the
@@ -25,14 +25,14 @@ from pydantic.dataclasses import dataclass
 from skewbridge.files.text import OPTIONS, Flag, Number, Whole
 from skewbridge.variant.options import ModelOptions
 
-#: Draws of a property in the demands table are in columns with this prefix.
+#: Prefix of the columns of the demands table with the draws of properties.
 DRAW_PREFIX: Final = "draw_"
 #: Entry in the provenance of a table of fits: the properties that were drawn, or none.
 RANDOM_PROPERTIES: Final = "random_properties"
 DIRECTION: Final = "incidence_deg"
 #: Motions whose draws form one Latin hypercube. A draw does not depend on later motions.
 BLOCK: Final = 16
-_TRIALS: Final = 200  # hypercubes of a block, of which the least correlated one is used
+_TRIALS: Final = 200  # trial hypercubes of a block; the least correlated one is used
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
@@ -42,15 +42,15 @@ class RandomProperty:
     distribution: Literal["normal", "lognormal", "uniform"] = Field()
     """distribution between the limits low and high"""
     median: Number = Field(default=1.0)
-    """median before truncation; not of uniform"""
+    """median before truncation; not used by uniform"""
     spread: Annotated[Number, Field(gt=0.0, le=100.0)] = Field(default=1.0)
-    """standard deviation, of the logarithm if lognormal; not of uniform"""
+    """standard deviation, of the logarithm if lognormal; not used by uniform"""
     low: Number = Field(ge=-1.0e3)
-    """lower end of the values (truncation)"""
+    """lower limit of the values (truncation)"""
     high: Number = Field(le=1.0e3)
-    """upper end of the values (truncation)"""
+    """upper limit of the values (truncation)"""
     source: Annotated[str, Field(min_length=1, max_length=500)] = Field()
-    """where the distribution comes from"""
+    """source of the distribution"""
 
     @model_validator(mode="after")
     def _has_values(self) -> Self:
@@ -72,12 +72,12 @@ class RandomProperty:
             low, high = normal.cdf(into(self.low)), normal.cdf(into(self.high))
             middle = min(max(low + share * (high - low), 1.0e-12), 1.0 - 1.0e-12)
             value = back(normal.inv_cdf(middle))
-        # the last digits of exp differ between processors, and with them the keys of analyses
+        # the last digits of exp depend on the processor; keys of analyses must not
         return float(f"{min(max(value, self.low), self.high):.6g}")
 
     @property
     def as_text(self) -> str:
-        """Distribution in words, for methods and page."""
+        """Distribution in words, for the methods text and the page."""
         limits = f"{self.low:g} to {self.high:g}"
         if self.distribution == "uniform":
             return f"uniform, {limits}"
@@ -96,8 +96,7 @@ _NIELSON: Final = "Nielson and DesRoches (2007), from memory"
 class UncertaintyConfig:
     """Random properties: one draw per motion, the same in every variant.
 
-    The values of the bridge's file and of ``model`` are the centre: a factor multiplies them, an
-    offset is added.
+    A factor multiplies, and an offset is added to, the value of the bridge file or of ``model``.
     """
 
     enabled: Flag = Field(default=False)
@@ -136,8 +135,8 @@ class UncertaintyConfig:
     key_strength_factor: RandomProperty | None = _of(
         "lognormal", 0.67, 1.5, "assumed: shear friction of the construction joint", spread=0.2
     )
-    # null by default: the shipped suites turn every pair at random already, and another angle only
-    # takes the place of the first
+    # null by default: the shipped suites already rotate every pair by a random angle, and a second
+    # random angle adds no scatter
     incidence_deg: RandomProperty | None = Field(default=None)
     """added to motions.incidence_deg"""
 
@@ -163,12 +162,12 @@ class UncertaintyConfig:
     def draws(self, motion_ids: Sequence[str], suite: str = "") -> dict[str, dict[str, float]]:
         """Return the drawn properties of each motion, empty if not enabled.
 
-        A draw belongs to the number of the motion in its suite: more motions, other variants and
-        properties that are not drawn change none. Each 16 motions are a Latin hypercube.
+        A draw depends on the seed, the suite and the number of the motion in it. Adding motions or
+        variants, or fixing a property, changes no draw. Every 16 motions are a Latin hypercube.
 
         Args:
             motion_ids: The motions of a suite, in its order.
-            suite: Name of the suite; another name gives other draws.
+            suite: Name of the suite; each name gives different draws.
         """
         drawn = self.drawn
         if not drawn:
@@ -185,19 +184,19 @@ class UncertaintyConfig:
 
 
 def drawn_properties(columns: Iterable[str]) -> tuple[str, ...]:
-    """Return the random properties that a demands table has, without units and endings."""
+    """Return the names in words of the random properties that a demands table has."""
     names = (name.removeprefix(DRAW_PREFIX) for name in columns if name.startswith(DRAW_PREFIX))
     return tuple(property_name(name) for name in names)
 
 
 def property_name(name: str) -> str:
-    """Return a random property in words: ``deck_mass_factor`` is deck mass."""
+    """Return the name of a random property in words, such as deck mass for deck_mass_factor."""
     words = {DIRECTION: "direction of the motion", "gap_offset_mm": "joint gap"}
     return words.get(name, name.removesuffix("_factor").replace("_", " "))
 
 
 def _hypercube(width: int, seed: tuple[int, ...]) -> Any:
-    """Return a Latin hypercube of shape (BLOCK, width), the least correlated of many."""
+    """Return a Latin hypercube of shape (BLOCK, width), the least correlated of many trials."""
     rng = np.random.default_rng(seed)
     steps = np.tile(np.arange(BLOCK), (width, 1))
     trials = [rng.permuted(steps, axis=1) for _ in range(_TRIALS)]

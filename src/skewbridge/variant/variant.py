@@ -15,16 +15,16 @@ from skewbridge.variant.options import GapMeasured
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbutmentTraits:
-    """Facts about an abutment model; a new one needs a row in `ABUTMENTS` and a builder.
+    """Properties of an abutment model; a new model needs a row in `ABUTMENTS` and a builder.
 
     Attributes:
         code: Two letters in the names of variants.
         description: Continuation of "the abutments are modelled".
         axes: Axes of the model in addition to skew, by their names in `skewbridge.variant.axes`;
-            the others count as zero.
-        backfill: Curve of the backfill: that of the ``option`` backfill, always ``sdc``, or
+            the values on other axes count as zero.
+        backfill: Curve of the backfill: chosen by the ``option`` backfill, always ``sdc``, or
             ``none``.
-        without_friction: Model with the same equations but without friction, or empty.
+        without_friction: Name of the model with the same equations but no friction, or empty.
         has_pads: Whether elastomeric pads carry the deck end, rather than plain vertical supports.
         has_wall_points: Whether soil or contacts are at points along the whole backwall, rather
             than only at the deck corners.
@@ -49,12 +49,12 @@ class AbutmentTraits:
 
 
 def lacking_axes(abutment: str) -> frozenset[str]:
-    """Return the axes of other abutment models that one lacks; none for a foreign model."""
+    """Return the axes of other abutment models that this one lacks; empty if it is foreign."""
     axes = frozenset[str]().union(*(traits.axes for traits in ABUTMENTS.values()))
     return axes - ABUTMENTS[abutment].axes if abutment in ABUTMENTS else frozenset()
 
 
-#: From the simplest to the most complete.
+#: Abutment models by name, from the simplest to the most complete.
 ABUTMENTS: Final[Mapping[str, AbutmentTraits]] = {
     "roller": AbutmentTraits(code="ro", description="on rollers", backfill="none"),
     "simplified": AbutmentTraits(
@@ -114,7 +114,7 @@ class Variant:
 
     Attributes:
         bridge: Name of a bridge, for example ``osb1``, or the path of its file.
-        abutment: Abutment model, a name in `skewbridge.variant.variant`.
+        abutment: Abutment model, a key of `ABUTMENTS`.
         skew_deg: Skew of the abutment line from the transverse axis, degrees.
         gap_mm: Opening of the joint at rest, millimetres (`normal_gap_m`).
         friction_pct: Coulomb coefficient at the contacts, hundredths.
@@ -142,7 +142,7 @@ class Variant:
             "gap_mm": self.gap_mm,
             "friction_pct": self.friction_pct / 100,
         }
-        # the key of an analysis holds these numbers as text, so 30 and 30.0 must be one number
+        # the key of an analysis has these numbers as text, so 30 and 30.0 must be the same number
         for core, (field, value) in zip(AXES, given.items(), strict=True):
             object.__setattr__(self, field, core.count(value))
         for name, value in self.options:
@@ -152,7 +152,7 @@ class Variant:
     def at(cls, bridge: str, abutment: str, values: Mapping[str, float]) -> Self:
         """Return the variant at these values of every core axis and of modelling options.
 
-        `InputError` for an unknown axis or a value that is not on it.
+        `InputError` for an unknown axis or an invalid value.
         """
         core = {core.name: core.count(values[core.name]) for core in AXES}
         options = {name: axis(name).checked(values[name]) for name in values if name not in core}
@@ -166,9 +166,9 @@ class Variant:
         )
 
     def normal_gap_m(self, measured: GapMeasured = "normal") -> float:
-        """Return the opening of the joint at rest normal to the wall.
+        """Return the opening of the joint at rest in m, normal to the wall.
 
-        ``gap_mm`` measured along the bridge is wider than the opening.
+        If ``gap_mm`` is measured along the bridge, the opening is smaller by cos(skew).
         """
         narrowing = cos(radians(self.skew_deg)) if measured == "longitudinal" else 1.0
         return self.gap_mm * MM * narrowing
@@ -189,7 +189,7 @@ class Variant:
         return ABUTMENTS[self.abutment]
 
     def values(self) -> dict[str, float]:
-        """Return the value on every axis that the variant has, by column."""
+        """Return the value on every axis of the variant, by name of the axis."""
         core = {"skew_deg": self.skew_deg, "gap_mm": self.gap_mm, "friction": self.friction}
         return core | dict(self.options)
 
@@ -209,7 +209,7 @@ class Variant:
 
 
 def parse_slug(slug: str) -> Variant:
-    """Return the variant that a slug names; `InputError` if it names none."""
+    """Return the variant with a name (slug); `InputError` if the name is invalid."""
     match = re.fullmatch(_SLUG, slug)
     if match is None:
         raise InputError(

@@ -1,12 +1,12 @@
-"""The catalogue of bridges: format of their files, inheritance, validation and JSON schema.
+"""Catalogue of bridges: format of their files, inheritance, validation and JSON schema.
 
 A number is written with its source as ``{v: 5.64, src: "a: paper, section 5"}``. The source
-classes are a (the paper), b (found text), c (recollection of a named report), d (engineering rule)
-and calc (computed from other numbers). A list of numbers takes one such mapping with a list as
-``v``. ``extends: NAME`` starts from another bridge; mappings merge, other values replace.
+classes are a (the paper), b (a document at hand), c (a named report from memory), d (engineering
+rule) and calc (computed from other numbers). A list of numbers is one such mapping with a list as
+``v``. ``extends: NAME`` starts from another bridge: mappings are merged, other values replaced.
 
-A bridge is found by its name in ``config/bridges/`` of the working folder, then in the catalogue
-of the package. A path that ends in ``.yaml`` names any other file.
+The file of a bridge is looked up by name in ``config/bridges/`` of the working folder, then in the
+catalogue of the package. A path that ends in ``.yaml`` is that file.
 """
 
 import re
@@ -39,23 +39,23 @@ SOURCE_LETTERS: Final = (
 
 
 def bridge_names() -> tuple[str, ...]:
-    """Return the names of the catalogue."""
+    """Return the names of the bridges in the catalogue."""
     return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
 
 
 def load_bridge(name: str | Path) -> BridgeData:
-    """Return a bridge by its name or file, read once; `InputError` names file, key and limit."""
+    """Return a bridge by name or file (cached); an `InputError` names file, key and limit."""
     return _loaded(_file(name))
 
 
 @cache
 def bridge_digest(name: str) -> str:
-    """Return the digest of a bridge: its numbers and choices, merged from all its files."""
+    """Return the digest of a bridge's merged data, without title and sources."""
     return digest_of(load_bridge(name).model_dump_json(exclude={"title", "sources"}))
 
 
 def _file(name: str | Path) -> Path:
-    """Return the file of a bridge: the path itself, or the first file of its name."""
+    """Return the file of a bridge: the path itself, or the first file with its name."""
     if isinstance(name, Path) or name.endswith((".yaml", ".yml")):
         try:
             return Path(name).resolve()
@@ -82,13 +82,13 @@ def _loaded(path: Path) -> BridgeData:
 
 
 def own_bridge_files(name: str) -> list[Path]:
-    """Return those files of a bridge and its parents that are not part of the package."""
+    """Return the files of a bridge and its parents that are outside the package."""
     files = (path for path, _ in _with_parents(_file(name)))
     return [path for path in files if path.parent != FOLDER.resolve()]
 
 
 def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
-    """Return the files and contents of a bridge, its parent, the parent's parent and so on."""
+    """Return path and content of the files of a bridge and all its parents, the bridge first."""
     found: list[tuple[Path, dict[str, Any]]] = []
     while True:
         tree = read_mapping(path)
@@ -98,17 +98,17 @@ def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
             return found
         base = _named(f"{parent}", path.parent, without=tuple(seen for seen, _ in found))
         if base is None:
-            message = f"{path.name}: extends: no other bridge {shortened(parent)}"
+            message = f"{path.name}: extends: no other bridge is named {shortened(parent)}"
             raise InputError(message, file=path.name)
         if len(found) > MAX_PARENTS:
-            raise InputError(f"{path.name}: extends: more than {MAX_PARENTS} bridges in a row")
+            raise InputError(f"{path.name}: extends: chain of more than {MAX_PARENTS} bridges")
         path = base
 
 
 def _named(name: str, folder: Path, without: tuple[Path, ...] = ()) -> Path | None:
-    """Return the first file of a bridge in the given, the user's and the package's folder.
+    """Return the file of a bridge from the first that has it: given, user's, package's folder.
 
-    None if there is no such file, or if the name could lead out of these folders.
+    None if no folder has it, or if the name could be a path outside these folders.
     """
     if not re.fullmatch(NAME_PATTERN, name):
         return None
@@ -119,7 +119,7 @@ def _named(name: str, folder: Path, without: tuple[Path, ...] = ()) -> Path | No
 
 
 def _overlay(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a bridge with another merged over it; a number and its source are one value."""
+    """Return a bridge overridden by another; a number and its source are replaced together."""
     merged = dict(base)
     for key, value in top.items():
         below = merged.get(key)
@@ -129,13 +129,13 @@ def _overlay(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
-    """Return the tree with plain values, and collect the sources by path."""
+    """Return the tree with plain values; add the source of each number to ``sources``."""
     if isinstance(node, dict):
         if "v" in node:
             source = node.get("src", "")
             if set(node) - {"v", "src"} or not re.fullmatch(SOURCE_PATTERN, str(source)):
                 raise InputError(
-                    f"{path.name}: {where}: src must be 'LETTER: text', where the letter is "
+                    f"{path.name}: {where}: src must be 'LETTER: text', where LETTER is "
                     f"{SOURCE_LETTERS}; got {shortened(source)}",
                     file=path.name,
                 )
@@ -150,14 +150,14 @@ def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
     if isinstance(node, int | float) and not isinstance(node, bool):
         raise InputError(
             f"{path.name}: {where}: the number {node:g} has no source; write {{v: {node:g}, src: "
-            f"'LETTER: text'}}, in the unit of the key, where the letter is {SOURCE_LETTERS}",
+            f"'LETTER: text'}}, in the unit of the key, where LETTER is {SOURCE_LETTERS}",
             file=path.name,
         )
     return node
 
 
 def bridge_schema() -> dict[str, Any]:
-    """Return the JSON schema of a bridge file; only one that extends another may omit keys."""
+    """Return the JSON schema of a bridge file; keys may be omitted only with ``extends``."""
     schema = BridgeData.model_json_schema()
     kinds: dict[str, Any] = schema["$defs"]
     for part in (schema, *kinds.values()):
@@ -179,7 +179,7 @@ def bridge_schema() -> dict[str, Any]:
 
 
 def _with_source(field: dict[str, Any], kinds: dict[str, Any]) -> dict[str, Any]:
-    """Return the schema of a field in the file: numbers as value and source, others unchanged."""
+    """Return the schema of a field in the file: a number becomes a value with its source."""
     known = [option for option in field.get("anyOf", [field]) if option.get("type") != "null"]
     if not _is_number(known[0], kinds):
         return field

@@ -1,7 +1,7 @@
 """Typed data of a bridge, as frozen pydantic models.
 
-Fields have the units of the YAML files in their names; `skewbridge.bridge` converts them to SI
-where they enter the model.
+The names of fields include the units of the YAML files; `skewbridge.bridge` converts them to SI
+when it builds the model.
 """
 
 import math
@@ -10,8 +10,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-# Limits wider than any real bridge: they catch a wrong unit at once, and keep numbers whose powers
-# overflow away from the solver.
+# These limits are wider than any real bridge. They detect wrong units, and numbers so large that
+# their powers would overflow in the solver.
 type Metres = Annotated[float, Field(ge=1.0e-3, le=1.0e3)]
 type Distance = Annotated[float, Field(ge=0.0, le=1.0e3)]
 type Span = Annotated[float, Field(ge=1.0, le=500.0)]
@@ -33,13 +33,13 @@ type Ratio = Annotated[float, Field(ge=1.0e-4, le=1.0)]
 
 
 class _Part(BaseModel, frozen=True, extra="forbid"):
-    """Frozen, and without unknown keys."""
+    """Frozen model that rejects unknown keys."""
 
 
 class DeckData(_Part, frozen=True):
     """Superstructure: a prismatic spine at the centroid.
 
-    ``inertia_vertical_m4`` bends in the vertical plane, ``inertia_transverse_m4`` in plan.
+    ``inertia_vertical_m4`` is for bending in the vertical plane, ``inertia_transverse_m4`` in plan.
     """
 
     width_m: Metres
@@ -85,11 +85,11 @@ class BentData(_Part, frozen=True):
 
 
 class ColumnData(_Part, frozen=True):
-    """The circular reinforced concrete column that all bents of a bridge share.
+    """Circular reinforced concrete column, the same in all bents of a bridge.
 
-    ``hinge_length_m`` overrides the length of the plastic hinges of all bents, which otherwise
-    follows from their height and base (`skewbridge.bridge.column`). ``steel_strength_factor``
-    multiplies the yield strength of ``steel``.
+    ``hinge_length_m`` sets the length of the plastic hinges of all bents; by default it is computed
+    from their height and base (`skewbridge.bridge.column`). ``steel_strength_factor`` multiplies
+    the yield strength of ``steel``.
     """
 
     diameter_m: Metres
@@ -148,9 +148,9 @@ class ColumnData(_Part, frozen=True):
 class BackfillData(_Part, frozen=True):
     """Passive resistance behind one backwall, at zero skew.
 
-    ``rule: ucsd`` takes per metre of wall width at ``reference_height_m`` (linear in height);
-    ``rule: k50`` takes totals and finds the hyperbola through the half-strength stiffness and the
-    ultimate force at ``ultimate_closure_ratio`` times the wall height.
+    With ``rule: ucsd`` the values are per metre of wall at ``reference_height_m``, stiffness linear
+    in height. With ``rule: k50`` they are totals of a wall: the hyperbola has this secant stiffness
+    at half strength, and ends at a closure of ``ultimate_closure_ratio`` times the wall height.
     """
 
     rule: Literal["ucsd", "k50"]
@@ -174,7 +174,7 @@ class PadData(_Part, frozen=True):
 
 
 class KeyData(_Part, frozen=True):
-    """Backbone of one exterior shear key, three points; the last force stays as residual."""
+    """Backbone of one exterior shear key, three points; the last force is the residual one."""
 
     displacement_mm: tuple[Millimetres, Millimetres, Millimetres]
     force_kn: tuple[Kilonewtons, Kilonewtons, Kilonewtons]
@@ -188,7 +188,7 @@ class KeyData(_Part, frozen=True):
 
 
 class AbutmentData(_Part, frozen=True):
-    """Both abutments of a bridge."""
+    """Abutments of a bridge, which are equal."""
 
     wall_width_m: Metres
     wall_height_m: Metres
@@ -207,7 +207,7 @@ class AbutmentData(_Part, frozen=True):
 
     @model_validator(mode="after")
     def _backfill_softens(self) -> Self:
-        """Refuse a half-strength stiffness below the secant at the end: the curve would stiffen."""
+        """Reject a secant stiffness that is smaller at half strength than at the end."""
         soil = self.backfill
         end_m = soil.ultimate_closure_ratio * self.wall_height_m
         least = 1e-3 * soil.ultimate_kn / end_m
@@ -232,11 +232,11 @@ class BridgeData(_Part, frozen=True):
     """One bridge of the catalogue.
 
     Attributes:
-        details: ``surrogate`` where deck or reinforcement are not published, else ``published``.
+        details: ``surrogate`` if deck or reinforcement are not published, else ``published``.
         t1_s: Conditioning period: geometric mean of the longitudinal and transverse periods of
             the gap-open model with pads at zero skew.
         base: Column bases, ``pinned`` (torsion fixed) or ``fixed``.
-        sources: Path of every number in the file -> source class and text.
+        sources: Source class and text of every number, by its path in the file.
     """
 
     name: str
@@ -275,7 +275,7 @@ class BridgeData(_Part, frozen=True):
                 )
             line_m = (bent.columns - 1) * bent.column_spacing_m + self.column.diameter_m
             if line_m > self.deck.width_m:
-                raise ValueError(f"bents.{number}: columns span {line_m:g} m, deck width_m is less")
+                raise ValueError(f"bents.{number}: columns are {line_m:g} m wide, over deck.width_m")
             if bent.columns > 1 and bent.column_spacing_m < self.column.diameter_m:
                 raise ValueError(
                     f"bents.{number}.column_spacing_m must exceed the column diameter_m"
@@ -286,5 +286,5 @@ class BridgeData(_Part, frozen=True):
                 )
         pads = self.abutment.pads
         if (pads.count - 1) * pads.spacing_m > self.deck.width_m:
-            raise ValueError("abutment.pads reach beyond deck.width_m")
+            raise ValueError("abutment.pads: (count - 1) x spacing_m exceeds deck.width_m")
         return self
