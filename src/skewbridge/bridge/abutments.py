@@ -115,7 +115,7 @@ def build_arms(
 
 # ASSUME bending and twisting of a pad are too soft to matter
 PAD_ROTATION_NM_PER_RAD = 1.0e5
-# source: PyPBEE, no quadratic hardening of the pads
+# source: PyPBEE, no nonlinear hardening of the pads
 PAD_HARDENING = (0.0, 3.0)  # ratio of the nonlinear hardening, and its exponent
 
 

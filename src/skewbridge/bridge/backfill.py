@@ -89,7 +89,7 @@ def sdc_backfill(abutment: AbutmentData) -> Passive:
 
 
 def hyperbolic_backfill(abutment: AbutmentData, height_exponent: float) -> Passive:
-    """Return the hyperbola of a bridge at zero skew, by the rule of its catalogue file."""
+    """Return the hyperbolic curve of a bridge at zero skew, by the rule in its file."""
     data, width = abutment.backfill, abutment.wall_width_m
     if data.rule == "ucsd":
         higher = abutment.wall_height_m / data.reference_height_m
@@ -147,7 +147,7 @@ def radiation_n_s_per_m(abutment: AbutmentData, vs_mps: float) -> float:
 
 
 def wing_share(abutment: AbutmentData) -> float:
-    """Return the resistance of the wing walls of one abutment as a share of a backwall.
+    """Return wing-wall resistance of one abutment / backwall resistance.
 
     References:
         Aviram, Mackie and Stojadinovic (2008), PEER 2008/03: wing length over wall width,

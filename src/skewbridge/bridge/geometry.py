@@ -28,7 +28,7 @@ class ContactPlace:
     Attributes:
         surface: Position of both nodes of the pair at rest, in m; it does not show the gap.
         normal: Outward normal of the surface (direction of its force on the deck), in plan.
-        tangent: Direction of slip; a positive friction force on the deck has the opposite one.
+        tangent: First direction of slip; friction acts on the deck in the opposite direction.
     """
 
     name: str
@@ -93,7 +93,7 @@ def geometry_of(model: BridgeModel) -> ModelGeometry:
             for unit in (units[index] for index in (*abutment.wall_units, *abutment.key_units))
         ),
         fixed=tuple(map(_place, ops.getFixedNodes())),
-        # corners follow the tangent of their end: the right end, then the left, is once around
+        # each end lists its corners along its tangent: right, then left is counter-clockwise
         corners=tuple(corner for end in reversed(model.abutments) for corner in end.corners),
     )
 

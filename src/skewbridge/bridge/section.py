@@ -126,8 +126,8 @@ class MomentCurvature:
 
     At first yield the first bar yields; at the ultimate curvature the core concrete or a bar
     reaches its ultimate strain. The idealised elastic-perfectly-plastic curve of equal area has its
-    corner at the yield curvature and its plateau at the plastic moment. The depth of the neutral
-    axis is that at this corner, from the compression face.
+    corner at the yield curvature and its plateau at the plastic moment. The neutral axis depth at
+    this corner is measured from the compression face.
     """
 
     curvature_per_m: FloatArray
@@ -278,8 +278,8 @@ def _area_below(height: FloatArray, radius: float) -> FloatArray:
 class ShearSection:
     """Inputs of the shear strength of a circular column.
 
-    Core and cover meet at the hoop centre line. Strengths are specified values unless the name says
-    expected. The neutral axis depth is that at the idealised yield curvature under dead load.
+    Core and cover meet at the hoop centre line. Strengths without ``expected`` in the name are
+    specified values. The neutral axis depth is taken at yield curvature under dead load.
     """
 
     diameter_m: float

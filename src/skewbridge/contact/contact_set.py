@@ -32,7 +32,7 @@ class ContactSet:
     """Contact pairs whose friction bounds are set by parameter updates.
 
     Args:
-        tags: Source of unused tags; by default the tags above those of the live domain.
+        tags: Source of unused tags; by default, tags above all tags in the live domain.
         update: If False, the friction springs never get strength: a model without friction, with
             the same elements and equations.
         scheme: `vector` tracks one vector stick point per pair; `componentwise` is the literal

@@ -95,7 +95,7 @@ class Tags(Protocol):
 
 
 class TagSource:
-    """Source of tags above those of the domain; material tags start from a given number."""
+    """Source of tags above all tags in the domain; material tags start from a given number."""
 
     def __init__(self, first_material: int = FIRST_FREE_MATERIAL) -> None:
         self._first = self._next_material = first_material
@@ -116,7 +116,7 @@ class TagSource:
 
 
 def _free(tags: list[int] | int | None) -> int:
-    """Return the next tag after those of a query; for one tag OpenSees returns a number."""
+    """Return the tag after the largest of a query; for one tag OpenSees returns a number."""
     return (tags if isinstance(tags, int) else max(tags or (), default=0)) + 1
 
 

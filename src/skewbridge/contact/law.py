@@ -103,7 +103,7 @@ def advance_pair(
     position_m: tuple[float, float],
     opening_m: float,
 ) -> PairState:
-    """Return the state after a step, by the normal force at its end (exact discrete law).
+    """Return the state after a step, with the normal force at its end (exact discrete law).
 
     ``stick_m`` is the stick point at the end of the last step; ``position_m`` and ``opening_m``
     (with the gap) are those at the end of this step.
@@ -207,7 +207,7 @@ class Drive:
         contacts.add(..., drive=Drive(parameters=("gap_closing_m", "friction"), function=season))
 
     The parameters are names in `DRIVEN_PARAMETERS` (`InputError` otherwise). The function gets the
-    state of the unit and the analysis time, and returns new values of some or all parameters.
+    state of the unit and the sum of all steps in s; it returns new values of any parameters.
     """
 
     parameters: tuple[str, ...]
@@ -242,8 +242,8 @@ class UnitLedger:
         normal_work_j: Work done on the normal spring (and its dashpot), the same rule.
         friction_impulse_ns: Sum of friction force times step.
         friction_work_j: Sum of end-of-step friction force times slip.
-        excess_work_j: Part of it by the force above the limit.
-        opening_work_j: Part of it in steps in which the pair opened.
+        excess_work_j: Its part from the force above the limit.
+        opening_work_j: Its part in steps in which the pair opened.
         time_over_1_s: Time with a friction force more than 1 % above its limit; ``_10`` and ``_50``
             for 10 and 50 %.
         work_over_1_j: Friction work in that time; ``_10`` and ``_50`` likewise.

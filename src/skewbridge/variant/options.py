@@ -64,11 +64,11 @@ class ModelOptions:
     """shear wave velocity for radiation at walls; null (scheme paper): use wall_dashpot_ratio"""
     # ASSUME a light key without any damping would rattle
     wall_dashpot_ratio: Number = Field(default=0.10, ge=0.0, le=1.0)
-    """damping ratio of the dashpots of keys, and of walls if backfill_vs_mps is null"""
+    """damping ratio of key dashpots, and of wall dashpots if backfill_vs_mps is null"""
     # ASSUME a pushed backwall returns slowly: this adds 0.4 % to the backbone at 76 mm, 5e6 would
     # add 7 %
     wall_restoring_n_per_m: Number = Field(default=3.0e5, ge=1.0, le=1.0e9)
-    """stiffness of the spring that returns a pushed backwall, at zero skew"""
+    """stiffness of the spring returning a pushed backwall, at zero skew"""
     backfill: Literal["hyperbolic", "sdc"] = Field(default="hyperbolic")
     """hyperbolic curve, or bilinear curve of SDC 2.0"""
     backfill_height_exponent: Number = Field(default=1.5, ge=1.0, le=2.0)
@@ -81,7 +81,7 @@ class ModelOptions:
     key_frame: Literal["skewed", "deck_edge"] = Field(default="deck_edge")
     """normal of the keys: along the abutment line (scheme paper), or across the deck's edge"""
     key_along_face: Literal["backbone", "elastic"] = Field(default="backbone")
-    """force of keys along their face: limited by their strength, or elastic (scheme paper)"""
+    """force of keys along their face: limited by strength, or elastic (scheme paper)"""
     friction_at: FrictionAt = Field(default="all")
     """contacts with friction"""
     # ASSUME webs and slabs spread the dead load of the deck evenly over the width of the caps
@@ -135,7 +135,7 @@ class ModelOptions:
     # 2.5 % of the friction work is above the limit; with `lagged` it is 5 to 11 % at walls
     # (docs/theory/analysis.md).
     coupling: Literal["lagged", "extrapolated"] = Field(default="extrapolated")
-    """friction bound from the last normal force (paper), or from the predicted one"""
+    """friction bound from the last (paper) or the predicted normal force"""
 
     @property
     def transverse_gap_m(self) -> float:

@@ -96,7 +96,7 @@ _NIELSON: Final = "Nielson and DesRoches (2007), from memory"
 class UncertaintyConfig:
     """Random properties: one draw per motion, the same in every variant.
 
-    A factor multiplies, and an offset is added to, the value of the bridge file or of ``model``.
+    Factors multiply the values of the bridge file and of ``model``; offsets are added to them.
     """
 
     enabled: Flag = Field(default=False)

@@ -6,7 +6,7 @@ rule) and calc (computed from other numbers). A list of numbers is one such mapp
 ``v``. ``extends: NAME`` starts from another bridge: mappings are merged, other values replaced.
 
 The file of a bridge is looked up by name in ``config/bridges/`` of the working folder, then in the
-catalogue of the package. A path that ends in ``.yaml`` is that file.
+catalogue of the package. A path that ends in ``.yaml`` can name any other file.
 """
 
 import re

@@ -174,7 +174,7 @@ class PadData(_Part, frozen=True):
 
 
 class KeyData(_Part, frozen=True):
-    """Backbone of one exterior shear key, three points; the last force is the residual one."""
+    """Backbone of one exterior shear key, three points; the last force is residual strength."""
 
     displacement_mm: tuple[Millimetres, Millimetres, Millimetres]
     force_kn: tuple[Kilonewtons, Kilonewtons, Kilonewtons]
@@ -188,7 +188,7 @@ class KeyData(_Part, frozen=True):
 
 
 class AbutmentData(_Part, frozen=True):
-    """Abutments of a bridge, which are equal."""
+    """Data of an abutment, the same at both ends of a bridge."""
 
     wall_width_m: Metres
     wall_height_m: Metres
@@ -275,7 +275,7 @@ class BridgeData(_Part, frozen=True):
                 )
             line_m = (bent.columns - 1) * bent.column_spacing_m + self.column.diameter_m
             if line_m > self.deck.width_m:
-                raise ValueError(f"bents.{number}: columns are {line_m:g} m wide, over deck.width_m")
+                raise ValueError(f"bents.{number}: columns span {line_m:g} m, deck width_m is less")
             if bent.columns > 1 and bent.column_spacing_m < self.column.diameter_m:
                 raise ValueError(
                     f"bents.{number}.column_spacing_m must exceed the column diameter_m"
