@@ -1,4 +1,4 @@
-"""The residual drift is that at rest, however long the quiet end of the motion is.
+"""The residual drift is taken at rest, however long the quiet end of the motion is.
 
 Limit: 5 % of the drift after 30 s of zeros. The way to rest is another than under the bridge's own
 damping (critical in place of 5 %), so it is no rounding; found are 0.1 to 1 %.
@@ -52,7 +52,9 @@ def test_only_the_residual_drift_depends_on_the_release(monkeypatch):
     other = run(duration_s=2.0)
     assert other.demands | {NAME: 0.0} == usual | {NAME: 0.0}
     assert other.demands[NAME] == last_drift(other)
-    assert other.messages == ("residual drift is that of the last step: moving after 0 periods",)
+    assert other.messages == (
+        "residual drift is taken from the last step: still moving after 0 periods",
+    )
 
 
 def test_a_failed_release_is_reported_and_a_collapse_keeps_the_drift_of_its_last_step(monkeypatch):

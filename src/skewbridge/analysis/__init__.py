@@ -1,1 +1,1 @@
-"""Analyses of a built model: gravity, modes, pushover, response history and its recovery."""
+"""Analyses of a model: modes, pushover, response history and recovery of failed steps."""

@@ -1,4 +1,4 @@
-"""Response history of one abutment with its share of the deck mass: the paper's sub-structure."""
+"""Response history of one abutment with its share of the deck mass (sub-structure of the paper)."""
 
 from dataclasses import dataclass
 
@@ -14,20 +14,20 @@ from skewbridge.contact.law import UnitLedger
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
-MAX_DISP_M = 5.0  # far off any seat: the model of the abutment no longer holds
+MAX_DISP_M = 5.0  # larger than any seat width: the abutment model is no longer valid
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbutmentHistory:
-    """Response of an abutment, arrays of n times.
+    """Response of an abutment at n regular times.
 
     Attributes:
         disp_m: Displacement of the deck end along x and y since dead load, shape (n, 2).
-        force_n: Force of the abutment on the deck against it, shape (n, 2).
+        force_n: Force on the deck, positive against a positive displacement, shape (n, 2).
         normals_n: Normal forces of the contact units, shape (n, units).
-        friction_n: Friction forces, resultant, shape (n, units).
+        friction_n: Resultant friction forces of the contact units, shape (n, units).
         is_complete: Whether the analysis reached its end.
-        failed_attempts: Attempts at a step that did not converge.
+        failed_attempts: Number of step attempts that did not converge.
     """
 
     t_s: Series
@@ -47,9 +47,9 @@ def abutment_history(
     settings: AnalysisSettings,
     options: ModelOptions,
 ) -> AbutmentHistory:
-    """Analyse the right abutment of a variant under its share of the deck's mass.
+    """Analyse the right abutment of a variant with its share of the deck mass.
 
-    The deck end moves in plan without rotating; a motion along positive x pushes into the backfill.
+    The deck end moves in plan without rotating; a displacement along +x pushes into the backfill.
     Damping comes only from the wall dashpots, the pads and the soil.
     """
     ground = GroundInput(excitation, settings)
@@ -91,7 +91,7 @@ def abutment_history(
 
 
 def _resisting_force_n(abutment: AbutmentModel) -> list[float]:
-    """Return the force on the deck along x and y, positive against a positive displacement."""
+    """Return the force on the deck along x and y (N), positive against a positive displacement."""
     handle, contacts = abutment.handle, abutment.contacts
     total = np.zeros(2)
     for bearing in handle.bearings:

@@ -1,4 +1,4 @@
-"""Checks of a bridge: dead load and modes before a study, and the seismic design criteria."""
+"""Checks of a bridge: dead load and modes before a study, and seismic design criteria."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -15,13 +15,13 @@ from skewbridge.bridge.section import sdc_shear_strength
 from skewbridge.units import FOOT, INCH, KN, MPA
 from skewbridge.variant.variant import Variant
 
-#: Largest axial force under dead load over the expected strength of the gross section.
+#: Limit of axial force under dead load / expected strength of the gross section.
 #: source: AASHTO Guide Specifications for LRFD Seismic Bridge Design, 8.7.2, ductile columns
 AXIAL_LOAD_LIMIT: Final = 0.2
 P_DELTA_LIMIT: Final = 0.20  # source: Caltrans SDC 1.7 section 4.2
 MINIMUM_SEAT_M: Final = 30 * INCH  # source: Caltrans SDC 1.7 section 7.8.3
-SEAT_ALLOWANCE_M: Final = 4 * INCH  # source: same, beyond movements and demand
-# ASSUME prestress shortening, creep, shrinkage and temperature together take 1/1000 of the length
+SEAT_ALLOWANCE_M: Final = 4 * INCH  # source: same; added to movements and demand
+# ASSUME prestress shortening, creep, shrinkage and temperature together shorten the deck by 1/1000
 SHORTENING_RATIO: Final = 1.0e-3
 SEISMIC_SEAT_FACTOR: Final = 1.5  # source: AASHTO LRFD table 4.7.4.4-1, higher zones
 DIRECTIONS: Final = {"x": "longitudinal", "y": "transverse", "z": "vertical", "rz": "in plan"}
@@ -31,9 +31,9 @@ def check_bridge(name: str) -> dict[str, Any]:
     """Build a bridge with open gaps at zero skew, apply its dead load and check it.
 
     Returns:
-        Weight, reactions, periods and the sources of the numbers by name; ``findings``, sentences
-        on properties that would cause trouble in a study; ``modes``; ``bents``, a row per bent
-        with loads and capacities of one of its columns.
+        Weight, reactions, periods and sources of the input numbers, by name; ``findings``:
+        sentences on properties that would cause trouble in a study; ``modes``; ``bents``: one row
+        per bent with loads and capacities of one of its columns.
     """
     data, standing = load_bridge(name), standing_bridge(name)
     periods_s = {direction: standing.period_s(direction) for direction in DIRECTIONS}
@@ -41,7 +41,7 @@ def check_bridge(name: str) -> dict[str, Any]:
     bents = [_bent_row(data, bent) for bent in bent_capacities(data)]
     findings = [finding for row in bents for finding in _bent_findings(row)]
     findings += [
-        f"nothing holds the bridge {DIRECTIONS[direction]}: its period is infinite"
+        f"the bridge is a mechanism ({DIRECTIONS[direction]}): its period is infinite"
         for direction, period_s in periods_s.items()
         if period_s == inf
     ]
@@ -69,7 +69,7 @@ def check_bridge(name: str) -> dict[str, Any]:
 
 
 def _bent_row(bridge: BridgeData, bent: BentCapacity) -> dict[str, Any]:
-    """Return loads and capacities of one column of a bent; shear at the displacement capacity."""
+    """Return loads and capacities of a bent's column; shear strength at displacement capacity."""
     column, plastic_moment_knm = bridge.column, bent.curve.plastic_moment_nm / KN
     strength_kn = column.expected_concrete_strength_mpa * MPA * column.gross_area_m2 / KN
     ductility = bent.capacity_m / bent.yield_disp_m
@@ -99,7 +99,7 @@ def _bent_findings(row: Mapping[str, Any]) -> Iterator[str]:
         yield (
             f"{bent}: the plastic shear of a column, {row['plastic_shear_kn']:.0f} kN, "
             f"is above its strength at the displacement capacity, {row['shear_strength_kn']:.0f} "
-            "kN (SDC 3.6): it fails in shear before its hinges have turned"
+            "kN (SDC 3.6): it fails in shear before that displacement"
         )
     if row["p_delta_ratio"] > P_DELTA_LIMIT:
         yield (
@@ -109,7 +109,7 @@ def _bent_findings(row: Mapping[str, Any]) -> Iterator[str]:
 
 
 def support_length_m(variant: Variant, bridge: BridgeData) -> float:
-    """Return the length of deck on the seat at rest, normal to it: the seat less the gap.
+    """Return the support length at rest normal to the seat, in m: seat width minus gap.
 
     References:
         AASHTO LRFD figure 4.7.4.4-1: N is the overlap of girder and seat.
@@ -118,7 +118,7 @@ def support_length_m(variant: Variant, bridge: BridgeData) -> float:
 
 
 def seat_demand_sdc_m(bridge: BridgeData, unseating_m: float) -> float:
-    """Return the required support length normal to the bearing line.
+    """Return the required support length normal to the bearing line, in m.
 
     References:
         Caltrans SDC 1.7 section 7.8.3.
@@ -128,7 +128,7 @@ def seat_demand_sdc_m(bridge: BridgeData, unseating_m: float) -> float:
 
 
 def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
-    """Return 1.5 N with the skew factor, N = (8 + 0.02 L + 0.08 H)(1 + 0.000125 S^2) inches.
+    """Return the support length 1.5 N in m; N = (8 + 0.02 L + 0.08 H)(1 + 0.000125 S^2) inches.
 
     L is the length of deck to the next joint and H the mean column height, both in ft; S the skew
     in degrees.
@@ -144,9 +144,9 @@ def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
 
 
 def capacity_rows(bridge: BridgeData) -> list[dict[str, object]]:
-    """Return the capacities of the bents of a bridge by the Caltrans SDC, a row per bent.
+    """Return the capacities of a bridge by the Caltrans SDC, one row per bent.
 
-    The P-Delta ratio is that at the displacement capacity. ``disp_at_p_delta_limit_m`` is the
+    ``p_delta_ratio`` is taken at the displacement capacity. ``disp_at_p_delta_limit_m`` is the
     displacement at which the ratio reaches its limit.
     """
     rows: list[dict[str, object]] = []
@@ -173,9 +173,9 @@ def capacity_rows(bridge: BridgeData) -> list[dict[str, object]]:
 def sdc_rows(
     variant: Variant, deck_disp_m: float, corners_m: Mapping[str, float]
 ) -> list[dict[str, object]]:
-    """Return the table of checks of one variant: rows of check, demand, capacity, ratio, ok.
+    """Return the design checks of one variant; columns check, demand, capacity, ratio and ok.
 
-    The corners are named as in `corner_moves_m`, which gives their outward displacements.
+    ``corners_m`` has the outward displacements of the deck corners, from `corner_moves_m`.
     """
     bridge = load_bridge(variant.bridge)
     support, skew = support_length_m(variant, bridge), radians(variant.skew_deg)
@@ -200,9 +200,10 @@ def sdc_rows(
 def summary_row(
     variant: Variant, deck_disp_m: float, acute_m: float, worst_m: float
 ) -> dict[str, object]:
-    """Return the ratios of demand to capacity of one variant, in one row.
+    """Return the demand-to-capacity ratios of one variant, in one row.
 
-    The outward moves are normal to the seat: of the worse acute corner, and of the worst corner.
+    ``acute_m`` and ``worst_m``: largest outward displacements, normal to the seat, of the acute
+    corners and of all corners.
     """
     bridge = load_bridge(variant.bridge)
     bents, support = bent_capacities(bridge), support_length_m(variant, bridge)
@@ -220,7 +221,7 @@ def summary_row(
 def corner_moves_m(
     variant: Variant, histories: Mapping[str, NDArray[np.float64]]
 ) -> dict[str, float]:
-    """Return the largest outward move of each deck corner, normal to its seat.
+    """Return the largest outward displacement of each deck corner, normal to its seat, in m.
 
     The histories come from a single analysis; a corner is named ``left acute``, for example.
     """

@@ -1,4 +1,4 @@
-"""Energy balance of an analysis, by the trapezoidal rule on forces at the ends of all steps.
+"""Energy balance of an analysis: work of step-end forces, integrated by the trapezoidal rule.
 
 The balance::
 
@@ -7,10 +7,10 @@ The balance::
 
 The work of a force in a step is (f_n + f_n+1) / 2 times the increment of displacement. Under the
 trapezoidal rule (Newmark 1/2, 1/4), the work of the inertia forces is exactly the change of
-kinetic energy for any steps, and `residual` is what the convergence test leaves. For any other
-integrator, `numerical` is the work of the unbalanced forces G = P - C v - F less the change of
-kinetic energy: the energy that the integrator dissipates. No work is computed as a difference of
-others, so the residual checks the equilibrium of the model.
+kinetic energy for any step size, and `residual` is the error that the convergence test allows. For
+any other integrator, `numerical` is the work of the unbalanced forces G = P - C v - F minus the
+change of kinetic energy: the energy that the integrator dissipates. No term is defined as the
+remainder of the balance, so the residual checks the equilibrium of the model.
 """
 
 from collections.abc import Callable, Mapping
@@ -36,7 +36,7 @@ _SINKS: Final = (
 
 
 class _EndState(NamedTuple):
-    """Energies of the first or last state; end forces and displacements of linear elements."""
+    """Energies in the first or last state; end forces and displacements of linear elements."""
 
     kinetic_j: float
     gravity_j: float
@@ -44,10 +44,10 @@ class _EndState(NamedTuple):
 
 
 class EnergyBalance:
-    """Records the forces that the monitor does not, and sums all works at the end.
+    """Records the forces that the monitor does not record; computes all terms at the end.
 
-    The monitor is not yet started. The ground accelerations are a function of times, shape (n,),
-    that gives shape (n, 2). ``rayleigh`` has the mass and stiffness factors of the damped region.
+    Create it before the monitor starts. ``ground_accel_mps2`` is a function of times, shape (n,),
+    that returns shape (n, 2). ``rayleigh`` has the mass (1/s) and stiffness (s) damping factors.
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class EnergyBalance:
         self._start = self._end_state()
 
     def terms_kj(self) -> dict[str, float]:
-        """Return the balance so far, in kJ, with ``residual`` and ``largest_input``."""
+        """Stop recording; return the terms in kJ, with ``residual`` and ``largest_input``."""
         end, extra = self._end_state(), self._monitor.extra
         trace = self._monitor.trace()
         moving = sum(mass[:2] * trace.position(node)[:, :2] for node, mass in self._masses.items())
@@ -118,10 +118,10 @@ class EnergyBalance:
         return {name: float(value) / KJ for name, value in works.items()}
 
     def _damping(self, trace: ResponseTrace, forces: Mapping[int, Matrix]) -> float:
-        """Return the work of Rayleigh damping: on masses, in the columns and in the deck.
+        """Return the work of Rayleigh damping on masses, columns and deck, in J.
 
-        The mean velocity of a step is its displacement over its time, which is exact under the
-        trapezoidal rule.
+        The mean velocity of a step is its displacement increment / its duration, which is exact
+        under the trapezoidal rule.
         """
         per_s = 1.0 / np.diff(trace.time_s)
         work = 0.0
@@ -137,9 +137,9 @@ class EnergyBalance:
         return work
 
     def _joint_works(self, trace: ResponseTrace, forces: Mapping[int, Matrix]) -> dict[str, float]:
-        """Return the works on pads and on the springs that are recorded.
+        """Return the work on pads and on recorded backfill springs, in J, by group.
 
-        The force on the first node is opposite to that on the second, or the node is fixed.
+        The forces on the two nodes of an element are opposite, or the first node is fixed.
         """
         works = dict.fromkeys(self._joints, 0.0)
         for name, elements in self._joints.items():
@@ -149,7 +149,7 @@ class EnergyBalance:
         return works
 
     def _wall_work(self, trace: ResponseTrace) -> float:
-        """Return the work on the springs of massless nodes, which is that of the contacts there."""
+        """Return the work on the springs at massless nodes (J), equal to the contact work there."""
         contacts = self._model.contacts
         work = 0.0
         if contacts is None or not self._at_walls:
@@ -163,11 +163,10 @@ class EnergyBalance:
         return work
 
     def _unbalanced_work(self, trace: ResponseTrace, accelerations: Mapping[int, Matrix]) -> float:
-        """Return the work of the unbalanced forces: input less damping and restoring forces.
+        """Return the work of the unbalanced forces (input - damping - restoring forces), in J.
 
-        HHT satisfies equilibrium between the ends of a step, M a_n+1 = alpha G_n+1 + (1 - alpha)
-        G_n, so its accelerations lag behind the forces. Other methods satisfy it at the end, M a =
-        G.
+        HHT satisfies equilibrium within a step, M a_n+1 = alpha G_n+1 + (1 - alpha) G_n, so its
+        accelerations lag behind the forces. Other methods satisfy M a = G at the end of the step.
 
         References:
             Hilber, Hughes and Taylor (1977), Earthquake Engineering and Structural Dynamics 5.
@@ -190,8 +189,7 @@ class EnergyBalance:
             0.5 * float(np.dot(mass, np.square(ops.nodeVel(node))))
             for node, mass in self._masses.items()
         )
-        # the dead load of deck and caps is held at nodes, with fixed-end moments that work on their
-        # rotations
+        # the dead load of deck and caps acts at nodes; its fixed-end moments work on rotations
         gravity, moments_nm = 0.0, self._model.dead_moments_nm
         for node, load_n in self._model.dead_loads_n.items():
             moved = ops.nodeDisp(node)
@@ -208,7 +206,7 @@ class EnergyBalance:
         return _EndState(kinetic, gravity, elastic)
 
     def _elastic_work(self, group: str, end: _EndState) -> float:
-        """Return the work on a group of linear elements from its first and last state."""
+        """Return the work on a group of linear elements (J), from their first and last states."""
         work = 0.0
         for element in self._elastic[group]:
             states = zip(self._start.elastic[element], end.elastic[element], strict=True)
@@ -216,7 +214,7 @@ class EnergyBalance:
         return work
 
     def _contact_works(self) -> tuple[float, float, float]:
-        """Return work on all contact springs, work of slip, and the quadrature of the normals."""
+        """Return contact work, slip work, and normal work minus stored normal energy, in J."""
         contacts = self._model.contacts
         if contacts is None:
             return 0.0, 0.0, 0.0
@@ -232,12 +230,12 @@ class EnergyBalance:
 
 
 def energy_ratios(terms: Mapping[str, float]) -> dict[str, float]:
-    """Return the energy columns of the demands table, over the largest input.
+    """Return the energy columns of the demands table, divided by the largest input.
 
-    They are the residual, the energy that the integrator dissipates, and the energy that the
-    normal springs of the contacts took and do not store (negative if they made energy; slip is
-    excluded because it always takes energy and would hide this). All are nan without a balance or
-    without input.
+    They are the residual, the energy dissipated by the integrator, and the work done on the normal
+    springs of the contacts minus the energy stored in them (negative if the springs generated
+    energy; slip always dissipates and would hide this, so it is excluded). All are nan without a
+    balance or without input.
     """
     columns = {
         "energy_residual_ratio": "residual",
@@ -252,7 +250,7 @@ def energy_ratios(terms: Mapping[str, float]) -> dict[str, float]:
 
 
 def _steps(force: Matrix, moved: Matrix) -> Matrix:
-    """Return the work of each step, shape (n - 1,), summed over the components."""
+    """Return the work of each step (J), summed over the components, shape (n - 1,)."""
     return 0.5 * np.einsum("ij,ij->i", force[1:] + force[:-1], np.diff(moved, axis=0))
 
 
@@ -263,7 +261,7 @@ def _work(force: Matrix, moved: Matrix) -> float:
 def elastic_stiffness(element: int) -> Matrix:
     """Return the global stiffness of an elastic beam-column in N, m and rad, shape (12, 12).
 
-    Its basic deformations: axial, two rotations about z, two about y, twist.
+    The basic deformations are axial, two end rotations about z, two about y, and twist.
     """
     first, last = (np.array(ops.nodeCoord(node)) for node in ops.eleNodes(element))
     length = float(np.linalg.norm(last - first))
@@ -283,7 +281,7 @@ def elastic_stiffness(element: int) -> Matrix:
 
 
 def held_by_contacts(model: BridgeModel) -> dict[int, tuple[int, ...]]:
-    """Return the springs to the ground at each massless node of a contact, by node.
+    """Return the grounded springs at each massless contact node without other elements, by node.
 
     They carry exactly the contact force, because nothing else acts on such a node.
     """

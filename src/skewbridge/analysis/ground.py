@@ -20,8 +20,8 @@ MAX_SCALED_ACCEL_MPS2: Final = 1.0e3  # 100 g: a larger value means a wrong unit
 class Excitation:
     """Ground motion of an analysis, with its factor and direction.
 
-    Component 1 points along x at incidence 0, which turns counter-clockwise. `InputError` unless
-    the scale is positive and all is finite.
+    At incidence 0, component 1 points along x; incidence is counter-clockwise. `InputError` unless
+    both numbers are finite and the scale is positive.
     """
 
     motion: GroundMotion
@@ -36,7 +36,7 @@ class Excitation:
 
 
 class GroundInput:
-    """The ground acceleration of one analysis along the bridge axes, linear between its values.
+    """Ground acceleration of one analysis along the bridge axes, linear between samples.
 
     Raises:
         InputError: The acceleration is so large that its unit must be wrong.
@@ -59,7 +59,7 @@ class GroundInput:
         self._times_s = np.arange(len(self.accel_mps2)) * motion.dt_s
 
     def apply(self, tags: TagAllocator) -> None:
-        """Load the domain: uniform excitation along x and y."""
+        """Add uniform excitation along x and y to the domain."""
         # ASSUME abutments and bent move alike: no wave passage, no vertical component
         for direction, values in enumerate(self.accel_mps2.T, start=1):
             series = tags.series()
@@ -67,7 +67,7 @@ class GroundInput:
             ops.pattern("UniformExcitation", tags.pattern(), direction, "-accel", series)
 
     def at(self, times_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the ground acceleration at given times, shape (n, 2)."""
+        """Return the ground acceleration along x and y at given times, shape (n, 2)."""
         return np.column_stack(
             [np.interp(times_s, self._times_s, values, right=0.0) for values in self.accel_mps2.T]
         )

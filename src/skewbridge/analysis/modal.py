@@ -25,14 +25,14 @@ logger = logging.getLogger(__name__)
 #: Largest relative difference between the periods of the file and of the model.
 #: ASSUME 5 %: record-to-record dispersion of Sa between periods this close is below 0.1.
 TOLERANCE: Final = 0.05
-#: Mass of the second mode over that of the first from which the two share the motion.
+#: Modal mass of the second mode / first mode above which the two share the motion.
 #: ASSUME two thirds.
 SHARED: Final = 2.0 / 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mode:
-    """One mode: period and participating shares of the free mass along x, y, z and in plan."""
+    """One mode: period, and participating mass / free mass along x, y, z and in plan (rotation)."""
 
     period_s: float  # infinite for a mechanism
     mass_x: float
@@ -76,8 +76,8 @@ def modal_properties(
 def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
     """Return the modes of a model under dead load with open gaps.
 
-    Open friction springs count as soft. This function fixes walls and keys for good: behind open
-    gaps they are not coupled to the bridge, and their local modes would fill the list.
+    Friction springs are made soft. The function fixes walls and keys permanently: behind open gaps
+    they are not coupled to the bridge, and their local modes would fill the list.
     """
     for end in model.abutments:
         for node in {*end.key_nodes, *(spring.nodes[1] for spring in end.wing_springs)}:
@@ -108,7 +108,7 @@ def standing_bridge(bridge: str) -> ModalResult:
 
 
 def conditioning_period_s(modes: ModalResult) -> float:
-    """Return T1, the geometric mean of the longitudinal and the transverse period.
+    """Return T1 in s, the geometric mean of the longitudinal and the transverse period.
 
     It is taken from the model with pads, open gaps and zero skew and is the same for all variants:
     an intensity measure that changed with the variant would destroy the pairing.
@@ -124,13 +124,13 @@ def warn_of_periods(bridges: Iterable[str]) -> None:
 
 
 def periods_of_file(bridge: str, modes: ModalResult) -> list[str]:
-    """Return doubts about T1 in the file of a bridge, given the modes of `standing_bridge`."""
+    """Return findings about T1 in a bridge file; ``modes`` are those of `standing_bridge`."""
     data, model_s = load_bridge(bridge), conditioning_period_s(modes)
     findings: list[str] = []
     change = data.t1_s / model_s - 1.0
     if abs(change) > TOLERANCE:
         findings.append(
-            f"{data.name}: t1_s = {data.t1_s:.4g} s is {change:+.1%} off the T1 of its model, "
+            f"{data.name}: t1_s = {data.t1_s:.4g} s differs by {change:+.1%} from T1 of its model, "
             f"{model_s:.4g} s; Sa(T1) and Sa_avg of every motion use t1_s: correct it in the file "
             "of the bridge"
         )
@@ -149,7 +149,7 @@ def periods_of_file(bridge: str, modes: ModalResult) -> list[str]:
 
 
 def damping_ratio(bridge: BridgeData, options: ModelOptions) -> float:
-    """Return the damping ratio of the options or else of the bridge file, times its factor."""
+    """Return the damping ratio (option, or else bridge file) times ``damping_factor``."""
     ratio = bridge.damping.ratio if options.damping_ratio is None else options.damping_ratio
     return ratio * options.damping_factor
 
@@ -162,13 +162,13 @@ def rayleigh_factors(bridge: BridgeData, ratio: float) -> tuple[float, float]:
 
 
 def apply_rayleigh(model: BridgeModel) -> tuple[float, float]:
-    """Apply Rayleigh damping to deck and columns only, in proportion to mass and stiffness.
+    """Apply Rayleigh damping, proportional to mass and stiffness, to deck and columns only.
 
     Penalty springs and gaps stay undamped, and so do walls and keys. The stiffness part follows the
     committed stiffness; see `damp_columns`.
 
     Returns:
-        The factors, for the energy balance.
+        The mass factor a0 (1/s) and the stiffness factor a1 (s).
     """
     a0, a1 = rayleigh_factors(model.bridge, damping_ratio(model.bridge, model.options))
     damped = dict.fromkeys(
@@ -182,11 +182,11 @@ def apply_rayleigh(model: BridgeModel) -> tuple[float, float]:
 
 
 def damp_columns(columns: Sequence[ColumnHandle], a1_s: float, *, by_tangent: bool) -> None:
-    """Let the damping of columns follow their tangent or their committed stiffness.
+    """Make the damping of columns proportional to their tangent or their committed stiffness.
 
-    The committed stiffness is that before the step, while the velocity is that at its end: an error
-    of first order in the step. The tangent at the end has none, but makes Newton's method cycle
-    where contacts and yielding columns change together.
+    The committed stiffness is from before the step, the velocity from its end: an error of first
+    order in the step. The tangent at the end avoids this error, but makes Newton's method cycle
+    when contacts and yielding columns change together.
     """
     factors = (a1_s, 0.0, 0.0) if by_tangent else (0.0, 0.0, a1_s)
     for column in columns:

@@ -23,10 +23,10 @@ RECORDED: Final = (
 )  # fmt: skip
 HEADER: Final = '''"""{title}
 
-Written by skewbridge: the commands of one model, without the package. Units N, m, s, kg; x along
-the bridge, y across, z up. Contact pairs are the zeroLength elements with three materials
-(ElasticPPGap, ElasticPP, ElasticPP) and four parameters each; their friction bounds are to be
-updated after every step (parameter `Fy`), see the documentation of skewbridge.contact.
+OpenSees commands of one model, written by skewbridge, which they do not need. Units N, m, s, kg; x
+along the bridge, y across, z up. Contact pairs are the zeroLength elements with three materials
+(ElasticPPGap, ElasticPP, ElasticPP) and four parameters each. Update their friction bounds after
+every step (parameter `Fy`), see the documentation of skewbridge.contact.
 """
 
 import openseespy.opensees as ops
@@ -37,7 +37,7 @@ import openseespy.opensees as ops
 def model_script(variant: Variant, options: ModelOptions) -> str:
     """Return a script that builds a variant, applies gravity and sets the damping.
 
-    At its end a table lists the contact pairs with the data for their run-time updates.
+    A list at its end has the contact pairs with the data for their run-time updates.
     """
     with recording() as record, domain():
         model = build(variant, options)
@@ -47,7 +47,7 @@ def model_script(variant: Variant, options: ModelOptions) -> str:
 
 
 def _contact_table(model: BridgeModel) -> str:
-    """Return the contacts as a Python list; parameters are those of the friction bounds."""
+    """Return the contacts as source of a Python list; ``bounds`` are the friction parameters."""
     if model.contacts is None:
         return ""
     rows = [

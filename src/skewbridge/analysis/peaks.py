@@ -1,4 +1,4 @@
-"""Histories of an analysis and their peaks, the demands: pure functions of the trace.
+"""Response histories of an analysis, and their peaks (demands), computed from the trace.
 
 Displacements are relative to the ground and counted from the state under gravity.
 """
@@ -24,10 +24,10 @@ def demands(
     ground_accel_mps2: Series,
     energy_ratios: Mapping[str, float],
 ) -> dict[str, float]:
-    """Return the demand columns of the table, peaks over the trace.
+    """Return the demand columns of the demands table: peaks over the trace.
 
-    The ground acceleration is that along x and y at the times of the trace, (n, 2). Totals of the
-    contacts cover the whole analysis, even if the trace is a part of it.
+    ``ground_accel_mps2`` is along x and y at the times of the trace, (n, 2). Totals of the contacts
+    cover the whole analysis, even if the trace covers only a part.
     """
     return {
         **column_demands(model.columns, trace),
@@ -41,7 +41,7 @@ def demands(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelEnd:
-    """First failure of a column, after which the model of the bridge no longer holds.
+    """First failure of a column, after which the bridge model is no longer valid.
 
     Attributes:
         mode: ``shear`` or ``flexure``; empty if no column fails.
@@ -57,9 +57,9 @@ class ModelEnd:
 def model_end(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> ModelEnd:
     """Return the first failure of a column.
 
-    A column fails in shear at a demand over capacity of 1, unless the model includes the loss of
-    shear strength, and in flexure when its drift reaches the displacement capacity of the bent.
-    Elastic columns, which have no strength, do not fail.
+    A column fails in shear when demand / capacity reaches 1, unless the model includes the loss of
+    shear strength. It fails in flexure when its drift reaches the displacement capacity of the
+    bent. Elastic columns do not fail.
     """
     reached: list[tuple[int, str]] = []
     for column in columns:
@@ -74,13 +74,13 @@ def model_end(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> ModelEnd
                 reached.append((int(failed.argmax()), mode))
     if not reached:
         return ModelEnd(mode="", time_s=float("nan"), rows=len(trace.time_s))
-    # of two failures in the same step, the brittle one
+    # if both occur in the same step, report the brittle failure
     row, mode = min(reached, key=lambda end: (end[0], end[1] != "shear"))
     return ModelEnd(mode=mode, time_s=float(trace.time_s[row]), rows=row + 1)
 
 
 def column_demands(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> dict[str, float]:
-    """Return the column demands of the table, peaks over columns and time."""
+    """Return the column demands: peaks over all columns and times."""
     shears = [column_shear_n(column, trace) for column in columns]
     drifts = [column_drift(column, trace) for column in columns]
     bases = [column_base_shear_n(column, trace) for column in columns]
@@ -104,12 +104,12 @@ def column_demands(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> dic
 
 
 def column_base_shear_n(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return the horizontal force at the base of a column, x and y, shape (n, 2)."""
+    """Return the horizontal force at the base of a column along x and y (N), shape (n, 2)."""
     return trace.columns[column.element][:, :2]
 
 
 def column_shear_n(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return the shear of a column's sections, x and y, with the sign of the base force, (n, 2).
+    """Return the section shear of a column along x and y (N), signed as the base force, (n, 2).
 
     A section is normal to the inclined chord, so the axial force has a component along it: the
     shear is V + P theta, equal to the sum of the end moments over the height.
@@ -117,27 +117,27 @@ def column_shear_n(column: ColumnHandle, trace: ResponseTrace) -> Series:
     top, base = trace.position(column.top), trace.position(column.base_node)
     chord = (top - base)[:, :2] / column.clear_height_m
     axial = trace.columns[column.element][:, 2:3]
-    # the base resists the inclination: where P-Delta adds, force and chord differ in sign
+    # base force and chord have opposite signs where P-Delta increases the shear
     return column_base_shear_n(column, trace) - axial * chord
 
 
 def column_drift(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return top minus base displacement, resultant, over the clear height, shape (n,)."""
+    """Return the drift: resultant displacement of top minus base / clear height, shape (n,)."""
     relative = trace.disp(column.top)[:, :2] - trace.disp(column.base_node)[:, :2]
     return np.hypot(*relative.T) / column.clear_height_m
 
 
 def drift_over_capacity(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return the drift over the displacement capacity of the bent per clear height, shape (n,)."""
+    """Return column drift / drift capacity (displacement capacity / clear height), shape (n,)."""
     return column_drift(column, trace) / column.drift_capacity_ratio
 
 
 def column_shear_dcr(
     column: ColumnHandle, trace: ResponseTrace, model: ShearModel | None = None
 ) -> Series:
-    """Return the shear of the section over its capacity at the same time, shape (n,).
+    """Return section shear / shear capacity at the same time, shape (n,).
 
-    The capacity, by the model of the column unless another is given, follows the current axial
+    The capacity follows ``model`` (None: the model of the column). It depends on the current axial
     force and the largest ductility so far, because dilated concrete does not recover.
     """
     axial = trace.columns[column.element][:, 2]
@@ -153,7 +153,7 @@ def column_shear_dcr(
 
 
 def curvature_ductility(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return the largest resultant curvature of the hinges over the yield curvature, (n,)."""
+    """Return the largest resultant hinge curvature / yield curvature, shape (n,)."""
     largest = np.zeros(len(trace.time_s))
     for point in column.hinge_sections:
         deformation = trace.sections[column.element, point]
@@ -194,7 +194,7 @@ def _abutment_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, flo
 
 
 def _transverse_m(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
-    """Return the largest movement of walls and keys along the abutment line, shape (n,)."""
+    """Return the largest displacement of walls and keys along the abutment (m), shape (n,)."""
     # ASSUME a key is part of the abutment, even after it broke
     nodes = (*abutment.wall_nodes, *abutment.key_nodes)
     if nodes:
@@ -207,7 +207,7 @@ def _transverse_m(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
 
 
 def _deformation(spring: SpringHandle, trace: ResponseTrace) -> Series:
-    """Return the displacement of the deck side less that of the ground side, shape (n, 6)."""
+    """Return the displacement of the deck side relative to the ground side, shape (n, 6)."""
     return trace.disp(spring.nodes[1]) - trace.disp(spring.nodes[0])
 
 
@@ -219,7 +219,7 @@ def _along(direction: Sequence[float], disp: Series) -> Series:
 def unseating_m(abutment: AbutmentHandle, trace: ResponseTrace, kind: str | None = None) -> Series:
     """Return the displacement of a deck corner away from the backwall, normal to the seat, (n,).
 
-    The larger one of both corners, or that of the ``acute`` or ``obtuse`` corner if given.
+    ``kind`` selects the ``acute`` or ``obtuse`` corner; None: the larger value of both corners.
     """
     moves = [
         -_along(abutment.normal, trace.disp(corner.node))
@@ -230,9 +230,9 @@ def unseating_m(abutment: AbutmentHandle, trace: ResponseTrace, kind: str | None
 
 
 def _wall_push_m(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
-    """Return the displacement of the points of a backwall into the fill, shape (n, points).
+    """Return the displacement of backwall points into the fill (m), shape (n, points).
 
-    Without wall nodes it is the closing of the springs less the gap, never negative.
+    Without wall nodes, it is the closing of each wall spring minus the gap, at least 0.
     """
     if abutment.wall_nodes:
         return np.column_stack(
@@ -277,7 +277,7 @@ def backfill_force_n(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
     """Return the force of the deck on the backfill through one backwall, shape (n,).
 
     Unlike the contact force, it excludes the dashpot of the wall and, if the wall has a mass, the
-    spikes of impacts on it. It is zero while the deck does not touch the wall.
+    impact spikes. It is zero while the deck does not touch the wall.
     """
     total = np.zeros(len(trace.time_s))
     for spring in abutment.wall_springs:
@@ -289,7 +289,7 @@ def backfill_force_n(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
 
 
 def key_forces_n(abutment: AbutmentHandle, trace: ResponseTrace) -> list[Series]:
-    """Return the force of each shear key while the deck touches it, each of shape (n,)."""
+    """Return the force of each shear key (N), 0 while the deck is apart from it, each (n,)."""
     forces = [np.abs(trace.spring_force(spring)) for spring in abutment.key_springs]
     for force, unit in zip(forces, abutment.key_units, strict=False):
         force[~_closed(trace, (unit,))] = 0.0
@@ -297,9 +297,9 @@ def key_forces_n(abutment: AbutmentHandle, trace: ResponseTrace) -> list[Series]
 
 
 def _key_deformations_m(abutment: AbutmentHandle, trace: ResponseTrace) -> list[Series]:
-    """Return the deformation of each shear key along its normal, never negative, each shape (n,).
+    """Return the deformation of each shear key along its normal (m), at least 0, each (n,).
 
-    Without key nodes it is the closing of the transverse springs less the gap.
+    Without key nodes, it is the closing of the transverse springs minus the gap.
     """
     gap_m = 0.0 if abutment.key_nodes else abutment.transverse_gap_m
     return [
@@ -315,9 +315,9 @@ def _closed(trace: ResponseTrace, units: Sequence[int]) -> NDArray[np.bool_]:
 def _contact_demands(model: BridgeModel) -> dict[str, float]:
     """Return the contact columns of the demands table; all zero for a model without contacts.
 
-    Closures and peaks of single contacts depend on the time step; times, impulses and works
-    converge (docs/theory/analysis.md). Shares of the friction work refer to all contacts, or to
-    those at backwalls or keys.
+    The number of closures and the peaks of single contacts depend on the time step; times,
+    impulses and work converge (docs/theory/analysis.md). Shares of friction work refer to all
+    contacts, or to the contacts at backwalls or keys.
     """
     units = [] if model.contacts is None else model.contacts.ledger()
     walls, keys = (
@@ -358,7 +358,7 @@ def _share(units: Sequence[UnitLedger], field: str, whole: str = "friction_work_
 
 
 def peak(series: Iterable[Series]) -> float:
-    """Return the largest magnitude of all series, 0 without any."""
+    """Return the largest absolute value of all series, or 0 without series."""
     return max((float(np.abs(values).max()) for values in series), default=0.0)
 
 
@@ -372,13 +372,13 @@ def histories_of(
 ) -> dict[str, Series]:
     """Return the history columns, each of shape (n,); the first row is the state under gravity.
 
-    The force of an abutment is the sum of its parts on the deck (contacts, springs and pads),
-    positive when it opposes a positive displacement, so that it plots as a hysteresis loop.
+    The force of an abutment on the deck is the sum over contacts, springs and pads. It is positive
+    when it opposes a positive displacement, so that it plots as a hysteresis loop.
     """
     disp = trace.disp(model.deck_centre_node)
 
     def largest(of_column: Callable[[ColumnHandle, ResponseTrace], Series]) -> Series:
-        """Return the largest of all columns in each row; zero for a single span, without any."""
+        """Return the largest value of all columns in each row; 0 for a bridge without columns."""
         series = [of_column(column, trace) for column in model.columns]
         sizes = [np.hypot(*each.T) if each.ndim == 2 else each for each in series]
         return np.maximum.reduce([np.zeros(len(trace.time_s)), *sizes])
@@ -435,7 +435,7 @@ def _pads_force_n(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
 def _joint_force_n(
     model: BridgeModel, abutment: AbutmentHandle, trace: ResponseTrace, pads_n: Series
 ) -> Series:
-    """Return the force of an abutment on the deck along x and y: pads, contacts or springs."""
+    """Return the force of an abutment on the deck: pads plus contacts or springs, (n, 2)."""
     total = pads_n.copy()
     if model.contacts is not None:
         for index in (*abutment.wall_units, *abutment.key_units):

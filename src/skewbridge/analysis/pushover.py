@@ -1,4 +1,4 @@
-"""Static pushes of a whole bridge, or of one abutment with the deck end it supports."""
+"""Static pushover of a whole bridge, or of one abutment with the deck end that it supports."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ _GUIDE_N_PER_M = 1.0e12
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PushCurve:
-    """Force against displacement along the direction of the push, both from zero, (n,)."""
+    """Force and displacement along the push direction, both starting at zero, shape (n,)."""
 
     disp_m: Series
     force_n: Series
@@ -62,7 +62,7 @@ def push_bridge(
     max_disp_m: float,
     steps: int = 200,
 ) -> PushCurve:
-    """Push the deck horizontally with forces in proportion to its masses.
+    """Push the deck horizontally with forces proportional to its masses.
 
     The angle is counter-clockwise from x. Returns base shear (the sum of the forces) against the
     displacement of the mass centre along the push.
@@ -98,8 +98,8 @@ def push_abutment(
 
     The deck end carries its dead-load reaction and is guided: it moves along the push only, and
     does not rotate in plan. The angle is counter-clockwise from x: 0 pushes into the backfill, 180
-    away from it, the skew normal to the wall. Returns the component of the holding force along the
-    push, against its displacement.
+    pulls away from it, the skew angle pushes normal to the wall. Returns the component of the
+    guide force along the push against the displacement of the deck end.
     """
     direction = _direction(angle_deg, max_disp_m, steps)
     with domain():
@@ -123,7 +123,7 @@ def push_abutment(
 
 
 def _tie(connector: int, direction: PlanVector, tags: TagAllocator) -> tuple[int, int]:
-    """Tie the connector to a new fixed node; return tie (axis 1 along the push) and node."""
+    """Tie the connector to a new fixed node; return tie element (axis 1: push) and node."""
     driver, element = grounded_node(ops.nodeCoord(connector), tags), tags.element()
     stiff = elastic_material(_GUIDE_N_PER_M, tags)
     axes = (*direction, 0.0, -direction[1], direction[0], 0.0)
@@ -139,8 +139,8 @@ def _march(
     read: Callable[[], tuple[float, float]],
     integrator: tuple[str | int, ...],
 ) -> PushCurve:
-    """Advance to a target in steps, halving those that fail; read displacement and force."""
-    ops.logFile(devnull, "-noEcho")  # messages of failed steps mislead: the steps are repeated
+    """Advance to a target, halving steps that fail; return the curve of the values of `read`."""
+    ops.logFile(devnull, "-noEcho")  # failed steps are repeated: their messages would mislead
     ops.constraints("Transformation")
     ops.numberer("RCM")
     ops.system("BandGeneral")
@@ -181,7 +181,7 @@ def _along(node: int, direction: PlanVector) -> float:
 
 
 def _direction(angle_deg: float, max_disp_m: float, steps: int) -> PlanVector:
-    """Return the unit vector of a push after a check of its range."""
+    """Return the unit vector of a push; `InputError` if an argument is outside its range."""
     if not 0.0 < max_disp_m <= _MAX_DISP_M:
         raise InputError(f"max_disp_m must be within 0..{_MAX_DISP_M:g}, got {max_disp_m:g}")
     if not 2 <= steps <= _MAX_STEPS:

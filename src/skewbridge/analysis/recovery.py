@@ -1,4 +1,4 @@
-"""Recovery of steps that do not converge: the attempts in their order."""
+"""Recovery of steps that do not converge: the sequence of solution attempts."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
@@ -16,10 +16,10 @@ class Attempt:
 
     Attributes:
         algorithm: Arguments of the algorithm command.
-        substeps: Equal parts of the step; each number is a multiple of that of the recovery step
-            before, so that a recovery step can continue where the last one stopped.
-        tolerance_j: Tolerance of the convergence test if it is looser than the usual one, else 0.
-        max_iterations: Iterations before it counts as failed; None for the usual number.
+        substeps: Number of equal sub-steps; a multiple of the number in the previous recovery
+            step, so that a recovery step can continue where the previous one stopped.
+        tolerance_j: Tolerance of a looser convergence test, or 0 for the usual tolerance.
+        max_iterations: Iterations after which the attempt fails; None: the usual number.
     """
 
     algorithm: OpenSeesCommand
@@ -38,13 +38,13 @@ class Attempt:
         return ", ".join(parts)
 
 
-# A broken shear key unloads with a jump of force: no displacement of its node is in equilibrium
-# there, however small the step, and the iteration alternates across the jump. This tolerance lets
-# it pass and changes no demand; 100 J would (a drift by 4 %).
+# The force of a shear key jumps when the key breaks: no displacement of its node is in equilibrium,
+# however small the step, and the iteration alternates across the jump. This tolerance accepts the
+# step and changes no demand; 100 J would change a drift by 4 %.
 LOOSE_J: Final = 0.1
 
-# The line search needs the fewest iterations; KrylovNewton solves most cycles of stick and slip
-# that the line search does not.
+# The line search needs the fewest iterations; KrylovNewton solves most stick-slip cycles
+# that the line search does not solve.
 LADDER: Final = (
     Attempt(algorithm=("NewtonLineSearch",)),
     Attempt(algorithm=("KrylovNewton",)),
@@ -54,13 +54,13 @@ LADDER: Final = (
     Attempt(algorithm=("NewtonLineSearch",), substeps=20, tolerance_j=LOOSE_J),
     Attempt(algorithm=("Broyden", 20), substeps=100, tolerance_j=LOOSE_J),
 )
-# In steps far from contact the columns change slowly: the tangent of an earlier step serves, and
-# is renewed after a step that took two iterations. The looser test changes no demand.
+# Far from contact the columns change slowly, so the tangent of an earlier step is used. It is
+# renewed after a step that took two iterations. The looser test changes no demand.
 REUSE: Final = Attempt(
     algorithm=("ModifiedNewton", "-factoronce"), tolerance_j=0.1, max_iterations=6
 )
 HELD_STEPS: Final = 5
-# A regular step is cut into at most 2^16 parts: the settings ask for 2^11 at most.
+# A regular step is divided into at most 2^16 parts; the settings need at most 2^11.
 MAX_HALVINGS: Final = 16
 _FINEST: Final = 2**MAX_HALVINGS
 
@@ -72,12 +72,12 @@ class Effort:
     iterations: int = 0
     failed_attempts: int = 0
     substeps: int = 0  # steps shorter than the regular one
-    # (Sub-)steps that converged in each recovery step.
+    # Number of (sub-)steps that converged in each recovery step.
     steps_by_rung: Counter[int] = field(default_factory=Counter[int])
 
     @property
     def highest_rung(self) -> int:
-        """Highest recovery step in which a step converged."""
+        """Highest recovery step in which a step converged; 0 without steps."""
         return max(self.steps_by_rung, default=0)
 
 
@@ -85,25 +85,25 @@ class Effort:
 class Stepper:
     """Advances the domain by regular steps, and by recovery steps where one does not converge.
 
-    A step in which contacts change is made in parts: halves, quarters, and so on.
+    A step in which contacts change is divided into halves, quarters, and so on.
 
     Attributes:
         integrator: Arguments of the integrator command.
         dt_s: Regular step.
-        halvings: Called before each (sub-)step with the least number of halvings that ends no later
-            than the regular step and keeps sub-steps at multiples of their size; returns the number
-            of halvings, not less than that.
+        halvings: Called before each (sub-)step with the smallest number of halvings that keeps
+            sub-steps at multiples of their size and inside the regular step; returns the number to
+            use, at least as large.
         is_far: Called before each (sub-)step of at most `coarse` halvings; returns whether it is
             far from contact, so that it may use the tangent of an earlier step.
-        set_far: Called where the distance from contact changes: true if the next steps are far.
-        set_test: Called with each attempt where it starts, to set its convergence test.
-        max_iterations: Cost of an attempt that failed, unless the attempt sets another limit.
-        before: Called with the size of the coming (sub-)step where it differs from the last one,
-            and before each retry.
+        set_far: Called with True when steps far from contact begin, with False when they end.
+        set_test: Called at the start of each attempt to set its convergence test.
+        max_iterations: Iterations counted for a failed attempt without its own limit.
+        before: Called with the size of the next (sub-)step when the size changes, and before
+            each retry.
         after: Called with the size of each converged (sub-)step; returns whether to continue.
-        coarse: Most halvings of a step that may use the tangent of an earlier step.
-        together: Called with the size of a step like the last one; returns how many may follow
-            each other before `after` is called.
+        coarse: Largest number of halvings of a step that may use an earlier tangent.
+        together: Called with the size of the next step if it is unchanged; returns how many such
+            steps may be made before `after` is called.
         ladder: The attempts, in order.
         effort: Cost of the steps so far.
     """
@@ -121,23 +121,23 @@ class Stepper:
     together: Callable[[float], int] = lambda _: 1
     ladder: Sequence[Attempt] = LADDER
     effort: Effort = field(default_factory=Effort, init=False)
-    # Number of coming steps that use the attempt of the last difficult one.
+    # Number of next steps that keep the attempt that solved the last difficult step.
     _held: int = field(default=0, init=False)
-    _rung: int = field(default=0, init=False)  # in use
-    _size_s: float = field(default=0.0, init=False)  # of the last (sub-)step
+    _rung: int = field(default=0, init=False)  # recovery step in use
+    _size_s: float = field(default=0.0, init=False)  # size of the last (sub-)step
     _reuses: bool = field(default=False, init=False)  # REUSE is in use
-    _is_fresh: bool = field(default=False, init=False)  # and its tangent need not be renewed
+    _is_fresh: bool = field(default=False, init=False)  # its tangent need not be renewed
 
     def __post_init__(self) -> None:
         ops.algorithm(*self.ladder[0].algorithm)
         ops.integrator(*self.integrator)
 
     def step(self, most: int = 1) -> int:
-        """Advance one regular step, or up to `most` where nothing happens; return their number.
+        """Advance one regular step, or up to `most` while all is unchanged; return their number.
 
-        It is zero when all recovery steps failed at a part of a step.
+        It is 0 if all recovery steps failed at a part of a step, or if `after` ended the run.
         """
-        done = 0  # in the smallest parts of a regular step
+        done = 0  # progress in the smallest parts of a regular step
         while done == 0 or done % _FINEST:
             within = done % _FINEST
             fits = MAX_HALVINGS - ((within & -within).bit_length() - 1 if within else MAX_HALVINGS)
@@ -157,14 +157,14 @@ class Stepper:
         return done // _FINEST
 
     def _take_together(self, count: int) -> tuple[int, bool]:
-        """Make equal steps as the last one until one fails; return as `_take` does."""
+        """Make up to `count` steps of the last size; return their number, whether to continue."""
         if count < 2:
             return 0, True
         size_s, before_s = self._size_s, ops.getTime()
         is_done = ops.analyze(count, size_s) == 0
         made = count if is_done else round((ops.getTime() - before_s) / size_s)
         self._is_fresh = self._reuses and is_done and ops.testIter() < 2
-        # all but the last step count as one iteration with an old tangent, else like the last one
+        # estimate: one iteration per step with an old tangent, otherwise as in the last step
         self.effort.iterations += made if self._reuses or not is_done else made * ops.testIter()
         self.effort.substeps += made * (size_s < self.dt_s)
         self.effort.steps_by_rung[0] += made
@@ -178,7 +178,7 @@ class Stepper:
         return made + 1, self._recover(size_s)
 
     def _advance(self, size_s: float, *, is_far: bool) -> bool:
-        """Make one (sub-)step, by recovery steps if it does not converge."""
+        """Make one (sub-)step, by recovery steps if needed; return whether to continue."""
         if size_s != self._size_s:
             self._size_s = size_s
             self._is_fresh = False
@@ -199,7 +199,7 @@ class Stepper:
         return self._recover(size_s)
 
     def _recover(self, size_s: float) -> bool:
-        """Make a step by recovery steps after its first attempt has failed."""
+        """Make a step by recovery steps after its first attempt; return whether to continue."""
         self._count_failure(self.ladder[self._rung])
         rung, continues = self._climb(size_s)
         if rung is not None and self.ladder[rung].substeps == 1:
@@ -213,7 +213,7 @@ class Stepper:
         return continues and rung is not None
 
     def _reuse(self, size_s: float) -> bool:
-        """Try a step with the tangent of an earlier one."""
+        """Try a step with the tangent of an earlier step; return whether it converged."""
         if not (self._reuses and self._is_fresh):
             if not self._reuses:
                 self.set_far(True)
@@ -247,8 +247,8 @@ class Stepper:
     def _reset(self) -> None:
         """Reset integrator and equations after a failed step.
 
-        Houbolt keeps values of the failed step, and with rigid links the equations of any
-        integrator do. A retry without a reset is silently wrong (accelerations of hundreds of m/s2
+        Houbolt keeps values of the failed step. With rigid links, so do the equations of any
+        integrator. A retry without a reset is silently wrong (accelerations of hundreds of m/s2
         at OSB1).
         """
         ops.integrator(*self.integrator)
@@ -282,25 +282,25 @@ class Stepper:
 
 
 def steps_as_text(steps_by_rung: Iterable[int]) -> str:
-    """Return the column ``steps_by_rung`` of an analysis: numbers from recovery step 0 on."""
+    """Return the text of column ``steps_by_rung``: (sub-)steps by recovery step, from 0."""
     return " ".join(map(str, steps_by_rung))
 
 
 def steps_from_text(text: str) -> list[int]:
-    """Return the numbers in the column ``steps_by_rung``; none for an analysis without a step."""
+    """Return the numbers in the text of column ``steps_by_rung``; empty if the text is empty."""
     return [int(steps) for steps in text.split()]
 
 
 def rung_shares(steps_by_rung: Iterable[Sequence[int]]) -> list[dict[str, Any]]:
-    """Return the number of steps and analyses by recovery step.
+    """Return numbers and shares of steps and analyses by recovery step.
 
     Args:
-        steps_by_rung: (Sub-)steps of each analysis by recovery step; empty without any step.
+        steps_by_rung: (Sub-)steps of each analysis by recovery step; empty for no steps.
 
     Returns:
         One row per recovery step: ``rung``, ``attempt`` (description), ``steps`` and
         ``steps_share`` ((sub-)steps that converged at it), ``analyses`` and ``analyses_share``
-        (analyses that needed it and none higher).
+        (analyses that needed it but no higher one).
     """
     counts = list(steps_by_rung)
     highest = [max((rung for rung, n in enumerate(steps) if n), default=0) for steps in counts]

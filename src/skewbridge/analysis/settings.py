@@ -1,4 +1,4 @@
-"""Numerics of an analysis: section ``analysis`` of the configuration, and named sets of them."""
+"""Numerical settings of an analysis (section ``analysis``), and named sets of settings."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -20,15 +20,15 @@ Step = Annotated[Number, Field(ge=1.0e-5, le=0.02)]
 
 PAPER_DT_S: Final = 0.005  # source: Rahman & Mackie, section 5
 
-# A one-step method may change its step at every event. With velocities as unknowns, a step starts
-# from the continued motion of the last one, which needs fewer iterations than a start from rest.
+# A one-step method allows a different step size at every event. With velocities as unknowns, a step
+# is predicted at the last velocity, which needs fewer iterations than a prediction at rest.
 _INTEGRATOR: Final = ("Newmark", 0.5, 0.25, "-form", "V")
 _PAPER_INTEGRATOR: Final = ("Houbolt",)  # source: Rahman & Mackie, section 5
 _KNOWN: Final = (("Houbolt",), ("Newmark",), ("HHT",))
 
-#: By name, the keys of the sections ``analysis`` and ``model`` that a set of numerics changes.
+#: Named sets of numerics: the keys of sections ``analysis`` and ``model`` that each set changes.
 NUMERICS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
-    # Changes at half of this step: docs/theory/analysis.md, convergence.
+    # Changes of the results at half this step: docs/theory/analysis.md, convergence.
     "reference": {
         "analysis": {
             "dt_s": 0.0005,
@@ -60,7 +60,7 @@ NUMERICS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class AnalysisSettings:
-    """Numbers of the transient analysis; each field is a key of the configuration.
+    """Settings of the transient analysis; each field is a key of the configuration.
 
     Raises:
         ValidationError: A value is outside its limits (`files.text.checked` turns it into
@@ -72,38 +72,37 @@ class AnalysisSettings:
     dt_s: Step = Field(default=0.010)
     """regular time step; fixed at 0.005 in scheme paper"""
     contact_dt_s: Step | None = Field(default=0.005)
-    """largest step in contact, the regular step over a power of two; null (scheme paper): the \
-regular step"""
+    """largest step in contact, rounded down to dt_s / 2^k; null (scheme paper): dt_s"""
     event_dt_s: Step | None = Field(default=0.0003125)
     """largest step when a contact opens or closes"""
     max_friction_error: Number = Field(default=0.015, ge=1.0e-4, le=1.0e9)
-    """excess of friction over its limit above which steps in contact are halved"""
+    """relative excess of friction over its limit above which steps in contact are halved"""
     duration_s: Number | None = Field(default=None, gt=0.0, le=1.0e4)
     """shorten motions to this length; null: whole motions"""
     free_vibration_s: Number = Field(default=0.0, ge=0.0, le=1.0e3)
-    """zeros after the motion"""
-    # source: design criterion of the study, as is the next one
+    """time without input after the motion"""
+    # source: design criterion of the study, for both collapse limits
     collapse_drift_ratio: Number = Field(default=0.10, ge=1.0e-4, le=0.5)
     """column drift that counts as collapse"""
     collapse_deck_disp_m: Number = Field(default=2.0, ge=1.0e-3, le=5.0)
     """deck displacement that counts as collapse"""
     integrator: OpenSeesCommand | None = Field(default=None)
-    """such as [Newmark, 0.5, 0.25]; null: the integrator of the scheme"""
+    """OpenSees command, such as [Newmark, 0.5, 0.25]; null: set by the scheme"""
     tolerance_j: Number = Field(default=1.0e-4, ge=1.0e-16, le=1.0e3)
-    """convergence test on the energy of an increment"""
+    """tolerance of the convergence test on energy increments"""
     reuse_tangent: Flag = Field(default=True)
     """far from contact, use an earlier tangent and converge to 0.1 J"""
     max_iterations: Whole = Field(default=15, ge=2, le=1000)
-    """iterations of one attempt at one step"""
+    """most iterations of one attempt at a step"""
     mean_iterations: Number = Field(default=40.0, ge=1.0, le=1.0e4)
-    """iterations per regular step above which the status is timeout"""
+    """mean iterations per regular step above which the status is timeout"""
     energy: Flag = Field(default=True)
-    """keep the energy balance (2 to 3 % of the time)"""
+    """compute the energy balance (2 to 3 % of the run time)"""
 
     @model_validator(mode="before")
     @classmethod
     def _paper(cls, given: ArgsKwargs | dict[str, object] | object) -> object:
-        """Let the scheme of the paper bring its one step."""
+        """Add the constant step of scheme paper where keys are not given."""
         if not isinstance(given, ArgsKwargs | dict):
             return given
         values = dict(given.kwargs or {}) if isinstance(given, ArgsKwargs) else dict(given)
@@ -129,23 +128,23 @@ regular step"""
 
     @property
     def contact_halvings(self) -> int:
-        """How often a regular step is halved while a contact is closed."""
+        """Number of halvings of a regular step while a contact is closed."""
         return _halvings(self.dt_s, self.contact_dt_s)
 
     @property
     def event_halvings(self) -> int:
-        """How often a regular step is halved where a contact is about to open or to close."""
+        """Number of halvings of a regular step when a contact is about to open or close."""
         return max(_halvings(self.dt_s, self.event_dt_s), self.contact_halvings)
 
     def increment_s(self, dt_s: float) -> float:
-        """Return the factor from the unknowns to displacements: 1, or a time for velocities."""
+        """Return displacement increment / unknown: 1, or beta dt / gamma (s) for velocities."""
         if self.integrator_command[-2:] != ("-form", "V"):
             return 1.0
         gamma, beta = self.integrator_command[1:3]
         return float(beta) / float(gamma) * dt_s
 
     def model_options(self, options: ModelOptions) -> ModelOptions:
-        """Return the modelling options under the scheme: the paper's replace the given ones."""
+        """Return the modelling options; scheme paper overrides the options that the paper fixes."""
         if self.scheme == "default":
             return options
         return replace(
@@ -158,18 +157,18 @@ regular step"""
             backfill_height_exponent=1.0,
             key_along_face="elastic",
             key_frame="skewed",  # the paper's loops are in the local axes of the abutment
-            # strains of distributed plasticity localise in a twentieth of the height
+            # with distributed plasticity, strains localise in a twentieth of the height
             fiber_end="none",
         )
 
 
 def _halvings(step_s: float, largest_s: float | None) -> int:
-    """Return the fewest halvings of a step that leave no more than the largest one."""
+    """Return the smallest number of halvings of a step that makes it at most ``largest_s``."""
     return 0 if largest_s is None else max(0, ceil(log2(step_s / largest_s) - 1e-9))
 
 
 def under_explicit_keys(raw: Mapping[str, Any], accuracy: object) -> dict[str, Any]:
-    """Return sections of a configuration with a set of numerics below their explicit keys."""
+    """Return configuration sections filled with a set of numerics; explicit keys override it."""
     if accuracy not in NUMERICS:
         known = ", ".join(get_args(Accuracy.__value__))
         raise InputError(f"accuracy must be one of {known}, got {accuracy!r}")
@@ -179,6 +178,6 @@ def under_explicit_keys(raw: Mapping[str, Any], accuracy: object) -> dict[str, A
 def at_accuracy(
     settings: AnalysisSettings, options: ModelOptions, accuracy: Accuracy
 ) -> tuple[AnalysisSettings, ModelOptions]:
-    """Return settings and options with a set of numerics instead of their own."""
+    """Return settings and options with the keys of a set of numerics replaced."""
     numerics = NUMERICS[accuracy]
     return replace(settings, **numerics["analysis"]), replace(options, **numerics["model"])

@@ -1,4 +1,4 @@
-"""Step loop of all response histories: solver, steps, contact updates and the end."""
+"""Step loop of all response histories: solver, step sizes, contact updates and ending."""
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -18,29 +18,29 @@ from skewbridge.statuses import Status
 
 type Progress = Callable[[float, float], None]
 _STEPS_PER_REPORT: Final = 50
-# An accelerating pair closes earlier than its speed predicts: half a step of margin.
+# An accelerating pair closes earlier than its speed predicts, hence a margin of half a step.
 LOOK_AHEAD: Final = 1.5
-# The friction error falls by a factor of 4 when the step is halved: steps grow again where the
-# error is below this share of the allowed one.
+# Halving the step divides the friction error by 4, so the step is doubled when the error is below
+# this share of the allowed error.
 _GROW: Final = 0.2
-# The deck swings if an opening was below this share of its gap within this time. Regular steps of
-# 10 ms would change peaks between contacts by more than 1 % then.
+# The deck counts as swinging if an opening was below this share of its gap within this time.
+# Regular steps of 10 ms would then change peaks between contacts by more than 1 %.
 SWING_SHARE: Final = 0.75
 SWING_S: Final = 0.3
-# ASSUME no pair closes faster than at its speed with this acceleration: as many steps as fit are
-# made without a look at the contacts
+# ASSUME the closing speed of a pair grows by at most this acceleration: until the earliest possible
+# closing, steps are made without reading the contacts
 MAX_ACCEL_MPS2: Final = 20.0
 LONGEST_S: Final = 0.08
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ending:
-    """The end of a history.
+    """End of a response history.
 
     Attributes:
-        status: As in the demands table.
-        collapse_criterion: Demand whose limit was exceeded, or empty.
-        message: Why it ended early, or empty.
+        status: Status, as in the demands table.
+        collapse_criterion: Name of the demand that exceeded its limit, or empty.
+        message: Reason for an early end, or empty.
     """
 
     status: Status = "ok"
@@ -49,15 +49,15 @@ class Ending:
 
 
 class StepLoop:
-    """Advances the model in the open domain by regular steps, in parts at contact events.
+    """Advances the model in the open domain by regular steps, subdivided near contact events.
 
-    A history starts here: the contacts take the state under gravity as a state at rest.
+    Creating it starts a history: the contacts take the state under gravity as a state at rest.
 
     Args:
-        contacts: Contacts of the model, updated after each converged (sub-)step; None without.
+        contacts: Contacts of the model, updated after each converged (sub-)step; or None.
         settings: Step, integrator and iteration budget.
-        set_far: Called where the distance from contact changes: true if the next steps are far.
-        longest_s: Longest time between two readings of the model; 0 reads it after every step.
+        set_far: Called with True when steps far from contact begin, with False when they end.
+        longest_s: Longest time (s) between two readings of the model; 0: read after every step.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class StepLoop:
         self._longest_s = longest_s
         self._ending: Ending | None = None
         self._size_s, self._attempt = settings.dt_s, LADDER[0]
-        self._calm_s = inf  # since the deck swung
+        self._calm_s = inf  # time since the deck last swung
         self._in_contact, self._finest = settings.contact_halvings, settings.event_halvings
         if contacts is not None:
             contacts.start_from_rest()
@@ -80,13 +80,13 @@ class StepLoop:
     def run(
         self, steps: int, read: Callable[[], Ending | None], progress: Progress | None = None
     ) -> Ending:
-        """Make the steps until the last one, an ending or a failure.
+        """Run all regular steps or until an early end; return the ending.
 
         Args:
             steps: Number of regular steps.
-            read: Called after the steps made at once, usually a single (sub-)step, and their
-                contact update; reads the model and returns an ending if the history ends there.
-            progress: Called from time to time with the time reached and the duration.
+            read: Called after each (sub-)step, or each group of steps made in one OpenSees call,
+                and its contact update; returns an ending to stop the history, else None.
+            progress: Called about every 50 steps with the time reached and the duration (s).
         """
         settings = self._settings
         configure_solver(settings)
@@ -125,7 +125,7 @@ class StepLoop:
         return Ending()
 
     def _halvings(self, least: int) -> int:
-        """Return the number of halvings of the regular step that resolves the contacts."""
+        """Return how often to halve the regular step to resolve contacts, at least ``least``."""
         contacts, finest = self._contacts, self._finest
         if contacts is None or finest == 0:
             return least
@@ -142,14 +142,14 @@ class StepLoop:
         return halvings
 
     def _is_far(self) -> bool:
-        """Whether no contact is closed; `_halvings` cuts the steps in which one may close."""
+        """Return whether all contacts are open, so that an earlier tangent may be reused."""
         contacts = self._contacts
         return self._settings.reuse_tangent and contacts is not None and not contacts.is_any_closed
 
     def _together(self, size_s: float) -> int:
-        """Return the number of steps of this size in which no contact can close.
+        """Return how many steps of this size fit before a contact could close.
 
-        Steps at events stay single.
+        Steps near contact events are made one at a time.
         """
         contacts, settings = self._contacts, self._settings
         if contacts is None or contacts.is_any_closed:
@@ -157,13 +157,13 @@ class StepLoop:
         if size_s < settings.dt_s / 2**settings.contact_halvings:
             return 1
         count = int(min(self._longest_s, contacts.time_to_closing_s(MAX_ACCEL_MPS2)) / size_s)
-        # without event steps, a single step before a closing predicts its friction
+        # without event steps, the last step before a closing is single: it predicts the friction
         return count if self._finest > 0 else count - 1
 
     def _adapt(self, contacts: ContactSet) -> None:
-        """Halve the steps in contact, or double them again, by the friction error.
+        """Halve the step in contact if the friction error is too large; double it if it is small.
 
-        After a contact has opened or closed, the steps start at the finest size.
+        After a contact opens or closes, steps restart at the finest size.
         """
         friction_error, allowed = contacts.friction_error, self._settings.max_friction_error
         if contacts.changes:
@@ -198,7 +198,7 @@ def _failure(message: str) -> Ending:
 
 @contextmanager
 def solver_log(path: Path | None) -> Generator[None]:
-    """Write the messages of OpenSees to a file inside the block, and drop them afterwards."""
+    """Write OpenSees messages to a file inside the block; discard them without a path and later."""
     if path is not None:
         path.parent.mkdir(parents=True, exist_ok=True)
     ops.logFile(devnull if path is None else str(path), "-noEcho")
@@ -211,7 +211,7 @@ def solver_log(path: Path | None) -> Generator[None]:
 def configure_solver(settings: AnalysisSettings) -> None:
     """Set the solver of all attempts and the convergence test of a regular step.
 
-    Friction by parameter updates keeps the tangent symmetric.
+    The solver is symmetric: friction by parameter updates keeps the tangent symmetric.
     """
     ops.wipeAnalysis()
     ops.constraints("Plain")
@@ -221,7 +221,7 @@ def configure_solver(settings: AnalysisSettings) -> None:
 
 
 def set_test(settings: AnalysisSettings, step_s: float, attempt: Attempt = LADDER[0]) -> None:
-    """Set the convergence test of an attempt at steps of a length."""
-    # the unknown may be a velocity: OpenSees tests its product with the unbalance
+    """Set the convergence test of an attempt for steps of ``step_s``."""
+    # the unknowns may be velocities: OpenSees tests their product with the unbalanced forces
     tolerance = max(attempt.tolerance_j, settings.tolerance_j) / settings.increment_s(step_s)
     ops.test("EnergyIncr", tolerance, attempt.max_iterations or settings.max_iterations)

@@ -1,6 +1,6 @@
 """Records of a model during an analysis.
 
-During the analysis, recorders of OpenSees write binary files. Demands are computed from them
+OpenSees recorders write binary files during the analysis. Demands are computed from the files
 afterwards, one quantity at a time.
 """
 
@@ -20,8 +20,8 @@ from skewbridge.bridge.handles import BridgeModel, Point, SpringHandle
 
 type Series = NDArray[np.float64]
 
-DISP: Final = 6  # components of a node
-STEP_ROUNDING: Final = 1.0e-6  # rounding of a time that is a sum of steps, over the step
+DISP: Final = 6  # displacement components of a node
+STEP_ROUNDING: Final = 1.0e-6  # rounding error of a sum of steps, divided by the step
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,14 +31,14 @@ class ResponseTrace:
     Attributes:
         time_s: Times of the rows.
         centre_accel_mps2: Acceleration of the deck's mass centre relative to the ground, (n, 2).
-        nodes: Displacements and rotations since before gravity by node, (n, 6); without fixed
-            nodes.
+        nodes: Displacements and rotations from the unloaded state by node, (n, 6); nodes that are
+            not recorded are fixed.
         columns: Global end forces by element, base first, (n, 12).
-        sections: Deformations (axial, about z, about y, ...) by element and integration point.
+        sections: Axial strain and curvatures about z, y, ... by element and integration point.
         springs: Basic forces by element, (n, components).
-        bearings: Shear forces of a pad along x and y, resisting the deck, by element, (n, 2).
+        bearings: Shear forces of the pads on the deck along x and y, by element, (n, 2).
         normals_n: Normal forces of the contact units, compression positive, (n, units).
-        tangentials_n: Their friction forces, (n, units, 2).
+        tangentials_n: Friction forces of the contact units along t1 and t2, (n, units, 2).
     """
 
     time_s: Series
@@ -53,7 +53,7 @@ class ResponseTrace:
     _points: dict[Point, Series] = field(default_factory=dict[Point, Series], init=False)
 
     def at(self, rows: slice | list[int] | NDArray[np.bool_]) -> "ResponseTrace":
-        """Return the trace at some rows."""
+        """Return the trace of the selected rows."""
 
         def cut(record: Any) -> Any:
             if isinstance(record, dict):
@@ -64,33 +64,33 @@ class ResponseTrace:
         return ResponseTrace(**parts)
 
     def position(self, place: int | Point) -> Series:
-        """Displacements and rotations of a node or point since before gravity, shape (n, 6).
+        """Return displacements and rotations of a node or point from the unloaded state, (n, 6).
 
-        A point moves rigidly with its node, by small rotations.
+        A point is rigidly attached to its node (small rotations).
         """
         if isinstance(place, Point):
             if place not in self._points:
                 self._points[place] = moved = self.position(place.node).copy()
                 moved[:, :3] += np.cross(moved[:, 3:], place.arm_m)
             return self._points[place]
-        fixed = self.nodes.get(place)
-        return np.zeros((len(self.time_s), DISP)) if fixed is None else fixed
+        recorded = self.nodes.get(place)
+        return np.zeros((len(self.time_s), DISP)) if recorded is None else recorded
 
     def disp(self, place: int | Point) -> Series:
-        """Displacements and rotations of a node or point since gravity, shape (n, 6)."""
+        """Return displacements and rotations of a node or point from the gravity state, (n, 6)."""
         values = self.position(place)
         return values - values[0]
 
     def spring_force(self, handle: SpringHandle) -> Series:
-        """Force of a spring, shape (n,)."""
+        """Return the force of a spring (N), shape (n,)."""
         return self.springs[handle.element][:, handle.component]
 
 
 def at_regular_steps(time_s: Series, dt_s: float) -> NDArray[np.bool_]:
-    """Return a mask of the rows at the ends of regular steps, and of the last row, shape (n,).
+    """Return a mask, shape (n,), that selects the ends of regular steps and the last row.
 
     Histories use these rows, so that their times are equally spaced. Peaks use all rows, including
-    the sub-steps in contact and of retries.
+    sub-steps in contact and in retries.
     """
     steps = time_s / dt_s
     kept = np.abs(steps - np.round(steps)) < STEP_ROUNDING
@@ -102,13 +102,13 @@ class Recorder:
     """Records the domain in binary files, one row per committed step.
 
     OpenSees writes each row of a file to the disk at once, so there is one file per response. The
-    files are in a temporary folder that goes with this object. Reading the same values from Python
+    files are in a temporary folder, deleted with this object. Reading the same values from Python
     in every step would cost four times as much.
     """
 
     def __init__(self) -> None:
         self._folder = TemporaryDirectory(prefix="skewbridge-", ignore_cleanup_errors=True)
-        # components by tag of each response, which starts with Node or Element
+        # number of components by tag, for each response (a tuple that starts with Node or Element)
         self._widths: dict[tuple[str, ...], dict[int, int]] = {}
         self._is_open, self._rows = True, 0
 
@@ -117,7 +117,7 @@ class Recorder:
         self._widths.setdefault(("Node", response), {}).update(dict.fromkeys(nodes, DISP))
 
     def elements(self, elements: Iterable[int], *response: str) -> None:
-        """Record a response of elements; `ValueError` if one lacks it (else it is silent)."""
+        """Record a response of elements; `ValueError` if one lacks it (OpenSees stays silent)."""
         widths = self._widths.setdefault(("Element", *response), {})
         for tag in elements:
             widths[tag] = len(ops.eleResponse(tag, *response))
@@ -125,7 +125,7 @@ class Recorder:
                 raise ValueError(f"element {tag} has no response {response}")
 
     def start(self) -> None:
-        """Start all records with a row of the committed state."""
+        """Start recording; the first row is the committed state."""
         dofs = ("-dof", *range(1, DISP + 1))
         for (kind, *response), widths in self._widths.items():
             of_tags = ("-node", *widths, *dofs) if kind == "Node" else ("-ele", *widths)
@@ -141,9 +141,10 @@ class Recorder:
             self._is_open = False
 
     def read(self, kind: str, *response: str) -> tuple[Series, dict[int, Series]]:
-        """Return times, shape (n,), and values by tag, (n, components); `OSError` if incomplete.
+        """Stop recording; return times, shape (n,), and values by tag, (n, components).
 
-        The response of nodes (kind ``Node``) or elements (``Element``) may be without tags.
+        The kind is ``Node`` or ``Element``. Both results are empty for a response without tags.
+        `OSError` if the file is incomplete.
         """
         self.close()
         widths = self._widths[kind, *response]
@@ -169,13 +170,13 @@ class Recorder:
 
 
 class Monitor:
-    """Records a model; the forces of the pads, which only histories need, on request.
+    """Records a model; ``bearings`` adds the forces of the pads, which only histories need.
 
-    Whoever needs more adds it to `recorder` before `start`.
+    Further responses can be added to `recorder` before `start`.
 
     Attributes:
-        nodes: Nodes whose displacements are recorded: all that are not fixed.
-        recorder: The records.
+        nodes: Nodes whose displacements are recorded: all except fully fixed nodes.
+        recorder: Recorder of all responses.
     """
 
     def __init__(self, model: BridgeModel, *, bearings: bool = False) -> None:
@@ -203,11 +204,11 @@ class Monitor:
         self.recorder.start()
 
     def drop_last(self) -> None:
-        """Leave the last row out of the trace."""
+        """Omit the last row from the trace."""
         self._is_last_kept = False
 
     def extra(self, kind: str, *response: str) -> dict[int, Series]:
-        """Return a response by node or element, with the rows of the trace."""
+        """Return a response by node or element, with the same rows as the trace."""
         rows = len(self.trace().time_s)
         return {
             tag: values[:rows] for tag, values in self.recorder.read(kind, *response)[1].items()

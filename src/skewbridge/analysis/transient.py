@@ -1,4 +1,4 @@
-"""Nonlinear response history of one variant under one motion, its limits and its residual drift."""
+"""Nonlinear response history of one variant under one motion, with limits and residual drift."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -28,23 +28,24 @@ from skewbridge.statuses import OK, Status
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS, ModelOptions
 from skewbridge.variant.variant import Variant
 
-# ASSUME no bridge moves this fast. A diverging solution may keep converging, with forces of any
-# size, so these limits end it. They are far above any real response and do not define collapse.
+# ASSUME no bridge moves this fast. A diverging solution may still pass the convergence test, with
+# forces of any size, so these limits stop it. They are far above real responses and do not define
+# collapse.
 MAX_STEP_DRIFT: Final = 0.05
 MAX_STEP_DISP_M: Final = 0.5
-MAX_CONTACT_WEIGHTS: Final = 5.0  # normal force of one contact over the weight of the bridge
+MAX_CONTACT_WEIGHTS: Final = 5.0  # normal force of one contact / weight of the bridge
 _STEPS_PER_PERIOD: Final = 20
 MAX_PERIODS: Final = 10
-#: The tolerance must fade with the motion: 1e-3 J would change the drift by 15 %.
+#: Tight because the motion dies out: 1e-3 J would change the drift by 15 %.
 TOLERANCE_J: Final = 1.0e-6
 #: A column is at rest if its drift changes by less than this in a quarter of a period.
 STILL_DRIFT: Final = 1.0e-5
 _STEPS_STILL: Final = _STEPS_PER_PERIOD // 4
-# gamma and beta of Newmark that damp the high modes of penalties: only the state at rest matters,
-# not the path to it.
+# Newmark gamma and beta that damp the high modes of penalty springs: only the state at rest
+# matters, not the path to it.
 _INTEGRATOR: Final = ("Newmark", 1.0, 0.5625)
 _PARTS: Final = (1, 4, 16)
-# The residual drift is that of the last state, also after the failure of a column.
+# The residual drift is taken from the last state, even after the failure of a column.
 _RESIDUAL: Final = "column_residual_drift_ratio"
 
 
@@ -53,25 +54,25 @@ class AnalysisResult:
     """Result of one analysis, with the peaks up to its last step.
 
     Attributes:
-        status: As in the demands table.
-        collapse_criterion: Demand whose limit was exceeded, or empty.
+        status: Status, as in the demands table.
+        collapse_criterion: Name of the demand that exceeded its limit, or empty.
         time_reached_s: Time of the last converged step.
         duration_s: Duration of the whole analysis.
-        recovery_rung: Highest recovery step in which a step converged, 0 none.
+        recovery_rung: Highest recovery step in which a step converged; 0 if none was needed.
         steps_by_rung: (Sub-)steps that converged in each recovery step.
-        loosened_ratio: Share of these steps that met only a looser convergence test.
+        loosened_ratio: Share of (sub-)steps that met only a looser convergence test.
         substeps: Steps shorter than the regular one.
-        failed_attempts: Attempts at a step that did not converge.
-        houbolt_failures: The same if the integrator is Houbolt, which each one restarts; else 0.
+        failed_attempts: Number of step attempts that did not converge.
+        houbolt_failures: `failed_attempts` if the integrator is Houbolt (each restarts it), else 0.
         iterations: Equilibrium iterations, including those of failed attempts.
         demands: The demand columns of the table, in their units.
-        whole_history: The same as peaks up to the end, even after the failure of a column.
+        whole_history: The demand columns as peaks up to the end, even after a column failure.
         model_end: First failure of a column; the demands are peaks up to then.
-        energy_kj: Energy balance by term; empty if it was not kept.
+        energy_kj: Energy balance by term; empty if it was not computed.
         histories: Columns of the history table at the regular steps, each of shape (steps + 1,),
             or None.
-        geometry: Of the model, if there are histories and contacts.
-        messages: Why the analysis ended early, and notes on its demands.
+        geometry: Geometry of the model if there are histories and contacts, else None.
+        messages: Reason for an early end, and notes on the demands.
     """
 
     status: Status
@@ -106,8 +107,8 @@ def analyse(
 ) -> AnalysisResult:
     """Analyse one variant under one two-component motion.
 
-    The same call gives the same result, bit by bit: nothing depends on the clock. Messages of
-    OpenSees go to ``log_path``; ``progress`` gets the time reached and the duration.
+    The same call gives the same result to the bit: nothing depends on the clock. Messages of
+    OpenSees go to ``log_path``; ``progress`` is called with the time reached and the duration.
 
     Raises:
         InputError: An argument is outside its limits; nothing was analysed.
@@ -121,7 +122,7 @@ def analyse(
 
 
 class _History:
-    """The response history of a model under gravity."""
+    """Response history of a model that starts from the state under gravity."""
 
     def __init__(
         self,
@@ -135,7 +136,7 @@ class _History:
         self._model, self._ground, self._settings = model, ground, settings
         self._histories = histories
         damp = partial(damp_columns, model.columns, rayleigh[1])
-        # without contacts, the whole history is far from them
+        # a model without contacts is far from contact in the whole history
         damp(by_tangent=settings.reuse_tangent and model.contacts is None)
         self._loop = StepLoop(model.contacts, settings, lambda is_far: damp(by_tangent=is_far))
         self._monitor = Monitor(model, bearings=histories)
@@ -148,7 +149,7 @@ class _History:
         self._monitor.start()
 
     def run(self, progress: Progress | None) -> AnalysisResult:
-        """Make all steps and return the result."""
+        """Run all steps and return the result."""
         ending = self._loop.run(self._ground.steps, self._read, progress)
         energy = {} if self._energy is None else self._energy.terms_kj()
         trace = self._monitor.trace()
@@ -157,7 +158,7 @@ class _History:
         ratios = energy_ratios(energy)
         whole = demands(self._model, trace, ground, ratios)
         end, found = model_end(self._model.columns, trace), dict(whole)
-        if end.mode:  # the model no longer holds after the failure of a column
+        if end.mode:  # the model is not valid after the failure of a column
             rows = end.rows
             found |= demands(self._model, trace.at(slice(rows)), ground[:rows], ratios)
             found |= {name: whole[name] for name in (_RESIDUAL, *SHEAR_MODEL_DEMANDS.values())}
@@ -165,7 +166,7 @@ class _History:
         if ending.status == OK:
             rest = drifts_at_rest(self._model, self._settings, self._watch.columns)
             if rest.reason:
-                messages.append(f"residual drift is that of the last step: {rest.reason}")
+                messages.append(f"residual drift is taken from the last step: {rest.reason}")
             else:
                 found[_RESIDUAL] = max(rest.drifts, default=0.0)
         histories = None
@@ -195,7 +196,7 @@ class _History:
         )
 
     def _read(self) -> Ending | None:
-        """Compare the state after a step with the limits."""
+        """Return an ending if the state after a step exceeds a limit, else None."""
         reason = self._watch.diverged()
         if reason:
             self._monitor.drop_last()
@@ -217,13 +218,13 @@ class _History:
 
 
 class Watch:
-    """Compares each step with the limits; made in the state under gravity.
+    """Compares each step with the limits; create it in the state under gravity.
 
     Attributes:
-        columns: Drifts of the columns since then.
+        columns: Drifts of the columns since that state.
 
     Raises:
-        InputError: The joint gap leaves the deck no support on its seat.
+        InputError: The joint gap is at least as wide as the seat.
     """
 
     def __init__(self, model: BridgeModel, settings: AnalysisSettings) -> None:
@@ -246,7 +247,7 @@ class Watch:
                 )
 
     def diverged(self) -> str:
-        """Return why the state cannot be a solution, or an empty text.
+        """Return the reason why the state is not a solution, or an empty text.
 
         Call it once after each step, before `collapsed`: a diverged solution does not prove
         collapse.
@@ -281,7 +282,7 @@ class Watch:
 
 
 class _Moved:
-    """Plan displacement of a node or point in the open domain, from now on."""
+    """Plan displacement of a node or point in the open domain since this object was created."""
 
     __slots__ = ("_has_arm", "_node", "_x", "_y", "_z", "_zero_x", "_zero_y")
 
@@ -293,7 +294,7 @@ class _Moved:
         self._zero_x, self._zero_y = self.disp_m()
 
     def disp_m(self) -> PlanVector:
-        """Return the displacement along x and y."""
+        """Return the displacement along x and y, in m."""
         x, y, _, turn_x, turn_y, turn_z = ops.nodeDisp(self._node)
         if self._has_arm:
             x += turn_y * self._z - turn_z * self._y
@@ -302,7 +303,7 @@ class _Moved:
 
 
 class Lean:
-    """Drift of a column in the open domain, from now on."""
+    """Drift of a column in the open domain since this object was created."""
 
     __slots__ = ("_base", "_height_m", "_top")
 
@@ -311,14 +312,14 @@ class Lean:
         self._height_m = column.clear_height_m
 
     def drift_ratio(self) -> float:
-        """Return the displacement of the top against the base over the clear height."""
+        """Return the displacement of the top relative to the base / clear height."""
         (top_x, top_y), (base_x, base_y) = self._top.disp_m(), self._base.disp_m()
         return hypot(top_x - base_x, top_y - base_y) / self._height_m
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rest:
-    """Resultant drifts of the columns at rest over clear heights; NaN and a reason if moving."""
+    """Resultant drift ratios of the columns at rest; NaN and a reason if they keep moving."""
 
     drifts: tuple[float, ...]
     steps: int
@@ -330,12 +331,12 @@ def drifts_at_rest(
     settings: AnalysisSettings,
     columns: Sequence[Lean],
 ) -> Rest:
-    """Let the model in the open domain come to rest from its last state; return its drifts.
+    """Let the model in the open domain come to rest; return the drifts of its columns.
 
-    From its last state and velocities it vibrates freely, with critical damping on the masses of
-    deck and columns at the long period of the bridge and with the contacts updated as before, until
-    no column moves. A static release would fail: open gaps and slipping contacts leave nodes
-    without stiffness. The state of the history is lost.
+    It vibrates freely from its last displacements and velocities until no column moves. Damping is
+    proportional to the masses of deck and columns, critical at the long period of the bridge;
+    contacts are updated as before. A static release would fail, because open gaps and slipping
+    contacts leave nodes without stiffness. The state of the history is lost.
 
     Args:
         model: Model after the last step of a history, whose motion has ended.
@@ -369,14 +370,16 @@ def drifts_at_rest(
         last = zip(*trail[-_STEPS_STILL - 1 :], strict=True)
         if step > _STEPS_STILL and all(max(drift) - min(drift) < STILL_DRIFT for drift in last):
             return Rest(drifts=trail[-1], steps=step)
-    return Rest(drifts=nothing, steps=len(trail) - 1, reason=f"moving after {MAX_PERIODS} periods")
+    return Rest(
+        drifts=nothing, steps=len(trail) - 1, reason=f"still moving after {MAX_PERIODS} periods"
+    )
 
 
 def _forget_accelerations() -> None:
     """Set the accelerations of massless degrees of freedom to zero.
 
-    Under the trapezoidal rule they are unused and oscillate from step to step; the integrator of
-    the release would take them for motion.
+    The trapezoidal rule does not use them, and they oscillate from step to step; the integrator of
+    the release would treat them as motion.
     """
     for node in ops.getNodeTags():
         for dof in range(1, 7):
@@ -385,7 +388,7 @@ def _forget_accelerations() -> None:
 
 
 def _advance(contacts: ContactSet | None, dt_s: float) -> bool:
-    """Make one step, in parts if it does not converge as a whole."""
+    """Make one step, in parts if it does not converge; return whether it converged."""
     for parts in _PARTS:
         part_s = dt_s / parts
         if contacts is not None:
