@@ -159,7 +159,7 @@ def test_a_run_reports_the_progress_of_each_variant(tmp_path, monkeypatch, capsy
         logger.removeHandler(terminal)
     printed = capsys.readouterr().err
     for done in (2, 3):
-        assert f"osb1_v: {done} of 3 analyses done (1 of them before), " in printed
+        assert f"osb1_v: {done} of 3 analyses done (1 in earlier runs), " in printed
     assert "min left" in printed
     assert "per minute" in printed
     assert "for the log file" not in printed

@@ -150,7 +150,7 @@ def test_the_analysis_of_a_row_is_found_also_in_a_search(tmp_path: Path) -> None
         assert run_key(found) == run_key(task)
         assert found.motion.measures == task.motion.measures
     assert plain.task_of(row_of(at_factor(first, 1.37))) is None
-    with pytest.raises(InputError, match=r"osb2s_.*: the study has the bridges osb1"):
+    with pytest.raises(InputError, match=r"osb2s_.*: the study has only the bridges osb1"):
         plain.tasks("osb2s_cf_skew30_gap025_mu050")
 
 
@@ -227,7 +227,7 @@ def test_the_cost_of_a_study_of_searches_is_that_of_all_their_analyses(tmp_path,
     assert searching.summary["analyses"] == given.summary["analyses"]
     hours = [each.summary["core_hours"] for each in (given, searching)]
     assert hours[1] == pytest.approx(10 * hours[0], rel=1e-3)
-    assert searching.notes == ("Counted are searches of up to 10 analyses; the cost is of all.",)
+    assert searching.notes == ("Counts are searches of up to 10 analyses; the cost covers all.",)
 
 
 def test_values_on_axes_and_bridges_from_any_path_reach_the_analyses(tmp_path: Path) -> None:

@@ -109,8 +109,8 @@ def test_a_plan_has_a_line_its_demands_and_the_motions_of_a_variant(tmp_path) ->
     start = "round 3: 19 of 24 decided; "
     assert rounds.round_line(plan(None)) == f"{start}next 48 analyses, about 3 min"
     assert rounds.round_line(plan("decided")) == f"{start}the question is answered"
-    assert "5 are out of reach" in rounds.round_line(plan("most"))
-    assert "a larger value resumes" in rounds.round_line(plan("hours"))
+    assert "5 cannot be decided" in rounds.round_line(plan("most"))
+    assert "set a larger value to resume" in rounds.round_line(plan("hours"))
     assert rounds.round_line(plan(None, cells=[])) == "round 3: next 48 analyses, about 3 min"
     folder = StudyFolder(tmp_path)
     path = tmp_path / "plan.json"

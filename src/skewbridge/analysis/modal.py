@@ -124,7 +124,7 @@ def warn_of_periods(bridges: Iterable[str]) -> None:
 
 
 def periods_of_file(bridge: str, modes: ModalResult) -> list[str]:
-    """Return findings about T1 in a bridge file; ``modes`` are those of `standing_bridge`."""
+    """Return findings about T1 in a bridge file; ``modes`` comes from `standing_bridge`."""
     data, model_s = load_bridge(bridge), conditioning_period_s(modes)
     findings: list[str] = []
     change = data.t1_s / model_s - 1.0

@@ -67,7 +67,7 @@ _FINEST: Final = 2**MAX_HALVINGS
 
 @dataclass(slots=True, kw_only=True)
 class Effort:
-    """Cost of the steps so far; iterations include those of failed attempts."""
+    """Cost of the steps so far; iterations include failed attempts."""
 
     iterations: int = 0
     failed_attempts: int = 0

@@ -64,7 +64,7 @@ class AnalysisResult:
         substeps: Steps shorter than the regular one.
         failed_attempts: Number of step attempts that did not converge.
         houbolt_failures: `failed_attempts` if the integrator is Houbolt (each restarts it), else 0.
-        iterations: Equilibrium iterations, including those of failed attempts.
+        iterations: Equilibrium iterations, including failed attempts.
         demands: The demand columns of the table, in their units.
         whole_history: The demand columns as peaks up to the end, even after a column failure.
         model_end: First failure of a column; the demands are peaks up to then.

@@ -1,1 +1,1 @@
-"""Studies: configuration, analyses of the variants, journals and products."""
+"""Studies: configuration, analyses of the variants, journals and results."""

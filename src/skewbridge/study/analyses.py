@@ -1,6 +1,6 @@
-"""Analyses of a study: their tasks from the configuration and the motions, and jobs that run them.
+"""Analyses of a study: tasks made from the configuration and the motions, and jobs that run them.
 
-The journal of a job is its cache: an analysis that a journal of the study has is not repeated.
+The journals are a cache: an analysis that is in a journal of the study is not repeated.
 """
 
 import logging
@@ -51,13 +51,13 @@ PREDECESSOR_S: Final = 180.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudySetup:
-    """The configuration of a study with its prepared motions."""
+    """Configuration of a study with its prepared motions."""
 
     study: StudyConfig
-    suite: tuple[SuiteMotion, ...]  # with their factors
+    suite: tuple[SuiteMotion, ...]  # motions with their factors
     #: Intensity measures at factor 1, by bridge (as the grid names it) and motion.
     measures: Mapping[tuple[str, str], dict[str, float]]
-    #: Random properties by motion; empty where they are not drawn.
+    #: Random properties by motion; empty if none are drawn.
     draws: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     workers: int = 1
 
@@ -69,7 +69,7 @@ class StudySetup:
         draws: dict[str, dict[str, float]] = {}
         for place, name in enumerate(dict.fromkeys(motion.suite for motion in suite)):
             ids = {each.number: each.motion.motion_id for each in suite if each.suite == name}
-            # by their numbers, whatever the design of the study leaves out
+            # by number, so that motions left out by the design do not change the draws
             listed = [ids.get(number, "") for number in range(max(ids) + 1)]
             draws |= study.uncertainty.draws(listed, name if place else "")
         measures = {
@@ -85,29 +85,29 @@ class StudySetup:
 
     @property
     def ida(self) -> MotionsConfig | None:
-        """Demand, limit and levels of an IDA; None where the factors are given."""
+        """Section ``motions`` of an IDA; None for any other design."""
         return self.study.motions if self.study.motions.design == "ida" else None
 
     @property
     def motion_ids(self) -> list[str]:
-        """Motions of the suite in its order; a motion with several levels is named once."""
+        """Motions of the suite in order, each named once even if it has several levels."""
         return list(dict.fromkeys(each.motion.motion_id for each in self.suite))
 
     def of_motions(self, first: int, end: int) -> Self:
-        """Return the setup with the motions from one number up to another, counted from 0."""
+        """Return the setup with the motions ``first`` to ``end`` - 1, counted from 0."""
         names = self.motion_ids[first:end]
         return replace(self, suite=tuple(m for m in self.suite if m.motion.motion_id in names))
 
     def tasks(self, slug: str) -> list[Task]:
-        """Return the analyses of one variant; `InputError` without motions for its bridge.
+        """Return the tasks of one variant; `InputError` if no motions are prepared for its bridge.
 
-        In an IDA there is one per motion, at the first factor of its search. The values of a
-        variant on the axes of modelling options override the configured ones.
+        In an IDA, each motion has the first factor of its search. A modelling option that is an
+        axis of the grid has the value of the variant.
         """
         variant = parse_slug(slug)
         files = {Path(bridge).stem: bridge for bridge, _ in self.measures}
         if variant.bridge not in files:
-            raise InputError(f"{slug}: the study has the bridges {', '.join(files)}")
+            raise InputError(f"{slug}: the study has only the bridges {', '.join(files)}")
         variant = replace(variant, bridge=files[variant.bridge])
         options = replace(self.study.model, **dict(variant.options))
         tasks: list[Task] = []
@@ -125,10 +125,10 @@ class StudySetup:
         return tasks
 
     def task_of(self, row: Mapping[str, Any]) -> Task | None:
-        """Return the analysis of a row of the demands; None if the study does not have it."""
+        """Return the task of a row of the demands table; None if the study does not have it."""
         wanted = row["motion_id"], row["scale"], row["incidence_deg"]
         for task in self.tasks(row["variant"]):
-            # a search chooses its factors
+            # the search of an IDA chooses its factors
             trial = at_factor(task, row["scale"]) if self.ida else task
             motion = trial.motion
             if (motion.motion.motion_id, motion.scale, trial.incidence_deg) == wanted:
@@ -144,7 +144,7 @@ class StudySetup:
 
 
 def sampled(tasks: Sequence[Task], count: int) -> list[Task]:
-    """Return a number of analyses of a variant, at equal quantiles of the scaled PGV."""
+    """Return ``count`` tasks of a variant, at evenly spaced quantiles of the scaled PGV."""
 
     def strength(task: Task) -> tuple[float, str, float]:
         motion = task.motion
@@ -156,7 +156,7 @@ def sampled(tasks: Sequence[Task], count: int) -> list[Task]:
 
 
 def analyse_variant(setup: StudySetup, slug: str, output: Path) -> None:
-    """Run the analyses of a variant that its journal does not have, and write its demands."""
+    """Run the analyses of a variant that are not in its journals, and write its demands table."""
     rows = run_in_journal(setup, slug, setup.tasks(slug), of_variant=True)
     write_variant(rows, output, setup.study.suspect)
 
@@ -164,11 +164,11 @@ def analyse_variant(setup: StudySetup, slug: str, output: Path) -> None:
 def run_in_journal(
     setup: StudySetup, name: str, tasks: Sequence[Task], *, of_variant: bool = False
 ) -> list[Row]:
-    """Run the analyses that no journal of the study has, longest first; return all rows in order.
+    """Run the analyses that are not in a journal, longest first; return all rows in task order.
 
-    The name is that of the journal for new rows and of the folder for messages of the solver.
-    Equal tasks are analysed once. Of a variant, only its own journals are read, and in an IDA each
-    task begins a search. `InputError` if another process holds the journal or it cannot be written.
+    ``name`` is the name of the journal for new rows and of the folder for solver messages. Equal
+    tasks are analysed once. With ``of_variant``, only the journals of the variant are read, and in
+    an IDA each task starts a search. `InputError` if the journal is locked or cannot be written.
     """
     folder, ida = setup.folder, setup.ida if of_variant else None
     own, searches = folder.journal(name), folder.journal(f"{name}_searches")
@@ -186,8 +186,8 @@ def run_in_journal(
             if row["status"] in FAILED:
                 columns = ("variant", "motion_id", "status", "collapse_criterion")
                 outcome = (row[column] for column in columns)
-                logger.warning("%s under %s: %s (%s); alone: %s", *outcome, run_command(row))
-            finished += row["run_key"] in by_key  # not those that a search adds
+                logger.warning("%s under %s: %s (%s); repeat: %s", *outcome, run_command(row))
+            finished += row["run_key"] in by_key  # rows that a search adds do not count
             if time.monotonic() - logged_s > LOG_INTERVAL_S:
                 logged_s = time.monotonic()
                 progress_logger.info("%s: %s", name, _progress(by_key, before, finished, began_s))
@@ -204,7 +204,7 @@ def run_in_journal(
             )
         finally:
             progress_logger.info("%s: %s", name, _progress(by_key, before, finished, began_s))
-    # names and measures of the task, for rows of the journals and of equal tasks
+    # rows from journals and of equal tasks take the names and measures of their own task
     return [
         row_of_task(row, at_factor(task, row["scale"]) if ida else task, row["run_key"])
         for task in tasks
@@ -213,11 +213,11 @@ def run_in_journal(
 
 
 def _progress(tasks: Sized, before: int, finished: int, began_s: float) -> str:
-    """Return the progress of a job, some of whose tasks were finished before it began."""
+    """Return a text on the progress of a job; ``before`` tasks were finished when it began."""
     new, left = finished - before, len(tasks) - finished
     per_min = new / max(time.monotonic() - began_s, 1e-9) * 60
     text = f"{finished} of {len(tasks)} analyses done"
-    text += f" ({before} of them before)" if before else ""
+    text += f" ({before} in earlier runs)" if before else ""
     text += f", {per_min:.1f} per minute" if new else ""
     return text + (f", {left / per_min:.0f} min left" if new and left else "")
 

@@ -1,6 +1,6 @@
-"""Analyses and searches of an IDA in worker processes; rows are written to journals at once.
+"""Analyses and IDA searches in worker processes; rows are written to journals immediately.
 
-A worker process imports this module and the packages below it: no tables.
+A worker process imports this module, which therefore imports neither pandas nor pyarrow.
 """
 
 import logging
@@ -41,7 +41,7 @@ from skewbridge.variant.random_properties import DRAW_PREFIX
 
 logger = logging.getLogger(__name__)
 
-#: Makes the rows of a task with a key; the folder is for messages of the solver.
+#: Returns the rows of a task, given its key and the folder for messages of the solver.
 type Work = Callable[[Task, str, Path], list[Row]]
 
 _NO_DEMANDS: Final = {column.name: math.nan for column in DEMAND_COLUMNS}
@@ -51,9 +51,10 @@ _NO_DEMANDS: Final = {column.name: math.nan for column in DEMAND_COLUMNS}
 
 
 def restart_alarm(*_: object) -> None:
-    """Restart the timer that ends a worker by SIGALRM when it takes no step for some time.
+    """Restart the timer that ends a worker by SIGALRM after some time without a step.
 
-    The interval of the timer is its limit; a process without one has none. Sleep does not count.
+    The limit is the interval of the timer; a process without a timer has no limit. Time in which
+    the machine sleeps does not count.
     """
     limit_s = signal.getitimer(signal.ITIMER_REAL)[1]
     signal.setitimer(signal.ITIMER_REAL, limit_s, limit_s)
@@ -62,7 +63,7 @@ def restart_alarm(*_: object) -> None:
 def analysed_row(task: Task, key: str, log_folder: Path) -> Row:
     """Run one analysis in this process and return its row of the demands table.
 
-    The parent made the key: its sources may be older than this process.
+    The key comes from the parent process, whose sources may be older than the sources here.
     """
     log_folder.mkdir(parents=True, exist_ok=True)
     wall_s, cpu_s = time.perf_counter(), time.process_time()
@@ -77,7 +78,7 @@ def analysed_row(task: Task, key: str, log_folder: Path) -> Row:
 
 
 def row_of_task(row: Row, task: Task, key: str) -> Row:
-    """Return a row with the columns that identify its analysis and those derived from others."""
+    """Return a row with added columns that identify its analysis, and derived columns."""
     motion = task.motion
     return {
         **row,
@@ -94,7 +95,7 @@ def row_of_task(row: Row, task: Task, key: str) -> Row:
 def _guarded(
     work: Work | None, log_folder: Path, no_progress_s: float, task: Task, key: str
 ) -> list[Row]:
-    """Return the rows of a task in a worker process that ends with its parent or when it hangs."""
+    """Return the rows of a task from a worker that ends with its parent or when it hangs."""
     hush_exit_message()
     end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
@@ -109,7 +110,7 @@ def _guarded(
 
 
 def search_limits(ida: MotionsConfig, motion: SuiteMotion) -> tuple[float, float]:
-    """Return the factors of a motion at the lowest and highest level of a search."""
+    """Return the scale factors of a motion at the lowest and highest level of a search."""
     at_1_g = motion.measures[LEVEL_MEASURE] / motion.scale
     low_g, high_g = ida.level_range_g
     return low_g / at_1_g, high_g / at_1_g
@@ -125,15 +126,15 @@ def search_capacity(
 ) -> list[Row]:
     """Return the rows of all analyses that bracket the capacity of one motion.
 
-    Those in `done`, by `run_key`, are not repeated. Each further one is written to the journal at
-    once, so that a killed search can resume. The batch gives the first task with its key, and
-    writes its row, which marks the search as done. A failed or incomplete analysis counts as an
-    exceedance: the search continues at lower levels, where the model is valid.
+    Analyses in `done` (by `run_key`) are not repeated. New rows are written to the journal at once,
+    so that a killed search can resume, except the row of the first task: the caller writes it
+    afterwards to mark the search as done. A failed or incomplete analysis counts as an exceedance:
+    the search continues at lower levels, where the model is valid.
     """
     rows: list[Row] = []
 
     def exceeds(factor: float) -> bool:
-        # rounding in the first factor must not give the first analysis another key
+        # rounding of the first factor must not change the key of the first analysis
         is_first = isclose(factor, task.motion.scale, rel_tol=1e-12)
         trial = task if is_first else at_factor(task, factor)
         key = run_key(trial)
@@ -142,7 +143,7 @@ def search_capacity(
         else:
             row = analysed_row(trial, key, log_folder)
             if key != first_key:
-                with open_journal(journal, patience_s=60.0) as lines:  # others write to it
+                with open_journal(journal, patience_s=60.0) as lines:  # other searches write to it
                     lines.append(row)
         rows.append(row)
         return not row[COMPLETE] or row[ida.ida_demand] >= ida.ida_threshold
@@ -152,7 +153,7 @@ def search_capacity(
 
 
 def at_factor(task: Task, factor: float) -> Task:
-    """Return an analysis with another factor of its motion."""
+    """Return a copy of a task with a different scale factor of its motion."""
     motion = task.motion
     measures = scaled_measures(motion.measures, factor / motion.scale)
     return replace(task, motion=replace(motion, scale=factor, measures=measures))
@@ -172,18 +173,18 @@ class Workers:
 def run_tasks(
     tasks: Mapping[str, Task],  # by `run_key`, in the order in which to start them
     journal: JournalWriter,  # for the new rows
-    done: Mapping[str, Row],  # rows that the journals have already, by `run_key`
+    done: Mapping[str, Row],  # rows already in the journals, by `run_key`
     *,
     workers: Workers,
     log_folder: Path,  # for the messages of the solver
     on_finished: Callable[[Row], None],  # called with each new row
-    search: Work | None = None,  # makes the rows of a task that begins a search
+    search: Work | None = None,  # IDA search of a task; None: one analysis per task
 ) -> dict[str, list[Row]]:
     """Run the tasks without a row in the journals, and return the rows of each task by its key.
 
-    A worker that dies (a fault inside the solver) or hangs affects only its analysis: it is tried
-    once more alone, and where that ends a second worker it is recorded with status ``crash``.
-    A search runs whatever the journals have; otherwise a task is one analysis, run if it is new.
+    A worker that dies (a fault inside the solver) or hangs affects only its analysis. The analysis
+    is repeated once by itself; if it ends a second worker, it is recorded with status ``crash``.
+    With ``search``, all tasks run; a search skips the analyses that are in the journals.
     """
     rows = {key: [done[key]] for key in tasks if key in done and search is None}
     work = partial(_guarded, search, log_folder, workers.no_progress_s)
@@ -202,7 +203,7 @@ def run_tasks(
             keep(key, new)
 
     def run_alone(key: str) -> None:
-        """Run a task that may have ended a worker; it is a crash if it ends another one."""
+        """Run a task that may have ended a worker; record a crash if it ends a second worker."""
         ended_before = len(ended)
         try:
             run([key], 1)
@@ -219,14 +220,14 @@ def run_tasks(
                 try:
                     run(pending, workers.count)
                 except BrokenProcessPool:
-                    # Workers take tasks in their order: the first without rows were under way.
+                    # Workers take tasks in order: the first tasks without rows were in progress.
                     left = [key for key in pending if key not in rows][: workers.count + 1]
                     text = "a worker died; the %d analyses in progress are repeated one at a time"
                     logger.warning(text, len(left))
                     for key in left:
                         run_alone(key)
         finally:
-            # at once: a worker that is stopped or hangs would never end
+            # by force: a worker that is stopped or hangs would never end
             _loky().get_reusable_executor(reuse=True).shutdown(kill_workers=True)
     return rows
 

@@ -29,8 +29,8 @@ from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.random_properties import UncertaintyConfig
 from skewbridge.variant.variant import ABUTMENTS, Variant, parse_slug
 
-#: The bridge whose conditioning period sets the factors of every study: they belong to a motion
-#: alone, or the pairs of variants and bridges would be lost.
+#: The bridge whose conditioning period sets the scale factors of every study. A factor must depend
+#: on the motion only, otherwise runs of different variants and bridges could not be paired.
 CONDITIONING_BRIDGE: Final = "osb1"
 #: Generic font families; matplotlib chooses the font for each.
 GENERIC_FONTS: Final = ("sans-serif", "serif", "monospace")
@@ -53,7 +53,7 @@ class BatchesConfig:
     """Worker processes of the analyses; these keys change no result."""
 
     no_progress_s: Whole = Field(default=120, ge=1, le=86400)
-    """time without a step after which an analysis is ended and tried once more"""
+    """time (s) without a step after which an analysis is stopped and repeated once"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
@@ -71,15 +71,15 @@ class DesignConfig:
     """Rounds of motions until the headline effects are decided (`make study UNTIL=decided`)."""
 
     until: Literal["decided"] | None = Field(default=None)
-    """decided: rounds until the headline effects are decided; null: every variant and motion"""
+    """decided: add motions until the headline effects are decided; null: run all motions"""
     first: Whole = Field(default=12, ge=5, le=10_000)
     """motions of the first round"""
     step: Whole = Field(default=4, ge=1, le=10_000)
-    """motions that a round adds"""
+    """motions added per round"""
     most: Whole = Field(default=64, ge=6, le=10_000)
-    """largest number of motions, in place of motions.count"""
+    """largest number of motions; replaces motions.count"""
     hours: Number = Field(default=2.0, gt=0.0, le=10_000.0)
-    """time limit of one command, with tables and page"""
+    """time limit of one command, including tables and page"""
 
     @model_validator(mode="after")
     def _rounds_follow(self) -> Self:
@@ -89,13 +89,13 @@ class DesignConfig:
 
     @property
     def looks(self) -> tuple[int, ...]:
-        """Motions after each round, rising, of a variant that takes part in all of them."""
+        """Number of motions after each round, for a variant that takes part in every round."""
         return (*range(self.first, self.most, self.step), self.most)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class FigureSettings:
-    """Units of figures and page, width and font of the figures."""
+    """Units of figures and page; width and font of figures."""
 
     units: Units = Field(default="si")
     """units of figures and page; tables stay SI"""
@@ -115,7 +115,7 @@ class StudyConfig(BaseModel):
     results: FileName = Field(default=DEFAULT_ROOT)
     """folder of the study's files"""
     accuracy: Accuracy = Field(default="default")
-    """set of numerics; a key under model or analysis overrides it"""
+    """set of numerics; keys under model or analysis override it"""
     grid: GridConfig = Field(default_factory=GridConfig)
     motions: MotionsConfig = Field(default_factory=MotionsConfig)
     model: ModelOptions = Field(default_factory=ModelOptions)
@@ -125,7 +125,7 @@ class StudyConfig(BaseModel):
     fragility: FitSettings = Field(default_factory=FitSettings)
     sensitivity: SensitivityConfig = Field(default_factory=SensitivityConfig)
     checks: Literal["report", "strict"] = Field(default="report")
-    """failed check of the tables: shown on the page, or stops the study"""
+    """a failed check of the tables is reported on the page, or stops the study"""
     max_unfinished_share: Number = Field(default=0.01, ge=0.0, le=1.0)
     """largest share of failed analyses that passes the checks"""
     design: DesignConfig = Field(default_factory=DesignConfig)
@@ -136,9 +136,9 @@ class StudyConfig(BaseModel):
     @model_validator(mode="after")
     def _rounds_of_motions(self) -> Self:
         if self.design.until and self.motions.design == "ida":
-            raise ValueError("design.until: an IDA has no rounds of motions; use scaled_cloud")
+            raise ValueError("design.until: an IDA cannot run in rounds; use scaled_cloud")
         if self.design.until and len(self.motions.suites) > 1:
-            raise ValueError("design.until: rounds take motions of one suite; see motions.suites")
+            raise ValueError("design.until: rounds need exactly one suite in motions.suites")
         return self
 
     def bridges_with_periods(self) -> tuple[str, ...]:
@@ -151,10 +151,10 @@ def parse_config(
     files: Sequence[str | Path] = (),
     where: str | Path = "the configuration",
 ) -> StudyConfig:
-    """Return the validated configuration; an omitted section has its defaults.
+    """Return the validated configuration; omitted sections take their defaults.
 
-    The first of `files`, from which it was read, names the folder of the results if no key does.
-    The `InputError` names it as `where`, with a line per unknown key or value outside its limits.
+    Without the key ``results``, the first of `files` (as read) sets the folder of the results.
+    `InputError` with `where` and one line per unknown key or value outside its limits.
     """
     full = {"results": default_root(files[0]) if files else DEFAULT_ROOT, **raw}
     design, motions = raw.get("design"), raw.get("motions", {})
@@ -173,10 +173,10 @@ def load_config(path: Path, base: Path | None = None) -> StudyConfig:
 
 
 def check_font(name: str) -> None:
-    """Refuse a font that is not installed; generic families pass."""
+    """Raise `InputError` if a font is neither installed nor a generic family."""
     if name in GENERIC_FONTS:
         return
-    from matplotlib.font_manager import get_font_names  # here: takes a second, few studies need it
+    from matplotlib.font_manager import get_font_names  # here: slow, and rarely needed
 
     if name not in (installed := get_font_names()):
         raise InputError(
@@ -186,10 +186,10 @@ def check_font(name: str) -> None:
 
 
 def chosen_variants(variants: Iterable[Variant], named: Sequence[str]) -> list[str]:
-    """Return the variants to change: those named (`InputError` if unknown), or two of each bridge.
+    """Return the variants of `make choices`: the named variants, or two of each bridge.
 
-    These are the most complete abutment model with the largest friction and the smallest gap, at
-    the middle and the largest skew.
+    The two have the most complete abutment model with the largest friction and the smallest gap, at
+    the middle and the largest skew. `InputError` if a named variant has an unknown bridge.
     """
     by_bridge: dict[str, list[Variant]] = {}
     for variant in variants:

@@ -8,9 +8,9 @@ from skewbridge.errors import InputError
 from skewbridge.files.digests import PACKAGE
 
 DEFAULT_ROOT: Final = "results"
-#: Columns of tables with their meaning, by table.
+#: Descriptions of columns, by table.
 COLUMNS_FILE: Final = Path(__file__).with_name("columns.yaml")
-#: Paths as in a clone; pyproject.toml installs the same files next to the package.
+#: Starter files, as paths in a clone; pyproject.toml installs them next to the package.
 STARTER_PARTS: Final = (
     "Snakefile",
     "workflow/Snakefile",
@@ -31,7 +31,7 @@ STARTER_PARTS: Final = (
 def default_root(configuration: str | Path) -> str:
     """Return the folder of a study whose configuration does not name it.
 
-    It is `results/NAME` for `config/NAME.yaml`, so that a copy has its own, else `results`.
+    It is `results/NAME` for `config/NAME.yaml` other than `config/config.yaml`, else `results`.
     """
     path = Path(configuration).resolve()
     is_named = path.parent.name == "config" and path.stem != "config"
@@ -39,33 +39,33 @@ def default_root(configuration: str | Path) -> str:
 
 
 class StudyFolder:
-    """The paths of a study below its folder."""
+    """Paths of the files of a study."""
 
     def __init__(self, root: Path = Path(DEFAULT_ROOT)) -> None:
         self.root: Final = root
         self.suite: Final = root / "motions/suite.parquet"  # motions with their factors
         self.intensities: Final = root / "motions/intensities.parquet"  # at factor 1, by bridge
-        self.motions_digest: Final = root / "motions/digest.json"  # of files not touched since
-        self.demands: Final = root / "demands.parquet"  # of all variants
+        self.motions_digest: Final = root / "motions/digest.json"  # cache for unchanged files
+        self.demands: Final = root / "demands.parquet"  # demands of all variants
         self.rounds: Final = root / "rounds.parquet"  # headline effects after every round
         self.sensitivity: Final = root / "sensitivity.parquet"  # numerical check
         self.modelling_choices: Final = root / "modelling_choices.parquet"
-        self.friction_pair: Final = root / "friction_pair.parquet"  # histories without and with it
+        self.friction_pair: Final = root / "friction_pair.parquet"  # histories of both runs
         self.verification: Final = root / "verification"
         self.contact_checks: Final = self.verification / "contact_checks.parquet"
         self.figures: Final = root / "figures"
         self.captions: Final = root / "captions.json"  # written when all figures are drawn
-        self.checks: Final = root / "checks.json"  # of the tables
+        self.checks: Final = root / "checks.json"  # checks of the tables
         self.report: Final = root / "report.html"
         self.solver_logs: Final = root / "logs/solver"
 
     def journal(self, name: str) -> Path:
-        """Return the journal of one job: the analyses of a variant, or of another rule."""
+        """Return the journal of one job: analyses of a variant or of a rule."""
         return self.root / "journal" / f"{name}.jsonl"
 
     @property
     def journals(self) -> list[Path]:
-        """The journals of all jobs so far, including those of earlier studies in this folder."""
+        """Journals of all jobs so far, including jobs of earlier studies in this folder."""
         return sorted(self.root.glob("journal/*.jsonl"))
 
     def variant_demands(self, variant: str) -> Path:
@@ -81,7 +81,7 @@ class StudyFolder:
         return self.root / "demands" / f"round{number}" / f"{variant}.parquet"
 
     def demands_files(self, variant: str) -> list[Path]:
-        """Return the files that have demands of one variant, of whole studies and of rounds."""
+        """Return all demands files of one variant, including files of rounds."""
         return sorted(self.root.glob(f"demands/**/{variant}.parquet"))
 
     def fragility(self, table: str, ending: str = "parquet") -> Path:
@@ -90,7 +90,7 @@ class StudyFolder:
 
     @property
     def report_inputs(self) -> dict[str, Path]:
-        """The files that the page is made from, by name; the figures are in their own folder."""
+        """Input files of the page by name, except the figures, which have their own folder."""
         own = ("captions", "demands", "suite", "contact_checks", "checks", "sensitivity")
         fits = ("curves", "effects", "needed_motions", "intensity_effects", "input_notes", "suites")
         return {
@@ -109,7 +109,7 @@ class StudyFolder:
 
 
 def starter_files(package: Path = PACKAGE) -> Path:
-    """Return the folder of the files: next to an installed package, or the root of a clone."""
+    """Return the folder of the starter files: next to the package, or the root of a clone."""
     for folder in (package.parent / "skewbridge_starter", package.parents[1]):
         if all((folder / part).exists() for part in STARTER_PARTS):
             return folder
@@ -118,13 +118,13 @@ def starter_files(package: Path = PACKAGE) -> Path:
 
 
 def write_starter(folder: Path) -> list[Path]:
-    """Write the files of a study into a folder, and return the files and folders written.
+    """Write the starter files of a study into a folder; return the files and folders written.
 
-    An `InputError` names those that exist already; nothing is written then.
+    If any of them exists, nothing is written and an `InputError` names it.
     """
     source = starter_files()
     if there := [part for part in STARTER_PARTS if (folder / part).exists()]:
-        raise InputError(f"{folder} has {', '.join(there)} already: nothing was written")
+        raise InputError(f"{folder} already has {', '.join(there)}: nothing was written")
     for part in STARTER_PARTS:
         copy = folder / part
         copy.parent.mkdir(parents=True, exist_ok=True)

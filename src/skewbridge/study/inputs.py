@@ -24,9 +24,9 @@ logger = logging.getLogger(__name__)
 
 
 def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
-    """Read bridges, motions and limit states of a study, look up columns and fonts that it names.
+    """Check the bridges, motions, limit states, columns, font and variants of a configuration.
 
-    The file `cache` remembers which motions have been read. `InputError` with a line per fault.
+    The file `cache` records which motions have been read. `InputError` with one line per fault.
     """
     checks: list[Callable[[], object]] = [
         *(partial(load_bridge, name) for name in config.bridges_with_periods()),
@@ -49,7 +49,7 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
 
 
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:
-    """Return the digest of the contents of the motions of a study, see `content_digest`."""
+    """Return the digest of the motions of a study, see `content_digest`."""
     digests = [
         content_digest(
             source.folder,
@@ -77,8 +77,8 @@ def _check_limit_states(path: Path) -> None:
 
 
 def prepare_motions(study: StudyConfig) -> None:
-    """Read the motions, fix their factors, measure them for every bridge, write both tables."""
-    # Here, because every job imports this module, and they load scipy.signal.
+    """Read motions, set their factors, compute intensity measures by bridge, write both tables."""
+    # Imported here: they load scipy.signal, and every job imports this module.
     from skewbridge.motions.intensity import motion_measures
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
 

@@ -1,4 +1,4 @@
-"""Jobs of the workflow: what each depends on, its script, and whether its outputs are current."""
+"""Jobs of the workflow: dependencies, sessions of their scripts, provenance of their outputs."""
 
 import errno
 import logging
@@ -30,7 +30,7 @@ from skewbridge.study.inputs import motions_digest
 from skewbridge.study.processes import PROGRESS_LOG, end_with_parent, hush_exit_message
 from skewbridge.variant.grid import expand_grid
 
-if TYPE_CHECKING:  # a job that runs no analysis does without OpenSees
+if TYPE_CHECKING:  # a job without analyses does not import OpenSees
     from skewbridge.study.analyses import StudySetup
 
 logger = logging.getLogger("skewbridge")
@@ -39,7 +39,7 @@ logger = logging.getLogger("skewbridge")
 _OF_THE_DISK: Final = frozenset(
     {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EFBIG, errno.EIO}
 )
-#: Keys of the configuration that influence no result.
+#: Keys of the configuration that do not affect results.
 _NO_RESULT: Final = {"results", "batches"}
 
 
@@ -59,10 +59,10 @@ def _recipes() -> dict[str, Recipe]:
     groups: dict[str, tuple[str, ...]] = {"engine": ENGINE, "all": result}
 
     def spelled(names: Sequence[str]) -> tuple[str, ...]:
-        """Return names with those of a group in its place."""
+        """Return names with each group replaced by its members."""
         return tuple(part for name in names for part in groups.get(name, (name,)))
 
-    for name, parts in listed["groups"].items():  # a group may have earlier ones
+    for name, parts in listed["groups"].items():  # a group may contain earlier groups
         groups[name] = spelled(parts)
     return {
         rule: Recipe(**{kind: spelled(names) for kind, names in recipe.items()})
@@ -74,10 +74,10 @@ RECIPES: Final[Mapping[str, Recipe]] = _recipes()
 
 
 def made_from(study: StudyConfig) -> dict[str, dict[str, str]]:
-    """Return the digests of everything that the outputs of each rule depend on, by name.
+    """Return the digests of all dependencies of the outputs of each rule, by name.
 
-    They are parameters of the rules, so that Snakemake repeats the rules that changed, and are
-    stored in the outputs. `InputError` for a wrong input.
+    The digests are parameters of the rules, so that Snakemake reruns the rules whose digests have
+    changed. `InputError` for an invalid input.
     """
     periods = {name: load_bridge(name).t1_s for name in study.bridges_with_periods()}
     bridges = {Path(name).stem: bridge_digest(name) for name in study.grid.bridge}
@@ -120,12 +120,12 @@ def stamp_of(rule: str, made: Mapping[str, str], study: StudyConfig) -> dict[str
 
 
 def origin_of(path: Path, config: Path, base: Path | None = None) -> dict[str, Any]:
-    """Return where a file of a study or of ``skewbridge run`` comes from: is it still current?
+    """Return the provenance of a file of a study or ``skewbridge run``, and whether it is current.
 
-    A product of the workflow is current if its rule would make it from the same sources, motions
-    and sections of the configuration; a result of ``skewbridge run`` if the sources of an analysis
-    and OpenSees are the same. Returned are ``current``, the ``provenance`` and that which it would
-    have ``now``, by name, and the ``differences``. `InputError` for a file without provenance.
+    An output of the workflow is current if its rule would now use the same sources, motions and
+    configuration sections; a result of ``skewbridge run``, if the engine sources and OpenSees are
+    the same. Keys: ``current`` (bool), ``provenance`` (as recorded), ``now`` (as it would be
+    recorded now) and ``differences`` (names). `InputError` for a file without provenance.
     """
     recorded = read_stamp(path)
     now = {name: value for name, value in provenance().items() if name in recorded}
@@ -153,7 +153,7 @@ def origin_of(path: Path, config: Path, base: Path | None = None) -> dict[str, A
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """A job of the workflow, as its script sees it; the stamp is the provenance of its outputs."""
+    """A workflow job as seen by its script; ``stamp`` is the provenance of its outputs."""
 
     study: StudyConfig
     folder: StudyFolder
@@ -170,7 +170,7 @@ class Job:
         return StudySetup.of(self.study, self.threads)
 
     def current(self, path: Path, made: Mapping[str, str]) -> Path | None:
-        """Return the path of an optional table, made on request, if its digests are current."""
+        """Return the path of an optional table if it exists and is current, else None."""
         if not path.is_file() or read_stamp(path).get("rule_digest") != rule_digest(made):
             return None
         return path
@@ -180,8 +180,8 @@ class Job:
 def script_session(snakemake: Any) -> Generator[Job]:
     """Yield the job of a script; log to a file, and show warnings and progress in the terminal.
 
-    When the script is through, its provenance is written into its outputs. `SystemExit` after a
-    sentence: 2 after an `InputError` or a full disk, 1 after a `SolutionError`, 130 after Ctrl-C.
+    On success, write the provenance into the outputs. On failure, log one sentence and raise
+    `SystemExit`: 2 (`InputError`, full disk, access rights), 1 (`SolutionError`), 130 (Ctrl-C).
     """
     hush_exit_message()
     end_with_parent()
@@ -200,7 +200,7 @@ def script_session(snakemake: Any) -> Generator[Job]:
             job = Job(
                 study=study,
                 folder=StudyFolder(Path(study.results)),
-                # not those that are lists of files
+                # except inputs that are lists of files
                 inputs={n: Path(p) for n, p in snakemake.input.items() if isinstance(p, str)},
                 outputs={name: Path(path) for name, path in snakemake.output.items()},
                 threads=snakemake.threads,
@@ -226,14 +226,14 @@ def script_session(snakemake: Any) -> Generator[Job]:
 
 
 def for_terminal(record: logging.LogRecord) -> bool:
-    """Return whether a line is shown in the terminal: warnings, errors, the progress of a job."""
+    """Return whether a log record is shown in the terminal: warnings, errors, job progress."""
     return record.levelno >= logging.WARNING or record.name == PROGRESS_LOG
 
 
 @contextmanager
 def _logging_to(log: Path) -> Generator[None]:
-    log.unlink(missing_ok=True)  # of the last run
-    to_file = logging.FileHandler(log, mode="w", delay=True)  # made with its first message
+    log.unlink(missing_ok=True)  # log of the last run
+    to_file = logging.FileHandler(log, mode="w", delay=True)  # created by the first message
     to_file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     logger.addHandler(to_file)
     try:

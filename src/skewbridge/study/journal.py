@@ -23,7 +23,7 @@ from skewbridge.study.folder import StudyFolder
 
 type Row = dict[str, Any]
 
-#: Version of the format, raised when the meaning of a column changes; other versions are ignored.
+#: Version of the format, raised when the meaning of a column changes; lines of others are ignored.
 JOURNAL_FORMAT: Final = 3
 _FORMAT_KEY: Final = "journal_format"
 #: The last entry of a line: the CRC-32 of the line without this entry, which detects altered bytes.
@@ -34,17 +34,17 @@ POLL_S: Final = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JournalContent:
-    """Content of the journals of a study; lines of unknown form are counted."""
+    """Content of the journals of a study; unused lines are only counted."""
 
     rows: dict[str, Row]  # by `run_key`; the last line of a key counts
-    counts: Counter[str]  # lines repeated later, outdated (of another version), damaged (cut short)
+    counts: Counter[str]  # repeated, outdated (other version), damaged (cut short or altered)
 
     @property
     def sentences(self) -> tuple[str, ...]:
         """Messages about lines that are not used."""
         kinds = {"outdated": "of another version of skewbridge", "damaged": "cut short or altered"}
         return tuple(
-            f"The journals hold {self.counts[name]} line(s) {kind}, which do not count: their "
+            f"The journals hold {self.counts[name]} line(s) {kind}, which are ignored: their "
             "analyses run again (`skewbridge study journal --compact` removes the lines)."
             for name, kind in kinds.items()
             if self.counts[name]
@@ -52,7 +52,7 @@ class JournalContent:
 
 
 def read_content(paths: Sequence[Path]) -> JournalContent:
-    """Return the content of journals, whether they exist or not."""
+    """Return the content of journals; missing files count as empty."""
     rows: dict[str, Row] = {}
     counts: Counter[str] = Counter(repeated=0, outdated=0, damaged=0)
     for path in paths:
@@ -70,7 +70,7 @@ def read_content(paths: Sequence[Path]) -> JournalContent:
 
 
 def _row(line: bytes) -> Row | None:
-    """Return the row of a line; None for an altered or foreign line."""
+    """Return the row of a line; None if the line was altered or is not a row."""
     checksum = _CHECKSUM.search(line)
     body = line if checksum is None else line[: checksum.start()] + b"}"
     if checksum is not None and int(checksum[1], 16) != zlib.crc32(body):
@@ -97,9 +97,9 @@ class JournalWriter:
         self.path: Final = path
 
     def append(self, row: Mapping[str, Any]) -> None:
-        """Write one row to the disk; `InputError` if it is full, and the journal is as before."""
+        """Write one row to the disk; if this fails, restore the journal and raise `InputError`."""
         size = os.fstat(self._descriptor).st_size
-        # The newline in front closes a line that a kill cut short.
+        # The leading newline ends a line that a kill cut short.
         line = b"\n" + _line(row)
         try:
             while line:
@@ -107,7 +107,7 @@ class JournalWriter:
             os.fsync(self._descriptor)
         except OSError as error:
             os.ftruncate(self._descriptor, size)
-            kept = "the analyses that it has are kept"
+            kept = "its finished analyses are kept"
             problem = f"cannot write the journal {self.path}: {error.strerror}; {kept}"
             raise InputError(f"{problem}: free disk space and run the same command again") from None
 
@@ -132,7 +132,7 @@ def open_journal(path: Path, patience_s: float = 0.0) -> Generator[JournalWriter
 
 def _lock(descriptor: int, path: Path, patience_s: float) -> None:
     # flock also locks against other nodes of a cluster (NFS 4 makes it a lock of the file). A lock
-    # by fcntl ends when this process closes any descriptor of the file, as after reading it.
+    # by fcntl would end when this process closes any descriptor of the file, also after reading.
     until_s = time.monotonic() + patience_s
     while True:
         try:
@@ -151,9 +151,9 @@ def _lock(descriptor: int, path: Path, patience_s: float) -> None:
 
 
 def compact_journals(folder: StudyFolder, dropped: Collection[str] = ()) -> JournalContent:
-    """Rewrite the journals with the last line of every key, and return their previous content.
+    """Rewrite the journals with only the last line of each key; return their previous content.
 
-    Rows of the dropped statuses go as well. `InputError` if the study runs: nothing changes then.
+    Rows with a status in `dropped` are removed. `InputError`, without changes, if the study runs.
     """
     content = read_content(folder.journals)
     with ExitStack() as locks:
@@ -167,10 +167,10 @@ def compact_journals(folder: StudyFolder, dropped: Collection[str] = ()) -> Jour
 
 
 def forget(folder: StudyFolder, statuses: Collection[str]) -> list[Row]:
-    """Remove analyses of some statuses from the journals and return their rows.
+    """Remove analyses with the given statuses from the journals and return their rows.
 
-    The page and the demands with these rows go as well: Snakemake repeats only what is missing on
-    the way to a missing target. `InputError` if the study runs.
+    The page and the demands files with these rows are deleted too, because Snakemake reruns only
+    the jobs whose outputs are missing. `InputError` if the study runs.
     """
     rows = read_content(folder.journals).rows.values()
     forgotten = [row for row in rows if row["status"] in statuses]

@@ -1,8 +1,8 @@
-"""Effects of modelling choices compared with those of friction, gap and skew (`CHOICES`).
+"""Effects of modelling choices (`CHOICES`), compared with effects of friction, gap and skew.
 
-Each choice is an option that another engineer could have set otherwise. It is changed alone on a
-few motions; its demands are compared motion by motion with those of the configured model, next to
-the axes of the grid from their lowest to their highest value.
+Each choice is an option that another engineer could set differently. It is changed by itself under
+a few motions, and the demands are compared with the configured model motion by motion. The axes of
+the grid are compared in the same way, from their lowest to their highest value.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -28,13 +28,13 @@ from skewbridge.variant.options import HingeRule
 from skewbridge.variant.variant import Variant, parse_slug
 
 if TYPE_CHECKING:
-    # The processes that draw the figures need the table of the choices and no OpenSees.
+    # Processes that draw the figures need the table of choices but not OpenSees.
     from skewbridge.study.analyses import StudySetup
     from skewbridge.study.task import Task
 
 type Value = bool | float | str | tuple[str | float, ...]
-#: Two analyses that differ in one modelling option (kind ``choice``) or one axis, with the texts of
-#: `_COMPARED`: kind, name, and both values.
+#: Labels (kind, name, from_value, to_value) and two analyses that differ in one modelling option
+#: (kind ``choice``) or one axis of the grid (kind ``axis``).
 type TaskPair = tuple[dict[str, str], "Task", "Task"]
 
 
@@ -51,7 +51,7 @@ class Choice:
     needs: Mapping[str, Value] = field(default_factory=dict[str, Value])
 
     def configured_in(self, task: "Task") -> Value:
-        """Return the value of the option in an analysis, without the draw of the motion."""
+        """Return the value of the option in a task, without the random factor of the motion."""
         settings, options = _effective(task)
         value: Any = getattr(settings if self.section == "analysis" else options, self.key)
         if self.key in task.draw:
@@ -59,7 +59,7 @@ class Choice:
         return _WHEN_NULL[self.key](task) if value is None else value
 
     def set_in(self, task: "Task", value: Value) -> "Task":
-        """Return an analysis with another value of the option, times the draw of the motion."""
+        """Return a task with a value of the option, times the random factor of the motion."""
         if self.key in task.draw and isinstance(value, float):
             value *= task.draw[self.key]
         if self.section == "analysis":
@@ -67,9 +67,9 @@ class Choice:
         return replace(task, options=replace(task.options, **{self.key: value}))
 
     def alternatives(self, task: "Task") -> list[Value]:
-        """Return the values that change an analysis.
+        """Return the values of the option that change an analysis.
 
-        None where the option does not act on the variant, or where the scheme sets it anyway.
+        Empty if the option does not act on the variant, `needs` is not met or the scheme sets it.
         """
         before, configured = _effective(task), self.configured_in(task)
         acts = all(_ACTS_ON[name](task.variant) for name in self.acts_on)
@@ -80,7 +80,7 @@ class Choice:
 
 
 def _effective(task: "Task") -> tuple[object, object]:
-    """Return the settings of an analysis, and the options of its model under its scheme."""
+    """Return the analysis settings and the model options in effect under the scheme."""
     return task.settings, task.settings.model_options(task.options)
 
 
@@ -113,7 +113,7 @@ _WHEN_NULL: Final[Mapping[str, Callable[["Task"], Value]]] = {
 
 
 def _plain(value: Any) -> Any:
-    """Return a value of the file, with a tuple for a list."""
+    """Return a value of the YAML file with lists converted to tuples."""
     return tuple(map(_plain, value)) if isinstance(value, list) else value
 
 
@@ -138,7 +138,7 @@ def choice_text(key: str, value: Value) -> str:
 
 
 CHOICE_COLUMNS: Final[dict[str, str]] = read_yaml(COLUMNS_FILE)["modelling_choices"]
-#: Columns of one value compared; the others are of its ratio for one demand.
+#: Columns that identify a compared value; the others describe its ratio for one demand.
 _COMPARED: Final = list(CHOICE_COLUMNS)[:6]
 
 
@@ -156,9 +156,9 @@ def choice_pairs(
 def axis_pairs(
     setup: "StudySetup", slug: str, axes: Mapping[str, Sequence[float]], count: int
 ) -> Iterator[TaskPair]:
-    """Yield the analyses of a variant at the ends of each axis of the grid that has two values.
+    """Yield the analyses of a variant at both ends of each axis of the grid with two values.
 
-    Those without friction also with friction of walls or keys only: they divide its effect.
+    Analyses without friction are also paired with friction at walls only and at keys only.
     """
     from skewbridge.study.analyses import sampled
 
@@ -191,7 +191,7 @@ def write_choices(
     motions: int,
     output: Path,
 ) -> None:
-    """Run the analyses that no journal has and write the table of `CHOICE_COLUMNS`.
+    """Run the analyses that are not in a journal and write the table of `CHOICE_COLUMNS`.
 
     Each of the variants is changed under `motions` motions; `axes` has the values of the grid.
     """
@@ -208,9 +208,9 @@ def write_choices(
 
 
 def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
-    """Return the ratios of the demands, one row per value compared and demand.
+    """Return the ratios of the demands, one row per compared value and demand.
 
-    The rows are those of the demands table by `run_key`; a repeated pair counts once.
+    ``rows`` are rows of the demands table by `run_key`. A pair that occurs twice counts once.
     """
     from skewbridge.study.task import run_key
 

@@ -1,7 +1,7 @@
-"""Check of `skewbridge predict` inside the grid: new analyses between its variants.
+"""Check of `skewbridge predict` by new analyses at points between the variants of the grid.
 
-Three variants of each bridge and abutment model lie inside the grid of the study; they are analysed
-under some of its motions, and the medians of their own clouds are compared with predicted ones.
+For each bridge and abutment model, three variants inside the grid of the study are analysed under
+some of its motions. The medians fitted to these runs are compared with the predicted medians.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ from skewbridge.study.folder import COLUMNS_FILE
 from skewbridge.variant.axes import axis
 from skewbridge.variant.variant import Variant
 
-#: Motions of each inner variant.
+#: Number of motions of each inner variant.
 MOTIONS: Final = 16
 CHECK_COLUMNS: Final[dict[str, str]] = read_yaml(COLUMNS_FILE)["check_predict"]
 
@@ -42,7 +42,7 @@ def write_predict_check(
 ) -> None:
     """Run the missing analyses of the inner variants and write the table of `CHECK_COLUMNS`.
 
-    The tables are the files ``demands``, ``joint`` and ``limit_states``.
+    ``tables`` has the paths of the tables ``demands``, ``joint`` and ``limit_states``.
     """
     study = read_frame(tables["demands"])
     models = study[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
@@ -63,10 +63,11 @@ def write_predict_check(
 
 
 def inner_variants(grid: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
-    """Return three points inside a grid, none of which is one of its variants.
+    """Return three points inside a grid, none of which is a variant of the grid.
 
-    They are at 1/2, 1/4 and 3/4 of the range of the first axis and every second one after it, and
-    at 1/2, 3/4 and 1/4 of the others (not on one diagonal). An axis with a single value keeps it.
+    On the first, third, ... axis they are at 1/2, 1/4 and 3/4 of the range, on the other axes at
+    1/2, 3/4 and 1/4. An axis with a single value keeps it. A point that would be a variant is moved
+    along one axis.
     """
     points: list[dict[str, float]] = []
     for share in (0.5, 0.25, 0.75):
@@ -95,16 +96,16 @@ def check_predict(
     limit_states: Sequence[LimitState],
     settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
-    """Return a row of `CHECK_COLUMNS` for each new variant inside the grid and limit state.
+    """Return one row of `CHECK_COLUMNS` per new variant inside the grid and limit state.
 
     The new analyses usually have fewer motions than the study. The joint models are therefore
-    fitted again to the runs of the grid under the motions of the new analyses: the scatter from
-    motion to motion is then the same in both medians and the difference is the error of the terms.
+    fitted again to the runs of the grid under these motions: both medians then have the same
+    scatter from motion to motion, and their difference is the error of the joint model.
     """
     loading = list(LOADING_COLUMNS)
     same = study.merge(inner[loading].drop_duplicates(), on=loading)
     if lacking := set(inner["motion_id"]) - set(same["motion_id"]):
-        raise InputError(f"the study has no runs of {', '.join(sorted(map(str, lacking)))}")
+        raise InputError(f"the study has no runs under {', '.join(sorted(map(str, lacking)))}")
     key = [*BRIDGE_COLUMNS, "component", "limit_state"]
     status = joint.set_index(key)["status"].to_dict()
     fitted = records_of(joint_table(same, limit_states, None, settings))

@@ -1,4 +1,4 @@
-"""Processes of a study: their end, stopped workers, one study per tree."""
+"""Processes of a study: end with their parent, stopped workers, one study per folder."""
 
 import atexit
 import ctypes
@@ -21,12 +21,12 @@ from skewbridge.errors import InputError
 logger = logging.getLogger(__name__)
 
 LOCK_NAME: Final = "study.lock"
-#: Its lines are shown in the terminal, so that a piped run shows its progress.
+#: Logger whose lines are shown in the terminal, so that a piped run shows its progress.
 PROGRESS_LOG: Final = "skewbridge.progress"
 _PR_SET_PDEATHSIG: Final = 1  # source: linux/prctl.h
 _PARENT: Final = os.getppid()
-#: Environment variable with the number of the parent process, so that a process also notices a
-#: parent that ended before this module was imported.
+#: Environment variable with the id of the parent process, so that a process also detects a parent
+#: that ended before this module was imported.
 PARENT_VARIABLE: Final = "SKEWBRIDGE_PARENT"
 
 
@@ -38,13 +38,13 @@ def end_with_parent() -> None:
     """
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != int(os.environ.get(PARENT_VARIABLE, _PARENT)):  # it has already ended
+    if os.getppid() != int(os.environ.get(PARENT_VARIABLE, _PARENT)):  # the parent has ended
         os._exit(3)
 
 
 @cache
 def hush_exit_message() -> None:
-    """Let the process end without the message that OpenSees writes after Python has ended."""
+    """Suppress the message that OpenSees writes to stderr after Python has ended."""
 
     def close_stderr() -> None:
         sys.stderr.flush()
@@ -55,10 +55,10 @@ def hush_exit_message() -> None:
 
 @contextmanager
 def stopped_workers_ended(limit_s: float) -> Generator[set[int]]:
-    """Context in which workers of this process that stay stopped (SIGSTOP) are ended.
+    """Inside the block, end workers of this process that stay stopped (SIGSTOP) for `limit_s`.
 
-    Only time during which this process runs counts, so that a study that is stopped as a whole
-    (Ctrl-Z) loses nothing. Yields the set of the processes ended so far.
+    Only time in which this process runs counts, so that a study that is stopped as a whole (Ctrl-Z)
+    keeps its workers. Yields the set of ids of the processes ended so far.
     """
     stopped_s: dict[int, float] = {}
     ended: set[int] = set()
@@ -83,7 +83,7 @@ def stopped_workers_ended(limit_s: float) -> Generator[set[int]]:
 
 
 def worker_processes() -> list[psutil.Process]:
-    """Return the worker processes of this process, idle ones included."""
+    """Return the worker processes of this process, including idle workers."""
     workers: list[psutil.Process] = []
     for child in psutil.Process().children():
         with suppress(psutil.Error):
@@ -93,13 +93,13 @@ def worker_processes() -> list[psutil.Process]:
 
 
 def hold_tree(folder: Path) -> None:
-    """Take the lock of a tree (in its ``.snakemake``); `InputError` if another study runs there.
+    """Lock the ``.snakemake`` folder of a tree; `InputError` if another study is running there.
 
-    The kernel releases it when this process ends, unlike Snakemake's own lock files, which a killed
-    run leaves behind.
+    The kernel releases the lock when this process ends, whereas a killed run leaves Snakemake's own
+    lock files behind.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    # Not closed: the lock ends with the process. No child inherits it.
+    # Kept open until the process ends, because closing it ends the lock. No child inherits it.
     descriptor = os.open(folder / LOCK_NAME, os.O_RDWR | os.O_CREAT, 0o644)
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -109,13 +109,13 @@ def hold_tree(folder: Path) -> None:
         problem = f"another study is running in {folder.parent.resolve()} (process {holder})"
         advice = "wait for it or end it, then run the same command again"
         raise InputError(f"{problem}: {advice}") from None
-    with suppress(OSError):  # the number is for the message above; a full disk need not have it
+    with suppress(OSError):  # the process id is only for the message above: ignore a full disk
         os.ftruncate(descriptor, 0)
         os.pwrite(descriptor, str(os.getpid()).encode(), 0)
 
 
 def cancel_left_behind(prefix: str) -> None:
-    """Cancel the Slurm jobs with a prefix that a killed workflow of this tree left in the queue.
+    """Cancel Slurm jobs whose names start with the prefix, which a killed workflow left behind.
 
     They would compete with the new jobs. Their finished analyses are in their journals.
     """

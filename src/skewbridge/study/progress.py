@@ -31,36 +31,36 @@ TYPICAL_MOTION_S: Final = 25.0  # of the embedded suite
 CORES: Final = 2  # workers of a study
 DISK_KB_PER_ANALYSIS: Final = 6.0  # journal line, parquet row and solver log
 PROFILES: Final = Path("workflow/profiles")
-# Other work of a study, as seconds of motion whose analysis takes as long: the measured rate of the
-# analyses then forecasts all of it, on a slow or busy machine too.
+# Other work of a study, in seconds of motion whose analysis takes equally long: the measured rate
+# of the analyses then also forecasts this work on a slow or busy machine.
 # source: 24 variants under 12 and under 32 motions, two processors
 JOB_START_MOTION_S: Final = 40.0  # start of a job
 TAIL_MOTION_S: Final = 210.0  # tables, friction pair and page
 TAIL_MOTION_S_PER_VARIANT: Final = 47.0  # fits and figures; up to two processors share them
-CHECK_MOTION_S: Final = 55.0  # numerical check of a second of a row
+CHECK_MOTION_S: Final = 55.0  # numerical check, per second of a checked row
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyProgress:
-    """Progress of a study, and its cost.
+    """Progress and cost of a study.
 
-    The summary has variants, analyses, those done (with a row, whatever its status), failed
-    (without a usable result), suspect (to be checked by the user) and left; `ledger`, finished
-    analyses by status and by the highest recovery step they used; the forecast.
+    `summary` has the numbers of variants and analyses: done (with any status), failed (no usable
+    result), suspect (to be checked by the user) and left; `ledger`, the finished analyses by status
+    and by highest recovery step; and the forecast.
     """
 
     summary: dict[str, Any]
-    failures: list[dict[str, Any]]  # with the command that repeats each alone
-    cpu_s: float | None  # mean processor time of the finished analyses that have one
-    variants: dict[str, int]  # number of analyses of each
-    variants_left: int  # with analyses that are not done
-    notes: tuple[str, ...]  # about analyses that ended their workers, lines that do not count
+    failures: list[dict[str, Any]]  # failed analyses, each with the command that repeats it
+    cpu_s: float | None  # mean processor time of finished analyses, None if not measured
+    variants: dict[str, int]  # number of analyses by variant
+    variants_left: int  # variants with analyses left
+    notes: tuple[str, ...]  # on crashed analyses and on unused journal lines
 
 
 def study_progress(
     run_keys: Mapping[str, Sequence[str]], content: JournalContent, limits: SuspectLimits = LIMITS
 ) -> StudyProgress:
-    """Count the finished analyses of a study, from its `run_keys` by variant and its journals."""
+    """Return the progress of a study from its `run_keys` by variant and its journals."""
     done, analyses = content.rows, sum(map(len, run_keys.values()))
     rows = [done[key] for keys in run_keys.values() for key in keys if key in done]
     columns = {"variant": "variant", "motion": "motion_id", "status": "status"}
@@ -73,7 +73,7 @@ def study_progress(
     notes = content.sentences
     if crashes := sum(row["status"] == CRASH for row in rows):
         text = f"{crashes} analyses ended their workers (status {CRASH}); `skewbridge status "
-        notes += (f"{text}--failed` lists them and `skewbridge study retry` tries them again.",)
+        notes += (f"{text}--failed` lists them and `skewbridge study retry` repeats them.",)
     times_s = [row["cpu_s"] for row in rows if row["cpu_s"] == row["cpu_s"]]
     ledger = {
         name: dict(sorted(Counter(row[column] for row in rows).items()))
@@ -93,10 +93,10 @@ def study_progress(
 
 
 def job_size(profile: str) -> dict[str, int] | None:
-    """Return the processors of a cluster's job (`cores`) and the most `jobs` in the queue at once.
+    """Return the processors per cluster job (`cores`) and the largest number of queued `jobs`.
 
-    They are those of a Snakemake profile, a folder of `PROFILES` or a path; None for a profile of
-    one machine. `InputError` if it is missing or invalid.
+    They are read from a Snakemake profile, a folder of `PROFILES` or a path; None if the profile is
+    for one machine. `InputError` if it is missing or invalid.
     """
     own, ours = Path(profile), PROFILES / profile
     file = next(filter(Path.is_file, (own / "config.yaml", ours / "config.yaml")), None)
@@ -114,9 +114,10 @@ def job_size(profile: str) -> dict[str, int] | None:
 def forecast_study(config: StudyConfig, size: Mapping[str, int] | None = None) -> StudyProgress:
     """Return the progress of a study with its cost in the summary.
 
-    An analysis is done if a journal has its key; before motions are prepared nothing is, and their
-    number is the configured one. With the `job_size` of a cluster the summary has `jobs`,
-    `job_cores` and the wall time of a job and of all, `job_hours` and `hours`, without queueing.
+    An analysis is done if its key is in a journal. Before motions are prepared, no analysis counts
+    as done and the configured number of motions is used. With the `job_size` of a cluster, the
+    summary also has `jobs`, `job_cores` and, without queueing, the wall time of one job
+    (`job_hours`) and of all jobs (`hours`).
     """
     keys = analysis_keys(config)
     if not keys:
@@ -129,7 +130,7 @@ def forecast_study(config: StudyConfig, size: Mapping[str, int] | None = None) -
     notes, trials = state.notes, 1
     if config.motions.design == "ida":
         trials = most_trials(config.motions.level_range_g)
-        notes = (*notes, f"Counted are searches of up to {trials} analyses; the cost is of all.")
+        notes = (*notes, f"Counts are searches of up to {trials} analyses; the cost covers all.")
     cpu_s = TYPICAL_MOTION_S * CPU_S_PER_MOTION_S if state.cpu_s is None else state.cpu_s
     every, left = (trials * state.summary[name] for name in ("analyses", "left"))
     left_s = round(left * cpu_s / CORES, 1)
@@ -144,10 +145,10 @@ def forecast_study(config: StudyConfig, size: Mapping[str, int] | None = None) -
 
 
 def other_work_s(study: StudyConfig, per_s: float, cores: float) -> float:
-    """Return the time that a study needs besides the analyses of its variants.
+    """Return the wall time (s) of the work of a study other than the analyses of its variants.
 
-    It is that of the numerical checks that are not in their journal, and of fits, figures and page.
-    `per_s` is the wall time of an analysis per second of its motion.
+    It covers the numerical checks that are not yet done, fits, figures and page. `per_s` is the
+    wall time of an analysis per second of its motion.
     """
     folder, variants = StudyFolder(Path(study.results)), len(expand_grid(study.grid))
     tail_s = TAIL_MOTION_S + TAIL_MOTION_S_PER_VARIANT * variants / min(cores, 2.0)

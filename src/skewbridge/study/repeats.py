@@ -1,8 +1,8 @@
-"""Analyses of the study that it repeats: at other numerics, and without and with friction.
+"""Repeated analyses of a study: with other numerical settings, and without and with friction.
 
-Numerical sensitivity: a row at the reference accuracy costs as much as many rows of the study, so
-that both sides of every comparison are analysed for the strongest part of the motion only. The
-friction pair is one analysis without and with friction, with its histories for the figures.
+Numerical sensitivity: a row at the reference accuracy costs as much as many rows of the study.
+Both sides of every comparison therefore use only the strongest part of the motion. The friction
+pair is one analysis run without and with friction; its histories are kept for the figures.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -23,7 +23,7 @@ from skewbridge.statuses import RAN
 from skewbridge.study.config import SensitivityConfig
 from skewbridge.variant.variant import Variant, parse_slug
 
-if TYPE_CHECKING:  # the processes that draw the figures do without OpenSees
+if TYPE_CHECKING:  # processes that draw the figures do not import OpenSees
     from skewbridge.study.analyses import StudySetup
     from skewbridge.study.task import Task
 
@@ -39,7 +39,7 @@ def _reference(task: "Task") -> "Task":
     return replace(task, settings=settings, options=options)
 
 
-#: Changed analyses of a row of the study; their names begin columns of the table.
+#: Changes of a repeated row of the study; their names are prefixes of columns of the table.
 REPEATS: Final[Mapping[str, "Callable[[Task], Task]"]] = {
     AS_IN_STUDY: lambda task: task,
     "reference": _reference,
@@ -53,10 +53,10 @@ REPEATS: Final[Mapping[str, "Callable[[Task], Task]"]] = {
 def sampled_rows(
     setup: "StudySetup", slugs: Sequence[str], count: int, window_s: float | None
 ) -> "list[Task]":
-    """Return rows of the study, spread over its variants, each with another strong motion.
+    """Return `count` tasks of the study, spread over its variants, each with a different motion.
 
-    The motions are the strongest by their scaled PGV, in turn. Each is cut to its strongest
-    `window_s`; a shorter analysis, and all with None, is that of the study itself.
+    The first task has the motion with the largest scaled PGV, the next the second largest, and so
+    on. Motions are cut to their strongest `window_s`, unless it is None or the analysis is shorter.
     """
     from skewbridge.study.analyses import PGV
 
@@ -70,7 +70,7 @@ def sampled_rows(
 
 
 def in_window(task: "Task", window_s: float | None) -> "Task":
-    """Return an analysis under the strongest part of its motion, or itself where it is as short."""
+    """Return a task under the strongest part of its motion, or the task itself if it is short."""
     if window_s is None or task.analysed_s <= window_s:
         return task
     whole = task.motion.motion
@@ -82,10 +82,11 @@ def in_window(task: "Task", window_s: float | None) -> "Task":
 def write_sensitivity(
     setup: "StudySetup", slugs: Sequence[str], check: SensitivityConfig, output: Path
 ) -> None:
-    """Run the changed analyses that no journal has and write the changes of the demands.
+    """Run the repeated analyses that are not in a journal; write the changes of the demands.
 
-    The file has one row per demand with the mean ratio of the study to the reference, the largest
-    change of a single row by each of `REPEATS`, and the longest time analysed (s); it may be empty.
+    The file has one row per demand with the mean ratio of default to reference, the largest change
+    of a single row by each of `REPEATS`, and the longest analysed time (s). It is empty if no rows
+    are repeated.
     """
     from skewbridge.study.analyses import run_in_journal
 
@@ -101,8 +102,9 @@ def write_sensitivity(
 def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
     """Return the changes of the demands, one row per demand.
 
-    The rows of the demands have the columns ``row`` (of the study) and ``change``. Those that did
-    not finish are counted only. Rows whose columns fail in different cycles are not compared.
+    ``rows`` is a demands table with the columns ``row`` (number) and ``change`` (of `REPEATS`).
+    Analyses that did not finish are only counted. Rows whose columns fail in different cycles are
+    not compared.
     """
     ran = rows[rows["status"].isin(RAN)]
     ends_s = ran.set_index(["row", "change"])["beyond_model_s"].unstack().fillna(np.inf)
@@ -117,7 +119,7 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
         values = ran.pivot_table(index="row", columns="change", values=demand)
         row: dict[str, object] = {"demand": demand, **counts}
         for change, is_alike in alike.items():
-            # zero over zero: a demand that this row does not have
+            # drops 0 / 0, a demand that does not occur in this row
             ratios = (values[AS_IN_STUDY] / values[change]).reindex(ends_s.index[is_alike]).dropna()
             if change == "reference":
                 row["reference_mean_ratio"] = float(ratios.mean())
@@ -130,9 +132,9 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
-    """Return the most skewed bridge with the smallest gap, without and with the largest friction.
+    """Return the variants with least and most friction, at the largest skew and the smallest gap.
 
-    None where the study has one friction only.
+    None if the study has only one value of friction.
     """
     by_bridge_and_gap: dict[Variant, list[Variant]] = {}
     for variant in map(parse_slug, demands["variant"].unique()):
@@ -151,9 +153,9 @@ def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:
 
 
 def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> None:
-    """Repeat one analysis without and one with friction, and write their histories.
+    """Repeat one analysis for both variants of `friction_pair` and write their histories.
 
-    Columns: variant, motion_id, histories; no rows with one friction only or of a diverged run.
+    Columns: variant, motion_id and the histories. The table is empty without a pair.
     """
     from skewbridge.analysis.transient import analyse
 
@@ -169,9 +171,10 @@ def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> Non
 
 
 def read_friction_pair(path: Path) -> tuple[Variant, str, dict[str, pd.DataFrame]] | None:
-    """Return what `write_friction_pair` wrote, or None if there was no pair.
+    """Return the content of a file of `write_friction_pair`, or None if there was no pair.
 
-    It is the variant without friction, the motion, and the histories by a legend: ``friction 0.5``.
+    It is the variant without friction, the motion, and the histories by legend text, such as
+    ``friction 0.5``.
     """
     table = read_frame(path)
     if table.empty:

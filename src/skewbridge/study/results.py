@@ -1,4 +1,4 @@
-"""Results of a study: its tables, those from foreign demands, predictions, a comparison."""
+"""Results of a study: its tables, fits to foreign demands, predictions, comparisons."""
 
 import re
 import warnings
@@ -54,9 +54,9 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.random_properties import DRAW_PREFIX, RANDOM_PROPERTIES
 
-#: Table of joint models in the folder of a study, and in one that `skewbridge statistics` wrote.
+#: Table of joint models in the folder of a study, or in one written by `skewbridge statistics`.
 _JOINT_TABLES: Final = ("fragility/joint.parquet", "joint.parquet")
-#: Columns of a table of fits that are values of its intensity measure.
+#: Columns of fits that have the unit of the intensity measure.
 _MEDIAN: Final = re.compile(r"theta(_(?!bound_beta)\w+)?")
 
 
@@ -64,12 +64,12 @@ _MEDIAN: Final = re.compile(r"theta(_(?!bound_beta)\w+)?")
 class Results:
     """Tables of a finished study.
 
-    Every frame has ``attrs["units"]``, units by column without ratios and texts, and
+    Every frame has ``attrs["units"]``, units by column (none for ratios and texts), and
     ``attrs["provenance"]``, texts by name. Medians have the unit of their intensity measure.
     """
 
     folder: Path
-    demands: pd.DataFrame  # a row per analysis
+    demands: pd.DataFrame  # one row per analysis
     fragility: dict[str, pd.DataFrame]  # by name: curves, effects, intensity_effects, joint ...
 
 
@@ -77,7 +77,7 @@ def load_results(folder: Path) -> Results:
     """Read the demands of a study and all tables of its fits.
 
     Warns (`UserWarning`) when tables have different configurations, motions, commits or versions.
-    An `InputError` names a folder without demands, or a table damaged or of another version.
+    `InputError` if the folder has no demands, or a table is damaged or of another version.
     """
     demands = _frame(demands_file(folder))
     fits = {file.stem: _frame(file) for file in sorted(folder.glob("fragility/*.parquet"))}
@@ -92,7 +92,7 @@ def load_results(folder: Path) -> Results:
     if mixed:
         warnings.warn(
             f"{folder}: tables were made by different versions or inputs (expected after a change "
-            "that repeats only the fits; `skewbridge provenance FILE` says whether a table is "
+            "that repeats only the fits; `skewbridge provenance FILE` shows whether a table is "
             f"current): {'; '.join(mixed)}",
             stacklevel=3,
         )
@@ -100,7 +100,7 @@ def load_results(folder: Path) -> Results:
 
 
 def demands_file(folder: Path) -> Path:
-    """Return the demands of a study; an `InputError` if the folder has none."""
+    """Return the path of the demands of a study; `InputError` if the folder has none."""
     if (path := folder / "demands.parquet").is_file():
         return path
     raise InputError(f"{folder} has no demands.parquet: give the folder of a study that has run")
@@ -120,10 +120,11 @@ def _frame(path: Path) -> pd.DataFrame:
 
 
 def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS) -> pd.DataFrame:
-    """Return the curves of shear failure of a column under each shear model, states by model.
+    """Return the fragility curves of column shear failure, one limit state per shear model.
 
-    The demands over capacity are peaks over the same whole histories, so no model censors another.
-    Variants whose columns no model lets fail are left out, as are tables without these demands.
+    The demand / capacity ratios are peaks over the same whole histories, so no model censors
+    another. Variants in which no model predicts a failure are left out. The result is empty if the
+    demands lack these ratios.
     """
     failure = with_column_failure([], FAILURE_DEMANDS.values())[0]
     states = [
@@ -139,7 +140,7 @@ def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS)
 
 
 def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFrame, str]:
-    """Return a table as `read_foreign`, with its columns of ours, and its intensity measure."""
+    """Return a table as `read_foreign`, with known columns only, and its intensity measure."""
     source = read_any(path)
     need_columns(source, ["status"], path.name)
     measures = list(map(str, source.filter(regex="^im_")))
@@ -170,7 +171,7 @@ def _tables_of(
 
 
 def _settings(im: str, margin: float | None) -> FitSettings:
-    """Return settings with the negligible change of demands and medians, if it is given."""
+    """Return settings with `margin`, if given, as negligible change of demands and medians."""
     if margin is None:
         return replace(DEFAULTS, im=im)
     if not 0.0 < margin < 1.0:
@@ -183,7 +184,8 @@ def statistics_of(
 ) -> dict[str, Any]:
     """Write every table of results/fragility from a table of demands, and return their summary.
 
-    Limit states without a demand are ``left_out``. `InputError` with row and column of a bad value.
+    Limit states whose demand is missing are ``left_out``. `InputError` with row and column of an
+    invalid value.
     """
     tables, measure, left_out = _tables_of(demands, limit_states, im, margin)
     write_tables(tables, writable_folder(out))
@@ -200,7 +202,7 @@ def statistics_of(
 
 
 def paper_rows(demands: Path, limit_states: Path, im: str | None = None) -> dict[str, Any]:
-    """Return the table for publication as ``rows`` of numbers and as ``shown``, with a title."""
+    """Return the table for publication: numbers (``rows``), printed texts (``shown``), title."""
     tables, measure, _ = _tables_of(demands, limit_states, im)
     rows, title = tables[PAPER_TABLE], f"medians in {measure}"
     return {"rows": records_of(rows), "shown": paper_table.printed_rows(rows), "title": title}
@@ -208,27 +210,27 @@ def paper_rows(demands: Path, limit_states: Path, im: str | None = None) -> dict
 
 # ---- Comparison of two studies
 
-#: In place of an axis in the tables of a comparison: 0 is the first study, 1 the second.
+#: Name of the axis of a comparison: 0 is the first study, 1 the second.
 STUDY: Final = "study"
 
 
 class StudyComparison(NamedTuple):
-    """Changes from a first study to a second one; effects have the columns `effect_columns`."""
+    """Changes from a first study to a second study, as tables of effects."""
 
     demands: pd.DataFrame
     medians: pd.DataFrame
-    counts: dict[str, int]  # pairs, runs of one alone, variants and motions in both, equal pairs
-    other_motions: tuple[str, ...]  # left out: of one name in both studies, but not the same
+    counts: dict[str, int]  # pairs, runs in one only, shared variants and motions, equal pairs
+    other_motions: tuple[str, ...]  # left out: same name in both studies, different files
 
 
 def compare_studies(
     first: Path, second: Path, limit_states: Path, *, im: str, margin: float
 ) -> StudyComparison:
-    """Compare two studies, each given by its folder or its demands; the first is divided by.
+    """Compare two studies, each given by its folder or its demands; ratios are second / first.
 
-    Runs are paired where bridge, abutment model, all axes, motion, scale and incidence agree;
-    motions by the digests of their files if both studies have a suite, otherwise by name. Pairs in
-    which one run ended early count as bounds. `InputError` if something lacks or nothing pairs.
+    Runs are paired if bridge, abutment model, all axes, motion, scale and incidence agree. Motions
+    agree by the digests of their files if both studies have a suite, otherwise by name. Pairs in
+    which one run ended early count as bounds. `InputError` if a table, column or pair is missing.
     """
     settings, states = _settings(im, margin), load_limit_states(limit_states)
     other = _other_motions(first, second)
@@ -271,7 +273,7 @@ def compare_studies(
 
 
 def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
-    """Return the motions of one name whose files differ."""
+    """Return the motions that have the same name in both studies but different files."""
     suites = [StudyFolder(path).suite for path in (first, second)]
     if not all(suite.is_file() for suite in suites):
         return ()
@@ -281,7 +283,7 @@ def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
 
 
 def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[str]) -> str:
-    """Return why no runs can be paired: the variants, motions and loadings that tables share."""
+    """Return the message for tables without pairs: shared variants, motions and loadings."""
     kinds = {
         "variants": [*BRIDGE_COLUMNS, *axes],
         "motions": ["motion_id"],
@@ -297,18 +299,18 @@ def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[st
 
 
 def predict_states(
-    results: Path,  # folder of the study, or one that `skewbridge statistics` wrote
-    values: Mapping[str, float],  # of each axis
+    results: Path,  # folder of a study, or one written by `skewbridge statistics`
+    values: Mapping[str, float],  # value on each axis
     *,
     bridge: str | None = None,  # None if the study has only one
-    abutment: str | None = None,  # None for the only one, or contact-friction
+    abutment: str | None = None,  # None: the only one, else contact-friction
     component: str | None = None,
     state: str | None = None,
-    at: float | None = None,  # intensity of `p` (with beta_total) and `p_records` (with beta)
+    at: float | None = None,  # intensity for `p` (with beta_total), `p_records` (with beta)
 ) -> list[Row]:
-    """Return a row per limit state that has a joint model, at a point in the range of a study.
+    """Return predictions at a point in the range of a study, one row per fitted limit state.
 
-    An `InputError` names a missing table, bridge, model or state, or an axis outside the range.
+    `InputError` for a missing table, bridge, model or state, or a value outside the range.
     """
     path = next((results / name for name in _JOINT_TABLES if (results / name).is_file()), None)
     if path is None:
@@ -346,6 +348,6 @@ def _chosen(table: pd.DataFrame, column: str, name: str | None, usual: str = "")
     if name is None:
         name = names[0] if len(names) == 1 else usual
     if name not in names:
-        problem = f"got {name!r}" if name else "is missing"
+        problem = f"got {name!r}" if name else "none was given"
         raise InputError(f"{column} must be one of {', '.join(names)}; {problem}", column=column)
     return table[table[column] == name]

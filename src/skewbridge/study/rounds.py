@@ -1,12 +1,12 @@
-"""Rounds of a study that runs until its question is answered: their plans and files.
+"""Rounds of a study that runs until its headline effects are decided: plans and files.
 
-A round adds motions of the ordered suite to the variants that can decide open cells: pooled effects
-on a headline demand or on a median capacity of a headline state. The plan of a round lists the
-motions of every variant; it is made from the demands of the earlier rounds.
+A round adds motions of the ordered suite to the variants that are needed to decide open cells. A
+cell is a pooled effect on a headline demand or on the median capacity of a headline state. The plan
+of a round has the number of motions of every variant, based on the demands of earlier rounds.
 
 References:
-    Neyman (1934), J. R. Stat. Soc. 97(4):558-625: allocation in proportion to scatter over the
-    root of the cost.
+    Neyman (1934), J. R. Stat. Soc. 97(4):558-625: allocation in proportion to
+    scatter / sqrt(cost).
 """
 
 import json
@@ -50,34 +50,35 @@ from skewbridge.variant.grid import expand_grid
 
 progress_logger = logging.getLogger(PROGRESS_LOG)
 
-#: Environment variable with the time at which the command began and its processors (rounds.smk).
+#: Environment variable: start time of the command and its number of processors (common.smk).
 CLOCK: Final = "SKEWBRIDGE_CLOCK"
-#: Reasons for which a study ends, with a sentence about each.
+#: Reasons for the end of a study, and their messages.
 ALL_DECIDED: Final = "decided"
 OUT_OF_REACH: Final = "most"
 OUT_OF_TIME: Final = "hours"
 _ENDS: Final = {
     ALL_DECIDED: "the question is answered",
-    OUT_OF_REACH: "{left} are out of reach of the largest number of motions (design.most)",
-    OUT_OF_TIME: "the time is used up (design.hours {hours:g}): a larger value resumes",
+    OUT_OF_REACH: "{left} cannot be decided with the largest number of motions (design.most)",
+    OUT_OF_TIME: "the time is used up (design.hours {hours:g}): set a larger value to resume",
 }
-# ASSUME a cell is worth its analyses if it has this chance to be decided
+# ASSUME a cell is worth its analyses if the probability of deciding it is at least this
 LEAST_CHANCE: Final = 0.2
 
 
 def targets(
-    effects: pd.DataFrame,  # of the headline at the looks so far, with their verdicts
-    motions: Mapping[str, int],  # of each variant so far, from the first of the suite
+    effects: pd.DataFrame,  # headline effects with verdicts at the looks so far
+    motions: Mapping[str, int],  # motions of each variant so far, the first of the suite
     cost_s: Mapping[str, float],  # processor time of an analysis, by variant
     places: pd.DataFrame,  # bridge, abutment model and axes of each variant, indexed by its name
-    looks: Sequence[int],  # motions at each look
-    level: float,  # two-sided level of all intervals of a cell together
+    looks: Sequence[int],  # number of motions at each look
+    level: float,  # two-sided joint level of all intervals of a cell
 ) -> tuple[pd.DataFrame, list[dict[str, int]]]:
-    """Return the pooled cells, and the number of motions that each needs of its variants.
+    """Return the pooled cells, and the number of motions by variant that decides each cell.
 
-    An open cell needs N motions if all of its pairs of variants have the same number. Pairs with
-    little scatter or long analyses get fewer, the others more, for the same error (Neyman 1934). A
-    cell that the last look would decide with a chance below `LEAST_CHANCE` is not asked now.
+    ``needed`` is the number that decides a cell if all of its pairs of variants have it. For the
+    same error, pairs with small scatter or long analyses get fewer motions, the others more (Neyman
+    1934). No motions are planned for a decided cell, or if the probability of a decision at the
+    last look is below `LEAST_CHANCE`.
     """
     axes = axis_names(places)
     pooled = effects[effects["scope"] == "pooled"].reset_index(drop=True)
@@ -96,7 +97,7 @@ def targets(
         cell = pairs[tuple(row[name] for name in CELL)]
         ends = list(zip(cell["from_value_variant"], cell["to_value_variant"], strict=True))
         now = max(min(motions[a], motions[b]) for a, b in ends)
-        # motions without an exact pair stay as frequent as they are now
+        # the share of motions without an exact pair stays the same
         per_exact = now / (row["dof"] + 1)
         at_end = row | {"level": at_last}
         number = motions_to_decide(at_end) * per_exact
@@ -124,15 +125,16 @@ def _keys(table: pd.DataFrame, axes: Sequence[str]) -> list[tuple[Any, ...]]:
 
 
 def next_motions(
-    wanted: Iterable[Mapping[str, int]],  # motions that each cell needs of its variants
-    motions: Mapping[str, int],  # of each variant so far
+    wanted: Iterable[Mapping[str, int]],  # motions by variant that decide each cell
+    motions: Mapping[str, int],  # motions of each variant so far
     cost_s: Mapping[str, float],  # time that one more motion of a variant adds to the round
-    looks: Sequence[int],  # motions at each look
-    time_s: float,  # for the round
+    looks: Sequence[int],  # number of motions at each look
+    time_s: float,  # time available for the round
 ) -> dict[str, int]:
-    """Return the motions that each variant has after the next round.
+    """Return the number of motions of each variant after the next round.
 
-    The cells that cost least to decide come first, as long as the round fits into the time.
+    Cells are added from the least costly to decide, while the round fits into ``time_s``. A variant
+    advances by one look at most.
     """
 
     def left_s(cell: Mapping[str, int]) -> float:
@@ -152,25 +154,25 @@ def next_motions(
 def first_motions(
     motions: Mapping[str, int], cost_s: Mapping[str, float], first: int, time_s: float
 ) -> dict[str, int]:
-    """Return the motions of the next round on the way to ``first``; fewer if the time is short.
+    """Return the number of motions after the next round, up to ``first``; fewer if time is short.
 
-    Motions differ in cost, so a round that would take most of the time is made in two: the second
-    one knows the cost better.
+    A round that would take more than half of the time is split in two: motions differ in cost, so
+    the second part has a better forecast.
     """
     of_one = sum(cost_s.values())
     more = min(first - min(motions.values()), max(int(time_s / of_one), 0))
-    # not made in two: a round of three motions, since each round costs a start of all its jobs
+    # a round of up to three motions is not split, because each round starts all jobs again
     if more > 3 and more * of_one > time_s / 2:
         more = (more + 1) // 2
     return {name: max(n, min(first, n + more)) for name, n in motions.items()}
 
 
 def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output: Path) -> None:
-    """Write the plan of a round, numbered from 1, from the demands of all earlier ones; log a line.
+    """Write the plan of a round (1, 2, ...) from the demands of all earlier rounds; log a line.
 
     The plan is a JSON object: ``motions`` of each variant before and after the round, ``analyses``
-    of the round, ``decided`` and ``cells`` of the rounds before, ``ended`` (why no analyses follow:
-    decided, most or hours; null where the study continues).
+    of the round, ``decided`` and ``cells`` after the earlier rounds, and ``ended``: the reason for
+    the end of the study (decided, most or hours), or null if it continues.
     """
     entered_s = time.monotonic()
     design, setup = study.design, StudySetup.of(study)
@@ -251,7 +253,7 @@ def _looked_at(
 
 
 def round_line(plan: Mapping[str, Any]) -> str:
-    """Return the line about a round: what is decided, and what comes next."""
+    """Return the log line of a round: decided cells, then the next analyses or the end."""
     start, cells = f"round {plan['round']}: ", len(plan["cells"])
     if cells:
         start += f"{plan['decided']} of {cells} decided; "
@@ -263,17 +265,17 @@ def round_line(plan: Mapping[str, Any]) -> str:
 
 
 def tables_of_round(folder: StudyFolder, plan: Path) -> list[Path]:
-    """Return the demands that a round makes; none where the study ends with this plan."""
+    """Return the demands tables that a round produces; empty if the study ends with this plan."""
     content = read_json(plan)
     changed = [slug for slug, (start, end) in content["motions"].items() if end > start]
     return [folder.round_demands(content["round"], slug) for slug in changed]
 
 
 def limit_of_round(plan: Path, hours: float) -> float:
-    """Return the time limit with which the plan of a round is or must be made.
+    """Return the time limit (h) of the plan of a round.
 
-    A plan keeps its limit, unless it ended the study for lack of time and there is more now. As a
-    parameter of the checkpoint, the limit makes Snakemake plan such a round again.
+    A plan keeps its limit, unless it ended the study for lack of time and ``hours`` is now larger.
+    The limit is a parameter of the checkpoint, so Snakemake then plans the round again.
     """
     if not plan.is_file():
         return hours

@@ -1,7 +1,7 @@
 """One analysis: its inputs, its key and its result.
 
-The sources of this module are part of the key of every analysis (`files.digests.ENGINE`), so
-that an edit runs all analyses again. Scheduling, journals and configuration are kept out of it.
+This module is part of the key of every analysis (`files.digests.ENGINE`), so an edit reruns all
+analyses. Scheduling, journals and configuration are therefore in other modules.
 """
 
 import hashlib
@@ -31,9 +31,9 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """One analysis: everything a worker needs, the motion with its factor and measures.
+    """Inputs of one analysis, complete for a worker; the motion has its factor and measures.
 
-    The options include the random properties of the motion; `draw` has them by name.
+    The options include the random properties drawn for the motion; `draw` lists them by name.
     """
 
     variant: Variant
@@ -45,7 +45,7 @@ class Task:
 
     @property
     def analysed_s(self) -> float:
-        """Seconds of the motion that are analysed at most."""
+        """Length of the motion that is analysed, unless the analysis ends early."""
         longest = self.settings.duration_s
         return min(self.motion.motion.duration_s, inf if longest is None else longest)
 
@@ -60,8 +60,8 @@ class Task:
 def run_key(task: Task) -> str:
     """Return the digest of everything that the result of an analysis depends on.
 
-    Of the motion these are its accelerations and time step as analysed, whatever files they were
-    read from; its name, event and intensity measures are not.
+    The motion enters by its accelerations and time step as analysed. Its files, name, event and
+    intensity measures do not enter.
     """
     return digest_of(
         canonical(asdict(task.variant)),
@@ -86,11 +86,11 @@ def _motion_digest(motion: GroundMotion) -> str:
 
 
 def analyse_task(task: Task, log_path: Path, progress: Progress) -> dict[str, Any]:
-    """Run one analysis in this process; a failure is recorded as its result.
+    """Run one analysis in this process and return its columns (`outcome_of`).
 
+    An analysis that is refused or stops with an error has a status but no demands (`no_result`).
     The solver's messages go to the log; `progress` is called with the time reached and the
-    duration, in s. Returns the columns that the analysis adds to its row (`outcome_of`); without
-    demands if it was refused or stopped with an error.
+    duration, in s.
     """
     try:
         result = analyse(
@@ -103,7 +103,7 @@ def analyse_task(task: Task, log_path: Path, progress: Progress) -> dict[str, An
         )
     except InputError as error:
         return no_result("invalid_input", str(error))
-    except OSError:  # a full disk is no property of the analysis: the study stops and can resume
+    except OSError:  # such as a full disk, not due to the analysis: the study stops
         raise
     except Exception as error:
         logger.exception("%s under %s", task.variant.slug, task.motion.motion.motion_id)
@@ -131,7 +131,7 @@ def outcome_of(result: AnalysisResult) -> dict[str, Any]:
 
 
 def no_result(status: str, reason: str) -> dict[str, Any]:
-    """Return the columns, other than demands, of an analysis that has no result."""
+    """Return the columns of an analysis without a result; demands are not included."""
     return {
         "status": status,
         "collapse_criterion": reason,
