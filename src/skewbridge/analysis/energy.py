@@ -230,7 +230,7 @@ class EnergyBalance:
 
 
 def energy_ratios(terms: Mapping[str, float]) -> dict[str, float]:
-    """Return the energy columns of the demands table, divided by the largest input.
+    """Return the energy columns of the demands table, as ratios to the largest input.
 
     They are the residual, the energy dissipated by the integrator, and the work done on the normal
     springs of the contacts minus the energy stored in them (negative if the springs generated

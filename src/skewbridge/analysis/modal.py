@@ -32,7 +32,7 @@ SHARED: Final = 2.0 / 3.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mode:
-    """One mode: period, and participating mass / free mass along x, y, z and in plan (rotation)."""
+    """One mode: period, and participating shares of the free mass along x, y, z and about z."""
 
     period_s: float  # infinite for a mechanism
     mass_x: float

@@ -47,7 +47,7 @@ def model_script(variant: Variant, options: ModelOptions) -> str:
 
 
 def _contact_table(model: BridgeModel) -> str:
-    """Return the contacts as source of a Python list; ``bounds`` are the friction parameters."""
+    """Return Python source of a list of contacts; ``bounds`` are the parameters of friction."""
     if model.contacts is None:
         return ""
     rows = [

@@ -122,20 +122,20 @@ def column_shear_n(column: ColumnHandle, trace: ResponseTrace) -> Series:
 
 
 def column_drift(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return the drift: resultant displacement of top minus base / clear height, shape (n,)."""
+    """Return the drift: resultant relative displacement divided by clear height, shape (n,)."""
     relative = trace.disp(column.top)[:, :2] - trace.disp(column.base_node)[:, :2]
     return np.hypot(*relative.T) / column.clear_height_m
 
 
 def drift_over_capacity(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return column drift / drift capacity (displacement capacity / clear height), shape (n,)."""
+    """Return the ratio of column drift to the drift capacity of its bent, shape (n,)."""
     return column_drift(column, trace) / column.drift_capacity_ratio
 
 
 def column_shear_dcr(
     column: ColumnHandle, trace: ResponseTrace, model: ShearModel | None = None
 ) -> Series:
-    """Return section shear / shear capacity at the same time, shape (n,).
+    """Return the ratio of section shear to shear capacity at the same time, shape (n,).
 
     The capacity follows ``model`` (None: the model of the column). It depends on the current axial
     force and the largest ductility so far, because dilated concrete does not recover.
@@ -153,7 +153,7 @@ def column_shear_dcr(
 
 
 def curvature_ductility(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return the largest resultant hinge curvature / yield curvature, shape (n,)."""
+    """Return the ratio of the largest resultant hinge curvature to yield curvature, (n,)."""
     largest = np.zeros(len(trace.time_s))
     for point in column.hinge_sections:
         deformation = trace.sections[column.element, point]
@@ -289,7 +289,7 @@ def backfill_force_n(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
 
 
 def key_forces_n(abutment: AbutmentHandle, trace: ResponseTrace) -> list[Series]:
-    """Return the force of each shear key (N), 0 while the deck is apart from it, each (n,)."""
+    """Return the force of each shear key (N), zero while the deck is not in contact, each (n,)."""
     forces = [np.abs(trace.spring_force(spring)) for spring in abutment.key_springs]
     for force, unit in zip(forces, abutment.key_units, strict=False):
         force[~_closed(trace, (unit,))] = 0.0

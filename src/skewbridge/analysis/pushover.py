@@ -123,7 +123,7 @@ def push_abutment(
 
 
 def _tie(connector: int, direction: PlanVector, tags: TagAllocator) -> tuple[int, int]:
-    """Tie the connector to a new fixed node; return tie element (axis 1: push) and node."""
+    """Tie the connector to a new fixed node; return tags of tie (axis 1 along push) and node."""
     driver, element = grounded_node(ops.nodeCoord(connector), tags), tags.element()
     stiff = elastic_material(_GUIDE_N_PER_M, tags)
     axes = (*direction, 0.0, -direction[1], direction[0], 0.0)
@@ -139,7 +139,7 @@ def _march(
     read: Callable[[], tuple[float, float]],
     integrator: tuple[str | int, ...],
 ) -> PushCurve:
-    """Advance to a target, halving steps that fail; return the curve of the values of `read`."""
+    """Advance to a target, halving failed steps; return displacements and forces of `read`."""
     ops.logFile(devnull, "-noEcho")  # failed steps are repeated: their messages would mislead
     ops.constraints("Transformation")
     ops.numberer("RCM")

@@ -83,7 +83,7 @@ class Effort:
 
 @dataclass(slots=True, kw_only=True)
 class Stepper:
-    """Advances the domain by regular steps, and by recovery steps where one does not converge.
+    """Advances the domain by regular steps, and by recovery steps if one does not converge.
 
     A step in which contacts change is divided into halves, quarters, and so on.
 
@@ -133,7 +133,7 @@ class Stepper:
         ops.integrator(*self.integrator)
 
     def step(self, most: int = 1) -> int:
-        """Advance one regular step, or up to `most` while all is unchanged; return their number.
+        """Advance at least one and at most `most` regular steps; return their number.
 
         It is 0 if all recovery steps failed at a part of a step, or if `after` ended the run.
         """
@@ -157,7 +157,7 @@ class Stepper:
         return done // _FINEST
 
     def _take_together(self, count: int) -> tuple[int, bool]:
-        """Make up to `count` steps of the last size; return their number, whether to continue."""
+        """Make up to `count` steps of the last size; return as `_take` does."""
         if count < 2:
             return 0, True
         size_s, before_s = self._size_s, ops.getTime()

@@ -102,7 +102,7 @@ class AnalysisSettings:
     @model_validator(mode="before")
     @classmethod
     def _paper(cls, given: ArgsKwargs | dict[str, object] | object) -> object:
-        """Add the constant step of scheme paper where keys are not given."""
+        """Fill in the constant step of scheme paper for keys that are not given."""
         if not isinstance(given, ArgsKwargs | dict):
             return given
         values = dict(given.kwargs or {}) if isinstance(given, ArgsKwargs) else dict(given)
@@ -137,7 +137,7 @@ class AnalysisSettings:
         return max(_halvings(self.dt_s, self.event_dt_s), self.contact_halvings)
 
     def increment_s(self, dt_s: float) -> float:
-        """Return displacement increment / unknown: 1, or beta dt / gamma (s) for velocities."""
+        """Return the displacement per unknown: 1, or beta dt / gamma (s) for velocities."""
         if self.integrator_command[-2:] != ("-form", "V"):
             return 1.0
         gamma, beta = self.integrator_command[1:3]

@@ -198,7 +198,7 @@ def _failure(message: str) -> Ending:
 
 @contextmanager
 def solver_log(path: Path | None) -> Generator[None]:
-    """Write OpenSees messages to a file inside the block; discard them without a path and later."""
+    """Write OpenSees messages to ``path`` inside the block (None: discard); discard later ones."""
     if path is not None:
         path.parent.mkdir(parents=True, exist_ok=True)
     ops.logFile(devnull if path is None else str(path), "-noEcho")

@@ -312,7 +312,7 @@ class Lean:
         self._height_m = column.clear_height_m
 
     def drift_ratio(self) -> float:
-        """Return the displacement of the top relative to the base / clear height."""
+        """Return the displacement of the top relative to the base, divided by the clear height."""
         (top_x, top_y), (base_x, base_y) = self._top.disp_m(), self._base.disp_m()
         return hypot(top_x - base_x, top_y - base_y) / self._height_m
 

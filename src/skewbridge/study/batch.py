@@ -78,7 +78,7 @@ def analysed_row(task: Task, key: str, log_folder: Path) -> Row:
 
 
 def row_of_task(row: Row, task: Task, key: str) -> Row:
-    """Return a row with added columns that identify its analysis, and derived columns."""
+    """Return a row completed by columns that identify its analysis, and by derived columns."""
     motion = task.motion
     return {
         **row,

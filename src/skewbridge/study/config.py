@@ -50,7 +50,7 @@ class SensitivityConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class BatchesConfig:
-    """Worker processes of the analyses; these keys change no result."""
+    """Worker processes of the analyses; these keys do not affect results."""
 
     no_progress_s: Whole = Field(default=120, ge=1, le=86400)
     """time (s) without a step after which an analysis is stopped and repeated once"""

@@ -156,7 +156,7 @@ def choice_pairs(
 def axis_pairs(
     setup: "StudySetup", slug: str, axes: Mapping[str, Sequence[float]], count: int
 ) -> Iterator[TaskPair]:
-    """Yield the analyses of a variant at both ends of each axis of the grid with two values.
+    """Yield pairs of analyses of a variant at the ends of each axis that has several values.
 
     Analyses without friction are also paired with friction at walls only and at keys only.
     """

@@ -93,7 +93,7 @@ def worker_processes() -> list[psutil.Process]:
 
 
 def hold_tree(folder: Path) -> None:
-    """Lock the ``.snakemake`` folder of a tree; `InputError` if another study is running there.
+    """Take the study lock in ``.snakemake``; `InputError` if another study is running there.
 
     The kernel releases the lock when this process ends, whereas a killed run leaves Snakemake's own
     lock files behind.
@@ -115,7 +115,7 @@ def hold_tree(folder: Path) -> None:
 
 
 def cancel_left_behind(prefix: str) -> None:
-    """Cancel Slurm jobs whose names start with the prefix, which a killed workflow left behind.
+    """Cancel Slurm jobs whose names start with the prefix: leftovers of a killed workflow.
 
     They would compete with the new jobs. Their finished analyses are in their journals.
     """

@@ -53,7 +53,7 @@ REPEATS: Final[Mapping[str, "Callable[[Task], Task]"]] = {
 def sampled_rows(
     setup: "StudySetup", slugs: Sequence[str], count: int, window_s: float | None
 ) -> "list[Task]":
-    """Return `count` tasks of the study, spread over its variants, each with a different motion.
+    """Return `count` tasks of the study, spread over its variants, under its strongest motions.
 
     The first task has the motion with the largest scaled PGV, the next the second largest, and so
     on. Motions are cut to their strongest `window_s`, unless it is None or the analysis is shorter.
@@ -70,7 +70,7 @@ def sampled_rows(
 
 
 def in_window(task: "Task", window_s: float | None) -> "Task":
-    """Return a task under the strongest part of its motion, or the task itself if it is short."""
+    """Return a task under the strongest `window_s` of its motion; shorter tasks are unchanged."""
     if window_s is None or task.analysed_s <= window_s:
         return task
     whole = task.motion.motion

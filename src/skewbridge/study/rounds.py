@@ -154,7 +154,7 @@ def next_motions(
 def first_motions(
     motions: Mapping[str, int], cost_s: Mapping[str, float], first: int, time_s: float
 ) -> dict[str, int]:
-    """Return the number of motions after the next round, up to ``first``; fewer if time is short.
+    """Return the motions of each variant after the next round, up to ``first`` as time permits.
 
     A round that would take more than half of the time is split in two: motions differ in cost, so
     the second part has a better forecast.

@@ -31,7 +31,7 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """Inputs of one analysis, complete for a worker; the motion has its factor and measures.
+    """All inputs of one analysis; the motion has its scale factor and intensity measures.
 
     The options include the random properties drawn for the motion; `draw` lists them by name.
     """
