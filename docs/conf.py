@@ -1,7 +1,7 @@
-"""The documentation site: `make docs` builds it into docs/_build/html.
+"""Sphinx configuration of the documentation site: `make docs` builds it into docs/_build/html.
 
-The source folder of Sphinx is the root of the repository, so that README, CONTRIBUTING and the page
-of configuration keys are pages of the site, and links work on the site and in a code browser.
+The source folder of Sphinx is the root of the repository. So README, CONTRIBUTING and the page of
+configuration keys are pages of the site, and links work on the site and in a code browser.
 """
 
 import shutil
@@ -61,7 +61,7 @@ extensions = [
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
-default_role = "code"  # docstrings quote names by single marks
+default_role = "code"  # docstrings quote names with single backticks
 toc_object_entries = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
@@ -93,7 +93,7 @@ html_title = "skewbridge"
 templates_path = ["_templates"]
 html_static_path = ["_static"]
 html_css_files = ["equations.css"]
-# The first page is in docs/; index.html of the site redirects to it.
+# The start page is in docs/; index.html of the site redirects to it.
 html_extra_path = ["example_report"]
 html_additional_pages = {"index": "start.html"}
 html_copy_source = False
@@ -103,13 +103,13 @@ html_math_renderer = "mathml"
 COMMANDS_HEAD = """\
 # Commands
 
-Results go to stdout, with `--json` as one JSON object; messages go to stderr. Exit codes: 0
-success, 1 an analysis or a check failed, 2 bad input.
+Results go to stdout (with `--json` as one JSON object), messages to stderr. Exit codes: 0 success,
+1 failed analysis or check, 2 bad input.
 """
 
 
 def setup(app: Sphinx) -> None:
-    """Write equations as MathML, so that the site needs no network, and the generated pages."""
+    """Render equations as MathML (the site needs no network) and write the generated pages."""
     app.add_html_math_renderer("mathml", (_inline, None), (_display, None))
     commands = COMMANDS_HEAD + "".join(_help(get_command(build_app())))
     for name, text in {
@@ -128,7 +128,7 @@ def setup(app: Sphinx) -> None:
 
 
 def _references() -> str:
-    """Return the works that methods and pages cite, as a page in Markdown."""
+    """Return the Markdown page of works cited in the methods text and on pages."""
     cited = (HERE / "data" / "references.txt").read_text(encoding="utf-8").splitlines()
     return "# References\n\n" + "".join(
         f"- {work}\n" for work in sorted({*REFERENCES.values(), *cited})
@@ -136,7 +136,7 @@ def _references() -> str:
 
 
 def _help(command: TyperGroup | TyperCommand, parent: typer.Context | None = None) -> Iterator[str]:
-    """Yield the help of every command, by the groups of the command line."""
+    """Yield the help of every command as Markdown, in the order of command groups."""
     for given in command.commands if isinstance(command, TyperGroup) else ():
         context = typer.Context(command, parent=parent, info_name=command.name or "skewbridge")
         name, inner, _ = command.resolve_command(context, [given])

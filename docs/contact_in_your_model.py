@@ -1,4 +1,4 @@
-"""Contact and friction added to two existing models, a frame and a tower.
+"""Add contact and friction to two existing models, a frame and a tower.
 
 Run it in this folder: python contact_in_your_model.py
 """
@@ -11,7 +11,7 @@ from skewbridge.contact import ContactSet, UnitLedger, make_step
 
 
 def analyse_with_stop(node: int, fixed_node: int, normal: tuple[float, ...]) -> UnitLedger:
-    """Put a stop 5 mm from a node of the current model and run 4 s."""
+    """Add a stop 5 mm from a node of the current model, run 4 s and return the contact ledger."""
     stops = ContactSet()
     stops.add(fixed_node, node, normal, 0.005, 0.4, kn=1e5, kt=1e5)  # here in kN and m
     for _ in range(2000):
@@ -21,7 +21,7 @@ def analyse_with_stop(node: int, fixed_node: int, normal: tuple[float, ...]) -> 
 
 
 def main() -> list[UnitLedger]:
-    """Return the ledgers of a skew stop at the frame and of one at the tower."""
+    """Return the ledgers of two skew stops, one at the frame and one at the tower."""
     portal_frame()
     ledgers = [analyse_with_stop(4, 9, (-0.8, 0.6))]
     tower()

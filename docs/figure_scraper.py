@@ -1,4 +1,4 @@
-"""Pictures of the gallery: what an example draws, or what a function of the report returns."""
+"""Sphinx-Gallery scraper for figures that functions of the report return."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ from sphinx_gallery.scrapers import figure_rst, matplotlib_scraper
 
 
 def saved_figure(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
-    """Save the `figure` of an example, which the functions of the report return."""
+    """Save the `figure` of an example, or its pyplot figures; return the reST that shows them."""
     figure = block_vars["example_globals"].pop("figure", None)
     if figure is None:
         return matplotlib_scraper(block, block_vars, gallery_conf)

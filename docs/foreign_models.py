@@ -1,10 +1,10 @@
-"""Two models without contact, as a user may have them: kN, m, s."""
+"""Two example user models without contact, in kN, m and s."""
 
 import openseespy.opensees as ops
 
 
 def portal_frame() -> None:
-    """A plane portal frame; node 4 is its right corner, node 9 a fixed point at the corner."""
+    """Build a plane portal frame; node 4 is its right corner, node 9 a fixed point there."""
     ops.wipe()
     ops.model("basic", "-ndm", 2, "-ndf", 3)
     for node, x, y in ((1, 0.0, 0.0), (2, 6.0, 0.0), (3, 0.0, 4.0), (4, 6.0, 4.0), (9, 6.0, 4.0)):
@@ -21,7 +21,7 @@ def portal_frame() -> None:
 
 
 def tower() -> None:
-    """A cantilever in space; node 2 is its top, node 9 a fixed point at the top."""
+    """Build a 3D cantilever; node 2 is its top, node 9 a fixed point there."""
     ops.wipe()
     ops.model("basic", "-ndm", 3, "-ndf", 6)
     for node, z in ((1, 0.0), (2, 10.0), (9, 10.0)):
@@ -36,7 +36,7 @@ def tower() -> None:
 
 
 def prepare(directions: tuple[int, ...]) -> None:
-    """Shake with a sine of 0.3 g and set up an ordinary transient analysis."""
+    """Apply a sine acceleration of 0.3 g in the directions and set up a transient analysis."""
     ops.timeSeries("Trig", 1, 0.0, 4.0, 0.4, "-factor", 3.0)
     for direction in directions:
         ops.pattern("UniformExcitation", direction, direction, "-accel", 1)

@@ -1,7 +1,7 @@
-"""The answer of the default study in the README: sentences and a picture.
+"""Headline results of the default study in the README: sentences and a figure.
 
-`make headline` writes them from a finished study, with the tables behind them in `docs/data`; a
-test compares the README with these tables.
+`make headline` writes them from a finished study and stores the tables behind them in `docs/data`;
+a test compares the README with these tables.
 """
 
 import sys
@@ -41,7 +41,7 @@ from skewbridge.report.appearance import (
 from skewbridge.study.folder import StudyFolder
 
 ROOT: Final = Path(__file__).parents[1]
-#: Tables behind the headline: effects, counts of runs, and motions.
+#: Tables behind the headline: effects, counts of runs and motions.
 EFFECTS: Final = Path("docs/data/headline.csv")
 RUNS: Final = Path("docs/data/headline_runs.csv")
 MOTIONS: Final = Path("docs/data/headline_motions.csv")
@@ -52,7 +52,7 @@ _MOTION_COLUMNS: Final = ("motion_id", "source", "magnitude", "distance_km")
 
 
 def headline_text(table: pd.DataFrame, runs: pd.DataFrame, motions: pd.DataFrame) -> str:
-    """Return the headline as Markdown: a sentence per axis, failures and motions.
+    """Return the headline as Markdown: one sentence per axis, then failures and motions.
 
     Args:
         table: Table of `answer_table`.
@@ -94,7 +94,7 @@ def _change(row: dict[str, Any]) -> str:
 
 
 def headline_figure(table: pd.DataFrame) -> Figure:
-    """Draw the effects on median capacities, a panel per bridge and abutment model."""
+    """Draw the effects on median capacities, one panel per bridge and abutment model."""
     medians = table[(table["quantity"] == MEDIAN_CAPACITY) & (table["status"] == OK)]
     names, level = short_names(medians), 100.0 * float(medians["level"].iloc[0])
     states = [state for state in HEADLINE_STATES if (medians["demand"] == state).any()]
@@ -115,7 +115,7 @@ def headline_figure(table: pd.DataFrame) -> Figure:
 
 
 def _draw_effects(axes: Axes, table: pd.DataFrame, states: Sequence[str]) -> None:
-    """Draw each state at its own height below each change of an axis."""
+    """Draw the effects with intervals, one row per change of an axis, states offset in height."""
     keys = ["axis", "from_value", "to_value"]
     changes = [tuple(row) for row in table[keys].drop_duplicates().itertuples(index=False)]
     margin = 100.0 * float(table["margin"].iloc[0])
@@ -141,10 +141,10 @@ def _draw_effects(axes: Axes, table: pd.DataFrame, states: Sequence[str]) -> Non
 
 
 def with_headline(readme: str, text: str) -> str:
-    """Return the README with the headline between its markers.
+    """Return the README with a new headline between its markers.
 
     Raises:
-        InputError: It has no such markers.
+        InputError: The README lacks a marker.
     """
     if BEGIN not in readme or END not in readme:
         raise InputError(f"README.md lacks the markers {BEGIN} and {END}")
@@ -160,10 +160,10 @@ def stored_tables(root: Path = ROOT) -> tuple[pd.DataFrame, pd.DataFrame, pd.Dat
 
 
 def write_headline(results: Path, root: Path = ROOT) -> None:
-    """Write the tables, the README's headline and its picture from a finished study.
+    """Write the tables, the README headline and its figure from a finished study.
 
     Raises:
-        InputError: The study compares no variants.
+        InputError: The study has no pooled effect on a median capacity of the headline.
     """
     folder = StudyFolder(results)
     demands = read_frame(folder.demands)

@@ -1,4 +1,4 @@
-"""Tables and figure of the pages on published curves and published effects of skew.
+"""Tables and figure for the pages on published curves and published effects of skew.
 
 `python docs/published_tables.py FOLDER` writes `docs/data/published_*.csv` and
 `docs/theory/published_medians.svg` from the files of
@@ -19,7 +19,7 @@ from skewbridge.verification.studies.published import CHOICES, CHOSEN, NONE, haz
 ROOT: Final = Path(__file__).parents[1]
 DATA: Final = ROOT / "docs" / "data"
 FIGURE: Final = ROOT / "docs" / "theory" / "published_medians.svg"
-#: Short names of changes, by the start of their names in the study.
+#: Short name of each change, keyed by the start of its name in the study.
 SHORT: Final = {
     "capacity: joint opening": "capacity of era 2",
     "capacity: bearing": "capacity 3 in",
@@ -49,7 +49,7 @@ NAMES: Final = {
 
 
 def ratios_table(ratios: pd.DataFrame, explained: pd.DataFrame) -> pd.DataFrame:
-    """Return medians, ratios and the change that moves each ratio most, a row per state."""
+    """Return medians, ratios and the change with the largest effect, one row per state."""
     keys = ["era", "component", "state"]
     changes = explained.set_index(keys)
     rows: list[dict[str, Any]] = []
@@ -76,7 +76,7 @@ def ratios_table(ratios: pd.DataFrame, explained: pd.DataFrame) -> pd.DataFrame:
 
 
 def medians_table(medians: pd.DataFrame) -> pd.DataFrame:
-    """Return the factors of skew on medians, a row per limit state."""
+    """Return ratios of medians to those at skew 0, one row per limit state."""
     skews = sorted({*medians["skew_deg"]})
     plain = medians[medians["choice"] == "none"]
     table = by_bridge(
@@ -92,14 +92,14 @@ def medians_table(medians: pd.DataFrame) -> pd.DataFrame:
 
 
 def demands_table(demands: pd.DataFrame) -> pd.DataFrame:
-    """Return the ratios of demands to those at skew 0, a row per demand."""
+    """Return the ratios of demands to those at skew 0, one row per demand."""
     return (
         by_bridge(demands[demands["choice"] == "none"], NAMES).rename_axis("demand").reset_index()
     )
 
 
 def choices_table(demands: pd.DataFrame) -> pd.DataFrame:
-    """Return the ratios of demands at the largest skew by modelling choice, a row per demand."""
+    """Return demand ratios at the largest skew, one row per demand, one column per choice."""
     largest = demands[
         (demands["bridge"] == CHOSEN) & (demands["skew_deg"] == max(demands["skew_deg"]))
     ]
@@ -110,7 +110,7 @@ def choices_table(demands: pd.DataFrame) -> pd.DataFrame:
 
 
 def by_bridge(table: pd.DataFrame, names: Mapping[str, str]) -> pd.DataFrame:
-    """Return the intervals of demands (rows, with their names) by bridge and skew (columns)."""
+    """Return ratios with intervals: one row per demand name, one column per bridge and skew."""
     groups = table.groupby(["bridge", "skew_deg"])
     return pd.DataFrame(
         {
@@ -121,7 +121,7 @@ def by_bridge(table: pd.DataFrame, names: Mapping[str, str]) -> pd.DataFrame:
 
 
 def cells(part: pd.DataFrame, names: Mapping[str, str]) -> dict[str, str]:
-    """Return the intervals of demands by their names."""
+    """Return the ratio and interval of each demand as text, keyed by demand name."""
     rows = {row["demand"]: row for row in records_of(part)}
     return {name: interval(rows[demand]) for demand, name in names.items()}
 

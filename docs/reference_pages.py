@@ -1,7 +1,7 @@
-"""Configuration keys, JSON schemas and data dictionary, written from the code.
+"""Configuration keys, JSON schemas and data dictionary, generated from the code.
 
 `make docs` writes the keys and schemas, which are in the repository. `docs/conf.py` writes the data
-dictionary while the site is built.
+dictionary when it builds the site.
 """
 
 import json
@@ -26,7 +26,7 @@ from skewbridge.study.processes import hush_exit_message
 
 ROOT: Final = Path(__file__).parents[1]
 
-#: A column with the ends of its interval, and its meaning.
+#: Names of a column and of the ends of its interval, and the meaning of the column.
 type _Columns = tuple[tuple[str, ...], str]
 
 TABLES: Final = {
@@ -42,62 +42,62 @@ TABLES: Final = {
 CONFIG_HEAD: Final = """\
 # Configuration
 
-`config.yaml` is the default study; another file is merged over it:
+`config.yaml` is the default study. Keys of another file override it:
 `make study CONFIG=config/real.yaml`, or `snakemake -j2 --configfile config/real.yaml`. The results
 of `config/NAME.yaml` go to `results/NAME`.
 
 | file | study |
 |---|---|
-| `smoke.yaml`, `demo.yaml` | small studies of the tests and of `skewbridge demo` |
+| `smoke.yaml`, `demo.yaml` | small studies for tests and `skewbridge demo` |
 | `real.yaml` | recorded motions |
 | `full.yaml` | finer grid |
-| `stripes.yaml`, `ida.yaml` | every motion at every level; capacity of each motion |
-| `suites.yaml` | three suites of motions, and a folder of records |
+| `stripes.yaml`, `ida.yaml` | every motion at every level; incremental dynamic analysis |
+| `suites.yaml` | three suites of motions and a folder of records |
 
 An unknown key or a value outside its limits stops the study before any analysis; editors with
 `yaml-language-server` check both. Write `2.0e+7`; YAML reads `2e7` as text.
 
-A new skew, gap, friction or motion runs only its own analyses. A limit state or a statistical key
-reruns fits, figures and report. A key of `model` or `analysis` or a number of a bridge reruns all
-analyses.
+A new skew, gap, friction or motion runs only its own analyses. Changing a limit state or a
+statistical key reruns fits, figures and report. Changing a key of `model` or `analysis`, or a value
+in a bridge file, reruns all analyses.
 
 - **Bridge**: `bridge: [NAME]` for `bridges/NAME.yaml` (copy `bridges/template.yaml`), or a path.
-- **Limit states**: name your copy of `limit_states_template.yaml` in `fragility.limit_states`.
+- **Limit states**: copy `limit_states_template.yaml`, set its path in `fragility.limit_states`.
 - **Axis**: any numeric key of `model` under `grid:`, such as `transverse_gap_mm: [6.4, 25.4]`.
 - **Names of variants** have friction in hundredths and `p` as the decimal point: 22.5 degrees,
   25.4 mm and 0.375 give `osb1_cf_skew22p5_gap025p4_mu037p5`, -22.5 degrees `skewm22p5`.
 
-Each key has the default that it takes where no file sets it (`config.yaml` sets
-`uncertainty.enabled: true`) and, in parentheses, its choices or limits.
+Keys are listed with their built-in default (`config.yaml` overrides one:
+`uncertainty.enabled: true`) and, in parentheses, their choices or limits.
 """
 
 COLUMNS_HEAD: Final = """\
 # Data dictionary
 
-The metadata of the parquet fields has the same texts.
+The metadata of the parquet fields contains the same descriptions.
 
 ## results/demands.parquet
 
-One row per (variant, motion_id, scale, incidence_deg), sorted by that key. SI unless the name says
-otherwise. Displacements are relative to the ground and to the state after gravity. A row
-whose status is not `ok` has the peaks up to `time_reached_s`.
+One row per (variant, motion_id, scale, incidence_deg), sorted by that key. SI units unless the name
+includes another. Displacements are relative to the ground and to the state after gravity. If the
+status of a row is not `ok`, its demands are the peaks up to `time_reached_s`.
 """
 
 SHARED_HEAD: Final = """
 ## Tables of statistics
 
-`x[_low|_high]` are `x` and the ends of its interval; 0 and infinity are unbounded ends. Shared
-columns have these meanings, or those of `demands.parquet`:
+`x[_low|_high]` are `x` and the ends of its interval; 0 and infinity mark unbounded ends. Shared
+columns have the following meanings, or the meanings in `demands.parquet`:
 """
 
 
 def config_page() -> str:
-    """Return the keys of the configuration as Markdown, a list per section."""
+    """Return the page of configuration keys as Markdown, with one list per section."""
     schema = StudyConfig.model_json_schema()
     page, single = CONFIG_HEAD, dict[str, Mapping[str, Any]]()
     for name, field in schema["properties"].items():
         details = _resolved(field, schema)
-        # an option that is an axis of a grid has no default there, and is described in `model`
+        # model options used as grid axes have no default in `grid`; they are listed in `model`
         keys = {
             key: value for key, value in details.get("properties", {}).items() if "default" in value
         }
@@ -109,7 +109,7 @@ def config_page() -> str:
 
 
 def _key_list(keys: Mapping[str, Mapping[str, Any]], schema: Mapping[str, Any]) -> str:
-    """Return a list of keys; neighbours with nearly the same description are in one item."""
+    """Return the keys as a Markdown list; neighbours with similar descriptions share one item."""
     return "".join(
         f"- {', '.join(_key(key, keys[key], schema) for key in item)}: {text}\n"
         for item, text in _items([(key, field["description"]) for key, field in keys.items()])
@@ -117,7 +117,7 @@ def _key_list(keys: Mapping[str, Mapping[str, Any]], schema: Mapping[str, Any]) 
 
 
 def _key(key: str, field: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
-    """Return a key with its default, and its choices or limits."""
+    """Return the Markdown of a key with its default value and its choices or limits."""
     value = field["default"]
     if isinstance(value, Mapping) and "distribution" in value:  # a random property
         default = f"{value['distribution']} {value['low']:g} to {value['high']:g}"
@@ -133,7 +133,7 @@ def _resolved(field: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[st
 
 
 def _limits(field: Mapping[str, Any]) -> str:
-    """Return the choices or the limits of a value in a few characters."""
+    """Return a short text of the choices or limits of a value, or an empty text."""
     details = next(iter(field.get("anyOf", [field])))
     details = details.get("items", details)
     if "enum" in details:
@@ -147,7 +147,7 @@ def _limits(field: Mapping[str, Any]) -> str:
 
 
 def columns_page() -> str:
-    """Return the data dictionary of the tables of results as Markdown."""
+    """Return the data dictionary of the result tables as Markdown."""
     rows: list[_Columns] = [
         ((column.name,), column.description + (f" ({column.unit})" if column.unit != "-" else ""))
         for column in COLUMNS
@@ -177,7 +177,7 @@ def columns_page() -> str:
 
 
 def _names(column: _Columns) -> str:
-    """Return the names of a column and of the ends of its interval."""
+    """Return the Markdown names of a column and the ends of its interval."""
     name, *ends = column[0]
     if ends == [f"{name}_low", f"{name}_high"]:
         return f"`{name}[_low|_high]`"
@@ -185,7 +185,7 @@ def _names(column: _Columns) -> str:
 
 
 def _column_list(columns: Sequence[_Columns]) -> str:
-    """Return a list of columns; neighbours with nearly the same meaning are in one item."""
+    """Return the columns as a Markdown list; neighbours with similar meanings share one item."""
     return "".join(
         f"- {', '.join(_names(columns[at]) for at in item)}: {text}\n"
         for item, text in _items([(at, meaning) for at, (_, meaning) in enumerate(columns)])
@@ -193,7 +193,7 @@ def _column_list(columns: Sequence[_Columns]) -> str:
 
 
 def _items[Name](described: Sequence[tuple[Name, str]]) -> Iterator[tuple[list[Name], str]]:
-    """Yield the names whose neighbouring texts nearly agree, with their joint text."""
+    """Yield groups of neighbouring names with similar texts, each with its merged text."""
     item: list[tuple[Name, str]] = []
     for each in described:
         if item and not _merged([text for _, text in (*item, each)]):
@@ -209,7 +209,7 @@ def _joint[Name](item: Sequence[tuple[Name, str]]) -> str:
 
 
 def _merged(meanings: Sequence[str]) -> str:
-    """Return the texts as one that lists where they differ, or nothing where that is most of them.
+    """Return the texts merged into one, or an empty text if they differ too much.
 
     "peak longitudinal drift" and "peak transverse drift" become "peak longitudinal/transverse
     drift".
@@ -227,7 +227,7 @@ def _merged(meanings: Sequence[str]) -> str:
 
 
 def _with_ends(columns: Mapping[str, str]) -> Iterator[_Columns]:
-    """Yield each column of a table together with the ends of its interval."""
+    """Yield each column of a table with its meaning and the ends of its interval, if it has one."""
     for name, meaning in columns.items():
         base, _, end = name.rpartition("_")
         base = "ratio" if base == "ci" else base
@@ -238,7 +238,7 @@ def _with_ends(columns: Mapping[str, str]) -> Iterator[_Columns]:
 
 
 def _common(lists: Sequence[Sequence[str]]) -> int:
-    """Return the number of leading elements that all lists share."""
+    """Return the number of leading elements that are equal in all lists."""
     return sum(1 for _ in takewhile(lambda same: len(set(same)) == 1, zip(*lists, strict=False)))
 
 
@@ -255,7 +255,7 @@ PAGES: Final[dict[str, Callable[[], str]]] = {
 
 
 def write_pages(root: Path = ROOT) -> None:
-    """Write all pages below a folder."""
+    """Write all pages into the repository at `root`."""
     for name, page in PAGES.items():
         (root / name).write_text(page(), encoding="utf-8")
 

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 
 def draw(dot: str, output: Path) -> None:
-    """Draw the rules of a graph in DOT from top to bottom, below all rules that they read.
+    """Draw the rules of a DOT graph from top to bottom, each below all rules whose output it reads.
 
-    An arrow that a longer way replaces is left out.
+    Arrows that a longer path makes redundant are omitted.
     """
     names = dict(re.findall(r'^\s*(\d+)\[label = "(\w+)', dot, re.M))
     reads: dict[str, set[str]] = {name: set() for name in sorted(names.values())}

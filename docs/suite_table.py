@@ -1,7 +1,7 @@
-"""Table of the effects by suite of motions.
+"""Table of effects by suite of motions.
 
 `python docs/suite_table.py RESULTS` stores the effects of a finished study with several suites,
-such as `results/suites`, in `docs/data/suites.csv`; the first line of the file states the setting.
+such as `results/suites`, in `docs/data/suites.csv`; the first line of the file describes the study.
 `docs/conf.py` makes a page of the site from this file.
 """
 
@@ -21,7 +21,7 @@ from skewbridge.variant.random_properties import drawn_properties
 
 ROOT: Final = Path(__file__).parents[1]
 DATA: Final = Path("docs/data/suites.csv")
-#: Quantities of the table, those of the first screen.
+#: Demands and limit states of the table, as at the top of the report.
 DEMANDS: Final = (
     *("column_drift_ratio", "column_shear_dcr", "unseating_m", "bearing_disp_m"),
     *("column_failure/any", "unseating/slight", "bearing/slight"),
@@ -30,14 +30,14 @@ _CHANGE: Final = ["bridge", "axis", "from_value", "to_value"]
 
 
 def stored_page() -> str:
-    """Return the stored effects as a page in Markdown."""
+    """Return the Markdown page of the stored effects."""
     setting = (ROOT / DATA).read_text(encoding="utf-8").split("\n", 1)[0].removeprefix("# ")
     suites = pd.read_csv(ROOT / DATA, skiprows=1).fillna({"suite": "", "against": ""})
     return f"# Effects by suite of motions\n\n{setting}\n\n{table_text(suites)}\n"
 
 
 def table_text(suites: pd.DataFrame) -> str:
-    """Return tables in Markdown by bridge and change: a column per suite and for all motions."""
+    """Return Markdown tables per bridge and change; columns: each suite and all motions."""
     names = list(dict.fromkeys(suites.loc[suites["against"] == "", "suite"]))
     titles = ["all motions" if name == ALL_SUITES else name for name in names]
     head = ["change of", *titles, "suites that differ"]
@@ -67,13 +67,13 @@ def table_text(suites: pd.DataFrame) -> str:
 
 
 def _cell(row: dict[str, Any]) -> str:
-    """Return an effect in per cent with its interval, such as ``-3.2 (-4.3 to -2.1)``."""
+    """Return an effect and its interval in per cent, such as ``-3.2 (-4.3 to -2.1)``."""
     change, low, high = (100.0 * (row[name] - 1.0) for name in ("ratio", "ci_low", "ci_high"))
     return f"{change:+.1f} ({low:+.1f} to {high:+.1f})"
 
 
 def setting_of(demands: pd.DataFrame, suites: pd.DataFrame) -> str:
-    """Return the setting of the study in a sentence."""
+    """Return a text that describes the study and the columns of the table."""
     counts = demands.groupby("suite", sort=False)["motion_id"].nunique()
     listed = ", ".join(f"{name} {count}" for name, count in counts.items())
     drawn = "drawn for each motion" if drawn_properties(map(str, demands)) else "not random"
@@ -87,7 +87,7 @@ def setting_of(demands: pd.DataFrame, suites: pd.DataFrame) -> str:
 
 
 def main(results: Path) -> None:
-    """Store the effects of a study and its setting."""
+    """Store the effects of a study, with its description in the first line."""
     folder = StudyFolder(results)
     suites = read_frame(folder.fragility("suites"))
     numbers = suites.select_dtypes(include=[np.number]).columns

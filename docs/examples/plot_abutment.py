@@ -2,7 +2,7 @@
 Backfill behind the backwall
 ============================
 
-Passive force over closure of the joint, for three skews.
+Passive force against closure of the joint for three skews.
 """
 
 import matplotlib.pyplot as plt

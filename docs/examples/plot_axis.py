@@ -2,7 +2,7 @@
 Medians by variant
 ==================
 
-Median capacity of every variant with its interval, by the axes of the grid.
+Median capacity of each variant with its interval.
 """
 
 import matplotlib.pyplot as plt

@@ -2,7 +2,7 @@
 Demands against intensity
 =========================
 
-One mark per analysis; lines are the cloud fits, dotted lines the limit states.
+One marker per analysis. Lines are cloud fits; dotted lines are limit states.
 """
 
 import skewbridge

@@ -1,8 +1,8 @@
 """
-Contact in another model
-========================
+Contact in your own model
+=========================
 
-A stop with friction, 5 mm from the corner of a plane frame, added by ``ContactSet``.
+A stop with friction, 5 mm from the corner of a plane frame, added with ``ContactSet``.
 """
 
 import sys

@@ -2,7 +2,7 @@
 Cost of the analyses
 ====================
 
-Processor time of every analysis over its intensity.
+Processor time of each analysis against its intensity.
 """
 
 import matplotlib.pyplot as plt

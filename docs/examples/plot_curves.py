@@ -2,7 +2,7 @@
 Fragility curves
 ================
 
-Curves of a component with their bands, and the runs behind them.
+Curves of a component with their confidence bands, and the runs used in the fits.
 """
 
 import skewbridge

@@ -2,7 +2,7 @@
 Effects with intervals
 ======================
 
-Change of the headline demands by each axis, averaged over the others, with its interval.
+Change of the headline demands along each axis, averaged over the other axes, with its interval.
 """
 
 import matplotlib.pyplot as plt

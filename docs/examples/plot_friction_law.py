@@ -1,8 +1,8 @@
 """
-Another friction law
-====================
+Stribeck friction law
+=====================
 
-Coefficient of friction over sliding speed after Stribeck (``skewbridge.contact.drives``).
+Coefficient of friction against sliding speed (``skewbridge.contact.drives``).
 """
 
 import matplotlib.pyplot as plt

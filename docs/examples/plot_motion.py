@@ -2,7 +2,7 @@
 Spectra of a motion
 ===================
 
-Both components of a synthetic motion and their RotD50, 5 % damping.
+Spectra of both components of a synthetic motion and their RotD50, at 5 % damping.
 """
 
 from pathlib import Path

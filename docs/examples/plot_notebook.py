@@ -7,7 +7,7 @@ Download it below as a notebook.
 """
 
 # %%
-# **A motion** and its intensity, Sa,avg as RotD50.
+# **A motion** and its intensity measures.
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -28,7 +28,7 @@ measures = motion_measures(motion, load_bridge("osb1").t1_s)
 pd.Series(measures).round(3)
 
 # %%
-# **An analysis** of one bridge under this motion, the first 4 s.
+# **An analysis** of one bridge under the first 4 s of this motion.
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.study.task import Task, analyse_task
@@ -46,14 +46,14 @@ row = analyse_task(task, Path("/dev/null"), lambda *_: None)
 pd.Series(row)[["status", "column_shear_dcr", "deck_disp_m", "unseating_m"]]
 
 # %%
-# **The table of demands** of the stored study has such a row for each variant and motion.
+# **The demands table** of the stored study has one such row per variant and motion.
 study = skewbridge.load(DEMO_STUDY)
 variant = study.demands["variant"].iloc[0]
 runs = study.demands.query("variant == @variant and complete")
 runs[["motion_id", "scale", "im_saavg_rotd50_g", "column_shear_dcr", "status"]]
 
 # %%
-# **A cloud fit**: the logarithm of the demand over the logarithm of the intensity.
+# **A cloud fit**: linear regression of ln demand on ln intensity.
 im, demand = runs["im_saavg_rotd50_g"], runs["column_shear_dcr"]
 fit = linregress(np.log(im), np.log(demand))
 residual = np.log(demand) - fit.intercept - fit.slope * np.log(im)
@@ -62,7 +62,7 @@ theta_g = np.exp((np.log(0.5) - fit.intercept) / fit.slope)
 print(f"median {theta_g:.2f} g, dispersion {scatter / fit.slope:.2f}")
 
 # %%
-# **The curve** of DCR 0.50 and that of the study, which also uses lower bounds.
+# **The curve** of DCR 0.50, and the curve of the study, which also uses lower bounds.
 grid_g = np.geomspace(0.05, 3.0, 200)
 values = norm.cdf(np.log(grid_g / theta_g) / (scatter / fit.slope))
 plt.semilogx(grid_g, values, label="this fit")

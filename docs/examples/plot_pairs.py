@@ -2,7 +2,8 @@
 Paired comparison
 =================
 
-Friction compared motion by motion: the scatter between motions cancels in the ratio.
+Ratio of demands with and without friction under the same motion, without the scatter
+between motions.
 """
 
 import matplotlib.pyplot as plt

@@ -2,7 +2,7 @@
 Column section
 ==============
 
-Moment and curvature with the idealised plastic hinge, and shear strength over ductility.
+Moment-curvature relation with its idealisation, and shear strength against ductility.
 """
 
 from skewbridge.bridge.catalogue import load_bridge

@@ -1,8 +1,8 @@
 """
-Motions as applied
-==================
+Scaled motions of a study
+=========================
 
-Spectra of the motions of a study with their factors.
+Spectra of the motions with their scale factors.
 """
 
 from skewbridge.cli.study import DEMO_STUDY

@@ -1,8 +1,8 @@
 """
-Another threshold
-=================
+Curves for other thresholds
+===========================
 
-The fit of a cloud gives the curve of any threshold of its demand, here of column shear.
+A cloud fit gives the curve for any threshold of its demand, here column shear.
 """
 
 import matplotlib.pyplot as plt
