@@ -81,7 +81,7 @@ def setting_of(demands: pd.DataFrame, suites: pd.DataFrame) -> str:
     return (
         f"Change in %, with {level:g} % intervals, pooled over {demands['variant'].nunique()} "
         f"variants; motions: {listed}; properties of the bridge {drawn}. Last column: pairs of "
-        "suites whose effects differ by more than two standard errors (their number); one "
+        "suites whose effects differ by more than two standard errors (number in brackets); one "
         "comparison in 20 does so by chance."
     )
 
