@@ -137,14 +137,14 @@ def _references() -> str:
 
 def _help(command: TyperGroup | TyperCommand, parent: typer.Context | None = None) -> Iterator[str]:
     """Yield the help of every command as Markdown, in the order of command groups."""
-    for given in command.commands if isinstance(command, TyperGroup) else ():
+    for word in command.commands if isinstance(command, TyperGroup) else ():
         context = typer.Context(command, parent=parent, info_name=command.name or "skewbridge")
-        name, inner, _ = command.resolve_command(context, [given])
-        own = typer.Context(inner, parent=context, info_name=name)
+        name, inner, _ = command.resolve_command(context, [word])
+        inner_context = typer.Context(inner, parent=context, info_name=name)
         if isinstance(inner, TyperGroup):
             yield from _help(inner, context)
         else:
-            yield f"\n## {own.command_path}\n\n```text\n{inner.get_help(own)}\n```\n"
+            yield f"\n## {inner_context.command_path}\n\n```text\n{inner.get_help(inner_context)}\n```\n"
 
 
 def _inline(translator: HTML5Translator, node: nodes.math) -> None:

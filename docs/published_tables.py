@@ -76,7 +76,7 @@ def ratios_table(ratios: pd.DataFrame, explained: pd.DataFrame) -> pd.DataFrame:
 
 
 def medians_table(medians: pd.DataFrame) -> pd.DataFrame:
-    """Return ratios of medians to those at skew 0, one row per limit state."""
+    """Return median ratios to skew 0 and the Hazus factors, one row per limit state."""
     skews = sorted({*medians["skew_deg"]})
     plain = medians[medians["choice"] == "none"]
     table = by_bridge(

@@ -24,7 +24,7 @@ def draw(dot: str, output: Path) -> None:
         step[rule] = 1 + max((step[each] for each in reads[rule]), default=-1)
         earlier[rule] = reads[rule].union(*(earlier[each] for each in reads[rule]))
     rows = {each: [rule for rule in reads if step[rule] == each] for each in step.values()}
-    place = {rule: (rows[step[rule]].index(rule), -step[rule]) for rule in reads}
+    position = {rule: (rows[step[rule]].index(rule), -step[rule]) for rule in reads}
     mpl.rcParams |= {"svg.fonttype": "none", "svg.hashsalt": "rules"}
     figure = Figure(figsize=(4, 6))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
@@ -34,10 +34,10 @@ def draw(dot: str, output: Path) -> None:
     arrow = {"arrowstyle": "->", "color": "0.6", "shrinkA": 12, "shrinkB": 18}
     for end, starts in reads.items():
         for start in sorted(starts - set().union(*(earlier[each] for each in starts))):
-            axes.annotate("", place[end], place[start], arrowprops=arrow)
+            axes.annotate("", position[end], position[start], arrowprops=arrow)
     box = {"boxstyle": "round", "facecolor": "white", "edgecolor": "0.3"}
     for rule in reads:
-        axes.text(*place[rule], rule, ha="center", va="center", fontsize=8, bbox=box)
+        axes.text(*position[rule], rule, ha="center", va="center", fontsize=8, bbox=box)
     figure.savefig(output, metadata={"Date": None})
 
 

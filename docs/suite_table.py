@@ -42,8 +42,8 @@ def table_text(suites: pd.DataFrame) -> str:
     titles = ["all motions" if name == ALL_SUITES else name for name in names]
     head = ["change of", *titles, "suites that differ"]
     shown = suites[suites["demand"].isin(DEMANDS)]
-    order = shown.assign(place=shown["demand"].map(DEMANDS.index)).sort_values(
-        ["bridge", "axis", "place"], kind="stable"
+    order = shown.assign(rank=shown["demand"].map(DEMANDS.index)).sort_values(
+        ["bridge", "axis", "rank"], kind="stable"
     )
     lines: list[str] = []
     for (bridge, *change), group in order.groupby(_CHANGE, sort=False):
@@ -55,9 +55,9 @@ def table_text(suites: pd.DataFrame) -> str:
                 f"{each['suite']}/{each['against']} ({each['standard_errors']:.1f})"
                 for each in records_of(part[part["verdict"] == DEPENDS])
             ]
-            what = effect_name(str(demand))
+            title = effect_name(str(demand))
             cells = [
-                f"median of {what}" if "/" in str(demand) else what,
+                f"median of {title}" if "/" in str(demand) else title,
                 *(_cell(effects[name]) if name in effects else "-" for name in names),
                 ", ".join(pairs) or "none",
             ]
