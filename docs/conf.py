@@ -140,11 +140,11 @@ def _help(command: TyperGroup | TyperCommand, parent: typer.Context | None = Non
     for word in command.commands if isinstance(command, TyperGroup) else ():
         context = typer.Context(command, parent=parent, info_name=command.name or "skewbridge")
         name, inner, _ = command.resolve_command(context, [word])
-        inner_context = typer.Context(inner, parent=context, info_name=name)
+        called = typer.Context(inner, parent=context, info_name=name)
         if isinstance(inner, TyperGroup):
             yield from _help(inner, context)
         else:
-            yield f"\n## {inner_context.command_path}\n\n```text\n{inner.get_help(inner_context)}\n```\n"
+            yield f"\n## {called.command_path}\n\n```text\n{inner.get_help(called)}\n```\n"
 
 
 def _inline(translator: HTML5Translator, node: nodes.math) -> None:
