@@ -1,1 +1,1 @@
-"""Files: read within limits, checked, written atomically, with digests and provenance."""
+"""Read files within size limits, check them, write them atomically; digests and provenance."""

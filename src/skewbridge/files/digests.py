@@ -12,8 +12,8 @@ from typing import Any, Final
 
 #: Folder of the package.
 PACKAGE: Final = Path(__file__).parents[1]
-#: Sources that an analysis executes. The key of an analysis contains their digest, so that an edit
-#: runs all analyses again. Readers of motions, scheduling and journals are not among them: the
+#: Sources that an analysis executes. The key of an analysis contains their digest, so an edit
+#: repeats all analyses. Readers of motions, scheduling and journals are not included: the
 #: accelerations themselves are part of the key.
 ENGINE: Final = (
     "errors.py",
@@ -27,18 +27,18 @@ ENGINE: Final = (
     "analysis",
     "study/task.py",
 )
-#: Bridges are digested by their numbers (`bridge.catalogue.bridge_digest`), where they are used.
+#: Left out here: `bridge.catalogue.bridge_digest` covers the numbers of each bridge.
 _CATALOGUE: Final = Path("bridge", "catalogue")
 _PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "skewbridge")
 
 
 def layer_digest(parts: Sequence[str], package: Path = PACKAGE) -> str:
-    """Return 16 hex digits over sources and data files of parts, relative to the package."""
+    """Return the digest (16 hex digits) of sources and data files in paths of the package."""
     return layer_digests({"": parts}, package)[""]
 
 
 def layer_digests(layers: Mapping[str, Sequence[str]], package: Path = PACKAGE) -> dict[str, str]:
-    """Return the `layer_digest` of several layers by their names; shared parts are read once."""
+    """Return the `layer_digest` of several layers by name; shared parts are read once."""
     content = cache(partial(_contents, package=package))
     return {
         name: hashlib.sha256(b"".join(map(content, parts))).hexdigest()[:16]
@@ -69,12 +69,12 @@ def engine_digest() -> str:
 
 
 def digest_of(*parts: object) -> str:
-    """Return 16 hex digits over the `repr` of plain values (numbers, text, tuples of them)."""
+    """Return the digest (16 hex digits) of plain values (numbers, text, tuples) by their `repr`."""
     return hashlib.sha256("\n".join(repr(part) for part in parts).encode()).hexdigest()[:16]
 
 
 def canonical(value: Any) -> Any:
-    """Return mappings and sequences as sorted, nested tuples, fit for `digest_of`."""
+    """Return nested mappings (sorted by key) and sequences as tuples for `digest_of`."""
     if isinstance(value, Mapping):
         return tuple((str(key), canonical(value[key])) for key in sorted(value))
     if isinstance(value, Sequence) and not isinstance(value, str):
@@ -84,16 +84,16 @@ def canonical(value: Any) -> Any:
 
 @cache
 def opensees_version() -> str:
-    """Return the version of the solver."""
+    """Return the version of OpenSeesPy."""
     return version("openseespy")
 
 
 def provenance(**digests: str) -> dict[str, str]:
-    """Return the provenance of a result: versions, commit, processors (no names), digests."""
+    """Return the provenance of a result: versions, commit, processor (no host name), digests."""
     commit = _git("rev-parse", "--short=12", "HEAD")
     changed = _git("status", "--porcelain", "--untracked-files=no")
     return {
-        # not the bare name: "pandas" is a key that pandas writes itself
+        # with a suffix, because pandas itself writes a key "pandas"
         "python_version": platform.python_version(),
         **{f"{name}_version": version(name) for name in _PACKAGES},
         "git_commit": commit or "unknown",
@@ -106,7 +106,7 @@ def provenance(**digests: str) -> dict[str, str]:
 
 @cache
 def _git(*arguments: str) -> str | None:
-    """Return the output of git about the sources, cached; None without git or a repository."""
+    """Return the output of a git command in the package folder; None without git or repository."""
     command = ["git", "-C", str(PACKAGE), *arguments]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -116,7 +116,7 @@ def _git(*arguments: str) -> str | None:
 
 
 def _processor() -> str:
-    """Return the kind of the processors, as named by the system."""
+    """Return the processor model as reported by the system."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text(encoding="utf-8").splitlines() if info.is_file() else []
     models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]

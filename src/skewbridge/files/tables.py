@@ -1,4 +1,4 @@
-"""Parquet tables with the version of their format, and provenance in files of all kinds."""
+"""Parquet tables with a format version, and provenance in files of several types."""
 
 import json
 import re
@@ -26,7 +26,7 @@ from skewbridge.files.text import (
     written_aside,
 )
 
-#: Version of the format, raised when the meaning of a column changes; others are refused.
+#: Format version, raised when the meaning of a column changes; other versions are refused.
 TABLE_FORMAT: Final = 2
 MAX_TABLE_BYTES: Final = 2_000_000_000
 MAX_TABLE_CELLS: Final = 200_000_000
@@ -39,13 +39,13 @@ _SVG_DESCRIPTION: Final = re.compile(r"<dc:description>(.*?)</dc:description>", 
 
 
 def write_table(table: pa.Table, path: Path, metadata: Mapping[str, str] | None = None) -> None:
-    """Write a table atomically, with the version of its format and further metadata."""
+    """Write a table atomically, with the format version and the given metadata."""
     texts = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
     write_joined([table], path, texts | dict(metadata or {}))
 
 
 def write_joined(tables: Iterable[pa.Table], path: Path, metadata: Mapping[str, str]) -> None:
-    """Write tables of equal columns below each other atomically, one row group at a time."""
+    """Write tables with equal columns into one file, atomically, one row group at a time."""
     rest = iter(tables)
     first = next(rest)
     schema = first.schema.with_metadata({**metadata, _FORMAT_KEY: str(TABLE_FORMAT)})
@@ -71,7 +71,7 @@ def write_frame(
     metadata: Mapping[str, str],
     descriptions: Mapping[str, str] | None = None,
 ) -> None:
-    """Write a data frame with provenance in the file metadata and descriptions in its fields."""
+    """Write a data frame with file metadata and with descriptions in the metadata of its fields."""
     table = pa.Table.from_pandas(frame, preserve_index=False)
     texts = descriptions or {}
     fields = [
@@ -83,16 +83,16 @@ def write_frame(
 
 
 def texts_of(schema: pa.Schema) -> dict[str, str]:
-    """Return the metadata of a file by name, without those of pandas and Arrow."""
+    """Return the metadata of a schema by name, without the keys of pandas and Arrow."""
     texts = {key.decode(): value.decode() for key, value in (schema.metadata or {}).items()}
     return {key: text for key, text in texts.items() if key not in {"pandas", "ARROW:schema"}}
 
 
 def read_table(path: Path) -> pa.Table:
-    """Return a table of this version of the program, or one that another program wrote.
+    """Read a parquet table of this format version, or one that another program wrote.
 
     Checksums of pages are verified. `InputError` if the file is missing, not parquet, damaged, too
-    large, or of another format of this program; the message states what to do.
+    large, or of a different format version; the message states what to do.
     """
     content = pa.BufferReader(read_bytes(path, MAX_TABLE_BYTES))
     try:
@@ -120,7 +120,7 @@ def read_table(path: Path) -> pa.Table:
 
 
 def read_frame(path: Path) -> pd.DataFrame:
-    """Return a table as `read_table` does, as a data frame."""
+    """Read a parquet table as a data frame; errors as in `read_table`."""
     return frame_of(read_table(path))
 
 
@@ -130,7 +130,7 @@ def read_any(path: Path) -> pd.DataFrame:
 
 
 def frame_of(table: pa.Table) -> pd.DataFrame:
-    """Return a table that was read as a data frame."""
+    """Return an Arrow table as a data frame, also if its pandas metadata are damaged."""
     try:
         return table.to_pandas()
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, pa.ArrowException):
@@ -144,7 +144,7 @@ def records_of(frame: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def write_csv(frame: pd.DataFrame, path: Path) -> None:
-    """Write a CSV file in which no text is a formula to a spreadsheet: such texts get a ``'``."""
+    """Write a CSV file; a text that spreadsheets take for a formula gets a leading ``'``."""
     texts = frame.select_dtypes(exclude=["number", "bool"]).columns
     safe = {name: frame[name].map(no_formula) for name in texts}
     named = {name: no_formula(str(name)) for name in frame.columns}
@@ -159,7 +159,7 @@ def figure_metadata(metadata: Mapping[str, str]) -> dict[str, str]:
 def stamp(path: Path, metadata: Mapping[str, str]) -> None:
     """Write provenance into a file: Parquet, a JSON object or HTML; other files are left unchanged.
 
-    Texts replace those of the same name. Figures have theirs from `figure_metadata` when saved.
+    Texts of the same name are replaced. Figures get provenance when saved (`figure_metadata`).
     """
     if path.suffix == ".parquet":
         write_table(pq.read_table(path), path, metadata)
@@ -205,19 +205,19 @@ def _texts_in(path: Path) -> dict[str, str]:
     return json.loads(unescape(element[1])) if element else {}
 
 
-# --- checks of columns of numbers
+# --- checks of numeric columns
 
 
 type Floats = NDArray[np.float64]
 type Mask = NDArray[np.bool_]
-#: Numbers of rows, motions or variants.
+#: Indices of rows, motions or variants.
 type Index = NDArray[np.intp]
-#: A row of a table by column.
+#: Values of a table row by column name.
 type Row = dict[str, Any]
 
 
 def as_column(values: ArrayLike, name: str) -> Floats:
-    """Return a list of numbers as a column, None as NaN; an `InputError` names row and column."""
+    """Return numbers as a float array, None as NaN; an `InputError` names row and column."""
     if isinstance(values, np.ndarray) and values.dtype.kind in "fiub":
         return values.astype(np.float64)
     if isinstance(values, str | dict) or not isinstance(values, Iterable):
@@ -234,7 +234,7 @@ def as_column(values: ArrayLike, name: str) -> Floats:
 
 
 def require(good: Mask, name: str, rule: str, values: Floats | None = None) -> None:
-    """Check a rule for a column; the `InputError` names the rows that break it, and a value."""
+    """Raise an `InputError` with the rows and first value of a column that break a rule."""
     if np.all(good):
         return
     bad = np.flatnonzero(~good).tolist()
@@ -245,14 +245,14 @@ def require(good: Mask, name: str, rule: str, values: Floats | None = None) -> N
 
 
 def positive(values: ArrayLike, name: str) -> Floats:
-    """Return a column of positive and finite values; an `InputError` names the rows of others."""
+    """Return values as floats; an `InputError` names rows that are not positive and finite."""
     column = as_column(values, name)
     require(np.isfinite(column) & (column > 0.0), name, "must be > 0 and finite", column)
     return column
 
 
 def same_length(**columns: Sized) -> None:
-    """Check that columns have the same length and rows; an `InputError` names their lengths."""
+    """Raise an `InputError` if columns have different lengths or no rows."""
     lengths = {name: len(column) for name, column in columns.items()}
     if len(set(lengths.values())) != 1:
         text = ", ".join(f"{name} has {size}" for name, size in lengths.items())

@@ -1,4 +1,4 @@
-"""Text, YAML, JSON and CSV files: read within limits of size, checked, written atomically."""
+"""Read text, YAML, JSON and CSV files within size limits, check values, write atomically."""
 
 import csv
 import io
@@ -26,20 +26,20 @@ LONGEST_PATH: Final = 200
 MAX_YAML_BYTES: Final = 200_000  # the largest YAML file of the project has 12 000
 MAX_JSON_BYTES: Final = 16_000_000
 MAX_CSV_BYTES: Final = 64_000_000
-MAX_VALUES: Final = 20_000  # of a YAML file: aliases of aliases name 10^9 values in a few lines
-MAX_DIGITS: Final = 30  # of an integer: 64 bits need 19
-# source: OWASP, CSV injection: cells that spreadsheets take for formulas
+MAX_VALUES: Final = 20_000  # of a YAML file: nested aliases make 10^9 values of a few lines
+MAX_DIGITS: Final = 30  # digits of an integer; 64 bits need 19
+# source: OWASP, CSV injection: first characters of cells that spreadsheets take for formulas
 _FORMULA_STARTS: Final = ("=", "+", "-", "@", "\t", "\r")
 
 
 def shortened(value: object) -> str:
-    """Return a value for a message: on one line, without control characters, shortened."""
+    """Return the `repr` of a value for a message, shortened and without control characters."""
     text = repr(value)
     return printable(text if len(text) <= LONGEST_SHOWN else f"{text[: LONGEST_SHOWN - 3]}...")
 
 
 def shown_path(path: Path) -> str:
-    """Return a path for a message; a long path is shortened to its end with the file name."""
+    """Return a path for a message; only the end of a long path, with the file name, is kept."""
     text = printable(str(path))
     return text if len(text) <= LONGEST_PATH else f"...{text[3 - LONGEST_PATH :]}"
 
@@ -50,12 +50,12 @@ def printable(text: str) -> str:
 
 
 def file_fault(path: Path, problem: str, **details: object) -> InputError:
-    """Return the error of a file: its path, then the problem (begins with a blank or colon)."""
+    """Return an `InputError` about a file: path, then problem (begins with a blank or colon)."""
     return InputError(f"{shown_path(path)}{problem}", file=str(path), **details)
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """Return the content of a file of at most `most` bytes; `InputError` if it is not one."""
+    """Return the content of a file; `InputError` if unreadable or larger than `most` bytes."""
     try:
         state = path.stat()
         is_read = S_ISREG(state.st_mode) and state.st_size <= most
@@ -71,7 +71,7 @@ def read_bytes(path: Path, most: int) -> bytes:
 
 
 def read_text(path: Path, most: int) -> str:
-    """Return UTF-8 text without a byte order mark; the error of a bad byte names its line."""
+    """Return UTF-8 text without byte order mark; an `InputError` names the line of a bad byte."""
     content = read_bytes(path, most)
     try:
         return content.decode("utf-8-sig")
@@ -82,7 +82,7 @@ def read_text(path: Path, most: int) -> str:
 
 
 class _Loader(yaml.SafeLoader):
-    """Loader of plain values; a date is text, and no other tags are known."""
+    """YAML loader for plain values only: dates are read as text, other tags are rejected."""
 
     yaml_constructors: ClassVar[Any] = {
         None: yaml.SafeLoader.construct_undefined,
@@ -98,8 +98,8 @@ def parse_yaml(text: str, where: str, **details: object) -> Any:
     """Return the plain value of a YAML text, None if it is empty.
 
     Raises:
-        InputError: Invalid YAML, a tag, a repeated key, a key that is not text, or more than the
-            limits of this module; names the source `where` and the line.
+        InputError: Invalid YAML, a tag, a repeated key, a key that is not text, or a limit of this
+            module exceeded; the message names the source `where` and the line.
     """
     try:
         loader = _Loader(text)
@@ -119,7 +119,7 @@ def parse_yaml(text: str, where: str, **details: object) -> Any:
 
 
 def _check_node(node: Any) -> int:
-    """Refuse keys and numbers; return the number of values, with aliases spelled out."""
+    """Refuse invalid keys, long numbers and too many values; return the number of values."""
     if isinstance(node, yaml.ScalarNode):
         if node.tag.endswith(":int") and len(node.value) > MAX_DIGITS:
             _refuse(node, f"a whole number of at most {MAX_DIGITS} digits is needed")
@@ -132,7 +132,7 @@ def _check_node(node: Any) -> int:
     for child in children:
         count += _check_node(child)
         if count > MAX_VALUES:
-            _refuse(node, f"more than {MAX_VALUES} values, aliases counted as what they name")
+            _refuse(node, f"more than {MAX_VALUES} values (an alias counts as the values it names)")
     return count
 
 
@@ -152,12 +152,12 @@ def _refuse(node: Any, problem: str) -> NoReturn:
 
 
 def read_yaml(path: Path) -> Any:
-    """Return the plain content of a YAML file, None if it is empty; errors as `parse_yaml`."""
+    """Return the plain content of a YAML file, None if it is empty; errors as in `parse_yaml`."""
     return parse_yaml(read_text(path, MAX_YAML_BYTES), shown_path(path), file=str(path))
 
 
 def read_mapping(path: Path) -> dict[str, Any]:
-    """Return the keys and values of a YAML file; an empty file has none, a list is refused."""
+    """Return the top-level mapping of a YAML file, {} if it is empty; `InputError` otherwise."""
     raw = {} if (content := read_yaml(path)) is None else content
     if not isinstance(raw, dict):
         raise file_fault(path, ": keys and values are needed at the top level")
@@ -168,7 +168,7 @@ def read_json(path: Path) -> Any:
     """Return the content of a JSON file.
 
     Raises:
-        InputError: Unreadable or too large, invalid JSON, too deep, a repeated key, a long number.
+        InputError: Unreadable, too large, invalid JSON, nested too deeply, a repeated key.
     """
 
     def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -189,11 +189,11 @@ def read_json(path: Path) -> Any:
 
 
 def read_csv(path: Path, **options: Any) -> "pd.DataFrame":
-    """Return a CSV table with one header line; options are those of `pandas.read_csv`.
+    """Return a CSV table with one header line; options are passed to `pandas.read_csv`.
 
     Raises:
         InputError: Unreadable or too large, a column appears twice, or a row has more or fewer
-            cells than the header; names the line.
+            cells than the header; the message names the line.
     """
     import pandas as pd  # here: pandas takes longer to import than everything else
 
@@ -207,9 +207,9 @@ def read_csv(path: Path, **options: Any) -> "pd.DataFrame":
 
 
 def _check_rows(text: str) -> int:
-    """Return the number of columns; refuse a repeated name and rows of another width.
+    """Return the number of columns; refuse repeated names and rows of a different length.
 
-    Blank rows, and blank cells beyond the header, are skipped.
+    Blank rows, and blank cells to the right of the header, are ignored.
     """
     rows = csv.reader(io.StringIO(text), skipinitialspace=True, strict=True)
     header = next((row for row in rows if row), None)
@@ -226,7 +226,7 @@ def _check_rows(text: str) -> int:
 
 
 def no_formula(value: Any) -> Any:
-    """Return a cell that no spreadsheet takes for a formula: such a text gets a ``'``."""
+    """Return a cell; a text that spreadsheets take for a formula gets a leading ``'``."""
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value
 
 
@@ -252,9 +252,9 @@ def write_text(path: Path, text: str) -> None:
 
 
 def writable_folder(folder: Path) -> Path:
-    """Return a folder in which files can be written, made if necessary; `InputError` if it cannot.
+    """Create a folder if necessary and return it; `InputError` if files cannot be written there.
 
-    A file is written as a test, because access rights alone do not suffice (the superuser,
+    A file is created as a test, because access rights alone do not show it (the superuser,
     read-only file systems, a file of that name).
     """
     probe = folder / f".write-test-{_writer()}"
@@ -268,7 +268,7 @@ def writable_folder(folder: Path) -> Path:
 
 
 def writable_file(path: Path) -> Path:
-    """Return the path of a file that can be written, and create its folder if necessary."""
+    """Create the folder of a file if necessary, check that it is writable, and return the path."""
     writable_folder(path.parent)
     if path.is_dir():
         raise InputError(f"cannot write the file {str(path)!r}: it is a folder")
@@ -276,7 +276,7 @@ def writable_file(path: Path) -> Path:
 
 
 def _writer() -> str:
-    """Return process and host: two nodes of a cluster may have equal process numbers."""
+    """Return host and process number; two nodes of a cluster may have equal process numbers."""
     return f"{socket.gethostname()}.{os.getpid()}"
 
 
@@ -291,14 +291,14 @@ def _flag(value: Any) -> Any:
     return {"true": True, "false": False}.get(value, value) if isinstance(value, str) else value
 
 
-#: True or false; as text too, because `snakemake --config` passes values within braces as text.
+#: True or false, also as text: `snakemake --config` passes values in braces as text.
 Flag = Annotated[bool, BeforeValidator(_flag), Field(strict=True)]
 #: Option classes refuse unknown keys; the docstring of a field describes its key.
 OPTIONS: Final = ConfigDict(extra="forbid", use_attribute_docstrings=True)
 #: Path of a file or folder.
 FileName = Annotated[str, Field(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f]+$")]
 
-MOST_LINES: Final = 20  # findings of one message
+MOST_LINES: Final = 20  # findings listed in one message
 
 _UNKNOWN: Final = {"extra_forbidden", "unexpected_keyword_argument"}
 _MISSING: Final = {"missing", "missing_keyword_only_argument", "missing_argument"}
@@ -306,7 +306,7 @@ _NO_KEYS: Final = {"dataclass_type", "model_type", "model_attributes_type", "dic
 
 
 def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
-    """Return plain values as an instance of a pydantic model or dataclass.
+    """Return plain values as an instance of the pydantic model or dataclass `kind`.
 
     Raises:
         InputError: One line per finding: source `where`, key, limit, value given.
@@ -318,7 +318,7 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
         findings = error.errors()
     schema = adapter.json_schema() if any(each["type"] in _UNKNOWN for each in findings) else {}
     keys = list(_keys(schema, schema.get("$defs", {})))
-    # a list of items that are wrong is not also reported as too short
+    # a list with invalid items is not also reported as too short
     lists = {each["loc"][:-1] for each in findings}
     lines = [
         _explain(finding, keys)
@@ -334,7 +334,7 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
 
 
 def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a mapping updated by another, level by level; lists and values are replaced."""
+    """Return `base` updated by `over`, level by level; lists and values are replaced."""
     out = dict(base)
     for key, value in over.items():
         below: Any = out.get(key)
@@ -344,7 +344,7 @@ def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _keys(schema: Mapping[str, Any], classes: Mapping[str, Any], above: str = "") -> Iterator[str]:
-    """Yield all keys of a JSON schema, with the keys above them."""
+    """Yield all keys of a JSON schema as paths such as `motions.count`."""
     for branch in (schema, *schema.get("anyOf", ()), *schema.get("allOf", ())):
         name = branch.get("$ref", "").rsplit("/", 1)[-1]
         for key, inner in classes.get(name, branch).get("properties", {}).items():

@@ -13,13 +13,13 @@ from skewbridge.motions.intensity import peak_g
 from skewbridge.motions.suite import read_entry
 
 #: ``warn``: usable, but doubtful; ``error``: unusable; ``needs_dt``: values only, the time step
-#: must be given; ``pair_error``: does not match its other component.
+#: must be given; ``pair_error``: does not match the other component.
 type FileVerdict = Literal["ok", "warn", "error", "needs_dt", "pair_error"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FileCheck:
-    """Result of the check of one file; what the file does not give is None."""
+    """Result of the check of one file; values that could not be read are None."""
 
     file: str
     verdict: FileVerdict
@@ -35,17 +35,17 @@ class FileCheck:
         return self.verdict in ("ok", "warn")
 
     def noted(self, message: str, verdict: FileVerdict | None = None) -> "FileCheck":
-        """Return the check with another message, and with a verdict if one is given."""
+        """Return the check with one more message, and with a new verdict if one is given."""
         return replace(self, verdict=verdict or self.verdict, messages=(*self.messages, message))
 
 
 def check_paths(
     paths: list[Path], given: Given | None = None, *, strict: bool = False
 ) -> list[FileCheck]:
-    """Check files and folders; files that form pairs by name are also checked as pairs.
+    """Check files and folders; the two components of a motion are also checked together.
 
-    A folder with an `index.csv` is compared with it; `InputError` if that or a path is unreadable.
-    If `strict`, warnings are errors.
+    A folder with an `index.csv` is checked against it. If `strict`, warnings are errors.
+    `InputError` for a missing path, an unreadable index or a folder without motions.
     """
     doubtful: FileVerdict = "error" if strict else "warn"
     checks: list[FileCheck] = []
@@ -61,7 +61,7 @@ def check_paths(
                 made = FileCheck(file=str(path / entry.motion_id), verdict="ok")
                 checks += _check_entry(entry, own or [made], doubtful)
         elif files := folder.motion_files(path):
-            # A velocity or displacement next to its acceleration is not a mistake.
+            # Velocity or displacement files next to the acceleration are not an error.
             stems, every = {file.stem.lower() for file in files}, folder.files_below(path)
             others = (file for file in every if file.suffix.lower() in {".vt2", ".dt2"})
             files += [file for file in others if file.stem.lower() not in stems]
@@ -74,8 +74,8 @@ def check_paths(
 def write_folder_index(root: Path, given: Given | None = None) -> Path:
     """Write the `index.csv` of a folder, or update the digests of an existing one.
 
-    The time step and unit given for files that have none are stored where the index has none.
-    `InputError` for a motion that can't be read or an unpaired file.
+    The given time step and unit are used for files that state none. Other cells of an existing
+    index are kept. `InputError` for a motion that can't be read or an unpaired file.
     """
     index, given = root / folder.INDEX_NAME, given or Given()
     missing = {"dt_s_if_missing": given.dt_s_if_missing, "unit_if_missing": given.unit_if_missing}
@@ -99,7 +99,7 @@ def write_folder_index(root: Path, given: Given | None = None) -> Path:
 def _check_file(
     path: Path, given: Given | None, doubtful: FileVerdict
 ) -> tuple[FileCheck, Trace | None]:
-    """Return the check of one file, and the component that it has."""
+    """Return the check of one file, and its component (None if it cannot be read)."""
     try:
         trace = read.read_trace(path, given)
     except InputError as error:
@@ -120,17 +120,17 @@ def _check_file(
 def _check_files(
     paths: list[Path], given: Given | None, doubtful: FileVerdict, *, of_study: bool = False
 ) -> list[FileCheck]:
-    """Check files without an index, those of a motion also together."""
+    """Return the checks of files without an index, including the check of each pair."""
     found = {path: _check_file(path, given, doubtful) for path in paths}
     checks = {path: check for path, (check, _) in found.items()}
     traces = {path: trace for path, (_, trace) in found.items() if trace is not None}
-    if len(paths) == len(traces) == 2:  # two files are given as a pair
+    if len(paths) == len(traces) == 2:  # exactly two readable files are a pair
         pairs, alone = [tuple(sorted(traces))], set[Path]()
     else:
         named, left = folder.pair_files(traces, traces.__getitem__)
         pairs, alone = list(named.values()), {path for files in left.values() for path in files}
     first: Path | None = None
-    for path in traces:  # a second component without a first belongs to the first before it
+    for path in traces:  # an h2 file without a partner belongs to the last h1 file before it
         ending = read.split_name(path)[1]
         if ending == "h1":
             first = path
@@ -149,7 +149,7 @@ def _check_files(
 def _check_entry(
     entry: folder.IndexEntry, checks: list[FileCheck], doubtful: FileVerdict
 ) -> list[FileCheck]:
-    """Return the checks of the files of a motion (one if it is generated) with its own faults."""
+    """Return the checks of the files of a motion (one if it is generated), with pair faults."""
     if not all(check.passes for check in checks):
         return checks
     try:

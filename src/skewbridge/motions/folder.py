@@ -1,4 +1,4 @@
-"""Motions of a folder: its files, their pairs, its `index.csv`."""
+"""Motions of a folder: component files, their pairs, and the `index.csv`."""
 
 import math
 import re
@@ -23,7 +23,7 @@ INDEX_NAME: Final = "index.csv"
 MAX_MOTIONS: Final = 20_000
 MAX_FILES: Final = 50_000
 _REQUIRED: Final = ("motion_id", "file_1", "file_2")
-# Anything else in a folder of motions (notes, tables) is left alone.
+# Other files in a folder of motions (notes, tables) are ignored.
 SUFFIXES: Final = (
     ".at2", ".v2", ".ew", ".ns", ".ew1", ".ns1", ".ew2", ".ns2", ".knet", ".acc", ".g3", ".th",
     ".thf", ".dat", ".txt", ".csv",
@@ -39,10 +39,10 @@ _Count = Annotated[int | None, Field(ge=1)]
 class IndexEntry(BaseModel):
     """One motion of a folder: the cells of its row in the index; missing numbers are nan."""
 
-    # built with the first row that is read: a study whose motions have not changed reads none
+    # built when a first row is read: a study with unchanged motions reads none
     model_config = ConfigDict(str_strip_whitespace=True, frozen=True, defer_build=True)
 
-    #: A motion's name appears in file names, tables and figures.
+    #: Name of the motion in file names, tables and figures.
     motion_id: str = Field(pattern=r"^\w[\w .+(),&@-]{0,99}$")
     file_1: str = ""
     file_2: str = ""
@@ -60,7 +60,7 @@ class IndexEntry(BaseModel):
     npts: str = ""
     #: Expected digest of the files; empty: not checked.
     sha256: Annotated[str, StringConstraints(to_lower=True, pattern=r"^[0-9a-fA-F]*$")] = ""
-    #: Factor of the study; nan: computed. A level or period of it that is nan is not restricted.
+    #: Scale factor; nan: computed. It is used for the period and range below; nan: for any.
     scale: _Positive = math.nan
     scale_t1_s: _Cell = math.nan
     scale_low_g: _Cell = math.nan
@@ -75,20 +75,20 @@ class IndexEntry(BaseModel):
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """Values for fields of `GroundMotion`; the time step belongs to the components."""
+        """Metadata of `GroundMotion` by field; the time step is in `components`."""
         values = {name: getattr(self, name) for name in ("event", "station", *NUMBER_FIELDS[1:])}
         values["source"] = "; ".join(filter(None, (self.licence, self.source)))
         return {name: value for name, value in values.items() if value != "" and value == value}
 
 
-#: Columns of a written index; further ones follow where a motion has them.
+#: Columns of a written index; additional columns of the rows follow.
 INDEX_COLUMNS: Final = tuple(IndexEntry.model_fields)[:-2]
 
 
 def list_motions(folder: Path) -> list[IndexEntry]:
-    """Return the motions of a folder by its `index.csv`, else by file names and headers.
+    """Return the motions in the `index.csv` of a folder, else pairs by file names and headers.
 
-    `InputError` for no folder, no motions, an unpaired file or a broken index.
+    `InputError` for a missing folder, no motions, an unpaired file or an invalid index.
     """
     if not is_folder(folder):
         raise InputError(f"motions folder {shown_path(folder)} does not exist", folder=str(folder))
@@ -107,7 +107,7 @@ def list_motions(folder: Path) -> list[IndexEntry]:
 
 
 def motion_of_files(name: str, files: Iterable[Path], given: Given | None = None) -> IndexEntry:
-    """Return the motion of two component files that no index lists; its name is not checked."""
+    """Return the motion of two component files without an index; its name is not checked."""
     components = tuple((path, given or Given()) for path in files)
     return IndexEntry.model_construct(motion_id=name, components=components)
 
@@ -132,25 +132,25 @@ def motion_files(folder: Path) -> list[Path]:
 
 
 def is_folder(path: Path) -> bool:
-    """Return whether a folder exists; any text may be its name."""
+    """Return whether a folder exists; False also for an invalid path."""
     with suppress(OSError):
         return path.is_dir()
     return False
 
 
 def files_below(folder: Path) -> list[Path]:
-    """Return the files of a folder and its sub-folders, sorted; `InputError` if far too many."""
+    """Return the files of a folder and its sub-folders, sorted; `InputError` above `MAX_FILES`."""
     try:
         files = [path for path in islice(folder.rglob("*"), MAX_FILES + 1) if path.is_file()]
     except OSError as error:
         raise file_fault(folder, f": {error.strerror}") from None
     if len(files) > MAX_FILES:
-        raise file_fault(folder, f" has more than {MAX_FILES} files: name that of the motions")
+        raise file_fault(folder, f" has more than {MAX_FILES} files: give the motions folder")
     return sorted(files)
 
 
 def _starts_with_numbers(path: Path) -> bool:
-    """Return whether one of the first ten lines has numbers only."""
+    """Return whether one of the first ten lines has only numbers; True if unreadable."""
     try:
         with path.open("rb") as stream:
             lines = stream.read(4096).splitlines()[:10]
@@ -165,10 +165,11 @@ def _starts_with_numbers(path: Path) -> bool:
 def pair_files(
     paths: Iterable[Path], read: Callable[[Path], Trace] = read_trace
 ) -> tuple[dict[str, tuple[Path, Path]], dict[str, list[Path]]]:
-    """Return the pairs of component files and the files without a second one, by motion name.
+    """Return pairs of component files, and files without a second component, by motion name.
 
-    Two files of one name are a pair. Of the others, two horizontal components of one station and
-    event whose headers are 90 degrees apart are one; their vertical component is left out.
+    Two files with the same motion name are a pair. Two other horizontal components are a pair if
+    station and event are equal and the azimuths in their headers are 90 degrees apart; their
+    vertical component is left out.
     """
     groups = group_by_name(paths)
     pairs = {name: (files[0], files[1]) for name, files in groups.items() if len(files) == 2}
@@ -192,10 +193,10 @@ def pair_files(
 
 
 def group_by_name(paths: Iterable[Path]) -> dict[str, list[Path]]:
-    """Return the horizontal component files of each motion name, both sorted.
+    """Return the horizontal component files by motion name; names and files are sorted.
 
-    If files of the same name form a pair in each of several folders, these are different motions:
-    their names start with the name of the folder if these names differ.
+    If each of several folders with different names has a pair of the same name, these are different
+    motions: the folder name is put in front of the motion name.
     """
     groups: defaultdict[str, defaultdict[Path, list[Path]]] = defaultdict(lambda: defaultdict(list))
     for path in sorted(paths):
@@ -225,7 +226,7 @@ def read_index(index: Path) -> list[IndexEntry]:
 
 
 def read_index_table(index: Path) -> pd.DataFrame:
-    """Return the cells of an `index.csv` as text; `InputError` without rows or a needed column."""
+    """Return the cells of an `index.csv` as text; `InputError` if rows or columns are missing."""
     table = read_csv(index, dtype=str, keep_default_na=False)
     missing = [name for name in _REQUIRED if name not in table.columns]
     if missing:
@@ -256,21 +257,21 @@ def _entry(cells: dict[str, str], index: Path, line: int) -> IndexEntry:
 
 
 def inside_folder(folder: Path, name: str, where: str) -> Path:
-    """Return the path of a file named by an index; `InputError` unless it is inside the folder."""
+    """Return the path of a file in an index; `InputError` unless it exists inside the folder."""
     shown = f"{where}: {shortened(name)}"
     if not name or not name.isprintable() or len(name.encode()) > 255:
         raise InputError(f"{shown} is not a file name")
     relative = Path(name.replace("\\", "/"))
     path = folder / relative
     if relative.is_absolute() or not path.resolve().is_relative_to(folder.resolve()):
-        raise InputError(f"{shown} leads out of the folder of the index")
+        raise InputError(f"{shown} is outside the folder of the index")
     if not path.is_file():
         raise InputError(f"{shown} is listed but missing", file=name)
     return path
 
 
 def index_row(motion: GroundMotion, files: Sequence[Path], folder: Path) -> dict[str, object]:
-    """Return the index row of a motion in two files of a folder, or in none."""
+    """Return the index row of a motion; `files` are its two component files, or none."""
     return {
         **{name: getattr(motion, name) for name in (*TEXT_FIELDS, *NUMBER_FIELDS)},
         **{f"file_{n}": path.relative_to(folder).as_posix() for n, path in enumerate(files, 1)},
@@ -280,7 +281,7 @@ def index_row(motion: GroundMotion, files: Sequence[Path], folder: Path) -> dict
 
 
 def write_index(index: Path, rows: Sequence[Mapping[str, object]]) -> None:
-    """Write an `index.csv`, other columns last; missing values are empty, numbers get 8 digits."""
+    """Write an `index.csv`: other columns last, missing values empty, numbers with 8 digits."""
 
     def cell(name: str, value: object) -> object:
         if isinstance(value, float):

@@ -23,7 +23,7 @@ UNIT_FACTORS: Final = {"g": G_MPS2, "cm/s2": GAL, "m/s2": 1.0}
 _SPELLINGS: Final = {"sec": "s", "^": "", "/s/s": "/s2", "gal": "cm/s2"}
 # ASSUME values without a unit are in g, as in nearly all public files; a message states it.
 DEFAULT_UNIT: Final = "g"
-HEADER_WIDTH: Final = 300  # no header line is longer; the rest of a longer one is not searched
+HEADER_WIDTH: Final = 300  # characters searched per header line; no format has longer lines
 MAX_TOKEN: Final = 400  # longer than any line of any format; keeps the pattern below fast
 MAX_MAGNITUDE: Final = 1.0e12  # counts of an instrument stay below 2^31
 
@@ -42,12 +42,12 @@ class DtMissingError(InputError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Given:
-    """Properties of a file stated by the caller or the index; dt_s and unit override the header."""
+    """Properties of a file given by the caller or the index; dt_s and unit override the header."""
 
     dt_s: float | None = None
     unit: str | None = None  # one of `UNIT_FACTORS`; other common spellings are converted
-    channel: int | None = None  # of a file with several, counted from 1
-    dt_s_if_missing: float | None = None  # of a file that does not state it
+    channel: int | None = None  # channel of a file with several channels, from 1
+    dt_s_if_missing: float | None = None  # time step of a file that does not state one
     unit_if_missing: str | None = None
 
     def __post_init__(self) -> None:
@@ -68,17 +68,17 @@ class Given:
 class Trace:
     """One acceleration component read from one file.
 
-    The readers of the formats leave the values in the unit of the file, with dt_s nan and unit
-    empty where the file does not state them; `trace_of` converts them.
+    The readers of the formats leave the values in the unit of the file; `trace_of` converts them.
+    Until then dt_s is nan and unit is empty if the file does not state them.
     """
 
     path: Path
     format: str
     accel_mps2: Vector  # shape (npts,)
     dt_s: float = math.nan
-    unit: str = ""  # of the values in the file
-    is_calibrated: bool = False  # the format itself sets the unit: a given one does not count
-    sha256: str = ""  # of the bytes of the file
+    unit: str = ""  # unit of the values in the file
+    is_calibrated: bool = False  # the format defines the unit; a given unit is ignored
+    sha256: str = ""  # SHA-256 of the bytes of the file
     event: str = ""
     station: str = ""
     azimuth_deg: float = math.nan  # compass direction, nan if the header has none
@@ -92,21 +92,21 @@ class Trace:
 
 
 def fault_in(path: Path, problem: str, line: int | None = None) -> InputError:
-    """Return the error of a file of motions, with its name and the line of the problem."""
+    """Return an `InputError` with the name of a motion file, the line if given, and the problem."""
     if line is None:
         return InputError(f"{path.name}: {problem}", file=str(path))
     return InputError(f"{path.name}, line {line}: {problem}", file=str(path), line=line)
 
 
 def trace_of(lines: list[str], path: Path, given: Given) -> Trace:
-    """Return the component in the lines of a file of any format; errors as `read_trace`."""
+    """Return the component in m/s2 from the lines of a file; errors as in `read_trace`."""
     read = next(read for recognises, read in MOTION_FORMATS if recognises(lines, path))
     trace = read(lines, path, given)
     dt_s, warnings = trace.dt_s, trace.warnings
     if given.dt_s is not None:
         dt_s = given.dt_s
         if abs(trace.dt_s / dt_s - 1.0) > 1.0e-6:
-            warnings = (f"dt {dt_s} s as given, the file says {trace.dt_s}", *warnings)
+            warnings = (f"dt {dt_s} s as given, the file has {trace.dt_s}", *warnings)
     elif math.isnan(dt_s):
         if given.dt_s_if_missing is None:
             text = f"{path.name}: values only, give the time step (--dt-s, or dt_s in index.csv)"
@@ -124,27 +124,27 @@ def trace_of(lines: list[str], path: Path, given: Given) -> Trace:
 
 
 def _unit(given: Given, in_file: str) -> tuple[str, list[str]]:
-    """Return the unit (given, of the file, given for files without one, g) and notes about it."""
+    """Return the unit (given, else in the file, else given if missing, else g) and notes on it."""
     unit = given.unit or in_file or given.unit_if_missing
     if unit is None:
-        return DEFAULT_UNIT, [f"no unit in the file: {DEFAULT_UNIT} taken"]
+        return DEFAULT_UNIT, [f"no unit in the file: {DEFAULT_UNIT} assumed"]
     if unit != in_file:
-        return unit, [f"unit {unit} as given" + (f", the header says {in_file}" if in_file else "")]
+        return unit, [f"unit {unit} as given" + (f", the header has {in_file}" if in_file else "")]
     overrides = given.unit is None and given.unit_if_missing not in {None, unit}
-    return unit, [f"unit {unit} as the header says"] if overrides else []
+    return unit, [f"unit {unit} as in the header"] if overrides else []
 
 
 def _channel(given: Given, count: int, path: Path) -> int:
     if given.channel is None and count > 1:
-        raise fault_in(path, f"{count} channels, say which (channel 1 to {count})")
+        raise fault_in(path, f"{count} channels: give one of them (channel 1 to {count})")
     channel = given.channel or 1
     if channel > count:
-        raise fault_in(path, f"channel {channel} of {count}")
+        raise fault_in(path, f"no channel {channel}, the file has {count}")
     return channel
 
 
 def _azimuth_deg(text: str) -> float:
-    """Return a compass direction written as degrees or as N, E, S, W; nan if it is neither."""
+    """Return the compass direction in degrees from text (degrees or N, E, S, W), else nan."""
     letters = {"N": "0", "E": "90", "S": "180", "W": "270", "NS": "0", "EW": "90"}
     cleaned = text.strip().upper().replace("-", "")
     degrees = letters.get(cleaned, cleaned)
@@ -152,12 +152,12 @@ def _azimuth_deg(text: str) -> float:
 
 
 def _first_unit(units: Sequence[tuple[re.Pattern[str], str]], text: str) -> str:
-    """Return the unit of the first pattern that a text has, or nothing."""
+    """Return the unit of the first pattern found in a text, else an empty text."""
     return next((unit for pattern, unit in units if pattern.search(text)), "")
 
 
 def _fortran_float(text: str) -> float:
-    """Return one number; a D may mark its exponent."""
+    """Return the number in a text; the exponent may be marked by D."""
     return float(text.upper().replace("D", "E"))
 
 
@@ -166,7 +166,7 @@ def _head(lines: list[str], count: int) -> list[str]:
 
 
 def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> Vector:
-    """Return every number of some lines, in order; `InputError` names file and line of a bad one.
+    """Return all numbers in lines, in order; `InputError` names file and line of a bad number.
 
     Numbers are separated by blanks, commas or semicolons; Fortran ``D`` exponents and numbers that
     touch at a sign (``.12E-01-.76E-02``) are also read.
@@ -197,7 +197,7 @@ def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> Vect
 
 
 # ---- PEER acceleration files (.AT2): NGA-West2 and the older strong-motion database. Header lines
-# vary in number, case and blanks: the line with NPTS and DT is searched for, the values follow it.
+# vary in number, case and blanks: the values follow the line with NPTS and DT.
 
 _PEER_SIZES = (
     re.compile(
@@ -230,7 +230,7 @@ def _is_peer(lines: list[str], path: Path) -> bool:
 def _read_peer(lines: list[str], path: Path, _given: Given) -> Trace:
     sizes = _peer_sizes(lines)
     if sizes is None:
-        raise fault_in(path, "no header with NPTS, DT; for bare values name it .acc and give dt_s")
+        raise fault_in(path, "no header with NPTS, DT; rename bare values to .acc and give dt_s")
     row, npts, dt_s = sizes
     header = _head(lines, row)
     if other := next(filter(_NOT_ACCELERATION.search, header), None):
@@ -246,7 +246,7 @@ def _read_peer(lines: list[str], path: Path, _given: Given) -> Trace:
             raise fault_in(path, f"NPTS = {npts}, but {values.size} values")
         warnings = (f"NPTS = {npts}, {values.size} values: cut to NPTS",)
     elif values.size < npts:
-        # A last value without the exponent of all others is cut: `-.31` of `-.3141593E-02`.
+        # If only the last value has no exponent, it is truncated: `-.31` of `-.3141593E-02`.
         last = " ".join(data[-3:]).upper().split()
         if len(last) > 1 and "E" in last[0] and "E" not in last[-1]:
             raise fault_in(path, "the file ends inside a number")
@@ -318,7 +318,7 @@ _CSMIP_DEFAULT_LAYOUT: Final = (8, 10)  # source: CSMIP report OSMS 85-03, forma
 
 
 def _is_csmip(lines: list[str], path: Path) -> bool:
-    """Return whether the file calls itself a corrected accelerogram, or is named so."""
+    """Return whether a file begins as a corrected accelerogram, or is a .v2 file with data."""
     head = " ".join(_head(lines, 2)).upper()
     return head.lstrip().startswith("CORRECTED ACCELEROGRAM") or (
         path.suffix.lower() == ".v2" and any(map(_CSMIP_BLOCK.match, _head(lines, 200)))
@@ -362,7 +362,7 @@ def _read_csmip(lines: list[str], path: Path, given: Given) -> Trace:
 
 
 # ---- K-NET and KiK-net of NIED, Japan (.EW, .NS, .UD): counts with a scale factor. The counts
-# carry the offset of the instrument: the mean is subtracted, as NIED asks.
+# include the offset of the instrument: the mean is subtracted, as NIED recommends.
 
 _KNET_HEADER_LINES: Final = 17
 # source: NIED KiK-net manual: 1 to 3 borehole, 4 to 6 surface; N-S, E-W, U-D in turn
@@ -394,8 +394,8 @@ def _read_knet(lines: list[str], path: Path, _given: Given) -> Trace:
     accel_gal = (counts - counts.mean()) * (range_gal / counts_per_range)
     stated, peak_gal = re.match(FLOAT, head.get("Max. Acc. (gal)", "")), np.abs(accel_gal).max()
     header_gal = _fortran_float(stated[0]) if stated else peak_gal
-    cut = f"peak is {peak_gal:.4g} gal, the header says {header_gal:.4g}: cut?"
-    is_cut = abs(peak_gal - header_gal) > 0.01 * header_gal
+    truncated = f"peak is {peak_gal:.4g} gal, the header has {header_gal:.4g}: truncated?"
+    is_truncated = abs(peak_gal - header_gal) > 0.01 * header_gal
     direction = head.get("Dir.", "")
     return Trace(
         path=path,
@@ -407,14 +407,14 @@ def _read_knet(lines: list[str], path: Path, _given: Given) -> Trace:
         event=head.get("Origin Time", ""),
         station=head.get("Station Code", ""),
         azimuth_deg=_azimuth_deg(_KNET_CHANNELS.get(direction, direction)),
-        warnings=(cut,) if is_cut else (),
-        notes=("instrument offset (mean) taken off",),
+        warnings=(truncated,) if is_truncated else (),
+        notes=("instrument offset (mean) removed",),
     )
 
 
-# ---- Columns of text or CSV: time and accelerations, with or without header lines. Of several
-# accelerations the channel selects one. The time step comes from the whole time column, so that
-# rounded times do no harm; a gap or a step back in time is refused.
+# ---- Columns of text or CSV: time and accelerations, with or without header lines. The channel
+# selects one of several accelerations. The time step comes from the whole time column, so rounded
+# times do no harm; a gap or a step back in time is refused.
 
 _COLUMNS_ROW = re.compile(rf"\s*(?P<time>{FLOAT})(?:(?:\s*[,;]\s*|\s+){FLOAT})+\s*[,;]?\s*")
 _COLUMNS_SEPARATOR = re.compile(r"[\s,;]+")
@@ -426,8 +426,8 @@ _COLUMNS_UNITS: Final = (
 
 
 def _is_columns(lines: list[str], _path: Path) -> bool:
-    # In two columns the times only have to rise, so that a gap is reported later; in more columns
-    # the steps must be equal, or the bare values of other formats would pass.
+    # With two columns the times need only increase: a gap is reported later. With more columns the
+    # steps must be equal, because files of bare values would otherwise match.
     start = _first_row_of_columns(lines)
     if start is None:
         return False
@@ -480,18 +480,18 @@ def _step_of_times(
     decimals = max(_decimals_of_time(line) for _, line in rows[:100])
     quantum_s = 10.0**-decimals
     off_s = np.abs(steps_s - mean_s)
-    # A rounded time is off by half a unit of its last digit, a step by a whole one.
+    # Rounding changes a time by up to half a unit of its last digit, a step by a whole one.
     allowed_s = min(1.01 * quantum_s, 0.9 * mean_s) + 1.0e-3 * mean_s
     if mean_s <= 0.0 or (steps_s <= 0.0).any() or off_s.max(initial=0.0) > allowed_s:
         worst = int(np.argmax(np.where(steps_s <= 0.0, np.inf, off_s)))
         jump = f"the time column jumps from {time_s[worst]:g} to {time_s[worst + 1]:g} s"
         raise fault_in(path, f"{jump}, steps of {mean_s:g} s expected", rows[worst + 1][0])
-    # The number with the fewest digits within the tolerance
+    # the number with the fewest digits within the tolerance
     rounded = (float(f"{mean_s:.{digits}g}") for digits in range(1, 16))
     allowed_s = quantum_s / steps_s.size
     step_s = next((value for value in rounded if abs(value - mean_s) <= allowed_s), mean_s)
     if off_s.max(initial=0.0) > 1.0e-3 * mean_s:
-        return step_s, (f"time column rounded to {decimals} decimals: dt = {step_s:g} s taken",)
+        return step_s, (f"time column rounded to {decimals} decimals: dt = {step_s:g} s used",)
     return step_s, ()
 
 
@@ -514,7 +514,7 @@ def _read_values(lines: list[str], path: Path, _given: Given) -> Trace:
 
 type _Recognise = Callable[[list[str], Path], bool]
 type _Read = Callable[[list[str], Path, Given], Trace]
-#: Functions that recognise and read each format; the first that recognises a file reads it, and
+#: Functions that recognise and read each format. The first format that recognises a file is used;
 #: the last one accepts any text.
 MOTION_FORMATS: Final[tuple[tuple[_Recognise, _Read], ...]] = (
     (_is_knet, _read_knet),

@@ -1,8 +1,8 @@
-"""Intensity measures of a ground motion, and its strongest part.
+"""Intensity measures of a ground motion, and cutting to its strongest part.
 
-RotD50 where an orientation matters. Arias intensity, CAV and significant durations have one value
-per pair: Arias and CAV are the mean of the two components, the durations come from the summed
-build-up of both (which no rotation changes). Recorded motions are cut only on request.
+Measures that depend on orientation are RotD50. Arias intensity and CAV are the mean of the two
+components; significant durations are those of the sum of both Arias build-ups, which does not
+depend on orientation. Recorded motions are cut only on request.
 """
 
 import hashlib
@@ -39,7 +39,7 @@ IM_COLUMNS: Final = tuple(SCALE_POWERS)
 # source: Housner (1952), spectrum intensity between 0.1 and 2.5 s
 HOUSNER_PERIODS_S: Final = np.linspace(0.1, 2.5, 121)
 TAPER_S: Final = 0.5
-QUIET_SHARE: Final = 1.0e-5  # of the Arias intensity of both components, dropped at each end
+QUIET_SHARE: Final = 1.0e-5  # share of the Arias intensity of both components, cut at each end
 
 
 def motion_measures(motion: GroundMotion, t1_s: float | None) -> dict[str, float]:
@@ -65,7 +65,7 @@ def motion_measures(motion: GroundMotion, t1_s: float | None) -> dict[str, float
 
 
 def conditioned_periods(t1_s: float) -> Vector:
-    """Return the periods for `conditioned_levels` in s: those of Sa_avg, then T1."""
+    """Return the periods for `conditioned_levels` in s: the 20 periods of Sa_avg, then T1."""
     return np.append(sa_avg_periods(t1_s), t1_s)
 
 
@@ -75,7 +75,7 @@ def conditioned_levels(psa_g: Vector) -> tuple[float, float]:
 
 
 def scaled_measures(measures: dict[str, float], scale: float) -> dict[str, float]:
-    """Return the measures of a motion multiplied by a factor, from those at factor 1."""
+    """Return the measures of a scaled motion from the measures of the unscaled motion."""
     return {name: value * scale ** SCALE_POWERS[name] for name, value in measures.items()}
 
 
@@ -136,12 +136,12 @@ def _running_integral(values: Vector, dt_s: float) -> Vector:
 
 
 def velocity(accel_mps2: Vector, dt_s: float) -> Vector:
-    """Return the velocity in m/s by the trapezoidal rule from rest; nothing is filtered."""
+    """Return the velocity in m/s from rest by the trapezoidal rule, without filter."""
     return _running_integral(accel_mps2, dt_s)
 
 
 def displacement(accel_mps2: Vector, dt_s: float) -> Vector:
-    """Return the displacement in m by the trapezoidal rule twice from rest."""
+    """Return the displacement in m from rest; the trapezoidal rule is applied twice."""
     return _running_integral(velocity(accel_mps2, dt_s), dt_s)
 
 
@@ -151,7 +151,7 @@ def arias_build_up(accel_mps2: Vector, dt_s: float) -> Vector:
 
 
 def pair_arias_build_up(motion: GroundMotion) -> Vector:
-    """Return the sum of the Arias build-ups of both components; no rotation changes it."""
+    """Return the sum of both Arias build-ups in m/s, which does not depend on orientation."""
     first, second = (arias_build_up(accel, motion.dt_s) for accel in motion.components)
     return first + second
 
@@ -188,23 +188,23 @@ def housner_intensity(accel_mps2: Vector, dt_s: float) -> float:
 
 
 def strongest_part(motion: GroundMotion, shaking_s: float) -> GroundMotion:
-    """Return the strongest part of a motion; its digest and messages state the cut."""
+    """Return the strongest part of a motion, with a new digest and a message about the cut."""
     part = cut_to_strongest(motion, shaking_s, free_vibration_s=0.0)
     share = pair_arias_build_up(part)[-1] / pair_arias_build_up(motion)[-1]
     digest = hashlib.sha256(f"{motion.sha256} strongest {shaking_s} s".encode()).hexdigest()
-    message = f"cut to the strongest {shaking_s:g} s: {share:.1%} of the Arias intensity left"
+    message = f"cut to the strongest {shaking_s:g} s: {share:.1%} of the Arias intensity kept"
     return replace(part, sha256=digest, messages=(*motion.messages, message))
 
 
 def cut_to_strongest(
     motion: GroundMotion, shaking_s: float, free_vibration_s: float
 ) -> GroundMotion:
-    """Return the strongest part of a motion, ending at rest, with zeros after it.
+    """Return the strongest part of a motion, ending at rest, followed by zeros.
 
-    The window of the given length with the most Arias intensity (of both components) is kept, its
-    ends are tapered by half a cosine, and the velocity and displacement at its end are removed by
-    two smooth accelerations over the window, a symmetric and an antisymmetric one. A shorter motion
-    is kept whole. `InputError` for a length that is not positive.
+    The window with the most Arias intensity (of both components) is kept; a shorter motion is kept
+    whole. Its ends are tapered by half a cosine. Two smooth accelerations over the window, a
+    symmetric and an antisymmetric one, remove the velocity and displacement at its end.
+    `InputError` for a window of 2 s or less.
     """
     if not shaking_s > 4.0 * TAPER_S:
         raise InputError(f"shaking_s must be above {4.0 * TAPER_S}, got {shaking_s}")
@@ -215,7 +215,7 @@ def cut_to_strongest(
 
 
 def trim_quiet_ends(motion: GroundMotion) -> GroundMotion:
-    """Return a motion without the quiet parts before and after the shaking, ending at rest."""
+    """Return a motion, ending at rest, without the quiet parts before and after the shaking."""
     both = pair_arias_build_up(motion)
     both = both / both[-1]
     margin = round(2.0 * TAPER_S / motion.dt_s)
@@ -225,7 +225,7 @@ def trim_quiet_ends(motion: GroundMotion) -> GroundMotion:
 
 
 def add_free_vibration(motion: GroundMotion, seconds: float) -> GroundMotion:
-    """Return the motion with zeros added at its end."""
+    """Return the motion with zeros of the given length in s added at its end."""
     if not 0.0 <= seconds <= 600.0:
         raise InputError(f"free_vibration_s must be within 0 to 600, got {seconds}")
     tail = round(seconds / motion.dt_s)

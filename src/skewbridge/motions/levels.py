@@ -1,7 +1,7 @@
-"""Levels of shaking of a study: configuration, scale factors, stripes, search per record (IDA).
+"""Shaking levels of a study: configuration, scale factors, stripes and the search of an IDA.
 
-A factor belongs to the motion only: if it changed with the bridge variant, variants could not be
-compared motion by motion.
+The scale factor of a motion is the same for all variants, so that variants can be compared motion
+by motion.
 """
 
 import logging
@@ -28,7 +28,7 @@ LEVEL_MEASURE: Final = "im_saavg_rotd50_g"
 #: source: trial runs of the default study, see config/config.yaml
 LEVEL_RANGE_G: Final = (0.07, 2.25)
 BLOCK: Final = 8
-# ASSUME a motion stays credible when scaled by 0.25 to 4; larger factors distort spectral shape
+# ASSUME motions scaled by 0.25 to 4 stay realistic; larger factors distort the spectral shape
 FACTOR_LIMITS: Final = (0.25, 4.0)
 IDA_TOLERANCE: Final = 0.01
 
@@ -46,27 +46,27 @@ class MotionsConfig:
     """Ground motions of a study, their levels and their directions."""
 
     folder: FileName = Field(default="motions")
-    """folder with an index.csv or with motions"""
+    """folder with an index.csv or with motion files"""
     suites: tuple[FileName, ...] = Field(default=("near",), min_length=1, max_length=20)
     """near (folder), far, pulse (motions/README.md), records (SKEWBRIDGE_RECORDS), other folders"""
     count: Whole | None = Field(default=32, ge=1, le=100_000)
-    """use this many motions of each suite, from its first; null: all motions"""
+    """number of motions of each suite, starting with the first; null: all"""
     design: Literal["scaled_cloud", "cloud", "stripes", "ida"] = Field(default="scaled_cloud")
-    """one factor per motion; unscaled; every motion at every level; search for first exceedances"""
+    """scaled_cloud: one factor per motion; cloud: unscaled; stripes: all levels; ida: search"""
     level_range_g: tuple[Level, Level] = Field(default=LEVEL_RANGE_G)
-    """range of Sa_avg of scaled_cloud and ida"""
+    """Sa_avg range for scaled_cloud and ida"""
     stripes_g: tuple[Level, ...] = Field(
         default=(0.1, 0.2, 0.35, 0.55, 0.8, 1.1, 1.5), min_length=2, max_length=100
     )
-    """Sa_avg of stripes, rising"""
+    """Sa_avg of the stripes, in rising order"""
     factor_limits: tuple[ScaleFactor, ScaleFactor] = Field(default=(0.25, 4.0))
-    """factors that stripes may use; levels that need others are left out"""
+    """scale factors allowed for stripes; motions that need others are left out"""
     ida_demand: str = Field(default="column_drift_ratio")
-    """demand of ida"""
+    """demand of the ida search"""
     ida_threshold: Number = Field(default=0.025, gt=0.0, le=1.0e9)
-    """limit of ida_demand that the search looks for, in the unit of the column"""
+    """limit of ida_demand in the search, in the unit of the column"""
     shaking_s: Number | None = Field(default=None, ge=0.1, le=1.0e4)
-    """keep the strongest part of each motion, of this length; null: whole motions"""
+    """length of the strongest part of each motion to keep; null: the whole motion"""
     incidence_deg: tuple[Annotated[Number, Field(ge=0.0, lt=360.0)], ...] = Field(
         default=(0.0,), min_length=1, max_length=360
     )
@@ -86,10 +86,10 @@ def block_factors(
 ) -> Vector:
     """Return one scale factor per motion of a suite, in suite order.
 
-    In each block of 8 consecutive motions, targets in equal logarithmic steps go to the motions in
-    the order of their own levels, which keeps the factors near 1. The offset of block b is element
-    b + 1 of the van der Corput sequence, so that any number of blocks fills the range evenly, and a
-    longer suite keeps the factors of its full blocks.
+    Targets are equally spaced in the logarithm. In each block of 8 consecutive motions, the motion
+    with the lowest unscaled level gets the lowest target and so on, which keeps factors near 1.
+    Block b is offset by element b + 1 of the van der Corput sequence, so any number of blocks
+    covers the range evenly. A longer suite keeps the factors of the full blocks.
     """
     from scipy.stats import qmc  # here: workers that read the configuration do without scipy
 
@@ -112,9 +112,9 @@ def striped(
     *,
     factor_limits: tuple[float, float] = FACTOR_LIMITS,
 ) -> "pd.DataFrame":
-    """Return a suite with a row for each motion and level of Sa_avg within the factor limits.
+    """Return one row per stripe and motion whose scale factor is within the limits.
 
-    The rows of `prepare_suite` are repeated, by stripe, with their `scale` and a column `stripe_g`.
+    A row is that of `prepare_suite` with a new `scale` and the column `stripe_g`, sorted by stripe.
     `InputError` if no row is left.
     """
     import pandas as pd  # here: workers that read the configuration do without pandas
@@ -137,7 +137,7 @@ def striped(
 
 
 def most_trials(limits: tuple[float, float], tolerance: float = IDA_TOLERANCE) -> int:
-    """Return the largest number of analyses of `bracket_capacity`, one of them at an end."""
+    """Return the largest number of analyses of `bracket_capacity`, including one at a range end."""
     halvings = ceil(log2(log(limits[1] / limits[0]) / log1p(tolerance)))
     return max(halvings, 1) + 1
 
@@ -148,14 +148,14 @@ def bracket_capacity(
     limits: tuple[float, float],
     tolerance: float = IDA_TOLERANCE,
 ) -> tuple[float, float]:
-    """Bracket the factor at which a record first exceeds a limit, halving the logarithmic range.
+    """Bracket the scale factor at which a motion first exceeds a limit, by bisection in ln factor.
 
-    The number of analyses is at most `most_trials`: nine halvings of a range of 100 leave 0.9 %,
-    and an end of the range that the search reached is tried once. Where the response is not
-    monotonic (resurrection), one of the crossings is found. A run that collapses exceeds. The
-    tolerance is the width of the bracket relative to its lower end. Returns the highest factor
-    known not to exceed, 0 if the lowest one exceeds, and the lowest factor known to exceed, inf if
-    the highest one does not.
+    Returns the highest factor known not to exceed (0 if the lower end of the range exceeds) and
+    the lowest factor known to exceed (inf if the upper end does not). A collapse counts as an
+    exceedance. The tolerance is the width of the bracket relative to its lower end. There are at
+    most `most_trials` analyses: nine halvings reduce a factor range of 100 to 0.9 %, and an end of
+    the range is tried once if the search reaches it. If the response is not monotonic
+    (resurrection), the bracket contains one of the crossings.
     """
     low, high = lower, upper = limits
     while upper / lower > 1.0 + tolerance:

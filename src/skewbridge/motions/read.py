@@ -1,4 +1,4 @@
-"""Motions from files: any supported format, checks of the values, joining of two components."""
+"""Read motions from files of any supported format, check values, and join two components."""
 
 import hashlib
 import re
@@ -20,10 +20,10 @@ MAX_FILE_BYTES: Final = 64_000_000
 MIN_SAMPLES: Final = 10
 DT_LIMITS_S: Final = (1.0e-4, 0.2)
 # ASSUME no horizontal record exceeds 4 g (the largest published ones are near 3 g): more is a
-# unit error; below 0.002 g no bridge notices.
+# unit error; a motion below 0.002 g does not matter for a bridge.
 PGA_LIMITS_G: Final = (0.002, 4.0)
-_SAY_UNIT: Final = "Name it in index.csv (skewbridge motions check DIR --write --unit UNIT)"
-DIFFERENT_RECORDS: Final = "two different records?"  # begin of warnings on a pair
+_SAY_UNIT: Final = "State it in index.csv (skewbridge motions check DIR --write --unit UNIT)"
+DIFFERENT_RECORDS: Final = "two different records?"  # start of warnings about a pair
 _FOREIGN: Final = (
     (b"PK\x03\x04", "a zip archive: unpack it first"),
     (b"\x1f\x8b", "a gzip archive: unpack it first"),
@@ -32,7 +32,7 @@ _FOREIGN: Final = (
     (b"<", "a web page (a log-in page saved as a record?)"),
 )
 
-# The waveforms of WAHO, a record of the paper, can't be passed on. A file that claims to be it must
+# The waveforms of WAHO, a record of the paper, can't be redistributed. A file named as it must
 # have the published peak; without such a file a surrogate of the same earthquake is used.
 # source: PEER NGA-West2 flatfile, RSN 811 (Loma Prieta 1989, WAHO), RotD50 PGA
 WAHO_PGA_ROTD50_G: Final = 0.53730
@@ -44,7 +44,7 @@ SURROGATE_FILES: Final = ("121011.txt", "121012.txt")
 SURROGATE_FACTOR: Final = 0.93
 SURROGATE_ID: Final = "surrogate_for_WAHO_capitola_x0.93"
 
-# Vertical components (UP, DWN, V) are never used: the bridge gets two horizontal ones.
+# Vertical components (UP, DWN, V) are not used: a motion has two horizontal ones.
 _VERTICAL = re.compile(r"[-_.](UP|UD|DWN|DN|V|VER|VERT|Z|H?3)$|[a-z0-9](DWN|-UP)$", re.IGNORECASE)
 _NIED = re.compile(r"\.(?P<end>EW|NS|UD)(?P<sensor>[12]?)", re.IGNORECASE)
 # Endings that distinguish the components of one motion, the most specific first.
@@ -60,16 +60,16 @@ _ENDINGS: Final = (
 
 
 class PairError(InputError):
-    """Two components, each valid in itself, that can't belong to one motion."""
+    """Two valid components whose time steps differ, so they can't belong to one motion."""
 
 
 class FalseClaimError(InputError):
-    """A motion calls itself the WAHO record but is not: use the surrogate instead."""
+    """A motion is named as the WAHO record but has a different PGA: use the surrogate instead."""
 
 
 def split_name(path: Path) -> tuple[str, str]:
-    """Return the name of the motion and the component ending of a file; ('name', '') if none."""
-    if match := _NIED.fullmatch(path.suffix):  # K-NET and KiK-net name the component there
+    """Return motion name and component ending of a file name; the ending is empty if not found."""
+    if match := _NIED.fullmatch(path.suffix):  # K-NET and KiK-net: component in the suffix
         sensor = {"1": "_borehole", "2": "_surface"}.get(match["sensor"], "")
         return path.stem + sensor, match["end"].lower()
     stem = path.stem
@@ -80,18 +80,18 @@ def split_name(path: Path) -> tuple[str, str]:
 
 
 def is_vertical(path: Path) -> bool:
-    """Return whether a file name is that of a vertical component."""
+    """Return whether a file name denotes a vertical component."""
     return path.suffix.lower().startswith(".ud") or bool(_VERTICAL.search(path.stem))
 
 
 def motion_name(first: Path, second: Path) -> str:
-    """Return the name of a motion: what both file names share, else the first name."""
+    """Return the motion name common to both files, else the name of the first file."""
     name, _ = split_name(first)
     return name if split_name(second)[0] == name else first.stem
 
 
 def read_trace(path: Path, given: Given | None = None) -> Trace:
-    """Read a component; `InputError` names an unusable file, `DtMissingError` one without step."""
+    """Read one component; `DtMissingError` if its time step is unknown, else `InputError`."""
     content = read_bytes(path, MAX_FILE_BYTES)
     lines = _text_of(content, path).splitlines()
     trace = trace_of(lines, path, given or Given())
@@ -119,12 +119,12 @@ def _text_of(content: bytes, path: Path) -> str:
 
 
 def _plain(text: str) -> str:
-    """Return a header text without control characters, shortened."""
+    """Return a header text without control characters, cut to 100 characters."""
     return "".join(sign if sign.isprintable() else " " for sign in text).strip()[:100]
 
 
 def doubts(trace: Trace) -> list[str]:
-    """Return warnings on the values of a component; refuse one that no analysis should use."""
+    """Return warnings about the values of a component; `InputError` if it is unusable."""
     npts, pga_g = trace.accel_mps2.size, peak_g(trace.accel_mps2)
     (low_s, high_s), (least_g, most_g) = DT_LIMITS_S, PGA_LIMITS_G
     reached = f"PGA = {pga_g:.4g} g with the values in {trace.unit}, allowed {most_g} g"
@@ -153,16 +153,16 @@ def read_motion(
 ) -> GroundMotion:
     """Read the files of component 1 (bridge x at incidence 0) and 2 (bridge y) as one motion.
 
-    Without a `motion_id` the motion is named by what the file names share.
+    Without a `motion_id` the name is that of `motion_name`.
     """
     one, two = (read_trace(path, given) for path in (first, second))
     return join_traces(one, two, motion_id=motion_id or motion_name(first, second))
 
 
 def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
-    """Return the motion of two components; the shorter one gets zeros at its end.
+    """Return the motion of two components; zeros are added at the end of the shorter one.
 
-    `PairError` for different time steps, `FalseClaimError` as `refuse_false_waho`.
+    `PairError` for different time steps, `FalseClaimError` from `refuse_false_waho`.
     """
     if abs(first.dt_s / second.dt_s - 1.0) > 1.0e-6:
         raise PairError(
@@ -205,7 +205,7 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
 def read_components(
     files: list[Path], given: Given
 ) -> tuple[str, float, list[Vector], tuple[str, ...]]:
-    """Return name, time step, components (m/s2) and messages of one file or a pair."""
+    """Return name, time step (s), components (m/s2) and messages of one file or a pair."""
     if len(files) == 1:
         trace = read_trace(files[0], given)
         return files[0].stem, trace.dt_s, [trace.accel_mps2], trace.messages
@@ -214,7 +214,7 @@ def read_components(
 
 
 def refuse_false_waho(motion: GroundMotion) -> None:
-    """Raise `FalseClaimError` for a WAHO record whose RotD50 PGA is over 2 % off the published."""
+    """Raise `FalseClaimError` if a motion named WAHO is over 2 % off the published RotD50 PGA."""
     names = (motion.motion_id, motion.station, *motion.files)
     if SURROGATE_ID in names or not any(_WAHO.search(name) for name in names):
         return
@@ -229,5 +229,5 @@ def refuse_false_waho(motion: GroundMotion) -> None:
 
 
 def files_digest(*paths: Path) -> str:
-    """Return the SHA-256 of the bytes of some files, one after the other (as of `cat A B`)."""
+    """Return the SHA-256 of the bytes of files, joined in order (as by `cat A B`)."""
     return hashlib.sha256(b"".join(read_bytes(path, MAX_FILE_BYTES) for path in paths)).hexdigest()

@@ -11,7 +11,7 @@ from skewbridge.errors import InputError
 
 type Vector = NDArray[np.float64]
 
-#: Metadata of a motion in tables.
+#: Metadata columns of a motion in tables.
 TEXT_FIELDS: Final = ("motion_id", "sha256", "event", "station", "source")
 NUMBER_FIELDS: Final = (
     "dt_s", "magnitude", "distance_km", "vs30_mps", "azimuth_1_deg", "azimuth_2_deg",
@@ -23,8 +23,8 @@ class GroundMotion:
     """Two horizontal acceleration components of equal length and time step.
 
     Component 1 is applied along the bridge axis x (longitudinal) and component 2 along y
-    (transverse) at incidence 0. The arrays, shape (npts,), are read-only. Numbers of the header
-    are nan where unknown.
+    (transverse) at incidence 0. The arrays, shape (npts,), are read-only. Unknown numbers of the
+    metadata are nan.
 
     Attributes:
         event: Name of the earthquake, or of the model for a synthetic motion.
@@ -32,7 +32,7 @@ class GroundMotion:
         vs30_mps: Average shear-wave velocity of the upper 30 m.
         azimuth_1_deg: Compass direction of component 1.
         source: Licence and origin.
-        sha256: Digest of the bytes of the component files, first then second.
+        sha256: SHA-256 of the bytes of both component files, component 1 first.
         messages: Messages of the reader.
 
     `InputError` for components of different length, a time step that is not positive, or a value
@@ -74,7 +74,7 @@ class GroundMotion:
 
     @property
     def npts(self) -> int:
-        """Number of values of a component."""
+        """Number of values per component."""
         return int(self.accel_1_mps2.size)
 
     @property
@@ -84,11 +84,11 @@ class GroundMotion:
 
     @property
     def duration_s(self) -> float:
-        """Time of the last value in s, the first being at 0."""
+        """Time of the last value in s; the first is at 0."""
         return (self.npts - 1) * self.dt_s
 
     def scaled(self, factor: float) -> "GroundMotion":
-        """Return the motion times one factor; `InputError` unless that is positive and finite."""
+        """Return the motion times a factor; `InputError` unless the factor is positive, finite."""
         if not (np.isfinite(factor) and factor > 0.0):
             raise InputError(f"scale must be a positive number, got {factor}")
         return self.mapped(lambda accel: accel * factor)
@@ -96,8 +96,8 @@ class GroundMotion:
     def along_axes(self, incidence_deg: float = 0.0) -> tuple[Vector, Vector]:
         """Return the accelerations along the bridge axes x and y in m/s2, each of shape (npts,).
 
-        The motion is turned counter-clockwise by the incidence, seen from above: component 1 points
-        along x at 0 degrees and along y at 90.
+        The motion is rotated counter-clockwise by the incidence, seen from above: component 1 is
+        along x at 0 degrees and along y at 90 degrees.
         """
         quarter = incidence_deg % 360.0 / 90.0
         if quarter == int(quarter):  # exact at right angles: no 6e-17 of the other component
@@ -109,19 +109,19 @@ class GroundMotion:
         return cosine * one - sine * two, sine * one + cosine * two
 
     def mapped(self, treat: Callable[[Vector], Vector]) -> "GroundMotion":
-        """Return the motion with a treatment applied to each component."""
+        """Return the motion with a function applied to each component."""
         return self.with_components(*map(treat, self.components))
 
     def with_components(self, accel_1_mps2: Vector, accel_2_mps2: Vector) -> "GroundMotion":
-        """Return the motion with other waveforms and the same metadata."""
+        """Return a copy of the motion with new accelerations and the same metadata."""
         return replace(self, accel_1_mps2=accel_1_mps2, accel_2_mps2=accel_2_mps2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SuiteMotion:
-    """A motion as recorded, its factor in all variants, and the measures of the scaled motion.
+    """An unscaled motion, its scale factor, and the intensity measures of the scaled motion.
 
-    It has a number in its suite, from 0.
+    All variants use the same factor. `number` is the position in the suite, from 0.
     """
 
     motion: GroundMotion

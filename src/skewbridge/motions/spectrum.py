@@ -1,11 +1,11 @@
 """Response spectra of linear oscillators, per component and over all orientations.
 
 The oscillator under a piecewise linear base acceleration has an exact recursion (Nigam and
-Jennings 1969, Bulletin of the Seismological Society of America 59(2)); written for the
-displacement alone it is a second-order IIR filter, which scipy runs in compiled code.
+Jennings 1969, Bulletin of the Seismological Society of America 59(2)). For the displacement alone
+it is a second-order IIR filter, which scipy runs in compiled code.
 
 Below a period of 10 dt the record is interpolated linearly with ceil(10 dt/T) steps per sample:
-the convention found in the published NGA-West2 spectra.
+this is the convention of the published NGA-West2 spectra.
 """
 
 from collections.abc import Callable
@@ -32,7 +32,7 @@ _SINES: Final = np.sin(_ANGLES_RAD)
 
 
 class PairSpectrum(NamedTuple):
-    """Median and maximum over all orientations of the pseudo-spectral acceleration of a pair."""
+    """Pseudo-spectral acceleration of a pair: median and maximum over all orientations."""
 
     rotd50_mps2: Vector
     rotd100_mps2: Vector
@@ -49,7 +49,7 @@ def component_psa(accel_mps2: Vector, dt_s: float, periods_s: ArrayLike) -> Vect
 def pair_psa(
     accel_1_mps2: Vector, accel_2_mps2: Vector, dt_s: float, periods_s: ArrayLike
 ) -> PairSpectrum:
-    """Return RotD50 and RotD100 of a pair, both of shape (periods,).
+    """Return RotD50 and RotD100 of the PSA of a pair in m/s2, both of shape (periods,).
 
     References:
         Boore (2010), Bulletin of the Seismological Society of America 100(4).
@@ -59,7 +59,7 @@ def pair_psa(
 
 
 def orbit_rotd50(first: Vector, second: Vector) -> float:
-    """Return the median over orientations of the peak of any two-component history."""
+    """Return RotD50 of any two-component history: the median of its peaks over orientations."""
     return float(_orbit_peaks(np.stack([first, second]))[0])
 
 
@@ -77,7 +77,7 @@ def sa_avg_periods(t1_s: float) -> Vector:
 def _spectrum(
     accel: Vector, dt_s: float, periods_s: ArrayLike, peaks: Callable[[Vector], ArrayLike]
 ) -> Vector:
-    """Return omega^2 times the peaks of the displacements of an oscillator, a row per period."""
+    """Return omega^2 times the peak displacements of an oscillator, one row per period."""
     periods = np.atleast_1d(np.asarray(periods_s, dtype=np.float64))
     if not (np.isfinite(periods).all() and (periods > 0.0).all()):
         raise InputError(f"periods_s must be positive, got {periods_s}")
@@ -97,17 +97,17 @@ def _spectrum(
 
 
 def _in_substeps(accel: Vector, substeps: int) -> Vector:
-    """Return accelerations interpolated linearly, with ``substeps`` steps for each step."""
+    """Return linearly interpolated accelerations with ``substeps`` sub-steps per step."""
     shares = np.arange(substeps) / substeps
     inner = accel[..., :-1, None] + np.diff(accel)[..., None] * shares
     return np.concatenate([inner.reshape(*accel.shape[:-1], -1), accel[..., -1:]], axis=-1)
 
 
 def _filter(omega: float, xi: float, dt_s: float) -> tuple[Vector, Vector, Vector]:
-    """Return numerator, denominator and the start state (per unit of the first sample) of rest.
+    """Return numerator, denominator and initial state (at rest, for a first sample of 1).
 
-    With the exact step x[i+1] = A x[i] + B p[i..i+1] for x = (displacement, velocity), the
-    velocity is eliminated.
+    The velocity is eliminated from the exact step x[i+1] = A x[i] + B p[i..i+1] for x =
+    (displacement, velocity).
     """
     root = np.sqrt(1.0 - xi * xi)
     omega_d = omega * root
@@ -136,14 +136,13 @@ def _filter(omega: float, xi: float, dt_s: float) -> tuple[Vector, Vector, Vecto
 def _orbit_peaks(orbit: Vector) -> Vector:
     """Return RotD50 and RotD100 of an orbit of shape (2, npts).
 
-    Points nearer to the centre than the two middle ones of the 180 peaks can't change them: some
-    of the outermost points give lower bounds of all peaks, and only points beyond the lower middle
-    one of these are projected. This is exact, unlike a fixed share of the component peaks (Stewart
-    et al. 2017, PEER 2017/09).
+    Points inside the two middle ones of the 180 sorted peaks can't change them. A few outer points
+    give lower bounds of all peaks, and only points outside the lower middle bound are projected.
+    This is exact, unlike a fixed share of the component peaks (Stewart et al. 2017, PEER 2017/09).
     """
     x, y = orbit
     squared = x * x + y * y
-    # a share of the largest radius and a number of points that only affect the speed
+    # 0.9 of the largest radius and about 40 points: both affect only the speed
     outer = np.flatnonzero(squared >= 0.9**2 * squared.max())
     some = outer[:: outer.size // 40 + 1]
     bounds = np.sort(_largest_projections(x[some], y[some]))

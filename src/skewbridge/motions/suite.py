@@ -1,4 +1,4 @@
-"""The motions of a study: read, measured, scaled and stored in one parquet table."""
+"""Read, measure and scale the motions of a study, and store them in one parquet table."""
 
 import json
 import logging
@@ -32,10 +32,11 @@ RECORDS_VARIABLE: Final = "SKEWBRIDGE_RECORDS"
 def read_entry(entry: IndexEntry) -> GroundMotion:
     """Read or generate one listed motion; the index overrides the file headers.
 
-    `InputError` for unreadable files, another digest, or a false claim to be the WAHO record.
+    `InputError` for unreadable files, a digest that differs from the index, or a motion that is
+    named as the WAHO record but is not.
     """
     if entry.made_from_number is not None:
-        # Here: a suite of files alone needs none of the model.
+        # Here: a suite of files does not need the stochastic model.
         from skewbridge.motions.synthesis.generate import made_motion
 
         motion = replace(
@@ -48,8 +49,8 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
         named = f"the files {' and '.join(motion.files)}" if motion.files else "its values"
         raise InputError(
             f"motion {entry.motion_id}: {named} have sha256 {motion.sha256[:12]}..., the index has "
-            f"{entry.sha256[:12]}...: {'changed files' if motion.files else 'other libraries'}? "
-            "run `skewbridge motions check --write` to accept them",
+            f"{entry.sha256[:12]}...: {'changed files' if motion.files else 'different libraries'}?"
+            " run `skewbridge motions check --write` to accept them",
             motion_id=entry.motion_id,
         )
     motion = replace(motion, **entry.metadata)
@@ -58,7 +59,7 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
 
 
 def read_entries(entries: Iterable[IndexEntry]) -> list[GroundMotion]:
-    """Read listed motions; the `InputError` names every motion that is wrong."""
+    """Read listed motions; one `InputError` names every faulty motion."""
     motions: list[GroundMotion] = []
     faults: list[InputError] = []
     for entry in entries:
@@ -73,16 +74,16 @@ def read_entries(entries: Iterable[IndexEntry]) -> list[GroundMotion]:
 def prepare_suite(
     folder: Path,  # with an `index.csv`, or with component files that pair by name
     *,
-    count: int | None = None,  # motions, from the first; None: all
+    count: int | None = None,  # number of motions, starting with the first; None: all
     t1_s: float,  # conditioning period of the bridge, for Sa(T1) and Sa_avg
-    #: Range of Sa_avg to which motions are scaled if the index gives no factor.
+    #: Sa_avg range of the scaled motions; a factor of the index for a different range is not used.
     level_range_g: tuple[float, float] = levels.LEVEL_RANGE_G,
-    shaking_s: float | None = None,  # length of the strongest part that is kept; None: all
+    shaking_s: float | None = None,  # length of the strongest part to keep; None: the whole motion
 ) -> pd.DataFrame:
     """Read, measure and scale the motions of a folder.
 
-    Returns a row per motion in suite order: metadata, scale, the intensity columns at factor 1,
-    accel_1_mps2 and accel_2_mps2 (lists), messages.
+    Returns one row per motion in suite order: metadata, scale, npts, messages (JSON), and unscaled
+    intensity measures and accelerations (arrays accel_1_mps2 and accel_2_mps2).
     """
     entries, stored = _entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
     motions = read_entries(entries)
@@ -110,15 +111,15 @@ class SuiteSource:
 
     name: str
     folder: Path
-    count: int | None  # motions of it that are taken; None: all
+    count: int | None  # number of motions used; None: all
 
 
 def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
     """Return the suites of a study in the order of the configuration.
 
-    `records` is the folder that the environment variable SKEWBRIDGE_RECORDS names; without it the
-    suite is left out. Suites after the first may have fewer motions than asked for. `InputError`
-    if a folder is missing, two suites have the same name, or none is left.
+    `records` is the first folder in the environment variable SKEWBRIDGE_RECORDS; if it is not set,
+    the suite is skipped. Suites after the first may have fewer motions than `motions.count`.
+    `InputError` if such a suite has no motions, two suites have the same name, or none is left.
     """
     own, records = Path(motions.folder), os.environ.get(RECORDS_VARIABLE, "").split(os.pathsep)[0]
     first, *others = levels.SHIPPED_SUITES
@@ -144,7 +145,7 @@ def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
 
 
 def prepare_suites(motions: levels.MotionsConfig, *, t1_s: float) -> pd.DataFrame:
-    """Return `prepare_suite` of all suites, with `suite` and `number`; names must differ."""
+    """Return the rows of all suites with columns `suite` and `number`; motion names must differ."""
     tables = [
         prepare_suite(
             source.folder,
@@ -165,9 +166,9 @@ def prepare_suites(motions: levels.MotionsConfig, *, t1_s: float) -> pd.DataFram
 def _entries_to_read(
     folder: Path, count: int | None, *, t1_s: float, level_range_g: tuple[float, float]
 ) -> tuple[list[IndexEntry], list[float]]:
-    """Return the motions to read, and the stored factors of those that are kept (nan: none).
+    """Return the motions to read, and the index factors of the first `count` (nan: none).
 
-    Where factors are computed, whole blocks are read: a factor must not depend on the count.
+    If a factor must be computed, whole blocks are read: a factor must not depend on the count.
     """
     entries = list_motions(folder)
     wanted = len(entries) if count is None else count
@@ -194,11 +195,11 @@ def content_digest(
     level_range_g: tuple[float, float],
     cache: Path | None,
 ) -> str:
-    """Return the digest of the index entries and files that a suite (see `prepare_suite`) has.
+    """Return the digest of the index entries and files that `prepare_suite` uses.
 
-    Other files of the folder and times do not count. The motions are read, and refused where they
-    are wrong, only if a name, a size or a time in the folder, or a reader, has changed since the
-    digest was kept in the file `cache`, if there is one.
+    Other files and file times do not affect it. If the file `cache` has a digest for the same
+    arguments, file names, sizes, times and reader sources, that digest is returned. Otherwise the
+    motions with files are read; `InputError` if one is faulty.
     """
     readers = layer_digest(("errors.py", "units.py", "files", "motions"))
     state = digest_of(str(folder.resolve()), count, t1_s, level_range_g, readers, _state_of(folder))
@@ -221,7 +222,7 @@ def content_digest(
 
 
 def _state_of(folder: Path) -> list[tuple[str, int, int]]:
-    """Return names, sizes and times of the files of a folder."""
+    """Return path, size in bytes and modification time in ns of each file of a folder."""
     states: list[tuple[str, int, int]] = []
     for path in files_below(folder):
         try:
@@ -259,10 +260,10 @@ def read_suite(path: Path) -> list[SuiteMotion]:
 
 
 def folder_spectra(folder: Path) -> dict[str, Any]:
-    """Return the RotD50 spectra of a folder of motions, as the figure of them takes them.
+    """Return the RotD50 spectra of a folder of motions, as arguments of their figure.
 
-    ``rotd50_g`` has the shape (motions, ``periods_s``). ``model`` has name, median in g and
-    dispersion of BSSA14 where all motions belong to one synthetic scenario; else it is None.
+    ``rotd50_g`` has the shape (motions, ``periods_s``). ``model`` is name, median in g and
+    dispersion of BSSA14 if all motions belong to one synthetic scenario, else None.
     """
     from skewbridge.motions.synthesis.bssa14 import bssa14
     from skewbridge.motions.synthesis.ddk18 import Scenario

@@ -5,8 +5,8 @@ periods by Baker and Jayaram (2008), Earthquake Spectra 24(1):299-317.
 
 Each synthetic motion gets its own target spectrum, drawn from the model's distribution with the
 correlation between periods; the Fourier amplitudes of both components are multiplied by one smooth
-real factor until the RotD50 spectrum follows the target. Phases, the ratio of the components and
-thereby duration and non-stationarity stay as they are.
+real factor until the RotD50 spectrum follows the target. Phases and the ratio of the components do
+not change, so duration and non-stationarity are kept.
 """
 
 from functools import cache
@@ -39,7 +39,7 @@ def _table() -> pd.DataFrame:
 def bssa14(scenario: Scenario, periods_s: ArrayLike) -> tuple[Vector, Vector]:
     """Return median RotD50 PSA in g and total standard deviation of its logarithm.
 
-    The periods, in s, are tabulated ones (0 is PGA; -1 is PGV, in cm/s), else `InputError`.
+    Periods (s) must be in the table (0: PGA; -1: PGV in cm/s), else `InputError`.
     """
     periods = np.atleast_1d(np.asarray(periods_s, dtype=np.float64))
     unknown = [float(period) for period in periods if period not in _table().index]
@@ -100,12 +100,12 @@ def baker_jayaram_correlation(periods_s: ArrayLike) -> Vector:
 
 
 def target_spectrum(scenario: Scenario, seed: int, index: int) -> Vector:
-    """Return the target RotD50 PSA in g at `BSSA_PERIODS_S` of one motion.
+    """Return the target RotD50 PSA of one motion in g at `BSSA_PERIODS_S`.
 
-    The standard normal variables behind the targets are points of a scrambled Sobol sequence along
-    the principal axes of the correlation: motion i uses point i, so that the targets of any number
-    of motions have nearly the model's median and dispersion, and additional motions do not change
-    earlier ones. The seed scrambles the sequence.
+    Motion i uses point i of a scrambled Sobol sequence, transformed to normal variables along the
+    principal axes of the correlation. So the targets of any number of motions have nearly the
+    median and dispersion of the model, and more motions do not change earlier ones. The seed
+    scrambles the sequence.
     """
     median_g, sigma = bssa14(scenario, BSSA_PERIODS_S)
     values, axes = np.linalg.eigh(baker_jayaram_correlation(BSSA_PERIODS_S))
@@ -124,9 +124,9 @@ def target_spectrum(scenario: Scenario, seed: int, index: int) -> Vector:
 def calibrate_pair(
     accel_1_g: Vector, accel_2_g: Vector, dt_s: float, target_g: Vector, corner_hz: float
 ) -> tuple[Vector, Vector]:
-    """Return both components, zero-padded at both ends, calibrated to RotD50 PSA.
+    """Return both components in g, calibrated to a target RotD50 PSA and then high-passed.
 
-    The periods of the target are `BSSA_PERIODS_S`. At the end they are high-passed at the corner.
+    The components given are zero-padded at both ends; the target is at `BSSA_PERIODS_S`.
     """
     npts = accel_1_g.size
     pair = np.stack([accel_1_g, accel_2_g])

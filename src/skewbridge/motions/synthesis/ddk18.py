@@ -1,9 +1,9 @@
 """Bidirectional near-fault model of Dabaghi and Der Kiureghian (2018).
 
-Earthquake Engineering and Structural Dynamics 47:1369-1393 and PEER report 2014/17. The parameters
-of a motion are correlated normal variables about a regression on the scenario, transformed to
-their own distributions. The motion is modulated filtered white noise, high-passed, plus a pulse;
-accelerations in this module are in g.
+Earthquake Engineering and Structural Dynamics 47:1369-1393 and PEER report 2014/17. Correlated
+normal variables, whose means come from a regression on the scenario, are transformed to the
+parameters of a motion. A motion is modulated, filtered and high-passed white noise, plus a pulse in
+some scenarios. Accelerations in this module are in g.
 """
 
 import json
@@ -33,8 +33,8 @@ SCENARIO_LIMITS: Final = {
 }
 _REDRAW_LIMIT = 2.0  # source: DDK18, errors beyond two standard deviations are drawn again
 MIN_FREQUENCY_HZ: Final = 0.3  # source: DDK18, floor of the filter frequency
-_NEGLIGIBLE: Final = 1.0e-9  # share of an impulse response that is dropped
-_MODEL_G_CM_S2: Final = 981.0  # the model's own g: its Arias intensities are in cm/s with it
+_NEGLIGIBLE: Final = 1.0e-9  # relative amplitude at which an impulse response is cut off
+_MODEL_G_CM_S2: Final = 981.0  # g of the model, used in its Arias intensities in cm/s
 _STARTS: Final = ((1.0, 0.2), (2.0, 0.2), (5.0, 0.2), (1.0, 1.0), (2.0, 1.0), (5.0, 1.0))
 
 
@@ -60,7 +60,7 @@ class Scenario:
 
     @property
     def joyner_boore_km(self) -> float:
-        """Distance to the surface projection of the rupture, of a vertical fault."""
+        """Distance in km to the surface projection of the rupture of a vertical fault."""
         # ASSUME a vertical fault: rjb^2 = rrup^2 - ztor^2
         return math.sqrt(max(self.distance_km**2 - self.ztor_km**2, 0.0))
 
@@ -89,12 +89,12 @@ class Background(NamedTuple):
     d0_5_s: float  # time to 5 %
     d0_30_s: float  # time to 30 %
     f_mid_hz: float  # filter frequency at 30 %
-    f_slope_hz_per_s: float  # its rate of change
-    damping_ratio: float  # of the filter
+    f_slope_hz_per_s: float  # rate of change of the filter frequency
+    damping_ratio: float  # damping ratio of the filter
 
 
 class Pulse(NamedTuple):
-    """Velocity pulse of component 1; oscillations are gamma, phase is nu of the model."""
+    """Velocity pulse of component 1; oscillations and phase are gamma and nu of the publication."""
 
     peak_cm_s: float
     period_s: float
@@ -119,7 +119,7 @@ def _regression(pulse: str) -> tuple[Vector, Vector, Vector]:
 
 
 def mean_normals(scenario: Scenario) -> Vector:
-    """Return the regression values of the normal variables, shape (14,), with a pulse (19,)."""
+    """Return the means of the normal variables, shape (14,), or (19,) with a pulse."""
     return _regression(scenario.pulse)[0] @ np.array(scenario.predictors)
 
 
@@ -138,7 +138,7 @@ def draw_parameters(scenario: Scenario, rng: np.random.Generator) -> ModelParame
 
 
 def transform(normals: Vector) -> ModelParameters:
-    """Return the physical parameters of a vector of normal variables, with a pulse if it has 19."""
+    """Return the physical parameters of 14 normal variables, or of 19 with a pulse."""
     one, two = np.split(normals[-14:], 2)
     pulse = None
     if normals.size > 14:
@@ -187,7 +187,7 @@ class Modulation(NamedTuple):
         return self.amplitude_g * rise * fall
 
     def time_of_share(self, share: float) -> float:
-        """Return the time by which a share of the integral of q^2 is reached."""
+        """Return the time in s at which the integral of q^2 reaches a share of its total."""
         decay, rising = self.decay_per_s, self.peak_s / (2.0 * self.power + 1.0)
         energy = share * (rising + 0.5 / decay)
         if energy <= rising:
@@ -196,7 +196,7 @@ class Modulation(NamedTuple):
 
 
 def fit_modulation(arias_cm_s: float, d5_95_s: float, d0_5_s: float, d0_30_s: float) -> Modulation:
-    """Return the envelope with 5, 30 and 95 % times nearest to the given ones."""
+    """Return the envelope whose times of 5, 30 and 95 % Arias intensity best fit the given ones."""
     wanted_s = np.array([d0_5_s, d0_30_s, d0_5_s + d5_95_s])
 
     def misfit(logs: Vector) -> Vector:
@@ -223,10 +223,10 @@ def _times_of(shape: Modulation) -> Vector:
 
 
 def meets_its_times(background: Background) -> bool:
-    """Return whether the envelope of a component has exactly the times that it is fitted to.
+    """Return whether the fitted envelope of a component meets its three times within 1e-6 s.
 
-    For some drawn times no envelope is exact. The best fit is then at a kink of the misfit, where
-    the search ends at a point that depends on the processor.
+    For some drawn times no envelope is exact. The best fit is then at a kink of the misfit, and the
+    point where the search ends depends on the processor.
     """
     _, d5_95_s, d0_5_s, d0_30_s, *_ = background
     off_s = _times_of(fit_modulation(*background[:4])) - [d0_5_s, d0_30_s, d0_5_s + d5_95_s]
@@ -236,9 +236,9 @@ def meets_its_times(background: Background) -> bool:
 def filtered_noise(
     background: Background, modulation: Modulation, noise: Vector, dt_s: float
 ) -> Vector:
-    """Return the response of the time-varying filter to white noise, of unit variance.
+    """Return the unit-variance response of the time-varying filter to white noise, shape (npts,).
 
-    Each impulse rings at the filter frequency of its own instant. All impulses are advanced
+    Each impulse rings at the filter frequency of the time it acts. All impulses are advanced
     together by one lag at a time, until the slowest has died out.
     """
     npts = noise.size
@@ -261,7 +261,7 @@ def filtered_noise(
 
 
 def corner_frequency_hz(magnitude: float) -> float:
-    """Return the corner of the model's high-pass filter."""
+    """Return the corner frequency in Hz of the model's high-pass filter."""
     return 10.0 ** (1.4071 - 0.3452 * magnitude)  # source: DDK18
 
 
@@ -277,9 +277,9 @@ def high_pass(accel_g: Vector, dt_s: float, corner_hz: float) -> Vector:
 def simulate_background(
     parameters: ModelParameters, magnitude: float, rng: np.random.Generator, dt_s: float
 ) -> tuple[Vector, Vector, float]:
-    """Return two background components in g without pulse, and the time the motion starts.
+    """Return two background components in g without pulse, and the start time of the motion in s.
 
-    The zero pads the filter needs stay at both ends; the model's t = 0 is the returned time.
+    Both ends keep the zero pads that the filter needs; t = 0 of the model is at the start time.
     """
     parts, pulse = parameters
     duration_s = 2.5 * max(b.d0_5_s + b.d5_95_s for b in parts)

@@ -1,6 +1,6 @@
-"""Synthetic motions and suites: those of a user's scenario, and the default suite of the project.
+"""Synthetic motions and suites for a user's scenario, and the shipped suites.
 
-The default suite has 128 pairs, 20 s of shaking and 5 s of free vibration. The first 40 are stored
+The default suite has 128 pairs with 20 s of shaking and 5 s of zeros. The first 40 are stored
 as files; the index has the numbers of the others, which are generated where a study needs them.
 """
 
@@ -30,11 +30,11 @@ _GOLDEN_SHARE: Final = 0.5 * (np.sqrt(5.0) - 1.0)
 # middle of the default levels (0.07 to 2.25 g), which keeps scale factors near 1.
 SCENARIO: Final = ddk18.Scenario(magnitude=6.5, distance_km=8.0, vs30_mps=400.0)
 SEED: Final = 2023
-# ASSUME motions that shake much longer than the window are left out: nearly all of the others is
-# kept, at the price of a suite without the longest durations.
+# ASSUME motions that shake much longer than the window are left out: the others keep nearly all
+# of their Arias intensity, but the suite has no motions of the longest durations.
 MIN_ARIAS_KEPT: Final = 0.95
-STEPS_PER_G: Final = 1.0e7  # resolution of a generated motion
-# The values of a motion differ by 1e-14 g between processors, found with and without the vector
+STEPS_PER_G: Final = 1.0e7  # values of a generated motion are multiples of 1e-7 g
+# The values of a motion differ by 1e-14 g between processors, measured with and without the vector
 # instructions of numpy and OpenBLAS.
 CLEAR_OF_TIES_G: Final = 1.0e-12
 MAX_COUNT: Final = 1000
@@ -42,7 +42,7 @@ MAX_COUNT: Final = 1000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SuiteRule:
-    """Rule of a shipped suite: first motions stored in files, and begin of the names of motions."""
+    """Rule of a shipped suite: the first `stored` motions are files, names begin with `letters`."""
 
     scenario: ddk18.Scenario
     count: int
@@ -54,8 +54,8 @@ class SuiteRule:
 _FAR: Final = ddk18.Scenario(magnitude=7.5, distance_km=30.0, vs30_mps=400.0)
 _PULSE: Final = ddk18.Scenario(magnitude=7.0, distance_km=5.0, vs30_mps=400.0, pulse="all")
 #: The shipped suites. ``far`` has long shaking from the largest distance that the model covers.
-#: Every motion of ``pulse`` has a forward-directivity pulse; its direction is random like that of
-#: the other suites, so that these do not differ by direction.
+#: Every motion of ``pulse`` has a forward-directivity pulse in a random direction, so that the
+#: suites do not differ by direction.
 SUITES: Final = {
     "near": SuiteRule(scenario=SCENARIO, count=128, stored=40),
     "far": SuiteRule(scenario=_FAR, count=16, shaking_s=45.0, letters="far"),
@@ -73,13 +73,13 @@ def synthesize(
     turn_pulses: bool = False,
     dt_s: float = DT_S,
 ) -> GroundMotion:
-    """Return one synthetic motion, which depends on the seed and its index (from 0) only.
+    """Return one synthetic motion, determined by scenario, options, seed and index (from 0).
 
-    The random stream is that of ``SeedSequence([seed, index])``. The calibration ``bssa14`` brings
-    medians and dispersions to that model. The orientation ``random`` turns each pair about the
-    vertical, so that the stronger principal component is not always along the bridge; pairs with a
-    pulse, which is in component 1, are turned if ``turn_pulses``. ``principal`` keeps component 1
-    the stronger one.
+    The random stream is ``SeedSequence([seed, index])``. The calibration ``bssa14`` matches the
+    medians and dispersions of spectra to that model. The orientation ``random`` rotates each pair
+    about the vertical, so that the stronger principal component is not always along the bridge; a
+    pair with a pulse (in component 1) is rotated only if ``turn_pulses``. ``principal`` keeps the
+    stronger component as component 1.
     """
     parameters, rng = drawn_parameters(scenario, index=index, seed=seed)
     pulse = parameters.pulse
@@ -92,7 +92,7 @@ def synthesize(
         time_s = np.arange(one_g.size, dtype=np.float64) * dt_s - start_s
         one_g = one_g + ddk18.pulse_acceleration(pulse, time_s)
     if orientation == "random" and (pulse is None or turn_pulses):
-        # ASSUME any direction of the principal axes is as likely as another
+        # ASSUME all directions of the principal axes are equally likely
         angle_rad = np.pi * ((index + 1) * _GOLDEN_SHARE % 1.0)
         cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
         one_g, two_g = cosine * one_g - sine * two_g, sine * one_g + cosine * two_g
@@ -113,21 +113,21 @@ def synthesize(
 def drawn_parameters(
     scenario: ddk18.Scenario, *, index: int, seed: int
 ) -> tuple[ddk18.ModelParameters, np.random.Generator]:
-    """Return the parameters of one motion and the random stream after them."""
+    """Return the parameters of one motion, and the random generator after drawing them."""
     if seed < 0 or index < 0:
         raise InputError(f"seed and index must not be negative, got {seed} and {index}")
     rng = np.random.default_rng(np.random.SeedSequence([seed, index]))
-    rng.uniform()  # begins every stream, so that motions keep their values
+    rng.uniform()  # unused, but without this draw all motions would change
     return ddk18.draw_parameters(scenario, rng), rng
 
 
 def default_motions(
     count: int | None = None, suite: str = "near"
 ) -> Iterator[tuple[int, GroundMotion, bool]]:
-    """Yield the first motions of a shipped suite; the count changes none of them.
+    """Yield the first motions of a shipped suite; no motion depends on the count (None: all).
 
-    Each has its number in the stream of the seed, from 1, and whether it is stored in files; the
-    others are generated by `made_motion`.
+    Yields the number in the stream of the seed (from 1), the motion, and whether it is stored in
+    files; the others are generated by `made_motion`.
     """
     rule = SUITES[suite]
     motions = number = 0
@@ -146,12 +146,12 @@ def default_motions(
 
 
 def made_motion(number: int, suite: str = "near") -> GroundMotion:
-    """Return a motion of a shipped suite without files, with the digest the files would have.
+    """Return a generated motion of a shipped suite, with the digest that its files would have.
 
     The digest, and with it the keys of the analyses, is the same on every processor, although the
-    last digits of exp, sin and the Fourier transform are not: values are whole multiples of
-    1e-7 g, and the suite has only motions in which a difference of 1e-12 g can't change the
-    rounding of a value and the envelopes are exact, see `meets_its_times`.
+    last digits of exp, sin and the Fourier transform differ. Values are rounded to multiples of
+    1e-7 g, and the suite has only motions with exact envelopes (`meets_its_times`) in which a
+    difference of 1e-12 g can't change the rounding of a value.
     """
     motion = _rounded(_synthesized(number, SUITES[suite])[1])
     text = "".join(at2_text(motion, component) for component in (1, 2))
@@ -161,13 +161,13 @@ def made_motion(number: int, suite: str = "near") -> GroundMotion:
 def write_default_suite(folder: Path, t1_s: float, suite: str = "near") -> int:
     """Write `index.csv` and `synthetic/*.AT2` of a shipped suite; return the number of motions.
 
-    The scale factors are those for the conditioning period of osb1, which the index stores.
+    The scale factors are for the conditioning period `t1_s` in s, which the index stores.
     """
     rows: list[dict[str, object]] = []
     levels_g: list[float] = []
     for number, cut, is_stored in default_motions(suite=suite):
         files = write_at2(cut, folder / "synthetic") if is_stored else ()
-        # a factor is that of the motion as written, with 8 digits
+        # the factor is for the motion as written, with 8 digits
         motion = read_motion(*files) if files else made_motion(number, suite)
         rows.append(_row(cut if files else motion, files, folder))
         if not files:
@@ -191,11 +191,11 @@ def write_synthetic_suite(
     free_vibration_s: float = 0.0,
     **synthesis: Any,
 ) -> Path:
-    """Write pairs as PEER files with an `index.csv`, which is replaced; return its path.
+    """Write pairs as PEER files, replace the `index.csv` of the folder, and return its path.
 
-    Pair i of a seed is the same whatever the count. Of each only the strongest `shaking_s` are
-    kept; None cuts only the quiet ends. Zeros of `free_vibration_s` are added at the end. The seed
-    and options of `synthesize` follow. `InputError` for a count or length outside its limits.
+    Pair i of a seed does not depend on the count. The strongest `shaking_s` of each motion is kept;
+    None cuts only the quiet ends. Zeros of `free_vibration_s` are added at the end. `synthesis` is
+    the seed and options of `synthesize`. `InputError` for a count or length outside its limits.
     """
     if not 1 <= count <= MAX_COUNT:
         raise InputError(f"count must be between 1 and {MAX_COUNT}, got {count}")
@@ -213,7 +213,7 @@ def write_synthetic_suite(
 
 
 def _synthesized(number: int, rule: SuiteRule) -> tuple[GroundMotion, GroundMotion]:
-    """Return a motion of the stream, whole and cut."""
+    """Return a motion of the stream, whole and cut to its strongest part."""
     whole = synthesize(rule.scenario, index=number - 1, seed=SEED, turn_pulses=True)
     whole = replace(whole, motion_id=f"{rule.letters}{number:03d}")
     return whole, intensity.cut_to_strongest(whole, rule.shaking_s, free_vibration_s=5.0)
