@@ -85,7 +85,7 @@ def test_a_row_lists_its_suspect_properties(pair, tmp_path):
     changes = ["--set", "max_iterations=2", "--set", "tolerance_j=1.0e-14"]
     _, poor = run(pair, tmp_path / "poor", *changes, "--set", "reuse_tangent=false", "--no-figures")
     assert poor["loosened_ratio"] > 0.5
-    assert "loosened test, share of the steps" in poor["suspect"]
+    assert "share of steps with looser test" in poor["suspect"]
 
 
 def test_the_printed_answer_has_the_main_demands_in_the_units_asked_for(pair, tmp_path):

@@ -202,7 +202,7 @@ def test_given_values_override_the_file_with_a_note_and_those_if_missing_do_not(
     known = Given(dt_s_if_missing=0.005, unit_if_missing="gal")
     trace = read_trace(_peer(tmp_path), known)
     np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-6)
-    assert (trace.dt_s, trace.unit, trace.notes) == (0.01, "g", ("unit g as the header says",))
+    assert (trace.dt_s, trace.unit, trace.notes) == (0.01, "g", ("unit g as in the header",))
     bare = read_trace(_file(tmp_path, "a.acc", _rows(980.665 * RECORD_G, 5, "{:.8e} ")), known)
     np.testing.assert_allclose(bare.accel_mps2, SI, rtol=1e-7)
     assert (bare.dt_s, bare.unit) == (0.005, "cm/s2")
@@ -525,7 +525,7 @@ def test_cut_keeps_the_strongest_window_with_a_message_and_another_digest(motion
     assert part < 0.9 * whole
     done = intensity.strongest_part(motion, 10.0)
     assert done.sha256 != motion.sha256
-    assert "of the Arias intensity left" in done.messages[-1]
+    assert "of the Arias intensity kept" in done.messages[-1]
     assert done.duration_s == pytest.approx(10.0, abs=0.011)
 
 

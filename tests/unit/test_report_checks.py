@@ -176,19 +176,19 @@ NAN = float("nan")
     ("change", "text"),
     [
         ({}, ""),
-        ({"loosened_ratio": 0.042}, "loosened test, share of the steps 4.20%"),
-        ({"recovery_rung": 6}, "recovery rung 6"),
+        ({"loosened_ratio": 0.042}, "share of steps with looser test 4.20%"),
+        ({"recovery_rung": 6}, "recovery step 6"),
         ({"energy_residual_ratio": -0.084}, "energy residual 8.4%"),
         ({"energy_residual_ratio": 0.084}, "energy residual 8.4%"),
-        ({"contact_energy_ratio": -0.03}, "energy made at contacts 3.0%"),
+        ({"contact_energy_ratio": -0.03}, "energy generated at contacts 3.0%"),
         ({"contact_energy_ratio": 0.2}, ""),  # contacts may take energy
-        ({"cone_excess_wall_ratio": 0.06}, "excess over the cone on backwalls 6.0%"),
-        ({"cone_excess_key_ratio": 0.06}, "excess over the cone on keys 6.0%"),
-        ({"contact_force_ratio": 1.25}, "contact force over weight 1.25"),
-        ({"houbolt_failures": 3}, "failed attempts under Houbolt 3"),
+        ({"cone_excess_wall_ratio": 0.06}, "work above friction limit, backwalls 6.0%"),
+        ({"cone_excess_key_ratio": 0.06}, "work above friction limit, keys 6.0%"),
+        ({"contact_force_ratio": 1.25}, "contact force / weight 1.25"),
+        ({"houbolt_failures": 3}, "failed attempts with Houbolt 3"),
         (
             {"recovery_rung": 5, "energy_residual_ratio": NAN, "contact_force_ratio": 0.7},
-            "recovery rung 5; contact force over weight 0.70",
+            "recovery step 5; contact force / weight 0.70",
         ),
     ],
 )
@@ -206,7 +206,7 @@ def test_reasons_and_rungs_are_counted_with_their_worst_row() -> None:
     ]
     table = pd.DataFrame([HEALTHY | change for change in changes])
     assert count_reasons(table, LIMITS) == [
-        {"reason": "recovery rung", "rows": 2, "worst": "6", "at": 2},
+        {"reason": "recovery step", "rows": 2, "worst": "6", "at": 2},
         {"reason": "energy residual", "rows": 2, "worst": "12.0%", "at": 3},
     ]
     assert count_reasons(table.drop(columns=["energy_residual_ratio"]), LIMITS)[1:] == []
@@ -238,7 +238,7 @@ def test_the_checks_list_the_suspect_rows_and_the_rungs(tmp_path: Path) -> None:
     assert checks["suspect_rows"] == 1
     (worst,) = checks["suspect"]
     found = [worst[name] for name in ("reason", "rows", "worst", "motion_id")]
-    assert found == ["recovery rung", 1, "2", "b"]
+    assert found == ["recovery step", 1, "2", "b"]
     assert [rung["steps"] for rung in checks["rungs"][:3]] == [20, 0, 2]
 
 
@@ -256,7 +256,7 @@ def test_the_state_of_a_study_counts_them_by_the_limits_of_its_configuration(tmp
 def test_excluded_rows_are_unknown_in_the_fits_and_have_no_ratio() -> None:
     demands = synthetic_demands(skews=(0,), gaps=(51,)).assign(suspect="", beyond_model="")
     strong = demands["motion_id"] == "m15"
-    demands.loc[strong, "suspect"] = "recovery rung 6"
+    demands.loc[strong, "suspect"] = "recovery step 6"
     states = states_of("unseating")
     columns = [*{state.demand for state in states}, "deck_disp_m"]
     unknown, most = [], []

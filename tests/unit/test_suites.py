@@ -265,7 +265,7 @@ def test_generated_motion_equals_its_files_and_has_the_digest_of_the_index(tmp_p
     assert (made.motion_id, made.dt_s) == (read.motion_id, read.dt_s)
     for one, other in zip(made.components, read.components, strict=True):
         assert one.tobytes() == other.tobytes()
-    with pytest.raises(InputError, match="other libraries"):
+    with pytest.raises(InputError, match="different libraries"):
         read_entry(MADE[0].model_copy(update={"sha256": "0" * 64}))
 
 
@@ -386,7 +386,7 @@ def test_check_generates_the_motion_and_preserves_its_index_row(folder: Path) ->
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        (",48\n", ",51\n", "other libraries"),
+        (",48\n", ",51\n", "different libraries"),
         (",48\n", ",0\n", "made_from_number"),
         ("syn048,,", "syn048,a.AT2,", "made_from_number"),  # number and files together
     ],

@@ -1,1 +1,1 @@
-"""The demands table: columns, validity of its rows, and files."""
+"""The demands table: columns, validity of rows, and files."""

@@ -15,33 +15,33 @@ SUITE: Final = "suite"
 KEY: Final = ("variant", "motion_id", "scale", "incidence_deg")
 
 type Kind = Literal["text", "integer", "number", "boolean"]
-#: What a study does with a demand. ``effect``: paired effects. ``headline``: also needed motions,
-#: effects along the intensity, the ranking of measures and a place in the family of verdicts, so
-#: that another headline demand may change adjusted verdicts. ``sensitivity``: comparison of the
-#: numerics. Curves and clouds belong to limit states (``config/limit_states.yaml``).
+#: Use of a demand in a study. ``effect``: paired effects. ``headline``: also needed motions,
+#: effects by intensity and ranking of intensity measures; its effects are in the family of adjusted
+#: verdicts, so another headline demand may change them. ``sensitivity``: comparison of numerical
+#: settings. Curves and clouds depend on the limit states (``config/limit_states.yaml``).
 type Role = Literal["effect", "headline", "sensitivity"]
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """Absolute judgement of the change of a demand whose values are often near zero."""
+    """Unit and margin to judge the change of a demand whose values are often near zero."""
 
     unit: str
-    per_unit: float  # of these units in one unit of the column
-    margin: float  # negligible difference, in this unit
+    per_unit: float  # number of these units in one unit of the column
+    margin: float  # largest negligible difference, in this unit
 
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One column of the table."""
+    """One column of the demands table."""
 
-    name: str  # with the unit unless it is SI and obvious
+    name: str  # ends with the unit if there is one
     kind: Kind = "number"
-    unit: str = "-"  # also of ratios and texts
-    label: str = ""  # in figures, without unit
-    description: str = ""  # what the number is, with its sign
+    unit: str = "-"  # "-" for ratios and texts
+    label: str = ""  # label in figures, without unit
+    description: str = ""  # meaning and sign of the number
     roles: tuple[Role, ...] = ()
-    difference: Difference | None = None  # None: the ratio judges its change
+    difference: Difference | None = None  # None: the change is judged by the ratio
 
     @property
     def label_with_unit(self) -> str:
@@ -50,7 +50,7 @@ class Column:
         return text if self.unit == "-" else f"{text} ({self.unit})"
 
 
-# ASSUME 5 mm at an abutment, a fifth of a narrow joint, is below what a designer would act on;
+# ASSUME 5 mm at an abutment, a fifth of a narrow joint, is too small for a designer to act on;
 # a rotation of 0.1 mrad moves the end of a deck of 90 m by as much
 _DIFFERENCES: Final = {
     each.unit: each for each in (Difference("mrad", 1e3, 0.1), Difference("mm", 1e3, 5.0))
@@ -58,7 +58,7 @@ _DIFFERENCES: Final = {
 
 
 def _listed() -> dict[str, tuple[Column, ...]]:
-    """Return the columns of ``columns.csv`` by their group, each in the order of the table."""
+    """Return the columns of ``columns.csv`` by group, in the order of the table."""
     groups: dict[str, list[Column]] = {}
     with Path(__file__).with_name("columns.csv").open(encoding="utf-8", newline="") as lines:
         for row in csv.DictReader(lines):
@@ -76,13 +76,13 @@ DEMAND_COLUMNS: Final = _COLUMNS["demand"]
 
 
 def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
-    """Return the columns of a study whose rows have these, with axes and random properties."""
+    """Return all columns of a study; axes and random properties are found in ``present``."""
     names = list(present)
     axes = dict.fromkeys((*AXES, *axes_of(names)))
     draws: list[Column] = []
     for name in names:
         if name.startswith(DRAW_PREFIX):
-            text = f"random property of the motion: {name.removeprefix(DRAW_PREFIX)}"
+            text = f"random property, drawn once per motion: {name.removeprefix(DRAW_PREFIX)}"
             draws.append(Column(name, unit=split_unit(name)[1], description=text))
     return (
         *_COLUMNS["variant"],
@@ -121,23 +121,23 @@ def key_values(
 
 
 def demands_for(role: Role, present: Iterable[str] | None = None) -> tuple[str, ...]:
-    """Return the demand columns with a role, in the order of the table, of those present."""
+    """Return the demand columns with a role in table order, only those ``present`` if given."""
     names = (column.name for column in DEMAND_COLUMNS if role in column.roles)
     known = None if present is None else set(present)
     return tuple(name for name in names if known is None or name in known)
 
 
 def column_of(name: str) -> Column | None:
-    """Return the column or axis of the grid with a name, None for a foreign column."""
+    """Return the column or grid axis with a name, None for an unknown column."""
     axes = axes_of([name])
     return _BY_NAME.get(name) or (_axis_column(axes[0]) if axes else None)
 
 
 def label_of(name: str) -> str:
-    """Return the label of a column with its unit; for a foreign column, its name in words."""
+    """Return the label of a column with its unit; for an unknown column, its name in words."""
     return (column_of(name) or Column(name)).label_with_unit
 
 
 def unit_of(name: str) -> str:
-    """Return the unit of a column; empty for a ratio and for a foreign column."""
+    """Return the unit of a column; empty for a ratio and for an unknown column."""
     return (column_of(name) or Column(name)).unit.strip("-")

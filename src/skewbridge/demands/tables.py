@@ -32,7 +32,7 @@ def demands_schema(columns: Iterable[Column] = COLUMNS) -> pa.Schema:
 
 
 def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -> pa.Table:
-    """Return rows of the demands as a sorted Arrow table with provenance in its metadata.
+    """Return rows of demands as an Arrow table sorted by `KEY`, with provenance as metadata.
 
     `ValueError` for a row that lacks a column, has an unknown column or status, or repeats a key.
     """
@@ -55,17 +55,17 @@ def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -
 
 
 def write_variant(rows: Sequence[Mapping[str, Any]], path: Path, limits: SuspectLimits) -> None:
-    """Write the demands of one variant, rows above the limits as suspect; errors as `to_table`."""
+    """Write the demands of one variant, with reasons of suspect rows; errors as in `to_table`."""
     judged = [{**row, SUSPECT: reasons(row, limits)} for row in rows]
     digest = digest_of(*sorted(row["run_key"] for row in rows))
     write_table(to_table(judged, provenance(analyses_digest=digest)), path)
 
 
 def join_variants(paths: Sequence[Path], output: Path) -> None:
-    """Join the demands of the variants of a study into one table; one of them is held at a time.
+    """Join the demands of all variants of a study into one file, one variant in memory at a time.
 
-    ``paths`` are tables of `write_variant` in the order of the names of the variants; those of the
-    rounds of one variant follow each other. `ValueError` if they have different columns.
+    ``paths`` are files of `write_variant`, sorted by the name of the variant; the rounds of one
+    variant follow each other. `ValueError` if they have different columns.
     """
     keys: list[Any] = []
     for path in paths:

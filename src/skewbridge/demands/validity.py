@@ -1,11 +1,11 @@
-"""Validity of rows: column failures, peaks of the whole motion, limits of suspect analyses.
+"""Validity of demands rows: column failures, incomplete runs, limits of suspect analyses.
 
-After the failure of a column the model of the bridge no longer holds, so the demands of such a run
-are peaks up to the failure. They are lower bounds of the peaks over the whole motion, as are those
-of a run that collapsed or stopped early.
+The model of the bridge is not valid after a column fails, so the demands of such a run are peaks up
+to the failure. They are lower bounds of the peaks over the whole motion, as are the demands of a
+run that collapsed or stopped early.
 
-A suspect row is not wrong, but someone should look at it. The limits change no analysis, so they
-are applied where rows are collected and are not part of the key of an analysis.
+A suspect row need not be wrong, but should be inspected. The limits do not change an analysis, so
+they are applied when rows are collected and are not part of the key of an analysis.
 """
 
 from collections.abc import Callable, Mapping
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 #: Column of the demands table with the failure mode of a column; empty where none failed.
 BEYOND_MODEL: Final = "beyond_model"
-#: Demand over capacity of a column by failure mode; a column fails at 1.
+#: Name of the demand/capacity ratio by failure mode of a bridge column; it fails at 1.
 FAILURE_DEMANDS: Final = {"shear": "column_shear_dcr", "flexure": "drift_over_capacity"}
-#: Column of the demands table that is true where all demands are peaks of the whole motion.
+#: Column of the demands table that is true if all demands are peaks over the whole motion.
 COMPLETE: Final = "complete"
-#: Column of the demands table with the demand over capacity of a column, whatever the mode.
+#: Column of the demands table with the larger demand/capacity ratio of both failure modes.
 COLUMN_FAILURE_RATIO: Final = "column_failure_ratio"
 #: Column of the demands table with the reasons to doubt a row.
 SUSPECT: Final = "suspect"
@@ -48,15 +48,15 @@ def is_beyond_model(table: "pd.DataFrame") -> NDArray[np.bool_]:
 
 
 def completed(status: ArrayLike, failure_kind: ArrayLike) -> NDArray[np.bool_]:
-    """Return whether demands are peaks of the whole motion: by status, no column failure."""
+    """Return for each row whether its status is ok and no column failed, shape (n,)."""
     return np.asarray((np.asarray(status) == OK) & (np.asarray(failure_kind) == ""), dtype=np.bool_)
 
 
 def is_complete(table: "pd.DataFrame") -> NDArray[np.bool_]:
     """Return for each row whether its demands are peaks over the whole motion, shape (n,).
 
-    This follows from the status and the failure of columns. A row is also incomplete if its table
-    has the column `COMPLETE` and it is false there.
+    A row is incomplete if its status is not ok, a column failed, or `COMPLETE` is false; a table
+    without the column `COMPLETE` is judged by the first two.
     """
     derived = completed(table["status"].to_numpy(), failure_kinds(table))
     if COMPLETE not in table.columns:
@@ -65,15 +65,15 @@ def is_complete(table: "pd.DataFrame") -> NDArray[np.bool_]:
 
 
 def column_failure_ratio(table: "pd.DataFrame | Mapping[str, Any]") -> NDArray[np.float64]:
-    """Return the larger known demand over capacity of a column in shear or flexure, shape (n,)."""
+    """Return the larger known demand/capacity ratio of columns (shear, flexure), shape (n,)."""
     names = FAILURE_DEMANDS.values()
     return np.fmax(*(np.asarray(table.get(name, np.nan), float) for name in names))
 
 
 def with_derived_columns(table: "pd.DataFrame") -> "pd.DataFrame":
-    """Return a table with `COMPLETE` and `COLUMN_FAILURE_RATIO`, which older and foreign ones lack.
+    """Return a table with `COMPLETE` and `COLUMN_FAILURE_RATIO` added if they are missing.
 
-    The latter is added where a demand over capacity of columns is known.
+    The latter is added if the table has a column of `FAILURE_DEMANDS`.
     """
     derived: dict[str, Any] = {}
     if COMPLETE not in table.columns:
@@ -86,34 +86,34 @@ def with_derived_columns(table: "pd.DataFrame") -> "pd.DataFrame":
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class SuspectLimits:
-    """Largest values that are not suspect: section ``suspect`` of the configuration.
+    """Limits above which a row is suspect: section ``suspect`` of the configuration.
 
     For comparison, eleven variants under 8 s of the suite's motions at 0.8 and 1.2 g need no
-    recovery step and make no energy at contacts. Their excess over the cone is at most 0.9 %, and
-    the force of one contact at most a tenth of the weight.
+    recovery step and generate no energy at contacts. At most 0.9 % of their friction work is above
+    the friction limit, and the force of one contact is at most a tenth of the weight.
     """
 
     max_loosened_ratio: Number = Field(default=0.01, ge=0.0, le=1.0)
-    """share of steps that met only the looser test"""
+    """share of steps that met only a looser convergence test"""
     max_rung: Whole = Field(default=4, ge=0)
-    """highest recovery step"""
+    """highest recovery step used"""
     max_energy_residual: Number = Field(default=0.01, gt=0.0)
-    """energy not accounted for, over the input"""
+    """energy not accounted for / input energy"""
     max_contact_energy: Number = Field(default=0.01, gt=0.0)
-    """energy made at the contacts, over the input"""
+    """spurious energy generated at contacts / input energy"""
     max_cone_excess: Number = Field(default=0.03, gt=0.0)
-    """share of the friction work above the limit"""
+    """share of the friction work done above the friction limit"""
     max_contact_weights: Number = Field(default=0.5, gt=0.0)
-    """normal force of one contact over the weight of the bridge"""
+    """normal force of one contact / weight of the bridge"""
     max_houbolt_failures: Whole = Field(default=2, ge=0)
-    """failed attempts under Houbolt"""
+    """attempts with the Houbolt integrator that did not converge"""
 
 
 LIMITS: Final = SuspectLimits()
 
 
 class _Check(NamedTuple):
-    """One limit of `SuspectLimits`, its column of the demands table, and the function compared."""
+    """One limit of `SuspectLimits`, its column, and the function of the column to be compared."""
 
     reason: str
     column: str
@@ -123,19 +123,19 @@ class _Check(NamedTuple):
 
 
 _CHECKS: Final = (
-    _Check("loosened test, share of the steps", "loosened_ratio", "max_loosened_ratio", ".2%"),
-    _Check("recovery rung", "recovery_rung", "max_rung", ".0f"),
+    _Check("share of steps with looser test", "loosened_ratio", "max_loosened_ratio", ".2%"),
+    _Check("recovery step", "recovery_rung", "max_rung", ".0f"),
     _Check("energy residual", "energy_residual_ratio", "max_energy_residual", size=abs),
-    _Check("energy made at contacts", "contact_energy_ratio", "max_contact_energy", size=neg),
-    _Check("excess over the cone on backwalls", "cone_excess_wall_ratio", "max_cone_excess"),
-    _Check("excess over the cone on keys", "cone_excess_key_ratio", "max_cone_excess"),
-    _Check("contact force over weight", "contact_force_ratio", "max_contact_weights", ".2f"),
-    _Check("failed attempts under Houbolt", "houbolt_failures", "max_houbolt_failures", ".0f"),
+    _Check("energy generated at contacts", "contact_energy_ratio", "max_contact_energy", size=neg),
+    _Check("work above friction limit, backwalls", "cone_excess_wall_ratio", "max_cone_excess"),
+    _Check("work above friction limit, keys", "cone_excess_key_ratio", "max_cone_excess"),
+    _Check("contact force / weight", "contact_force_ratio", "max_contact_weights", ".2f"),
+    _Check("failed attempts with Houbolt", "houbolt_failures", "max_houbolt_failures", ".0f"),
 )
 
 
 def reasons(row: Mapping[str, Any], limits: SuspectLimits) -> str:
-    """Return why a row is suspect, joined by "; "; empty if it is not. Values may be missing."""
+    """Return the reasons to suspect a row, joined by "; "; values of the row may be missing."""
     return "; ".join(
         f"{check.reason} {check.size(value):{check.form}}"
         for check in _CHECKS
@@ -145,7 +145,7 @@ def reasons(row: Mapping[str, Any], limits: SuspectLimits) -> str:
 
 
 def count_reasons(table: "pd.DataFrame", limits: SuspectLimits) -> list[dict[str, Any]]:
-    """Return each reason that applies: ``reason``, ``rows`` (number), ``worst``, ``at``."""
+    """Return each ``reason`` with its number of ``rows``, ``worst`` value, and its row ``at``."""
     counts: list[dict[str, Any]] = []
     for check in (check for check in _CHECKS if check.column in table):
         sizes = check.size(table[check.column].to_numpy(dtype=np.float64))

@@ -168,7 +168,7 @@ def read_json(path: Path) -> Any:
     """Return the content of a JSON file.
 
     Raises:
-        InputError: Unreadable, too large, invalid JSON, nested too deeply, a repeated key.
+        InputError: Unreadable, too large, invalid JSON, too deep, a repeated key, a long number.
     """
 
     def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
