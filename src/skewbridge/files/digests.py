@@ -33,7 +33,7 @@ _PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "skewbr
 
 
 def layer_digest(parts: Sequence[str], package: Path = PACKAGE) -> str:
-    """Return the digest (16 hex digits) of sources and data files in paths of the package."""
+    """Return the digest (16 hex digits) of the source and data files under paths of the package."""
     return layer_digests({"": parts}, package)[""]
 
 

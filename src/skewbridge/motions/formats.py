@@ -246,7 +246,7 @@ def _read_peer(lines: list[str], path: Path, _given: Given) -> Trace:
             raise fault_in(path, f"NPTS = {npts}, but {values.size} values")
         warnings = (f"NPTS = {npts}, {values.size} values: cut to NPTS",)
     elif values.size < npts:
-        # If only the last value has no exponent, it is truncated: `-.31` of `-.3141593E-02`.
+        # If only the last value lacks an exponent, it is truncated: `-.31` of `-.3141593E-02`.
         last = " ".join(data[-3:]).upper().split()
         if len(last) > 1 and "E" in last[0] and "E" not in last[-1]:
             raise fault_in(path, "the file ends inside a number")

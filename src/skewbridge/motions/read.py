@@ -32,7 +32,7 @@ _FOREIGN: Final = (
     (b"<", "a web page (a log-in page saved as a record?)"),
 )
 
-# The waveforms of WAHO, a record of the paper, can't be redistributed. A file named as it must
+# The waveforms of WAHO, a record of the paper, can't be redistributed. A file with its name must
 # have the published peak; without such a file a surrogate of the same earthquake is used.
 # source: PEER NGA-West2 flatfile, RSN 811 (Loma Prieta 1989, WAHO), RotD50 PGA
 WAHO_PGA_ROTD50_G: Final = 0.53730
@@ -222,8 +222,8 @@ def refuse_false_waho(motion: GroundMotion) -> None:
     if abs(pga_g / WAHO_PGA_ROTD50_G - 1.0) > WAHO_TOLERANCE:
         raise FalseClaimError(
             f"motion {motion.motion_id} claims to be the WAHO record, but its RotD50 PGA is "
-            f"{pga_g:.4f} g; the published one is {WAHO_PGA_ROTD50_G:.4f} g, "
-            f"{WAHO_TOLERANCE:.0%} allowed. Rename it, or use the surrogate.",
+            f"{pga_g:.4f} g; the published one is {WAHO_PGA_ROTD50_G:.4f} g "
+            f"(tolerance {WAHO_TOLERANCE:.0%}). Rename it, or use the surrogate.",
             motion_id=motion.motion_id,
         )
 
