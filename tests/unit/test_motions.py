@@ -187,7 +187,7 @@ def test_surplus_values_are_cut_and_other_counts_or_missing_headers_refused(tmp_
     cut = _peer(tmp_path, 60, _rows(RECORD_G[:-1], 5, "{:15.7E}") + "  -.3141")
     with pytest.raises(InputError, match="inside a number"):
         read_trace(cut)
-    with pytest.raises(InputError, match=r"name it \.acc and give"):
+    with pytest.raises(InputError, match=r"rename bare values to \.acc and give"):
         read_trace(_file(tmp_path, "a.AT2", FIVE))
 
 
