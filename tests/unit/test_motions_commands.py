@@ -2,6 +2,8 @@
 
 import inspect
 import json
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -134,6 +136,11 @@ def test_plot_draws_a_motion_or_the_spectra_of_a_folder(tmp_path):
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert _run("plot", tmp_path, "--out", tmp_path / "suite.svg")[0] == 0
     assert (tmp_path / "suite.svg").read_text().count("<path") > 10
+    # generated motions without the index that states their magnitude
+    generated = Path(__file__).parents[2] / "motions" / "synthetic"
+    for name in ("syn001_h1.AT2", "syn001_h2.AT2"):
+        shutil.copy(generated / name, tmp_path / "figures")
+    assert _run("plot", tmp_path / "figures", "--out", tmp_path / "suite.svg")[0] == 0
 
 
 def test_pictures_have_labels_with_units():

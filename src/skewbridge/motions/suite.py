@@ -273,7 +273,9 @@ def folder_spectra(folder: Path) -> dict[str, Any]:
     psa = [pair_psa(*each.components, each.dt_s, periods_s).rotd50_mps2 for each in motions]
     model = None
     scenarios = {(m.event, m.magnitude, m.distance_km, m.vs30_mps) for m in motions}
-    if len(scenarios) == 1 and motions[0].event.startswith("DDK18"):
+    # the files alone, without an index, do not state the magnitude
+    is_known = len(scenarios) == 1 and math.isfinite(motions[0].magnitude)
+    if is_known and motions[0].event.startswith("DDK18"):
         event, *numbers = scenarios.pop()
         site = dict(zip(("magnitude", "distance_km", "vs30_mps"), numbers, strict=True))
         mechanism = "reverse" if "reverse" in event else "strike_slip"
