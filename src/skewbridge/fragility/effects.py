@@ -308,10 +308,10 @@ def median_effects(
     """Return the paired ratios of median capacities along every axis of a study, pooled ones first.
 
     Two variants of one bridge and abutment model that differ in one axis only form a cell; the
-    smallest value of the axis is the reference. A cell is used if some, but not all, runs of both
-    variants exceed the state. A pooled row is the average of ln ratio over the cells. The ratio
-    applies between ``im_low`` and ``im_high``, the smallest and largest median of the cells. Given
-    the table of ``curves``, there is no ratio if none of its variants has a curve.
+    smallest value of the axis is the reference. A cell needs five common motions and, in both
+    variants, some runs (not all) that exceed the state. A pooled row is the average of ln ratio
+    over the cells. The ratio applies from ``im_low`` to ``im_high``, the smallest and largest
+    median of the cells. Given ``curves``, there is no ratio if none of its variants has a curve.
     """
     items = (
         (
