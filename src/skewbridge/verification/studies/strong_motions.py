@@ -1,8 +1,8 @@
 """Analyses under strong motions: stress cases, convergence of the numerics, accuracy of effects.
 
 `run_hard_set` runs every abutment model, skew and kind of bridge under the strongest motions of the
-suite, scaled to 1.2 g. Each analysis must end `ok` or in a physical `collapse`, with its criterion
-named and its energy accounted for. `compare_with_finer` compares the demands at the default steps
+suite, scaled to a PGA of 1.2 g. Each analysis must end `ok` or in a physical `collapse`, with its
+criterion named and energy accounted for. `compare_with_finer` compares demands at the default steps
 and mesh with those at finer ones. `run_accuracy` compares the effects of friction, gap and skew at
 the default accuracy with those at the reference, as ratios of peaks under the same motion.
 
