@@ -93,7 +93,7 @@ def test_shipped_configurations_have_their_variants_defaults_and_results_of_thei
         (drawn("key_strength_factor", "lognormal", 0, 1.1), "must be positive"),
         (drawn("damping_factor", "normal", -1, 2), r"factor\.low must be at least 0\.01, got -1"),
         ({"design": {"first": 64}}, "first must be below most"),
-        ({"design": {"until": "decided"}, "motions": {"design": "ida"}}, "an IDA has no rounds"),
+        ({"design": {"until": "decided"}, "motions": {"design": "ida"}}, "an IDA cannot run"),
     ],
 )
 def test_a_bad_value_is_named_with_its_limit(raw: dict[str, object], words: str) -> None:
