@@ -64,7 +64,7 @@ def test_a_stored_study_of_another_version_is_refused(tmp_path, monkeypatch):
 def test_existing_files_are_not_overwritten(tmp_path):
     (tmp_path / "config").mkdir()
     (tmp_path / "config/config.yaml").write_text("mine")
-    with pytest.raises(InputError, match="has config already"):
+    with pytest.raises(InputError, match="already has config"):
         write_starter(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["config"]
     assert (tmp_path / "config/config.yaml").read_text() == "mine"
