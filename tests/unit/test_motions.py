@@ -194,7 +194,7 @@ def test_surplus_values_are_cut_and_other_counts_or_missing_headers_refused(tmp_
 def test_given_values_override_the_file_with_a_note_and_those_if_missing_do_not(tmp_path):
     trace = read_trace(_peer(tmp_path), Given(unit="m/s2"))
     np.testing.assert_allclose(trace.accel_mps2, RECORD_G, rtol=1e-6)
-    assert any("header says g" in text for text in trace.notes)
+    assert any("header has g" in text for text in trace.notes)
     rows = "\n".join(f"{i * 0.003:.3f} {v:.8e}" for i, v in enumerate(RECORD_G))
     trace = read_trace(_file(tmp_path, "a.txt", rows), Given(dt_s=0.0025))
     assert trace.dt_s == 0.0025
@@ -244,7 +244,7 @@ def test_a_file_of_several_channels_needs_a_channel(tmp_path):
             read_trace(path)
         second = read_trace(path, Given(channel=2)).accel_mps2
         np.testing.assert_allclose(second, -2 * SI, atol=6e-6)
-        with pytest.raises(InputError, match="channel 3 of 2"):
+        with pytest.raises(InputError, match="no channel 3, the file has 2"):
             read_trace(path, Given(channel=3))
 
 
