@@ -65,6 +65,7 @@ def test_shipped_configurations_have_their_variants_defaults_and_results_of_thei
         ({"analysis": {"free_vibration_s": -1.0}}, r"analysis\.free_vibration_s: "),
         ({"analysis": {"collapse_drift_ratio": 0.0}}, r"analysis\.collapse_drift_ratio: "),
         ({"analysis": {"max_iterations": 1}}, r"analysis\.max_iterations: "),
+        ({"motions": {"shaking_s": 2.0}}, r"motions\.shaking_s: "),
         ({"analysis": {"scheme": "best"}}, r"analysis\.scheme: .*'default' or 'paper'"),
         ({"motions": {"level_range_g": [1.0, 0.1]}}, "level_range_g must rise"),
         ({"model": {"backfill": "clay"}}, r"model\.backfill: must be .* or 'sdc', got 'clay'"),

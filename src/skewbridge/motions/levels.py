@@ -65,7 +65,8 @@ class MotionsConfig:
     """demand of the ida search"""
     ida_threshold: Number = Field(default=0.025, gt=0.0, le=1.0e9)
     """limit of ida_demand in the search, in the unit of the column"""
-    shaking_s: Number | None = Field(default=None, ge=0.1, le=1.0e4)
+    # windows of 2 s or less are refused by `intensity.cut_to_strongest`: the tapers would fill them
+    shaking_s: Number | None = Field(default=None, gt=2.0, le=1.0e4)
     """length of the strongest part of each motion to keep; null: the whole motion"""
     incidence_deg: tuple[Annotated[Number, Field(ge=0.0, lt=360.0)], ...] = Field(
         default=(0.0,), min_length=1, max_length=360
