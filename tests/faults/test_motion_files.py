@@ -146,10 +146,12 @@ def test_a_bad_index_is_refused_by_line_and_name(tmp_path, monkeypatch):
     refuse("line 3", "q1,", f"{'x' * 9000},")
     refuse("twice", "q1,", "q0,")
     refuse("column", "file_2", "fil_2")
-    refuse("leads out", "q1_h1.AT2", "link.AT2")
+    refuse("is outside the folder of the index", "q1_h1.AT2", "link.AT2")
     # an absolute path would not serve where the folder is copied to
     monkeypatch.chdir(tmp_path)
-    refuse(r"line 3.*leads out", "q1_h1", f"{folder}/q1_h1", Path(folder.name))
+    refuse(
+        r"line 3.*is outside the folder of the index", "q1_h1", f"{folder}/q1_h1", Path(folder.name)
+    )
     for column, value in BAD_VALUES:
         index_of(folder, pairs, **{column: [value] * 2})
         refuse(column)

@@ -309,7 +309,9 @@ def test_a_line_that_finds_no_room_leaves_the_journal_as_it_was(journal):
     # a size that files cannot exceed cuts a write like a disk that becomes full
     resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) + 20, hard))
     try:
-        with pytest.raises(InputError, match=r"cannot write the journal .*: File too large; the"):
+        with pytest.raises(
+            InputError, match=r"cannot write the journal .*: File too large; its finished"
+        ):
             written(journal, ROWS[1:])
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))

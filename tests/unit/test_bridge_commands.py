@@ -182,7 +182,7 @@ def test_changed_spans_are_reported_with_the_model_period(tmp_path, caplog):
     assert result.exit_code == 0
     assert model_s > 1.06 * load_bridge(longer).t1_s
     assert f"T1 of its model, {model_s:.4g} s" in result.stderr
-    assert "t1_s = 0.7192 s is" in bridge("modal", "--bridge", longer).stderr
+    assert "t1_s = 0.7192 s differs" in bridge("modal", "--bridge", longer).stderr
     config = tmp_path / "own.yaml"
     config.write_text(f"results: {tmp_path}/results\ngrid:\n  bridge: [{longer}]\n")
     result = invoke("plan", "--config", config)
