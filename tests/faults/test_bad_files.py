@@ -48,7 +48,7 @@ from skewbridge.study.inputs import check_inputs
         (read_json, b'{"a": 1, "a": 2}', "'a' appears twice"),
         (read_json, b'{"a": ' + b"9" * 5000 + b"}", "Exceeds the limit"),
         (read_json, b"{", "line 1 column 2"),
-        (read_csv, b"a,b\n1,2\n3\n", "line 3 has 1 cells, the header 2"),
+        (read_csv, b"a,b\n1,2\n3\n", "line 3 has 1 cells, but the header has 2"),
         (read_csv, b"a,b\n1,2,3\n", "line 2 has 3 cells"),
         (read_csv, b"a,a\n1,2\n", "'a' appears twice"),
         (read_csv, b"", "it is empty"),

@@ -323,7 +323,7 @@ def test_rows_are_sorted_by_their_key_and_a_missing_demand_stays_unknown() -> No
     ("rows", "words"),
     [
         ([ROW, ROW], "appears twice"),
-        ([ROW | {"x": 1}], "wrong columns"),
+        ([ROW | {"x": 1}], "missing or unknown columns"),
         ([ROW | {"status": "fine"}], "unknown status 'fine'"),
     ],
 )

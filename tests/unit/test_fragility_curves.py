@@ -358,7 +358,7 @@ def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
         ({"unit": "kn"}, "unit: is a force, but deck_disp_m is a length, got 'kn'"),
         ({"unit": "furlong"}, "unit: must be one of m, mm, in, ft, kn"),
         ({"states": {"slight": -1.0}}, "states.slight.median: must be greater than 0, got -1"),
-        ({"states": {"slight": "2e7"}}, "a number with an exponent is written like 2.0e+7"),
+        ({"states": {"slight": "2e7"}}, "Write a number with an exponent like 2.0e+7"),
         ({"states": {"slight": {"median": 1.0, "sd": 0.2}}}, "states.slight.sd: unknown key"),
         ({"states": {}}, "states: Dictionary should have at least 1 item"),
         ({"dispersion": 3.0}, "dispersion: must be less than or equal to 2, got 3"),

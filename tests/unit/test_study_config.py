@@ -75,7 +75,7 @@ def test_shipped_configurations_have_their_variants_defaults_and_results_of_thei
         ({"model": {"column_fibers": [8, 0, 2]}}, r"column_fibers\.1: .*to 3, got 0$"),
         ({"accuracy": "exact"}, r"accuracy: must be 'reference', 'default' or 'fast', got 'exact'"),
         ({"accuracy": ["fast"]}, r"accuracy: must be 'reference', 'default' or 'fast'"),
-        ({"model": 3}, "model: keys and values are needed, got 3$"),
+        ({"model": 3}, "model: must contain keys and values, got 3$"),
         ({"analysis": {"integrator": ["Euler"]}}, "integrator must be Houbolt, Newmark or HHT"),
         ({"analysis": {"scheme": "paper", "dt_s": 0.01}}, r"fixed at 0\.005 .* got 0\.01"),
         ({"grid": {"transverse_gap_mm": [-1]}}, r"grid\.transverse_gap_mm\.0: .*100000, got -1$"),

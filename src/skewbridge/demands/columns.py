@@ -1,4 +1,4 @@
-"""All columns of the demands table, the key of its rows, and lookups of columns by name."""
+"""Columns of the demands table, the key of its rows, and functions that find a column by name."""
 
 import csv
 from collections.abc import Iterable
@@ -24,7 +24,7 @@ type Role = Literal["effect", "headline", "sensitivity"]
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """Unit and margin to judge the change of a demand whose values are often near zero."""
+    """Unit and margin for judging the change of a demand whose values are often near zero."""
 
     unit: str
     per_unit: float  # number of these units in one unit of the column
@@ -58,7 +58,7 @@ _DIFFERENCES: Final = {
 
 
 def _listed() -> dict[str, tuple[Column, ...]]:
-    """Return the columns of ``columns.csv`` by group, in the order of the table."""
+    """Return a dict from each group to its columns, in the order of ``columns.csv``."""
     groups: dict[str, list[Column]] = {}
     with Path(__file__).with_name("columns.csv").open(encoding="utf-8", newline="") as lines:
         for row in csv.DictReader(lines):
@@ -76,7 +76,7 @@ DEMAND_COLUMNS: Final = _COLUMNS["demand"]
 
 
 def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
-    """Return all columns of a study; axes and random properties are found in ``present``."""
+    """Return all columns of a study, with the axes and random properties named in ``present``."""
     names = list(present)
     axes = dict.fromkeys((*AXES, *axes_of(names)))
     draws: list[Column] = []
@@ -121,23 +121,23 @@ def key_values(
 
 
 def demands_for(role: Role, present: Iterable[str] | None = None) -> tuple[str, ...]:
-    """Return the demand columns with a role in table order, only those ``present`` if given."""
+    """Return the names of demand columns with a role; ``present`` limits the choice if given."""
     names = (column.name for column in DEMAND_COLUMNS if role in column.roles)
     known = None if present is None else set(present)
     return tuple(name for name in names if known is None or name in known)
 
 
 def column_of(name: str) -> Column | None:
-    """Return the column or grid axis with a name, None for an unknown column."""
+    """Return the column or grid axis with this name, or None if there is none."""
     axes = axes_of([name])
     return _BY_NAME.get(name) or (_axis_column(axes[0]) if axes else None)
 
 
 def label_of(name: str) -> str:
-    """Return the label of a column with its unit; for an unknown column, its name in words."""
+    """Return the label of a column with its unit. An unknown column is labelled with its name."""
     return (column_of(name) or Column(name)).label_with_unit
 
 
 def unit_of(name: str) -> str:
-    """Return the unit of a column; empty for a ratio and for an unknown column."""
+    """Return the unit of a column, or an empty text for a ratio or an unknown column."""
     return (column_of(name) or Column(name)).unit.strip("-")

@@ -34,7 +34,7 @@ def demands_schema(columns: Iterable[Column] = COLUMNS) -> pa.Schema:
 def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -> pa.Table:
     """Return rows of demands as an Arrow table sorted by `KEY`, with provenance as metadata.
 
-    `ValueError` for a row that lacks a column, has an unknown column or status, or repeats a key.
+    Raises `ValueError` if a row lacks a column, has an unknown column or status, or repeats a key.
     """
     by_key: dict[tuple[Any, ...], dict[str, Any]] = {}
     for row in rows:
@@ -49,13 +49,14 @@ def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -
     names = {column.name for column in columns}
     for row in ordered:
         if row.keys() != names:
-            raise ValueError(f"row {row['run_key']}: wrong columns {sorted(row.keys() ^ names)}")
+            wrong = sorted(row.keys() ^ names)
+            raise ValueError(f"row {row['run_key']}: missing or unknown columns {wrong}")
     table = pa.Table.from_pylist(ordered, schema=demands_schema(columns))
     return table.replace_schema_metadata(dict(provenance))
 
 
 def write_variant(rows: Sequence[Mapping[str, Any]], path: Path, limits: SuspectLimits) -> None:
-    """Write the demands of one variant, with reasons of suspect rows; errors as in `to_table`."""
+    """Write the demands of one variant; the column `suspect` states why a row is suspect."""
     judged = [{**row, SUSPECT: reasons(row, limits)} for row in rows]
     digest = digest_of(*sorted(row["run_key"] for row in rows))
     write_table(to_table(judged, provenance(analyses_digest=digest)), path)
@@ -64,8 +65,8 @@ def write_variant(rows: Sequence[Mapping[str, Any]], path: Path, limits: Suspect
 def join_variants(paths: Sequence[Path], output: Path) -> None:
     """Join the demands of all variants of a study into one file, one variant in memory at a time.
 
-    ``paths`` are files of `write_variant`, sorted by the name of the variant; the rounds of one
-    variant follow each other. `ValueError` if they have different columns.
+    ``paths`` are files that `write_variant` wrote, sorted by variant: all rounds of one variant
+    are adjacent. Raises `ValueError` if the files have different columns.
     """
     keys: list[Any] = []
     for path in paths:

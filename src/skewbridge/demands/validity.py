@@ -1,4 +1,4 @@
-"""Validity of demands rows: column failures, incomplete runs, limits of suspect analyses.
+"""Validity of rows of demands: column failures, incomplete runs and suspect analyses.
 
 The model of the bridge is not valid after a column fails, so the demands of such a run are peaks up
 to the failure. They are lower bounds of the peaks over the whole motion, as are the demands of a
@@ -36,7 +36,7 @@ SUSPECT: Final = "suspect"
 
 
 def failure_kinds(table: "pd.DataFrame") -> NDArray[np.str_]:
-    """Return the failure mode in each row, shape (n,); empty if none, or without `BEYOND_MODEL`."""
+    """Return the column failure mode of each row, or "" if no column failed, shape (n,)."""
     if BEYOND_MODEL not in table.columns:
         return np.full(len(table), "", dtype=np.str_)
     return table[BEYOND_MODEL].fillna("").to_numpy(dtype=str)
@@ -55,8 +55,8 @@ def completed(status: ArrayLike, failure_kind: ArrayLike) -> NDArray[np.bool_]:
 def is_complete(table: "pd.DataFrame") -> NDArray[np.bool_]:
     """Return for each row whether its demands are peaks over the whole motion, shape (n,).
 
-    A row is incomplete if its status is not ok, a column failed, or `COMPLETE` is false; a table
-    without the column `COMPLETE` is judged by the first two.
+    A row is incomplete if its status is not ok, a column failed, or `COMPLETE` is false. If the
+    table has no column `COMPLETE`, only the first two conditions apply.
     """
     derived = completed(table["status"].to_numpy(), failure_kinds(table))
     if COMPLETE not in table.columns:
@@ -65,7 +65,7 @@ def is_complete(table: "pd.DataFrame") -> NDArray[np.bool_]:
 
 
 def column_failure_ratio(table: "pd.DataFrame | Mapping[str, Any]") -> NDArray[np.float64]:
-    """Return the larger known demand/capacity ratio of columns (shear, flexure), shape (n,)."""
+    """Return the larger demand/capacity ratio of shear and flexure, ignoring NaN, shape (n,)."""
     names = FAILURE_DEMANDS.values()
     return np.fmax(*(np.asarray(table.get(name, np.nan), float) for name in names))
 
@@ -73,7 +73,7 @@ def column_failure_ratio(table: "pd.DataFrame | Mapping[str, Any]") -> NDArray[n
 def with_derived_columns(table: "pd.DataFrame") -> "pd.DataFrame":
     """Return a table with `COMPLETE` and `COLUMN_FAILURE_RATIO` added if they are missing.
 
-    The latter is added if the table has a column of `FAILURE_DEMANDS`.
+    `COLUMN_FAILURE_RATIO` is added only if the table has a column of `FAILURE_DEMANDS`.
     """
     derived: dict[str, Any] = {}
     if COMPLETE not in table.columns:
@@ -88,9 +88,10 @@ def with_derived_columns(table: "pd.DataFrame") -> "pd.DataFrame":
 class SuspectLimits:
     """Limits above which a row is suspect: section ``suspect`` of the configuration.
 
-    For comparison, eleven variants under 8 s of the suite's motions at 0.8 and 1.2 g need no
-    recovery step and generate no energy at contacts. At most 0.9 % of their friction work is above
-    the friction limit, and the force of one contact is at most a tenth of the weight.
+    For comparison, eleven variants were analysed under 8 s of the suite's motions, scaled to 0.8
+    and 1.2 g. They needed no recovery step and generated no energy at contacts. At most 0.9 % of
+    their friction work was above the friction limit. The force of one contact was at most a tenth
+    of the weight.
     """
 
     max_loosened_ratio: Number = Field(default=0.01, ge=0.0, le=1.0)
@@ -113,13 +114,13 @@ LIMITS: Final = SuspectLimits()
 
 
 class _Check(NamedTuple):
-    """One limit of `SuspectLimits`, its column, and the function of the column to be compared."""
+    """A check of one column of the demands table against a limit of `SuspectLimits`."""
 
     reason: str
     column: str
     limit: str
     form: str = ".1%"
-    size: Callable[[Any], Any] = pos
+    size: Callable[[Any], Any] = pos  # applied to the column before the comparison
 
 
 _CHECKS: Final = (
@@ -135,7 +136,7 @@ _CHECKS: Final = (
 
 
 def reasons(row: Mapping[str, Any], limits: SuspectLimits) -> str:
-    """Return the reasons to suspect a row, joined by "; "; values of the row may be missing."""
+    """Return the reasons to suspect a row, joined by "; ". Missing values are ignored."""
     return "; ".join(
         f"{check.reason} {check.size(value):{check.form}}"
         for check in _CHECKS
@@ -145,7 +146,7 @@ def reasons(row: Mapping[str, Any], limits: SuspectLimits) -> str:
 
 
 def count_reasons(table: "pd.DataFrame", limits: SuspectLimits) -> list[dict[str, Any]]:
-    """Return each ``reason`` with its number of ``rows``, ``worst`` value, and its row ``at``."""
+    """Return for each reason the number of rows, the worst value and its row number ``at``."""
     counts: list[dict[str, Any]] = []
     for check in (check for check in _CHECKS if check.column in table):
         sizes = check.size(table[check.column].to_numpy(dtype=np.float64))

@@ -33,12 +33,12 @@ _PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "skewbr
 
 
 def layer_digest(parts: Sequence[str], package: Path = PACKAGE) -> str:
-    """Return the digest (16 hex digits) of the source and data files under paths of the package."""
+    """Return the digest (16 hex digits) of all source and data files in parts of the package."""
     return layer_digests({"": parts}, package)[""]
 
 
 def layer_digests(layers: Mapping[str, Sequence[str]], package: Path = PACKAGE) -> dict[str, str]:
-    """Return the `layer_digest` of several layers by name; shared parts are read once."""
+    """Return a dict with the `layer_digest` of each layer; shared parts are read once."""
     content = cache(partial(_contents, package=package))
     return {
         name: hashlib.sha256(b"".join(map(content, parts))).hexdigest()[:16]
@@ -69,12 +69,12 @@ def engine_digest() -> str:
 
 
 def digest_of(*parts: object) -> str:
-    """Return the digest (16 hex digits) of plain values (numbers, text, tuples) by their `repr`."""
+    """Return the digest (16 hex digits) of the `repr` of plain values: numbers, texts, tuples."""
     return hashlib.sha256("\n".join(repr(part) for part in parts).encode()).hexdigest()[:16]
 
 
 def canonical(value: Any) -> Any:
-    """Return nested mappings (sorted by key) and sequences as tuples for `digest_of`."""
+    """Convert nested mappings (sorted by key) and sequences to tuples for `digest_of`."""
     if isinstance(value, Mapping):
         return tuple((str(key), canonical(value[key])) for key in sorted(value))
     if isinstance(value, Sequence) and not isinstance(value, str):
@@ -89,7 +89,7 @@ def opensees_version() -> str:
 
 
 def provenance(**digests: str) -> dict[str, str]:
-    """Return the provenance of a result: versions, commit, processor (no host name), digests."""
+    """Return the provenance of a result: versions, commit, processor and digests, no host name."""
     commit = _git("rev-parse", "--short=12", "HEAD")
     changed = _git("status", "--porcelain", "--untracked-files=no")
     return {
@@ -106,7 +106,7 @@ def provenance(**digests: str) -> dict[str, str]:
 
 @cache
 def _git(*arguments: str) -> str | None:
-    """Return the output of a git command in the package folder; None without git or repository."""
+    """Return the output of a git command run in the package folder, or None if git fails."""
     command = ["git", "-C", str(PACKAGE), *arguments]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -124,7 +124,7 @@ def _processor() -> str:
 
 
 def licence_of(package: PackageMetadata) -> str:
-    """Return the licence of a package: its expression, else its classifiers, else its text."""
+    """Return the licence of a package from its expression, classifiers or text, in this order."""
     classifiers = [
         text.rpartition(" :: ")[2]
         for text in package.get_all("Classifier") or []

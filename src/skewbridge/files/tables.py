@@ -83,7 +83,7 @@ def write_frame(
 
 
 def texts_of(schema: pa.Schema) -> dict[str, str]:
-    """Return the metadata of a schema by name, without the keys of pandas and Arrow."""
+    """Return the metadata of a schema as a dict, without the entries of pandas and Arrow."""
     texts = {key.decode(): value.decode() for key, value in (schema.metadata or {}).items()}
     return {key: text for key, text in texts.items() if key not in {"pandas", "ARROW:schema"}}
 
@@ -91,15 +91,15 @@ def texts_of(schema: pa.Schema) -> dict[str, str]:
 def read_table(path: Path) -> pa.Table:
     """Read a parquet table of this format version, or one that another program wrote.
 
-    Checksums of pages are verified. `InputError` if the file is missing, not parquet, damaged, too
-    large, or of a different format version; the message states what to do.
+    Checksums of pages are verified. Raises `InputError` if the file is missing, not parquet,
+    damaged, too large, or of a different format version. The message states what to do.
     """
     content = pa.BufferReader(read_bytes(path, MAX_TABLE_BYTES))
     try:
         file = pq.ParquetFile(content, page_checksum_verification=True)
         cells = file.metadata.num_rows * file.metadata.num_columns
         if not 0 <= cells <= MAX_TABLE_CELLS:
-            raise file_fault(path, f": {cells} cells, at most {MAX_TABLE_CELLS} are read")
+            raise file_fault(path, f" has {cells} cells; at most {MAX_TABLE_CELLS} are read")
         table = file.read()
         table.validate(full=True)
     except InputError:
@@ -120,17 +120,17 @@ def read_table(path: Path) -> pa.Table:
 
 
 def read_frame(path: Path) -> pd.DataFrame:
-    """Read a parquet table as a data frame; errors as in `read_table`."""
+    """Read a parquet table as a data frame; raises the same errors as `read_table`."""
     return frame_of(read_table(path))
 
 
 def read_any(path: Path) -> pd.DataFrame:
-    """Read a parquet table, or CSV with any other suffix; an `InputError` if it is unreadable."""
+    """Read a parquet file, or a CSV file if the suffix is not ``.parquet``."""
     return read_frame(path) if path.suffix == ".parquet" else read_csv(path)
 
 
 def frame_of(table: pa.Table) -> pd.DataFrame:
-    """Return an Arrow table as a data frame, also if its pandas metadata are damaged."""
+    """Return an Arrow table as a data frame, even if its pandas metadata are damaged."""
     try:
         return table.to_pandas()
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, pa.ArrowException):
@@ -139,12 +139,12 @@ def frame_of(table: pa.Table) -> pd.DataFrame:
 
 
 def records_of(frame: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return the rows of a table as dictionaries by column name."""
+    """Return the rows of a table as dictionaries keyed by column name."""
     return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
 
 
 def write_csv(frame: pd.DataFrame, path: Path) -> None:
-    """Write a CSV file; a text that spreadsheets take for a formula gets a leading ``'``."""
+    """Write a CSV file. Texts that a spreadsheet would read as formulas get a leading ``'``."""
     texts = frame.select_dtypes(exclude=["number", "bool"]).columns
     safe = {name: frame[name].map(no_formula) for name in texts}
     named = {name: no_formula(str(name)) for name in frame.columns}
@@ -159,7 +159,7 @@ def figure_metadata(metadata: Mapping[str, str]) -> dict[str, str]:
 def stamp(path: Path, metadata: Mapping[str, str]) -> None:
     """Write provenance into a file: Parquet, a JSON object or HTML; other files are left unchanged.
 
-    Texts of the same name are replaced. Figures get provenance when saved (`figure_metadata`).
+    An older provenance is replaced. Figures get provenance when saved (`figure_metadata`).
     """
     if path.suffix == ".parquet":
         write_table(pq.read_table(path), path, metadata)
@@ -171,13 +171,13 @@ def stamp(path: Path, metadata: Mapping[str, str]) -> None:
         text = _ELEMENT.sub("", path.read_text(encoding="utf-8"), count=1)
         opening = re.search(r"<head\b[^>]*>", text)
         if opening is None:
-            raise ValueError(f"{path} has no head")
+            raise ValueError(f"{path} has no <head> element")
         element = f'\n<template id="{MARK}">{escape(json.dumps(dict(metadata)))}</template>'
         write_text(path, text[: opening.end()] + element + text[opening.end() :])
 
 
 def read_stamp(path: Path) -> dict[str, str]:
-    """Return the provenance in a file, by name; `InputError` if it has none."""
+    """Return the provenance in a file as a dict; raises `InputError` if there is none."""
     if not path.is_file():
         raise InputError(f"there is no file {path}", file=str(path))
     try:
@@ -212,12 +212,12 @@ type Floats = NDArray[np.float64]
 type Mask = NDArray[np.bool_]
 #: Indices of rows, motions or variants.
 type Index = NDArray[np.intp]
-#: Values of a table row by column name.
+#: Values of a table row, keyed by column name.
 type Row = dict[str, Any]
 
 
 def as_column(values: ArrayLike, name: str) -> Floats:
-    """Return numbers as a float array, None as NaN; an `InputError` names row and column."""
+    """Convert numbers to a float array, None to NaN. An `InputError` names row and column."""
     if isinstance(values, np.ndarray) and values.dtype.kind in "fiub":
         return values.astype(np.float64)
     if isinstance(values, str | dict) or not isinstance(values, Iterable):
@@ -234,7 +234,7 @@ def as_column(values: ArrayLike, name: str) -> Floats:
 
 
 def require(good: Mask, name: str, rule: str, values: Floats | None = None) -> None:
-    """Raise an `InputError` with the rows and first value of a column that break a rule."""
+    """Raise an `InputError` if rows of a column break a rule; it states their first value."""
     if np.all(good):
         return
     bad = np.flatnonzero(~good).tolist()

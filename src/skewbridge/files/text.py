@@ -39,23 +39,23 @@ def shortened(value: object) -> str:
 
 
 def shown_path(path: Path) -> str:
-    """Return a path for a message; only the end of a long path, with the file name, is kept."""
+    """Return a path for a message. A long path is shortened at its start."""
     text = printable(str(path))
     return text if len(text) <= LONGEST_PATH else f"...{text[3 - LONGEST_PATH :]}"
 
 
 def printable(text: str) -> str:
-    """Return a text with a question mark for each control character."""
+    """Return a text with each control character replaced by a question mark."""
     return "".join(sign if sign.isprintable() else "?" for sign in text)
 
 
 def file_fault(path: Path, problem: str, **details: object) -> InputError:
-    """Return an `InputError` about a file: path, then problem (begins with a blank or colon)."""
+    """Return an `InputError`: the path, then ``problem``, which starts with a blank or colon."""
     return InputError(f"{shown_path(path)}{problem}", file=str(path), **details)
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """Return the content of a file; `InputError` if unreadable or larger than `most` bytes."""
+    """Return the content of a file; raises `InputError` above `most` bytes or if unreadable."""
     try:
         state = path.stat()
         is_read = S_ISREG(state.st_mode) and state.st_size <= most
@@ -64,14 +64,14 @@ def read_bytes(path: Path, most: int) -> bytes:
         reason = getattr(error, "strerror", None) or error
         raise file_fault(path, f" cannot be read: {reason}") from None
     if not S_ISREG(state.st_mode):
-        raise file_fault(path, ": a file is needed, not a folder or device")
+        raise file_fault(path, " is a folder or device, but a file is needed")
     if not is_read:
-        raise file_fault(path, f": has {state.st_size} bytes, at most {most} are read")
+        raise file_fault(path, f" has {state.st_size} bytes; at most {most} are read")
     return content
 
 
 def read_text(path: Path, most: int) -> str:
-    """Return UTF-8 text without byte order mark; an `InputError` names the line of a bad byte."""
+    """Return UTF-8 text without byte order mark. An `InputError` names the line of a bad byte."""
     content = read_bytes(path, most)
     try:
         return content.decode("utf-8-sig")
@@ -95,11 +95,11 @@ class _Loader(yaml.SafeLoader):
 
 
 def parse_yaml(text: str, where: str, **details: object) -> Any:
-    """Return the plain value of a YAML text, None if it is empty.
+    """Return the plain value of a YAML text, or None if it is empty.
 
     Raises:
-        InputError: Invalid YAML, a tag, a repeated key, a key that is not text, or a limit of this
-            module exceeded; the message names the source `where` and the line.
+        InputError: The text is not valid YAML, contains a tag, a repeated key or a key that is not
+            text, or exceeds a limit of this module. The message names `where` and the line.
     """
     try:
         loader = _Loader(text)
@@ -152,15 +152,15 @@ def _refuse(node: Any, problem: str) -> NoReturn:
 
 
 def read_yaml(path: Path) -> Any:
-    """Return the plain content of a YAML file, None if it is empty; errors as in `parse_yaml`."""
+    """Return the content of a YAML file, or None if it is empty; see `parse_yaml` for errors."""
     return parse_yaml(read_text(path, MAX_YAML_BYTES), shown_path(path), file=str(path))
 
 
 def read_mapping(path: Path) -> dict[str, Any]:
-    """Return the top-level mapping of a YAML file, {} if it is empty; `InputError` otherwise."""
+    """Return the mapping in a YAML file ({} if empty); raises `InputError` for other content."""
     raw = {} if (content := read_yaml(path)) is None else content
     if not isinstance(raw, dict):
-        raise file_fault(path, ": keys and values are needed at the top level")
+        raise file_fault(path, " must contain keys and values at the top level")
     return raw
 
 
@@ -168,7 +168,7 @@ def read_json(path: Path) -> Any:
     """Return the content of a JSON file.
 
     Raises:
-        InputError: Unreadable, too large, invalid JSON, too deep, a repeated key, a long number.
+        InputError: The file is unreadable, too large, too deep or invalid, or repeats a key.
     """
 
     def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -183,7 +183,7 @@ def read_json(path: Path) -> Any:
     try:
         return json.loads(text, object_pairs_hook=distinct)
     except RecursionError:
-        raise file_fault(path, ": nested too deeply") from None
+        raise file_fault(path, " is nested too deeply") from None
     except ValueError as error:
         raise file_fault(path, f" is not valid JSON: {error}") from None
 
@@ -192,8 +192,8 @@ def read_csv(path: Path, **options: Any) -> "pd.DataFrame":
     """Return a CSV table with one header line; options are passed to `pandas.read_csv`.
 
     Raises:
-        InputError: Unreadable or too large, a column appears twice, or a row has more or fewer
-            cells than the header; the message names the line.
+        InputError: The file is unreadable or too large, a column appears twice, or a row has more
+            or fewer cells than the header. The message names the line.
     """
     import pandas as pd  # here: pandas takes longer to import than everything else
 
@@ -221,12 +221,13 @@ def _check_rows(text: str) -> int:
         raise ValueError(f"the column {shortened(twice)} appears twice")
     for row in rows:
         if row and (len(row) < len(names) or any(cell.strip() for cell in row[len(names) :])):
-            raise ValueError(f"line {rows.line_num} has {len(row)} cells, the header {len(names)}")
+            line = f"line {rows.line_num} has {len(row)} cells"
+            raise ValueError(f"{line}, but the header has {len(names)}")
     return len(names)
 
 
 def no_formula(value: Any) -> Any:
-    """Return a cell; a text that spreadsheets take for a formula gets a leading ``'``."""
+    """Return a cell; a text that a spreadsheet would read as a formula gets a leading ``'``."""
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value
 
 
@@ -252,10 +253,10 @@ def write_text(path: Path, text: str) -> None:
 
 
 def writable_folder(folder: Path) -> Path:
-    """Create a folder if necessary and return it; `InputError` if files cannot be written there.
+    """Create a folder if necessary and return it; raises `InputError` if it is not writable.
 
-    A file is created as a test, because access rights alone do not show it (the superuser,
-    read-only file systems, a file of that name).
+    The test creates a file, because access rights alone are not sufficient, for example for the
+    superuser or on a read-only file system.
     """
     probe = folder / f".write-test-{_writer()}"
     try:
@@ -276,7 +277,7 @@ def writable_file(path: Path) -> Path:
 
 
 def _writer() -> str:
-    """Return host and process number; two nodes of a cluster may have equal process numbers."""
+    """Return host name and process number; process numbers may repeat on other cluster nodes."""
     return f"{socket.gethostname()}.{os.getpid()}"
 
 
@@ -309,7 +310,7 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
     """Return plain values as an instance of the pydantic model or dataclass `kind`.
 
     Raises:
-        InputError: One line per finding: source `where`, key, limit, value given.
+        InputError: The message names `where` and lists key, limit and given value of each error.
     """
     adapter = TypeAdapter(kind)
     try:
@@ -334,7 +335,7 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
 
 
 def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Return `base` updated by `over`, level by level; lists and values are replaced."""
+    """Return `base` with nested mappings updated from `over`; lists and values are replaced."""
     out = dict(base)
     for key, value in over.items():
         below: Any = out.get(key)
@@ -353,7 +354,7 @@ def _keys(schema: Mapping[str, Any], classes: Mapping[str, Any], above: str = ""
 
 
 def _explain(finding: Any, keys: Sequence[str]) -> str:
-    """Return one finding of pydantic in words: key, limit, value given."""
+    """Return one error found by pydantic as text: the key, the limit and the given value."""
     where = ".".join(printable(str(part)[:LONGEST_SHOWN]) for part in finding["loc"])
     kind, given = finding["type"], finding["input"]
     if kind in _UNKNOWN:
@@ -361,7 +362,7 @@ def _explain(finding: Any, keys: Sequence[str]) -> str:
     elif kind in _MISSING:
         words = "is missing"
     elif kind in _NO_KEYS:
-        words = "keys and values are needed"
+        words = "must contain keys and values"
     else:
         message = finding["msg"].removeprefix("Value error, ").replace("valid tuple", "list")
         words = re.sub(r"^(Input|Tuple|List|String) should", "must", message)
@@ -369,6 +370,6 @@ def _explain(finding: Any, keys: Sequence[str]) -> str:
     if kind not in _UNKNOWN | _MISSING and not isinstance(given, Mapping | ArgsKwargs):
         words += f", got {shortened(given)}".removesuffix(".0")
     if isinstance(given, str) and kind in {"float_type", "float_parsing", "int_type"}:
-        words += " (it is text; a number with an exponent is written like 2.0e+7; within"
-        words += " braces `snakemake --config` passes text only: use a file and --configfile)"
+        words += " (it is text. Write a number with an exponent like 2.0e+7. `snakemake --config`"
+        words += " passes values within braces as text: use a file and --configfile instead)"
     return f"{where}: {words}" if where else words
