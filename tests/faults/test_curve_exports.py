@@ -263,7 +263,7 @@ def test_formats_and_options_that_do_not_fit_are_refused(export):
         ("im_sa_t1_rotd50_g", "nrml", (), "has no name in OpenQuake"),
         (PGA, "csv", ("--method", "ida_interval"), "no curves of method 'ida_interval'"),
         (PGA, "latex", ("--im-range", 0.1, 2), "need --format csv"),
-        (PGA, "csv", ("--hazard", "hazard.csv", "--skew-factors"), "a csv is one table"),
+        (PGA, "csv", ("--hazard", "hazard.csv", "--skew-factors"), "a csv has one table"),
         (PGA, "xlsx", (), "format must be one of nrml, pelicun, dlml, csv, latex"),
         *((PGA, "csv", ("--im-range", *ends), "needs 0 < low < high") for ends in UNUSABLE_RANGES),
     ):

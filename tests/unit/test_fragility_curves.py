@@ -366,7 +366,7 @@ def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
         ({"colapse": "peak"}, "colapse: unknown key"),
         ({"collapse": "maybe"}, "collapse: must be 'exceeds' or 'peak', got 'maybe'"),
         ({"citation": ""}, "citation: must have at least 1 character, got ''"),
-        ({"demand": "deck"}, "carries no unit"),
+        ({"demand": "deck"}, "does not end with a unit"),
         ({"demand": f"{'d' * 99}_m"}, "demand: must have at most 100 characters"),
     ],
 )

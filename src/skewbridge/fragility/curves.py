@@ -1,8 +1,8 @@
-"""Fragility curves of the variants of a study: a table with a row per limit state and method.
+"""Fragility curves of a study: one row per variant, limit state and method.
 
 All states of one demand share one line (method ``cloud``) or one dispersion (``exceedance``,
-``ida_interval``), so that their curves do not cross. The medians of two methods are compared after
-Hausman (1978), Econometrica 46(6):1251-1271, with a variance from the jackknife over motions.
+``ida_interval``), so that their curves do not cross. The medians of two methods are compared as in
+Hausman (1978), Econometrica 46(6):1251-1271; the variance is from the jackknife over motions.
 """
 
 from collections.abc import Mapping
@@ -46,11 +46,11 @@ def fit_study(
 ) -> pd.DataFrame:
     """Fit fragility curves of every variant and limit state of a demands table.
 
-    The result has `CURVE_COLUMNS` and a row per variant, limit state and method: ``cloud`` (line in
-    log space; Tobit with censored demands), ``exceedance`` (probit of exceeded or not) and, if
-    motions ran at several levels, ``ida_interval``. Theta and beta are NaN unless ``status`` is
-    ``ok``. There is no estimate for a state that no run, or every run, exceeds. An `InputError` is
-    raised if there are no limit states.
+    The table has `CURVE_COLUMNS` and one row per variant, limit state and method. ``cloud`` fits a
+    line to ln demand (Tobit if some demands are censored). ``exceedance`` is a probit fit to the
+    outcomes of runs. ``ida_interval`` is added if motions ran at several levels. Theta and beta are
+    NaN unless ``status`` is ``ok``. There is no estimate for a state that no run, or every run,
+    exceeds. Raises `InputError` if there are no limit states.
     """
     if not limit_states:
         raise InputError("no limit states to fit")
@@ -72,16 +72,16 @@ def _variant_rows(part: pd.DataFrame, *, states: States, settings: FitSettings) 
     ]
 
 
-#: Median and dispersion by treatment of unknown outcomes.
+#: Median and dispersion for each treatment of unknown outcomes.
 type _Bounds = dict[str, tuple[float, float]]
 
 
 class _StateFits(NamedTuple):
-    """Fits of the J states of one demand to all runs, then without each motion; NaN: no fit."""
+    """Fits of the J states of one demand; NaN if there is no fit."""
 
     fits: list[FragilityFit]  # fits to all runs
-    ln_theta: Floats  # shape (J, 1 + M)
-    beta: Floats  # common dispersion, shape (1 + M,)
+    ln_theta: Floats  # from all runs, then without each motion, shape (J, 1 + M)
+    beta: Floats  # common dispersion, in the same order, shape (1 + M,)
 
     def median(self, j: int) -> tuple[float, float]:
         """Return theta and beta of state j from all runs."""
@@ -135,7 +135,7 @@ class _DemandFits:
         return rows
 
     def _clouds(self, lines: Lines) -> _StateFits:
-        """Return the cloud fits; without an estimate if no run, or every run, exceeds the state."""
+        """Return the cloud fits; a state that no run, or every run, exceeds has no estimate."""
         outcomes, used = self._outcomes, self._outcomes.used
         medians = np.stack([lines.ln_theta(state.threshold) for state in self._states])
         kept = np.any(self._weights[:, used] == 0.0, axis=1)
@@ -151,7 +151,7 @@ class _DemandFits:
         return _StateFits(list(refused), medians, lines.beta())
 
     def _exceedance(self, outcomes: DemandOutcomes, *, intervals: bool = True) -> _StateFits:
-        """Return the fits of exceedance probability of all states with a common dispersion."""
+        """Fit the exceedance probabilities of all states with a common dispersion."""
         # Ordered probit: a run that exceeds state j but not state k has the probability
         # Phi(eta_j) - Phi(eta_k), with eta_j = a0_j + a1 ln x.
         exceed = np.column_stack([outcomes.exceed(state) for state in self._states])
@@ -185,7 +185,7 @@ class _DemandFits:
     def _alone(
         self, known: Mask, exceed: Mask, best: Maximum | None, *, whole: bool
     ) -> FragilityFit:
-        """Return the fit of one state alone; only status and start value unless ``whole``."""
+        """Fit one state alone; unless ``whole``, return only its status and a start value."""
         im, hits = self._im[known], exceed[known].astype(np.float64)
         each, settings = np.ones(im.size), self._settings
         if whole and im.size:
@@ -196,7 +196,7 @@ class _DemandFits:
         return FragilityFit(method="stripes", status=status, theta=float(start), beta=0.5)
 
     def _brackets(self) -> _StateFits | None:
-        """Return the fits of first-exceedance brackets; None if each motion ran at one level."""
+        """Fit the brackets of first exceedance; return None if each motion ran at one level."""
         motions = self._motion
         if not (pd.Series(self._im).groupby(motions).nunique() > 1).any():
             return None
@@ -237,7 +237,7 @@ class _DemandFits:
         intervals: bool = True,
         profile: bool = True,  # rows are independent: profile intervals instead of the jackknife
     ) -> _StateFits:
-        """Return the common fit of the usable states: parameters (a0 of each state, a1)."""
+        """Fit the usable states together; the parameters are a0 of each state and the common a1."""
         common, eye = self._without_estimates(fits), -np.eye(len(usable))
         slope = float(np.mean([1.0 / fits[j].beta for j in usable]))
         middles = np.log([fits[j].theta for j in usable])
@@ -270,7 +270,7 @@ class _DemandFits:
         return common
 
     def _bounds(self, found: Mapping[str, _StateFits]) -> dict[str, list[_Bounds]]:
-        """Return (theta, beta) by method, state number and treatment of unknown outcomes."""
+        """Return (theta, beta) for each method, state and treatment of unknown outcomes."""
         outcomes, states = self._outcomes, self._states
         bounds = {
             method: [dict.fromkeys(TREATMENTS, fits.median(j)) for j in range(len(states))]
@@ -292,7 +292,7 @@ class _DemandFits:
         return bounds
 
     def _depends_on_collapses(self, lines: Lines, state: LimitState) -> bool:
-        """Return whether the median changes much if peaks of collapsed runs are taken as final."""
+        """Return True if the median changes by over 15 % when peaks at collapse count as exact."""
         # Large demands cause collapse, so censoring by collapse is not independent of the demand.
         # The median is accepted only if it hardly depends on how these peaks are treated.
         outcomes = self._outcomes.behind_line
@@ -332,7 +332,7 @@ class _DemandFits:
 def _compared(
     fits: Mapping[str, FragilityFit], difference: Floats, known: Mapping[str, Any]
 ) -> dict[str, dict[str, Any]]:
-    """Return the columns, by method, that compare cloud and exceedance fit of one state."""
+    """Compare the cloud and exceedance fits of one state; return table columns for each method."""
     # `difference` (1 + M,) is ln(exceedance median / cloud median): all runs, then without a motion
     cloud, exceedance = (fits[method].status == FITTED for method in METHODS[:2])
     ratio, z = nan, nan
@@ -355,7 +355,7 @@ def _compared(
 
 
 def _total_dispersion(fit: FragilityFit, state: LimitState, beta: Floats, b: Floats) -> Row:
-    """Return the total dispersion (records and capacity) and its jackknife interval."""
+    """Return the total dispersion (record-to-record and capacity) and its jackknife interval."""
     # capacity dispersion is divided by the slope b of the line; `beta` is record-to-record
     # ASSUME the capacity is independent of the demand
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -33,7 +33,7 @@ TEXT_COLUMNS: Final = (
 
 @cache
 def _descriptions() -> dict[str, dict[str, str]]:
-    """Return the descriptions in `columns.csv` by table and column."""
+    """Return the descriptions in `columns.csv`, keyed by table, then by column."""
     found: dict[str, dict[str, str]] = defaultdict(dict)
     with Path(__file__).with_name("columns.csv").open(encoding="utf-8", newline="") as file:
         for table, column, text in islice(csv.reader(file), 1, None):
@@ -46,7 +46,7 @@ def _descriptions() -> dict[str, dict[str, str]]:
 
 
 def described(table: str, axes: Sequence[Axis] = AXES) -> dict[str, str]:
-    """Return the descriptions of a table of results/fragility by column, including the axes."""
+    """Return the column descriptions of a table of results/fragility, including its axes."""
     columns: dict[str, str] = {}
     for name, text in _descriptions()[table].items():
         if name != "(axes)":
@@ -69,7 +69,7 @@ def varying_axes(table: pd.DataFrame) -> list[str]:
 
 
 def models_of(table: pd.DataFrame) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
-    """Yield each combination of bridge and abutment model (never pooled), and its rows."""
+    """Yield each combination of bridge and abutment model with its rows; they are not pooled."""
     for (bridge, abutment), part in table.groupby(list(BRIDGE_COLUMNS), sort=True):
         yield {"bridge": bridge, "abutment": abutment}, part
 
@@ -85,13 +85,13 @@ def variant_values(part: pd.DataFrame) -> dict[str, object]:
 
 
 def variants_of(demands: pd.DataFrame, columns: Sequence[str]) -> Iterator[pd.DataFrame]:
-    """Yield the rows of each variant, reduced by `demand_columns`."""
+    """Yield the rows of each variant, with only the columns from `demand_columns`."""
     for _, part in demand_columns(demands, columns).groupby("variant", sort=True):
         yield part
 
 
 def demand_columns(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
-    """Return the runs with key, axes, status and ``columns`` only, to send to another process."""
+    """Return only key, axes, status and ``columns`` of the runs, to send to another process."""
     modes = validity.FAILURE_DEMANDS.values() if validity.COLUMN_FAILURE_RATIO in columns else ()
     ends = (validity.BEYOND_MODEL, validity.COMPLETE)
     names = dict.fromkeys((*KEY_COLUMNS, *axis_names(demands), *ends, *columns, *modes))
@@ -120,11 +120,11 @@ class ColumnMap(BaseModel):
     model_config = OPTIONS | ConfigDict(frozen=True, strict=True)
 
     columns: dict[str, str]
-    """column of the demands table: column of the file"""
+    """column of the file for each column of the demands table"""
     factors: dict[str, float] = {}
-    """column of the demands table: factor that converts to its unit"""
+    """factor that converts to the unit of the demands table, for each of its columns"""
     constants: dict[str, str | float] = {}
-    """column of the demands table that is not in the file: its value"""
+    """value of each column of the demands table that is not in the file"""
 
 
 def read_foreign(
@@ -136,9 +136,9 @@ def read_foreign(
 ) -> pd.DataFrame:
     """Read the runs of another program as a demands table.
 
-    If the file lacks ``variant``, it is composed of bridge, abutment and axes; if it lacks
-    ``complete``, it is derived from status and ``beyond_model``. Missing intensities and demands
-    stay NaN; `prepared` handles them. An `InputError` names row and column of an unusable value.
+    A missing column ``variant`` is composed of bridge, abutment and axis values. A missing column
+    ``complete`` is derived from status and ``beyond_model``. Missing intensities and demands stay
+    NaN; `prepared` handles them. An `InputError` names row and column of an unusable value.
     """
     source, factors = read_any(path), factors or {}
     need_columns(source, columns.values(), path.name)
@@ -176,7 +176,7 @@ def read_foreign(
 
 
 class Prepared(NamedTuple):
-    """A checked demands table with notes."""
+    """A checked demands table and notes about it."""
 
     table: pd.DataFrame  # rows to fit, numbered from 0, with `COLUMN_FAILURE_RATIO`
     notes: pd.DataFrame  # table `input_notes`: rejected rows, missing demands, repeated motions
@@ -186,7 +186,7 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     """Check a demands table and return the rows that can be fitted.
 
     Rows without a positive intensity are rejected. Completed runs without a demand are not used for
-    that demand. The notes list both. If the settings exclude suspect rows, they become failed runs.
+    that demand. The notes list both. Suspect rows excluded by the settings count as failed runs.
     An `InputError` names a missing column, an unknown status, or an infinite or negative demand.
     """
     wanted = [name for name in columns if name != validity.COLUMN_FAILURE_RATIO]
@@ -220,7 +220,7 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
 
 
 def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tuple[object, ...]]:
-    """Yield a note per completed run that lacks a demand which other runs of its model have."""
+    """Yield a note for each completed run without a demand that other runs of its model have."""
     runs = table[validity.is_complete(table)]
     models = runs.groupby(list(BRIDGE_COLUMNS))
     for name in columns:
@@ -232,7 +232,7 @@ def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tu
 
 
 def _equal_motions(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tuple[object, ...]]:
-    """Yield a note per motion whose runs equal those of an earlier motion in every variant."""
+    """Yield a note for each motion whose runs are identical to all runs of an earlier motion."""
     if len(columns) < 2:
         return
     rows = pd.util.hash_pandas_object(table[["variant", *columns]], index=False).sort_values()
@@ -240,8 +240,8 @@ def _equal_motions(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tupl
     for motion, part in rows.groupby(table["motion_id"].astype(str), sort=True):
         first = seen.setdefault(tuple(part), str(motion))
         if first != motion:
-            text = f"motions {first} and {motion} have equal runs: a motion entered twice makes "
-            yield "equal_motions", -1, "motion_id", f"{text}intervals too narrow"
+            text = f"motions {first} and {motion} have identical runs: intervals are too "
+            yield "equal_motions", -1, "motion_id", f"{text}narrow if a motion was entered twice"
 
 
 def _require(table: pd.DataFrame, good: Mask, column: str, rule: str) -> None:
@@ -260,7 +260,7 @@ def spread[Item, Result](
     *,
     least: int = 24,  # ASSUME starting a process takes about a second, an item a few tenths
 ) -> list[Result]:
-    """Return function(item) of all items in order, by ``jobs`` processes if ``least`` or more."""
+    """Return function(item) for all items in order; ``least`` items or more run in parallel."""
     rest = iter(items)
     first = list(islice(rest, least))
     if jobs == 1 or len(first) < least:

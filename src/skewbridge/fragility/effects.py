@@ -3,7 +3,7 @@
 Record-to-record scatter cancels in the ratio of two demands under one motion. Effects of a few per
 cent can therefore be detected with 16 motions; an unpaired comparison would need hundreds. The
 scatter also cancels in the ratio of two medians. The error of this ratio comes from a jackknife
-that leaves a motion out of all variants (Bell and McCaffrey 2002, see fits).
+that leaves each motion out of all variants (Bell and McCaffrey 2002, see `fits`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -81,10 +81,10 @@ class Pairs:
         return to.to_numpy(dtype=np.float64), start.to_numpy(dtype=np.float64)
 
     def changes(self, name: str, difference: Difference | None) -> tuple[Floats, Mask]:
-        """Return the changes of a demand (n,): differences, or ln ratios without ``difference``.
+        """Return the changes of a demand (n,): ln ratios, or differences given ``difference``.
 
         Changes are NaN in pairs that give neither a change nor a bound. The second array (n,) is
-        True for pairs in which only one run has a usable (for ratios: positive) demand.
+        True for pairs in which only one run has a usable demand (for ratios: a positive one).
         """
         ends = self.ends(name)
         least = 0.0 if difference is None else -np.inf
@@ -96,7 +96,7 @@ class Pairs:
         return (top - bottom) * difference.per_unit, has_top != has_bottom
 
     def means(self, values: Floats, x: Floats | None = None) -> list[Jackknifed]:
-        """Return the mean (or line over ``x``) of changes (n,): pooled, then of each cell."""
+        """Return the mean of changes (n,), or their line on ``x``: pooled, then for each cell."""
         known = np.isfinite(values if x is None else values + x)
         cells: list[Jackknifed] = []
         for _, rows in self.cells:
@@ -106,7 +106,7 @@ class Pairs:
         return [average(cells), *cells]
 
     def counts(self, rows: Index, used: Mask, discordant: Mask) -> dict[str, int]:
-        """Return the counts ``n_...`` of the pairs ``rows``, except n_cells; masks are (n,)."""
+        """Return the counts ``n_...`` of the pairs ``rows``, without n_cells; masks are (n,)."""
         counted = self._counted | {"n_left_out": ~used, "n_discordant": discordant}
         counted["n_bounds"] = used & (self.side != EXACT)
         counts = {name: int(np.count_nonzero(values[rows])) for name, values in counted.items()}
@@ -115,11 +115,11 @@ class Pairs:
 
 
 def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.DataFrame:
-    """Pair each run with the run at the smallest value of ``axis`` that is otherwise the same.
+    """Pair each run with the otherwise identical run at the smallest value of ``axis``.
 
-    A row per pair has bridge, abutment, other axes, motion_id, scale, incidence_deg, from_value and
-    to_value; with the endings ``_from`` and ``_to`` it has status, beyond_model and complete (both
-    bool) and ``columns``. An `InputError` names a run that occurs twice.
+    Each pair has one row with bridge, abutment, other axes, motion_id, scale, incidence_deg,
+    from_value and to_value. The status, beyond_model and complete (both bool) and ``columns`` of
+    its runs have the endings ``_from`` and ``_to``. An `InputError` names a run that occurs twice.
     """
     others = [name for name in demand_table.axis_names(demands) if name != axis]
     key = [*demand_table.BRIDGE_COLUMNS, *others, *demand_table.LOADING_COLUMNS]
@@ -136,7 +136,7 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
 def _paired(
     table: pd.DataFrame, axis: str, others: Sequence[str], loading: Sequence[str] = ()
 ) -> pd.DataFrame:
-    """Return each row joined with the row at the smallest value of ``axis``, all else equal."""
+    """Join each row with the otherwise identical row at the smallest value of ``axis``."""
     group = [*demand_table.BRIDGE_COLUMNS, *others]
     lowest = table.groupby(group, dropna=False)[axis].transform("min")
     reference = table[table[axis] == lowest].rename(columns={axis: "from_value"})
@@ -157,17 +157,17 @@ def effect_tables(
     columns: Sequence[str] | None = None,  # None: all demand columns with the role `effect`
     settings: FitSettings = DEFAULTS,
     *,
-    reference_im: Mapping[tuple[str, str], float] | None = None,  # by bridge and abutment
+    reference_im: Mapping[tuple[str, str], float] | None = None,  # keys: bridge, abutment
     jobs: int = 1,
 ) -> EffectTables:
     """Return the paired changes of demand along every axis of a study.
 
-    Two variants of one bridge and abutment model that differ in one axis only are paired run by run
-    (same motion, scale and incidence); the smallest value of the axis is the reference. The ratio
-    is the geometric mean over motions. A pooled row is the average over all such pairs of variants.
-    A pair in which one run ended early gives a bound (Tobit). Slopes need the intensity measure.
-    Effects by intensity include ``reference_im``. An `InputError` names a missing column, or a run
-    that occurs twice.
+    If two variants of one bridge and abutment model differ in one axis only, their runs with the
+    same motion, scale and incidence are paired. The smallest value of the axis is the reference.
+    The ratio is the geometric mean over motions. A pooled row is the average over all such pairs of
+    variants. A pair in which one run ended early gives a bound (Tobit). Slopes are NaN without the
+    intensity measure. The table ``intensities`` includes the intensity ``reference_im``. An
+    `InputError` names a missing column, or a run that occurs twice.
     """
     names = list(demands_for("effect", demands.columns) if columns is None else columns)
     demand_table.need_columns(demands, (*demand_table.KEY_COLUMNS, *names))
@@ -187,7 +187,7 @@ def effect_tables(
 
 
 def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return a table of effects with verdicts, by the ratio unless stated, pooled effects first."""
+    """Return effects with verdicts, pooled first; they are judged by the ratio unless stated."""
     columns = list(demand_table.described("effects", axes_of(map(str, demands.columns))))
     table = pd.DataFrame(rows, columns=columns)
     for name, usual in (("judged_by", verdicts.RATIO), ("unit", "")):
@@ -202,9 +202,9 @@ def effect_row(
     settings: FitSettings,
     *,
     line: Jackknifed | None = None,  # line of ln ratio on ln intensity, shape (2,)
-    difference: Jackknifed | None = None,  # difference, for demands judged by it, shape ()
+    difference: Jackknifed | None = None,  # for demands judged by the difference, shape ()
 ) -> dict[str, Any]:
-    """Return ratio, slope and difference of an effect with intervals, and its scatter and dof."""
+    """Return the columns of an effect: ratio, slope and difference with intervals, scatter, dof."""
     level, judged = settings.effect_confidence, difference or estimate
     ends = np.exp([estimate.estimate, *estimate.interval(level)])
     row = dict(zip(verdicts.RATIOS, ends.tolist(), strict=True)) | {"level": level}
@@ -273,7 +273,7 @@ def demand_effects(
 def _by_intensity(
     pooled: Mapping[str, Any], line: Jackknifed, level: Floats, reference_im: float | None
 ) -> list[dict[Any, Any]]:
-    """Return the rows with `INTENSITY_COLUMNS` of a pooled effect, including ``reference_im``."""
+    """Return the rows of `intensity_effects` for a pooled effect, one at ``reference_im``."""
     # `line`: effect on ln intensity; `level` (2,): line of ln demand at from_value on ln intensity
     low, high = pooled.get("im_low", nan), pooled.get("im_high", nan)
     if not np.all(np.isfinite(line.estimate)) or not low < high:
@@ -305,13 +305,13 @@ def median_effects(
     axes: Sequence[str] | None = None,
     jobs: int = 1,
 ) -> pd.DataFrame:
-    """Return the paired ratios of median capacities along every axis of a study, pooled ones first.
+    """Return the paired ratios of median capacities along every axis, with pooled ratios first.
 
-    Two variants of one bridge and abutment model that differ in one axis only form a cell; the
-    smallest value of the axis is the reference. A cell needs five common motions and, in both
-    variants, some runs (not all) that exceed the state. A pooled row is the average of ln ratio
-    over the cells. The ratio applies from ``im_low`` to ``im_high``, the smallest and largest
-    median of the cells. Given ``curves``, there is no ratio if none of its variants has a curve.
+    Two variants of one bridge and abutment model that differ in one axis only form a pair. The
+    smallest value of the axis is the reference. A pair needs five common motions. In both variants,
+    some runs, but not all, must exceed the state. A pooled row is the average of ln ratio over the
+    pairs. ``im_low`` and ``im_high`` are the smallest and largest median of the pairs. If
+    ``curves`` are given, a ratio needs at least one variant that has a curve.
     """
     items = (
         (
@@ -327,7 +327,7 @@ def median_effects(
     return effect_table(demands, [row for part in rows for row in part])
 
 
-#: Columns of a pooled ratio that are geometric means over the cells.
+#: Columns of a pooled ratio that are geometric means over its pairs of variants.
 _MEANS: Final = ("from_mean", "ratio_all_exceed", "ratio_none_exceed")
 
 
@@ -388,7 +388,7 @@ class _OfVariant(NamedTuple):
     ln_theta: Floats  # from all runs, then without each motion, (J, 1 + M); NaN: no median
     counts: dict[str, int]  # counts of runs
     outcomes: list[dict[str, int]]  # counts of outcomes, for each state
-    extrapolated: list[bool]  # True if too few motions lie beyond the median, for each state
+    extrapolated: list[bool]  # for each state: too few motions above or below the median
 
 
 class _Medians:
@@ -414,7 +414,7 @@ class _Medians:
         self._curves = {k: (rows["preferred"].any(), *rows[bounds].iloc[0]) for k, rows in groups}
 
     def ratio(self, cell: Mapping[Any, Any], j: int) -> tuple[Jackknifed, Row] | None:
-        """Return ln ratio of the medians of state j, and table columns; None without a ratio."""
+        """Return the ln ratio of the medians of state j and table columns, or None if undefined."""
         pair = cell["number_from"], cell["number_to"]
         shared = self._has[pair[0]] & self._has[pair[1]]
         if np.count_nonzero(shared) < _MIN_MOTIONS:

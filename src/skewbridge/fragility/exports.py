@@ -81,27 +81,28 @@ def export_curves(
 ) -> dict[str, Any]:
     """Write the curves of a study for another tool or a paper, and return a report.
 
-    A CSV shows the status of curves without an estimate; other formats leave them out. The report
-    lists them in ``unfitted``. With nrml it also has ``models``; with pelicun and dlml (a folder),
-    ``holes``. An `InputError` names an unusable format, option, table or intensity measure.
+    Curves without an estimate are listed with their status in a CSV and omitted in other formats.
+    The report lists them in ``unfitted``. It has the entry ``models`` for nrml, and ``holes`` for
+    pelicun and dlml. For dlml, ``out`` is a folder. An `InputError` names an unusable format,
+    option, table or intensity measure.
     """
     if form not in FORMATS:
         raise InputError(f"format must be one of {', '.join(FORMATS)}, got {form!r}")
     scales = form == "pelicun" and skew_factors
     contents = [hazard is not None, im_range is not None, skew_factors and not scales]
     if form != "csv" and any(contents):
-        options = "--im-range and --hazard need --format csv, --skew-factors csv or pelicun"
+        options = "--im-range and --hazard need --format csv; --skew-factors needs csv or pelicun"
         raise InputError(f"{form} contains curve parameters only: {options}")
     if sum(contents) > 1:
-        raise InputError("a csv is one table: use one of --hazard, --im-range, --skew-factors")
+        raise InputError("a csv has one table: use one of --hazard, --im-range and --skew-factors")
     if im_range is not None and not 0.0 < im_range[0] < im_range[1] < float("inf"):
         raise InputError(f"--im-range needs 0 < low < high, got {im_range[0]:g} to {im_range[1]:g}")
     curves = exported_curves(read_any(source), method)
     has_estimate = curves["status"] == FITTED
     if not has_estimate.any() and form != "csv":
-        raise InputError(f"{source.name}: no curve has an estimate: nothing to write")
+        raise InputError(f"{source.name}: nothing to write, because no curve has an estimate")
     unfitted = curves.loc[~has_estimate, ["variant", "component", "limit_state", "status"]]
-    notes = ["curves have the dispersion beta_total (record-to-record beta and capacity)"]
+    notes = ["beta_total is exported: record-to-record and capacity dispersion"]
     if lacking := int(curves.loc[has_estimate, "beta_total"].isna().sum()):
         notes.append(f"{lacking} curves have no beta_total (no slope): beta is exported instead")
     if len(unfitted):
@@ -121,12 +122,12 @@ def export_curves(
                 notes.append(f"curves cross in {crossing} functions: {text}")
         elif scales:
             write_skew_scaling(curves, _table_next_to(source, "median_effects"), out)
-            notes.append("scaling specifications by skew apply to the curves without skew")
+            notes.append("the scaling specification of each skew applies to curves without skew")
         elif form in ("pelicun", "dlml"):
             report |= write_pelicun(curves, out / "fragility.csv" if form == "dlml" else out)
             if report["holes"]:
                 text = "limit states without an estimate have no parameters"
-                notes.append(f"in {len(report['holes'])} rows, {text}")
+                notes.append(f"{len(report['holes'])} rows are incomplete: {text}")
         elif form == "latex":
             medians, joint = (_table_next_to(source, name) for name in ("median_effects", "joint"))
             write_text(out, latex_table(paper_table(curves, medians, joint)))
@@ -142,9 +143,10 @@ def export_curves(
                 table = table.join(_frequencies(curves[has_estimate], hazard))
                 shares = table.filter(like="_above_").div(table["annual_frequency"], axis=0)
                 least, most = shares.max()
-                text = f"ones add at most {most:.1%} to a curve, and to one at least {least:.1%}"
+                text = f"at most {most:.1%} to any curve, and at least {least:.1%} to one curve"
                 notes.append(
-                    f"annual frequencies cover the intensities in {hazard.name}; stronger {text}"
+                    f"annual frequencies include only the intensities in {hazard.name}; "
+                    f"higher intensities would add {text}"
                 )
             write_csv(table, out)
     except OSError as error:
@@ -153,7 +155,7 @@ def export_curves(
 
 
 def exported_curves(table: pd.DataFrame, method: str | None = None) -> pd.DataFrame:
-    """Return one curve per variant and limit state: of a method, or the preferred one.
+    """Return the curve of ``method``, or the preferred curve, per variant and limit state.
 
     The column ``curve_beta`` is beta_total, or beta if there is no slope to convert the dispersion
     of the capacity. ``damage_scale`` is the component, or component and state if the states of the
@@ -165,7 +167,7 @@ def exported_curves(table: pd.DataFrame, method: str | None = None) -> pd.DataFr
     rows = chosen_curves(table, method).reset_index(drop=True)
     if rows.empty:
         known = ", ".join(sorted(table["method"].unique()))
-        raise InputError(f"no curves of method {method!r} (in the table: {known})")
+        raise InputError(f"no curves of method {method!r}; the table has {known}")
     scale, state = rows["component"].astype(str), rows["limit_state"].astype(str)
     single = rows.groupby("component")["demand"].transform("nunique") == 1
     beta = rows["beta_total"].fillna(rows["beta"])
@@ -173,7 +175,7 @@ def exported_curves(table: pd.DataFrame, method: str | None = None) -> pd.DataFr
 
 
 def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.DataFrame]]:
-    """Yield variant, damage scale, its states by rising threshold, and its rows by state."""
+    """Yield variant, damage scale, states sorted by threshold, and curves indexed by state."""
     ordered = curves.sort_values("threshold", kind="stable")
     states = ordered.groupby("damage_scale")["limit_state"].unique()
     for (variant, scale), part in curves.groupby(["variant", "damage_scale"], sort=True):
@@ -188,7 +190,7 @@ def _table_next_to(source: Path, name: str) -> pd.DataFrame:
 
 
 def _probabilities(curves: pd.DataFrame, intensities: Floats) -> pd.DataFrame:
-    """Return the exceedance probabilities at some intensities: a row per curve and intensity."""
+    """Return exceedance probabilities, with one row per curve and intensity."""
     fitted = curves[curves["status"] == FITTED]
     names = [*variant_columns(fitted), "component", "limit_state", "method", "im"]
     long = fitted[[*names, "theta", "curve_beta"]]
@@ -203,7 +205,7 @@ def _frequencies(fitted: pd.DataFrame, path: Path) -> pd.DataFrame:
     need_columns(hazard, ("im", "rate"), path.name)
     if fitted["im"].nunique() > 1:
         names = ", ".join(fitted["im"].unique())
-        raise InputError(f"a hazard table has one intensity measure, the curves have {names}")
+        raise InputError(f"a hazard table is for one intensity measure; the curves use {names}")
     im, rate = hazard["im"].to_numpy(), hazard["rate"].to_numpy()
     pairs = zip(fitted["theta"], fitted["curve_beta"], strict=True)
     rows = [annual_frequency(theta, beta, im, rate) for theta, beta in pairs]
@@ -240,9 +242,9 @@ def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
 def write_skew_scaling(curves: pd.DataFrame, medians: pd.DataFrame, out: Path) -> None:
     """Write the skew factors as scaling specifications of pelicun to a JSON file.
 
-    The keys are the skew, then ``factor``, ``low`` and ``high`` (ends of the interval). Each value
-    is an argument ``scaling_specification`` of pelicun's damage model, at location 0 and direction
-    1, for the curves without skew that ``--format pelicun`` writes.
+    The file has one entry per skew, with the keys ``factor``, ``low`` and ``high`` (ends of the
+    interval). Each value is an argument ``scaling_specification`` of pelicun's damage model for
+    location 0 and direction 1. It applies to the curves without skew from ``--format pelicun``.
     """
     table = _skew_factors(curves, medians)
     places: dict[tuple[str, str, str], tuple[str, str]] = {}
@@ -283,7 +285,7 @@ def annual_frequency(theta: float, beta: float, im: ArrayLike, rate: ArrayLike) 
 
 
 def identifier(name: str, signs: str, longest: int) -> str:
-    """Return a name with accepted ``signs`` (a regex class); a changed name ends with a digest."""
+    """Return a name with only ``signs`` (a regex class). A changed name ends with a digest."""
     plain = re.sub(f"[^{signs}]", "_", name)
     if plain == name and len(name) <= longest:
         return name
@@ -292,7 +294,7 @@ def identifier(name: str, signs: str, longest: int) -> str:
 
 
 def measure_names(column: str) -> tuple[str, float, str, str]:
-    """Return an intensity's name and factor in OpenQuake, and demand type and unit in pelicun."""
+    """Return name and factor of an intensity in OpenQuake, demand type and unit in pelicun."""
     if match := re.match(r"im_sa_(\d+)p(\d+)_", column):
         period = f"{float(f'{match[1]}.{match[2]}'):g}"
         return f"SA({period})", 1.0, f"Spectral Acceleration|{period}", "g"
@@ -301,11 +303,11 @@ def measure_names(column: str) -> tuple[str, float, str, str]:
 
 
 def write_nrml(curves: pd.DataFrame, out: Path) -> list[dict[str, Any]]:
-    """Write one function per variant and damage scale, its limit states by rising threshold.
+    """Write one function per variant and damage scale, with limit states sorted by threshold.
 
     All functions of an OpenQuake model have the same limit states. If the fitted states differ, one
     file is written per damage scale and set of states. The entry ``crossing`` of a file lists the
-    functions whose curves cross near the medians: OpenQuake gets negative damage fractions there.
+    functions whose curves cross near the medians; OpenQuake then has negative damage fractions.
     """
     groups: dict[tuple[str, tuple[str, ...]], list[pd.DataFrame]] = defaultdict(list)
     for _, scale, known, rows in _functions(curves):
@@ -369,14 +371,14 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
 
 
 def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
-    """Write a row per variant and damage scale, its limit states numbered by rising threshold.
+    """Write one row per variant and damage scale; limit states are numbered from mild to severe.
 
-    States without an estimate keep their number, because pelicun skips empty parameters; the report
-    lists them as ``holes``. A JSON file of names is written next to the CSV file.
+    States without an estimate keep their number, because pelicun skips empty parameters. The report
+    lists them as ``holes``. A JSON file with names is written next to the CSV file.
     """
     out.parent.mkdir(parents=True, exist_ok=True)
     if (names_file := out.with_suffix(".json")) == out:
-        raise InputError(f"{out.name}: give a CSV file; the names go to a JSON file next to it")
+        raise InputError(f"{out.name} must be a CSV file; names are written to a JSON file")
     rows: list[dict[str, Any]] = []
     holes: list[dict[str, Any]] = []
     names: dict[str, Any] = {}

@@ -64,7 +64,7 @@ class FitOptions:
 
 
 def fit_file(path: Path, **given: Any) -> fits.FragilityFit:
-    """Fit the data of a file; an `InputError` names the option, or file, column and row."""
+    """Fit the data in a file. An `InputError` names the option, or the file, column and row."""
     options = checked(FitOptions, given, "options of the fit")
     if options.columns is None:
         data = read_data(path)
@@ -83,7 +83,7 @@ def fit_file(path: Path, **given: Any) -> fits.FragilityFit:
 
 
 def read_data(path: Path) -> pd.DataFrame | Mapping[str, Any]:
-    """Read a CSV or parquet table, or JSON: an object of columns, or a list of rows."""
+    """Read a table from CSV, parquet or JSON (an object with columns, or a list of rows)."""
     if path.suffix in {".csv", ".parquet"}:
         return read_any(path)
     if path.suffix != ".json":
@@ -188,7 +188,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
 def _fit_outcomes(
     im: Any, motions: Any, outcomes: DemandOutcomes, state: LimitState, options: FitOptions
 ) -> fits.FragilityFit:
-    """Fit the outcomes of n runs by the method of the options; ``im`` and ``motions`` are (n,)."""
+    """Fit the outcomes of n runs with ``options.method``; ``im`` and ``motions`` are (n,)."""
     exceed, known, used = outcomes.exceed(state), ~outcomes.unknown(state), outcomes.used
     settings = options.settings
     if options.method == "cloud":

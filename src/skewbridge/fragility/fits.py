@@ -58,7 +58,7 @@ class FragilityFit:
     loglik: float = nan  #: Log-likelihood at the maximum (with binomial coefficients).
     n_runs: int = 0  #: Runs in the fit.
     warnings: tuple[str, ...] = ()  #: Names of warnings.
-    details: Mapping[str, Any] = field(default_factory=dict)  #: Further results by name.
+    details: Mapping[str, Any] = field(default_factory=dict)  #: Further named results.
 
     def without_estimate(self, status: str) -> "FragilityFit":
         """Return the fit without median, dispersion and intervals, and with this status."""
@@ -72,7 +72,7 @@ class FragilityFit:
     def judged(
         self, bounds: Mapping[str, tuple[float, float]], *, accept: bool, names: Sequence[str] = ()
     ) -> "FragilityFit":
-        """Return the fit with a warning, and no estimate if unknown outcomes move it too much."""
+        """Add a warning; drop the estimate if unknown outcomes change theta by more than 15 %."""
         fit = self.warned("unknown_outcomes", *names)
         low, high = sorted((bounds["all_exceed"][0], bounds["none_exceed"][0]))
         narrow = 0.0 < low <= high <= MAX_BOUNDS_RATIO * low < inf
@@ -99,8 +99,8 @@ def fits_of_states(
 ) -> list[FragilityFit]:
     """Return the fits of J states from one maximum: ln theta = -a0/a1 and beta = widening/a1.
 
-    ``terms`` (J, p) give a0 = params @ term, ``slope`` is the position of a1. Covariances follow by
-    the delta method. Profile intervals use ``drop`` (`drop_of`); None: no intervals.
+    ``terms`` (J, p) give a0 = params @ term, ``slope`` is the position of a1. Covariances are from
+    the delta method. Profile intervals use ``drop`` (see `drop_of`); None gives no intervals.
     """
     fits, of_slope = list(blanks), np.eye(terms.shape[1])[slope]
     ends = None if drop is None else likelihood.profile_ends(kernel, best, drop, terms, slope)
@@ -126,7 +126,7 @@ def fits_of_states(
 
 
 def jackknifed(fit: FragilityFit, ln_theta: Floats, beta: Floats) -> FragilityFit:
-    """Return the fit with jackknife interval and covariance, from fits without each motion (M,)."""
+    """Return the fit with jackknife intervals and covariance from M fits without one motion."""
     good = np.isfinite(ln_theta) & np.isfinite(beta) & (beta > 0.0)
     if np.sum(good) < motion_means.MIN_VALUES:
         return fit.warned("too_few_motions_for_an_interval")
@@ -159,7 +159,7 @@ def common_warnings(fit: FragilityFit, im: Floats, n_records: int) -> list[str]:
 def fit_stripes(
     im: ArrayLike,  # intensities, positive, shape (J,)
     n: ArrayLike,  # number of runs at each intensity
-    k: ArrayLike,  # number of these runs that exceed
+    k: ArrayLike,  # number of these runs that exceed the limit state
     *,
     settings: FitSettings = DEFAULTS,
     n_records: int | None = None,  # number of motions, if smaller than the number of runs
@@ -169,15 +169,15 @@ def fit_stripes(
     """Fit a fragility curve to k exceedances in n runs at each intensity, by maximum likelihood.
 
     l(a) = sum k ln Phi(eta) + (n - k) ln Phi(-eta), eta = a0 + a1 ln x; theta = exp(-a0/a1) and
-    beta = 1/a1. If no estimate exists, the status says why (`binomial_status`). Intensities may
-    repeat; those without runs are dropped with a warning. An `InputError` names the row of a value
-    that is missing, not positive, or not a whole number in 0..n.
+    beta = 1/a1. The status is the reason if there is no estimate (`binomial_status`). Intensities
+    may repeat. Intensities without runs are dropped with a warning. An `InputError` names the row
+    of a value that is missing, not positive, or not a whole number in 0..n.
     """
     x, runs, exceed = positive(im, "im"), as_column(n, "n"), as_column(k, "k")
     same_length(im=x, n=runs, k=exceed)
     require(np.isfinite(runs) & (runs >= 0.0), "n", "must be >= 0 and finite", runs)
     require((exceed >= 0.0) & (exceed <= runs), "k", "must satisfy 0<=k<=n", exceed)
-    require(exceed == np.round(exceed), "k", "must be whole", exceed)
+    require(exceed == np.round(exceed), "k", "must be whole numbers", exceed)
     kept = runs > 0.0
     x, runs, exceed = x[kept], runs[kept], exceed[kept]
     total, ln_im = round(float(np.sum(runs))), np.log(x)
@@ -208,7 +208,7 @@ def fit_stripes(
 
 
 def exceedance_maxima(ln_im: Floats, known: Mask, exceed: Mask) -> list[likelihood.Maximum | None]:
-    """Return the likelihood maxima of J states for `fit_stripes`, None if there is no estimate."""
+    """Return the likelihood maximum of each of J states, or None for states without estimate."""
     # `known` and `exceed` have the shape (n, J); all states are maximised together
     signs = (np.where(exceed, 1.0, -1.0) * known).T
     shares = [(np.abs(each), np.maximum(each, 0.0)) for each in signs]
@@ -233,7 +233,7 @@ def _completed(
     interval: bool = True,
     flattest: float = FLATTEST_SLOPE,
 ) -> FragilityFit:
-    """Return the fit at a maximum (a0, a1) with intervals and warnings, or why there is none."""
+    """Return the fit at a maximum (a0, a1), or a fit with only the reason why there is none."""
     a0, a1 = best.params[0].tolist()
     blank = replace(blank, details={**blank.details, "a0": a0, "a1": a1})
     if not best.converged[0]:
@@ -248,7 +248,7 @@ def _completed(
 def _stripe_bounds(
     status: str, ln_im: Floats, n: Floats, k: Floats, settings: FitSettings
 ) -> dict[str, Any]:
-    """Return bounds of probabilities or of the median from counts without an estimate."""
+    """Return bounds on probabilities or on the median for counts that give no estimate."""
     level, beta = settings.confidence, settings.assumed_beta
     if status in (NO_EXCEEDANCE, ALL_EXCEED):
         exceed = status == ALL_EXCEED
@@ -283,7 +283,7 @@ def _bracket(low: float, high: float) -> dict[str, Any]:
 def _median_bound(
     ln_im: Floats, n: Floats, settings: FitSettings, *betas: float, exceed: bool
 ) -> dict[str, Any]:
-    """Return one-sided bounds of the median, by dispersion, if no run (or every run) exceeds."""
+    """Return a one-sided bound on the median for each dispersion if no (or every) run exceeds."""
     level, assumed = settings.confidence, settings.assumed_beta
     bounds = {
         f"{beta:g}": median_bound(ln_im, n, beta=beta, level=level, exceed=exceed)
@@ -295,7 +295,7 @@ def _median_bound(
 
 
 def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
-    """Return a warning if few stripes (or intensities) have both exceedance and non-exceedance."""
+    """Return a warning if runs that exceed and that do not are mixed in few stripes only."""
     levels, index = np.unique(x, return_inverse=True)
     runs, exceed = np.bincount(index, n), np.bincount(index, k)
     if np.max(runs) > 1.0:
@@ -307,7 +307,7 @@ def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
 
 
 def _link_p(eta: Floats, ln_im: Floats, n: Floats, k: Floats) -> float:
-    """Return the p-value of the score test of curvature in eta; NaN with only two intensities."""
+    """Return the p-value of the score test of curvature in eta, or NaN for two intensities."""
     up, down, remain = likelihood.mills_ratio(eta), likelihood.mills_ratio(-eta), n - k
     score = k * up - remain * down
     information = k * up * (eta + up) + remain * down * (down - eta)
@@ -325,10 +325,10 @@ def fit_capacities(
     """Fit a lognormal distribution to capacities, some of which may be right-censored.
 
     l = sum over observed [ln phi(z) - ln beta] + sum over censored ln Phi(-z),
-    z = ln(IM/theta)/beta. ``capacity`` is the intensity at which the limit state is reached, or the
-    last one tried if ``censored`` is 1. ``beta`` is the maximum-likelihood value; if no capacity is
-    censored, the details also give the value with n - 1 in the denominator. An `InputError` names
-    the row of a value that is missing or not positive.
+    z = ln(IM/theta)/beta. ``capacity`` is the intensity at which the limit state is reached. If
+    ``censored`` is 1, it is the last intensity tried. ``beta`` is the maximum-likelihood value. If
+    no capacity is censored, the details also give the value with n - 1 in the denominator. An
+    `InputError` names the row of a value that is missing or not positive.
     """
     values = positive(capacity, "capacity")
     flags = np.zeros(values.size) if censored is None else as_column(censored, "censored")
@@ -361,9 +361,9 @@ def fit_brackets(
 
     l = sum ln[Phi(z_upper) - Phi(z_lower)]. Use it for stripes with the same motions at every
     level, and for any grid or search with steps wider than 2 % of theta. ``upper`` is the intensity
-    of the first exceedance (infinity, NaN or None: no run exceeds), ``lower`` the largest intensity
-    below it (0: none). An `InputError` names the row in which ``lower`` is missing, negative or not
-    below ``upper``.
+    of the first exceedance: infinity, NaN or None if no run exceeds. ``lower`` is the largest
+    intensity below it, or 0 if there is none. An `InputError` names the row in which ``lower`` is
+    missing, negative or not below ``upper``.
     """
     low, high = as_column(lower, "lower"), as_column(upper, "upper")
     same_length(lower=low, upper=high)
@@ -383,8 +383,8 @@ def fit_first_exceedances(
     """Fit the brackets of the first exceedance of each motion; return the fit and the brackets.
 
     ``im``, ``exceed`` (0 or 1) and ``record`` are intensity, outcome and number of the motion of
-    each run, shape (n,). Open ends of the brackets are 0 and infinity. Motions without exceedance
-    at an intensity above their first exceedance give a warning (number: ``n_non_monotone``).
+    each run, shape (n,). Open ends of the brackets are 0 and infinity. A warning is added if
+    ``n_non_monotone`` motions do not exceed at an intensity above their first exceedance.
     """
     # ASSUME the first crossing is the capacity
     records, codes = np.unique(record, return_inverse=True)
@@ -402,7 +402,7 @@ def fit_first_exceedances(
 def _fit_distribution(
     blank: FragilityFit, lower: Floats, upper: Floats, im: Floats, settings: FitSettings
 ) -> FragilityFit:
-    """Return the fit of capacities from their ln bounds (n,), or ``blank`` with a status."""
+    """Fit capacities with ln bounds (n,), or return ``blank`` with the reason as status."""
     has_low, has_high = np.isfinite(lower), np.isfinite(upper)
     if not (np.any(has_low) and np.any(has_high)):
         exceed = bool(np.any(has_high))
@@ -440,11 +440,12 @@ def fit_cloud(
     """Fit a fragility curve to a cloud of demands: ln D = ln a + b ln x + e.
 
     theta = exp((ln c - ln a)/b) and beta = sqrt(s^2 + dispersion^2)/b. Without censored demands the
-    fit is by least squares with Fieller's interval; with them it is by maximum likelihood (Tobit)
-    with profile intervals that use Student's t(n - 2) for n observed demands. If motions repeat,
-    intervals are by jackknife over motions. Status ``slope_not_significant``: Fieller's interval is
-    unbounded. Warnings: ``saturating`` and ``curved`` by the test of curvature, ``heteroscedastic``
-    by the Breusch-Pagan test. An `InputError` names the row of a missing or non-positive value.
+    fit is least squares with Fieller's interval. With censored demands, it is maximum likelihood
+    (Tobit) with profile intervals that use Student's t(n - 2) for n observed demands. If motions
+    repeat, intervals are from the jackknife over motions. If Fieller's interval is unbounded, the
+    status is ``slope_not_significant``. The test of curvature may give the warning ``saturating``
+    or ``curved``, and the Breusch-Pagan test ``heteroscedastic``. An `InputError` names the row of
+    a missing or non-positive value.
     """
     values, low = positive(im, "im"), as_column(edp, "edp")
     high = low if upper is None else as_column(upper, "upper")
@@ -501,7 +502,7 @@ def fit_cloud_states(
 def _fit_least_squares(
     blank: FragilityFit, line: TestedLine, threshold: float, dispersion: float
 ) -> FragilityFit:
-    """Return the cloud fit without censored demands, with intervals by Fieller and delta method."""
+    """Fit a cloud without censored demands: Fieller's interval for theta, delta method for beta."""
     n, rise = line.n, float(np.log(threshold)) - (line.ln_a + line.b * line.mean_x)
     t = float(special.stdtrit(n - 2, 0.5 + 0.5 * blank.level))
     if line.b <= 0.0:
@@ -544,7 +545,7 @@ def _fit_tobit(
     *,
     interval: bool,
 ) -> list[FragilityFit]:
-    """Return the cloud fits of the states with censored demands."""
+    """Fit all states to a cloud with censored demands."""
     # parameters (d0, d1, h): z = h ln D - d0 - d1 ln x, so the predictor is (d0 - h ln c) + d1 ln x
     x, low, high = cloud
     seen = low == high
@@ -587,7 +588,7 @@ def binomial_status(ln_im: Floats, n: Floats, k: Floats) -> str:
 
 
 def clopper_pearson(k: Floats, n: Floats, level: float) -> tuple[Floats, Floats]:
-    """Return the exact limits of proportions k/n; one-sided if none or all exceed."""
+    """Return the exact limits of proportions k/n; they are one-sided if k is 0 or n."""
     tail = np.where((k <= 0.0) | (k >= n), 1.0 - level, (1.0 - level) / 2.0)
     low = np.where(k <= 0.0, 0.0, special.betaincinv(np.maximum(k, 1e-9), n - k + 1.0, tail))
     high = np.where(k >= n, 1.0, special.betaincinv(k + 1.0, np.maximum(n - k, 1e-9), 1.0 - tail))
@@ -595,7 +596,7 @@ def clopper_pearson(k: Floats, n: Floats, level: float) -> tuple[Floats, Floats]
 
 
 def median_bound(ln_im: Floats, n: Floats, *, beta: float, level: float, exceed: bool) -> float:
-    """Return theta with P(data | theta, beta) = 1 - level: an upper bound if all runs exceed."""
+    """Return theta with P(data | theta, beta) = 1 - level, an upper bound if all runs exceed."""
     sign = 1.0 if exceed else -1.0
 
     def excess(ln_theta: float) -> float:

@@ -158,7 +158,7 @@ def _maximised(
 
 
 def outer_by(codes: Index, values: Floats, count: int) -> Floats:
-    """Return the sum of x x' over the rows x of ``values`` (n, p) by code, shape (count, p, p)."""
+    """Return the sum of x x' over the rows x of ``values`` (n, p) for each code, (count, p, p)."""
     order = np.argsort(codes, kind="stable")
     ends = np.cumsum(np.bincount(codes, minlength=count))[:-1]
     return np.stack([part.T @ part for part in np.split(values[order], ends)])
@@ -187,7 +187,7 @@ def _uphill(score: Floats, information: Floats) -> Floats:
 
 
 def _likelihood(data: MixedData) -> Callable[[Floats], MixedFit]:
-    """Return a function of the parameters (m,): log-likelihood by motion and its derivatives."""
+    """Return the function that evaluates the likelihood and its derivatives at parameters (m,)."""
     values, count = data.bound, int(np.max(data.motion)) + 1
     censored = np.bincount(data.motion, data.lower != data.upper) > 0.0
     # motions without and motions with censored runs: masks of motions and runs, and integrals
@@ -208,7 +208,7 @@ def _likelihood(data: MixedData) -> Callable[[Floats], MixedFit]:
 
 
 class _Integrals:
-    """Integrals over the random effect u of motions that all have, or all lack, censored runs."""
+    """Integrals over the random effect u: for motions with censored runs, or for all others."""
 
     def __init__(self, data: MixedData, runs: Mask) -> None:
         lower, upper, design = data.lower[runs], data.upper[runs], data.design[runs]
@@ -227,7 +227,7 @@ class _Integrals:
         self._products = row_products(self._design, self._design)
 
     def at(self, parameters: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return score, information and log-likelihood by motion, and expected y of each run."""
+        """Return score, information, log-likelihood of each motion, and expected y of each run."""
         delta, (tau, sigma) = parameters[:-2], np.exp(parameters[-2:])
         residual = self._y - self._x @ delta
         square = self._yy - 2.0 * self._xy @ delta
@@ -321,12 +321,12 @@ class _Integrals:
 class AxisRange:
     """Range of the axes of the variants of one bridge and abutment model.
 
-    The variables of a model are skew/60 degrees (the absolute value, unless the study has skews of
-    both signs), gap/50.8 mm, axes without unit such as friction, and any other axis divided by its
-    largest possible value.
+    The variables of a model are skew/60 degrees, gap/50.8 mm, axes without unit (such as friction)
+    unchanged, and all other axes divided by their largest possible value. The absolute value of
+    the skew is used unless the study has skews of both signs.
     """
 
-    limits: Mapping[str, tuple[float, float]]  # smallest and largest value (or skew size) by axis
+    limits: Mapping[str, tuple[float, float]]  # smallest and largest value of each axis
     signed_skew: bool = False  # True if the study has skews of both signs
 
     @classmethod
@@ -350,7 +350,7 @@ class AxisRange:
         return {name: 0.5 * sum(self.limits[name]) for name in self.varying}
 
     def variables(self, values: Mapping[str, Any]) -> dict[str, Floats]:
-        """Return the model variables by axis, shape (n,) each, for given values of the axes."""
+        """Return the model variable of each axis, shape (n,), for given values of the axes."""
         found: dict[str, Floats] = {}
         for name in self.varying:
             value = np.atleast_1d(self._counted(name, np.asarray(values[name], dtype=np.float64)))
@@ -378,14 +378,14 @@ class AxisRange:
 
 
 def term_matrix(terms: Sequence[str], variables: Mapping[str, Floats]) -> Floats:
-    """Return the columns 1 and q terms (products of axes, such as ``a:b``), shape (n, 1 + q)."""
+    """Return a column of ones and q terms (products of axes such as ``a:b``), shape (n, 1 + q)."""
     size = next((value.size for value in variables.values()), 1)
     products = [np.prod([variables[name] for name in term.split(":")], axis=0) for term in terms]
     return np.column_stack([np.ones(size), *products])
 
 
 def term_sets(variables: Mapping[str, Floats]) -> list[tuple[str, ...]]:
-    """Return the sets of terms to compare: main effects alone, with squares, products, or both.
+    """Return the sets of terms to compare: main effects, alone or with squares and products.
 
     ``variables`` have the shape (V,), one value per variant. Terms that the variants cannot
     distinguish are left out. A square or product is added only if the model then has fewer
@@ -419,7 +419,7 @@ class JointModel:
         self.covariance = np.asarray(row["covariance"], dtype=np.float64).reshape(size, size)
 
     def interval(self, estimate: float, variance: float, level: float) -> tuple[float, float]:
-        """Return the ends of the interval of exp(estimate); ``variance`` is of the estimate."""
+        """Return the interval ends of exp(estimate), given the variance of the estimate."""
         half = special.stdtrit(self.freedom, 0.5 + 0.5 * level) * np.sqrt(variance)
         return float(np.exp(estimate - half)), float(np.exp(estimate + half))
 
@@ -429,7 +429,7 @@ class JointModel:
         over: Mapping[str, float] | None = None,
         level: float | None = None,
     ) -> tuple[float, float, float]:
-        """Return theta at axis values, or its ratio to theta at ``over``, and its interval ends."""
+        """Return theta at ``values`` with interval ends, divided by theta at ``over`` if given."""
         points = values if over is None else {n: [values[n], over[n]] for n in values}
         vectors = term_matrix(self._terms, self.axis_range.variables(points))
         vector = vectors[0] if over is None else vectors[0] - vectors[1]
@@ -446,7 +446,7 @@ def joint_table(
     *,
     jobs: int = 1,
 ) -> pd.DataFrame:
-    """Return the table with `JOINT_COLUMNS`: a model per bridge, abutment model and limit state."""
+    """Return table `joint`, with one row per bridge, abutment model and limit state."""
     own = pd.DataFrame(columns=_CLOUD_COLUMNS)
     if curves is not None:
         own = curves.query("method == 'cloud' and status == @FITTED")[_CLOUD_COLUMNS]
@@ -541,7 +541,7 @@ def _fit_demand(
 def _without_each_variant(
     data: MixedData, fit: MixedFit, variant: Index, count: int
 ) -> tuple[Floats, float]:
-    """Return coefficients of fits without one variant (V, p), and the RMS error of prediction."""
+    """Return coefficients (V, p) of V fits without one variant, and the RMS prediction error."""
     # generalised least squares; NaN and an infinite error if the other variants do not suffice
     # ASSUME tau, sigma and the expected values of censored demands of the other variants do not
     # change if a variant is left out

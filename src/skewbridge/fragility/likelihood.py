@@ -1,6 +1,6 @@
 """Normal likelihood of observed, left-, right- and interval-censored values, and its maximum.
 
-One kernel serves every fit: a cloud with censored demands (Tobit), capacities of an incremental
+One kernel is used in every fit: a cloud with censored demands (Tobit), capacities from incremental
 analysis, brackets of capacities, and counts of exceedance (a run that exceeds at x has a capacity
 below x, otherwise above x). Every term is concave in the parameters, so the maximum is unique if it
 exists.
@@ -155,7 +155,7 @@ class NormalKernel:
         return Derivatives(loglik, score, hessian)
 
     def bend(self, params: Floats, step: Floats) -> Floats:
-        """Return T step step / 2, shape (R, p); T: mean third derivatives at ``params`` (p,)."""
+        """Return T step step / 2 (R, p), where T are mean third derivatives at ``params`` (p,)."""
         if self._two_sided:
             return np.zeros_like(step)
         u, zl, zu = (design @ params for design in (self._tail, self._low, self._high))
@@ -182,7 +182,7 @@ class Maximum(NamedTuple):
 
 
 def _newton_step(hessian: Floats, score: Floats) -> Floats:
-    """Return the Newton steps of a batch; zero where the Hessian is singular."""
+    """Return the Newton steps of a batch; a step is zero if its Hessian is singular."""
     try:
         step = np.linalg.solve(-hessian, score[..., None])[..., 0]
     except np.linalg.LinAlgError:
@@ -195,7 +195,7 @@ def _newton_step(hessian: Floats, score: Floats) -> Floats:
 def maximise(
     kernel: "NormalKernel | _Profiles", start: Floats, *, covariance: bool = True
 ) -> Maximum:
-    """Maximise R concave log-likelihoods from ``start`` (R, p): Newton steps, halved if needed."""
+    """Maximise R concave log-likelihoods from ``start`` (R, p) by Newton steps with halving."""
     params = np.array(start, dtype=np.float64)
     active = np.arange(len(params))
     converged = np.zeros(active.size, dtype=np.bool_)
@@ -254,7 +254,7 @@ def maximise(
 def drop_of(level: float, n: int | None = None) -> float:
     """Return the drop of twice the log-likelihood at the ends of a profile interval.
 
-    Without ``n`` it is the large-sample value (chi-square), with ``n`` the exact value for a
+    Without ``n`` it is the large-sample value (chi-square). With ``n`` it is the exact value for a
     coefficient of a line through n demands with estimated scatter.
     """
     if n is None:
@@ -330,7 +330,7 @@ class _Profiles:
         self._normals[:-2, slope] = np.repeat(-intercepts @ best / best[slope], 2)
 
     def derivatives(self, params: Floats, rows: Index) -> Derivatives:
-        """Return the derivatives of some rows by the free parameters, as `NormalKernel` does."""
+        """Return the derivatives with respect to the free parameters for the numbered rows."""
         onto = self._onto[rows]
         now = self._kernel.derivatives(self._offset[rows] + (onto @ params[:, :, None])[..., 0])
         self._score[rows], self._hessian[rows] = now.score, now.hessian
@@ -368,7 +368,7 @@ class _Profiles:
         return self._params + along[:, None] * self._shifts
 
     def _ahead(self, turned: Floats, right: Floats) -> Floats:
-        """Return start values of the next maxima, along the tangent of the profile if usable."""
+        """Return start values for the next maxima, on the tangent of the profile if usable."""
         # at a maximum, score = multiplier * normal: one Newton step for parameters and multiplier
         count, size = self._params.shape
         system, of = np.zeros((count, size + 1, size + 1)), np.zeros((count, size + 1))

@@ -34,7 +34,7 @@ _SPELLINGS: Final = {"m/s": "mps", "m/s2": "mps2"} | dict.fromkeys(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitState:
-    """Capacity of a component for one demand at one degree of damage, see `LimitStateEntry`."""
+    """Capacity of a component for one demand and one degree of damage (see `LimitStateEntry`)."""
 
     component: str
     name: str  # degree of damage, for example ``moderate``
@@ -60,7 +60,7 @@ class LimitState:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """``small_capacity_dispersion`` if the dispersion is below 0.05: probably a wrong unit."""
+        """``small_capacity_dispersion`` if the dispersion is below 0.05, probably a wrong unit."""
         return ("small_capacity_dispersion",) if 0.0 < self.dispersion < 0.05 else ()
 
     @property
@@ -89,11 +89,11 @@ def _column_failures() -> tuple[LimitState, ...]:
 
 
 def with_column_failure(states: States, columns: Collection[str]) -> list[LimitState]:
-    """Return limit states with the states of column failure added, unless the file defines them.
+    """Return limit states and the states of column failure, unless these are already defined.
 
-    Shear failure is a shear demand-capacity ratio above 1, flexural failure a ratio of drift to
-    drift capacity above 1, and any failure the larger of both ratios above 1. A state is added only
-    if its demand is one of ``columns``.
+    A column fails in shear if its shear demand/capacity ratio exceeds 1, and in flexure if its
+    drift/capacity ratio exceeds 1. The state ``any`` is exceeded if either ratio exceeds 1. A state
+    is added only if its demand is one of ``columns``.
     """
     defined = any(state.component == COLUMN_FAILURE for state in states)
     failures = () if defined else _column_failures()
@@ -106,7 +106,7 @@ type Dispersion = Annotated[float, Field(ge=0.0, le=MAX_DISPERSION)]
 
 
 class StateEntry(BaseModel):
-    """Median capacity of one degree of damage, with its own dispersion if given."""
+    """Median capacity for one degree of damage, with an optional dispersion."""
 
     model_config = _STRICT
 
@@ -144,12 +144,12 @@ class LimitStateEntry(BaseModel):
         Annotated[
             StateEntry, BeforeValidator(_with_median, json_schema_input_type=float | StateEntry)
         ],
-    ] = Field(min_length=1, description="median by degree of damage")
+    ] = Field(min_length=1, description="median capacity for each degree of damage")
     degrees: dict[str, str] | None = Field(
         None,
-        description="for system curves: degree of damage of the bridge by state. A state that is "
-        "not listed is left out of system curves. "
-        "null: the name of each state is its degree of damage",
+        description="for system curves: degree of damage of the bridge for each state. A state "
+        "that is not listed is left out of system curves. "
+        "With null, the name of each state is its degree of damage",
     )
 
     @field_validator("degrees")
@@ -181,7 +181,7 @@ class LimitStateEntry(BaseModel):
         factor = _UNITS[self.unit][1] / _UNITS[unit][1]
         for (mild, before), (severe, state) in pairwise(self.states.items()):
             if state.median <= before.median:
-                text = f"median {state.median:g} must be above {before.median:g} of {mild}"
+                text = f"median {state.median:g} must exceed the {before.median:g} of {mild}"
                 raise InputError(f"{where}: states.{severe}: {text}: write mild states first")
         shared = self.model_dump(include={"component", "demand", "collapse", "citation"})
         out: list[LimitState] = []
@@ -219,9 +219,9 @@ def limit_states_of(data: object, place: str = "") -> list[LimitState]:
 
 
 def demand_unit(column: str) -> str:
-    """Return the unit of a demand, such as ``m``; of a foreign column, the end of its name."""
+    """Return the unit of a demand, such as ``m``. The name of a foreign column ends with it."""
     known = column_of(column)
     unit = column.rsplit("_", 1)[-1] if known is None else known.unit.lower()
     if (unit := _SPELLINGS.get(unit, unit)) in _UNITS:
         return unit
-    raise InputError(f"column {shortened(column)} carries no unit in its name", column=column)
+    raise InputError(f"column {shortened(column)} does not end with a unit", column=column)

@@ -24,7 +24,7 @@ class Lines:
     """Lines ln D = ln a + b ln x + e, one per set of run weights; arrays of shape (R,)."""
 
     ln_a: Floats
-    b: Floats  # NaN where no line can be fitted or the line does not rise
+    b: Floats  # NaN if no line can be fitted or the slope is not positive
     sigma: Floats  # standard deviation of e
 
     def ln_theta(self, threshold: float) -> Floats:
@@ -40,9 +40,9 @@ def fit_lines(x: Floats, lower: Floats, upper: Floats, weights: Floats) -> Lines
     """Fit one line per set of weights: least squares, or Tobit if some demands are censored.
 
     ``x`` (n,) is ln intensity. ``lower`` and ``upper`` (n,) are the ln bounds of each demand: equal
-    if it is known, infinite on the side on which it is censored. ``weights`` (R, n) is how often
-    each run counts. A line is NaN if fewer than three demands are known, if the known demands are
-    at a single intensity, or if it does not rise.
+    if it is known, infinite on the side on which it is censored. ``weights`` (R, n) states how
+    often each run counts. A line is NaN if fewer than three demands are known, if the known demands
+    are at a single intensity, or if its slope is not positive.
     """
     seen, known = lower == upper, x[lower == upper]
     if known.size < 3 or (known.size < x.size and np.ptp(known) == 0.0):
@@ -94,7 +94,7 @@ class TestedLine(NamedTuple):
 
     @property
     def warnings(self) -> list[str]:
-        """Names of the violations that are significant at 5 %: curvature, changing scatter."""
+        """Warnings about curvature and changing scatter that are significant at 5 %."""
         names: list[str] = []
         if self.curvature_p < 0.05:
             names.append("saturating" if self.curvature < 0.0 else "curved")

@@ -76,7 +76,7 @@ def rank_measures(
 def _properties(
     table: pd.DataFrame, codes: Index, motions: pd.DataFrame | None
 ) -> dict[str, Floats]:
-    """Return the mean of each motion property on which residuals must not depend, (M,) each."""
+    """Return the motion properties on which residuals must not depend, averaged over runs, (M,)."""
     columns: dict[str, Floats] = {}
     if motions is not None:
         joined = table[["motion_id"]].merge(motions, on="motion_id", how="left")
@@ -94,7 +94,7 @@ def _properties(
 
 
 def _dependence(values: Floats, residual: Floats) -> tuple[float, float]:
-    """Return p-value, and effect per standard deviation, of a property on the residuals."""
+    """Return the p-value and the effect per standard deviation of a property on the residuals."""
     # both arrays hold means by motion, shape (M,); NaN for a constant property
     good = np.isfinite(values)
     spread = np.ptp(values[good]) if np.any(good) else 0.0
@@ -110,7 +110,7 @@ def _dependence(values: Floats, residual: Floats) -> tuple[float, float]:
 def measure_table(
     demands: pd.DataFrame, motions: pd.DataFrame, settings: FitSettings = DEFAULTS
 ) -> pd.DataFrame:
-    """Return table `measures` of all bridges and abutment models for positive headline demands."""
+    """Return table `measures` for all bridges, abutment models and positive headline demands."""
     names = ["motion_id", "magnitude", "distance_km"]
     suite = motions[names] if set(names) <= set(motions.columns) else None
     tables: list[pd.DataFrame] = []

@@ -5,7 +5,8 @@ error comes from estimates without one motion (jackknife). Values that are only 
 as censored normal values (Tobit).
 
 Sources: the iteration, Dempster, Laird and Rubin (1977), J. R. Stat. Soc. B 39(1):1-38; jackknife,
-Efron and Stein (1981), Ann. Stat. 9(3):586-596; of groups, Kott (2001), J. Official Statistics
+Efron and Stein (1981), Ann. Stat. 9(3):586-596; jackknife of
+groups, Kott (2001), J. Official Statistics
 17(4):521-526.
 """
 
@@ -43,13 +44,13 @@ def exp_end(value: float) -> float:
 
 
 def motions_beyond(ln_theta: float, ln_im: Floats, motions: Index) -> int:
-    """Return the number of motions at or above a median, or at or below if fewer; 0 if NaN."""
+    """Return the number of motions at or above a median, or at or below it, if that is fewer."""
     sides = ln_im >= ln_theta, ln_im <= ln_theta
     return min(np.unique(motions[side]).size for side in sides)
 
 
 def motion_weights(motions: Index) -> Floats:
-    """Return 0/1 weights of the runs: all runs, then without each motion in turn, (1 + M, n).
+    """Return run weights 0 or 1 (1 + M, n): all runs, then all runs except those of each motion.
 
     With more than 200 motions, each replicate leaves out one of 100 groups of motions (Kott 2001).
     """
@@ -66,7 +67,7 @@ def jackknife_covariance(values: Floats) -> Floats:
 
 
 def jackknife_factors(logs: Floats, level: float, dof: int | None = None) -> list[float]:
-    """Return q factors from estimate to upper end, from ln estimates without a motion, (M, q)."""
+    """Return q ratios of upper end to estimate, given ln estimates without each motion, (M, q)."""
     if len(logs) < MIN_VALUES:
         return [nan] * logs.shape[1]
     t = float(special.stdtrit(len(logs) - 2 if dof is None else dof, 0.5 + 0.5 * level))
@@ -86,7 +87,7 @@ class Jackknifed:
 
     @classmethod
     def of(cls, values: Floats, present: Mask, exact: Mask, parameters: int) -> Self:
-        """Return the jackknife of ``values`` (1 + M, ...): all motions, then without each one."""
+        """Return the jackknife of ``values``, from all motions, then without each, (1 + M, ...)."""
         count = max(int(np.count_nonzero(present)), 1)
         influence = np.zeros_like(values[1:])
         influence[present] = (values[0] - values[1:][present]) * (count - 1) / count
@@ -109,7 +110,7 @@ class Jackknifed:
         return self.estimate - t * self.error, self.estimate + t * self.error
 
     def p_value(self) -> Floats:
-        """Return the two-sided p-value of a zero true value, shape (...)."""
+        """Return the two-sided p-value for a true value of zero, shape (...)."""
         if self.dof < 2:
             return np.full_like(self.estimate, np.nan)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -121,7 +122,7 @@ class Jackknifed:
 
 
 def average(cells: Sequence[Jackknifed]) -> Jackknifed:
-    """Return the unweighted average of the cells that have an estimate."""
+    """Return the unweighted average over the pairs of variants (cells) that have an estimate."""
     # all cells share the motions, so the error comes from the averaged influence of each motion
     good = [cell for cell in cells if np.all(np.isfinite(cell.estimate))]
     if not good:
@@ -165,8 +166,8 @@ def bounded_regression(
     Without bounds this is weighted least squares. Each bound is replaced by its expected value for
     the current line and scatter, iteratively. The scatter has the divisor (sum of weights - p); it
     would otherwise be too small with few motions. All coefficients are NaN if the exact values do
-    not determine every line. The first column of ``design`` (n, p) is one; ``values`` and ``bound``
-    are as in `by_motion`, ``weights`` have the shape (R, n).
+    not determine every line. The first column of ``design`` (n, p) is one. See `by_motion` for
+    ``values`` and ``bound``. The shape of ``weights`` is (R, n).
     """
     (n, p), exact = design.shape, bound == 0
     products = (design[:, :, None] * design[:, None, :]).reshape(n, p * p)

@@ -38,7 +38,7 @@ class DemandOutcomes:
 
     @property
     def behind_line(self) -> "DemandOutcomes":
-        """Outcomes to which the line is fitted: the governing failure mode, else this demand."""
+        """Outcomes to which the line is fitted: of the governing failure mode, if any, or these."""
         return self if self.governing is None else self.governing
 
     @property
@@ -87,7 +87,7 @@ class DemandOutcomes:
         return fit_lines(ln_im[used], *self.ln_ends, weights[:, used])
 
     def treated(self, state: LimitState, treatment: str) -> "DemandOutcomes":
-        """Return outcomes in which the unknown ones are excluded, all exceed or none exceeds."""
+        """Return the outcomes after applying one of `TREATMENTS` to the unknown ones."""
         unknown, c = self.unknown(state), state.threshold
 
         def changed(data: "DemandOutcomes") -> "DemandOutcomes":
@@ -114,8 +114,8 @@ def end_counts(table: pd.DataFrame) -> dict[str, int]:
 def demand_outcomes(table: pd.DataFrame, states: States, im: str | None = None) -> DemandOutcomes:
     """Return the outcomes of all runs of a table for the demand that ``states`` share.
 
-    For column failure in any mode, given the intensity measure, lines are fitted to each mode and
-    to the larger demand-capacity ratio; the line with the smallest median governs.
+    For column failure in any mode, if ``im`` is given, lines are fitted to the ratio of each mode
+    and to the larger ratio. The line with the smallest median governs.
     """
     demand, state = states[0].demand, states[0]
     outcomes = _outcomes(table, states, demand)
@@ -160,7 +160,7 @@ def _outcomes(table: pd.DataFrame, states: States, demand: str) -> DemandOutcome
 
 
 def states_by_demand(states: States) -> dict[tuple[str, str], list[LimitState]]:
-    """Return the states by component and demand, each list sorted by rising threshold."""
+    """Group states by component and demand; each list is sorted by increasing threshold."""
     groups: dict[tuple[str, str], list[LimitState]] = {}
     for state in sorted(states, key=lambda state: state.threshold):
         groups.setdefault((state.component, state.demand), []).append(state)

@@ -25,7 +25,7 @@ _NONE: Final = "--"
 
 
 def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
-    """Return the descriptions of the columns by name for a study with these axes."""
+    """Return the column descriptions of the publication table for a study with these axes."""
     ends = {"": "estimate", "_low": "lower end", "_high": "upper end"}
     return described("table", axes) | {
         f"{split_unit(axis.name)[0]}_ratio{end}": f"{meaning} of the ratio to the median at the "
@@ -39,7 +39,7 @@ PAPER_COLUMNS: Final = paper_columns(AXES)
 
 
 def chosen_curves(curves: pd.DataFrame, method: str | None = None) -> pd.DataFrame:
-    """Return a curve per variant, component and limit state, of ``method`` or the preferred one."""
+    """Return the curve of ``method``, or the preferred curve, per variant and limit state."""
     if method is not None:
         return curves[curves["method"] == method]
     first = curves.sort_values("preferred", ascending=False, kind="stable")
@@ -47,7 +47,10 @@ def chosen_curves(curves: pd.DataFrame, method: str | None = None) -> pd.DataFra
 
 
 def with_ratios(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
-    """Return curves with paired ratios to the median at the smallest value of each axis, or NaN."""
+    """Add to each curve, for every axis, the ratio to the median at the smallest value of the axis.
+
+    The ratios are paired by motion. They are NaN if not available.
+    """
     axes = axis_names(curves)
     state = curves["component"].astype(str) + "/" + curves["limit_state"].astype(str)
     keys = curves[["bridge", "abutment", *axes]].assign(demand=state)
@@ -112,7 +115,7 @@ def variant_in_words(row: Mapping[str, Any]) -> str:
 
 
 def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
-    """Return the rows as texts; an asterisk marks medians that differ between the methods."""
+    """Return the rows as texts; an asterisk marks a median if the methods differ."""
     ratios = ratio_names(table)
     return [
         {

@@ -1,8 +1,8 @@
 """Create, describe and write all tables of results/fragility from a demands table.
 
 With several suites of motions, each suite is also analysed separately. The motions of two suites
-are different events, so the squared error of a difference is the sum of both squared errors; its
-interval is by Welch (1947), Biometrika 34, 28-35.
+are different events, so the squared error of a difference is the sum of both squared errors. The
+interval follows Welch (1947), Biometrika 34, 28-35.
 """
 
 from collections.abc import Mapping, Sequence
@@ -65,7 +65,7 @@ def fragility_tables(
     *,
     jobs: int = 1,
 ) -> dict[str, pd.DataFrame]:
-    """Return all tables of results/fragility by name; an `InputError` names row and column."""
+    """Return a dict of all tables of results/fragility. An `InputError` names row and column."""
     demand_table.need_columns(demands, demand_table.KEY_COLUMNS)
     states = with_column_failure(limit_states, with_derived_columns(demands.head(0)).columns)
     wanted = list(dict.fromkeys(state.demand for state in states))
@@ -107,7 +107,7 @@ def suite_tables(
     together: Sequence[pd.DataFrame],
     jobs: int = 1,
 ) -> dict[str, pd.DataFrame]:
-    """Return the tables `suites` (effects by suite, and differences) and `suite_curves`.
+    """Return the tables `suites` (effects in each suite and differences) and `suite_curves`.
 
     Every suite is analysed separately. With fewer than two suites both tables are empty. ``rows``
     is a checked demands table. ``together`` has the effects on medians and on demands for the
@@ -170,10 +170,10 @@ def valid_tables(
     looks: Sequence[int],
     settings: FitSettings,
 ) -> dict[str, pd.DataFrame]:
-    """Return the tables of `fragility_tables` with intervals that hold whenever a study stops.
+    """Return the tables of `fragility_tables` with intervals valid whenever a study is stopped.
 
-    Changed are the effects on demands and medians, the needed motions and the publication table;
-    their level is the joint level of all looks. All other tables are returned unchanged.
+    The effects on demands and medians, the needed motions and the publication table are replaced.
+    Their confidence level holds jointly for all looks. All other tables are returned unchanged.
     """
     per_motion = verdicts.runs_per_motion(demands)
     effects, medians = (
@@ -190,10 +190,10 @@ def valid_tables(
 
 
 def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
-    """Return the reference intensity by bridge and abutment model, from `REFERENCE_STATES`.
+    """Return the reference intensity of each bridge and abutment model; see `REFERENCE_STATES`.
 
     It is the geometric mean over variants of the medians of the first state with an estimate. Only
-    medians below the median of column failure are used: from there on, at least half of the runs
+    medians below the median of column failure are used, because at least half of the runs above it
     have no complete demands.
     """
     usable = curves[curves["preferred"].to_numpy(dtype=bool)]
@@ -216,7 +216,7 @@ def write_described(frame: pd.DataFrame, path: Path, descriptions: Mapping[str, 
 
 
 def write_tables(tables: Mapping[str, pd.DataFrame], folder: Path) -> None:
-    """Write tables as parquet files, the table for publication as CSV and LaTeX."""
+    """Write the publication table as CSV and LaTeX, and all other tables as parquet files."""
     for name, frame in tables.items():
         if name == PAPER_TABLE:
             write_text(folder / f"{name}.csv", frame.to_csv(index=False, float_format="%.6g"))

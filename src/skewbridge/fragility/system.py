@@ -1,8 +1,8 @@
-"""System fragility of variants: some component reaches a degree of damage or a more severe one.
+"""System fragility of variants: at least one component reaches a degree of damage.
 
 Component i fails at ln x_i = ln theta_i + beta_i e_i, with correlated standard normal e_i. The
-system fails at the smallest of these intensities; its distribution over quasi-random e is the
-system curve.
+system fails at the smallest of these intensities. The system curve is the distribution of this
+intensity over quasi-random e.
 
 Sources: component demands as joint lognormals, Nielson and DesRoches (2007), EESD 36(6):823-839;
 scrambled Sobol points, Owen (1998), J. Complexity 14(4):466-489.
@@ -41,7 +41,7 @@ def system_curves(
     """Return the table `system`: one row per variant and degree of damage.
 
     A component is included if some runs of the variant, but not all, exceed its state and its
-    demand rises with intensity. Demands of runs that ended early are censored (Tobit). An
+    demand increases with intensity. Demands of runs that ended early are censored (Tobit). An
     `InputError` names a degree of damage that components rank differently.
     """
     members = system_members([state for state in limit_states if state.system_degree])
@@ -52,7 +52,7 @@ def system_curves(
 
 
 def system_members(states: States) -> dict[str, list[LimitState]]:
-    """Return the states of components in the system, by degree of damage from mild to severe.
+    """Return the component states in the system for each degree of damage, from mild to severe.
 
     For each degree, each component has its mildest state of this or a more severe degree. A degree
     is more severe than another if it comes later in some component.
@@ -80,7 +80,7 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
 
 
 class _Member(NamedTuple):
-    """A component of the system: state, outcomes, lines (from all runs, without each motion)."""
+    """A component of the system; its lines are from all runs, then without each motion."""
 
     state: LimitState
     outcomes: DemandOutcomes
@@ -130,7 +130,7 @@ def _variant_rows(
 def _system(
     members: Sequence[_Member], ln_im: Floats, weights: Floats, settings: FitSettings
 ) -> Row:
-    """Return the table columns of one system: its estimate, or the status without an estimate."""
+    """Return the table columns of one system: the estimate, or a status if there is none."""
     none = np.zeros(ln_im.size, dtype=np.bool_)
     exceed = np.logical_or.reduce([none, *(m.outcomes.exceed(m.state) for m in members)])
     unknown = np.logical_or.reduce([none, *(m.outcomes.unknown(m.state) for m in members)])
@@ -177,7 +177,7 @@ def _system(
 
 
 def _correlation(members: Sequence[_Member], ln_im: Floats, weights: Floats) -> Floats:
-    """Return the correlation of the residuals of ln demand by replicate, shape (R, m, m)."""
+    """Return the correlations of the residuals of ln demand in each replicate, (R, m, m)."""
     # each pair from the runs in which both demands are known; then made positive semi-definite
     size = len(members)
     matrix = np.broadcast_to(np.eye(size), (len(weights), size, size)).copy()

@@ -1,8 +1,8 @@
-"""Verdicts on effects by margins, valid at every look of a study, and the motions they need.
+"""Verdicts from effects and margins, valid at every look of a study, and needed motions.
 
 A study that stops once its effects are decided tests each effect several times (looks). Every look
 uses a part of the error probability of one interval. All intervals of an effect hold jointly at the
-level of the study, so the error probability of its verdict is kept whenever the study stops.
+level of the study, so the error probability of a verdict is valid whenever the study stops.
 
 Sources: two one-sided tests, Schuirmann (1987), J. Pharmacokin. Biopharm. 15(6):657-680; claims
 that hold together, Holm (1979), Scand. J. Stat. 6(2):65-70; spending of the error probability, Lan
@@ -74,8 +74,8 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
 
     The verdict follows from the interval of the row; a ratio whose interval is wider than a factor
     of 10 is set to NaN. A family contains the rows of one bridge, abutment model, axis, scope and
-    quantity, either of the headline demands and states or of all others. The family-wise verdicts
-    of a family hold jointly: for each kind of claim (outside the margin, inside it, direction) the
+    quantity. Headline demands and states form separate families. The family-wise verdicts of a
+    family hold jointly: for each kind of claim (outside the margin, inside it, direction) the
     p-values are adjusted by Holm's method. The probability of any wrong claim of a kind is at most
     (1 - level)/2, or 1 - level for the direction.
     """
@@ -116,7 +116,7 @@ def may_be_negligible(table: pd.DataFrame) -> Mask:
 def verdicts_of(
     low: Floats, below: Floats, zero: Floats, above: Floats, high: Floats, *, possible: Mask
 ) -> NDArray[np.str_]:
-    """Return the verdicts from interval ends and margins; ``possible``: `NEGLIGIBLE` is allowed."""
+    """Return verdicts from interval ends and margins; `NEGLIGIBLE` is allowed if ``possible``."""
     inside = (low >= below) & (high <= above) & possible
     claims = [high < below, low > above, inside, (low > zero) | (high < zero)]
     return np.select(claims, _IN_ORDER, default=UNDECIDED)
@@ -144,7 +144,7 @@ def _p_values(table: pd.DataFrame, *scale: Floats) -> list[pd.Series]:
 
 
 def _holm(p: pd.Series) -> pd.Series:
-    """Return p-values adjusted by Holm's method; missing ones do not count, equal ones once."""
+    """Return p-values adjusted by Holm's method; NaN is ignored, equal values count once."""
     # two states exceeded in the same runs (shear failure and any failure of a column) are one claim
     distinct = np.unique(p.dropna().to_numpy())
     adjusted = np.minimum(1.0, np.maximum.accumulate(distinct * np.arange(distinct.size, 0, -1)))
@@ -181,9 +181,9 @@ def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame
 def motions_to_decide(effect: Mapping[Any, Any], power: float = 0.8) -> float:
     """Return the number of motions with an exact pair that decide an effect of the present size.
 
-    With probability ``power``, the interval then lies inside the margin if the effect does, or
-    outside it if the effect does. Infinite if more than 1000 motions are needed (an effect on the
-    margin); NaN without an interval.
+    With this number, the interval is inside (outside) the margin with probability ``power`` if the
+    effect is inside (outside) it. The number is infinite if more than 1000 motions are needed,
+    because the effect is on the margin. It is NaN if there is no interval.
     """
     if effect["judged_by"] == DIFFERENCE:
         value, above = effect["difference"], effect["difference_margin"]
@@ -221,8 +221,8 @@ def levels_at(motions: Floats, looks: Sequence[int], level: float) -> Floats:
     """Return the level of the interval for each number of motions, shape (n,).
 
     ``looks`` are increasing numbers of motions; ``level`` is the two-sided level of all intervals
-    of an effect jointly. A number between two looks has the level of the earlier look, a smaller
-    one the level of the first look: too little information only makes intervals wider.
+    of an effect jointly. A number between two looks has the level of the earlier look. A number
+    below the first look has the level of the first look. Both rules only make intervals wider.
     """
     levels = look_levels(tuple(number / looks[-1] for number in looks), level)
     look = np.searchsorted(np.asarray(looks) - 1e-6, motions, side="right") - 1
@@ -260,11 +260,12 @@ def _crossing_error(end: float, at: Floats, mass: Floats, step: float, alpha: fl
 def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0) -> pd.DataFrame:
     """Return a table of effects with the interval and verdict of the present look of each row.
 
-    The look of a row follows from the number of motions that both of its variants have. A pooled
-    row has the mean number over its pairs of variants, weighted by the share of each pair in the
-    variance; likewise its degrees of freedom. The column ``level`` is the joint two-sided level of
-    all looks on input, and the level of the row's look on return. ``looks`` are increasing numbers
-    of motions, ``per_motion`` is the number of runs of a variant under one motion.
+    The look of a row follows from the number of motions that both of its variants have. For a
+    pooled row, this number is the mean over its pairs of variants, weighted by the share of each
+    pair in the variance. Its degrees of freedom are averaged in the same way. The column ``level``
+    is the joint two-sided level of all looks on input, and the level of the row's look on return.
+    ``looks`` are increasing numbers of motions. ``per_motion`` is the number of runs of a variant
+    under one motion.
     """
     if table.empty:
         return table
