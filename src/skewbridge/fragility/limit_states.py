@@ -181,7 +181,7 @@ class LimitStateEntry(BaseModel):
         factor = _UNITS[self.unit][1] / _UNITS[unit][1]
         for (mild, before), (severe, state) in pairwise(self.states.items()):
             if state.median <= before.median:
-                text = f"median {state.median:g} must exceed the {before.median:g} of {mild}"
+                text = f"median {state.median:g} must exceed {before.median:g} (state {mild})"
                 raise InputError(f"{where}: states.{severe}: {text}: write mild states first")
         shared = self.model_dump(include={"component", "demand", "collapse", "citation"})
         out: list[LimitState] = []

@@ -5,9 +5,8 @@ error comes from estimates without one motion (jackknife). Values that are only 
 as censored normal values (Tobit).
 
 Sources: the iteration, Dempster, Laird and Rubin (1977), J. R. Stat. Soc. B 39(1):1-38; jackknife,
-Efron and Stein (1981), Ann. Stat. 9(3):586-596; jackknife of
-groups, Kott (2001), J. Official Statistics
-17(4):521-526.
+Efron and Stein (1981), Ann. Stat. 9(3):586-596; jackknife of groups, Kott (2001), J. Official
+Statistics 17(4):521-526.
 """
 
 from collections.abc import Sequence

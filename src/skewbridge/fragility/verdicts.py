@@ -74,10 +74,10 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
 
     The verdict follows from the interval of the row; a ratio whose interval is wider than a factor
     of 10 is set to NaN. A family contains the rows of one bridge, abutment model, axis, scope and
-    quantity. Headline demands and states form separate families. The family-wise verdicts of a
-    family hold jointly: for each kind of claim (outside the margin, inside it, direction) the
-    p-values are adjusted by Holm's method. The probability of any wrong claim of a kind is at most
-    (1 - level)/2, or 1 - level for the direction.
+    quantity. Headline demands and states are in one family, all others in a second family. The
+    family-wise verdicts of a family hold jointly: for each kind of claim (outside the margin,
+    inside it, direction) the p-values are adjusted by Holm's method. The probability of any wrong
+    claim of a kind is at most (1 - level)/2, or 1 - level for the direction.
     """
     wide = ~(table["ci_high"] <= MAX_WIDTH * table["ci_low"])
     table = table.assign(**{name: table[name].mask(wide) for name in RATIOS})
