@@ -67,7 +67,7 @@ def test_shipped_configurations_have_their_variants_defaults_and_results_of_thei
         ({"analysis": {"max_iterations": 1}}, r"analysis\.max_iterations: "),
         ({"motions": {"shaking_s": 2.0}}, r"motions\.shaking_s: "),
         ({"analysis": {"scheme": "best"}}, r"analysis\.scheme: .*'default' or 'paper'"),
-        ({"motions": {"level_range_g": [1.0, 0.1]}}, "level_range_g must rise"),
+        ({"motions": {"level_range_g": [1.0, 0.1]}}, "level_range_g must be in increasing order"),
         ({"model": {"backfill": "clay"}}, r"model\.backfill: must be .* or 'sdc', got 'clay'"),
         ({"model": {"backwall_points": 1}}, r"model\.backwall_points: "),
         ({"model": {"normal_stiffness_n_per_m": 0.0}}, r"model\.normal_stiffness_n_per_m: "),

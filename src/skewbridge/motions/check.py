@@ -1,4 +1,4 @@
-"""Checks of motion files before use: one verdict per file, and an index on request."""
+"""Check motion files before use, and write their index."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,8 +12,8 @@ from skewbridge.motions.formats import DtMissingError, Given, Trace
 from skewbridge.motions.intensity import peak_g
 from skewbridge.motions.suite import read_entry
 
-#: ``warn``: usable, but doubtful; ``error``: unusable; ``needs_dt``: values only, the time step
-#: must be given; ``pair_error``: does not match the other component.
+#: ``warn``: usable, but doubtful; ``error``: unusable; ``needs_dt``: the file has no time step, so
+#: it must be given; ``pair_error``: the file does not match the second component of its motion.
 type FileVerdict = Literal["ok", "warn", "error", "needs_dt", "pair_error"]
 
 
@@ -44,8 +44,8 @@ def check_paths(
 ) -> list[FileCheck]:
     """Check files and folders; the two components of a motion are also checked together.
 
-    A folder with an `index.csv` is checked against it. If `strict`, warnings are errors.
-    `InputError` for a missing path, an unreadable index or a folder without motions.
+    A folder with an `index.csv` is checked against it. If `strict` is true, warnings are errors.
+    Raises `InputError` for a missing path, an unreadable index or a folder without motions.
     """
     doubtful: FileVerdict = "error" if strict else "warn"
     checks: list[FileCheck] = []
@@ -74,8 +74,8 @@ def check_paths(
 def write_folder_index(root: Path, given: Given | None = None) -> Path:
     """Write the `index.csv` of a folder, or update the digests of an existing one.
 
-    The given time step and unit are used for files that state none. Other cells of an existing
-    index are kept. `InputError` for a motion that can't be read or an unpaired file.
+    The given time step and unit are used for files that do not state them. Other values of an
+    existing index are kept. Raises `InputError` for an unreadable motion or an unpaired file.
     """
     index, given = root / folder.INDEX_NAME, given or Given()
     missing = {"dt_s_if_missing": given.dt_s_if_missing, "unit_if_missing": given.unit_if_missing}
@@ -149,7 +149,7 @@ def _check_files(
 def _check_entry(
     entry: folder.IndexEntry, checks: list[FileCheck], doubtful: FileVerdict
 ) -> list[FileCheck]:
-    """Return the checks of the files of a motion (one if it is generated), with pair faults."""
+    """Return the checks of a motion with those of its pair; a generated motion has one check."""
     if not all(check.passes for check in checks):
         return checks
     try:

@@ -37,7 +37,7 @@ _Count = Annotated[int | None, Field(ge=1)]
 
 
 class IndexEntry(BaseModel):
-    """One motion of a folder: the cells of its row in the index; missing numbers are nan."""
+    """One motion of a folder, with the values of its row in the index; missing numbers are nan."""
 
     # built when a first row is read: a study with unchanged motions reads none
     model_config = ConfigDict(str_strip_whitespace=True, frozen=True, defer_build=True)
@@ -58,9 +58,10 @@ class IndexEntry(BaseModel):
     unit: str | None = None
     dt_s: _Positive | None = None
     npts: str = ""
-    #: Expected digest of the files; empty: not checked.
+    #: Expected SHA-256 of the files; if it is empty, they are not checked.
     sha256: Annotated[str, StringConstraints(to_lower=True, pattern=r"^[0-9a-fA-F]*$")] = ""
-    #: Scale factor; nan: computed. It is used for the period and range below; nan: for any.
+    #: Scale factor for the period and range below; if it is nan, the factor is computed. A nan
+    #: period or range means that the factor holds for any.
     scale: _Positive = math.nan
     scale_t1_s: _Cell = math.nan
     scale_low_g: _Cell = math.nan
@@ -75,7 +76,7 @@ class IndexEntry(BaseModel):
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """Metadata of `GroundMotion` by field; the time step is in `components`."""
+        """Metadata keyed by field of `GroundMotion`; the time step is in `components`."""
         values = {name: getattr(self, name) for name in ("event", "station", *NUMBER_FIELDS[1:])}
         values["source"] = "; ".join(filter(None, (self.licence, self.source)))
         return {name: value for name, value in values.items() if value != "" and value == value}
@@ -86,9 +87,10 @@ INDEX_COLUMNS: Final = tuple(IndexEntry.model_fields)[:-2]
 
 
 def list_motions(folder: Path) -> list[IndexEntry]:
-    """Return the motions in the `index.csv` of a folder, else pairs by file names and headers.
+    """Return the motions in the `index.csv` of a folder.
 
-    `InputError` for a missing folder, no motions, an unpaired file or an invalid index.
+    Without an index, files are paired by their names and headers. Raises `InputError` for a missing
+    folder, a folder without motions, an unpaired file or an invalid index.
     """
     if not is_folder(folder):
         raise InputError(f"motions folder {shown_path(folder)} does not exist", folder=str(folder))
@@ -99,7 +101,7 @@ def list_motions(folder: Path) -> list[IndexEntry]:
     if alone:
         name, files = next(iter(alone.items()))
         names = [path.name for path in files]
-        text = f"motion {name}: {len(files)} component file(s) found ({', '.join(names)}), 2 needed"
+        text = f"motion {name} has {len(files)} component file(s) ({', '.join(names)}) instead of 2"
         raise InputError(f"{text}; name the pairs in an index.csv", files=names)
     if not pairs:
         raise file_fault(folder, " has no motions")
@@ -118,8 +120,8 @@ def motion_of_files(name: str, files: Iterable[Path], given: Given | None = None
 def motion_files(folder: Path) -> list[Path]:
     """Return the files of a folder and its sub-folders that look like motions, sorted by path.
 
-    Velocities and displacements of a PEER download (`.VT2`, `.DT2`), its search results and text
-    files without a row of numbers are left out.
+    Other files of a PEER download (velocities `.VT2`, displacements `.DT2`, search results) and
+    text files without a row of numbers are left out.
     """
     return [
         path
@@ -139,18 +141,18 @@ def is_folder(path: Path) -> bool:
 
 
 def files_below(folder: Path) -> list[Path]:
-    """Return the files of a folder and its sub-folders, sorted; `InputError` above `MAX_FILES`."""
+    """Return all files below a folder, sorted; `InputError` if there are more than `MAX_FILES`."""
     try:
         files = [path for path in islice(folder.rglob("*"), MAX_FILES + 1) if path.is_file()]
     except OSError as error:
         raise file_fault(folder, f": {error.strerror}") from None
     if len(files) > MAX_FILES:
-        raise file_fault(folder, f" has more than {MAX_FILES} files: give the motions folder")
+        raise file_fault(folder, f" has more than {MAX_FILES} files; name the motions folder")
     return sorted(files)
 
 
 def _starts_with_numbers(path: Path) -> bool:
-    """Return whether one of the first ten lines has only numbers; True if unreadable."""
+    """Return whether one of the first ten lines has only numbers, or the file is unreadable."""
     try:
         with path.open("rb") as stream:
             lines = stream.read(4096).splitlines()[:10]
@@ -165,11 +167,11 @@ def _starts_with_numbers(path: Path) -> bool:
 def pair_files(
     paths: Iterable[Path], read: Callable[[Path], Trace] = read_trace
 ) -> tuple[dict[str, tuple[Path, Path]], dict[str, list[Path]]]:
-    """Return pairs of component files, and files without a second component, by motion name.
+    """Return the pairs of component files and the unpaired files, both keyed by motion name.
 
-    Two files with the same motion name are a pair. Two other horizontal components are a pair if
-    station and event are equal and the azimuths in their headers are 90 degrees apart; their
-    vertical component is left out.
+    Two files with the same motion name are a pair. Two horizontal components with different names
+    are a pair if their headers state the same station and event, and azimuths that are 90 degrees
+    apart; the vertical component of such a pair is left out.
     """
     groups = group_by_name(paths)
     pairs = {name: (files[0], files[1]) for name, files in groups.items() if len(files) == 2}
@@ -193,10 +195,10 @@ def pair_files(
 
 
 def group_by_name(paths: Iterable[Path]) -> dict[str, list[Path]]:
-    """Return the horizontal component files by motion name; names and files are sorted.
+    """Return the horizontal component files keyed by motion name; names and files are sorted.
 
-    If each of several folders with different names has a pair of the same name, these are different
-    motions: the folder name is put in front of the motion name.
+    If several folders each have a pair of the same name, these are different motions: the folder
+    name is put in front of the motion name.
     """
     groups: defaultdict[str, defaultdict[Path, list[Path]]] = defaultdict(lambda: defaultdict(list))
     for path in sorted(paths):
@@ -216,7 +218,7 @@ def group_by_name(paths: Iterable[Path]) -> dict[str, list[Path]]:
 
 
 def read_index(index: Path) -> list[IndexEntry]:
-    """Return the entries of an `index.csv`; `InputError` names a repeated or wrong row."""
+    """Return the entries of an `index.csv`; `InputError` names a repeated or invalid row."""
     table = read_index_table(index)
     repeated = table["motion_id"][table["motion_id"].duplicated()]
     if not repeated.empty:
@@ -226,13 +228,13 @@ def read_index(index: Path) -> list[IndexEntry]:
 
 
 def read_index_table(index: Path) -> pd.DataFrame:
-    """Return the cells of an `index.csv` as text; `InputError` if rows or columns are missing."""
+    """Return the table of an `index.csv` as text; `InputError` if rows or columns are missing."""
     table = read_csv(index, dtype=str, keep_default_na=False)
     missing = [name for name in _REQUIRED if name not in table.columns]
     if missing:
-        raise file_fault(index, f": column(s) {', '.join(missing)} missing")
+        raise file_fault(index, f" lacks the column(s) {', '.join(missing)}")
     if not 1 <= len(table) <= MAX_MOTIONS:
-        raise file_fault(index, f": {len(table)} motions, 1 to {MAX_MOTIONS} can be listed")
+        raise file_fault(index, f" lists {len(table)} motions; it must list 1 to {MAX_MOTIONS}")
     return table
 
 
@@ -266,7 +268,7 @@ def inside_folder(folder: Path, name: str, where: str) -> Path:
     if relative.is_absolute() or not path.resolve().is_relative_to(folder.resolve()):
         raise InputError(f"{shown} is outside the folder of the index")
     if not path.is_file():
-        raise InputError(f"{shown} is listed but missing", file=name)
+        raise InputError(f"{shown} is listed, but the file does not exist", file=name)
     return path
 
 
@@ -281,7 +283,7 @@ def index_row(motion: GroundMotion, files: Sequence[Path], folder: Path) -> dict
 
 
 def write_index(index: Path, rows: Sequence[Mapping[str, object]]) -> None:
-    """Write an `index.csv`: other columns last, missing values empty, numbers with 8 digits."""
+    """Write an `index.csv`; missing values are empty, and numbers have 8 digits."""
 
     def cell(name: str, value: object) -> object:
         if isinstance(value, float):

@@ -58,7 +58,7 @@ class MotionsConfig:
     stripes_g: tuple[Level, ...] = Field(
         default=(0.1, 0.2, 0.35, 0.55, 0.8, 1.1, 1.5), min_length=2, max_length=100
     )
-    """Sa_avg of the stripes, in rising order"""
+    """Sa_avg of the stripes, in increasing order"""
     factor_limits: tuple[ScaleFactor, ScaleFactor] = Field(default=(0.25, 4.0))
     """scale factors allowed for stripes; motions that need others are left out"""
     ida_demand: str = Field(default="column_drift_ratio")
@@ -78,7 +78,7 @@ class MotionsConfig:
         for name in ("level_range_g", "stripes_g", "factor_limits"):
             values = getattr(self, name)
             if list(values) != sorted(set(values)):
-                raise ValueError(f"{name} must rise, got {list(values)}")
+                raise ValueError(f"{name} must be in increasing order, got {list(values)}")
         return self
 
 
@@ -87,10 +87,10 @@ def block_factors(
 ) -> Vector:
     """Return one scale factor per motion of a suite, in suite order.
 
-    Targets are equally spaced in the logarithm. In each block of 8 consecutive motions, the motion
-    with the lowest unscaled level gets the lowest target and so on, which keeps factors near 1.
-    Block b is offset by element b + 1 of the van der Corput sequence, so any number of blocks
-    covers the range evenly. A longer suite keeps the factors of the full blocks.
+    Target levels are equally spaced in the logarithm. In each block of 8 consecutive motions, the
+    motion with the lowest unscaled level gets the lowest target, and so on; this keeps factors near
+    1. Block b is offset by element b + 1 of the van der Corput sequence, so any number of blocks
+    covers the range evenly. If motions are added, the factors of full blocks do not change.
     """
     from scipy.stats import qmc  # here: workers that read the configuration do without scipy
 
@@ -115,8 +115,8 @@ def striped(
 ) -> "pd.DataFrame":
     """Return one row per stripe and motion whose scale factor is within the limits.
 
-    A row is that of `prepare_suite` with a new `scale` and the column `stripe_g`, sorted by stripe.
-    `InputError` if no row is left.
+    Rows are those of `prepare_suite` with a new `scale` and the column `stripe_g`; they are sorted
+    by stripe. Raises `InputError` if no motion reaches a stripe.
     """
     import pandas as pd  # here: workers that read the configuration do without pandas
 
@@ -138,7 +138,7 @@ def striped(
 
 
 def most_trials(limits: tuple[float, float], tolerance: float = IDA_TOLERANCE) -> int:
-    """Return the largest number of analyses of `bracket_capacity`, including one at a range end."""
+    """Return the maximum number of analyses of `bracket_capacity`, including one at a limit."""
     halvings = ceil(log2(log(limits[1] / limits[0]) / log1p(tolerance)))
     return max(halvings, 1) + 1
 
@@ -151,12 +151,12 @@ def bracket_capacity(
 ) -> tuple[float, float]:
     """Bracket the scale factor at which a motion first exceeds a limit, by bisection in ln factor.
 
-    Returns the highest factor known not to exceed (0 if the lower end of the range exceeds) and
-    the lowest factor known to exceed (inf if the upper end does not). A collapse counts as an
-    exceedance. The tolerance is the width of the bracket relative to its lower end. There are at
-    most `most_trials` analyses: nine halvings reduce a factor range of 100 to 0.9 %, and an end of
-    the range is tried once if the search reaches it. If the response is not monotonic
-    (resurrection), the bracket contains one of the crossings.
+    Returns the highest tried factor at which the limit is not exceeded, and the lowest at which it
+    is. If it is exceeded at the lower end of the range, the first is 0; if it is not exceeded at
+    the upper end, the second is inf. A collapse counts as an exceedance. The tolerance is the width
+    of the bracket relative to its lower end. There are at most `most_trials` analyses: nine
+    halvings reduce a factor range of 100 to 0.9 %, and an end of the range is tried once if the
+    search reaches it. If the response is not monotonic, the bracket contains one of the crossings.
     """
     low, high = lower, upper = limits
     while upper / lower > 1.0 + tolerance:

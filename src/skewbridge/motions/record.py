@@ -35,8 +35,8 @@ class GroundMotion:
         sha256: SHA-256 of the bytes of both component files, component 1 first.
         messages: Messages of the reader.
 
-    `InputError` for components of different length, a time step that is not positive, or a value
-    that is not finite.
+    Raises `InputError` for components of different length, a time step that is not positive, or a
+    value that is not finite.
     """
 
     motion_id: str
@@ -64,12 +64,12 @@ class GroundMotion:
                 raise InputError(f"motion {self.motion_id}: {name} needs at least 2 values")
             if (bad := np.flatnonzero(~np.isfinite(values))).size:
                 wrong = f"{name}[{bad[0]}] is {values[bad[0]]}"
-                raise InputError(f"motion {self.motion_id}: {wrong}, every value must be finite")
+                raise InputError(f"motion {self.motion_id}: {wrong}; every value must be finite")
             values.flags.writeable = False
             object.__setattr__(self, name, values)
         one, two = (accel.size for accel in self.components)
         if one != two:
-            text = f"components have {one} and {two} values, they must be equal"
+            text = f"the components have {one} and {two} values; both need the same number"
             raise InputError(f"motion {self.motion_id}: {text}")
 
     @property
@@ -84,11 +84,11 @@ class GroundMotion:
 
     @property
     def duration_s(self) -> float:
-        """Time of the last value in s; the first is at 0."""
+        """Time of the last value in s; the first value is at 0."""
         return (self.npts - 1) * self.dt_s
 
     def scaled(self, factor: float) -> "GroundMotion":
-        """Return the motion times a factor; `InputError` unless the factor is positive, finite."""
+        """Return the motion multiplied by a factor, which must be positive and finite."""
         if not (np.isfinite(factor) and factor > 0.0):
             raise InputError(f"scale must be a positive number, got {factor}")
         return self.mapped(lambda accel: accel * factor)
