@@ -182,7 +182,7 @@ def test_surplus_values_are_cut_and_other_counts_or_missing_headers_refused(tmp_
     trace = read_trace(_peer(tmp_path, 47))
     assert trace.accel_mps2.size == 47
     assert any("cut to NPTS" in text for text in trace.warnings)
-    with pytest.raises(InputError, match="NPTS = 20, but 50"):
+    with pytest.raises(InputError, match="NPTS = 20, but the file has 50"):
         read_trace(_peer(tmp_path, 20))
     cut = _peer(tmp_path, 60, _rows(RECORD_G[:-1], 5, "{:15.7E}") + "  -.3141")
     with pytest.raises(InputError, match="inside a number"):
@@ -202,7 +202,7 @@ def test_given_values_override_the_file_with_a_note_and_those_if_missing_do_not(
     known = Given(dt_s_if_missing=0.005, unit_if_missing="gal")
     trace = read_trace(_peer(tmp_path), known)
     np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-6)
-    assert (trace.dt_s, trace.unit, trace.notes) == (0.01, "g", ("unit g as in the header",))
+    assert (trace.dt_s, trace.unit, trace.notes) == (0.01, "g", ("the unit g of the header is used",))
     bare = read_trace(_file(tmp_path, "a.acc", _rows(980.665 * RECORD_G, 5, "{:.8e} ")), known)
     np.testing.assert_allclose(bare.accel_mps2, SI, rtol=1e-7)
     assert (bare.dt_s, bare.unit) == (0.005, "cm/s2")
@@ -244,7 +244,7 @@ def test_a_file_of_several_channels_needs_a_channel(tmp_path):
             read_trace(path)
         second = read_trace(path, Given(channel=2)).accel_mps2
         np.testing.assert_allclose(second, -2 * SI, atol=6e-6)
-        with pytest.raises(InputError, match="no channel 3, the file has 2"):
+        with pytest.raises(InputError, match="no channel 3; the file has 2"):
             read_trace(path, Given(channel=3))
 
 

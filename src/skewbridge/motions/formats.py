@@ -1,4 +1,4 @@
-"""File formats of recorded motions: PEER, CSMIP/CESMD, K-NET/KiK-net, columns, bare values.
+"""Readers of recorded motions: PEER, CSMIP/CESMD, K-NET/KiK-net, columns, values alone.
 
 Each format has a function that recognises its text and one that reads it. A new format is a pair
 of such functions and a row of `MOTION_FORMATS`.
@@ -37,12 +37,12 @@ _SEPARATORS = str.maketrans(",;", "  ")
 
 
 class DtMissingError(InputError):
-    """The file holds values only: the time step must come from the caller or the index."""
+    """The file has no time step; the caller or the index must give it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Given:
-    """Properties of a file given by the caller or the index; dt_s and unit override the header."""
+    """Properties of a file from the caller or the index; dt_s and unit override the header."""
 
     dt_s: float | None = None
     unit: str | None = None  # one of `UNIT_FACTORS`; other common spellings are converted
@@ -68,8 +68,8 @@ class Given:
 class Trace:
     """One acceleration component read from one file.
 
-    The readers of the formats leave the values in the unit of the file; `trace_of` converts them.
-    Until then dt_s is nan and unit is empty if the file does not state them.
+    The readers of the formats keep the unit of the file; `trace_of` converts the values to m/s2.
+    A reader sets dt_s to nan and unit to an empty text if the file does not state them.
     """
 
     path: Path
@@ -92,24 +92,24 @@ class Trace:
 
 
 def fault_in(path: Path, problem: str, line: int | None = None) -> InputError:
-    """Return an `InputError` with the name of a motion file, the line if given, and the problem."""
+    """Return an `InputError` that names the motion file, the line (if given) and the problem."""
     if line is None:
         return InputError(f"{path.name}: {problem}", file=str(path))
     return InputError(f"{path.name}, line {line}: {problem}", file=str(path), line=line)
 
 
 def trace_of(lines: list[str], path: Path, given: Given) -> Trace:
-    """Return the component in m/s2 from the lines of a file; errors as in `read_trace`."""
+    """Return the component in m/s2 from the lines of a file; raises the errors of `read_trace`."""
     read = next(read for recognises, read in MOTION_FORMATS if recognises(lines, path))
     trace = read(lines, path, given)
     dt_s, warnings = trace.dt_s, trace.warnings
     if given.dt_s is not None:
         dt_s = given.dt_s
         if abs(trace.dt_s / dt_s - 1.0) > 1.0e-6:
-            warnings = (f"dt {dt_s} s as given, the file has {trace.dt_s}", *warnings)
+            warnings = (f"the given dt = {dt_s} s replaces {trace.dt_s} s in the file", *warnings)
     elif math.isnan(dt_s):
         if given.dt_s_if_missing is None:
-            text = f"{path.name}: values only, give the time step (--dt-s, or dt_s in index.csv)"
+            text = f"{path.name} has no time step; give it (--dt-s, or dt_s in index.csv)"
             raise DtMissingError(text, file=str(path))
         dt_s = given.dt_s_if_missing
     unit, notes = (trace.unit, []) if trace.is_calibrated else _unit(given, trace.unit)
@@ -124,27 +124,27 @@ def trace_of(lines: list[str], path: Path, given: Given) -> Trace:
 
 
 def _unit(given: Given, in_file: str) -> tuple[str, list[str]]:
-    """Return the unit (given, else in the file, else given if missing, else g) and notes on it."""
+    """Return the first unit of: given, in the file, given if missing, g; and notes on it."""
     unit = given.unit or in_file or given.unit_if_missing
     if unit is None:
-        return DEFAULT_UNIT, [f"no unit in the file: {DEFAULT_UNIT} assumed"]
+        return DEFAULT_UNIT, [f"the file states no unit: {DEFAULT_UNIT} is assumed"]
     if unit != in_file:
-        return unit, [f"unit {unit} as given" + (f", the header has {in_file}" if in_file else "")]
+        return unit, [f"the given unit {unit} is used" + (f", not {in_file}" if in_file else "")]
     overrides = given.unit is None and given.unit_if_missing not in {None, unit}
-    return unit, [f"unit {unit} as in the header"] if overrides else []
+    return unit, [f"the unit {unit} of the header is used"] if overrides else []
 
 
 def _channel(given: Given, count: int, path: Path) -> int:
     if given.channel is None and count > 1:
-        raise fault_in(path, f"{count} channels: give one of them (channel 1 to {count})")
+        raise fault_in(path, f"the file has {count} channels: name one (channel 1 to {count})")
     channel = given.channel or 1
     if channel > count:
-        raise fault_in(path, f"no channel {channel}, the file has {count}")
+        raise fault_in(path, f"there is no channel {channel}; the file has {count}")
     return channel
 
 
 def _azimuth_deg(text: str) -> float:
-    """Return the compass direction in degrees from text (degrees or N, E, S, W), else nan."""
+    """Return the compass direction in degrees from a number or letters; nan for other text."""
     letters = {"N": "0", "E": "90", "S": "180", "W": "270", "NS": "0", "EW": "90"}
     cleaned = text.strip().upper().replace("-", "")
     degrees = letters.get(cleaned, cleaned)
@@ -152,7 +152,7 @@ def _azimuth_deg(text: str) -> float:
 
 
 def _first_unit(units: Sequence[tuple[re.Pattern[str], str]], text: str) -> str:
-    """Return the unit of the first pattern found in a text, else an empty text."""
+    """Return the unit of the first pattern found in a text; empty if none is found."""
     return next((unit for pattern, unit in units if pattern.search(text)), "")
 
 
@@ -173,7 +173,7 @@ def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> Vect
     """
     text = "\n".join(lines)
     if "." not in text and _DECIMAL_COMMA.search(text):
-        raise fault_in(path, "decimal comma in the values")
+        raise fault_in(path, "the values have decimal commas; use points")
     if _PLAIN.fullmatch(text):
         tokens = text.translate(_SEPARATORS).replace("D", "E").replace("d", "e").split()
         try:
@@ -230,7 +230,7 @@ def _is_peer(lines: list[str], path: Path) -> bool:
 def _read_peer(lines: list[str], path: Path, _given: Given) -> Trace:
     sizes = _peer_sizes(lines)
     if sizes is None:
-        raise fault_in(path, "no header with NPTS, DT; rename bare values to .acc and give dt_s")
+        raise fault_in(path, "no header with NPTS and DT; rename bare values to .acc and give dt_s")
     row, npts, dt_s = sizes
     header = _head(lines, row)
     if other := next(filter(_NOT_ACCELERATION.search, header), None):
@@ -243,14 +243,14 @@ def _read_peer(lines: list[str], path: Path, _given: Given) -> Trace:
     warnings: tuple[str, ...] = ()
     if values.size > npts:
         if values.size - npts >= len(data[0].split()):
-            raise fault_in(path, f"NPTS = {npts}, but {values.size} values")
-        warnings = (f"NPTS = {npts}, {values.size} values: cut to NPTS",)
+            raise fault_in(path, f"NPTS = {npts}, but the file has {values.size} values")
+        warnings = (f"NPTS = {npts}, but there are {values.size} values: cut to NPTS",)
     elif values.size < npts:
         # If only the last value lacks an exponent, it is truncated: `-.31` of `-.3141593E-02`.
         last = " ".join(data[-3:]).upper().split()
         if len(last) > 1 and "E" in last[0] and "E" not in last[-1]:
             raise fault_in(path, "the file ends inside a number")
-        warnings = (f"NPTS = {npts}, {values.size} values: truncated file?",)
+        warnings = (f"NPTS = {npts}, but there are {values.size} values: truncated file?",)
     titles = (pattern.fullmatch(line.strip()) for line in header[:3] for pattern in _PEER_TITLES)
     title = next(filter(None, titles), None)
     event, station, azimuth = title.group("event", "station", "azimuth") if title else ("",) * 3
@@ -318,7 +318,7 @@ _CSMIP_DEFAULT_LAYOUT: Final = (8, 10)  # source: CSMIP report OSMS 85-03, forma
 
 
 def _is_csmip(lines: list[str], path: Path) -> bool:
-    """Return whether a file begins as a corrected accelerogram, or is a .v2 file with data."""
+    """Return whether a file is a corrected accelerogram, by its first lines or its suffix .v2."""
     head = " ".join(_head(lines, 2)).upper()
     return head.lstrip().startswith("CORRECTED ACCELEROGRAM") or (
         path.suffix.lower() == ".v2" and any(map(_CSMIP_BLOCK.match, _head(lines, 200)))
@@ -347,7 +347,7 @@ def _read_csmip(lines: list[str], path: Path, given: Given) -> Trace:
     titles = (n for n, line in enumerate(header) if "CORRECTED ACCELEROGRAM" in line.upper())
     text = [line.strip() for line in _head(header[next(titles, 0) :], 25)]
     direction = next(filter(None, map(_CSMIP_CHANNEL.search, text)), None)
-    truncated = f"header says {npts} points, {values.size} found: truncated file?"
+    truncated = f"the header states {npts} points, the file has {values.size}: truncated?"
     return Trace(
         path=path,
         format="csmip_v2",
@@ -381,10 +381,10 @@ def _read_knet(lines: list[str], path: Path, _given: Given) -> Trace:
     frequency = re.match(rf"({FLOAT})\s*Hz", head.get("Sampling Freq(Hz)", ""))
     if scale is None or frequency is None:
         missing = "Scale Factor" if scale is None else "Sampling Freq"
-        raise fault_in(path, f"no {missing} in the header")
+        raise fault_in(path, f"the header has no {missing}")
     numbers = [_fortran_float(text) for text in (frequency[1], *scale.groups())]
     if not all(0.0 < number <= MAX_MAGNITUDE for number in numbers) or numbers[2] < 1.0:
-        raise fault_in(path, "sampling and scale must be positive")
+        raise fault_in(path, "the sampling frequency and the scale factor must be positive")
     frequency_hz, range_gal, counts_per_range = numbers
     memo = (n + 1 for n, line in enumerate(lines[:_KNET_HEADER_LINES]) if line[:5] == "Memo.")
     start = next(memo, _KNET_HEADER_LINES)
@@ -394,7 +394,7 @@ def _read_knet(lines: list[str], path: Path, _given: Given) -> Trace:
     accel_gal = (counts - counts.mean()) * (range_gal / counts_per_range)
     stated, peak_gal = re.match(FLOAT, head.get("Max. Acc. (gal)", "")), np.abs(accel_gal).max()
     header_gal = _fortran_float(stated[0]) if stated else peak_gal
-    truncated = f"peak is {peak_gal:.4g} gal, the header has {header_gal:.4g}: truncated?"
+    truncated = f"the peak is {peak_gal:.4g} gal, but {header_gal:.4g} in the header: truncated?"
     is_truncated = abs(peak_gal - header_gal) > 0.01 * header_gal
     direction = head.get("Dir.", "")
     return Trace(
@@ -408,7 +408,7 @@ def _read_knet(lines: list[str], path: Path, _given: Given) -> Trace:
         station=head.get("Station Code", ""),
         azimuth_deg=_azimuth_deg(_KNET_CHANNELS.get(direction, direction)),
         warnings=(truncated,) if is_truncated else (),
-        notes=("instrument offset (mean) removed",),
+        notes=("the instrument offset (mean) was removed",),
     )
 
 
@@ -448,7 +448,7 @@ def _read_columns(lines: list[str], path: Path, given: Given) -> Trace:
     values = parse_numbers([line for _, line in rows], path, first_line=start + 1)
     if values.size != count * len(rows):
         bad = next((n for n, line in rows if _column_count(line) != count), rows[-1][0])
-        raise fault_in(path, f"{count} columns expected", bad)
+        raise fault_in(path, f"the row must have {count} columns", bad)
     table = values.reshape(-1, count)
     channel = _channel(given, count - 1, path)
     dt_s, warnings = _step_of_times(table[:, 0], rows, path)
@@ -474,7 +474,7 @@ def _column_count(line: str) -> int:
 def _step_of_times(
     time_s: Vector, rows: list[tuple[int, str]], path: Path
 ) -> tuple[float, tuple[str, ...]]:
-    """Return the time step of a column of times, with a warning if they are rounded."""
+    """Return the time step of a time column, and a warning if the times are rounded."""
     steps_s = np.diff(time_s)
     mean_s = float(time_s[-1] - time_s[0]) / max(steps_s.size, 1)
     decimals = max(_decimals_of_time(line) for _, line in rows[:100])
@@ -485,13 +485,13 @@ def _step_of_times(
     if mean_s <= 0.0 or (steps_s <= 0.0).any() or off_s.max(initial=0.0) > allowed_s:
         worst = int(np.argmax(np.where(steps_s <= 0.0, np.inf, off_s)))
         jump = f"the time column jumps from {time_s[worst]:g} to {time_s[worst + 1]:g} s"
-        raise fault_in(path, f"{jump}, steps of {mean_s:g} s expected", rows[worst + 1][0])
+        raise fault_in(path, f"{jump}; every step must be {mean_s:g} s", rows[worst + 1][0])
     # the number with the fewest digits within the tolerance
     rounded = (float(f"{mean_s:.{digits}g}") for digits in range(1, 16))
     allowed_s = quantum_s / steps_s.size
     step_s = next((value for value in rounded if abs(value - mean_s) <= allowed_s), mean_s)
     if off_s.max(initial=0.0) > 1.0e-3 * mean_s:
-        return step_s, (f"time column rounded to {decimals} decimals: dt = {step_s:g} s used",)
+        return step_s, (f"times are rounded to {decimals} decimals: dt = {step_s:g} s is used",)
     return step_s, ()
 
 

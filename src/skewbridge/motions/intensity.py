@@ -1,8 +1,8 @@
-"""Intensity measures of a ground motion, and cutting to its strongest part.
+"""Intensity measures of ground motions, and their strongest parts.
 
 Measures that depend on orientation are RotD50. Arias intensity and CAV are the mean of the two
-components; significant durations are those of the sum of both Arias build-ups, which does not
-depend on orientation. Recorded motions are cut only on request.
+components. Significant durations use the sum of both Arias build-ups, which does not depend on
+orientation. Recorded motions are cut only on request.
 """
 
 import hashlib
@@ -43,7 +43,7 @@ QUIET_SHARE: Final = 1.0e-5  # share of the Arias intensity of both components, 
 
 
 def motion_measures(motion: GroundMotion, t1_s: float | None) -> dict[str, float]:
-    """Return the intensity measures of a pair by column; Sa(T1) and Sa_avg are nan without T1."""
+    """Return the intensity measures of a pair (dict); Sa(T1) and Sa_avg are nan without T1."""
     dt_s = motion.dt_s
     pair = motion.components
     sa_t1_g = sa_avg_g = float("nan")
@@ -100,9 +100,9 @@ def measures_and_spectra(
     t1_s: float | None = None,
     periods_s: Sequence[float] | None = None,
 ) -> dict[str, Any]:
-    """Return the measures and spectra of one component or a pair, by printed name.
+    """Return the measures and spectra of one component or a pair, keyed by printed name.
 
-    ``_h1`` and ``_h2`` in a name mark a component; other measures belong to the pair.
+    ``_h1`` or ``_h2`` in a name marks a component; names without them belong to the pair.
     """
     periods = periods_s or SPECTRUM_PERIODS_S
     found: dict[str, Any] = {}
@@ -164,7 +164,7 @@ def cav(accel_mps2: Vector, dt_s: float) -> float:
 
 
 def significant_duration(build_up: Vector, dt_s: float, start: float, end: float) -> float:
-    """Return the time in s between two shares of a build-up, interpolated between samples."""
+    """Return the time in s in which a build-up grows from share `start` to share `end`."""
     share = build_up / build_up[-1]
     return dt_s * (_index_of(share, end) - _index_of(share, start))
 
@@ -199,11 +199,11 @@ def strongest_part(motion: GroundMotion, shaking_s: float) -> GroundMotion:
 def cut_to_strongest(
     motion: GroundMotion, shaking_s: float, free_vibration_s: float
 ) -> GroundMotion:
-    """Return the strongest part of a motion, ending at rest, followed by zeros.
+    """Return the strongest part of a motion, which ends at rest, followed by zeros.
 
-    The window with the most Arias intensity (of both components) is kept; a shorter motion is kept
-    whole. Its ends are tapered by half a cosine. Two smooth accelerations over the window, a
-    symmetric and an antisymmetric one, remove the velocity and displacement at its end.
+    The window of `shaking_s` with the largest Arias intensity (of both components) is kept; shorter
+    motions are not cut. The ends are tapered by half a cosine. A symmetric and an antisymmetric
+    smooth acceleration over the window remove the velocity and displacement at its end. Raises
     `InputError` for a window of 2 s or less.
     """
     if not shaking_s > 4.0 * TAPER_S:
@@ -215,7 +215,7 @@ def cut_to_strongest(
 
 
 def trim_quiet_ends(motion: GroundMotion) -> GroundMotion:
-    """Return a motion, ending at rest, without the quiet parts before and after the shaking."""
+    """Return a motion without the quiet parts before and after the shaking; it ends at rest."""
     both = pair_arias_build_up(motion)
     both = both / both[-1]
     margin = round(2.0 * TAPER_S / motion.dt_s)

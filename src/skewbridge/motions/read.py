@@ -60,7 +60,7 @@ _ENDINGS: Final = (
 
 
 class PairError(InputError):
-    """Two valid components whose time steps differ, so they can't belong to one motion."""
+    """The time steps of two components differ, so they can't belong to one motion."""
 
 
 class FalseClaimError(InputError):
@@ -68,7 +68,7 @@ class FalseClaimError(InputError):
 
 
 def split_name(path: Path) -> tuple[str, str]:
-    """Return motion name and component ending of a file name; the ending is empty if not found."""
+    """Return the motion name and the component ending of a file name; no ending gives ''."""
     if match := _NIED.fullmatch(path.suffix):  # K-NET and KiK-net: component in the suffix
         sensor = {"1": "_borehole", "2": "_surface"}.get(match["sensor"], "")
         return path.stem + sensor, match["end"].lower()
@@ -85,13 +85,13 @@ def is_vertical(path: Path) -> bool:
 
 
 def motion_name(first: Path, second: Path) -> str:
-    """Return the motion name common to both files, else the name of the first file."""
+    """Return the motion name of both files; if it differs, the name of the first file."""
     name, _ = split_name(first)
     return name if split_name(second)[0] == name else first.stem
 
 
 def read_trace(path: Path, given: Given | None = None) -> Trace:
-    """Read one component; `DtMissingError` if its time step is unknown, else `InputError`."""
+    """Read one component; `DtMissingError` if it has no time step, `InputError` if unusable."""
     content = read_bytes(path, MAX_FILE_BYTES)
     lines = _text_of(content, path).splitlines()
     trace = trace_of(lines, path, given or Given())
@@ -127,11 +127,11 @@ def doubts(trace: Trace) -> list[str]:
     """Return warnings about the values of a component; `InputError` if it is unusable."""
     npts, pga_g = trace.accel_mps2.size, peak_g(trace.accel_mps2)
     (low_s, high_s), (least_g, most_g) = DT_LIMITS_S, PGA_LIMITS_G
-    reached = f"PGA = {pga_g:.4g} g with the values in {trace.unit}, allowed {most_g} g"
+    reached = f"PGA = {pga_g:.4g} g with values in {trace.unit} is above {most_g} g"
     for problem, is_there in {
-        "no values": npts == 0,
-        f"dt = {trace.dt_s} s, allowed {low_s} to {high_s}": not low_s <= trace.dt_s <= high_s,
-        f"{npts} values, at least {MIN_SAMPLES} needed": npts < MIN_SAMPLES,
+        "the file has no values": npts == 0,
+        f"dt = {trace.dt_s} s is outside {low_s} to {high_s}": not low_s <= trace.dt_s <= high_s,
+        f"the file has {npts} values but needs at least {MIN_SAMPLES}": npts < MIN_SAMPLES,
         "all values are zero": pga_g == 0.0,
         f"{reached}: wrong unit? {_SAY_UNIT}": pga_g > most_g,
     }.items():
@@ -142,8 +142,8 @@ def doubts(trace: Trace) -> list[str]:
     share = float(velocity_mps[-1] / max(velocity_mps.max(), np.finfo(float).tiny))
     found = {
         f"PGA = {pga_g:.3g} g is below {least_g} g: wrong unit? {_SAY_UNIT}": pga_g < least_g,
-        f"mean is {offset:.1%} of the PGA: baseline not corrected?": offset > 0.02,
-        f"velocity at the end is {share:.0%} of the PGV: baseline not corrected?": share > 0.25,
+        f"the mean is {offset:.1%} of the PGA: baseline not corrected?": offset > 0.02,
+        f"the final velocity is {share:.0%} of the PGV: baseline not corrected?": share > 0.25,
     }
     return [warning for warning, is_there in found.items() if is_there]
 
@@ -153,7 +153,7 @@ def read_motion(
 ) -> GroundMotion:
     """Read the files of component 1 (bridge x at incidence 0) and 2 (bridge y) as one motion.
 
-    Without a `motion_id` the name is that of `motion_name`.
+    Without a `motion_id`, the motion is named by `motion_name`.
     """
     one, two = (read_trace(path, given) for path in (first, second))
     return join_traces(one, two, motion_id=motion_id or motion_name(first, second))
@@ -162,12 +162,12 @@ def read_motion(
 def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     """Return the motion of two components; zeros are added at the end of the shorter one.
 
-    `PairError` for different time steps, `FalseClaimError` from `refuse_false_waho`.
+    Raises `PairError` for different time steps, and the error of `refuse_false_waho`.
     """
     if abs(first.dt_s / second.dt_s - 1.0) > 1.0e-6:
         raise PairError(
-            f"motion {motion_id}: dt of {first.path.name} is {first.dt_s} s, "
-            f"of {second.path.name} {second.dt_s} s; they must be equal",
+            f"motion {motion_id}: dt is {first.dt_s} s in {first.path.name} "
+            f"and {second.dt_s} s in {second.path.name}; the steps must be equal",
             motion_id=motion_id,
         )
     pair = (first, second)
@@ -214,7 +214,7 @@ def read_components(
 
 
 def refuse_false_waho(motion: GroundMotion) -> None:
-    """Raise `FalseClaimError` if a motion named WAHO is over 2 % off the published RotD50 PGA."""
+    """Raise `FalseClaimError` if the RotD50 PGA of a motion named WAHO is off by over 2 %."""
     names = (motion.motion_id, motion.station, *motion.files)
     if SURROGATE_ID in names or not any(_WAHO.search(name) for name in names):
         return
@@ -229,5 +229,5 @@ def refuse_false_waho(motion: GroundMotion) -> None:
 
 
 def files_digest(*paths: Path) -> str:
-    """Return the SHA-256 of the bytes of files, joined in order (as by `cat A B`)."""
+    """Return the SHA-256 of the bytes of files, joined in the given order (`cat A B`)."""
     return hashlib.sha256(b"".join(read_bytes(path, MAX_FILE_BYTES) for path in paths)).hexdigest()

@@ -1,11 +1,11 @@
-"""Response spectra of linear oscillators, per component and over all orientations.
+"""Response spectra of one component, and RotD50 and RotD100 of a pair.
 
 The oscillator under a piecewise linear base acceleration has an exact recursion (Nigam and
-Jennings 1969, Bulletin of the Seismological Society of America 59(2)). For the displacement alone
-it is a second-order IIR filter, which scipy runs in compiled code.
+Jennings 1969, Bulletin of the Seismological Society of America 59(2)). For the displacement, the
+recursion is a second-order IIR filter, which scipy runs in compiled code.
 
-Below a period of 10 dt the record is interpolated linearly with ceil(10 dt/T) steps per sample:
-this is the convention of the published NGA-West2 spectra.
+For periods below 10 dt the record is interpolated linearly with ceil(10 dt/T) steps per sample, as
+in the published NGA-West2 spectra.
 """
 
 from collections.abc import Callable
@@ -59,7 +59,7 @@ def pair_psa(
 
 
 def orbit_rotd50(first: Vector, second: Vector) -> float:
-    """Return RotD50 of any two-component history: the median of its peaks over orientations."""
+    """Return the RotD50 of any two-component history: the median of its peaks over orientations."""
     return float(_orbit_peaks(np.stack([first, second]))[0])
 
 
@@ -104,10 +104,10 @@ def _in_substeps(accel: Vector, substeps: int) -> Vector:
 
 
 def _filter(omega: float, xi: float, dt_s: float) -> tuple[Vector, Vector, Vector]:
-    """Return numerator, denominator and initial state (at rest, for a first sample of 1).
+    """Return the numerator, the denominator and the initial state of the filter.
 
-    The velocity is eliminated from the exact step x[i+1] = A x[i] + B p[i..i+1] for x =
-    (displacement, velocity).
+    The initial state is that at rest with a first sample of 1. The velocity is eliminated from the
+    exact step x[i+1] = A x[i] + B p[i..i+1] for x = (displacement, velocity).
     """
     root = np.sqrt(1.0 - xi * xi)
     omega_d = omega * root
@@ -136,9 +136,10 @@ def _filter(omega: float, xi: float, dt_s: float) -> tuple[Vector, Vector, Vecto
 def _orbit_peaks(orbit: Vector) -> Vector:
     """Return RotD50 and RotD100 of an orbit of shape (2, npts).
 
-    Points inside the two middle ones of the 180 sorted peaks can't change them. A few outer points
-    give lower bounds of all peaks, and only points outside the lower middle bound are projected.
-    This is exact, unlike a fixed share of the component peaks (Stewart et al. 2017, PEER 2017/09).
+    Points whose radius is below both middle values of the 180 sorted peaks can't change the result.
+    A few outer points give lower bounds of all peaks; only points with a radius of at least the
+    lower middle bound are projected. The result is exact; with a fixed share of the component peaks
+    as limit it would not be (Stewart et al. 2017, PEER 2017/09).
     """
     x, y = orbit
     squared = x * x + y * y

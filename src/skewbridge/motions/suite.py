@@ -32,8 +32,8 @@ RECORDS_VARIABLE: Final = "SKEWBRIDGE_RECORDS"
 def read_entry(entry: IndexEntry) -> GroundMotion:
     """Read or generate one listed motion; the index overrides the file headers.
 
-    `InputError` for unreadable files, a digest that differs from the index, or a motion that is
-    named as the WAHO record but is not.
+    Raises `InputError` for unreadable files, a digest that differs from the index, or a motion that
+    is named as the WAHO record but is a different one.
     """
     if entry.made_from_number is not None:
         # Here: a suite of files does not need the stochastic model.
@@ -59,7 +59,7 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
 
 
 def read_entries(entries: Iterable[IndexEntry]) -> list[GroundMotion]:
-    """Read listed motions; one `InputError` names every faulty motion."""
+    """Read listed motions; a single `InputError` names all faulty motions."""
     motions: list[GroundMotion] = []
     faults: list[InputError] = []
     for entry in entries:
@@ -72,18 +72,18 @@ def read_entries(entries: Iterable[IndexEntry]) -> list[GroundMotion]:
 
 
 def prepare_suite(
-    folder: Path,  # with an `index.csv`, or with component files that pair by name
+    folder: Path,  # folder with an `index.csv`, or with files that are paired by their names
     *,
     count: int | None = None,  # number of motions, starting with the first; None: all
     t1_s: float,  # conditioning period of the bridge, for Sa(T1) and Sa_avg
-    #: Sa_avg range of the scaled motions; a factor of the index for a different range is not used.
+    #: Sa_avg range of the scaled motions; factors in the index for a different range are not used.
     level_range_g: tuple[float, float] = levels.LEVEL_RANGE_G,
     shaking_s: float | None = None,  # length of the strongest part to keep; None: the whole motion
 ) -> pd.DataFrame:
     """Read, measure and scale the motions of a folder.
 
-    Returns one row per motion in suite order: metadata, scale, npts, messages (JSON), and unscaled
-    intensity measures and accelerations (arrays accel_1_mps2 and accel_2_mps2).
+    Returns one row per motion in suite order, with metadata, scale, npts and messages (JSON). The
+    intensity measures and accelerations (arrays accel_1_mps2, accel_2_mps2) are unscaled.
     """
     entries, stored = _entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
     motions = read_entries(entries)
@@ -119,7 +119,7 @@ def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
 
     `records` is the first folder in the environment variable SKEWBRIDGE_RECORDS; if it is not set,
     the suite is skipped. Suites after the first may have fewer motions than `motions.count`.
-    `InputError` if such a suite has no motions, two suites have the same name, or none is left.
+    Raises `InputError` if such a suite has no motions, names are repeated or all are skipped.
     """
     own, records = Path(motions.folder), os.environ.get(RECORDS_VARIABLE, "").split(os.pathsep)[0]
     first, *others = levels.SHIPPED_SUITES
@@ -145,7 +145,7 @@ def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
 
 
 def prepare_suites(motions: levels.MotionsConfig, *, t1_s: float) -> pd.DataFrame:
-    """Return the rows of all suites with columns `suite` and `number`; motion names must differ."""
+    """Return the rows of all suites with the columns `suite` and `number` (position from 0)."""
     tables = [
         prepare_suite(
             source.folder,
@@ -166,9 +166,9 @@ def prepare_suites(motions: levels.MotionsConfig, *, t1_s: float) -> pd.DataFram
 def _entries_to_read(
     folder: Path, count: int | None, *, t1_s: float, level_range_g: tuple[float, float]
 ) -> tuple[list[IndexEntry], list[float]]:
-    """Return the motions to read, and the index factors of the first `count` (nan: none).
+    """Return the motions to read, and the factors of the first `count` in the index (or nan).
 
-    If a factor must be computed, whole blocks are read: a factor must not depend on the count.
+    A computed factor must not depend on the count, so full blocks of motions are then read.
     """
     entries = list_motions(folder)
     wanted = len(entries) if count is None else count
@@ -199,7 +199,7 @@ def content_digest(
 
     Other files and file times do not affect it. If the file `cache` has a digest for the same
     arguments, file names, sizes, times and reader sources, that digest is returned. Otherwise the
-    motions with files are read; `InputError` if one is faulty.
+    motions with files are read, and a faulty one raises `InputError`.
     """
     readers = layer_digest(("errors.py", "units.py", "files", "motions"))
     state = digest_of(str(folder.resolve()), count, t1_s, level_range_g, readers, _state_of(folder))
@@ -262,8 +262,8 @@ def read_suite(path: Path) -> list[SuiteMotion]:
 def folder_spectra(folder: Path) -> dict[str, Any]:
     """Return the RotD50 spectra of a folder of motions, as arguments of their figure.
 
-    ``rotd50_g`` has the shape (motions, ``periods_s``). ``model`` is name, median in g and
-    dispersion of BSSA14 if all motions belong to one synthetic scenario, else None.
+    ``rotd50_g`` has the shape (motions, ``periods_s``). If all motions belong to one synthetic
+    scenario, ``model`` is the name, median in g and dispersion of BSSA14; otherwise it is None.
     """
     from skewbridge.motions.synthesis.bssa14 import bssa14
     from skewbridge.motions.synthesis.ddk18 import Scenario

@@ -1,1 +1,1 @@
-"""Motions from a published stochastic model."""
+"""Synthetic motions from a published stochastic model."""

@@ -1,10 +1,11 @@
 """RotD50 spectra of Boore, Stewart, Seyhan and Atkinson (2014), and calibration to them.
 
-Earthquake Spectra 30(3):1057-1085, global attenuation, basin depth unknown. Correlation between
-periods by Baker and Jayaram (2008), Earthquake Spectra 24(1):299-317.
+The model (Earthquake Spectra 30(3):1057-1085) is used with global attenuation and unknown basin
+depth. The correlation between periods is from Baker and Jayaram (2008), Earthquake Spectra
+24(1):299-317.
 
-Each synthetic motion gets its own target spectrum, drawn from the model's distribution with the
-correlation between periods; the Fourier amplitudes of both components are multiplied by one smooth
+Each synthetic motion has a different target spectrum, drawn from the model's distribution with the
+correlation between periods. The Fourier amplitudes of both components are multiplied by one smooth
 real factor until the RotD50 spectrum follows the target. Phases and the ratio of the components do
 not change, so duration and non-stationarity are kept.
 """
@@ -37,9 +38,10 @@ def _table() -> pd.DataFrame:
 
 
 def bssa14(scenario: Scenario, periods_s: ArrayLike) -> tuple[Vector, Vector]:
-    """Return median RotD50 PSA in g and total standard deviation of its logarithm.
+    """Return the median RotD50 PSA in g and the total standard deviation of its logarithm.
 
-    Periods (s) must be in the table (0: PGA; -1: PGV in cm/s), else `InputError`.
+    Period 0 is the PGA and -1 the PGV in cm/s. A period that is not in the table raises
+    `InputError`.
     """
     periods = np.atleast_1d(np.asarray(periods_s, dtype=np.float64))
     unknown = [float(period) for period in periods if period not in _table().index]
@@ -126,7 +128,7 @@ def calibrate_pair(
 ) -> tuple[Vector, Vector]:
     """Return both components in g, calibrated to a target RotD50 PSA and then high-passed.
 
-    The components given are zero-padded at both ends; the target is at `BSSA_PERIODS_S`.
+    The given components must have zeros at both ends; the target is at `BSSA_PERIODS_S`.
     """
     npts = accel_1_g.size
     pair = np.stack([accel_1_g, accel_2_g])

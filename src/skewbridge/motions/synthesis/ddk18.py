@@ -1,9 +1,9 @@
 """Bidirectional near-fault model of Dabaghi and Der Kiureghian (2018).
 
-Earthquake Engineering and Structural Dynamics 47:1369-1393 and PEER report 2014/17. Correlated
-normal variables, whose means come from a regression on the scenario, are transformed to the
-parameters of a motion. A motion is modulated, filtered and high-passed white noise, plus a pulse in
-some scenarios. Accelerations in this module are in g.
+The model is in Earthquake Engineering and Structural Dynamics 47:1369-1393 and PEER report 2014/17.
+Its parameters are transformed from correlated normal variables, whose means come from a regression
+on the scenario. A motion is modulated, filtered and high-passed white noise, plus a pulse in some
+scenarios. Accelerations in this module are in g.
 """
 
 import json
@@ -94,7 +94,7 @@ class Background(NamedTuple):
 
 
 class Pulse(NamedTuple):
-    """Velocity pulse of component 1; oscillations and phase are gamma and nu of the publication."""
+    """Velocity pulse of component 1; oscillations and phase are gamma and nu in the publication."""
 
     peak_cm_s: float
     period_s: float
@@ -138,7 +138,7 @@ def draw_parameters(scenario: Scenario, rng: np.random.Generator) -> ModelParame
 
 
 def transform(normals: Vector) -> ModelParameters:
-    """Return the physical parameters of 14 normal variables, or of 19 with a pulse."""
+    """Return the physical parameters for 14 normal variables, or for 19 with a pulse."""
     one, two = np.split(normals[-14:], 2)
     pulse = None
     if normals.size > 14:
@@ -173,7 +173,7 @@ def _beta(normal: float, alpha: float, beta: float) -> float:
 
 
 class Modulation(NamedTuple):
-    """Envelope q(t): rises as c (t/peak)^power until the peak, then falls as exp(-decay t)."""
+    """Envelope q(t): it grows as c (t/peak)^power to the peak, then decays as exp(-decay t)."""
 
     power: float
     decay_per_s: float
@@ -196,7 +196,7 @@ class Modulation(NamedTuple):
 
 
 def fit_modulation(arias_cm_s: float, d5_95_s: float, d0_5_s: float, d0_30_s: float) -> Modulation:
-    """Return the envelope whose times of 5, 30 and 95 % Arias intensity best fit the given ones."""
+    """Return the envelope that best fits the times of 5, 30 and 95 % of the Arias intensity."""
     wanted_s = np.array([d0_5_s, d0_30_s, d0_5_s + d5_95_s])
 
     def misfit(logs: Vector) -> Vector:
@@ -238,8 +238,8 @@ def filtered_noise(
 ) -> Vector:
     """Return the unit-variance response of the time-varying filter to white noise, shape (npts,).
 
-    Each impulse rings at the filter frequency of the time it acts. All impulses are advanced
-    together by one lag at a time, until the slowest has died out.
+    The response to each impulse has the filter frequency at the time of the impulse. All responses
+    are advanced together by one lag at a time, until the slowest one has decayed.
     """
     npts = noise.size
     time_s = np.arange(npts, dtype=np.float64) * dt_s
@@ -279,7 +279,7 @@ def simulate_background(
 ) -> tuple[Vector, Vector, float]:
     """Return two background components in g without pulse, and the start time of the motion in s.
 
-    Both ends keep the zero pads that the filter needs; t = 0 of the model is at the start time.
+    Both ends keep the zeros that the filter needs; t = 0 of the model is at the start time.
     """
     parts, pulse = parameters
     duration_s = 2.5 * max(b.d0_5_s + b.d5_95_s for b in parts)
@@ -299,7 +299,7 @@ def simulate_background(
 
 
 def arias_cm_s(accel_g: Vector, dt_s: float) -> float:
-    """Return the Arias intensity in cm/s with the model's g."""
+    """Return the Arias intensity in cm/s, computed with the model's value of g."""
     of_standard_g = float(arias_build_up(accel_g * G_MPS2, dt_s)[-1]) / GAL
     return of_standard_g * _MODEL_G_CM_S2 * GAL / G_MPS2
 
