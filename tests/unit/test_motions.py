@@ -202,7 +202,7 @@ def test_given_values_override_the_file_with_a_note_and_those_if_missing_do_not(
     known = Given(dt_s_if_missing=0.005, unit_if_missing="gal")
     trace = read_trace(_peer(tmp_path), known)
     np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-6)
-    assert (trace.dt_s, trace.unit, trace.notes) == (0.01, "g", ("the unit g of the header is used",))
+    assert (trace.dt_s, trace.unit, trace.notes) == (0.01, "g", ("unit g of the header is used",))
     bare = read_trace(_file(tmp_path, "a.acc", _rows(980.665 * RECORD_G, 5, "{:.8e} ")), known)
     np.testing.assert_allclose(bare.accel_mps2, SI, rtol=1e-7)
     assert (bare.dt_s, bare.unit) == (0.005, "cm/s2")

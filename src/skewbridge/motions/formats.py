@@ -131,7 +131,7 @@ def _unit(given: Given, in_file: str) -> tuple[str, list[str]]:
     if unit != in_file:
         return unit, [f"the given unit {unit} is used" + (f", not {in_file}" if in_file else "")]
     overrides = given.unit is None and given.unit_if_missing not in {None, unit}
-    return unit, [f"the unit {unit} of the header is used"] if overrides else []
+    return unit, [f"unit {unit} of the header is used"] if overrides else []
 
 
 def _channel(given: Given, count: int, path: Path) -> int:

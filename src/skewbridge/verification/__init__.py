@@ -1,1 +1,1 @@
-"""Studies and statements of the paper, checked against closed forms and other references."""
+"""Verification against closed forms and other references, and of statements of the paper."""

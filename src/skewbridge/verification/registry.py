@@ -21,7 +21,7 @@ from skewbridge.verification.statements import STATEMENTS, Run, Verdict, over_ru
 if TYPE_CHECKING:  # every workflow runs the contact checks (gate), which need no figures
     from matplotlib.figure import Figure
 
-# Name of the study (figures as in the paper), module and function.
+# Name of the study (a figure number is that in the paper), module and function.
 STUDIES: Final[dict[str, str]] = {
     "gate": "blocks:run_gate",
     "fig1": "blocks:run",
@@ -60,7 +60,7 @@ STATEMENT_COLUMNS: Final = (*COLUMNS, "case", "outcome", "reason", *RUN_COLUMNS)
 type Row = dict[str, Any]
 type Runs = dict[Run | None, Verdict | None]
 
-#: Rows of `reference_values.csv` by study and quantity: references that no study computes. A
+#: References that no study computes: rows of `reference_values.csv`, keyed by study and quantity. A
 #: tolerance in % is relative to the reference; without a tolerance a value is only reported.
 TABULATED: Final[dict[tuple[str, str], dict[str, str]]] = {
     (row["study"], row["quantity"]): row
@@ -70,11 +70,11 @@ TABULATED: Final[dict[tuple[str, str], dict[str, str]]] = {
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """Results of a study: comparisons, verdicts on statements, figures, tables.
+    """Results of a study: comparisons, verdicts on statements, figures and tables.
 
     A comparison is a row with the columns of the `verify` command. `runs` maps statement and case
-    to the verdict of each run; the key of a verdict without a run is None. A long study keeps
-    finished analyses in the folder `kept` and passes lines of progress to `report_progress`.
+    to the verdict of each run; a verdict that is not from a run has the key None. A long study
+    keeps finished analyses in the folder `kept` and sends progress lines to `report_progress`.
     """
 
     name: str
@@ -88,7 +88,7 @@ class Study:
     def absolute(
         self, quantity: str, value: float, reference: float, tolerance: float | None, source: str
     ) -> None:
-        """Compare a value with a reference by an absolute tolerance; only report if it is None."""
+        """Compare a value with a reference; without an absolute tolerance, only report both."""
         value, reference = float(value), float(reference)
         passed = tolerance is None or (isfinite(value) and abs(value - reference) <= tolerance)
         row = (self.name, quantity, value, reference, tolerance, passed, source)
@@ -97,7 +97,7 @@ class Study:
     def relative(
         self, quantity: str, value: float, reference: float, tolerance: float | None, source: str
     ) -> None:
-        """Compare by a tolerance relative to the reference; only report if it is None."""
+        """Compare a value with a reference; the tolerance (or None) is a fraction of it."""
         limit = None if tolerance is None else tolerance * abs(reference)
         self.absolute(quantity, value, reference, limit, source)
 
@@ -132,7 +132,7 @@ class Study:
         premise: bool = True,
         **conditions: bool,
     ) -> None:
-        """Add the verdict on a statement (a row of `statements.csv`) in one case, from its numbers.
+        """Add the verdict on a statement (a row of `statements.csv`) from the numbers of one case.
 
         The verdicts of several runs of a case are combined; a run that does not meet the premise of
         the statement does not count.
@@ -143,8 +143,8 @@ class Study:
     def statement_rows(self, open_because: str = "") -> list[Row]:
         """Return one row per statement and case; a verdict never fails the study.
 
-        A statement of this study without a case is undecidable; the reason is that of its row in
-        `statements.csv`, or `open_because`.
+        If the study has no case of a statement, the statement is undecidable; the reason is taken
+        from its row in `statements.csv`, or else is `open_because`.
         """
         verdicts = {key: over_runs(runs) for key, runs in self.runs.items()}
         judged = {statement for statement, _ in verdicts}
@@ -166,7 +166,7 @@ class Study:
 
 
 class Panel(NamedTuple):
-    """A panel of a figure: labels of its axes, and its lines (see `drawn`) by name."""
+    """A panel of a figure, with axis labels and lines (see `drawn`) keyed by name."""
 
     x: str
     y: str
@@ -222,10 +222,10 @@ def run_studies(
 ) -> list[Row]:
     """Run studies, write their tables and figures, and return all rows.
 
-    Files in the folder: the comparisons of each study (`<study>.parquet`, `<study>.json`), its
-    figures and other tables, all comparisons (`studies.parquet`) and the verdicts on the paper's
-    statements (`statements.parquet`). Without names all studies run except the long ones. The rows
-    are the comparisons, then the verdicts with their `outcome`, `reason` and `case`.
+    The folder gets the comparisons of each study (`<study>.parquet`, `<study>.json`), its figures
+    and other tables, all comparisons (`studies.parquet`) and the verdicts on the paper's statements
+    (`statements.parquet`). Without names, all studies except the long ones run. The returned rows
+    are the comparisons, followed by the verdicts with `outcome`, `reason` and `case`.
     """
     known = STUDIES | LONG_STUDIES
     unknown = [name for name in names if name not in known]
@@ -241,7 +241,7 @@ def run_studies(
         try:
             study = run_study(name, out, report_progress)
         except RuntimeError as error:
-            # The others still run.
+            # The remaining studies still run.
             study, stopped = Study(name), f"the study stopped: {error}"
             study.holds(f"the study finishes ({error})", truth=False, source="")
         table = study.table()
@@ -264,7 +264,7 @@ def run_studies(
 def run_study(
     name: str, kept: Path = Path(), report_progress: Callable[[str], None] | None = None
 ) -> Study:
-    """Run one study; a long one keeps analyses in `kept`. `RuntimeError` if a solver fails."""
+    """Run a study; a long one keeps its analyses in `kept`. A solver raises `RuntimeError`."""
     study = Study(name, kept, report_progress)
     module, function = (STUDIES | LONG_STUDIES)[name].split(":")
     getattr(import_module(f"skewbridge.verification.studies.{module}"), function)(study)

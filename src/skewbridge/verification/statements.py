@@ -1,7 +1,7 @@
 """Verdicts on the paper's statements: the table `statements.csv` and the rules that it names.
 
 The table paraphrases the statements of sections 2 to 5 of the paper that a computation can check.
-A row has a claim, study, computed number and rule; a claim judged by two numbers has two rows. A
+A row has a claim, a study, a number and a rule; a claim that two numbers judge has two rows. The
 study computes the number in each of its cases (`Study.states`); the rule gives the verdict. A claim
 with a direction is tested in that direction only. A change is undecidable if it is below the
 resolution of the analyses or may be due to chance.
@@ -10,11 +10,11 @@ The sign of an effect under one record can change when the record is scaled by o
 under a record is therefore judged in several runs (`over_runs`): the record at seven scales and,
 if a stand-in replaces the paper's record, other motions.
 
-Assumed limits of the table: small means at most 5 %; a penalty enforces contact if it penetrates
+The table assumes these limits: small means at most 5 %; a penalty enforces contact if it penetrates
 by at most 3 % of the gap; stick-slip means at least ten changes; a history is coupled if it changes
 by more than 2 %, the largest error of the default time step; reductions of 2 to 3 % are rounded to
 whole percents. The paper gives no mass, so the ratio of its step to the period of a contact is
-unknown: one of several steps has to show its restitution.
+unknown: it is enough if one of several steps shows the paper's restitution.
 
 References:
     Rahman and Mackie, Modeling abutment contact-friction using run-time parameter updates.
@@ -39,7 +39,7 @@ FEWEST_VALUES: Final = 5  # with fewer values sign and rank tests cannot be sign
 
 
 class Verdict(NamedTuple):
-    """Verdict on a statement in one case; with several runs, the numbers are those at scale 1."""
+    """Verdict on a statement in one case; for several runs, it has the numbers at scale 1."""
 
     outcome: Outcome
     reason: str
@@ -60,10 +60,10 @@ NOMINAL: Final = Run("scale 1", 1.0)
 
 
 def over_runs(verdicts: Mapping[Run | None, Verdict | None]) -> Verdict:
-    """Return the verdict of a case from the verdicts of its runs (None: premise not met).
+    """Return the verdict of a case from its runs; a run that does not meet the premise has None.
 
-    A verdict without a run (key None) is returned as it is. Otherwise the case agrees (disagrees)
-    if 90 % of the runs that meet the premise do, and if at least `FEWEST_RUNS` runs meet it.
+    A verdict that is not from a run (key None) is returned unchanged. Otherwise at least
+    `FEWEST_RUNS` runs must meet the premise, and 90 % of these must agree (or disagree).
     """
     if single := verdicts.get(None):
         return single
@@ -78,7 +78,7 @@ def over_runs(verdicts: Mapping[Run | None, Verdict | None]) -> Verdict:
     last = f"; at scale 1: {nominal.reason}" if nominal.reason else ""
     outcome: Outcome = "undecidable"
     if len(judged) < FEWEST_RUNS:
-        reason = f"premise met in {len(judged)} of {len(verdicts)} runs only"
+        reason = f"only {len(judged)} of {len(verdicts)} runs meet the premise"
         reason += f"; agrees in {text}{last}" if text else ""
     else:
         outcomes = kinds[0] + kinds[1]
@@ -110,7 +110,7 @@ def _comparison(holds: Callable[[float, float], bool], words: str) -> Callable[.
 
 
 def some_within(values: Mapping[float, float], low: float, high: float) -> Verdict:
-    """Judge whether at least one of several values, given by name, lies within limits."""
+    """Judge whether at least one of several values (keyed by name) lies within limits."""
     listed = ", ".join(f"{value:.2f} at {name:g}" for name, value in values.items())
     within = [value for value in values.values() if low <= value <= high]
     first = next(iter(within or values.values()))
@@ -118,14 +118,14 @@ def some_within(values: Mapping[float, float], low: float, high: float) -> Verdi
 
 
 def falls_to(values: Sequence[float], limit: float) -> Verdict:
-    """Judge whether a sequence falls at every step and ends at or below a limit."""
+    """Judge whether a sequence decreases at every step and ends at or below a limit."""
     falls = all(after < before for before, after in pairwise(values))
     reason = f"from {values[0]:.3g} to {values[-1]:.3g}, limit {limit:g}"
     return _decided(falls and values[-1] <= limit, reason, values[-1], limit)
 
 
 def relative_change(value: float, reference: float) -> float:
-    """Return value / reference - 1; if the reference is zero, nan (zero value) or infinity."""
+    """Return value / reference - 1. For a zero reference: nan if the value is zero, else inf."""
     if reference == 0.0:
         return nan if value == 0.0 else inf
     return value / reference - 1.0
@@ -136,7 +136,7 @@ def _change(
 ) -> Verdict:
     """Judge whether the relative change of a peak by friction is within limits.
 
-    If `open_within` gives a reason, the change is undecidable.
+    If `open_within` is not empty, the change is undecidable for this reason.
     """
     change = relative_change(value, reference)
     reason = f"changes by {change:+.1%}{words}"
@@ -159,7 +159,7 @@ def reduced_by(
 ) -> Verdict:
     """Judge whether friction reduces a peak by a fraction within limits.
 
-    Under a record other than the paper's (`same_record` false) only an increase is decided.
+    Under a record that is not the paper's (`same_record` false), a reduction is undecidable.
     """
     is_reduced = relative_change(value, reference) < RESOLUTION
     text = "not the paper's record" if is_reduced and not same_record else ""
@@ -169,7 +169,7 @@ def reduced_by(
 
 def hardly_changed(value: float, reference: float) -> Verdict:
     """Judge whether friction changes a peak by at most `SMALL`."""
-    return _change(value, reference, -SMALL, SMALL, f", small is {SMALL:.0%}")
+    return _change(value, reference, -SMALL, SMALL, f", small means at most {SMALL:.0%}")
 
 
 def more_often(count: int, total: int) -> Verdict:
@@ -177,10 +177,10 @@ def more_often(count: int, total: int) -> Verdict:
     from scipy.stats import binomtest  # imported here: the contact checks do not need it
 
     if total < FEWEST_VALUES:
-        return Verdict("undecidable", f"{count} of {total}, too few to test", count, total)
+        return Verdict("undecidable", f"{count} of {total} agree, too few to test", count, total)
     tests = [binomtest(count, total, 0.5, alternative=side) for side in ("greater", "less")]
     p_for, p_against = (float(test.pvalue) for test in tests)
-    return _tested(f"{count} of {total}, sign test", p_for, p_against, (count, total))
+    return _tested(f"{count} of {total} cases agree, sign test", p_for, p_against, (count, total))
 
 
 def grows_with(x: Sequence[float], y: Sequence[float]) -> Verdict:
@@ -188,12 +188,12 @@ def grows_with(x: Sequence[float], y: Sequence[float]) -> Verdict:
     from scipy.stats import spearmanr
 
     if len(x) < FEWEST_VALUES:
-        return Verdict("undecidable", f"{len(x)} values, too few to test")
+        return Verdict("undecidable", f"{len(x)} values are too few to test")
     up, down = (spearmanr(x, y, alternative=side) for side in ("greater", "less"))
     correlation = float(up.statistic)
     if not isfinite(correlation):
         return Verdict("undecidable", "one of the two quantities is constant")
-    text = f"rank correlation {correlation:+.2f} of {len(x)}, test against zero"
+    text = f"rank correlation {correlation:+.2f} of {len(x)} values, test against zero"
     return _tested(text, float(up.pvalue), float(down.pvalue), (correlation, 0.0))
 
 
@@ -205,7 +205,7 @@ def _tested(text: str, p_for: float, p_against: float, numbers: tuple[float, flo
     return _decided(p_for < p_against, reason, *numbers)
 
 
-#: Rules by their names in the table.
+#: Rules keyed by their names in the table.
 RULES: Final[Mapping[str, Callable[..., Verdict]]] = {
     "at most": _comparison(operator.le, ", limit"),
     "at least": _comparison(operator.ge, ", at least"),
@@ -223,10 +223,10 @@ RULES: Final[Mapping[str, Callable[..., Verdict]]] = {
 
 
 class Statement(NamedTuple):
-    """One statement of the paper, paraphrased: a row of `statements.csv`.
+    """One paraphrased statement of the paper, which is a row of `statements.csv`.
 
-    The study computes the number; a rule with its limits judges it. Other studies may add cases.
-    Without a rule, `open_because` gives the reason why no number decides.
+    The study computes the number, and the rule judges it with the limits. Other studies may add
+    cases. For a statement without a rule, `open_because` states why no number can decide it.
     """
 
     place: str
@@ -238,7 +238,7 @@ class Statement(NamedTuple):
     open_because: str
 
     def verdict(self, *numbers: Any, **conditions: bool) -> Verdict:
-        """Return the verdict from the numbers of a case; the reason names the number."""
+        """Return the verdict for the numbers of a case; the reason names the number."""
         if self.open_because:
             listed = [f"{self.number} {number:.2g}" for number in numbers[:1]]
             return Verdict("undecidable", "; ".join([*listed, self.open_because]), *numbers)

@@ -73,7 +73,7 @@ def run_gate(study: Study) -> None:
 
 
 def _check_paths(study: Study) -> None:
-    """Check the friction of a unit on a circle, on a straight loop and on a path with openings."""
+    """Check the friction of a unit on a circle, a straight loop and a path with openings."""
     radius, elastic_slip = 0.2, 0.045
     path = unit.circle(radius, period_s=4.0, loops=2, rows_per_loop=500, opening_m=-0.1)
     forces = drive_unit(PAPER_LAW, path, substeps=25).forces_n
@@ -107,7 +107,7 @@ def _check_paths(study: Study) -> None:
 def _check_rectangle(
     study: Study, name: str, friction: float, times_s: tuple[float, float], tolerance: float
 ) -> None:
-    """Check the slip of a block under a rectangular base pulse; `times_s`: step and duration."""
+    """Check the slip of a block under a rectangular pulse; `times_s` is (step, duration)."""
     accel = 0.5 * TABLE_G_MPS2
 
     def base_mps2(t: Array) -> Array:
@@ -119,7 +119,7 @@ def _check_rectangle(
 
 
 def _check_fall(study: Study, names: tuple[str, ...], dt_s: float) -> None:
-    """Check the penetration of a falling mass and, if `names` has a second name, its duration."""
+    """Check the depth and, if `names` has a second name, the time of a falling mass in contact."""
     fall = run_block(falling_block(), dt_s, 0.05)
     exact = models.falling_mass_impact(_MASS_KG, 1e7, 1.0, TABLE_G_MPS2)
     found = float(-fall.position_m[:, 1].min()), fall.ledger.contact_time_s
@@ -167,7 +167,7 @@ def run(study: Study) -> None:
 
 
 def _loops(gap_m: float, study: Study) -> dict[str, tuple[Array, Array]]:
-    """Return path and forces of each loop of a unit by name; check them by radial return."""
+    """Return path and forces for each loop of a unit (dict); check them by radial return."""
     law = replace(_LAW, gap_m=gap_m)
     t = np.linspace(0.0, 2.0, 1201)
     # Constant and varying: two cycles along the surface; the varying depth follows the slip.
@@ -260,7 +260,7 @@ def spring_block(**changes: Any) -> Block:
 
 
 def forced_response(ratio: float, friction_ratio: float) -> tuple[float, float]:
-    """Return the amplitude (m) after 30 cycles under P cos(W t), computed and in closed form."""
+    """Return two amplitudes (m) under P cos(W t): computed after 30 cycles, and closed form."""
     force = _FRICTION_N / friction_ratio
     w = ratio * (_SPRING_N_PER_M / _MASS_KG) ** 0.5
     period = 2.0 * pi / w
@@ -323,7 +323,7 @@ def run_integrators(study: Study) -> None:
 
 
 def integrator_restitution(integrator: str, step: float) -> Array:
-    """Return rebound / approach speed, shape (40,), for impacts at evenly spaced parts of a step.
+    """Return rebound / approach speed, shape (40,), for impacts at 40 instants within a step.
 
     `step` is the time step x circular frequency of the mass on the penalty.
     """

@@ -1,10 +1,10 @@
 """Friction at the abutments of OSB1: figures 10 to 12, walls against keys, abutment models.
 
-Figure 10 shows the abutment alone under Tarzana. The paper mentions skew 0 and 25 degrees and does
-not name the kind of keys, so the study runs both skews, with sacrificial keys (those of the default
+Figure 10 shows only the abutment, under Tarzana. The paper mentions skew 0 and 25 degrees and does
+not name the kind of keys, so the study runs both skews, with sacrificial keys (as in the default
 model) and with monolithic keys. Figures 11 and 12 have no skew; they are run with the default
 scheme and with the paper's. Section 6 of the paper announces the comparison of abutment models. If
-a record of the paper is missing, figures and cases of statements name its stand-in.
+a record of the paper is missing, figures and cases of statements name the motion that replaces it.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -54,7 +54,7 @@ PLACES: Final[tuple[FrictionAt, ...]] = ("all", "walls", "keys")
 
 
 class DeckMotion(NamedTuple):
-    """Motion of the deck: times, displacements along x and y, (n, 2), and contact with a wall."""
+    """Motion of the deck: times, displacements (x, y), shape (n, 2), and contact with a wall."""
 
     t_s: Array
     disp_m: Array
@@ -69,14 +69,14 @@ def _is_pushed(forces_kn: Iterable[float], skew_deg: float) -> bool:
 
 
 def rms_change(with_friction: Array, without: Array) -> Array:
-    """Return RMS change by friction / RMS without friction, both along the first axis."""
+    """Return the RMS of the change by friction / RMS without friction, along the first axis."""
     count = min(len(with_friction), len(without))
     change = with_friction[:count] - without[:count]
     return np.sqrt((change**2).mean(axis=0) / (without[:count] ** 2).mean(axis=0))
 
 
 def stick_slip_changes(normal_n: Array, friction_n: Array, coefficient: float) -> int:
-    """Return how often closed contacts change from sticking to slipping or back.
+    """Return the number of changes between sticking and slipping of closed contacts.
 
     Forces have shape (n, units). A contact slips if its friction is at least 98 % of its limit.
     """
@@ -89,13 +89,13 @@ def stick_slip_changes(normal_n: Array, friction_n: Array, coefficient: float) -
 def half_cycles(pair: Pair[DeckMotion], axis: int) -> pd.DataFrame:
     """Return the half cycles between zero crossings of the motion without friction.
 
-    Only times that both runs reach count; axis 0 is x, axis 1 is y. Half cycles with a peak below
+    Only times that both runs reach are used; axis 0 is x, axis 1 is y. Half cycles with a peak below
     `SMALLEST_CYCLE` x the largest peak are left out.
 
     Returns:
-        One row per half cycle: start_s, end_s, peak_without_m and peak_with_m (largest magnitudes),
-        change (relative, by friction), has_contact (with a wall, in either run) and together: the
-        largest product |x| |y| at one time / product of the peaks of the run, 1 if both coincide.
+        One row per half cycle with start_s, end_s, peak_without_m and peak_with_m (magnitudes),
+        change (relative, by friction), has_contact (with a wall, in either run) and together. The
+        last is the largest |x| |y| / product of the peaks of the run; it is 1 if both coincide.
     """
     count = min(len(motion.t_s) for motion in pair)
     rough, smooth = (motion.disp_m[:count] for motion in pair)
@@ -256,7 +256,7 @@ def _has_wall_force(runs: Iterable[AnalysisResult], skew_deg: int) -> bool:
 
 
 def _report_demands(study: Study, case: str, pair: Pair[AnalysisResult]) -> None:
-    """Report the demands with friction; the references are those without."""
+    """Report the demands with friction; the references are the demands without friction."""
     for demand in _DEMANDS:
         rough, smooth = (result.whole_history[demand] for result in pair)
         study.report(f"{case}: {demand}, friction 0.5 against 0", rough, smooth, _WITHOUT)
@@ -334,7 +334,7 @@ def _deck_motion(table: Mapping[str, Array]) -> DeckMotion:
 
 
 def _history_change(pair: Pair[AnalysisResult], column: str) -> float:
-    """Return RMS change of a history by friction / its RMS without friction."""
+    """Return the RMS of the change of a history by friction / RMS without friction."""
     friction, plain = (_histories(result)[column] for result in pair)
     return float(rms_change(friction, plain))
 

@@ -1,10 +1,10 @@
 """Weights, periods and strengths of the catalogue's models against hand values and other models.
 
-`bridge_values.csv` has the references by bridge, abutment, section state, direction or angle (`at`)
-and final displacement of a push (`end_m`). Their sources: *hand*, by engineering rules; *PyPBEE*,
-the public models of Kaviani's bridges; *this project's earlier model*, a fiber model of the same
-data with the named section state, which shows whether the model has changed, not whether it is
-right.
+Each row of `bridge_values.csv` is a reference for a bridge, abutment, section state, direction or
+angle (`at`) and final displacement of a push (`end_m`). The sources are *hand* (engineering rules),
+*PyPBEE* (the public models of Kaviani's bridges) and *this project's earlier model* (a fiber model
+of the same data with the named section state). The last shows whether the model has changed, not
+whether it is right.
 """
 
 from collections.abc import Callable, Mapping
@@ -42,7 +42,7 @@ _AXIAL: Final = "base axial force (kN)"
 
 
 def run(study: Study) -> None:
-    """Compare all rows of the table, and weights and axial forces of bridges A to C by hand."""
+    """Compare all rows of the table, and hand values of weights and axial forces of A to C."""
     for row in _TABLE:
         quantity, _, unit = row["quantity"].partition(" (")
         words = (f"{row['bridge']} {quantity} {row['at']}".strip(), row["abutment"], row["state"])
@@ -107,7 +107,7 @@ def _shear_strength_kn(row: Values) -> float:
 
 
 def _passive_kn(row: Values) -> float:
-    """Return the force (kN) of a backfill pushed normal to its wall, without that of the pads."""
+    """Return the force (kN) of a backfill pushed normal to its wall, without the pad forces."""
     end_m = float(row["end_m"])
     pads = load_bridge(row["bridge"]).abutment.pads
     ratio, shear_kn_per_m = pads.hardening_ratio, pads.shear_stiffness_kn_per_m

@@ -1,8 +1,8 @@
 """Records and variants of the paper's bridge studies.
 
-Recorded motions cannot be distributed with the package. They are searched in the folders named by
-the environment variable `SKEWBRIDGE_RECORDS` and in `motions/` of the working folder. Every figure
-names the stand-in of a missing record.
+Recorded motions cannot be distributed with the package. The studies search for them in `motions/`
+of the working folder and in the folders listed in the environment variable `SKEWBRIDGE_RECORDS`. If
+a record is missing, every figure names the motion that replaces it.
 """
 
 import os
@@ -42,10 +42,10 @@ OTHER_MOTIONS: Final = 5
 
 @dataclass(frozen=True, slots=True)
 class PaperMotion:
-    """A motion scaled for the study, longitudinal component first, with a label for figures.
+    """A scaled motion with a label for figures; component 1 is longitudinal.
 
-    `run` names the scale, or the other motion. Other motions are scaled to a PGA (RotD50) of
-    `other_pga_g`.
+    `run` has the scale of the study's motion, or the name of an additional motion. Additional
+    motions are scaled to a PGA (RotD50) of `other_pga_g`.
     """
 
     motion: GroundMotion
@@ -65,7 +65,7 @@ class PaperMotion:
         return self.run.scale == 1.0
 
     def runs(self) -> list[Self]:
-        """Return this motion at all `SCALES`; for a stand-in, also other motions of the suite."""
+        """Return this motion at all `SCALES`, and more motions of the suite if it is a stand-in."""
         names = {scale: Run(f"scale {scale:g}", scale) for scale in SCALES}
         scaled = [replace(self, motion=self.motion.scaled(s), run=run) for s, run in names.items()]
         if self.is_paper_record:
@@ -108,7 +108,7 @@ def el_centro() -> PaperMotion:
 
 
 def _find(*patterns: str) -> Path | None:
-    """Return the first matching file, ordered by pattern, folder and name; None without a match."""
+    """Return the first match, ordered by pattern, folder and name; None if no file matches."""
     named = [part for part in os.environ.get(FOLDERS_VARIABLE, "").split(os.pathsep) if part]
     folders = [Path(folder) for folder in (*named, "motions")]
     found = (file for each in patterns for at in folders for file in sorted(at.rglob(each)))
@@ -118,10 +118,10 @@ def _find(*patterns: str) -> Path | None:
 def _record(
     name: str, motion_id: str, patterns: tuple[str, ...], pga_rotd50_g: float, factor: float = 1.0
 ) -> PaperMotion:
-    """Return a record of the paper; the first of `patterns` is for file 1, the others for file 2.
+    """Return a record of the paper; pattern 1 is for the first file, the rest for the second.
 
-    If files are missing (or hold a different record), return the first motion of the package's
-    suite, scaled to `factor` x the published PGA.
+    If a file is missing or has a different record, the first motion of the default suite is
+    returned, scaled to `factor` x the published PGA.
     """
     first, second = _find(patterns[0]), _find(*patterns[1:])
     pga_g = factor * pga_rotd50_g
@@ -139,12 +139,13 @@ def _pga_g(motion: GroundMotion) -> float:
 
 
 def embedded_entries() -> list[IndexEntry]:
-    """Return the index entries of the stored motions of the package's suite."""
+    """Return the index entries of the motions of the default suite that are stored in files."""
     places = [folder / "motions" / "index.csv" for folder in (Path(), PACKAGE.parents[1])]
     if (index := next(filter(Path.is_file, places), None)) is None:
         raise InputError(
-            "motions/index.csv of the package's suite is not in the working folder; run the "
-            f"command where it is or put the record into motions/ or a folder of {FOLDERS_VARIABLE}"
+            "motions/index.csv of the default suite is not in the working folder; run the command "
+            "in a folder that contains it, or put the study's record into motions/ or into a folder "
+            f"listed in {FOLDERS_VARIABLE}"
         )
     return [entry for entry in read_index(index) if entry.components]
 
@@ -157,7 +158,7 @@ def strongest_motions(count: int, pga_g: float) -> list[GroundMotion]:
 
 
 def paper_variant(**fields: Any) -> Variant:
-    """Return OSB1 with friction, skew 0 and the paper's gap; keywords override fields."""
+    """Return OSB1 with friction, skew 0 and the paper's gap; keywords override these fields."""
     paper: dict[str, Any] = {"bridge": "osb1", "abutment": "contact_friction", "skew_deg": 0}
     paper |= {"gap_mm": GAP_MM, "friction_pct": FRICTION_PCT}
     return Variant(**paper | fields)

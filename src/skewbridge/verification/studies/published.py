@@ -1,11 +1,11 @@
 """Published fragility curves and published effects of skew, compared with ours.
 
 `published.csv` holds the curves of Mangalathu (2017) for bridges built after 1991 (era 3: osb1) and
-before 1971 (era 1: osb1_era1). Our curves use the same intensity measure Sa(1.0 s), the published
-capacities and the peaks of whole motions, because the published columns fail in bending only. If a
-ratio of medians is outside `RANGE`, each of `CHANGES` is tried by itself: a change explains the
-ratio if it brings it into the range or at least halves its distance from the range. Nothing is
-fitted to the published values.
+before 1971 (era 1: osb1_era1). Our curves use the same intensity measure Sa(1.0 s) and published
+capacities. Peaks are taken over the whole motion, because the published columns fail in bending
+only. If a ratio of medians is outside `RANGE`, each of `CHANGES` is tried alone: it explains the
+ratio if the ratio moves into the range or at least half of the way to it. Nothing is fitted to the
+published values.
 
 `run_skew` compares the effect of skew on median capacities of PEER's bridges A, B and C with the
 factor of Hazus. It also reports the effects on demands, for which other authors give directions
@@ -87,7 +87,7 @@ JUDGED: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """One change of the comparison; fields not given keep the value of the comparison."""
+    """A change of the comparison; fields that are not given keep the default."""
 
     name: str
     demands: Mapping[str, str] = field(default_factory=dict[str, str])  # replaced, by component
@@ -122,7 +122,7 @@ def published_curves() -> pd.DataFrame:
 
 
 def run(study: Study) -> None:
-    """Run the analyses, fit both eras with each change, and compare."""
+    """Run the analyses, fit the curves of both eras with each change, and compare them."""
     published, changes = published_curves(), {change.name: change for change in (NONE, *CHANGES)}
     runs: dict[Any, tuple[Variant, dict[str, str]]] = {}
     for era, (name, change) in product(BRIDGES, changes.items()):
@@ -159,10 +159,10 @@ def run(study: Study) -> None:
 def analysed_demands[Key](
     study: Study, cases: Mapping[Key, tuple[Variant, Mapping[str, Any]]], motions: int
 ) -> dict[Key, pd.DataFrame]:
-    """Return a demands table per case (variant, changed options) under the first suite motions.
+    """Return one demands table per case (variant and changed options), first suite motions.
 
-    The motions are scaled to the levels of the default study. The rows are those of the demands
-    table plus the peaks of whole motions (prefix ``whole_``).
+    The motions are scaled to the levels of the default study. The tables also have columns with the
+    peaks over the whole motion (prefix ``whole_``).
     """
     bridges = tuple(dict.fromkeys(variant.bridge for variant, _ in cases.values()))
     with TemporaryDirectory() as results:
@@ -186,7 +186,7 @@ def analysed_demands[Key](
 
 
 def _peaks(task: Task) -> Row:
-    """Return the outcome of an analysis, and the peaks of its whole history."""
+    """Return the outcome of an analysis, and the peaks over the whole motion."""
     result = analyse(task.variant, task.excitation, task.settings, task.options)
     whole = {f"{WHOLE}{name}": float(peak) for name, peak in result.whole_history.items()}
     return outcome_of(result) | whole
@@ -198,7 +198,7 @@ def medians(
     """Return our medians and dispersions for the published components and the system.
 
     Columns: era, change, component, state, status, theta, theta_low, theta_high, beta and
-    theta_bound (lower bound of the median of a state that no run reaches).
+    theta_bound (lower bound of the median if no run reaches the state).
     """
     if change.whole:
         demands = _with_whole_peaks(demands)
@@ -232,7 +232,7 @@ def medians(
 def capacities(
     published: pd.DataFrame, columns: Mapping[str, str], name: str = "capacity"
 ) -> dict[tuple[str, str], LimitState]:
-    """Return the limit states of an era by component and state, in terms of our demands.
+    """Return the limit states of an era for our demands, keyed by component and state.
 
     `columns` maps components to demands; the column `name` of `published` has the capacities.
     """
@@ -250,7 +250,7 @@ def capacities(
 
 
 def compared(published: pd.DataFrame, ours: pd.DataFrame) -> pd.DataFrame:
-    """Return the published medians with ours, their ratios (ours / published) and intervals."""
+    """Return the published medians, our medians, and ratios (ours / published) with intervals."""
     table = published.merge(ours, on=["era", *_KEYS], how="inner", sort=False)
     fitted = table["status"] == FITTED
     for end, usable in (("", fitted), ("_low", fitted), ("_high", fitted), ("_bound", ~fitted)):
@@ -265,7 +265,7 @@ def outside(ratio: pd.DataFrame | float) -> Any:
 
 
 def explanations(table: pd.DataFrame) -> pd.DataFrame:
-    """Return for each ratio of `compared` the change that moves it most towards `RANGE`.
+    """Return the change that moves each ratio of `compared` most towards `RANGE`.
 
     Columns: era, component, state, ratio, change, changed_ratio, closed (fraction by which the
     change reduces the distance) and is_explained. Ratios inside the range have the change "none".
@@ -283,7 +283,7 @@ def explanations(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _figure(table: pd.DataFrame) -> Figure:
-    """Draw the ratio of medians of each state with its interval, one panel per era."""
+    """Draw the ratio of medians of each state with its interval, in one panel per era."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.2, 4.6), layout="constrained")
         axes = figure.subplots(1, len(BRIDGES), sharex=True)
@@ -329,7 +329,7 @@ _EFFECT: Final = ("ratio", "ratio_low", "ratio_high", "n_motions")
 
 
 def run_skew(study: Study) -> None:
-    """Run three bridges at all skews, and one with each choice; report the effects of skew."""
+    """Run bridges A to C at all skews, and `CHOSEN` with each choice; report effects of skew."""
     plain = {
         (bridge, skew, NONE.name): (paper_variant(bridge=bridge, skew_deg=skew, gap_mm=25), {})
         for bridge, skew in product(("bridge_a", "bridge_b", "bridge_c"), SKEWS_DEG)
@@ -370,8 +370,8 @@ def hazus_factor(skew_deg: float) -> float:
 def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
     """Return the mean ratio of each demand to its value at skew 0 under the same motion.
 
-    `table` has one row per analysis, with its choice and the peaks of whole motions, which count
-    even if the run collapsed. Motions whose demand is zero at either skew are left out. Columns:
+    `table` has one row per analysis, with its choice and the peaks over the whole motion, which are
+    used even if the run collapsed. Motions without demand at either skew are left out. Columns:
     bridge, choice, skew_deg, demand, mean (geometric), ratio, ratio_low, ratio_high, n_motions.
     """
     # the names with the prefix for whole motions: they are judged by ratios alone
@@ -385,7 +385,7 @@ def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
 def median_factors(table: pd.DataFrame) -> pd.DataFrame:
     """Return the factors of skew on median capacities, paired by motion, with their intervals.
 
-    `table` is as in `demand_ratios`; the column `demand` of the result is component/state.
+    `table` is that of `demand_ratios`; the column `demand` of the result is component/state.
     """
     published = published_curves()
     states = list(capacities(published[published["era"] == 3], DEMANDS).values())
@@ -398,7 +398,7 @@ def median_factors(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _with_whole_peaks(table: pd.DataFrame) -> pd.DataFrame:
-    """Return a table whose demands are the peaks of whole motions, even if columns fail."""
+    """Return a table whose demands are peaks over the whole motion, even if columns fail."""
     whole = {name: table[f"{WHOLE}{name}"] for name in DEMANDS.values()}
     return table.assign(**whole | {BEYOND_MODEL: "", COMPLETE: table["status"] == OK})
 

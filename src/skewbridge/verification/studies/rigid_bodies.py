@@ -1,7 +1,7 @@
-"""Rigid bodies between walls: a particle (figure 4 of the paper) and the skew deck (5 to 8).
+"""Rigid bodies between walls: a particle (figure 4 of the paper), skew decks (figures 5 to 8).
 
 The particle moves on an isotropic support between two inclined lines. The first deck is that of
-Dimitrakopoulos (2011) under a pulse, the second that of the shake-table tests of Wu et al. (2019).
+Dimitrakopoulos (2011) under a pulse, the second is the deck of Wu et al. (2019) on a shake table.
 Mass, bearings, damping and table motion of the tests are not public, and the rotation varies four-
 to fivefold over their plausible range. The second deck is therefore compared with a solution of the
 same equations without OpenSees, and only statements that do not need test data are judged.
@@ -58,7 +58,7 @@ class ParticleHistory(NamedTuple):
 
 
 def run_particle(dt_s: float, duration_s: float) -> ParticleHistory:
-    """Run the particle in OpenSees by the trapezoidal rule; keep every tenth step."""
+    """Run the particle in OpenSees with the trapezoidal rule; return every tenth step."""
     times = live.even_times(duration_s, dt_s)
     dashpot = 2.0 * kelvin_voigt_damping_ratio(0.6) * (_KN_N_PER_M * _MASS_KG) ** 0.5
     drive = kelvin_voigt_drive(kn_n_per_m=_KN_N_PER_M, dashpot_n_s_per_m=dashpot)
@@ -127,7 +127,7 @@ def peaks_m(positions_m: Array) -> dict[str, float]:
 
 
 def compare_with_lcp(study: Study, history: ParticleHistory, rigid: LcpHistory) -> None:
-    """Compare the particle with penalty contact in OpenSees with rigid contact, restitution 0.6."""
+    """Compare the particle in OpenSees (penalty) with rigid contact of restitution 0.6."""
     case = "OpenSees, Kn 1e9"
     for quantity, value in peaks_m(history.position_m).items():
         study.tabulated(f"{case}: peak {quantity} (m)", value)
@@ -219,7 +219,7 @@ def run(study: Study) -> None:
 
 
 def _scaled(history: DeckHistory) -> Array:
-    """Return ux, uy and rotation x length, divided by the displacement scale, shape (n, 3)."""
+    """Return (ux, uy, rotation x length) / displacement scale, shape (n, 3)."""
     return history.q * np.array([1.0, 1.0, cases.LENGTH_M]) / SCALE_M
 
 
@@ -255,7 +255,7 @@ def _check_elastic(study: Study, elastic: dict[str, DeckHistory]) -> None:
 def _check_rigid(
     study: Study, rigid: dict[tuple[str, float], DeckHistory], damped: dict[str, DeckHistory]
 ) -> None:
-    """Compare the rigid deck with tabulated values, then the damped penalty with the rigid deck."""
+    """Compare the rigid deck with tabulated values, and the damped penalty with the rigid deck."""
     tolerances = {"ux": 0.10, "uy": 0.10, "theta x length": 0.15}
     for (name, e), history in rigid.items():
         for quantity, value in zip(tolerances, _scaled_peaks(history), strict=True):
@@ -272,7 +272,7 @@ def _check_rigid(
 
 
 def _judge_agreement(study: Study, elastic: DeckHistory, rigid: DeckHistory) -> None:
-    """Judge figure 5 axis by axis, and whether differences grow with the number of impacts."""
+    """Judge figure 5 for each axis, and whether differences grow with the number of impacts."""
     motion, exact = _scaled(elastic), _scaled(rigid)
     at_times = [np.interp(elastic.t_s, rigid.t_s, column) for column in exact.T]
     difference = motion - np.array(at_times).T
@@ -343,9 +343,9 @@ def impacts(history: DeckHistory) -> pd.DataFrame:
 
 
 def locked_rotation(relative_stiffnesses: tuple[float, ...] = (1e3, 1e4, 1e5)) -> pd.DataFrame:
-    """Return the difference between damped penalty and rigid contact for a deck without rotation.
+    """Return the difference of damped penalty and rigid contact for a deck without rotation.
 
-    Both corners of an end then act as one contact, and the clipped Kelvin-Voigt penalty has to
+    Both corners of an end then act as one contact, and the clipped Kelvin-Voigt penalty must
     converge to the rigid solution with the same restitution, 0.6. Columns: relative_stiffness
     kn* = 2 Kn / (m w_p^2), rms_ratio (RMS difference of the normal displacement / scale) and
     first_contact_s.
@@ -373,7 +373,7 @@ _PREDICTABLE_S: Final = 2.5
 
 
 def wu_case(gap_mm: float, **changes: Any) -> cases.DeckCase:
-    """Return the deck of the tests; the gap is taken as perpendicular to the end of the deck."""
+    """Return the deck of the tests, with the gap measured normal to the end of the deck."""
     # ASSUME mass, period and damping of the bearings (not public); no scaling of time.
     fields: dict[str, Any] = {
         "mass_kg": 5000.0,
@@ -445,7 +445,7 @@ def _demands(history: DeckHistory) -> dict[str, float]:
 
 
 def _draw_tests(study: Study, history: DeckHistory, title: str) -> None:
-    """Draw opening and slip of each corner, and its compression and friction."""
+    """Draw opening, slip, compression and friction of each corner."""
     shown = history.t_s <= 8.0
     slips = history.q @ solvers.make_deck(wu_case(GAPS_MM[0])).tangent_rows.T
     moves = {"tangential": slips / MM, "opening": history.openings_m / MM}

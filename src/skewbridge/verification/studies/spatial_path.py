@@ -1,6 +1,6 @@
-"""The unit in space: figure 3 of the paper, order of the couplings, native element of OpenSees.
+"""The contact unit in space: figure 3, order of the couplings, native element of OpenSees.
 
-`run` drives the unit by a square and two triangular waves. `run_orders` compares both couplings on
+`run` drives the unit with a square and two triangular waves. `run_orders` compares both couplings on
 smooth paths and on a frictional deck, over a range of time steps. `run_native` compares paths and
 decks with the contact element of OpenSees, `zeroLengthContactASDimplex` (Akan, Petracca, Camata,
 Spacone and Lai 2020). This element iterates friction within the step, with a constant coefficient
@@ -63,7 +63,7 @@ def run(study: Study) -> None:
 
 
 def _compare_schemes(study: Study) -> pd.DataFrame:
-    """Compare schemes and couplings at 1 ms steps without sub-steps."""
+    """Compare schemes and couplings with steps of 1 ms that are not divided."""
     path = unit.figure_3(1000)
     exact = unit.follow_law(PAPER_LAW, path, substeps=20)
     directions = np.sign(np.diff(path[:, 1:], axis=0).round(9))
@@ -167,8 +167,8 @@ def run_orders(study: Study) -> None:
 def smooth_path(rows: int, kind: PathKind) -> Array:
     """Return two periods (1 s each) of a curve in space, with `rows` rows per period.
 
-    `closed` stays closed, `opening and closing` opens once per period, `reversals` stays closed and
-    moves back and forth on a slightly curved line.
+    The path `closed` stays closed; `opening and closing` opens once per period; `reversals` stays
+    closed and moves back and forth on a slightly curved line.
     """
     t = np.linspace(0.0, 2.0, 2 * rows + 1)
     if kind == "reversals":
@@ -181,7 +181,7 @@ def smooth_path(rows: int, kind: PathKind) -> Array:
 
 
 def path_error(rows: int, coupling: Coupling, kind: PathKind) -> float:
-    """Return the RMS error of the friction / largest friction limit."""
+    """Return the RMS error of the friction force / largest friction limit."""
     path = smooth_path(rows, kind)
     # The reference follows the smooth curve, not the chords between the rows.
     parts = max(1, 64000 // rows)

@@ -1,14 +1,14 @@
-"""Analyses under strong motions: stress cases, convergence of the numerics, accuracy of effects.
+"""Analyses under strong motions: stress cases, convergence and accuracy of effects.
 
-`run_hard_set` runs every abutment model, skew and kind of bridge under the strongest motions of the
-suite, scaled to a PGA of 1.2 g. Each analysis must end `ok` or in a physical `collapse`, with its
-criterion named and energy accounted for. `compare_with_finer` compares demands at the default steps
+`run_hard_set` runs all abutment models, skews and kinds of bridges under the strongest motions of
+the suite, scaled to a PGA of 1.2 g. Each analysis must end `ok`, or in a physical `collapse` with a
+criterion and an energy balance. `compare_with_finer` compares demands at the default steps
 and mesh with those at finer ones. `run_accuracy` compares the effects of friction, gap and skew at
 the default accuracy with those at the reference, as ratios of peaks under the same motion.
 
 Motions are cut to their strongest part, except in `accuracy-whole`. Finished analyses are kept in a
-journal: run the same command to resume. Except for the stress cases, peaks are those of whole
-histories.
+journal: run the same command to resume. Except in the stress cases, peaks are taken over the
+analysed motion even if a column fails.
 """
 
 import os
@@ -47,8 +47,8 @@ REPORT_EACH: Final = 10  # analyses between two lines of progress
 class CaseSet:
     """All combinations of variants and motions of a study, with motions cut to `window_s`.
 
-    Motions are the strongest of the suite, scaled to `pga_g`, or, if it is None, the first of the
-    suite at their scale factors.
+    The motions are the strongest of the suite, scaled to `pga_g`. If it is None, they are the first
+    motions of the suite with their scale factors.
     """
 
     grid: GridConfig
@@ -75,7 +75,7 @@ class CaseSet:
 def rows_of_tasks(
     study: Study, tasks: Sequence[Task], analysed: Callable[[Task], Row], processes: int
 ) -> list[Row]:
-    """Return the rows of tasks, in task order; tasks in the study's journal are not run again."""
+    """Return the rows of tasks, in task order; tasks in the study's journal are not repeated."""
     keys = [run_key(task) for task in tasks]
     path = study.kept / f"{study.name}.jsonl"
     with open_journal(path) as journal:
@@ -118,7 +118,7 @@ def run(study: Study) -> None:
 
 
 def run_hard_set(study: Study, chosen: CaseSet, settings: AnalysisSettings) -> None:
-    """Run stress cases; add a comparison per bridge, abutment and skew, and a table of all rows."""
+    """Run the stress cases; add one comparison per bridge, abutment and skew, and a table."""
     tasks = chosen.tasks(settings, ModelOptions())
     table = pd.DataFrame(rows_of_tasks(study, tasks, _ending, chosen.processes))
     study.tables["rows"] = table = table.drop(columns="run_key")
@@ -171,7 +171,7 @@ _WHOLE: Final = AnalysisSettings(energy=False, mean_iterations=1e4, collapse_dri
 
 
 class Numerics(NamedTuple):
-    """Changes of the default numerics, run in every `interval`-th case.
+    """Changes of the default numerics; every `interval`-th case is run with them.
 
     They are compared with the numerics named `coarse`; `text` describes the comparison.
     """
@@ -207,13 +207,13 @@ MESHES: Final = tuple(
 
 
 def run_convergence(study: Study) -> None:
-    """Run the convergence study; the end of its name can select the steps or the mesh alone."""
+    """Run the convergence study; the end of its name can select only the steps or the mesh."""
     parts = {"convergence-steps": STEPS, "convergence-mesh": MESHES}
     compare_with_finer(study, CONVERGENCE, parts.get(study.name, STEPS + MESHES))
 
 
 def _peaks(study: Study, chosen: CaseSet, numerics: Sequence[Numerics]) -> pd.DataFrame:
-    """Return the peaks of whole histories, one row per numerics and case of a set."""
+    """Return the peaks over the whole motion, one row for each numerics and case of a set."""
     tasks: list[Task] = []
     places: list[Row] = []
     for each in numerics:
@@ -227,7 +227,7 @@ def _peaks(study: Study, chosen: CaseSet, numerics: Sequence[Numerics]) -> pd.Da
 
 
 def _whole_peaks(task: Task) -> Row:
-    """Return the status of an analysis and the peaks of its whole history."""
+    """Return the status of an analysis and the peaks over the whole motion."""
     found = analyse(task.variant, task.excitation, task.settings, task.options)
     names = {*CHANGES, *EXCESS, *DEMANDS}
     return {
@@ -239,7 +239,7 @@ def _whole_peaks(task: Task) -> Row:
 
 
 def compare_with_finer(study: Study, chosen: CaseSet, finer: Sequence[Numerics]) -> None:
-    """Compare the demands of a set with those of finer numerics; add a table of all changes."""
+    """Compare the demands of a set with those for finer numerics; add a table of all changes."""
     table = _peaks(study, chosen, [Numerics("default"), *finer])
     peaks = {name: part.set_index("case") for name, part in table.groupby("numerics")}
     tables: list[pd.DataFrame] = []
@@ -260,9 +260,9 @@ def compare_with_finer(study: Study, chosen: CaseSet, finer: Sequence[Numerics])
 
 
 def judge_changes(study: Study, changes: pd.DataFrame, finer: Numerics) -> None:
-    """Report the largest and the median change of each demand; judge those of the default.
+    """Report the largest and the median change of each demand; judge the default numerics.
 
-    `changes` has a row per case and a column per demand of `CHANGES` (relative change).
+    `changes` has the relative changes, one row per case and one column per demand of `CHANGES`.
     """
     cases = f"{len(changes)} cases"
     for demand, budget in CHANGES.items():
@@ -281,9 +281,9 @@ def judge_changes(study: Study, changes: pd.DataFrame, finer: Numerics) -> None:
 
 
 def relative_changes(demand: str, values: pd.Series, exact: pd.Series) -> pd.Series:
-    """Return changes relative to exact values; changes up to the floor of the demand become 0.
+    """Return changes relative to exact values; changes up to the floor of a demand become 0.
 
-    The change is 0 if the demand is missing in both runs, infinite if it is missing in one.
+    If a demand is missing in both runs, the change is 0; if it is missing in one, it is infinite.
     """
     floor, _ = FLOORS.get(demand, (0.0, ""))
     is_same = ((values - exact).abs() <= floor) | (values.isna() & exact.isna())
@@ -299,7 +299,7 @@ _AXES: Final = ("friction_pct", "gap_mm", "skew_deg")
 
 
 def run_pairs(study: Study) -> None:
-    """Run the study of the accuracy of effects; `accuracy-whole` uses whole motions."""
+    """Run the study of the accuracy of effects; `accuracy-whole` uses uncut motions."""
     is_whole = study.name == "accuracy-whole"
     chosen = replace(ACCURACY, window_s=None) if is_whole else ACCURACY
     run_accuracy(study, chosen, ("default", "reference"))
@@ -325,8 +325,8 @@ def run_accuracy(study: Study, chosen: CaseSet, accuracies: tuple[Accuracy, Accu
 def pooled_ratios(peaks: pd.DataFrame, accuracies: tuple[Accuracy, Accuracy]) -> pd.DataFrame:
     """Return the ratios of demands between neighbouring values of each axis, at both accuracies.
 
-    They are geometric means over the motions at each place (values of the other axes), and over
-    motions and places together. A motion is left out if the demand is zero in a run. Columns: axis,
+    The ratios are geometric means over the motions at each place (values of the other axes), and
+    over all motions and places. A motion is left out if its demand is zero in a run. Columns: axis,
     from_value, to_value, place, demand, count, ratio, exact_ratio and difference_percent.
     """
     keys = [*_AXES, "motion_id", "demand"]
