@@ -44,7 +44,7 @@ class Block:
 
 
 class BlockHistory(NamedTuple):
-    """Response of a block: position and velocity (x, y), (n, 2); friction has the sign of slip."""
+    """Response of a block: position and velocity, shape (n, 2); friction has the sign of slip."""
 
     t_s: Array
     position_m: Array
@@ -118,7 +118,7 @@ def sliding_block(friction: float, *, kt_n_per_m: float = 1e10) -> Block:
 
 
 def falling_block() -> Block:
-    """Return a mass of 1000 kg that hits a contact of 10 MN/m at 1 m/s, with its own weight."""
+    """Return a mass of 1000 kg under its weight that hits a contact of 10 MN/m at 1 m/s."""
     block = sliding_block(0.0, kt_n_per_m=1e7)
     return replace(block, kn_n_per_m=1e7, v0_mps=(0.0, -1.0), bounces=True)
 
@@ -129,7 +129,7 @@ def falling_block() -> Block:
 
 
 def free_decay_turning_points(x0_m: float, slip_m: float) -> list[float]:
-    """Return the turning points (m) of an oscillator with Coulomb friction, with the start (B1).
+    """Return the start and turning points (m) of an oscillator with Coulomb friction (B1).
 
     It starts at rest. Each half cycle reduces the amplitude by 2 F / k = 2 slip_m; the mass stops
     once |x| <= slip_m (Den Hartog 1956, Mechanical Vibrations, section 8.2).
@@ -207,7 +207,7 @@ def circular_path_lag_rad(radius_m: float, elastic_slip_m: float) -> float:
 
 
 def circular_path_work_j(radius_m: float, elastic_slip_m: float, friction_n: float) -> float:
-    """Return the energy (J) lost per loop of a circle under radial return (B6)."""
+    """Return the energy (J) lost per circular loop under radial return (B6)."""
     return friction_n * 2.0 * pi * sqrt(radius_m**2 - elastic_slip_m**2)
 
 
@@ -223,7 +223,7 @@ def belt_period_s(
     kinetic_n: float,
     belt_speed_mps: float,
 ) -> float:
-    """Return the stick-slip period (s) of a mass on a belt; slip starts at kinetic friction (B8).
+    """Return the stick-slip period (s) of a mass on a belt (B8); slip starts at kinetic friction.
 
     source: Popp and Stelter (1990), Philosophical Transactions A 332.
     """
@@ -249,7 +249,7 @@ class RockingBlock:
         return atan(self.half_width_m / self.half_height_m)
 
     def quarter_period_s(self, angle_rad: float) -> float:
-        """Return the time (s) from rest at an angle to upright, from the energy equation."""
+        """Return the time (s) from rest at an angle to upright, by the energy equation."""
         alpha, count = self.slenderness_rad, 4000
         p = sqrt(0.75 * TABLE_G_MPS2 / hypot(self.half_width_m, self.half_height_m))
         # Substituting theta = angle sin(s) removes the singularity of 1 / speed at the start.
@@ -259,9 +259,10 @@ class RockingBlock:
 
 
 class UprightHistory(NamedTuple):
-    """Response of an upright block; columns of feet and openings: left and right corner.
+    """Response of an upright block; feet and openings have the columns left and right corner.
 
-    Feet are displacements along x. The angle includes the initial one, counter-clockwise positive.
+    Feet are displacements along x. The angle is positive counter-clockwise and includes the initial
+    angle.
     """
 
     t_s: Array

@@ -84,7 +84,7 @@ class DeckCase(_Case):
     @model_validator(mode="after")
     def _one_excitation(self) -> Self:
         if (self.pulse is None) == (self.motion is None):
-            raise ValueError("give either pulse or motion")
+            raise ValueError("give either pulse or motion, not both")
         if self.dt_s > self.duration_s:
             most = f"duration_s = {self.duration_s}"
             raise ValueError(f"dt_s must be at most {most}, got {self.dt_s}")
@@ -95,7 +95,7 @@ class DeckCase(_Case):
 
     @property
     def kt_n_per_m(self) -> float:
-        """Tangential stiffness; equal to the normal stiffness unless given."""
+        """Tangential stiffness; the normal stiffness if it is not given."""
         return self.tangent_stiffness_n_per_m or self.normal_stiffness_n_per_m
 
     @property
@@ -105,20 +105,21 @@ class DeckCase(_Case):
 
 
 def read_case[Case: _Case](file: Path, kind: type[Case]) -> Case:
-    """Read a case file; `InputError` if it is missing or not a mapping, or if a field is wrong."""
+    """Read a case file; raises `InputError` for a missing or invalid file or field."""
     return checked(kind, read_mapping(file), file)
 
 
 def file_of_case(case_file: Path, name: str) -> Path:
-    """Return the path of a file named in a case: next to the case, else in the working folder."""
+    """Return the path of a file of a case, in the folder of the case or the working folder."""
     candidate = case_file.parent / name
     return candidate if candidate.is_file() or not Path(name).is_file() else Path(name)
 
 
 def read_path(file: Path) -> NDArray[np.float64]:
-    """Read a displacement path, shape (rows, 4): columns t_s, ux_m, uy_m, uz_m.
+    """Read a displacement path, shape (rows, 4), with the columns t_s, ux_m, uy_m and uz_m.
 
-    `InputError` names a missing column, or the line of a bad value or of a time that is not later.
+    `InputError` names a missing column, or the line of an invalid value or of a time that does not
+    increase.
     """
     table = read_csv(file, skipinitialspace=True)
     if missing := [column for column in PATH_COLUMNS if column not in table.columns]:
@@ -132,7 +133,7 @@ def read_path(file: Path) -> NDArray[np.float64]:
         line, text = row + 2, f"{PATH_COLUMNS[column]} is not a number of at most {MAX_PATH:g}"
         raise InputError(f"path {file}, line {line}: {text}", line=line)
     for row in np.flatnonzero(np.diff(values[:, 0]) <= 0.0).tolist():
-        line, text = row + 3, f"t_s must increase, got {values[row + 1, 0]:g}"
+        line, text = row + 3, f"t_s must increase in every row, got {values[row + 1, 0]:g}"
         raise InputError(f"path {file}, line {line}: {text}", line=line)
     return values
 
@@ -159,7 +160,7 @@ def bearing_fields(
 ) -> dict[str, float]:
     """Return plan and periods (fields of `DeckCase`) of a deck on bearings along its skewed ends.
 
-    Both translations have the given period; the rotational one follows from bearing positions.
+    Both translations have the given period; the rotational period follows from bearing positions.
     """
     skew = radians(skew_deg)
     radius2 = (length_m**2 + (width_m / cos(skew)) ** 2) / 12.0
@@ -170,7 +171,7 @@ def bearing_fields(
 
 
 def deck_case(name: str, **changes: Any) -> DeckCase:
-    """Return a tabulated case: 1000 kg, Kn = 1e7 N/m, bearing period 0.5 s, 5 % damping.
+    """Return a tabulated case with 1000 kg, Kn = 1e7 N/m, bearing period 0.5 s and 5 % damping.
 
     Keywords override fields of `DeckCase`.
     """

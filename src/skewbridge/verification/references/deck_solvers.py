@@ -1,9 +1,10 @@
 """Three solvers for a rigid skew deck on bearings between two abutments.
 
 `run_opensees` uses the contact units of the package. `run_penalty` integrates the same equations
-without OpenSees: Runge-Kutta of fourth order with steps that resolve the contact, and radial return
-of the tangential springs at every stage from the stick points at the start of the step. `run_lcp`
-uses rigid contacts and Moreau-Jean time stepping. `skewbridge deck` runs a deck from a case file.
+without OpenSees, by a Runge-Kutta method of fourth order with steps that resolve the contact. At
+each stage, radial return of the tangential springs starts from the stick points at the start of the
+step. `run_lcp` uses rigid contacts and Moreau-Jean time stepping. `skewbridge deck` runs a deck
+from a case file.
 
 The deck has three degrees of freedom at the mass centre, q = (ux, uy, theta); rotations are small.
 The plan is a parallelogram with edges (L, 0) and W (tan a, 1). Each end has two contacts, one at
@@ -56,11 +57,11 @@ INTEGRATORS: Final[dict[str, tuple[str | float, ...]]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SkewDeck:
-    """Diagonals of the matrices of a deck case, shape (3,), and corners in the order of `CORNERS`.
+    """Matrix diagonals of a deck case, shape (3,), and corners in the order of `CORNERS`.
 
     Opening = gap + normal row . q and slip = tangent row . q; the rows have shape (4, 3). The first
     two columns of the normal rows are the outward normals of the abutments. Corner positions,
-    shape (4, 2), are relative to the mass centre. Each corner has the dashpot of the restitution.
+    shape (4, 2), are relative to the mass centre. The dashpot of each corner gives the restitution.
     """
 
     mass: Array
@@ -151,7 +152,7 @@ class BaseAcceleration:
         return np.outer(self.amplitude_mps2, np.where(times_s <= self.period_s, wave, 0.0))
 
     def mean(self, starts_s: Array, ends_s: Array) -> Array:
-        """Return mean accelerations over intervals, (2, n); for samples, the mean of both ends."""
+        """Return mean accelerations over intervals, (2, n); samples give the mean of both ends."""
         if self.samples_mps2 is not None:
             return 0.5 * (self.at(starts_s) + self.at(ends_s))
         speed = 2.0 * pi / self.period_s
@@ -190,7 +191,7 @@ def _energy_residual(deck: SkewDeck, loads_n: Array, q: Array, v: Array, contact
 def _penalty_history(
     deck: SkewDeck, t_s: Array, rows: Array, accel_mps2: Array, wanted: NDArray[np.intp] | slice
 ) -> DeckHistory:
-    """Return the history at the wanted rows, with its energy residual by the trapezoidal rule.
+    """Return the history at the wanted rows; the trapezoidal rule gives its energy residual.
 
     `rows`, shape (n, 18), has displacements, velocities, compressions, friction and openings.
     """
@@ -205,7 +206,7 @@ def _penalty_history(
 
 
 def run_deck(case: DeckCase, excitation: BaseAcceleration | None = None) -> DeckHistory:
-    """Run a deck case with its solver; an excitation, if given, replaces the pulse of the case."""
+    """Run a deck case with its solver; a given excitation replaces the pulse of the case."""
     solver = {"opensees": run_opensees, "penalty": run_penalty, "lcp": run_lcp}[case.solver]
     return solver(case, excitation or pulse_of(case))
 
@@ -239,7 +240,7 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
 
 
 def _table(history: DeckHistory) -> pa.Table:
-    """Return the histories as a table with units and descriptions of the columns."""
+    """Return the histories as a table with column units and descriptions."""
     centre = "displacement of the mass centre"
     columns = [
         ("t_s", "s", "time"),
@@ -294,7 +295,7 @@ def run_opensees(
 
 
 def build_deck(deck: SkewDeck, wall_offset_m: float = 0.0) -> None:
-    """Define the mass centre on its bearings, the corner nodes and wall nodes offset from them."""
+    """Define the mass centre on bearings, the corner nodes, and wall nodes offset from them."""
     ops.node(CENTRE, 0.0, 0.0)
     ops.node(_GROUND, 0.0, 0.0)
     ops.fix(_GROUND, 1, 1, 1)
@@ -319,7 +320,7 @@ def rigid_links(_case: DeckCase) -> None:
 def excite_deck(
     case: DeckCase, excitation: BaseAcceleration, system: str = "ProfileSPD"
 ) -> tuple[Array, Array]:
-    """Define load and analysis; return the times of the steps and their accelerations, (2, n)."""
+    """Define load and analysis; return the step times and accelerations, shape (2, n)."""
     times = live.even_times(case.duration_s, case.dt_s)
     half = 0.5 * case.dt_s
     # Means over one step centred at each time: a jump between two steps keeps its impulse.
@@ -333,7 +334,7 @@ def excite_deck(
 
 
 def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
-    """Integrate a deck case with penalty contact; output every `dt_s` of the case."""
+    """Integrate a deck case with penalty contact; return states at intervals of its `dt_s`."""
     deck = make_deck(case)
     times = live.even_times(case.duration_s, case.dt_s)
     # step x circular frequency of the deck on the two springs of an end: at most 0.01
@@ -358,7 +359,7 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     kn, kt, stick = case.normal_stiffness_n_per_m, case.kt_n_per_m, np.zeros(len(CORNERS))
 
     def contact(state: Array) -> Array | None:
-        """Return compression, then friction (sign of slip) of the corners; None if all are open."""
+        """Return compression and friction (sign of slip) of the corners; None if all are open."""
         openings = case.gap_normal_m + deck.normal_rows @ state[:3]
         if openings.min() >= 0.0:
             return None

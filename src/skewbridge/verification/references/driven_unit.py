@@ -1,4 +1,4 @@
-"""A contact unit driven along a displacement path, in OpenSees and by the contact law alone.
+"""A contact unit driven along a displacement path, in OpenSees and with only the contact law.
 
 A path has the columns t_s, ux_m, uy_m, uz_m (positive opens) and is linear between its rows.
 `skewbridge contact` runs a unit from a case file.
@@ -28,7 +28,7 @@ _START_SHARE: Final = 1e-3
 
 
 class PathResult(NamedTuple):
-    """Forces along a path, shape (rows, 3), and the ledger of the unit.
+    """Forces along a path, shape (rows, 3), and the energy ledger of the unit.
 
     The columns are the two tangential forces with the sign of slip, and the compression.
     """
@@ -45,7 +45,7 @@ def drive_unit(
     scheme: Scheme = "vector",
     coupling: Coupling = "extrapolated",
 ) -> PathResult:
-    """Drive one contact unit in OpenSees along a path, with `substeps` steps per row.
+    """Drive a contact unit in OpenSees along a path, with `substeps` steps between rows.
 
     The first row of the path, shape (rows, 4), is the state at rest, before any slip.
     """
@@ -110,12 +110,12 @@ def path_work_j(path: Array, forces_n: Array) -> float:
 
 
 def rms_n(differences_n: Array) -> float:
-    """Return the RMS (N) of the resultants of force differences given as (rows, components)."""
+    """Return the RMS (N) of the resultants of force differences, shape (rows, components)."""
     return float(np.sqrt(np.mean(np.sum(differences_n**2, axis=1))))
 
 
 def drive_node(node: int, path: Array, *, system: str) -> None:
-    """Prescribe the displacements of a node; pseudo-time is the row number of the path from one."""
+    """Prescribe the displacements of a node; the pseudo-time is the row number, from one."""
     for dof in (1, 2, 3):
         live.path_series(dof, 1.0, np.append(0.0, path[:, dof]))
         ops.pattern("Plain", dof, dof)
@@ -130,9 +130,9 @@ def _analyze_to_next_row(row: int) -> None:
 
 
 def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]:
-    """Run a contact case, write its forces as CSV; return peaks, work and cone violation.
+    """Run a contact case and write its forces as CSV; return peaks, work and cone violation.
 
-    The CSV has t_s, fx_n, fy_n, fz_n at the times of the path, with the signs of `PathResult`.
+    The CSV has t_s, fx_n, fy_n and fz_n at the path times, with the signs of `PathResult`.
     """
     case = read_case(case_file, ContactCase)
     path = read_path(file_of_case(case_file, case.path))
@@ -169,7 +169,7 @@ def circle(
 
 
 def triangle(t_s: Array, period_s: float) -> Array:
-    """Return a triangle wave of amplitude 1 that starts at 0 and rises."""
+    """Return a triangle wave of amplitude 1 that starts at 0 with a positive slope."""
     phase = np.mod(t_s / period_s + 0.25, 1.0)
     return 1.0 - 4.0 * np.abs(phase - 0.5)
 

@@ -36,11 +36,11 @@ _ROUNDING: Final = 1e-10
 
 @dataclass(frozen=True, slots=True)
 class RigidContacts:
-    """Rigid contacts of a structure; contacts of a group share one tangent.
+    """Rigid contacts of a structure; the contacts of a group share one tangent.
 
     Opening = gap + normal row . q with normal rows (contacts, dofs); slip = tangent row . q with
-    tangent rows (groups, dofs). `groups` has the group of each contact. Cohesion is per contact,
-    the restitution is Newton's.
+    tangent rows (groups, dofs). `groups` has the group of each contact. Cohesion is per contact;
+    restitution is defined by Newton's law.
     """
 
     normal_rows: Array
@@ -53,7 +53,7 @@ class RigidContacts:
 
 
 class _State(NamedTuple):
-    """Trial contact state: active contacts, contacts with an impulse, slip sign of each group."""
+    """Trial state: active contacts, contacts with an impulse, and slip sign of each group."""
 
     active: tuple[int, ...]
     closed: tuple[int, ...]
@@ -61,7 +61,7 @@ class _State(NamedTuple):
 
 
 class _ImpactSolver:
-    """Solver for the contact impulses of a step; it first tries the state found last.
+    """Solver for the contact impulses of a step; it first tries the state of the last solution.
 
     `compliance` is the change of the velocities (normals, then group tangents) per unit impulse.
     """
@@ -75,8 +75,8 @@ class _ImpactSolver:
     ) -> tuple[Array, Array]:
         """Return the normal and tangential impulses (with the sign of slip) of a step of length h.
 
-        `u_free` are velocities (normals, then groups) after a step without contact, `u_before`
-        those before the step.
+        `u_free` are the velocities (normals, then groups) after a step without contact; `u_before`
+        are the velocities before the step.
         """
         count = len(self._contacts.groups)
         for state in self._states(active):
@@ -98,7 +98,7 @@ class _ImpactSolver:
                 yield _State(active, closed, dict(zip(groups, slip, strict=True)))
 
     def _impulses(self, state: _State, u_free: Array, u_before: Array, h: float) -> Array | None:
-        """Return the impulses of a state; None if singular or if an inequality is violated."""
+        """Return the impulses of a state; None if it is singular or violates an inequality."""
         data, count, size = self._contacts, len(self._contacts.groups), len(u_free)
         closed = list(state.closed)
         impulses, columns, unknown = np.zeros(size), np.eye(size), [*closed]
@@ -137,7 +137,7 @@ class _ImpactSolver:
 
 
 class LcpHistory(NamedTuple):
-    """Displacements q and velocities v, shape (n, dofs), and impulses of the step before each time.
+    """Displacements q, velocities v (n, dofs), and impulses in the step before each time.
 
     Friction impulses, shape (n, groups), have the sign of slip. Contact dissipates
     `contact_work_j`.

@@ -1,4 +1,4 @@
-"""Helpers for small OpenSees models: domain, time-dependent loads, solver, step loop."""
+"""Helpers for small OpenSees models: domain, time-dependent loads, solver and steps."""
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -48,7 +48,7 @@ def prepare_analysis(
 
 
 def path_series(tag: int, dt_s: float, values: Array) -> None:
-    """Define a time series of values with a constant step; the last value is held."""
+    """Define a time series with a constant step; it keeps the last value after its end."""
     ops.timeSeries("Path", tag, "-dt", dt_s, "-values", *values.tolist(), float(values[-1]))
 
 
@@ -66,7 +66,7 @@ def load_node(
 
 
 def shake_base(mass_node: int, dt_s: float, accel_mps2: Array) -> None:
-    """Accelerate all supports, shape (2, n), and set the initial acceleration of the mass node."""
+    """Accelerate all supports, shape (2, n), and set the first acceleration of the mass node."""
     for dof, component in enumerate(accel_mps2, start=1):
         path_series(dof, dt_s, component)
         ops.pattern("UniformExcitation", dof, dof, "-accel", dof)
@@ -74,7 +74,7 @@ def shake_base(mass_node: int, dt_s: float, accel_mps2: Array) -> None:
 
 
 def first_crossing_s(t_s: Array, values: Array) -> float | None:
-    """Return the interpolated time (s) when values first fall below zero; None if they never do."""
+    """Return the interpolated time (s) when values first become negative, or None."""
     k = int(np.argmax(values < 0.0))
     if values[k] >= 0.0:
         return None
@@ -85,7 +85,7 @@ def first_crossing_s(t_s: Array, values: Array) -> float | None:
 
 
 def cone_excess(friction_n: Array, normal_n: Array, coefficient: float) -> float:
-    """Return the largest excess of friction over Coulomb's limit / largest limit."""
+    """Return (largest excess of friction over Coulomb's limit) / largest limit."""
     excess = np.abs(friction_n) - coefficient * np.maximum(0.0, normal_n)
     return max(0.0, float(excess.max())) / (coefficient * float(normal_n.max()))
 
@@ -96,7 +96,7 @@ def rms(values: Array) -> float:
 
 
 def even_times(duration_s: float, dt_s: float) -> Array:
-    """Return the times of equal steps from zero to the end, or to the first step beyond it."""
+    """Return times with equal steps from zero to the end or the first time after it."""
     return np.arange(ceil(duration_s / dt_s - 1e-9) + 1, dtype=np.float64) * dt_s
 
 
@@ -107,7 +107,7 @@ def record(
     state: Callable[[], list[float]],
     parts_on_change: int = 1,
 ) -> Array:
-    """Step through the given times; return the states at all of them, including the first."""
+    """Step through the given times; return the states at all times, including the first."""
     rows = [state()]
     for time_s in times_s[1:].tolist():
         if not make_step(contacts, dt_s, parts_on_change=parts_on_change):

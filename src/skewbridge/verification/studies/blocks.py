@@ -119,7 +119,7 @@ def _check_rectangle(
 
 
 def _check_fall(study: Study, names: tuple[str, ...], dt_s: float) -> None:
-    """Check the depth and, if `names` has a second name, the time of a falling mass in contact."""
+    """Check the penetration of a falling mass and, for a second name, the contact time."""
     fall = run_block(falling_block(), dt_s, 0.05)
     exact = models.falling_mass_impact(_MASS_KG, 1e7, 1.0, TABLE_G_MPS2)
     found = float(-fall.position_m[:, 1].min()), fall.ledger.contact_time_s

@@ -89,7 +89,7 @@ def stick_slip_changes(normal_n: Array, friction_n: Array, coefficient: float) -
 def half_cycles(pair: Pair[DeckMotion], axis: int) -> pd.DataFrame:
     """Return the half cycles between zero crossings of the motion without friction.
 
-    Only times that both runs reach are used; axis 0 is x, axis 1 is y. Half cycles with a peak below
+    Only times that both runs reach are used; axis 0 is x, 1 is y. Half cycles with a peak below
     `SMALLEST_CYCLE` x the largest peak are left out.
 
     Returns:

@@ -144,7 +144,7 @@ def embedded_entries() -> list[IndexEntry]:
     if (index := next(filter(Path.is_file, places), None)) is None:
         raise InputError(
             "motions/index.csv of the default suite is not in the working folder; run the command "
-            "in a folder that contains it, or put the study's record into motions/ or into a folder "
+            "in a folder that contains it, or put the study's record into motions/ or a folder "
             f"listed in {FOLDERS_VARIABLE}"
         )
     return [entry for entry in read_index(index) if entry.components]

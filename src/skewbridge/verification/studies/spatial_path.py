@@ -1,6 +1,6 @@
 """The contact unit in space: figure 3, order of the couplings, native element of OpenSees.
 
-`run` drives the unit with a square and two triangular waves. `run_orders` compares both couplings on
+`run` drives the unit by a square and two triangular waves. `run_orders` compares both couplings on
 smooth paths and on a frictional deck, over a range of time steps. `run_native` compares paths and
 decks with the contact element of OpenSees, `zeroLengthContactASDimplex` (Akan, Petracca, Camata,
 Spacone and Lai 2020). This element iterates friction within the step, with a constant coefficient
