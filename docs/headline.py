@@ -81,7 +81,7 @@ def headline_text(table: pd.DataFrame, runs: pd.DataFrame, motions: pd.DataFrame
             *lines,
             f"- {failures} {bounds}",
             "",
-            f"Brackets: {level:g} % intervals, averages over all other axes. "
+            f"Values are averages over all other axes; {level:g} % intervals are in brackets. "
             f"{motions_sentence(motions, table)} {' '.join(limit_notes(table).values())}".rstrip(),
         ]
     )

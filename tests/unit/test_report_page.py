@@ -75,7 +75,7 @@ def test_failures_tables_intensities_and_links_are_those_of_the_study(render):
     page, frames = render(demands)
     head = answer_of(page)
     assert f"Columns failed in 7 of {len(demands)} runs: 5 in shear, 2 in flexure" in head
-    assert "0 runs collapsed; in 7 runs the demands are peaks up to a failure" in head
+    assert "No runs collapsed. In 7 runs the demands are peaks up to a failure" in head
     assert ">4 to 3 of 32</td>" in head or ">7 to 0 of 32</td>" in head
     assert set(frames["curves"]["im"]) == {IM}
     assert "motions scaled by 0.25 to 1.5," in page
@@ -190,8 +190,8 @@ def test_title_gives_the_most_severe_median_capacity_with_a_clear_direction():
     ]
     assert title_of(pd.DataFrame(rows)) == (
         "Skew lowers the median capacity for column failure by 28 % (-32 to -24 %, size uncertain) "
-        "and for unseating (slight) by 20 % (-24 to -16 %); friction changes no median capacity "
-        "with certainty; the joint gap changes no median capacity by more than 5 %"
+        "and for unseating (slight) by 20 % (-24 to -16 %); the effect of friction on median "
+        "capacities is uncertain; the joint gap changes no median capacity by more than 5 %"
     )
 
 
@@ -200,8 +200,8 @@ def test_title_and_notes_state_medians_that_leave_the_data():
               "n_without_curve": 0, "n_extrapolated": 8}  # fmt: skip
     row = answer_row("friction", "column_failure/any", 1.08, "higher") | limits
     assert "+13 %, extrapolated)" in title_of(pd.DataFrame([row]))
-    note = ("osb1, column failure: medians of 1.70 to 2.10 g are extrapolated; fewer than three "
-            "motions are that strong.")  # fmt: skip
+    note = ("osb1, column failure: medians of 1.70 to 2.10 g are extrapolated, because fewer "
+            "than three motions are that strong.")  # fmt: skip
     assert [*limit_notes(pd.DataFrame([row])).values()] == [note]
     row |= {"n_extrapolated": 3}
     assert "+13 %, partly extrapolated)" in title_of(pd.DataFrame([row]))

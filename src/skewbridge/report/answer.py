@@ -1,4 +1,4 @@
-"""Main results of a study in sentences: effects on median capacities and demands, failures.
+"""Sentences on the main results of a study: effects on capacities and demands, failures.
 
 The page and the README print these sentences. Effects are read from `answer_table`, counts of runs
 from `run_counts`.
@@ -59,14 +59,14 @@ LEADING_STATES: Final = (f"{COLUMN_FAILURE}/any", "unseating/slight")
 CERTAINTY: Final = {
     LOWER: "certain",
     HIGHER: "certain",
-    DETECTABLE: "only direction certain",
+    DETECTABLE: "direction certain, size uncertain",
     NEGLIGIBLE: "certainly small",
-    UNDECIDED: "not certain",
+    UNDECIDED: "uncertain",
 }
 
 
 def model_name(bridge: object, abutment: object) -> str:
-    """Return a bridge and its abutment model in words."""
+    """Return the names of a bridge and its abutment model as text."""
     return f"{bridge}, {str(abutment).replace('_', '-')}"
 
 
@@ -93,7 +93,7 @@ def number_word(number: int) -> str:
 
 
 def counted(number: int, what: str) -> str:
-    """Return a number with its noun, in the plural if needed: ``two spans``."""
+    """Return a number and its noun, in the plural unless the number is one: ``two spans``."""
     return f"{number_word(number)} {what}{'' if number == 1 else 's'}"
 
 
@@ -104,7 +104,7 @@ def change_name(name: Any, low: Any, high: Any) -> str:
 
 
 def effect_name(demand: Any) -> str:
-    """Return a demand, or a limit state written component/state, in words without a unit."""
+    """Return the name of a demand or limit state (``component/state``) in words, without unit."""
     if demand == f"{COLUMN_FAILURE}/any":
         return "column failure"
     if "/" in demand:
@@ -115,12 +115,12 @@ def effect_name(demand: Any) -> str:
 
 
 def number(value: float) -> str:
-    """Return a number as text: three significant digits, or an integer from 100 up."""
+    """Return a number as text with three significant digits, or as an integer from 100 up."""
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
 
 
 def largest_change(rows: Iterable[dict[str, Any]]) -> tuple[dict[str, Any], str, str]:
-    """Return the row with the largest |ln ratio|, ``lowers`` or ``raises``, and the change."""
+    """Return the row with the largest |ln ratio|, its verb (``lowers``, ``raises``) and change."""
     row = max(rows, key=lambda each: abs(np.log(each["ratio"])))
     return row, "lowers" if row["ratio"] < 1.0 else "raises", change_text(row).lstrip("+-")
 
@@ -132,7 +132,8 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
     """Return counts of runs per bridge and abutment model (axis empty) and per value of each axis.
 
     Columns: bridge, abutment, axis, value, n_runs, n_complete (all demands are peaks of the whole
-    motion), n_failed (a column failed), n_shear, n_flexure, n_collapse, n_bounds (not complete).
+    motion), n_failed (a column failed), n_shear, n_flexure, n_collapse, n_bounds (runs that are
+    not complete).
     """
     kinds, complete = failure_kinds(demands), is_complete(demands)
     flags = {
@@ -160,9 +161,9 @@ def answer_table(
 ) -> pd.DataFrame:
     """Return the pooled headline effects of each axis, for the change to its largest value.
 
-    Rows have the columns `ANSWER_COLUMNS`. Each bridge, abutment model and axis has first the
-    states of `HEADLINE_STATES` in ``curves`` (with status `NOT_REACHED` if no run exceeds the
-    state), then the headline demands.
+    The columns are `ANSWER_COLUMNS`. For each bridge, abutment model and axis, the states of
+    `HEADLINE_STATES` in ``curves`` come first, then the headline demands. The status of a state
+    that no run exceeds is `NOT_REACHED`.
     """
     headline = demands_for("headline")
     pooled = effects[(effects["scope"] == "pooled") & effects["demand"].isin(headline)]
@@ -206,7 +207,7 @@ def answer_table(
 def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, Any]:
     """Return a pooled effect on a demand with its values at one intensity.
 
-    That is the reference intensity of the bridge, or without one the middle of the range.
+    This is the reference intensity of the bridge. If there is none, it is the middle of the range.
     """
     usable = pd.DataFrame() if line is None else line[line["ratio"].notna()].sort_values("im")
     if usable.empty:
@@ -235,7 +236,7 @@ def extent_of_data(row: Mapping[str, Any]) -> str:
 
 
 def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
-    """Return a sentence for each leading state with medians extrapolated or without a curve.
+    """Return a sentence for each leading state with extrapolated medians or missing curves.
 
     The keys are bridge, abutment model and state.
     """
@@ -248,19 +249,19 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
             some = "" if sums["n_extrapolated"] == 2 * sums["n_cells"] else "some "
             notes[place] = (
                 f"{start}: {some}medians of {own['im_low'].min():.2f} to "
-                f"{own['im_high'].max():.2f} g are extrapolated; fewer than three motions are that "
-                "strong."
+                f"{own['im_high'].max():.2f} g are extrapolated, because fewer than three motions "
+                "are that strong."
             )
         elif sums["n_without_curve"] > 0:
             notes[place] = (
-                f"{start}: some variants have no curve, because runs that ended early leave the "
-                "median too uncertain; the ratios still use their cloud fits."
+                f"{start}: some variants have no curve, because runs that ended early make the "
+                "median too uncertain; the ratios use the cloud fits of these variants."
             )
     return notes
 
 
 def clearest_clause(rows: Sequence[dict[str, Any]]) -> str:
-    """Return a clause on the largest effect on a demand that certainly exceeds the margin."""
+    """Return a clause on the largest of the effects on demands that certainly exceed the margin."""
     known = [row for row in rows if np.isfinite(row["im"])]
     clear = [row for row in known if row["claim"] in (LOWER, HIGHER) and np.isfinite(row["ratio"])]
     if not clear:
@@ -288,7 +289,7 @@ def title_of(table: pd.DataFrame) -> str:
     names = short_names(table)
     estimated = table[(table["quantity"] == MEDIAN_CAPACITY) & (table["status"] == OK)]
     if estimated.empty:
-        return "No run reaches a headline limit state: no median capacity to compare"
+        return "No run reaches a headline limit state, so no median capacities can be compared"
     clear, unclear, small = list[str](), list[str](), list[str]()
     for name, part in estimated.groupby("axis", sort=False):
         title, claims = axis(str(name)).title, set(part["claim"])
@@ -298,7 +299,7 @@ def title_of(table: pd.DataFrame) -> str:
             margin = margin_text(part.iloc[0])
             small.append(f"{title} changes no median capacity by more than {margin}")
         else:
-            unclear.append(f"{title} changes no median capacity with certainty")
+            unclear.append(f"the effect of {title} on median capacities is uncertain")
     text = "; ".join([*clear, *unclear, *small])
     return text[:1].upper() + text[1:]
 
@@ -306,8 +307,9 @@ def title_of(table: pd.DataFrame) -> str:
 def _title_claim(part: pd.DataFrame, names: Mapping[tuple[str, str], str]) -> str:
     """Return the clause of the title on the effects of an axis on median capacities.
 
-    It names the most severe state with a clear direction, and the bridge with the largest change of
-    it. The most severe state that certainly exceeds the margin is added if it is a different one.
+    It names the most severe state whose direction of change is clear, and the bridge on which this
+    change is largest. If a different state is the most severe one whose change certainly exceeds
+    the margin, that state is added.
     """
     claims: dict[str, list[str]] = {}
     for wanted in ((LOWER, HIGHER, DETECTABLE), (LOWER, HIGHER)):
@@ -327,7 +329,7 @@ def _title_claim(part: pd.DataFrame, names: Mapping[tuple[str, str], str]) -> st
 
 
 def failure_sentences(counts: pd.DataFrame) -> tuple[str, str]:
-    """Return two sentences: runs with a failed column, and runs that collapsed or ended early."""
+    """Return two texts: runs with a failed column, and runs that collapsed or ended early."""
     whole, names = counts[counts["axis"] == ""], short_names(counts)
     totals = whole.filter(regex="^n_").sum()
     parts = [
@@ -339,13 +341,14 @@ def failure_sentences(counts: pd.DataFrame) -> tuple[str, str]:
     return (
         f"Columns failed in {totals['n_failed']:.0f} of {totals['n_runs']:.0f} runs{models}: "
         f"{modes}.",
-        f"{totals['n_collapse']:.0f} runs collapsed; in {totals['n_bounds']:.0f} runs the demands "
-        "are peaks up to a failure or stop, so they count as lower bounds.",
+        f"{counted(int(totals['n_collapse']), 'run').capitalize()} collapsed. In "
+        f"{totals['n_bounds']:.0f} runs the demands are peaks up to a failure or an early stop, so "
+        "they are treated as lower bounds.",
     )
 
 
 def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
-    """Return a sentence on the kind and scenario of the motions and the range of pairs."""
+    """Return a sentence on the kind, scenario and intensity range of the motions."""
     sources = suite.get("source", pd.Series(dtype=str)).astype(str)
     synthetic = len(sources) > 0 and sources.str.contains("synthetic|simulated", case=False).all()
     text = f"The {len(suite)} motions are {'synthetic' if synthetic else 'recorded or mixed'}"
@@ -365,8 +368,8 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
 def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]:
     """Return two texts on whether the headline effects depend on the suite of motions.
 
-    They are a clause for the title (empty if no more suites differ than by chance), and a sentence
-    with the largest difference and its interval (empty for a study with one suite).
+    The first is a clause for the title; it is empty if no more suites differ than expected by
+    chance. The second states the largest difference and its interval; it is empty for one suite.
     """
     if suites.empty:
         return "", ""

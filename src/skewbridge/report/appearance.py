@@ -1,4 +1,4 @@
-"""Appearance of figures and page: units and words of values, layout of variants, verdicts.
+"""Appearance of figures and page: units and names of values, layout of variants, verdicts.
 
 The hue of a verdict shows its direction (blue lower, vermilion higher). The two hues are distinct
 in all common kinds of colour blindness (Okabe and Ito 2008), and a sign repeats the meaning.
@@ -119,7 +119,7 @@ def in_words(name: object) -> str:
 
 
 def shown_value(demand: str, value: float) -> tuple[float, str]:
-    """Return a value of a demand in its usual unit (%, mm, mrad), and that unit after a space."""
+    """Return a demand converted to its display unit (%, mm, mrad), and a space with that unit."""
     if demand.endswith("drift_ratio"):
         return 100.0 * value, " %"
     unit = unit_of(demand)
@@ -129,7 +129,7 @@ def shown_value(demand: str, value: float) -> tuple[float, str]:
 
 
 def threshold_text(demand: str, threshold: float) -> str:
-    """Return the capacity of a limit state with its usual unit."""
+    """Return the capacity of a limit state in its display unit as text."""
     value, unit = shown_value(demand, threshold)
     return f"{value:.3g}{unit}"
 
@@ -153,7 +153,7 @@ def variant_text(axes: Iterable[Axis], row: Row) -> str:
 
 
 def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:
-    """Return the axes that vary in a table, filled up to three with constant ones, in order."""
+    """Return the axes that vary in a table; if fewer than three do, constant axes are added."""
     present = axes_of(table.columns)
     constant = [axis for axis in present if table[axis.name].nunique() < 2]
     kept = max(_LEAST_SHOWN - (len(present) - len(constant)), 0)
@@ -162,7 +162,7 @@ def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:
 
 
 def templates(*functions: Callable[..., Any]) -> Environment:
-    """Return the environment of all templates, in which ``functions`` are called by name."""
+    """Return the environment of all templates, with ``functions`` as functions and filters."""
     escaped = select_autoescape(("html.j2", "css.j2"), default_for_string=False)
     loader = PackageLoader("skewbridge.report")
     environment = Environment(loader=loader, autoescape=escaped, undefined=StrictUndefined)
@@ -173,7 +173,7 @@ def templates(*functions: Callable[..., Any]) -> Environment:
 
 
 def groups_of(table: pd.DataFrame, columns: Sequence[str]) -> list[tuple[Any, pd.DataFrame]]:
-    """Return groups of rows with equal values in some columns, with these values, in order."""
+    """Return the groups of rows with equal values in some columns, each with these values."""
     return list(table.groupby(list(columns), sort=False))
 
 
@@ -181,7 +181,7 @@ def groups_of(table: pd.DataFrame, columns: Sequence[str]) -> list[tuple[Any, pd
 
 
 def plain_log_ticks(axis: DrawnAxis) -> None:
-    """Label a logarithmic axis with plain numbers at 1, 2 and 5, over many decades at 1 only."""
+    """Label a logarithmic axis with plain numbers at 1, 2 and 5 (over many decades only at 1)."""
     low, high = axis.get_view_interval()
     many = high > 2000.0 * low > 0.0
 
@@ -196,10 +196,11 @@ def plain_log_ticks(axis: DrawnAxis) -> None:
 class VariantLayout:
     """Panels and line styles of the variants in a table with a column per axis.
 
-    The first shown axis has a panel per value, the second a dash and mark, the third a colour and
-    width. Every further axis multiplies the panels, so no axis is averaged over. ``styles`` are by
-    the values of the line axes. The first `MAX_BANDS` of them, ``banded``, have bands; they are in
-    words in ``banded_text``, which is empty if all lines have bands.
+    Each value of the first shown axis has its panel, each value of the second its dash and mark,
+    each value of the third its colour and width. Every further axis multiplies the panels, so no
+    axis is averaged over. ``styles`` maps the values of the line axes to line styles. ``banded``
+    lists the values whose lines have bands, which are the first `MAX_BANDS`. ``banded_text`` names
+    them in words; it is empty if all lines have bands.
     """
 
     def __init__(self, table: pd.DataFrame) -> None:
@@ -223,19 +224,19 @@ class VariantLayout:
         self.banded_text = words if len(self.styles) > MAX_BANDS else ""
 
     def panels(self, table: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-        """Return the title, in lines of up to 34 letters, and the rows of every panel."""
+        """Return for every panel its title, in lines of up to 34 characters, and its rows."""
         return [
             (fill(_joined(self.panel_axes, values), 34), part)
             for values, part in _groups(table, self.panel_axes)
         ]
 
     def lines(self, table: pd.DataFrame) -> Iterator[tuple[Values, pd.DataFrame, dict[str, Any]]]:
-        """Yield the values of the line axes, the rows with them, and the style of their line."""
+        """Yield for every line the values of the line axes, its rows and its style."""
         for values, part in _groups(table, self.line_axes):
             yield values, part, self.styles[values]
 
     def handles(self, *, marks: bool = False) -> list[Line2D]:
-        """Return the entries of the legend, with the marks of clouds if asked."""
+        """Return the legend entries; ``marks`` adds the marks of clouds."""
         hidden: dict[str, Any] = {} if marks else {"marker": ""}
         return [
             Line2D([], [], label=_joined(self.line_axes, values), ms=4.0, **style | hidden)
@@ -283,7 +284,7 @@ STYLES: Final = {
 
 
 def verdict_style(item: Row) -> VerdictStyle:
-    """Return the style of a row of effects: by family-wise verdict and direction."""
+    """Return the style of an effect, which depends on its family-wise verdict and direction."""
     if item["status"] != OK:
         return STYLES[NOT_ESTIMABLE]
     verdict = str(item["verdict_family"])
@@ -309,7 +310,7 @@ def interval_text(item: Row) -> str:
 
 
 def _change(item: Row) -> tuple[list[float], str]:
-    """Return an effect with the ends of its interval, in per cent or its unit, and that unit."""
+    """Return an effect with the ends of its interval, and their unit (per cent for a ratio)."""
     if item.get("judged_by") == DIFFERENCE:
         unit, factor = shown_unit(str(item["unit"]))
         return [factor * float(item[name]) for name in DIFFERENCES], f" {unit}"
@@ -317,7 +318,7 @@ def _change(item: Row) -> tuple[list[float], str]:
 
 
 def margin_text(item: Row) -> str:
-    """Return the margin of a row with its unit, without sign."""
+    """Return the margin of an effect with its unit, without a sign."""
     if item.get("judged_by") == DIFFERENCE:
         unit, factor = shown_unit(str(item["unit"]))
         return f"{factor * item['difference_margin']:.3g} {unit}"

@@ -110,7 +110,7 @@ def write_archive(
 def _files(
     study: StudyConfig, folder: StudyFolder, config: Path, base: Path
 ) -> dict[str, tuple[bytes, str]]:
-    """Return content and description of the files by name in the archive."""
+    """Return a dict from the name of each file in the archive to its content and description."""
     suite = read_frame(folder.suite)
     whole = yaml.safe_dump(study.model_dump(mode="json"), sort_keys=False, allow_unicode=True)
     motions = suite.loc[:, ~suite.columns.str.startswith("accel_")].to_csv(index=False)
@@ -143,7 +143,7 @@ def _files(
 
 
 def _doubts(folder: StudyFolder, config: Path, base: Path) -> list[str]:
-    """Return a sentence for each doubt whether the tables match the study as configured now."""
+    """Return one sentence for each reason to doubt that the tables match the present study."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         load_results(folder.root)

@@ -99,7 +99,7 @@ def check_tables(tables: StudyTables) -> list[Row]:
 
 
 def _check(name: str, found: pd.DataFrame, named_by: Sequence[str], *share: float) -> Row:
-    """Return a check: the number of rows found, which must be 0, or a share and its limit."""
+    """Return a check of the number of rows found (which must be 0) or of a share and its limit."""
     value, limit = share or (float(len(found)), 0.0)
     named = found[[name for name in named_by if name in found]].head(NAMED)
     rows = [
@@ -112,7 +112,7 @@ def _check(name: str, found: pd.DataFrame, named_by: Sequence[str], *share: floa
 def write_checks(tables: StudyTables, output: Path, suspect: SuspectLimits = LIMITS) -> None:
     """Check the tables of a study and write the checks as JSON.
 
-    The file also has the suspect rows by reason and the steps of each recovery attempt.
+    The file also lists the reasons of suspect rows and the steps of each recovery attempt.
     Failed checks are logged with their rows, and the report shows them at the top.
     """
     checks = check_tables(tables)
@@ -168,7 +168,7 @@ def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
     """Return rows of positive skew whose demands differ from their mirror image, if there is one.
 
     The mirror image has the opposite skew and angle of incidence; its motion has the same first
-    component and the negative second component.
+    component, and the second component has the opposite sign.
     """
     if not (ok["skew_deg"] < 0).any():
         return ok.head(0)

@@ -1,4 +1,4 @@
-"""Methods of a study as paragraphs for a paper, with citations, from its configuration."""
+"""Methods section of a paper, with citations, written from the configuration of a study."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -37,7 +37,7 @@ REFERENCES: Final[Mapping[str, str]] = yaml.safe_load(
 #: Sections that do not change the results, or that the paragraphs describe in full.
 _NO_METHOD: Final = {"results", "accuracy", "grid", "figures", "batches", "checks",
                      "max_unfinished_share", "modelling_choices", "uncertainty"}  # fmt: skip
-#: Heads of the table of limit states.
+#: Column headings of the table of limit states.
 STATE_HEADS: Final = ("component", "demand", "median", "dispersion", "source")
 _INTEGRATORS: Final = {
     "Newmark": "Newmark's method (Newmark 1959)",
@@ -48,7 +48,7 @@ _INTEGRATORS: Final = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Methods:
-    """Methods of a study."""
+    """Text, limit states and references of the methods section of a study."""
 
     parts: Mapping[str, str]  # paragraphs by subject
     states: Sequence[Sequence[str]]  # limit states: cells under `STATE_HEADS`
@@ -67,8 +67,8 @@ class Methods:
 def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Methods:
     """Return paragraphs on models, motions, analyses and statistics, and the references in them.
 
-    The author adds site and purpose, which no configuration has. ``suite`` is the table of the
-    prepared motions.
+    The configuration does not state site and purpose, so the author must add them. ``suite`` is the
+    table of the prepared motions.
 
     Raises:
         InputError: A bridge or the limit states of the study cannot be read.
