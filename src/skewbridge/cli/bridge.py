@@ -129,7 +129,7 @@ def modal(out: Path | None, units: Units, **given: Any) -> Answer:
 
 @command(bridge, *_PUSH, ABUTMENT._replace(default="roller"), _MAX_DISP._replace(default=0.30))
 def pushover(**given: Any) -> Answer:
-    """Push the whole bridge by forces proportional to mass: base shear against displacement.
+    """Push a bridge with forces proportional to mass; write base shear against displacement.
 
     Example: skewbridge bridge pushover --bridge osb1 --direction y --out push
     """
@@ -140,8 +140,9 @@ def pushover(**given: Any) -> Answer:
 
 @command(bridge, *_PUSH)
 def static(**given: Any) -> Answer:
-    """Push one abutment at its deck end (x: into the backfill, angle 180: away from it).
+    """Push the deck end against one abutment.
 
+    Direction x pushes into the backfill; an angle of 180 degrees pulls away from it.
     `--abutment all` pushes every abutment model in six directions and draws the curves.
 
     Example: skewbridge bridge static --abutment all --skew-deg 30 --out push
@@ -153,7 +154,7 @@ def static(**given: Any) -> Answer:
 
 
 def _pushed(push: "Callable[..., PushCurve]", given: Mapping[str, Any]) -> Answer:
-    """Push one abutment model, or all in all directions; exit code 1 if a push stopped early."""
+    """Push one model, or each model in each direction; exit code 1 if a push stopped early."""
     import pandas as pd
 
     from skewbridge.report.bridge_figures import ladder_figure
@@ -185,7 +186,7 @@ def _pushed(push: "Callable[..., PushCurve]", given: Mapping[str, Any]) -> Answe
         ladder_figure(curves, title=title).savefig(given["out"] / "ladder.png", dpi=150)
     answer = {"pushes": pushes} if is_ladder else pushes[0]
     is_done = all(each["is_complete"] for each in pushes)
-    notes = [] if is_done else ["a push stopped at last_disp_m: no equilibrium after that"]
+    notes = [] if is_done else ["a push stopped at last_disp_m: no equilibrium beyond it"]
     return Answer(answer, None, given["units"], notes, 0 if is_done else EXIT_FAILED)
 
 
@@ -241,16 +242,16 @@ def column(bridge: str, out: Path, bent: int, units: Units) -> Answer:
 @command(
     bridge,
     Arg("source", Path | None, "Folder of `run`, or demands.parquet.", None, "[RUN|DEMANDS]"),
-    BRIDGE._replace(kind=str | None, default=None, help="Bridge, or file of the bridge in SOURCE."),
+    BRIDGE._replace(kind=str | None, default=None, help="Bridge; for SOURCE, its bridge file."),
     _OPTIONAL_OUT,
     UNITS,
 )
 def sdc(source: Path | None, bridge: str | None, out: Path | None, units: Units) -> Answer:
-    """Check displacements, P-Delta ratio and seat width by the Caltrans criteria.
+    """Check displacements, P-Delta ratio and seat width against the Caltrans criteria.
 
-    From a folder of `run`: all checks of one analysis, per corner. From the demands of a study: a
-    row of ratios per variant, for the medians over its motions. From a bridge alone: capacities of
-    its bents, with the P-Delta ratio at the displacement capacity.
+    A folder of `run` gives all checks of one analysis, for each corner. The demands of a study give
+    one row of ratios per variant, from the medians over its motions. A bridge alone gives the
+    capacities of its bents, with the P-Delta ratio at the displacement capacity.
 
     Example: skewbridge bridge sdc --bridge osb1
     """

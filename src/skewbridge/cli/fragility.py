@@ -28,7 +28,7 @@ commands = new_group()
     Opt("capacity_dispersion", float, "Dispersion of the capacity (cloud).", 0.0),
     Opt("censor_above", float | None, "Censor demands at or above this value (cloud)."),
     Opt("assumed_beta", float, "Dispersion assumed for one-sided bounds.", 0.4),
-    Opt("accept_bounds", bool, "Give a median that failed runs may move by 15 % or more.", False),
+    Opt("accept_bounds", bool, "Report medians that failed runs may change by 15 % or more.", False),
     Opt("columns", Path | None, "YAML file with the names, factors and constants of the columns."),
 )
 def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answer:
@@ -61,7 +61,7 @@ def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answ
     Opt("method", Literal["cloud", "exceedance", "ida_interval"] | None, "Method of the curves."),
     Opt("hazard", Path | None, "Hazard curve (CSV: im, rate); adds annual frequencies."),
     Opt("im_range", tuple[float, float] | None, "Range of intensities (csv).", None, "LOW HIGH"),
-    Opt("skew_factors", bool, "Ratios to skew 0 (csv) or a scaling file (pelicun).", False),
+    Opt("skew_factors", bool, "Add ratios to skew 0 (csv) or a scaling file (pelicun).", False),
 )
 def export(curves: Path, form: str, out: Path, **given: Any) -> Answer:
     """Write fragility curves for other tools, spreadsheets and papers.
@@ -85,9 +85,9 @@ def export(curves: Path, form: str, out: Path, **given: Any) -> Answer:
 def statistics(demands: Path, out: Path, **given: Any) -> Answer:
     """Fit curves and effects to any table of demands.
 
-    Writes all tables of results/fragility. Required columns: the axes, motion_id, status, an
-    intensity measure and demands; names, scale and incidence are optional. Limit states whose
-    demand is missing are left out.
+    Writes the same tables as a study in results/fragility. Required columns: the axes, motion_id,
+    status, an intensity measure and demands; names, scale and incidence are optional. Limit states
+    whose demand is missing are left out.
 
     Example: skewbridge statistics demands.csv --out my_statistics
     """

@@ -54,7 +54,7 @@ def check(paths: list[Path], strict: bool, write: bool, **given: Any) -> Answer:
     *_GIVEN,
 )
 def im(files: list[Path], t1_s: float | None, period_s: list[float] | None, **given: Any) -> Answer:
-    """Compute intensity measures of a pair of components, or of one.
+    """Compute intensity measures of one component or of a pair of components.
 
     Example: skewbridge motions im A.AT2 B.AT2 --t1-s 0.75
     """
@@ -105,7 +105,7 @@ def plot(paths: list[Path], out: Path, **given: Any) -> Answer:
     Opt("vs30_mps", float, "Mean shear-wave velocity of the upper 30 m.", ...),
     Opt("mechanism", Literal["strike_slip", "reverse"], "Mechanism.", "strike_slip"),
     Opt("ztor_km", float, "Depth to the top of the rupture.", 0.0),
-    Opt("pulse", Literal["none", "all"], "Motions with a pulse.", "none"),
+    Opt("pulse", Literal["none", "all"], "Motions that have a pulse.", "none"),
     Opt("rupture_to_site_km", float, "Rupture length towards the site, for pulses.", 20.0),
     Opt("count", int, "Number of pairs.", 40),
     Opt("seed", int, "Seed of the suite.", 1),
@@ -134,7 +134,7 @@ def synthesize(out: Path, **given: Any) -> Answer:
     Opt("t1_s", float | None, "Conditioning period in s; by default the period of osb1."),
 )
 def default_suite(out: Path, suite: str, t1_s: float | None) -> Answer:
-    """Regenerate a shipped suite, with its scale factors.
+    """Regenerate a shipped suite of motions and their scale factors.
 
     Example: skewbridge motions default-suite --out suite
     """

@@ -54,7 +54,7 @@ def config_of(study: Path | None) -> Path:
         return writers[0]
     raise InputError(
         f"{study}: {f'{len(writers)} files' if writers else 'no file'} in {DEFAULT_CONFIG.parent}/ "
-        f"with `results: {study}`; name the configuration of the study instead: --study FILE.yaml"
+        f"with `results: {study}`; name the configuration of the study with --study FILE.yaml"
     )
 
 
@@ -100,13 +100,13 @@ VARIANT: Final = (
 
 
 def variant_of(given: Mapping[str, Any]) -> Variant:
-    """Return the variant with the given values of `VARIANT`; `InputError` outside the limits."""
+    """Return the variant with these values; raise `InputError` if one is outside its limits."""
     values = {axis.name: given[axis.name] for axis in AXES}
     return Variant.at(given["bridge"], given["abutment"].replace("-", "_"), values)
 
 
 def model_of(given: Mapping[str, Any]) -> ModelOptions:
-    """Return the modelling options set by ``--set``; `InputError` for a wrong key or value."""
+    """Return the options set by ``--set``; raise `InputError` for a wrong key or value."""
     return checked(ModelOptions, keys_and_values("--set", given["changes"]), "--set")
 
 
@@ -115,8 +115,8 @@ def settings_and_model(
 ) -> tuple[AnalysisSettings, ModelOptions]:
     """Return the settings of the analysis and the modelling options.
 
-    The preset ``accuracy`` is overridden by the values of the options ``names`` (keys of the
-    analysis), where given, and by ``--set``. `InputError` for a wrong key or value.
+    The options ``names`` (keys of the analysis), if given, and ``--set`` override the values of the
+    preset ``accuracy``. A wrong key or value raises `InputError`.
     """
     keys = {field.name for field in fields(AnalysisSettings)}
     analysis, model = {name: given[name] for name in names if given[name] is not None}, {}
@@ -128,7 +128,7 @@ def settings_and_model(
 
 
 def keys_and_values(option: str, pairs: list[str] | None) -> dict[str, Any]:
-    """Return the values of a repeatable option KEY=VALUE by key, parsed as YAML."""
+    """Return the KEY=VALUE pairs of a repeatable option as a dict; values are parsed as YAML."""
     values: dict[str, Any] = {}
     for pair in pairs or ():
         key, equals, text = pair.partition("=")

@@ -37,8 +37,8 @@ def warn(text: str) -> None:
 class Answer:
     """Output of a command: a JSON value with ``--json``, otherwise tables or text.
 
-    Single values of a mapping are printed as a table with a row per value, each list of rows as a
-    table below it. Lists of more than three numbers are not printed.
+    Single values of a mapping are printed as a table with one row per value. Each list of rows is
+    printed as a table below it. Lists of more than three numbers are not printed.
     """
 
     payload: Any  # JSON value, numbers in SI
@@ -92,7 +92,7 @@ class Arg(Opt):
 
 
 UNITS: Final = Opt(
-    "units", Units, "Units of printed tables: SI, or kip, in, ft. Files stay SI.", "si"
+    "units", Units, "Units of printed tables: si, or us (kip, in, ft). Files are in SI.", "si"
 )
 _JSON: Final = Opt("as_json", bool, "Print one JSON object on stdout.", False, flags="--json")
 
@@ -102,7 +102,7 @@ def command(
 ) -> Callable[[Callable[..., Answer]], Callable[..., None]]:
     """Return a decorator that adds a function to a group as a command and prints its answer.
 
-    Options and arguments are passed by name; a later one replaces an earlier one of the same name.
+    Options and arguments are passed by name. If two have the same name, the later one is used.
     """
 
     def decorate(function: Callable[..., Answer]) -> Callable[..., None]:
@@ -222,7 +222,7 @@ def _text(value: object) -> str:
 
 
 def selected(rows: Iterable[Row], *names: str) -> list[dict[str, Any]]:
-    """Return rows with these columns only."""
+    """Return the rows with only the named columns."""
     return [{name: row[name] for name in names} for row in rows]
 
 

@@ -99,7 +99,7 @@ def run(out: Path, **given: Any) -> Answer:
 
 
 def _task(given: Mapping[str, Any]) -> "Task":
-    """Return the analysis defined by the options; `InputError` without a motion."""
+    """Return the analysis defined by the options; raise `InputError` if no motion is given."""
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.motions.intensity import motion_measures, scaled_measures
     from skewbridge.motions.read import read_motion
@@ -107,7 +107,7 @@ def _task(given: Mapping[str, Any]) -> "Task":
     from skewbridge.study.task import Task
 
     if given["motion"] is None:
-        raise InputError("motion: name two component files, or a row of a study with --row")
+        raise InputError("motion: give two files with --motion, or a row of a study with --row")
     variant, scale = variant_of(given).normalised(), given["scale"]
     settings, options = settings_and_model(given, "scheme", "dt_s", "duration_s")
     motion = read_motion(*given["motion"])
@@ -122,7 +122,7 @@ def _task(given: Mapping[str, Any]) -> "Task":
 
 
 def _task_of_row(key: str, study: Path | None) -> "Task":
-    """Return the analysis of a study with this run key; `InputError` if there is none."""
+    """Return the analysis of a study with this run key; raise `InputError` if there is none."""
     from skewbridge.files.tables import read_table
     from skewbridge.study.analyses import StudySetup
     from skewbridge.study.journal import read_content
@@ -145,7 +145,7 @@ def _task_of_row(key: str, study: Path | None) -> "Task":
             f"{row['scale']:g} at {row['incidence_deg']:g} degrees"
         )
     if run_key(task) != key:
-        messages.print("settings or sources have changed since then: the result may differ")
+        messages.print("settings or sources have changed, so the result may differ")
     return task
 
 
@@ -205,7 +205,7 @@ def doctor() -> Answer:
 def verify(names: list[str] | None, out: Path | None) -> Answer:
     """Repeat the studies of the paper and compare with their references.
 
-    Exits with 1 if a comparison fails; a statement of the paper that does not hold is no failure.
+    Exits with 1 if a comparison fails. A statement of the paper that does not hold is no failure.
 
     Example: skewbridge verify fig1 fig3
     """

@@ -212,7 +212,7 @@ def provenance(file: Path, study: Path | None) -> Answer:
 
 @command(
     study,
-    Opt("status", Literal["failed", *FAILED], "Status to repeat; failed: all.", "failed"),
+    Opt("status", Literal["failed", *FAILED], "Status to repeat; `failed` means any.", "failed"),
     STUDY,
 )
 def retry(status: str, study: Path | None) -> Answer:
@@ -249,7 +249,7 @@ def journal(compact: bool, study: Path | None) -> Answer:
 @command(
     study,
     Arg(
-        "names", list[str] | None, "Figures; * matches any text. No name: list.", None, "[NAME]..."
+        "names", list[str] | None, "Figures (* matches any text); default: list.", None, "[NAME]..."
     ),
     OUT._replace(default=Path()),
     STUDY,
@@ -282,7 +282,7 @@ def plot(names: list[str] | None, out: Path, study: Path | None, **given: Any) -
 def methods(study: Path | None, out: Path | None) -> Answer:
     """Write the methods section of a study for a paper, with references.
 
-    The text is written from the configuration and, once prepared, the sources of the motions.
+    The text uses the configuration and, if the motions are prepared, their sources.
 
     Example: skewbridge study methods --out methods.md
     """

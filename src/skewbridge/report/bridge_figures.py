@@ -108,7 +108,7 @@ def _by_group(geometry: ModelGeometry) -> dict[str, list[Member]]:
 def model_page(geometry: ModelGeometry) -> str:
     """Return a self-contained page with a three-dimensional view of the model.
 
-    The view shows nodes, elements by group, and contacts with their normals and gaps.
+    The view shows nodes, groups of elements, and contacts with their normals and gaps.
     """
     x, y = zip(*geometry.deck_outline, strict=True)
     soffit = go.Mesh3d(
@@ -156,7 +156,7 @@ def model_page(geometry: ModelGeometry) -> str:
 
 
 def _group_trace(group: str, members: list[Member]) -> go.Scatter3d:
-    """Return the trace of a group: lines with marked ends, zero-length springs as points."""
+    """Return the trace of a group of members: lines with marked ends, or points for springs."""
     ends = np.array([[*member.ends, [np.nan] * 3] for member in members])
     text: list[str] = []
     for member in members:
@@ -167,14 +167,14 @@ def _group_trace(group: str, members: list[Member]) -> go.Scatter3d:
 
 
 def _trace(name: str, points: Floats, text: list[str] | None = None, **look: Any) -> go.Scatter3d:
-    """Return a trace through points; the pointer shows the ``text`` of a point."""
+    """Return a trace through points; pointing at a point shows its ``text``."""
     x, y, z = points.reshape(-1, 3).T
     hover = "text" if text else "skip"
     return go.Scatter3d(x=x, y=y, z=z, name=name, text=text, hoverinfo=hover, **look)
 
 
 def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:
-    """Return a figure of pushes (abutment, angle_deg, disp_m, force_kn), a panel per direction.
+    """Return a figure of pushes (abutment, angle_deg, disp_m, force_kn), one panel per direction.
 
     Later abutment models have thinner lines, so that overlaid lines are visible.
     """
@@ -202,7 +202,7 @@ def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:
 def column_figure(
     curve: MomentCurvature, shear: ShearSection, axial_n: float, *, title: str
 ) -> Figure:
-    """Return a figure of moment-curvature, idealised as well, and shear strength by ductility."""
+    """Return a figure of moment-curvature, also idealised, and shear strength over ductility."""
     figure = Figure(figsize=(10, 4), layout="constrained")
     bending, capacity = figure.subplots(1, 2)
     bending.plot(curve.curvature_per_m, curve.moment_nm / 1e6, color="#0072B2", label="section")
@@ -245,8 +245,8 @@ _FORCE: Final = VARIANT_COLOURS[3]
 def replay_page(layout: ModelGeometry, histories: pd.DataFrame, *, title: str) -> str:
     """Return a page with an animated plan and the number of closed contacts over time.
 
-    It starts at the first contact. Displacements and gaps have the same exaggeration, so deck and
-    wall touch in the picture when they touch in the analysis. ``histories`` are from
+    The animation starts at the first contact. Displacements and gaps have the same exaggeration, so
+    deck and wall touch in the picture when they touch in the analysis. ``histories`` are from
     `analysis.peaks.histories_of` for the same run.
     """
     scene = _Scene(layout, histories)
@@ -389,7 +389,7 @@ class _Scene:
 
 
 def _broken(*lines: Floats) -> Floats:
-    """Return lines as one, shape (n, 2), with rows of NaN between the pieces."""
+    """Return the lines joined to one array (n, 2), with a row of NaN after each line."""
     pieces = [each for line in lines for each in (line, np.full((1, 2), np.nan))]
     return np.vstack([np.empty((0, 2)), *pieces])
 

@@ -52,9 +52,9 @@ _LEAST_PCT: Final = 6.0  # smallest range of a panel on each side
 
 
 def shown_curves(curves: pd.DataFrame) -> pd.DataFrame:
-    """Return one row per variant and state: the preferred curve, else a bracketed median.
+    """Return one row per variant and state: the preferred curve, or else a bracketed median.
 
-    Pairs of variant and state with neither are left out.
+    If a variant and state have neither, they have no row.
     """
     return chosen_curves(curves[curves["preferred"] | curves["theta_bracket_low"].notna()])
 
@@ -79,10 +79,11 @@ def curve_values(im: Floats, row: Mapping[Any, Any]) -> tuple[Floats, Floats]:
 def fragility_curves(curves: pd.DataFrame, demands: pd.DataFrame, component: str) -> Figure:
     """Draw the preferred curves of a component and the outcomes of the runs.
 
-    Rows of panels are limit states with a curve or a bracketed median, columns as in
-    `VariantLayout`. Curves in `VariantLayout.banded` have bands; curves of exceedance fits have
-    crosses. If the outcomes are separated, a bar at P = 0.5 spans the interval of the median. Ticks
-    are runs with a known outcome: at the top those that exceed, at the bottom those that do not. An
+    Each row of panels is a limit state with a curve or a bracketed median. The columns are the
+    panels of `VariantLayout`. Curves in `VariantLayout.banded` have bands; curves of exceedance
+    fits have crosses. If the outcomes are separated, a bar at P = 0.5 spans the interval of the
+    median. Ticks are runs with a known outcome: runs that exceed the state are at the top, runs
+    that do not are at the bottom. An
     open diamond is the median of the other method, if the medians of the two methods differ. States
     that no run reached are listed at the top. ``curves`` must have a preferred curve or a bracketed
     median of the component.
@@ -124,7 +125,7 @@ def fragility_curves(curves: pd.DataFrame, demands: pd.DataFrame, component: str
 
 
 def states_out_of_reach(rows: pd.DataFrame, demands: pd.DataFrame) -> list[str]:
-    """Return a sentence with the largest demand for each state that no run exceeds."""
+    """Return one sentence for each state that no run exceeds, with the largest demand."""
     largest = demands.groupby("variant").max(numeric_only=True)
     sentences: list[str] = []
     for name, own in rows.groupby("limit_state", sort=False):
@@ -139,7 +140,7 @@ def _curve_panel(
 ) -> list[str]:
     """Draw the curves of a state in a panel; return the counts of missing curves by reason.
 
-    ``rows`` are the fits of the panel, ``runs`` demands by variant, ``im`` the abscissas.
+    ``rows`` are the fits of the panel, ``runs`` maps variants to demands, ``im`` are abscissas.
     """
     for values, own, style in layout.lines(rows):
         color = style["color"]
@@ -269,7 +270,7 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
 def _cloud_points(
     axes: Axes, part: pd.DataFrame, im: str, demand: str, least: float, look: dict[str, Any]
 ) -> None:
-    """Draw the runs of one line style: filled, open with a tick upward, or at the bottom."""
+    """Draw the runs of one line style as filled marks, open marks or marks at the bottom."""
     x, y, complete, bottom = part[im], part[demand], is_complete(part), least / 1.5
     tick: dict[str, Any] = {"marker": 2}  # matplotlib's marker of a tick upward
     down: dict[str, Any] = {"marker": "v"}
@@ -367,7 +368,7 @@ def widths_by_analyses(rounds: pd.DataFrame) -> Figure:
 
 
 def _ranked(choices: pd.DataFrame) -> dict[str, pd.DataFrame]:
-    """Return the rows of each headline demand by its label, smallest change first.
+    """Return a dict from the label of a headline demand to its rows, smallest change first.
 
     Added columns: ``bar`` (choice or axis with its values), ``percent`` (change of the demand),
     ``text`` (that change as text) and ``size`` (|ln ratio|, or -1 without a pair).
@@ -397,7 +398,7 @@ def _ranked(choices: pd.DataFrame) -> dict[str, pd.DataFrame]:
 def tornado(choices: pd.DataFrame) -> Figure:
     """Draw the changes of each headline demand by the choices and axes, sorted by size.
 
-    ``choices`` are of one bridge with one abutment model.
+    All ``choices`` must belong to one bridge with one abutment model.
     """
     ranked = _ranked(choices)
     bars, rows = max(map(len, ranked.values())), -(-len(ranked) // 2)
@@ -436,7 +437,7 @@ def _tornado_panel(panel: Axes, rows: pd.DataFrame) -> None:
 
 
 def choice_findings(choices: pd.DataFrame) -> list[str]:
-    """Return a sentence per headline demand on choices that change it more than friction."""
+    """Return one sentence per headline demand on choices that change it more than friction does."""
     found: list[str] = []
     for label, rows in _ranked(choices).items():
         of_friction = rows[(rows["name"] == "friction") & (rows["n"] > 0)].sort_index()

@@ -31,7 +31,7 @@ _COLOURS: Final = ("#0173b2", "#de8f05")  # source: palette "colorblind" of seab
 def record_page(title: str, dt_s: float, components: Mapping[str, Floats]) -> Figure:
     """Return a figure of one record: histories, Arias build-up and spectra.
 
-    ``components`` are one or two accelerations (m/s2) by label.
+    ``components`` maps one or two labels to accelerations (m/s2).
     """
     figure = Figure(figsize=(_WIDTH_IN, 7.0), layout="constrained")
     halves: Any = figure.subfigures(1, 2, width_ratios=(1.35, 1.0))
@@ -60,7 +60,7 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Floats]) -> Fi
 
 
 def applied_spectra(suite: Sequence[SuiteMotion]) -> Figure:
-    """Return a figure of the RotD50 spectra of the motions of a study, scaled."""
+    """Return a figure of the RotD50 spectra of the scaled motions of a study."""
     spectra_g: list[Floats] = []
     for item in suite:
         motion = item.motion
@@ -79,10 +79,10 @@ def suite_spectra(
     title: str,
     model: tuple[str, Floats, Floats] | None = None,
 ) -> Figure:
-    """Return a figure of RotD50 spectra (g, motions by periods), their median and 16-84 % band.
+    """Return a figure of RotD50 spectra (g, per motion and period), their median and 16-84 % band.
 
-    ``model``, a ground-motion model to compare with, is its name, median (g) and standard deviation
-    of ln PSA at the same periods; a second panel compares the standard deviations.
+    ``model`` gives the name, median (g) and standard deviation of ln PSA of a ground-motion model
+    at the same periods. A second panel then compares the standard deviations.
     """
     periods, log_psa = np.asarray(periods_s, dtype=np.float64), np.log(rotd50_g)
     blue, orange = _COLOURS

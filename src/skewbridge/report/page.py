@@ -57,8 +57,9 @@ def write_report(
 ) -> None:
     """Write the report to an HTML file.
 
-    ``tables`` are paths by name as in `StudyFolder.report_inputs` and, if made, check_predict and
-    choices (modelling choices); ``figures`` is a folder, ``config`` has plain values only.
+    ``tables`` maps the names in `StudyFolder.report_inputs` to paths. It may also contain
+    check_predict and choices (modelling choices). ``figures`` is a folder. ``config`` contains
+    plain values only.
     """
     frames = {name: read_frame(path) for name, path in tables.items() if path.suffix == ".parquet"}
     demands, curves, medians = (frames[name] for name in ("demands", "curves", "medians"))
@@ -104,7 +105,7 @@ def write_report(
 
 
 def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dict[str, Any]:
-    """Return the texts of the first screen: sketch, answer, failures, motions."""
+    """Return the contents of the first screen: sketch, answer, failures and motions."""
     demands, curves = frames["demands"], frames["curves"]
     table = answer.answer_table(
         medians=frames["medians"],
@@ -136,7 +137,7 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
 
 
 def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
-    """Return the table of the first screen: rows are changes and models, columns leading states.
+    """Return the table of the first screen: one row per change and model, one column per state.
 
     ``table`` is from `answer_table`, ``counts`` from `run_counts`.
     """
@@ -230,9 +231,9 @@ def sketch(
 ) -> dict[str, Any]:
     """Return the dimensions (m) of a plan of a bridge without skew; the template skews it.
 
-    The deck is filled at the largest skew of the study and outlined at the others. Walls and keys
-    are drawn at the largest gap, exaggerated ``factor`` times. Joint gaps are normal to the walls;
-    ``key_gap_mm`` is the gap between deck and shear keys.
+    The deck is filled at the largest skew of the study and outlined at the other skews. Walls and
+    keys are drawn at the largest gap, exaggerated ``factor`` times. Joint gaps are normal to the
+    walls; ``key_gap_mm`` is the gap between deck and shear keys.
     """
     skew, gap_m = max(skews_deg, key=abs), max(gaps_mm) / 1000.0
     sine, cosine = sin(radians(skew)), cos(radians(skew))
@@ -271,7 +272,7 @@ def sketch(
 
 
 def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
-    """Return the tables of pooled headline effects and of other pooled effects, with legend."""
+    """Return the tables of pooled headline effects and other pooled effects, and their legend."""
     rows = pd.concat([frames["medians"], frames["effects"]], ignore_index=True)
     pooled = rows[rows["scope"] == "pooled"]
     ratios, needed = pooled[pooled["judged_by"] == verdicts.RATIO], frames["needed_motions"]
@@ -288,9 +289,9 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
 
 
 def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, Any]:
-    """Return pooled effects as a table: a column per model and change, a row per demand or state.
+    """Return pooled effects as a table, with one row per demand or limit state.
 
-    The columns are the models and changes in ``compared``.
+    There is one column for each model and change in ``compared``.
     """
     keys = [*BRIDGE_COLUMNS, *_CHANGE]
     order = [each.name for each in axes_of(compared["axis"])]
@@ -313,7 +314,7 @@ def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, An
 
 
 def _cell(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return style, change and interval of an effect; † if `extent_of_data` has a note."""
+    """Return style and texts of an effect; ``mark`` is † if `extent_of_data` returns a note."""
     leaves_data = row["quantity"] == MEDIAN_CAPACITY and answer.extent_of_data(row)
     return {
         "style": appearance.verdict_style(row),
@@ -369,7 +370,7 @@ _EFFECT_COLUMNS: Final = (
 
 
 def explorer_of(frames: Mapping[str, pd.DataFrame], units: str) -> dict[str, str]:
-    """Return data and plotting library of the explorer, compressed; empty without a curve.
+    """Return the compressed data and library of the explorer; empty if no curve was fitted.
 
     The library is the basic bundle of plotly.js 4.1.1 (MIT, `vendor/LICENSE`), as published in the
     npm package plotly.js-basic-dist-min.
@@ -381,7 +382,7 @@ def explorer_of(frames: Mapping[str, pd.DataFrame], units: str) -> dict[str, str
 
 
 def explorer_data(frames: Mapping[str, pd.DataFrame], units: str = "si") -> str:
-    """Return a study as compressed JSON: tables as columns and rows, runs as a list per column.
+    """Return a study as compressed JSON: tables as columns and rows, runs as lists of values.
 
     ``frames`` are demands, curves, effects (on demands) and medians (effects on median capacities);
     ``units`` (si or us) are the initial units of the page.
@@ -458,7 +459,7 @@ def _models_of(table: pd.DataFrame) -> list[tuple[str, str]]:
 
 
 def _compressed(content: bytes) -> str:
-    """Return content as gzip in base64, a third of the size of the text."""
+    """Return content as gzip in base64, which is a third as long as the text."""
     return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
 
 
@@ -472,9 +473,9 @@ def _demand(name: str) -> dict[str, Any]:
 def _effect_rows(
     effects: pd.DataFrame, models: Mapping[Any, int], axes: Sequence[str]
 ) -> list[list[Any]]:
-    """Return rows of `_EFFECT_COLUMNS`, as ratios or differences, whichever the verdict uses.
+    """Return rows of `_EFFECT_COLUMNS`, with the ratio or difference that the verdict uses.
 
-    Pooled rows have no values of other axes. The page computes the verdicts from its margin.
+    Pooled rows have no values of other axes. The page computes verdicts for the margin set on it.
     """
     is_ratio = effects["judged_by"] != verdicts.DIFFERENCE
     ratios, differences = (*verdicts.RATIOS, "margin"), (*verdicts.DIFFERENCES, "difference_margin")
@@ -513,7 +514,10 @@ _IN_WORDS: Final = {"demand": effect_name, "im": plain_label, "abutment": in_wor
 def shown_rows(
     table: pd.DataFrame | Sequence[Mapping[str, Any]], digits: int = 3
 ) -> list[dict[str, str]]:
-    """Return the rows of a table as text: heads in words with units, numbers in these units."""
+    """Return the rows of a table as text.
+
+    Column headings are spelled out with their unit, and values are converted to it.
+    """
     frame = pd.DataFrame(table)
     frame = frame.assign(
         **{name: frame[name].map(_IN_WORDS[name]) for name in _IN_WORDS.keys() & set(frame)}
@@ -529,7 +533,7 @@ def shown_rows(
 
 
 def number_text(value: Any, digits: int = 3) -> str:
-    """Return a value of a table as text; a dash for a missing one."""
+    """Return a value of a table as text; a missing value is shown as a dash."""
     if isinstance(value, Sequence) and not isinstance(value, str):
         return ", ".join(str(item) for item in value)
     if pd.isna(value):
@@ -543,7 +547,7 @@ def unbroken(text: str) -> str:
 
 
 def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame) -> dict[str, Any]:
-    """Return the fragility table for publication: heads, groups of rows by model and state."""
+    """Return headings and rows, grouped by model and state, of the table for publication."""
     table = paper_table.paper_table(curves, medians, joint)
     ratios = paper_table.ratio_names(table)
     axes = shown_axes(curves)
@@ -569,7 +573,7 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
 
 
 def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
-    """Return counts of medians with both fits, of those that differ, and of the fits used."""
+    """Count the medians with both fits, the medians that differ, and the fits used for them."""
     differs = curves["methods_differ"].eq(other=True)
     used = differs & curves["preferred"].eq(other=True)
     is_cloud = curves["method"] == "cloud"
@@ -591,7 +595,7 @@ def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
 def quality(
     demands: pd.DataFrame, sensitivity: pd.DataFrame, check: pd.DataFrame | None
 ) -> dict[str, Any]:
-    """Return the numbers of the section on quality; shares are in per cent.
+    """Return the numbers in the quality section of the page; shares are in per cent.
 
     ``check`` has the errors of `predict` inside the grid, or is None if they were not measured.
     """

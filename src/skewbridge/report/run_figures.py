@@ -34,7 +34,7 @@ SPECTRA: Final = {
 
 
 def run_figures(histories: pd.DataFrame, *, title: str) -> dict[str, Figure]:
-    """Return the figures of an analysis by file name, from `analysis.peaks.histories_of`."""
+    """Return a dict from file name to figure for the histories (`histories_of`) of a run."""
     # imported here: it takes a second to load, and the figures of a study do not need it
     import seaborn as sns  # also registers the colour map "flare"
 
@@ -51,7 +51,7 @@ def run_figures(histories: pd.DataFrame, *, title: str) -> dict[str, Figure]:
 
 @mpl.rc_context(STYLE)
 def displacement_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
-    """Draw displacement and rotation of the deck's mass centre against time, runs overlaid."""
+    """Draw displacement and rotation of the deck's mass centre against time for all runs."""
     length, per_m, _, _ = _units()
     quantities = (
         ("deck_ux_m", per_m, f"Longitudinal ({length})"),
@@ -72,10 +72,10 @@ def displacement_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
 
 @mpl.rc_context(STYLE)
 def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
-    """Draw forces of the left abutment on the deck against displacement, runs overlaid.
+    """Draw forces of the left abutment on the deck against displacement for all runs.
 
-    Panels are longitudinal and transverse: the whole force in the first row, the pads alone in the
-    second and, with contacts, normal forces of backwall and shear keys in the third.
+    Panels are longitudinal and transverse. The first row shows the total force, the second the
+    force of the pads. With contacts, a third row shows normal forces of backwall and shear keys.
     """
     length, per_m, force, per_kn = _units()
     names = contact_names(next(iter(runs.values())))
@@ -104,7 +104,7 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
 
 
 def _units() -> tuple[str, float, str, float]:
-    """Return the displacement unit, its number per metre, the force unit, its number per kN."""
+    """Return the displacement unit and its number per m, the force unit and its number per kN."""
     (length, per_mm), (force, per_mn) = shown_unit("mm"), shown_unit("MN")
     return length, per_mm / MM, force, per_mn * KN / MN
 

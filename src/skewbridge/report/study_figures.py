@@ -37,7 +37,7 @@ from skewbridge.units import INCH, MM
 from skewbridge.variant.axes import AXES
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
-#: Templates of the captions by kind of figure.
+#: Templates of the captions for each kind of figure.
 CAPTIONS: Final[Mapping[str, Mapping[str, str]]] = yaml.safe_load(
     (files("skewbridge.report") / "captions.yaml").read_text("utf-8")
 )
@@ -93,7 +93,7 @@ class FigureTables:
 
 
 def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    """Yield caption and drawing function of every figure, first by bridge and abutment model."""
+    """Yield caption and drawing function of each figure; those of single models come first."""
     tables = replace(tables, demands=with_derived_columns(tables.demands))
     models = tables.demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
@@ -245,7 +245,7 @@ def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 def read_tables(paths: Mapping[str, Path]) -> FigureTables:
     """Read the tables that the figures of a study are drawn from.
 
-    ``paths`` are files by name: `_TABLES`, suite, friction_pair; rounds and choices, if any.
+    ``paths`` maps `_TABLES`, suite and friction_pair to files, also rounds and choices if made.
     """
     return FigureTables(
         **{name: read_frame(paths[name]) for name in _TABLES},
@@ -307,7 +307,7 @@ def draw_figures(
     """Draw the named figures of a study as SVG and PNG; return the files.
 
     Raises:
-        InputError: A name, in which ``*`` matches any text, matches no figure. Nothing is drawn.
+        InputError: No figure matches a name (``*`` matches any text). No figure is drawn.
     """
     drawings = {caption.name: draw for caption, draw in figures}
     chosen: dict[str, Drawing] = {}
@@ -330,7 +330,7 @@ def save_figure(
 ) -> list[Path]:
     """Draw a figure, write it as SVG (texts stay text) and PNG, and return both paths.
 
-    A different font size, or a width too small for its panels, scales the figure as a whole, so
+    A different font size, or a width too small for its panels, scales the complete figure, so
     that its parts keep their positions. Both files store ``provenance`` in their metadata.
     """
     vector_path, path = (folder / f"{name}.{ending}" for ending in ("svg", "png"))
