@@ -28,7 +28,7 @@ commands = new_group()
     Opt("capacity_dispersion", float, "Dispersion of the capacity (cloud).", 0.0),
     Opt("censor_above", float | None, "Censor demands at or above this value (cloud)."),
     Opt("assumed_beta", float, "Dispersion assumed for one-sided bounds.", 0.4),
-    Opt("accept_bounds", bool, "Report medians that failed runs may change by 15 % or more.", False),
+    Opt("accept_bounds", bool, "Report medians that failed runs may move by 15 % or more.", False),
     Opt("columns", Path | None, "YAML file with the names, factors and constants of the columns."),
 )
 def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answer:

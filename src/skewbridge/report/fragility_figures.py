@@ -83,10 +83,9 @@ def fragility_curves(curves: pd.DataFrame, demands: pd.DataFrame, component: str
     panels of `VariantLayout`. Curves in `VariantLayout.banded` have bands; curves of exceedance
     fits have crosses. If the outcomes are separated, a bar at P = 0.5 spans the interval of the
     median. Ticks are runs with a known outcome: runs that exceed the state are at the top, runs
-    that do not are at the bottom. An
-    open diamond is the median of the other method, if the medians of the two methods differ. States
-    that no run reached are listed at the top. ``curves`` must have a preferred curve or a bracketed
-    median of the component.
+    that do not are at the bottom. An open diamond is the median of the other method, if the medians
+    of the two methods differ. States that no run reached are listed at the top. ``curves`` must
+    have a preferred curve or a bracketed median of the component.
     """
     rows = curves[curves["component"] == component]
     table, demands = shown_curves(rows), with_derived_columns(demands)
