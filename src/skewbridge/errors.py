@@ -1,4 +1,4 @@
-"""Exceptions that a command reports to the user by their message alone."""
+"""Exceptions of which a command prints only the message, without a traceback."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
@@ -14,7 +14,7 @@ class InputError(ValueError):
     """Invalid input, found before any work starts.
 
     The message names the field (or file and line), the value given and the limit. The command
-    line prints it alone and exits with 2.
+    line prints only this message and exits with code 2.
 
     Attributes:
         details: Machine-readable details, added to the JSON output of a command.
@@ -26,10 +26,10 @@ class InputError(ValueError):
 
 
 def raise_all(faults: Iterable[InputError]) -> None:
-    """Raise several faults as one error with a line for each; do nothing if there are none.
+    """Raise all faults as one error with one line per fault; do nothing if there are none.
 
     Raises:
-        InputError: There is a fault; the error has the details of the first.
+        InputError: There is at least one fault. The error has the details of the first fault.
     """
     errors = list(faults)
     if len(errors) == 1:
@@ -43,7 +43,7 @@ def raise_all(faults: Iterable[InputError]) -> None:
 
 
 def did_you_mean(given: object, known: Iterable[str]) -> str:
-    """Return ` (did you mean NAME?)` for the known name nearest to a mistyped one, or nothing."""
+    """Return ` (did you mean NAME?)` with the known name closest to `given`, or an empty text."""
     near = get_close_matches(str(given), list(known), n=1)
     return f" (did you mean {near[0]}?)" if near else ""
 
@@ -51,5 +51,5 @@ def did_you_mean(given: object, known: Iterable[str]) -> str:
 class SolutionError(RuntimeError):
     """A numerical solution was not completed.
 
-    The command line prints the message alone and exits with 1.
+    The command line prints only the message and exits with code 1.
     """

@@ -39,6 +39,6 @@ _IN_NAMES: Final = {
 
 
 def split_unit(name: str) -> tuple[str, str]:
-    """Return a name without its unit ending, and the unit (``-`` if there is no such ending)."""
+    """Return a name without its unit ending, and the unit (``-`` if the name has none)."""
     ending = next((ending for ending in _IN_NAMES if name.endswith(ending)), "")
     return name.removesuffix(ending), _IN_NAMES.get(ending, "-")

@@ -115,7 +115,7 @@ def test_a_strong_motion_cannot_exceed_the_shear_strength():
         shears = [values for name, values in result.histories.items() if name.endswith(ends)]
         shears_kn[option] = np.abs(shears).max()
     assert shears_kn["degrade"] <= 1.001 * loss.strength_n / 1e3 < shears_kn["flag"]
-    with pytest.raises(InputError, match="shear_failure: degrade needs column_integration"):
+    with pytest.raises(InputError, match="`shear_failure: degrade` requires"):
         push("osb1_fixed", 0.1, shear_failure="degrade", column_integration="lobatto5")
 
 

@@ -10,10 +10,10 @@ of the backfill, shear keys, wing walls and embankment. Each exterior key is bet
 (behind the transverse gap) and the body of the abutment. The wing walls hold this body along the
 wall, and it may carry the mass of the embankment.
 
-In `contact` and `contact_friction` the deck meets backwall and keys through contact units. At
-points along the backwall, corners included: ground - backfill and wing-wall springs - wall node -
-contact unit - deck. At both keys: ground - backbone - key node - contact unit - deck. Only the
-contact units have gaps.
+In `contact` and `contact_friction` the deck meets backwall and keys through contact units. The
+parts in series at each point along the backwall are ground, backfill and wing-wall springs, wall
+node, contact unit and deck. At each key they are ground, key spring, key node, contact unit and
+deck. Only the contact units have gaps.
 
 References:
     Aviram, Mackie and Stojadinovic (2008), PEER 2008/03; Zhang and Makris (2002); Rahman and
@@ -76,7 +76,7 @@ ARM_AREA_M2 = 10.0
 ARM_INERTIA_M4 = 10.0
 
 
-#: Nodes of the joint at one deck end, by line and position along the wall.
+#: Nodes of the joint at one deck end, keyed by line and position along the wall.
 type Points = dict[tuple[Line, float], int]
 
 
@@ -129,7 +129,7 @@ def pad_stations(pads: PadData, end: DeckEnd) -> list[float]:
 def bearing_stations(
     pads: PadData, end: DeckEnd, options: ModelOptions, *, has_pads: bool = True
 ) -> list[float]:
-    """Return positions along the wall in m of pad elements, or of supports at both ends.
+    """Return the positions along the wall (m) of the pad elements, or of the two supports.
 
     Two pad elements are placed so that they have the rotational stiffness of all pads.
     """
@@ -153,8 +153,8 @@ def build_bearings(
 ) -> tuple[BearingHandle, ...]:
     """Create pads, or vertical supports, between fixed seat nodes and the bearing line.
 
-    Vertical springs are elastic in compression and open in tension. The element of one pad is as
-    long as the pad is high; an element of half of the pads, or of a support, has no length.
+    Vertical springs are elastic in compression and open in tension. The length of an element for
+    one pad is the pad height. Elements for half of the pads or for a support have zero length.
     """
     is_each = has_pads and options.pads == "each"
     number, height_m = (1, pads.height_m) if is_each else (pads.count / 2, 0.0)
@@ -184,8 +184,8 @@ def build_bearings(
 def _pad_section(pads: PadData, number: float, upright: int, tags: TagAllocator) -> int:
     """Create the section of several pads: a vertical spring, and shear with a yield circle.
 
-    Shear has the law of the bearing element, at a tenth of its cost: a plastic spring with the
-    characteristic strength in parallel with an elastic spring.
+    In shear it behaves like the bearing element at a tenth of the cost: a plastic spring with the
+    characteristic strength acts in parallel with an elastic spring.
     """
     plastic = 1.0 - pads.hardening_ratio
     stiffness = number * pads.shear_stiffness_kn_per_m * KN
@@ -215,7 +215,7 @@ class Joint(Blueprint):
 
     @property
     def key(self) -> KeyData:
-        """Backbone of the shear keys, by option ``keys``."""
+        """Backbone of the shear keys, selected by the option ``keys``."""
         is_monolithic = self.options.keys == "monolithic"
         return self.data.monolithic_key if is_monolithic else self.data.sacrificial_key
 
@@ -225,12 +225,12 @@ class Joint(Blueprint):
         return self.soil(wing_wall(self.data))
 
     def soil(self, passive: Passive) -> Passive:
-        """Return the resistance of a soil times the backfill factors of the options."""
+        """Return a soil resistance multiplied by the backfill factors of the options."""
         options = self.options
         return passive.scaled(options.backfill_strength_factor, options.backfill_stiffness_factor)
 
     def wall_parts(self) -> list[tuple[float, float, Passive]]:
-        """Return position in m, share of the wall and backfill curve of each wall point."""
+        """Return for each wall point its position (m), share of the wall and backfill curve."""
         options, end = self.options, self.end
         soil = options.backfill, end.skew_rad, options.backfill_height_exponent
         whole = self.soil(wall_backfill(self.data, *soil))
@@ -245,8 +245,8 @@ class Joint(Blueprint):
     def key_inward_normal(self, sign: float) -> PlanVector:
         """Return the normal of a key's face, from the key towards the deck.
 
-        It is perpendicular to the deck's edge by default, else along the skewed wall. The sign is
-        +1 for the key in the direction of the wall's tangent, -1 for the other.
+        By default it is perpendicular to the deck edge; with ``key_frame: skewed`` it is along the
+        wall. The sign is +1 for the key at the end of the wall's tangent, -1 at the opposite end.
         """
         along = self.end.tangent
         # ASSUME the face of a key is parallel to the edge of the deck
@@ -255,7 +255,7 @@ class Joint(Blueprint):
         return (0.0, -sign if along[1] > 0.0 else sign)
 
     def key_spring(self, nodes: tuple[int, int], inward: PlanVector) -> SpringHandle:
-        """Create the springs of a key across its face and along it; return the one across."""
+        """Create the springs of a key normal to and along its face; return the normal spring."""
         stiffness, mass_kg = key_stiffness_n_per_m(self.key), self.key_mass_kg
         dashpot = damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness, mass_kg)
         damped = elastic_material(0.0, self.tags, dashpot)
@@ -269,7 +269,7 @@ class Joint(Blueprint):
         return spring_element(nodes, inward, across, along, self.tags)[0]
 
     def dashpot_n_s_per_m(self, stiffness_n_per_m: float, mass_kg: float, share: float) -> float:
-        """Return the dashpot coefficient in N s/m between a share of the wall and the fill."""
+        """Return the dashpot coefficient (N s/m) between a share of the wall and the backfill."""
         vs_mps = self.options.backfill_vs_mps
         if vs_mps is None:
             return damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness_n_per_m, mass_kg)
@@ -387,7 +387,7 @@ def _build_simplified(joint: Joint) -> None:
 
 
 def _build_spring(joint: Joint) -> None:
-    """Create gap springs of the backfill, and the keys on the body of the abutment."""
+    """Create the gap springs of the backfill, and connect the keys to the abutment body."""
     end, tags = joint.end, joint.tags
     for along, _, passive in joint.wall_parts():
         nodes = grounded_node(end.point("outer", along), tags), joint.points["outer", along]
@@ -410,7 +410,7 @@ def embankment_mass_kg(data: AbutmentData) -> float:
 
 
 def _build_body(joint: Joint) -> int:
-    """Create the node of the abutment's body, with springs along the wall and across it."""
+    """Create the node of the abutment's body, with springs along and normal to the wall."""
     end, data, tags = joint.end, joint.data, joint.tags
     embankment_kg = embankment_mass_kg(data) if joint.options.embankment_mass else 0.0
     mass_kg = joint.wall_mass_kg + embankment_kg
@@ -430,7 +430,7 @@ def _build_body(joint: Joint) -> int:
 
 
 def _build_contact(joint: Joint) -> None:
-    """Create wall points and keys with their contacts."""
+    """Create the wall points and the keys with their contact units."""
     end, handle, options, tags = joint.end, joint.handle, joint.options, joint.tags
     friction = joint.variant.friction * (options.friction_at != "keys")
     for number, (along, share, passive) in enumerate(joint.wall_parts(), start=1):

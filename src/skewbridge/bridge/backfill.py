@@ -26,8 +26,8 @@ _LONGEST_HYPERBOLA = 1.0e3
 class Passive:
     """Passive resistance in N as a function of the closure d in m.
 
-    Hyperbolic: ``d / (1/stiffness + failure_ratio d / ultimate)`` up to the ultimate force;
-    bilinear where ``failure_ratio`` is zero: ``min(stiffness d, ultimate)``.
+    The curve is the hyperbola ``d / (1/stiffness + failure_ratio d / ultimate)`` up to the ultimate
+    force. If ``failure_ratio`` is zero it is bilinear: ``min(stiffness d, ultimate)``.
 
     References:
         Shamsabadi, Rollins and Kapuskar (2007), J. Geotech. Geoenviron. Eng. 133(6):707-720: the
@@ -39,7 +39,7 @@ class Passive:
     failure_ratio: float
 
     def force_n(self, closure_m: ArrayLike) -> FloatArray:
-        """Return the force in N at a closure, in first loading."""
+        """Return the force in N at a closure that is reached for the first time."""
         closure = np.maximum(np.asarray(closure_m, dtype=np.float64), 0.0)
         flexibility = 1.0 / self.stiffness_n_per_m
         hyperbola = closure / (flexibility + self.failure_ratio * closure / self.ultimate_n)
@@ -48,7 +48,7 @@ class Passive:
     def polygon(self, chords: int) -> tuple[FloatArray, FloatArray]:
         """Return closures in m and forces in N of a polygon inscribed in the hyperbola.
 
-        All chords have the same largest relative error of the force: 0.1 % with 30 chords.
+        The largest relative error of the force is the same in all chords: 0.1 % with 30 chords.
         """
         ratio = self.failure_ratio
         yield_m = self.ultimate_n / self.stiffness_n_per_m
@@ -59,7 +59,7 @@ class Passive:
         return closures, self.force_n(closures)
 
     def scaled(self, factor: float, stiffness_factor: float | None = None) -> "Passive":
-        """Return the curve with strength and stiffness times a common factor or a factor each."""
+        """Return the curve scaled by a factor; a stiffness factor replaces it for the stiffness."""
         stiffness = self.stiffness_n_per_m * (
             factor if stiffness_factor is None else stiffness_factor
         )
@@ -89,7 +89,7 @@ def sdc_backfill(abutment: AbutmentData) -> Passive:
 
 
 def hyperbolic_backfill(abutment: AbutmentData, height_exponent: float) -> Passive:
-    """Return the hyperbolic curve of a bridge at zero skew, by the rule in its file."""
+    """Return the hyperbolic curve at zero skew, with the rule of the bridge file."""
     data, width = abutment.backfill, abutment.wall_width_m
     if data.rule == "ucsd":
         higher = abutment.wall_height_m / data.reference_height_m
@@ -116,7 +116,7 @@ def wall_backfill(
     skew_rad: float,
     height_exponent: float = STRENGTH_EXPONENT,
 ) -> Passive:
-    """Return the whole wall's curve, reduced for skew; ``kind`` is hyperbolic or sdc."""
+    """Return the curve of the full wall, reduced for skew; ``kind`` is hyperbolic or sdc."""
     if kind == "sdc":
         straight = sdc_backfill(abutment)
     else:
@@ -125,7 +125,7 @@ def wall_backfill(
 
 
 def variation_factors(end: DeckEnd, stations: list[float], variation: float) -> list[float]:
-    """Return factors along the wall: linear, 1 in the middle, largest at the acute deck corner.
+    """Return linear factors along the wall: 1 in the middle, largest at the acute deck corner.
 
     References:
         Kaviani, Zareian and Taciroglu (2012): 30 % from the middle to the ends at 60 degrees.
@@ -136,22 +136,22 @@ def variation_factors(end: DeckEnd, stations: list[float], variation: float) -> 
 
 
 def radiation_n_s_per_m(abutment: AbutmentData, vs_mps: float) -> float:
-    """Return the radiation-damping coefficient rho Vs A of a whole wall in N s/m.
+    """Return the radiation-damping coefficient rho Vs A of the full wall in N s/m.
 
     References:
         Lysmer and Kuhlemeyer (1969), J. Eng. Mech. Div. ASCE 95(4), 859-877; Gazetas (1991), J.
-        Geotech. Eng. 117(9), 1363-1381: Vs gives a lower bound for pushing, where waves are faster.
+        Geotech. Eng. 117(9), 1363-1381: Vs is a lower bound of the wave velocity for pushing.
     """
     # ASSUME skew does not change it: the area normal to the bridge counts, as for the backfill
     return SOIL_KG_PER_M3 * vs_mps * abutment.wall_width_m * abutment.wall_height_m
 
 
 def wing_share(abutment: AbutmentData) -> float:
-    """Return wing-wall resistance of one abutment / backwall resistance.
+    """Return the ratio of wing-wall to backwall resistance of one abutment.
 
     References:
-        Aviram, Mackie and Stojadinovic (2008), PEER 2008/03: wing length over wall width,
-        participation and effectiveness.
+        Aviram, Mackie and Stojadinovic (2008), PEER 2008/03: the product of wing length /
+        wall width, participation and effectiveness.
     """
     return abutment.wing_length_ratio * abutment.wing_participation * abutment.wing_effectiveness
 

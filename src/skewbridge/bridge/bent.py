@@ -30,7 +30,7 @@ RIGID_BENDING = 1000.0  # factor on the vertical bending stiffness of a cap
 def build_bents(
     bridge: BridgeData, spine: Deck, options: ModelOptions, tags: TagAllocator
 ) -> tuple[tuple[ColumnHandle, ...], tuple[int, ...]]:
-    """Create caps, columns and bases, with their weight; return columns and foundation springs."""
+    """Create caps, columns and bases with their weights; return columns and foundation springs."""
     upright, level = tags.transformation(), tags.transformation()
     # a column ends at the soffit, rigidly connected to its node at the deck's centroid
     below = (0.0, 0.0, -bridge.deck.centroid_above_soffit_m)
@@ -144,7 +144,8 @@ def _support(bridge: BridgeData, base: int, options: ModelOptions, tags: TagAllo
         ops.fix(base, 1, 1, 1, bends, bends, 1)
         return []
     if bridge.foundation is None:
-        raise InputError(f"option foundation: springs: {bridge.name} has no foundation springs")
+        message = f"`foundation: springs` cannot be used: {bridge.name} has no foundation springs"
+        raise InputError(message)
     ground = grounded_node(ops.nodeCoord(base), tags)
     # The fields of the foundation are in the order of the degrees of freedom.
     stiffness = enumerate(bridge.foundation.model_dump().values(), start=1)
@@ -164,9 +165,9 @@ RESIDUAL_CORE = 0.2
 def core_materials(column: ColumnData, tags: TagAllocator, *, has_end: bool) -> list[int]:
     """Create confined concrete as one or two parallel materials; return their tags.
 
-    With ``has_end`` it crushes: after a fiber has exceeded the ultimate strain of Mander's energy
-    balance (first hoop rupture), it keeps 0.2 of its strength at any strain. The first material is
-    the strength that is lost, the second the strength that remains.
+    With ``has_end`` the concrete crushes: a fiber that has exceeded the ultimate strain of Mander's
+    energy balance (first hoop rupture) keeps 0.2 of its strength at any strain. The first material
+    holds the strength that is lost, and the second holds the strength that remains.
     """
     core = core_concrete(column)
     crushed_pa = float(core.stress_pa(core.ultimate_strain))
@@ -281,7 +282,7 @@ def _elastic_section(column: ColumnData, tags: TagAllocator) -> int:
 def _shear_section(
     fiber: int, bent: BentCapacity, options: ModelOptions, tags: TagAllocator
 ) -> int:
-    """Add the loss of shear strength to the fiber section of a hinge; return the new tag.
+    """Add the loss of shear strength to the fiber section of a hinge; return the new section tag.
 
     The two directions fail independently, so an oblique resultant can reach 1.41 times the
     strength.
@@ -306,11 +307,11 @@ def build_integration(
     """Create the beam integration shared by the columns of a bent.
 
     Plastic hinges are integrated as in HingeRadau. The sections between them are elastic, as is the
-    hinge at a pinned base, which never yields; `elastic_points` replaces all elastic sections by
+    hinge at a pinned base, which never yields; `elastic_points` replaces all elastic sections with
     two. The top section includes the loss of shear strength, if any.
 
     Returns:
-        Tag, and numbers of the sections where plastic curvature is read; empty if elastic.
+        Tag, and numbers of the sections where plastic curvature is read (none if elastic).
 
     Raises:
         InputError: Loss of shear strength is combined with distributed plasticity.
@@ -323,7 +324,7 @@ def build_integration(
     fiber = build_fiber_section(column, options, tags)
     if options.column_integration == "lobatto5":
         if is_degrading:
-            raise InputError("option shear_failure: degrade needs column_integration hinge_radau")
+            raise InputError("`shear_failure: degrade` requires `column_integration: hinge_radau`")
         ops.beamIntegration("Lobatto", integration, fiber, LOBATTO_POINTS)
         return integration, (LOBATTO_POINTS,) if is_pinned else (1, LOBATTO_POINTS)
     elastic = _elastic_section(column, tags)
@@ -341,7 +342,7 @@ def build_integration(
 
 
 def elastic_points(hinge_ratio: float, *, is_pinned: bool) -> tuple[list[float], list[float]]:
-    """Return positions (from the base) and weights of the elastic sections, over column height.
+    """Return positions (from the base) and weights of the elastic sections, divided by the height.
 
     The flexibility of an elastic part is an integral of at most quadratic functions. Two points
     that match the first four moments of HingeRadau's elastic points therefore give the same result.

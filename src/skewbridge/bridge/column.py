@@ -30,8 +30,8 @@ class BentCapacity:
     """Displacement capacity of one of the equal columns of a bent, under dead load.
 
     Bents are numbered from the left, starting at 1. The shear span is the distance from a plastic
-    hinge to the point of contraflexure. The axial force is at the base. Displacements are at yield
-    and at the ultimate curvature.
+    hinge to the point of contraflexure. The axial force is at the base. ``yield_disp_m``
+    and ``capacity_m`` are the displacements at yield and at the ultimate curvature.
     """
 
     bent: int
@@ -64,7 +64,8 @@ def bent_capacity(
 ) -> BentCapacity:
     """Return the displacement capacity of a bent (numbered from 0) under a rigid deck.
 
-    A column is one cantilever with a pinned base, and two of half its height with a fixed base.
+    A column with a pinned base is one cantilever. A column with a fixed base is two cantilevers of
+    half its height.
 
     References:
         Caltrans SDC 1.7 section 3.1.3.
@@ -97,7 +98,7 @@ def bent_capacities(bridge: BridgeData, hinge_rule: HingeRule = "sdc") -> list[B
 
 
 def hinge_length_m(column: ColumnData, shear_span_m: float, rule: HingeRule) -> float:
-    """Return the length of the plastic hinges in m, from the bridge file or else by a rule.
+    """Return the length of the plastic hinges in m, from the bridge file or otherwise from a rule.
 
     Both rules are 0.08 L + 0.022 fye db (MPa, mm) with the shear span L. Rule ``sdc`` has the lower
     limit 0.044 fye db, which governs short spans.
@@ -135,9 +136,10 @@ def shear_section(column: ColumnData, span_m: float, curve: MomentCurvature) -> 
 class ShearLoss:
     """Shear force-deformation backbone of a column, the same in all directions.
 
-    The column fails at its strength, with the elastic shear deformation. In a monotonic push this
-    is at ``failure_drift_ratio``, the flexural drift (that of the displacement capacity if it never
-    fails). The residual strength is reached at ``residual_m``.
+    The column fails when its shear reaches ``strength_n``, at the shear deformation ``elastic_m``.
+    In a monotonic push, ``failure_drift_ratio`` is the flexural drift at failure; for a column that
+    never fails, it is the drift at the displacement capacity. ``residual_m`` is the shear
+    deformation at which the residual strength is reached.
     """
 
     strength_n: float
@@ -156,7 +158,7 @@ def shear_loss(bent: BentCapacity, shear_model: ShearModel = "sdc_expected") -> 
 
     References:
         Elwood and Moehle (2005), Earthquake Spectra 21(1), 71-89: drift at axial failure; Elwood
-        (2004), Can. J. Civ. Eng. 31(5), 846-859: straight loss between the two drifts.
+        (2004), Can. J. Civ. Eng. 31(5), 846-859: linear loss between the two drifts.
     """
     curve, span, height, section = bent.curve, bent.shear_span_m, bent.clear_height_m, bent.shear
     hinge, yielded = bent.hinge_length_m, curve.yield_curvature_per_m

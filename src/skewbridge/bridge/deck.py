@@ -1,7 +1,7 @@
 """Superstructure: plan of the skewed deck ends, elastic spine, masses, dead load and reactions.
 
 Positive skew turns the abutment lines counter-clockwise from the transverse axis. The origin is
-at the middle of the deck; heights are measured from the soffit. All dead load is nodal.
+at the middle of the deck; heights are measured from the soffit. All dead loads are nodal loads.
 """
 
 from collections import defaultdict
@@ -29,8 +29,8 @@ type Line = Literal["bearing", "outer"]
 class DeckEnd:
     """One end of the deck in plan, with signed skew.
 
-    The bearing lines cross the centreline ``length_m`` apart. ``thickness_m`` of the end diaphragm
-    is normal to its faces.
+    The bearing lines cross the centreline ``length_m`` apart. ``thickness_m`` is the thickness of
+    the end diaphragm, normal to its faces.
     """
 
     side: Side
@@ -82,13 +82,13 @@ class DeckEnd:
         return self.sign * self.length_m / 2 + offset + along_m * x, along_m * y
 
     def wall_stations(self, count: int) -> list[float]:
-        """Return equally spaced positions along the wall in m, corners included, increasing."""
+        """Return equally spaced, increasing positions along the wall in m, with both corners."""
         half = self.wall_length_m / 2
         return [half * (2 * i / (count - 1) - 1) for i in range(count)]
 
 
 def tributary_shares(count: int) -> list[float]:
-    """Return the share of the wall at each of equally spaced points, corners included.
+    """Return the share of the wall for each of equally spaced points, including the corners.
 
     With three or more points, springs with these shares have the rotational stiffness of a
     continuous wall. With half a spacing at each corner, five points would be 12 % stiffer.
@@ -136,7 +136,7 @@ def deck_reactions_n(bridge: BridgeData) -> list[float]:
 
 
 def column_axial_n(bridge: BridgeData, bent_number: int) -> float:
-    """Return the dead-load axial force in N at the base of each column of bent 0, 1, ..."""
+    """Return the dead-load axial force in N at the base of each column of a bent (from 0)."""
     bent, deck = bridge.bents[bent_number], deck_reactions_n(bridge)[bent_number + 1]
     return (deck + bent.cap_weight_kn * KN) / bent.columns + column_weight_n(bridge, bent)
 
@@ -156,9 +156,9 @@ NEAR_M = 0.05
 
 @dataclass(slots=True, kw_only=True)
 class Deck:
-    """The built spine, nodes from left to right; bents add their elements and dead load to it.
+    """The built spine with nodes from left to right; bents add their elements and dead load.
 
-    Loads by node are positive downward; moments are the fixed-end moments about x and y.
+    Nodal loads are positive downward; moments are the fixed-end moments about x and y.
     """
 
     nodes: list[int]
@@ -181,9 +181,9 @@ def mass_centre_m(bridge: BridgeData) -> float:
 
 
 def spine_points_m(bridge: BridgeData, elements_per_span: int) -> dict[float, float]:
-    """Return the x coordinates of the spine nodes, with the deck length lumped at each.
+    """Return the deck length lumped at each spine node, keyed by increasing x coordinate.
 
-    They increase. Every span has equal elements. A node added at the mass centre has no mass.
+    Every span has equal elements. A node added at the mass centre has no mass.
     """
     points: dict[float, float] = {}
     start = -bridge.length_m / 2
@@ -290,7 +290,7 @@ def add_moment(spine: Deck, node: int, *, about_x_nm: float = 0.0, about_y_nm: f
 def add_weight(spine: Deck, node: int, weight_n: float, mass_kg: float) -> None:
     """Add dead load and translational mass at a node.
 
-    For caps and columns, whose rotational inertia follows from the positions of their nodes.
+    Used for caps and columns, whose rotational inertia follows from the positions of their nodes.
     """
     spine.loads_n[node] += weight_n
     before = [float(ops.nodeMass(node, dof)) for dof in range(1, 7)]

@@ -14,7 +14,7 @@ type Position = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Member:
-    """Line between two points of the model at rest (m), with its group of the energy balance."""
+    """Line between two points (m) of the model at rest, with its group in the energy balance."""
 
     group: str
     tag: int
@@ -28,7 +28,7 @@ class ContactPlace:
     Attributes:
         surface: Position of both nodes of the pair at rest, in m; it does not show the gap.
         normal: Outward normal of the surface (direction of its force on the deck), in plan.
-        tangent: First direction of slip; friction acts on the deck in the opposite direction.
+        tangent: First direction of slip; the friction force on the deck is opposite to the slip.
     """
 
     name: str

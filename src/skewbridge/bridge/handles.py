@@ -16,7 +16,7 @@ from skewbridge.variant.variant import Variant
 
 
 class TagAllocator:
-    """Source of consecutive tags per kind; also the tag source of a `ContactSet`."""
+    """Source of consecutive tags for each kind of object; a `ContactSet` can use it."""
 
     def __init__(self) -> None:
         self.node, self.element, self.region = (count(1).__next__ for _ in range(3))
@@ -56,8 +56,8 @@ class ColumnHandle:
     """One column.
 
     Attributes:
-        element: Tag. Its end i is the base; ``eleResponse(element, "force")`` gives 12 global
-            components, those of the base first.
+        element: Element tag; end i is at the base. ``eleResponse(element, "force")`` gives 12
+            global components, starting with the six at the base.
         top: Top of the column at the soffit, ``clear_height_m`` above the base node.
         hinge_sections: 1-based integration points where plastic curvature is read, for
             ``eleResponse(element, "section", str(k), "deformation")`` = (axial, about z, about y,
@@ -65,7 +65,7 @@ class ColumnHandle:
         yield_curvature_per_m: Idealised yield curvature under dead load.
         yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
             ductility in the shear capacity.
-        drift_capacity_ratio: Displacement capacity over clear height, by the Caltrans criteria.
+        drift_capacity_ratio: Displacement capacity over clear height (Caltrans criteria).
         is_elastic: Whether the column is elastic, so that it never fails.
         loses_shear_strength: Whether the column of the model softens at its shear failure.
     """
@@ -88,8 +88,8 @@ class ColumnHandle:
 class CornerHandle:
     """One corner of the deck at an abutment: its node at the soffit and its position at rest.
 
-    ``side`` is ``left`` or ``right``, ``kind`` ``acute`` or ``obtuse``; zero skew counts as
-    positive.
+    ``side`` is ``left`` or ``right``; ``kind`` is ``acute`` or ``obtuse``. Zero skew counts as
+    positive skew.
     """
 
     node: int
@@ -99,13 +99,13 @@ class CornerHandle:
 
     @property
     def column(self) -> str:
-        """Prefix of its displacement columns in the histories."""
+        """Prefix of the displacement columns of this corner in the histories."""
         return f"abutment_{self.side}_{self.kind}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BearingHandle:
-    """Pads, or a vertical support, from the fixed seat node below to the deck node above."""
+    """Element of pads or of a support, from a fixed seat node up to a deck node."""
 
     element: int
     seat_node: int
@@ -126,8 +126,9 @@ class AbutmentHandle:
         bearings: Elements of pads (each may represent several) or of supports.
         pads: Tops of all pads or supports.
         links: Stiff arms from the end node of the deck to the points of the joint.
-        wall_units: Indices of the backwall's contacts in `BridgeModel.contacts`, along
-            ``tangent``; empty without contact. Likewise ``key_units`` and the nodes of both.
+        wall_units: Indices of the backwall contacts in `BridgeModel.contacts`, in the direction of
+            ``tangent``; empty in models without contact.
+        key_units: Indices of the key contacts, in the same order.
         wall_springs: Backfill springs: between ground and wall node in contact models, otherwise
             between ground and deck.
         key_springs: Springs of the shear keys, from the ground (in `spring`: from the body) to the
@@ -173,7 +174,7 @@ class Blueprint:
 
     Attributes:
         variant: The normalised variant.
-        bridge: Data of its bridge, times the factors of the options.
+        bridge: Data of the bridge, multiplied by the factors of the options.
         tags: Tag allocator of the model, also for the patterns, series and regions of an analysis.
         contacts: The contact units, or None for models without contact.
     """
@@ -192,13 +193,13 @@ class BridgeModel(Blueprint):
     Attributes:
         deck_nodes: Spine nodes, left to right.
         deck_centre_node: Spine node at the mass centre of the deck.
-        deck_masses_kg: Horizontal masses of spine, caps and columns by node (vertical masses
+        deck_masses_kg: Horizontal mass of spine, caps and columns at each node (vertical masses
             differ slightly).
-        dead_loads_n: Downward nodal load by node.
-        dead_moments_nm: Fixed-end moments of the dead load of deck and caps about x and y, by node.
-        columns: Bent by bent.
-        abutments: Left, right.
-        energy_elements: Element tags by group for the energy balance: ``columns, deck, bearings,
+        dead_loads_n: Downward load at each node.
+        dead_moments_nm: Fixed-end moments about x and y at each node (deck and caps).
+        columns: All columns, in the order of the bents.
+        abutments: The left and the right abutment.
+        energy_elements: Element tags of each energy-balance group: ``columns, deck, bearings,
             backfill`` (wall, key, wing and restoring springs with their dashpots), ``contact``,
             ``links`` (stiff connections and foundation springs).
         damping_elements: Elements of the Rayleigh region: deck and columns only.

@@ -37,8 +37,8 @@ def domain() -> Generator[None]:
 def build(variant: Variant, options: ModelOptions) -> BridgeModel:
     """Build the model of a variant in the open domain, at rest under its dead load.
 
-    The joints are built after the dead load is applied, because it rotates the deck ends and a gap
-    is the opening at rest. Axes that the abutment model does not have are ignored.
+    The joints are built after the dead load is applied, because the dead load rotates the deck ends
+    and gaps are openings at rest. Axes that the abutment model does not have are ignored.
 
     Returns:
         Handles of the model, valid until the domain closes.
@@ -96,9 +96,9 @@ def blueprint(variant: Variant, options: ModelOptions) -> Blueprint:
 
 
 def scaled_bridge(bridge: BridgeData, options: ModelOptions) -> BridgeData:
-    """Return a bridge with materials, mass, pads and keys times the factors of the options.
+    """Return a bridge with materials, mass, pads and keys multiplied by the option factors.
 
-    The factors on damping and backfill are applied where these are computed.
+    The factors on damping and backfill are applied where damping and backfill are computed.
     """
     concrete, steel = options.concrete_strength_factor, options.steel_strength_factor
     mass, key = options.deck_mass_factor, {"force_kn": options.key_strength_factor}
@@ -126,7 +126,7 @@ def scaled_bridge(bridge: BridgeData, options: ModelOptions) -> BridgeData:
 
 
 def _scaled(value: Any, factors: Any) -> Any:
-    """Return a number, every item of a tuple, or the named fields of a part times the factors."""
+    """Return a number, tuple items or the named fields of a part, multiplied by the factors."""
     if isinstance(value, tuple):
         return tuple(_scaled(item, factors) for item in value)
     if isinstance(factors, dict):
@@ -137,7 +137,7 @@ def _scaled(value: Any, factors: Any) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class AbutmentModel(Blueprint):
-    """Model of a right abutment; the connector is the deck's centroid and cannot rotate."""
+    """Model of a right abutment; the connector node is at the deck's centroid and cannot rotate."""
 
     handle: AbutmentHandle
     connector: int
@@ -152,7 +152,7 @@ def build_abutment(
     """Build the right abutment of a variant in the open domain, at rest under its dead load.
 
     ``guide`` is called with the connector and the tag allocator before the dead load is applied. It
-    can hold the deck end in plan where the abutment does not.
+    can restrain the deck end in plan in directions in which the abutment does not.
     """
     plan = blueprint(variant, options)
     bridge, connector = plan.bridge, plan.tags.node()

@@ -30,8 +30,8 @@ def shear_modulus_pa(modulus_pa: float) -> float:
 class Steel:
     """Reinforcing steel with its expected strength and a bilinear backbone.
 
-    The rupture strain is the reduced ultimate strain; the hardening ratio is post-yield / elastic
-    stiffness.
+    The rupture strain is the reduced ultimate strain. The hardening ratio is the ratio of
+    post-yield to elastic stiffness.
     """
 
     yield_pa: float
@@ -69,7 +69,7 @@ class Concrete:
     ultimate_strain: float
 
     def stress_pa(self, strain: ArrayLike) -> FloatArray:
-        """Return the stress in Pa at strains; zero in tension and beyond the ultimate strain.
+        """Return the stress in Pa; it is zero in tension and above the ultimate strain.
 
         References:
             Mander, Priestley and Park (1988), J. Struct. Eng. 114(8), 1804-1826, eq. 3-6.
@@ -94,7 +94,7 @@ def cover_concrete(column: ColumnData) -> Concrete:
 def core_concrete(column: ColumnData) -> Concrete:
     """Return the concrete confined by circular hoops with expected yield strength, after Mander.
 
-    Ultimate strain by the simplified energy balance: 0.004 + 1.4 rho_s f_yh eps_su / f_cc.
+    The simplified energy balance gives the ultimate strain: 0.004 + 1.4 rho_s f_yh eps_su / f_cc.
 
     References:
         Mander, Priestley and Park (1988), eq. 12-19, 29 and 5; Priestley, Seible and Calvi (1996),
@@ -144,7 +144,7 @@ class MomentCurvature:
 def section_response(column: ColumnData, axial_n: float) -> MomentCurvature:
     """Return the moment-curvature curve of a column section; compression is positive.
 
-    Concrete follows Mander's curves, steel is bilinear as in the fiber model.
+    Concrete follows Mander's curves. Steel is bilinear, as in the fiber model.
 
     References:
         Caltrans SDC 1.7 section 3.3.1 for the equal-area idealisation through the first yield.
@@ -231,7 +231,8 @@ def bracketed_root(function: Callable[[float], float], low: float, high: float) 
     """Return a root of a function between two points where it has opposite signs.
 
     Brent's method with the same steps as `scipy.optimize.brentq`, whose import takes longer than a
-    short analysis. If a softening section balances at several strains, one is found.
+    short analysis. If several strains balance a softening section, one of them is
+    returned.
 
     References:
         Brent (1973), Algorithms for Minimization without Derivatives, chapter 4.
@@ -317,9 +318,9 @@ def shear_strength(
     displacement_ductility: ArrayLike,
     curvature_ductility: ArrayLike,
 ) -> FloatArray:
-    """Return the shear strength in N by a model, which uses one of the two ductilities.
+    """Return the shear strength in N; each shear model uses one of the two ductilities.
 
-    Arguments are scalars or arrays of one shape, such as whole histories.
+    Arguments are scalars or arrays of equal shape, such as response histories.
     """
     if model == "kowalsky_priestley":
         return kowalsky_priestley_strength(section, axial_n, curvature_ductility)
@@ -338,9 +339,9 @@ def sdc_shear_strength(
     Displacement ductilities below 1 count as 1.
 
     References:
-        Caltrans Seismic Design Criteria 1.7 section 3.6 and 2.0 section 5.3.7; in these Vc is zero
-        under any tension. ATC-32 (1996), as in Kowalsky and Priestley (2000), eq. 2: Vc times
-        1 + P / (500 psi A) under tension.
+        Caltrans Seismic Design Criteria 1.7 section 3.6 and 2.0 section 5.3.7; both set Vc to
+        zero under any tension. ATC-32 (1996), quoted by Kowalsky and Priestley (2000), eq. 2: Vc is
+        multiplied by 1 + P / (500 psi A) under tension.
     """
     axial = np.asarray(axial_n, dtype=np.float64)
     ductility = np.maximum(np.asarray(displacement_ductility, dtype=np.float64), 1.0)
@@ -372,11 +373,11 @@ def hoop_strength_n(section: ShearSection) -> float:
 def kowalsky_priestley_strength(
     section: ShearSection, axial_n: ArrayLike, curvature_ductility: ArrayLike
 ) -> FloatArray:
-    """Return the revised UCSD shear strength of a circular column in N, expected strengths.
+    """Return the revised UCSD shear strength (N) of a circular column of expected strength.
 
     References:
-        Kowalsky and Priestley (2000), ACI Structural Journal 97(3), 388-396: single curvature,
-        crack angle 30 degrees.
+        Kowalsky and Priestley (2000), ACI Structural Journal 97(3), 388-396, for single
+        curvature and a crack angle of 30 degrees.
     """
     axial = np.asarray(axial_n, dtype=np.float64)
     ductility = np.asarray(curvature_ductility, dtype=np.float64)

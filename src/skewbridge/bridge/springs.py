@@ -85,7 +85,7 @@ def gap_material(stiffness_n_per_m: float, gap_m: float, tags: TagAllocator) -> 
 
 
 def key_material(key: KeyData, tags: TagAllocator) -> int:
-    """Create the spring of a shear key across its face, with the same backbone both ways."""
+    """Create the spring of a shear key normal to its face, equal in both directions."""
     points = [
         value
         for force, disp in zip(key.force_kn, key.displacement_mm, strict=True)
@@ -99,7 +99,7 @@ def key_material(key: KeyData, tags: TagAllocator) -> int:
 def key_face_material(key: KeyData, tags: TagAllocator) -> int:
     """Create the spring of a shear key parallel to its face.
 
-    It has the initial stiffness of the key up to its strength, and then almost none.
+    It has the initial stiffness of the key up to its strength, and almost no stiffness above it.
     """
     # Not Hysteretic or MultiLinear: if a trial returns to the committed strain, they keep stress or
     # tangent of the previous trial, and the solver finds no equilibrium.
@@ -113,7 +113,7 @@ def key_stiffness_n_per_m(key: KeyData) -> float:
 
 
 def damping_n_s_per_m(ratio: float, stiffness_n_per_m: float, mass_kg: float) -> float:
-    """Return the dashpot coefficient in N s/m that gives a mass on a spring a damping ratio."""
+    """Return the dashpot coefficient (N s/m) for a damping ratio of a mass on a spring."""
     return 2 * ratio * sqrt(stiffness_n_per_m * mass_kg)
 
 
@@ -124,10 +124,10 @@ def spring_element(
     along_y: Sequence[int],
     tags: TagAllocator,
 ) -> tuple[SpringHandle, SpringHandle]:
-    """Create a zeroLength element with materials along a plan direction and across it.
+    """Create a zeroLength element with materials along and normal to a plan direction.
 
     Returns:
-        Handles of the first spring along the direction and of the first spring across it.
+        Handles of the first spring along the direction and of the first spring normal to it.
     """
     materials, local = [*along_x, *along_y], [1] * len(along_x) + [2] * len(along_y)
     across = turned(direction)

@@ -20,7 +20,7 @@ Attach contacts to a model that has nodes, then call one method after each conve
 where a unit is expected to open or close.
 
 Signs: opening is positive, normal_n > 0 is compression, the tangential force has the sign of the
-slip of node j relative to node i (the force of the spring; the body feels its negative).
+slip of node j relative to node i (it is the spring force; the force on the body is opposite).
 """
 
 from skewbridge.contact.contact_set import ContactSet, make_step

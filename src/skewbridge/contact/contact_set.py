@@ -33,12 +33,12 @@ class ContactSet:
 
     Args:
         tags: Source of unused tags; by default, tags above all tags in the live domain.
-        update: If False, the friction springs never get strength: a model without friction, with
-            the same elements and equations.
+        update: If False, the friction springs never get strength. The model then has no friction,
+            but the same elements and equations.
         scheme: `vector` tracks one vector stick point per pair; `componentwise` is the literal
             reading of the paper; `elastic` moves the stick point of elastic springs.
         coupling: `extrapolated` predicts normal force and slip direction at the end of the coming
-            step; `lagged` uses those at its beginning (the paper).
+            step; `lagged` uses their values at the beginning of the step (the paper).
 
     Attributes:
         units: The units, in the order in which they were added.
@@ -50,7 +50,7 @@ class ContactSet:
             the last step.
 
     Raises:
-        InputError: Unknown scheme or coupling.
+        InputError: The scheme or the coupling is unknown.
     """
 
     def __init__(
@@ -95,9 +95,9 @@ class ContactSet:
         """Add a contact between two nodes of the domain.
 
         The pair closes when node j has moved by the gap against the normal. Only the relative
-        displacement of the nodes counts, so they may lie apart: a positive gap makes a
-        node-to-line (2D) or node-to-surface (3D) contact. Displacements are measured from this
-        call, so that a contact added to a deformed model starts with its full gap.
+        displacement of the nodes counts, so they may be apart: with a positive gap, a pair
+        is a node-to-line (2D) or node-to-surface (3D) contact. Displacements are measured from
+        this call, so that a contact added to a deformed model starts with its full gap.
 
         Args:
             node_i: Node of the surface.
@@ -141,7 +141,7 @@ class ContactSet:
     def after_step(self, dt_s: float, next_dt_s: float | None = None) -> bool:
         """Read a converged step and set the bounds of the next one; call it once per step.
 
-        ``dt_s`` is the length of the step just made, ``next_dt_s`` of the coming one if different.
+        ``dt_s`` is the length of the completed step. Give ``next_dt_s`` if the next step differs.
 
         Returns:
             Whether a pair opened or closed in the step.
@@ -167,7 +167,7 @@ class ContactSet:
         return bool(changes)
 
     def prepare(self, next_dt_s: float) -> None:
-        """Recompute the bounds for a coming step of different length.
+        """Recompute the bounds for a next step of different length.
 
         Call it before the retry of a failed step (OpenSees has returned to the committed state,
         which is also the state tracked here) and when the step length changes.
@@ -177,7 +177,7 @@ class ContactSet:
                 unit.set_bounds(next_dt_s / self._dt_s)
 
     def start_from_rest(self) -> None:
-        """Take the committed state as one at rest: a static stage has no velocity."""
+        """Treat the committed state as a state at rest, because a static stage has no velocity."""
         for unit in self.units:
             unit.rest()
             if self._is_updated:
@@ -208,7 +208,7 @@ class ContactSet:
         self._steps_to_change = least_steps
 
     def time_to_change_s(self) -> float:
-        """Return the time in s until a pair opens or closes at its last speed, or infinity."""
+        """Return the time in s until a pair opens or closes at its last speed, else infinity."""
         return self._steps_to_change * self._dt_s if self._dt_s > 0.0 else inf
 
     def time_to_closing_s(self, accel_mps2: float) -> float:
@@ -264,9 +264,9 @@ class ContactSet:
 def make_step(contacts: ContactSet, dt_s: float, *, parts_on_change: int = 1) -> bool:
     """Make one step of the transient analysis and update the contacts.
 
-    If a pair closes or opens within a step, the accuracy is one order lower; sub-steps where this
-    is expected restore it. Use them with one-step integrators only: Houbolt restarts by the
-    trapezoidal rule whenever the step changes.
+    If a pair closes or opens within a step, the accuracy is one order lower; sub-steps
+    restore it. Use sub-steps with one-step integrators only: Houbolt restarts with the trapezoidal
+    rule whenever the step changes.
 
     Returns:
         Whether OpenSees completed the step. If not, domain and contacts are at the end of the last

@@ -1,4 +1,4 @@
-"""Drives for laws other than Coulomb friction and the linear penalty, and their restitution.
+"""Drives for other laws of friction and normal contact, and coefficients of restitution.
 
 Values outside their limits raise `InputError`. A drive acts in the coming step, so it uses the
 opening predicted for the end of that step. The error is of second order in the time step during
@@ -104,12 +104,12 @@ def approach_stiffness_drive(
 
 
 def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
-    """Return a drive of a normal spring with a dashpot; their sum acts in compression only.
+    """Return a drive for a normal spring with a dashpot, whose total force is never tensile.
 
     The force of the dashpot jumps when the pair closes within a step. In that step its coefficient
-    is multiplied by 0.5 + the share of the step after closing, which gives the right impulse. When
-    the sum would be tensile, spring and dashpot are switched off until the pair opens or approaches
-    again, as `kelvin_voigt_restitution` assumes.
+    is multiplied by 0.5 + the share of the step after closing, which gives the correct impulse.
+    When the total would be tensile, spring and dashpot are switched off until the pair opens or
+    approaches again, as `kelvin_voigt_restitution` assumes.
     """
     require_limits("kn_n_per_m", kn_n_per_m, is_positive=True)
     require_limits("dashpot_n_s_per_m", dashpot_n_s_per_m)
@@ -129,7 +129,7 @@ def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
 
 
 def kelvin_voigt_restitution(damping_ratio: float) -> float:
-    """Return rebound / approach speed of a Kelvin-Voigt contact that carries no tension.
+    """Return the rebound / approach speed ratio of a Kelvin-Voigt contact without tension.
 
     It exceeds the textbook value, in which the dashpot pulls the bodies before they separate.
 
@@ -157,10 +157,10 @@ def kelvin_voigt_damping_ratio(restitution: float) -> float:
 
 
 def hunt_crossley_damping(restitution: float) -> float:
-    """Return d of F = k x^p (1 + d / v0 x') for a restitution in (0, 1], for any exponent p.
+    """Return d of F = k x^p (1 + d / v0 x') for a restitution e in (0, 1] and any exponent p.
 
-    Solves ln((1 + d) / (1 - e d)) = d (1 + e) for the approach speed v0. The force never becomes
-    tensile before the penetration is zero, so nothing has to be clipped.
+    It solves ln((1 + d) / (1 - e d)) = d (1 + e); v0 is the approach speed. The force does not
+    become tensile before the penetration is zero, so it needs no clipping.
 
     References:
         Hunt and Crossley (1975), Journal of Applied Mechanics 42 (damping times penetration).
@@ -178,4 +178,4 @@ def hunt_crossley_damping(restitution: float) -> float:
 
 def _require_restitution(restitution: float) -> None:
     if not 0.0 < restitution <= 1.0:
-        raise InputError(f"restitution must be within 0 < e <= 1, got {restitution}")
+        raise InputError(f"restitution must be above 0 and at most 1, got {restitution}")

@@ -27,7 +27,7 @@ _VERTICAL_LIMIT: Final = 1e-6
 
 
 def unit_vector(vector: Sequence[float], field: str, ndm: int) -> Direction:
-    """Return a vector of length one; `InputError` if it has a wrong size, is zero or not finite."""
+    """Return a unit vector; `InputError` if the size is wrong or the length zero or infinite."""
     values = tuple(float(value) for value in vector)
     if len(values) != ndm:
         raise InputError(
@@ -116,7 +116,7 @@ class TagSource:
 
 
 def _free(tags: list[int] | int | None) -> int:
-    """Return the tag after the largest of a query; for one tag OpenSees returns a number."""
+    """Return the largest tag of a query plus 1; for a single tag OpenSees returns a number."""
     return (tags if isinstance(tags, int) else max(tags or (), default=0)) + 1
 
 
@@ -168,7 +168,7 @@ def require_nodes(nodes: tuple[int, int], ndm: int) -> None:
     if counts[0] != counts[1] or counts[0] not in _DOF_COUNTS[ndm]:
         raise InputError(
             f"both nodes must have {' or '.join(map(str, _DOF_COUNTS[ndm]))} degrees of freedom "
-            f"in {ndm} dimensions, nodes {nodes} have {counts}"
+            f"in {ndm} dimensions; nodes {nodes} have {counts}"
         )
 
 
@@ -181,7 +181,7 @@ def make_springs(
     *,
     is_elastic: bool,
 ) -> Springs:
-    """Create the element and its parameters; `ContactError` if a parameter has no effect.
+    """Create the element and its parameters; raise `ContactError` if a parameter has no effect.
 
     A driven dashpot or gap has its own material and parameter.
     """
@@ -224,8 +224,8 @@ def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Direction,
     """Check with a probe element that a bound limits its own spring and no other.
 
     A bound takes effect at the next state determination, which a live domain makes only in an
-    analysis. The probe element, between the same nodes, gets an initial strain beyond all its
-    yields; its forces are read, and it is removed. `ContactError` if a force does not follow.
+    analysis. A probe element between the same nodes gets an initial strain above its yield
+    strains. Its forces are read, then it is removed. A wrong force raises `ContactError`.
     """
     stiffness, bound, other = 1.0e3, 2.0, 7.0
     yielding = other / stiffness
@@ -291,6 +291,6 @@ def _prove(springs: Springs, law: ContactLaw, *, is_elastic: bool) -> None:
 def _expect(quantity: str, value: float, expected: float) -> None:
     if abs(value - expected) > _RELATIVE_ROUNDING * abs(expected):
         raise ContactError(
-            f"contact parameter does not act: {quantity} is {value:.9g} where {expected:.9g} "
-            "was set. The OpenSees build attaches parameters differently from 3.8."
+            f"a contact parameter does not act: {quantity} is {value:.9g} but {expected:.9g} "
+            "was set. This OpenSees build handles parameters differently from version 3.8."
         )

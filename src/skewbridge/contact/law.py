@@ -1,8 +1,8 @@
 """Law of a contact pair: Coulomb friction with cohesion, unilateral contact, drives and ledger.
 
 Signs: `opening_m` is positive while the pair is apart, `normal_n` is positive in compression, and
-the tangential force has the sign of the slip (it is the force of the spring; the moving body feels
-its negative). Pairs of values are along the two directions of the contact plane (the second is
+the tangential force has the sign of the slip (it is the spring force; the force on the moving body
+is opposite). Pairs of values are along the two directions of the contact plane (the second is
 zero in plane models). `ContactUnit` uses the yields of this module and repeats its other formulas
 for speed; checks compare it with these.
 
@@ -76,7 +76,7 @@ def friction_limit_n(normal_n: float, friction: float, cohesion_n: float) -> flo
 def radial_return(
     offset_1_m: float, offset_2_m: float, kt_n_per_m: float, limit_n: float
 ) -> tuple[float, float]:
-    """Return the tangential force in N for an offset from the stick point, within the cone.
+    """Return the tangential force in N for an offset from the stick point, limited to the cone.
 
     After slip, the new stick point is the position minus force / kt.
     """
@@ -103,10 +103,10 @@ def advance_pair(
     position_m: tuple[float, float],
     opening_m: float,
 ) -> PairState:
-    """Return the state after a step, with the normal force at its end (exact discrete law).
+    """Return the state after a step from the normal force at its end (exact discrete law).
 
     ``stick_m`` is the stick point at the end of the last step; ``position_m`` and ``opening_m``
-    (with the gap) are those at the end of this step.
+    (including the gap) are values at the end of this step.
     """
     if opening_m >= 0.0:
         return PairState(0.0, (0.0, 0.0), position_m, is_slipping=False)
@@ -123,8 +123,8 @@ def yields_on_cone(trial_1_n: float, trial_2_n: float, limit_n: float) -> tuple[
     """Return the yield forces of two separate springs that together stay inside the cone.
 
     The pair of yields lies on the cone. For a trial force outside the cone it is the point of
-    radial return. For one inside, both yields exceed the components of the trial by the same slack,
-    so that a component near zero does not make a sticking pair slip.
+    radial return. Inside the cone, both yields exceed the components of the trial by the same
+    slack, so that a component near zero does not make a sticking pair slip.
     """
     size_1, size_2 = abs(trial_1_n), abs(trial_2_n)
     size = hypot(size_1, size_2)
@@ -207,7 +207,7 @@ class Drive:
         contacts.add(..., drive=Drive(parameters=("gap_closing_m", "friction"), function=season))
 
     The parameters are names in `DRIVEN_PARAMETERS` (`InputError` otherwise). The function gets the
-    state of the unit and the sum of all steps in s; it returns new values of any parameters.
+    state of the unit and the sum of all steps in s; it returns new values of these parameters.
     """
 
     parameters: tuple[str, ...]
@@ -219,7 +219,7 @@ class Drive:
                 raise InputError(f"a drive may set {', '.join(DRIVEN_PARAMETERS)}; got {name!r}")
 
     def values(self, state: UnitState, time_s: float) -> Mapping[str, float]:
-        """Return the function's values; `InputError` for an undeclared name or an invalid value."""
+        """Return the function's values; raise `InputError` if a name or value is not allowed."""
         values = self.function(state, time_s)
         for name, value in values.items():
             if name not in self.parameters:
@@ -239,14 +239,14 @@ class UnitLedger:
         max_violation_n: Largest excess of the tangential force over its limit, cohesion + friction
             x normal force, at the end of a step.
         slip_work_j: Energy dissipated by slip, trapezoidal rule on end-of-step forces.
-        normal_work_j: Work done on the normal spring (and its dashpot), the same rule.
+        normal_work_j: Work done on the normal spring (and its dashpot), by the same rule.
         friction_impulse_ns: Sum of friction force times step.
         friction_work_j: Sum of end-of-step friction force times slip.
-        excess_work_j: Its part from the force above the limit.
-        opening_work_j: Its part in steps in which the pair opened.
+        excess_work_j: Part of the friction work from force above the limit.
+        opening_work_j: Part of the friction work in steps in which the pair opened.
         time_over_1_s: Time with a friction force more than 1 % above its limit; ``_10`` and ``_50``
             for 10 and 50 %.
-        work_over_1_j: Friction work in that time; ``_10`` and ``_50`` likewise.
+        work_over_1_j: Friction work in ``time_over_1_s``; likewise ``_10`` and ``_50``.
         normal_potential_j: Energy in the normal spring at the time of reading the ledger.
     """
 

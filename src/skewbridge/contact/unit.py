@@ -88,10 +88,10 @@ class ContactUnit:
         self.start()
 
     def start(self) -> None:
-        """Put the springs in the open state; here they are created in it, without strength."""
+        """Put the springs in the open state; springs of this scheme are created in this state."""
 
     def time_to_closing_s(self, accel_mps2: float) -> float:
-        """Return the time in s to close, with the last speed and a closing acceleration."""
+        """Return the time in s until closing, from the last speed and a closing acceleration."""
         if self.opening <= 0.0 or not self._dt:
             return 0.0
         rate = (self.opening - self.opening_before) / self._dt
@@ -116,7 +116,7 @@ class ContactUnit:
         )
 
     def rest(self) -> None:
-        """Read the springs and take their state as one at rest: no motion is extrapolated."""
+        """Read the springs and treat their state as at rest, so no motion is extrapolated."""
         deformation, forces = ops.basicDeformation(self.element), ops.basicForce(self.element)
         self.opening = self.opening_before = self.gap_m + deformation[0]
         self._e1 = deformation[1]
@@ -289,7 +289,10 @@ class ContactUnit:
             self._stick_1, self._stick_2 = e1 - scale * offset_1, e2 - scale * offset_2
 
     def set_bounds(self, ratio: float | None) -> None:
-        """Set the bounds of the coming step, `ratio` times as long as the last; None: lagged."""
+        """Set the friction bounds for a next step that is `ratio` times as long as the last step.
+
+        If `ratio` is None, the bounds follow from the last committed state.
+        """
         if ratio is None:
             limit, offset_1, offset_2 = self._committed()
         elif self.opening + ratio * (self.opening - self.opening_before) >= 0.0:
@@ -353,10 +356,10 @@ class ContactUnit:
 
 
 class ComponentwiseUnit(ContactUnit):
-    """Literal reading of the paper: each spring returns to its own yield.
+    """Literal reading of the paper: the two springs yield independently.
 
-    The bounds are the limit times the direction cosines of the displacement from the springs' own
-    plastic strains. In space, the result does not converge with the time step.
+    The bounds are the limit times the direction cosines of the displacement from the plastic
+    strains of the springs. In space, the result does not converge with the time step.
     """
 
     __slots__ = ()
@@ -400,7 +403,7 @@ class ElasticUnit(ContactUnit):
         self._switch(0.0)
 
     def scale_tangents(self, ratio: float) -> None:
-        """Set the stiffness of the springs to `ratio` times the current one."""
+        """Set the stiffness of the springs to `ratio` times their current stiffness."""
         for parameter in self.springs.moduli:
             ops.updateParameter(parameter, ratio * self._modulus)
 

@@ -28,12 +28,12 @@ class Axis:
         code: Letters before the number in the name of a variant.
         low: Smallest valid value.
         high: Largest valid value.
-        decimals: Largest number of decimals of a value, so that different values have different
-            names; None for a modelling option that takes any number.
-        name_factor: Factor on the value in the name; friction is named in hundredths.
-        digits: Digits before the decimals in the name, with leading zeros; 0: value unchanged.
+        decimals: Maximum number of decimals of a value, so that variant names are unique; None
+            for modelling options without a limit.
+        name_factor: The name contains the value times this factor (100 for friction).
+        digits: Minimum number of digits before the decimals in the name; 0: no leading zeros.
         usual: Default value on the command line.
-        symbol: Replaces the label before a value in figures.
+        symbol: Symbol that replaces the label before a value in figures.
     """
 
     name: str
@@ -65,7 +65,7 @@ class Axis:
         return self.decimals == 0
 
     def complaint(self, value: float) -> str | None:
-        """Return the requirement that a value violates, None for a valid value."""
+        """Return the requirement that a value violates, or None if the value is valid."""
         if not self.low <= value <= self.high:
             return f"must be within {self.low:g}..{self.high:g}"
         # 1e-9 is a rounding error
@@ -143,10 +143,10 @@ OPTION_PATTERN: Final = r"[a-z]+(?:-[a-z]+)*-?\d+(?:p\d+)?(?:e-?\d+)?"
 
 
 def option_in_name(part: str) -> tuple[str, float]:
-    """Return the modelling option and the value in a part of a variant's name; errors as `axis`."""
+    """Return the modelling option and value in a part of a variant's name, or `InputError`."""
     match = re.fullmatch(r"([a-z-]*[a-z])(-?\d.*)", part)
     if match is None:
-        raise InputError(f"not a part of a variant name: {part!r}")
+        raise InputError(f"{part!r} is not a modelling option with a value")
     option = axis(match[1].replace("-", "_"))
     return option.name, option.from_name(match[2])
 
@@ -165,7 +165,7 @@ def axes_of(columns: Iterable[str]) -> tuple[Axis, ...]:
 
 
 def _option_axis(name: str, field: Mapping[str, Any]) -> Axis | None:
-    """Return the axis of a modelling option by its JSON schema, None if it is not a number."""
+    """Return the axis of a modelling option from its JSON schema, or None if not numeric."""
     kinds = field.get("anyOf", [field])
     number = next((kind for kind in kinds if kind.get("type") in ("number", "integer")), None)
     if number is None:

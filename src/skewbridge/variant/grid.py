@@ -32,7 +32,7 @@ def _known_abutment(value: str) -> str:
 
 def _named_bridge(value: str) -> str:
     if not re.fullmatch(BRIDGE_PATTERN, Path(value).stem):
-        raise ValueError("a bridge name must have only small letters, digits and _, a letter first")
+        raise ValueError("names must start with a letter; use only lowercase letters, digits and _")
     return value
 
 
@@ -84,7 +84,7 @@ class GridConfig(BaseModel):
     friction: AxisValues = (0.0, 0.5)
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """Return the values of every axis of the grid, by name of the axis."""
+        """Return the values of every axis of the grid, keyed by axis name."""
         core = {axis.name: getattr(self, axis.name) for axis in AXES}
         return core | (self.model_extra or {})
 
@@ -108,7 +108,7 @@ class GridConfig(BaseModel):
 
 
 def _refuse(kind: LiteralString, findings: Mapping[Any, tuple[str, Any]]) -> None:
-    """Raise one error for all findings (message and value, by position in the grid), if any."""
+    """Raise one error for all findings; each position in the grid has a message and a value."""
     errors = [
         InitErrorDetails(type=PydanticCustomError(kind, "{w}", {"w": words}), loc=at, input=value)
         for at, (words, value) in findings.items()

@@ -21,7 +21,7 @@ type GapMeasured = Literal["normal", "longitudinal"]
 type FrictionAt = Literal["all", "walls", "keys"]
 type HingeRule = Literal["sdc", "paulay_priestley"]
 type ShearModel = Literal["sdc_expected", "sdc_nominal", "kowalsky_priestley"]
-#: Column of the demands with shear / capacity, by shear model.
+#: Column of the demands table with shear / capacity, keyed by shear model.
 SHEAR_MODEL_DEMANDS: Final[dict[ShearModel, str]] = {
     model: f"column_shear_dcr_{model}" for model in get_args(ShearModel.__value__)
 }
@@ -29,7 +29,7 @@ SHEAR_MODEL_DEMANDS: Final[dict[ShearModel, str]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class ModelOptions:
-    """Modelling options of one analysis; the defaults are those of the default study."""
+    """Modelling options of one analysis, with the defaults of the default study."""
 
     arrays: Literal["rigid", "corotational"] = Field(default="rigid")
     """arms from the deck end to pads, walls and keys: rigid, or corotational (paper)"""

@@ -1,15 +1,15 @@
-"""Random properties of a bridge: their distributions, and one draw of all of them per motion.
+"""Random properties of a bridge: distributions, and one draw of all properties per motion.
 
 Material strengths, mass, damping, soil, pads, keys, gap and direction of the motion are drawn once
-per motion; all variants use the same draw of a motion. Effects stay paired, and no analysis is
-added: the scatter of the properties is part of the scatter between motions.
+per motion; all variants use the same draw of a motion. Effects therefore stay paired, and no
+analyses are added. The scatter of the properties becomes part of the scatter between motions.
 
 Each property is the modelling option (a factor or an offset) of the same name. A draw is therefore
 part of the key of its analyses, and a property can be an axis of the grid instead.
 
 References:
     Nielson and DesRoches (2007), Earthquake Eng. Struct. Dyn. 36:823-839: one sample of the
-    properties of a bridge per motion, by Latin hypercube.
+    properties of a bridge per motion, from a Latin hypercube.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -37,7 +37,7 @@ _TRIALS: Final = 200  # trial hypercubes of a block; the least correlated one is
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class RandomProperty:
-    """Distribution of one property, as a factor on its value in the model or an offset from it."""
+    """Distribution of one property: a factor on its value in the model, or an offset."""
 
     distribution: Literal["normal", "lognormal", "uniform"] = Field()
     """distribution between the limits low and high"""
@@ -149,24 +149,24 @@ class UncertaintyConfig:
 
     @property
     def properties(self) -> dict[str, RandomProperty | None]:
-        """Distributions by name, in the order of the columns of a hypercube."""
+        """Distributions keyed by property name, in the order of the hypercube columns."""
         names = [field.name for field in fields(self)]
         return {name: getattr(self, name) for name in names if name not in ("enabled", "seed")}
 
     @property
     def drawn(self) -> dict[str, RandomProperty]:
-        """Distributions of the properties that are drawn; none if not enabled."""
+        """Distributions of the properties that are drawn; empty if drawing is not enabled."""
         listed = self.properties.items() if self.enabled else ()
         return {name: what for name, what in listed if what is not None}
 
     def draws(self, motion_ids: Sequence[str], suite: str = "") -> dict[str, dict[str, float]]:
-        """Return the drawn properties of each motion, empty if not enabled.
+        """Return the drawn properties of each motion; empty if drawing is not enabled.
 
-        A draw depends on the seed, the suite and the number of the motion in it. Adding motions or
-        variants, or fixing a property, changes no draw. Every 16 motions are a Latin hypercube.
+        A draw depends on the seed, the suite and the position of the motion in it, but not on
+        later motions, variants or fixed properties. Each 16 motions form a Latin hypercube.
 
         Args:
-            motion_ids: The motions of a suite, in its order.
+            motion_ids: Motions in the order of the suite.
             suite: Name of the suite; each name gives different draws.
         """
         drawn = self.drawn
@@ -184,7 +184,7 @@ class UncertaintyConfig:
 
 
 def drawn_properties(columns: Iterable[str]) -> tuple[str, ...]:
-    """Return the names in words of the random properties that a demands table has."""
+    """Return the spelled-out names of the random properties in a demands table."""
     names = (name.removeprefix(DRAW_PREFIX) for name in columns if name.startswith(DRAW_PREFIX))
     return tuple(property_name(name) for name in names)
 
@@ -205,7 +205,7 @@ def _hypercube(width: int, seed: tuple[int, ...]) -> Any:
 
 
 def with_draw(options: ModelOptions, draw: Mapping[str, float]) -> ModelOptions:
-    """Return options with the drawn properties: factors multiply, offsets are added."""
+    """Return options changed by a draw: factors multiply them, offsets are added to them."""
     changed = {name: value for name, value in draw.items() if name != DIRECTION}
     for name, value in changed.items():
         usual = getattr(options, name)

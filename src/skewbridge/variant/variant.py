@@ -22,11 +22,11 @@ class AbutmentTraits:
         description: Continuation of "the abutments are modelled".
         axes: Axes of the model in addition to skew, by their names in `skewbridge.variant.axes`;
             the values on other axes count as zero.
-        backfill: Curve of the backfill: chosen by the ``option`` backfill, always ``sdc``, or
+        backfill: Curve of the backfill: ``option`` (set by the option ``backfill``), ``sdc`` or
             ``none``.
         without_friction: Name of the model with the same equations but no friction, or empty.
         has_pads: Whether elastomeric pads carry the deck end, rather than plain vertical supports.
-        has_wall_points: Whether soil or contacts are at points along the whole backwall, rather
+        has_wall_points: Whether soil or contacts are at points along the backwall, rather
             than only at the deck corners.
         has_contacts: Whether deck, backwall and keys meet in contact units.
         has_body: Whether the keys are on a body, which may carry the mass of the embankment.
@@ -49,7 +49,7 @@ class AbutmentTraits:
 
 
 def lacking_axes(abutment: str) -> frozenset[str]:
-    """Return the axes of other abutment models that this one lacks; empty if it is foreign."""
+    """Return the axes that only other abutment models have; empty for an unknown model."""
     axes = frozenset[str]().union(*(traits.axes for traits in ABUTMENTS.values()))
     return axes - ABUTMENTS[abutment].axes if abutment in ABUTMENTS else frozenset()
 
@@ -115,9 +115,9 @@ class Variant:
     Attributes:
         bridge: Name of a bridge, for example ``osb1``, or the path of its file.
         abutment: Abutment model, a key of `ABUTMENTS`.
-        skew_deg: Skew of the abutment line from the transverse axis, degrees.
-        gap_mm: Opening of the joint at rest, millimetres (`normal_gap_m`).
-        friction_pct: Coulomb coefficient at the contacts, hundredths.
+        skew_deg: Skew of the abutment line from the transverse axis, in degrees.
+        gap_mm: Opening of the joint at rest, in millimetres (`normal_gap_m`).
+        friction_pct: Coulomb coefficient at the contacts, in hundredths.
         options: Modelling options that are axes of the grid, with their values, sorted.
 
     Raises:
@@ -150,9 +150,9 @@ class Variant:
 
     @classmethod
     def at(cls, bridge: str, abutment: str, values: Mapping[str, float]) -> Self:
-        """Return the variant at these values of every core axis and of modelling options.
+        """Return the variant with these values of all core axes and of modelling options.
 
-        `InputError` for an unknown axis or an invalid value.
+        Raises `InputError` for an unknown axis or an invalid value.
         """
         core = {core.name: core.count(values[core.name]) for core in AXES}
         options = {name: axis(name).checked(values[name]) for name in values if name not in core}
@@ -189,7 +189,7 @@ class Variant:
         return ABUTMENTS[self.abutment]
 
     def values(self) -> dict[str, float]:
-        """Return the value on every axis of the variant, by name of the axis."""
+        """Return the value on every axis of the variant, keyed by axis name."""
         core = {"skew_deg": self.skew_deg, "gap_mm": self.gap_mm, "friction": self.friction}
         return core | dict(self.options)
 
@@ -209,7 +209,7 @@ class Variant:
 
 
 def parse_slug(slug: str) -> Variant:
-    """Return the variant with a name (slug); `InputError` if the name is invalid."""
+    """Return the variant with a name (slug); raise `InputError` if the name is invalid."""
     match = re.fullmatch(_SLUG, slug)
     if match is None:
         raise InputError(

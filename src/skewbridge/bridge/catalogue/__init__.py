@@ -3,7 +3,7 @@
 A number is written with its source as ``{v: 5.64, src: "a: paper, section 5"}``. The source
 classes are a (the paper), b (a document at hand), c (a named report from memory), d (engineering
 rule) and calc (computed from other numbers). A list of numbers is one such mapping with a list as
-``v``. ``extends: NAME`` starts from another bridge: mappings are merged, other values replaced.
+``v``. ``extends: NAME`` starts from another bridge: mappings are merged, other values are replaced.
 
 The file of a bridge is looked up by name in ``config/bridges/`` of the working folder, then in the
 catalogue of the package. A path that ends in ``.yaml`` can name any other file.
@@ -44,7 +44,7 @@ def bridge_names() -> tuple[str, ...]:
 
 
 def load_bridge(name: str | Path) -> BridgeData:
-    """Return a bridge by name or file (cached); an `InputError` names file, key and limit."""
+    """Return the bridge with a name or file (cached); `InputError` names file, key and limit."""
     return _loaded(_file(name))
 
 
@@ -101,14 +101,14 @@ def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
             message = f"{path.name}: extends: no other bridge is named {shortened(parent)}"
             raise InputError(message, file=path.name)
         if len(found) > MAX_PARENTS:
-            raise InputError(f"{path.name}: extends: chain of more than {MAX_PARENTS} bridges")
+            raise InputError(f"{path.name}: extends: the chain has over {MAX_PARENTS} bridges")
         path = base
 
 
 def _named(name: str, folder: Path, without: tuple[Path, ...] = ()) -> Path | None:
-    """Return the file of a bridge from the first that has it: given, user's, package's folder.
+    """Return the file of a bridge from the given folder, else the user's, else the package's.
 
-    None if no folder has it, or if the name could be a path outside these folders.
+    Returns None if no folder has it, or if the name could be a path outside these folders.
     """
     if not re.fullmatch(NAME_PATTERN, name):
         return None
@@ -119,7 +119,7 @@ def _named(name: str, folder: Path, without: tuple[Path, ...] = ()) -> Path | No
 
 
 def _overlay(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a bridge overridden by another; a number and its source are replaced together."""
+    """Return ``base`` overridden by ``top``; a number and its source are replaced together."""
     merged = dict(base)
     for key, value in top.items():
         below = merged.get(key)

@@ -39,7 +39,7 @@ class _Part(BaseModel, frozen=True, extra="forbid"):
 class DeckData(_Part, frozen=True):
     """Superstructure: a prismatic spine at the centroid.
 
-    ``inertia_vertical_m4`` is for bending in the vertical plane, ``inertia_transverse_m4`` in plan.
+    ``inertia_vertical_m4`` is for vertical bending, ``inertia_transverse_m4`` for bending in plan.
     """
 
     width_m: Metres
@@ -63,7 +63,7 @@ class DeckData(_Part, frozen=True):
 
 
 class FoundationData(_Part, frozen=True):
-    """Springs under every column base; rotations about the global axes."""
+    """Springs under every column base; rotational springs act about the global axes."""
 
     kx_mn_per_m: Stiffness
     ky_mn_per_m: Stiffness
@@ -140,7 +140,7 @@ class ColumnData(_Part, frozen=True):
         if pitch_mm < needed_mm:
             limit = math.floor(1e3 * math.pi * self.bar_circle_m / needed_mm)
             raise ValueError(
-                f"bar_count {self.bar_count} does not fit: at most {limit} bars on the circle"
+                f"bar_count {self.bar_count} is too large: at most {limit} bars fit on the circle"
             )
         return self
 
@@ -148,9 +148,9 @@ class ColumnData(_Part, frozen=True):
 class BackfillData(_Part, frozen=True):
     """Passive resistance behind one backwall, at zero skew.
 
-    With ``rule: ucsd`` the values are per metre of wall at ``reference_height_m``, stiffness linear
-    in height. With ``rule: k50`` they are totals of a wall: the hyperbola has this secant stiffness
-    at half strength, and ends at a closure of ``ultimate_closure_ratio`` times the wall height.
+    With ``rule: ucsd`` the values are per metre of wall at ``reference_height_m``; stiffness is
+    proportional to height. With ``rule: k50`` they are totals of a wall: the hyperbola has this
+    secant stiffness at half strength, and ends at ``ultimate_closure_ratio`` times wall height.
     """
 
     rule: Literal["ucsd", "k50"]
@@ -174,7 +174,7 @@ class PadData(_Part, frozen=True):
 
 
 class KeyData(_Part, frozen=True):
-    """Backbone of one exterior shear key, three points; the last force is residual strength."""
+    """Backbone of one exterior shear key at three points; the last force is residual strength."""
 
     displacement_mm: tuple[Millimetres, Millimetres, Millimetres]
     force_kn: tuple[Kilonewtons, Kilonewtons, Kilonewtons]
@@ -236,7 +236,7 @@ class BridgeData(_Part, frozen=True):
         t1_s: Conditioning period: geometric mean of the longitudinal and transverse periods of
             the gap-open model with pads at zero skew.
         base: Column bases, ``pinned`` (torsion fixed) or ``fixed``.
-        sources: Source class and text of every number, by its path in the file.
+        sources: Source class and text of every number, keyed by the path of the number in the file.
     """
 
     name: str
@@ -275,7 +275,10 @@ class BridgeData(_Part, frozen=True):
                 )
             line_m = (bent.columns - 1) * bent.column_spacing_m + self.column.diameter_m
             if line_m > self.deck.width_m:
-                raise ValueError(f"bents.{number}: columns span {line_m:g} m, deck width_m is less")
+                raise ValueError(
+                    f"bents.{number}: the columns span {line_m:g} m, more than deck.width_m = "
+                    f"{self.deck.width_m:g}"
+                )
             if bent.columns > 1 and bent.column_spacing_m < self.column.diameter_m:
                 raise ValueError(
                     f"bents.{number}.column_spacing_m must exceed the column diameter_m"
