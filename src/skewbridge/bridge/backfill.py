@@ -59,7 +59,7 @@ class Passive:
         return closures, self.force_n(closures)
 
     def scaled(self, factor: float, stiffness_factor: float | None = None) -> "Passive":
-        """Return the curve scaled by a factor; a stiffness factor replaces it for the stiffness."""
+        """Return the curve scaled by one factor, or by one for strength and one for stiffness."""
         stiffness = self.stiffness_n_per_m * (
             factor if stiffness_factor is None else stiffness_factor
         )
@@ -140,7 +140,7 @@ def radiation_n_s_per_m(abutment: AbutmentData, vs_mps: float) -> float:
 
     References:
         Lysmer and Kuhlemeyer (1969), J. Eng. Mech. Div. ASCE 95(4), 859-877; Gazetas (1991), J.
-        Geotech. Eng. 117(9), 1363-1381: Vs is a lower bound of the wave velocity for pushing.
+        Geotech. Eng. 117(9), 1363-1381: Vs is a lower bound on the wave velocity for pushing.
     """
     # ASSUME skew does not change it: the area normal to the bridge counts, as for the backfill
     return SOIL_KG_PER_M3 * vs_mps * abutment.wall_width_m * abutment.wall_height_m

@@ -82,7 +82,7 @@ class DeckEnd:
         return self.sign * self.length_m / 2 + offset + along_m * x, along_m * y
 
     def wall_stations(self, count: int) -> list[float]:
-        """Return equally spaced, increasing positions along the wall in m, with both corners."""
+        """Return increasing, equally spaced positions (m) along the wall, including corners."""
         half = self.wall_length_m / 2
         return [half * (2 * i / (count - 1) - 1) for i in range(count)]
 
@@ -136,7 +136,7 @@ def deck_reactions_n(bridge: BridgeData) -> list[float]:
 
 
 def column_axial_n(bridge: BridgeData, bent_number: int) -> float:
-    """Return the dead-load axial force in N at the base of each column of a bent (from 0)."""
+    """Return the dead-load axial force in N at the base of each column of a bent (0, 1, ...)."""
     bent, deck = bridge.bents[bent_number], deck_reactions_n(bridge)[bent_number + 1]
     return (deck + bent.cap_weight_kn * KN) / bent.columns + column_weight_n(bridge, bent)
 

@@ -231,8 +231,7 @@ def bracketed_root(function: Callable[[float], float], low: float, high: float) 
     """Return a root of a function between two points where it has opposite signs.
 
     Brent's method with the same steps as `scipy.optimize.brentq`, whose import takes longer than a
-    short analysis. If several strains balance a softening section, one of them is
-    returned.
+    short analysis. If several strains balance a softening section, it returns one.
 
     References:
         Brent (1973), Algorithms for Minimization without Derivatives, chapter 4.

@@ -85,7 +85,7 @@ def gap_material(stiffness_n_per_m: float, gap_m: float, tags: TagAllocator) -> 
 
 
 def key_material(key: KeyData, tags: TagAllocator) -> int:
-    """Create the spring of a shear key normal to its face, equal in both directions."""
+    """Create the spring normal to a shear key's face, with the same backbone in both directions."""
     points = [
         value
         for force, disp in zip(key.force_kn, key.displacement_mm, strict=True)

@@ -31,7 +31,7 @@ class Axis:
         decimals: Maximum number of decimals of a value, so that variant names are unique; None
             for modelling options without a limit.
         name_factor: The name contains the value times this factor (100 for friction).
-        digits: Minimum number of digits before the decimals in the name; 0: no leading zeros.
+        digits: Minimum number of digits before the decimals in the name; 0: value unchanged.
         usual: Default value on the command line.
         symbol: Symbol that replaces the label before a value in figures.
     """
@@ -146,7 +146,7 @@ def option_in_name(part: str) -> tuple[str, float]:
     """Return the modelling option and value in a part of a variant's name, or `InputError`."""
     match = re.fullmatch(r"([a-z-]*[a-z])(-?\d.*)", part)
     if match is None:
-        raise InputError(f"{part!r} is not a modelling option with a value")
+        raise InputError(f"{part!r} in a variant name is not a modelling option with a value")
     option = axis(match[1].replace("-", "_"))
     return option.name, option.from_name(match[2])
 

@@ -32,7 +32,9 @@ def _known_abutment(value: str) -> str:
 
 def _named_bridge(value: str) -> str:
     if not re.fullmatch(BRIDGE_PATTERN, Path(value).stem):
-        raise ValueError("names must start with a letter; use only lowercase letters, digits and _")
+        raise ValueError(
+            "a bridge name must start with a letter and have only lowercase letters, digits and _"
+        )
     return value
 
 
@@ -108,7 +110,7 @@ class GridConfig(BaseModel):
 
 
 def _refuse(kind: LiteralString, findings: Mapping[Any, tuple[str, Any]]) -> None:
-    """Raise one error for all findings; each position in the grid has a message and a value."""
+    """Raise one error if there are findings: message and value for each position in the grid."""
     errors = [
         InitErrorDetails(type=PydanticCustomError(kind, "{w}", {"w": words}), loc=at, input=value)
         for at, (words, value) in findings.items()

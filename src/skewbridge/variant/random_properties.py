@@ -163,7 +163,7 @@ class UncertaintyConfig:
         """Return the drawn properties of each motion; empty if drawing is not enabled.
 
         A draw depends on the seed, the suite and the position of the motion in it, but not on
-        later motions, variants or fixed properties. Each 16 motions form a Latin hypercube.
+        later motions, variants or which properties are fixed. 16 motions form a Latin hypercube.
 
         Args:
             motion_ids: Motions in the order of the suite.

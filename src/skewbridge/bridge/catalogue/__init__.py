@@ -44,7 +44,7 @@ def bridge_names() -> tuple[str, ...]:
 
 
 def load_bridge(name: str | Path) -> BridgeData:
-    """Return the bridge with a name or file (cached); `InputError` names file, key and limit."""
+    """Return a bridge from its name or file (cached); an `InputError` names file, key and limit."""
     return _loaded(_file(name))
 
 
@@ -106,7 +106,7 @@ def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
 
 
 def _named(name: str, folder: Path, without: tuple[Path, ...] = ()) -> Path | None:
-    """Return the file of a bridge from the given folder, else the user's, else the package's.
+    """Return the file of a bridge: the first one in the given, user's and package's folders.
 
     Returns None if no folder has it, or if the name could be a path outside these folders.
     """
