@@ -199,7 +199,7 @@ def test_prediction_inside_the_grid_agrees_with_analyses_under_the_same_motions(
     assert compared["se_analysed"].min() > 2.0 * compared["error"].abs().max()
     assert set(found["status"]) == {"ok", "no_exceedance"}
     other = ready(inner.assign(motion_id="other"), DRIFT)
-    with pytest.raises(InputError, match="the study has no runs under other"):
+    with pytest.raises(InputError, match="the study has no runs of motion other"):
         check_predict(joint(study), ready(study, DRIFT), other, DRIFT, SETTINGS)
 
 

@@ -227,7 +227,8 @@ def test_the_cost_of_a_study_of_searches_is_that_of_all_their_analyses(tmp_path,
     assert searching.summary["analyses"] == given.summary["analyses"]
     hours = [each.summary["core_hours"] for each in (given, searching)]
     assert hours[1] == pytest.approx(10 * hours[0], rel=1e-3)
-    assert searching.notes == ("Counts are searches of up to 10 analyses; the cost covers all.",)
+    text = "Each count is a search of up to 10 analyses; the cost covers all."
+    assert searching.notes == (text,)
 
 
 def test_values_on_axes_and_bridges_from_any_path_reach_the_analyses(tmp_path: Path) -> None:

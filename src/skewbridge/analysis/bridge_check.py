@@ -31,9 +31,9 @@ def check_bridge(name: str) -> dict[str, Any]:
     """Build a bridge with open gaps at zero skew, apply its dead load and check it.
 
     Returns:
-        Weight, reactions, periods and sources of the input numbers, by name; ``findings``:
+        Dictionary of weight, reactions, periods and sources of the input numbers; ``findings``:
         sentences on properties that would cause trouble in a study; ``modes``; ``bents``: one row
-        per bent with loads and capacities of one of its columns.
+        per bent with the loads and capacities of one column.
     """
     data, standing = load_bridge(name), standing_bridge(name)
     periods_s = {direction: standing.period_s(direction) for direction in DIRECTIONS}
@@ -69,7 +69,7 @@ def check_bridge(name: str) -> dict[str, Any]:
 
 
 def _bent_row(bridge: BridgeData, bent: BentCapacity) -> dict[str, Any]:
-    """Return loads and capacities of a bent's column; shear strength at displacement capacity."""
+    """Return column loads and capacities, with shear strength at the displacement capacity."""
     column, plastic_moment_knm = bridge.column, bent.curve.plastic_moment_nm / KN
     strength_kn = column.expected_concrete_strength_mpa * MPA * column.gross_area_m2 / KN
     ductility = bent.capacity_m / bent.yield_disp_m
@@ -99,7 +99,7 @@ def _bent_findings(row: Mapping[str, Any]) -> Iterator[str]:
         yield (
             f"{bent}: the plastic shear of a column, {row['plastic_shear_kn']:.0f} kN, "
             f"is above its strength at the displacement capacity, {row['shear_strength_kn']:.0f} "
-            "kN (SDC 3.6): it fails in shear before that displacement"
+            "kN (SDC 3.6): the column fails in shear before that displacement"
         )
     if row["p_delta_ratio"] > P_DELTA_LIMIT:
         yield (
@@ -128,10 +128,10 @@ def seat_demand_sdc_m(bridge: BridgeData, unseating_m: float) -> float:
 
 
 def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
-    """Return the support length 1.5 N in m; N = (8 + 0.02 L + 0.08 H)(1 + 0.000125 S^2) inches.
+    """Return the required support length 1.5 N in m.
 
-    L is the length of deck to the next joint and H the mean column height, both in ft; S the skew
-    in degrees.
+    N = (8 + 0.02 L + 0.08 H)(1 + 0.000125 S^2) inches. L is the length of deck to the next joint in
+    ft, H is the mean column height in ft, and S is the skew in degrees.
 
     References:
         AASHTO LRFD Bridge Design Specifications 4.7.4.4.
@@ -173,9 +173,10 @@ def capacity_rows(bridge: BridgeData) -> list[dict[str, object]]:
 def sdc_rows(
     variant: Variant, deck_disp_m: float, corners_m: Mapping[str, float]
 ) -> list[dict[str, object]]:
-    """Return the design checks of one variant; columns check, demand, capacity, ratio and ok.
+    """Return the design checks of one variant, one row per check.
 
-    ``corners_m`` has the outward displacements of the deck corners, from `corner_moves_m`.
+    Columns: check, demand, capacity, ratio and ok. ``corners_m`` has the outward displacements of
+    the deck corners, from `corner_moves_m`.
     """
     bridge = load_bridge(variant.bridge)
     support, skew = support_length_m(variant, bridge), radians(variant.skew_deg)
@@ -202,8 +203,8 @@ def summary_row(
 ) -> dict[str, object]:
     """Return the demand-to-capacity ratios of one variant, in one row.
 
-    ``acute_m`` and ``worst_m``: largest outward displacements, normal to the seat, of the acute
-    corners and of all corners.
+    ``acute_m`` is the largest outward displacement of the acute corners, normal to the seat, and
+    ``worst_m`` is the largest of all corners.
     """
     bridge = load_bridge(variant.bridge)
     bents, support = bent_capacities(bridge), support_length_m(variant, bridge)

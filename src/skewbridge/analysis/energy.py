@@ -36,7 +36,7 @@ _SINKS: Final = (
 
 
 class _EndState(NamedTuple):
-    """Energies in the first or last state; end forces and displacements of linear elements."""
+    """Energies, and forces and displacements of linear elements, in the first or last state."""
 
     kinetic_j: float
     gravity_j: float
@@ -44,7 +44,7 @@ class _EndState(NamedTuple):
 
 
 class EnergyBalance:
-    """Records the forces that the monitor does not record; computes all terms at the end.
+    """Records forces that the monitor does not record, and computes all terms at the end.
 
     Create it before the monitor starts. ``ground_accel_mps2`` is a function of times, shape (n,),
     that returns shape (n, 2). ``rayleigh`` has the mass (1/s) and stiffness (s) damping factors.
@@ -137,9 +137,9 @@ class EnergyBalance:
         return work
 
     def _joint_works(self, trace: ResponseTrace, forces: Mapping[int, Matrix]) -> dict[str, float]:
-        """Return the work on pads and on recorded backfill springs, in J, by group.
+        """Return the work (J) on the pads and on the recorded backfill springs, as a dictionary.
 
-        The forces on the two nodes of an element are opposite, or the first node is fixed.
+        Either the forces on the two nodes of an element are opposite, or the first node is fixed.
         """
         works = dict.fromkeys(self._joints, 0.0)
         for name, elements in self._joints.items():
@@ -214,7 +214,7 @@ class EnergyBalance:
         return work
 
     def _contact_works(self) -> tuple[float, float, float]:
-        """Return contact work, slip work, and normal work minus stored normal energy, in J."""
+        """Return in J: contact work, slip work, and normal work minus stored normal energy."""
         contacts = self._model.contacts
         if contacts is None:
             return 0.0, 0.0, 0.0
@@ -233,9 +233,9 @@ def energy_ratios(terms: Mapping[str, float]) -> dict[str, float]:
     """Return the energy columns of the demands table, as ratios to the largest input.
 
     They are the residual, the energy dissipated by the integrator, and the work done on the normal
-    springs of the contacts minus the energy stored in them (negative if the springs generated
-    energy; slip always dissipates and would hide this, so it is excluded). All are nan without a
-    balance or without input.
+    springs of the contacts minus the energy stored in them. The last is negative if the springs
+    generated energy. It excludes slip, which always dissipates energy and would hide this. All are
+    nan if no balance was computed or the input is zero.
     """
     columns = {
         "energy_residual_ratio": "residual",
@@ -281,9 +281,10 @@ def elastic_stiffness(element: int) -> Matrix:
 
 
 def held_by_contacts(model: BridgeModel) -> dict[int, tuple[int, ...]]:
-    """Return the grounded springs at each massless contact node without other elements, by node.
+    """Return the grounded springs of each massless contact node that has no other elements.
 
-    They carry exactly the contact force, because nothing else acts on such a node.
+    The keys are nodes. The springs carry exactly the contact force, because nothing else acts on
+    such a node.
     """
     nodes = {unit.node_i for unit in model.contacts.units} if model.contacts else set[int]()
     groups, at_node = model.energy_elements, dict[int, list[int]]()

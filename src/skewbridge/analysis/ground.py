@@ -1,4 +1,4 @@
-"""The excitation of an analysis: a motion, its factor and its direction along the bridge axes."""
+"""Excitation of an analysis: motion, scale factor, and direction relative to the bridge axes."""
 
 from dataclasses import dataclass
 from math import ceil, isfinite
@@ -20,8 +20,8 @@ MAX_SCALED_ACCEL_MPS2: Final = 1.0e3  # 100 g: a larger value means a wrong unit
 class Excitation:
     """Ground motion of an analysis, with its factor and direction.
 
-    At incidence 0, component 1 points along x; incidence is counter-clockwise. `InputError` unless
-    both numbers are finite and the scale is positive.
+    At incidence 0, component 1 points along x; incidence is counter-clockwise. Raises
+    `InputError` if a number is not finite or the scale is not positive.
     """
 
     motion: GroundMotion

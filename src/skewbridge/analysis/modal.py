@@ -32,7 +32,7 @@ SHARED: Final = 2.0 / 3.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mode:
-    """One mode: period, and participating shares of the free mass along x, y, z and about z."""
+    """Period of one mode, and its shares of the free mass along x, y, z and about z."""
 
     period_s: float  # infinite for a mechanism
     mass_x: float
@@ -76,8 +76,8 @@ def modal_properties(
 def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
     """Return the modes of a model under dead load with open gaps.
 
-    Friction springs are made soft. The function fixes walls and keys permanently: behind open gaps
-    they are not coupled to the bridge, and their local modes would fill the list.
+    Friction springs are made soft. Walls and keys are fixed permanently: they are not coupled to
+    the bridge while gaps are open, and their local modes would fill the list.
     """
     for end in model.abutments:
         for node in {*end.key_nodes, *(spring.nodes[1] for spring in end.wing_springs)}:
@@ -110,8 +110,8 @@ def standing_bridge(bridge: str) -> ModalResult:
 def conditioning_period_s(modes: ModalResult) -> float:
     """Return T1 in s, the geometric mean of the longitudinal and the transverse period.
 
-    It is taken from the model with pads, open gaps and zero skew and is the same for all variants:
-    an intensity measure that changed with the variant would destroy the pairing.
+    It comes from the model with pads, open gaps and zero skew, and it is the same for all variants.
+    If the intensity measure changed with the variant, runs could not be paired.
     """
     return sqrt(modes.period_s("x") * modes.period_s("y"))
 
@@ -142,14 +142,14 @@ def periods_of_file(bridge: str, modes: ModalResult) -> list[str]:
         if second > SHARED * first:
             findings.append(
                 f"{data.name}: the {adjective} motion is shared by modes of {first_s:.3g} s "
-                f"({first:.0%} of the mass) and {second_s:.3g} s ({second:.0%}): T1 jumps from one "
-                "to the other with small changes of the bridge; use Sa(1 s), Sa_avg or PGV"
+                f"({first:.0%} of the mass) and {second_s:.3g} s ({second:.0%}): small "
+                "changes of the bridge can switch T1 between them; use Sa(1 s), Sa_avg or PGV"
             )
     return findings
 
 
 def damping_ratio(bridge: BridgeData, options: ModelOptions) -> float:
-    """Return the damping ratio (option, or else bridge file) times ``damping_factor``."""
+    """Return the damping ratio times ``damping_factor``; the option overrides the bridge file."""
     ratio = bridge.damping.ratio if options.damping_ratio is None else options.damping_ratio
     return ratio * options.damping_factor
 
@@ -164,8 +164,8 @@ def rayleigh_factors(bridge: BridgeData, ratio: float) -> tuple[float, float]:
 def apply_rayleigh(model: BridgeModel) -> tuple[float, float]:
     """Apply Rayleigh damping, proportional to mass and stiffness, to deck and columns only.
 
-    Penalty springs and gaps stay undamped, and so do walls and keys. The stiffness part follows the
-    committed stiffness; see `damp_columns`.
+    Penalty springs, gaps, walls and keys stay undamped. The stiffness part follows the committed
+    stiffness; see `damp_columns`.
 
     Returns:
         The mass factor a0 (1/s) and the stiffness factor a1 (s).
@@ -184,9 +184,9 @@ def apply_rayleigh(model: BridgeModel) -> tuple[float, float]:
 def damp_columns(columns: Sequence[ColumnHandle], a1_s: float, *, by_tangent: bool) -> None:
     """Make the damping of columns proportional to their tangent or their committed stiffness.
 
-    The committed stiffness is from before the step, the velocity from its end: an error of first
-    order in the step. The tangent at the end avoids this error, but makes Newton's method cycle
-    when contacts and yielding columns change together.
+    The committed stiffness is from the start of the step, but the velocity is from its end, which
+    causes an error of first order in the step size. The tangent at the end avoids this error, but
+    makes Newton's method cycle when contacts and yielding columns change together.
     """
     factors = (a1_s, 0.0, 0.0) if by_tangent else (0.0, 0.0, a1_s)
     for column in columns:

@@ -23,10 +23,10 @@ RECORDED: Final = (
 )  # fmt: skip
 HEADER: Final = '''"""{title}
 
-OpenSees commands of one model, written by skewbridge, which they do not need. Units N, m, s, kg; x
-along the bridge, y across, z up. Contact pairs are the zeroLength elements with three materials
-(ElasticPPGap, ElasticPP, ElasticPP) and four parameters each. Update their friction bounds after
-every step (parameter `Fy`), see the documentation of skewbridge.contact.
+OpenSees commands of one model, written by skewbridge; they run without it. Units are N, m, s, kg.
+The x axis is along the bridge, y across it, z up. Contact pairs are the zeroLength elements with
+three materials (ElasticPPGap, ElasticPP, ElasticPP) and four parameters each. Update their friction
+bounds (parameter `Fy`) after every step; see the documentation of skewbridge.contact.
 """
 
 import openseespy.opensees as ops
@@ -47,7 +47,7 @@ def model_script(variant: Variant, options: ModelOptions) -> str:
 
 
 def _contact_table(model: BridgeModel) -> str:
-    """Return Python source of a list of contacts; ``bounds`` are the parameters of friction."""
+    """Return Python source of a list of contacts; ``bounds`` are their friction parameters."""
     if model.contacts is None:
         return ""
     rows = [

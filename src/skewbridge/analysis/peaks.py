@@ -26,8 +26,8 @@ def demands(
 ) -> dict[str, float]:
     """Return the demand columns of the demands table: peaks over the trace.
 
-    ``ground_accel_mps2`` is along x and y at the times of the trace, (n, 2). Totals of the contacts
-    cover the whole analysis, even if the trace covers only a part.
+    ``ground_accel_mps2`` is along x and y at the times of the trace, shape (n, 2). Totals of the
+    contacts cover the entire analysis, even if the trace covers only a part of it.
     """
     return {
         **column_demands(model.columns, trace),
@@ -45,8 +45,8 @@ class ModelEnd:
 
     Attributes:
         mode: ``shear`` or ``flexure``; empty if no column fails.
-        time_s: Time of the first row with a failed column, nan if no column fails.
-        rows: Number of rows up to and including that row; all rows if no column fails.
+        time_s: Time of the first row with a failed column; nan if no column fails.
+        rows: Number of rows up to and including the failure; all rows if no column fails.
     """
 
     mode: str
@@ -109,10 +109,10 @@ def column_base_shear_n(column: ColumnHandle, trace: ResponseTrace) -> Series:
 
 
 def column_shear_n(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return the section shear of a column along x and y (N), signed as the base force, (n, 2).
+    """Return the section shear of a column along x and y (N), shape (n, 2).
 
-    A section is normal to the inclined chord, so the axial force has a component along it: the
-    shear is V + P theta, equal to the sum of the end moments over the height.
+    It has the sign of the base force. A section is normal to the inclined chord, so the axial force
+    has a component along it. The shear is V + P theta: the sum of the end moments over the height.
     """
     top, base = trace.position(column.top), trace.position(column.base_node)
     chord = (top - base)[:, :2] / column.clear_height_m
@@ -137,8 +137,8 @@ def column_shear_dcr(
 ) -> Series:
     """Return the ratio of section shear to shear capacity at the same time, shape (n,).
 
-    The capacity follows ``model`` (None: the model of the column). It depends on the current axial
-    force and the largest ductility so far, because dilated concrete does not recover.
+    The capacity follows ``model``, or the model of the column if None. It depends on the current
+    axial force and the largest ductility so far, because dilated concrete does not recover.
     """
     axial = trace.columns[column.element][:, 2]
     # ASSUME the hinge region governs over the whole height: these columns are short.
@@ -153,7 +153,7 @@ def column_shear_dcr(
 
 
 def curvature_ductility(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return the ratio of the largest resultant hinge curvature to yield curvature, (n,)."""
+    """Return the largest resultant hinge curvature divided by yield curvature, shape (n,)."""
     largest = np.zeros(len(trace.time_s))
     for point in column.hinge_sections:
         deformation = trace.sections[column.element, point]
@@ -217,9 +217,10 @@ def _along(direction: Sequence[float], disp: Series) -> Series:
 
 
 def unseating_m(abutment: AbutmentHandle, trace: ResponseTrace, kind: str | None = None) -> Series:
-    """Return the displacement of a deck corner away from the backwall, normal to the seat, (n,).
+    """Return the displacement of a deck corner away from the backwall, shape (n,).
 
-    ``kind`` selects the ``acute`` or ``obtuse`` corner; None: the larger value of both corners.
+    It is normal to the seat. ``kind`` selects the ``acute`` or ``obtuse`` corner; with None, the
+    larger value of both corners is returned.
     """
     moves = [
         -_along(abutment.normal, trace.disp(corner.node))
@@ -232,7 +233,7 @@ def unseating_m(abutment: AbutmentHandle, trace: ResponseTrace, kind: str | None
 def _wall_push_m(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
     """Return the displacement of backwall points into the fill (m), shape (n, points).
 
-    Without wall nodes, it is the closing of each wall spring minus the gap, at least 0.
+    In models without wall nodes, it is the closure of each wall spring minus the gap, at least 0.
     """
     if abutment.wall_nodes:
         return np.column_stack(
@@ -289,7 +290,7 @@ def backfill_force_n(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
 
 
 def key_forces_n(abutment: AbutmentHandle, trace: ResponseTrace) -> list[Series]:
-    """Return the force of each shear key (N), zero while the deck is not in contact, each (n,)."""
+    """Return the force of each shear key (N), shape (n,); it is zero without contact."""
     forces = [np.abs(trace.spring_force(spring)) for spring in abutment.key_springs]
     for force, unit in zip(forces, abutment.key_units, strict=False):
         force[~_closed(trace, (unit,))] = 0.0
@@ -297,9 +298,9 @@ def key_forces_n(abutment: AbutmentHandle, trace: ResponseTrace) -> list[Series]
 
 
 def _key_deformations_m(abutment: AbutmentHandle, trace: ResponseTrace) -> list[Series]:
-    """Return the deformation of each shear key along its normal (m), at least 0, each (n,).
+    """Return the deformation of each shear key along its normal (m), at least 0, shape (n,).
 
-    Without key nodes, it is the closing of the transverse springs minus the gap.
+    In models without key nodes, it is the closure of the transverse springs minus the gap.
     """
     gap_m = 0.0 if abutment.key_nodes else abutment.transverse_gap_m
     return [

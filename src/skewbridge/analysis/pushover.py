@@ -1,4 +1,4 @@
-"""Static pushover of a whole bridge, or of one abutment with the deck end that it supports."""
+"""Static pushover of a bridge, or of one abutment with the deck end that it supports."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -64,7 +64,7 @@ def push_bridge(
 ) -> PushCurve:
     """Push the deck horizontally with forces proportional to its masses.
 
-    The angle is counter-clockwise from x. Returns base shear (the sum of the forces) against the
+    The angle is counter-clockwise from x. Returns the base shear (the sum of the forces) and the
     displacement of the mass centre along the push.
     """
     direction = _direction(angle_deg, max_disp_m, steps)
@@ -96,10 +96,10 @@ def push_abutment(
 ) -> PushCurve:
     """Push one abutment (the right one) by its deck end, without the bridge.
 
-    The deck end carries its dead-load reaction and is guided: it moves along the push only, and
+    The deck end carries its dead-load reaction. It is guided: it moves only along the push, and
     does not rotate in plan. The angle is counter-clockwise from x: 0 pushes into the backfill, 180
-    pulls away from it, the skew angle pushes normal to the wall. Returns the component of the
-    guide force along the push against the displacement of the deck end.
+    pulls away from it, and the skew angle pushes normal to the wall. Returns the guide force along
+    the push and the displacement of the deck end.
     """
     direction = _direction(angle_deg, max_disp_m, steps)
     with domain():

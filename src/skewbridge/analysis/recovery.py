@@ -18,8 +18,8 @@ class Attempt:
         algorithm: Arguments of the algorithm command.
         substeps: Number of equal sub-steps; a multiple of the number in the previous recovery
             step, so that a recovery step can continue where the previous one stopped.
-        tolerance_j: Tolerance of a looser convergence test, or 0 for the usual tolerance.
-        max_iterations: Iterations after which the attempt fails; None: the usual number.
+        tolerance_j: Tolerance of a looser convergence test, or 0 for the tolerance of the settings.
+        max_iterations: Iterations after which the attempt fails; None: as in the settings.
     """
 
     algorithm: OpenSeesCommand
@@ -157,7 +157,7 @@ class Stepper:
         return done // _FINEST
 
     def _take_together(self, count: int) -> tuple[int, bool]:
-        """Make up to `count` steps of the last size; return as `_take` does."""
+        """Make up to `count` steps of the last size, with the return values of `_take`."""
         if count < 2:
             return 0, True
         size_s, before_s = self._size_s, ops.getTime()
@@ -247,8 +247,8 @@ class Stepper:
     def _reset(self) -> None:
         """Reset integrator and equations after a failed step.
 
-        Houbolt keeps values of the failed step. With rigid links, so do the equations of any
-        integrator. A retry without a reset is silently wrong (accelerations of hundreds of m/s2
+        Houbolt keeps values of the failed step. With rigid links, the equations of every integrator
+        keep them too. A retry without a reset is silently wrong (accelerations of hundreds of m/s2
         at OSB1).
         """
         ops.integrator(*self.integrator)
@@ -282,7 +282,7 @@ class Stepper:
 
 
 def steps_as_text(steps_by_rung: Iterable[int]) -> str:
-    """Return the text of column ``steps_by_rung``: (sub-)steps by recovery step, from 0."""
+    """Return the text of column ``steps_by_rung``: (sub-)steps of each recovery step from 0."""
     return " ".join(map(str, steps_by_rung))
 
 
@@ -292,10 +292,10 @@ def steps_from_text(text: str) -> list[int]:
 
 
 def rung_shares(steps_by_rung: Iterable[Sequence[int]]) -> list[dict[str, Any]]:
-    """Return numbers and shares of steps and analyses by recovery step.
+    """Return numbers and shares of steps and analyses for each recovery step.
 
     Args:
-        steps_by_rung: (Sub-)steps of each analysis by recovery step; empty for no steps.
+        steps_by_rung: For each analysis, its (sub-)steps in each recovery step; may be empty.
 
     Returns:
         One row per recovery step: ``rung``, ``attempt`` (description), ``steps`` and

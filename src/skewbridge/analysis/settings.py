@@ -78,7 +78,7 @@ class AnalysisSettings:
     max_friction_error: Number = Field(default=0.015, ge=1.0e-4, le=1.0e9)
     """relative excess of friction over its limit above which steps in contact are halved"""
     duration_s: Number | None = Field(default=None, gt=0.0, le=1.0e4)
-    """shorten motions to this length; null: whole motions"""
+    """shorten motions to this length; null: full length"""
     free_vibration_s: Number = Field(default=0.0, ge=0.0, le=1.0e3)
     """time without input after the motion"""
     # source: design criterion of the study, for both collapse limits
@@ -93,7 +93,7 @@ class AnalysisSettings:
     reuse_tangent: Flag = Field(default=True)
     """far from contact, use an earlier tangent and converge to 0.1 J"""
     max_iterations: Whole = Field(default=15, ge=2, le=1000)
-    """most iterations of one attempt at a step"""
+    """largest number of iterations of one attempt at a step"""
     mean_iterations: Number = Field(default=40.0, ge=1.0, le=1.0e4)
     """mean iterations per regular step above which the status is timeout"""
     energy: Flag = Field(default=True)
@@ -137,7 +137,7 @@ class AnalysisSettings:
         return max(_halvings(self.dt_s, self.event_dt_s), self.contact_halvings)
 
     def increment_s(self, dt_s: float) -> float:
-        """Return the displacement per unknown: 1, or beta dt / gamma (s) for velocities."""
+        """Return displacement per unknown: 1, or beta dt / gamma (s) if velocities are unknowns."""
         if self.integrator_command[-2:] != ("-form", "V"):
             return 1.0
         gamma, beta = self.integrator_command[1:3]

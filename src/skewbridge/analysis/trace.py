@@ -31,12 +31,12 @@ class ResponseTrace:
     Attributes:
         time_s: Times of the rows.
         centre_accel_mps2: Acceleration of the deck's mass centre relative to the ground, (n, 2).
-        nodes: Displacements and rotations from the unloaded state by node, (n, 6); nodes that are
-            not recorded are fixed.
-        columns: Global end forces by element, base first, (n, 12).
-        sections: Axial strain and curvatures about z, y, ... by element and integration point.
-        springs: Basic forces by element, (n, components).
-        bearings: Shear forces of the pads on the deck along x and y, by element, (n, 2).
+        nodes: Displacements and rotations of each node from the unloaded state, (n, 6). Nodes that
+            are not recorded are fixed.
+        columns: Global end forces of each column element, base first, (n, 12).
+        sections: Axial strain and curvatures about z, y, ... of each element and integration point.
+        springs: Basic forces of each spring element, (n, components).
+        bearings: Shear forces of each pad element on the deck along x and y, (n, 2).
         normals_n: Normal forces of the contact units, compression positive, (n, units).
         tangentials_n: Friction forces of the contact units along t1 and t2, (n, units, 2).
     """
@@ -117,7 +117,7 @@ class Recorder:
         self._widths.setdefault(("Node", response), {}).update(dict.fromkeys(nodes, DISP))
 
     def elements(self, elements: Iterable[int], *response: str) -> None:
-        """Record a response of elements; `ValueError` if one lacks it (OpenSees stays silent)."""
+        """Record a response of elements; raise `ValueError` if an element does not have it."""
         widths = self._widths.setdefault(("Element", *response), {})
         for tag in elements:
             widths[tag] = len(ops.eleResponse(tag, *response))
@@ -141,10 +141,10 @@ class Recorder:
             self._is_open = False
 
     def read(self, kind: str, *response: str) -> tuple[Series, dict[int, Series]]:
-        """Stop recording; return times, shape (n,), and values by tag, (n, components).
+        """Stop recording; return times, shape (n,), and values of each tag, (n, components).
 
         The kind is ``Node`` or ``Element``. Both results are empty for a response without tags.
-        `OSError` if the file is incomplete.
+        Raises `OSError` if the file is incomplete.
         """
         self.close()
         widths = self._widths[kind, *response]
@@ -170,7 +170,7 @@ class Recorder:
 
 
 class Monitor:
-    """Records a model; ``bearings`` adds the forces of the pads, which only histories need.
+    """Records a model. ``bearings`` adds the forces of the pads, which only histories need.
 
     Further responses can be added to `recorder` before `start`.
 
@@ -208,7 +208,7 @@ class Monitor:
         self._is_last_kept = False
 
     def extra(self, kind: str, *response: str) -> dict[int, Series]:
-        """Return a response by node or element, with the same rows as the trace."""
+        """Return a response of each node or element, with the same rows as the trace."""
         rows = len(self.trace().time_s)
         return {
             tag: values[:rows] for tag, values in self.recorder.read(kind, *response)[1].items()

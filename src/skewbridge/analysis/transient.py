@@ -57,7 +57,7 @@ class AnalysisResult:
         status: Status, as in the demands table.
         collapse_criterion: Name of the demand that exceeded its limit, or empty.
         time_reached_s: Time of the last converged step.
-        duration_s: Duration of the whole analysis.
+        duration_s: Duration of the analysis if it does not end early.
         recovery_rung: Highest recovery step in which a step converged; 0 if none was needed.
         steps_by_rung: (Sub-)steps that converged in each recovery step.
         loosened_ratio: Share of (sub-)steps that met only a looser convergence test.
@@ -66,9 +66,9 @@ class AnalysisResult:
         houbolt_failures: `failed_attempts` if the integrator is Houbolt (each restarts it), else 0.
         iterations: Equilibrium iterations, including failed attempts.
         demands: The demand columns of the table, in their units.
-        whole_history: The demand columns as peaks up to the end, even after a column failure.
-        model_end: First failure of a column; the demands are peaks up to then.
-        energy_kj: Energy balance by term; empty if it was not computed.
+        whole_history: The demand columns as peaks over all steps, even after a column failure.
+        model_end: First failure of a column; `demands` are the peaks up to this failure.
+        energy_kj: Terms of the energy balance; empty if it was not computed.
         histories: Columns of the history table at the regular steps, each of shape (steps + 1,),
             or None.
         geometry: Geometry of the model if there are histories and contacts, else None.
@@ -107,7 +107,7 @@ def analyse(
 ) -> AnalysisResult:
     """Analyse one variant under one two-component motion.
 
-    The same call gives the same result to the bit: nothing depends on the clock. Messages of
+    The same call gives bitwise identical results: nothing depends on the clock. Messages of
     OpenSees go to ``log_path``; ``progress`` is called with the time reached and the duration.
 
     Raises:

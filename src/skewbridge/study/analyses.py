@@ -55,9 +55,9 @@ class StudySetup:
 
     study: StudyConfig
     suite: tuple[SuiteMotion, ...]  # motions with their factors
-    #: Intensity measures at factor 1, by bridge (as the grid names it) and motion.
+    #: Intensity measures at factor 1, keyed by bridge (as the grid names it) and motion.
     measures: Mapping[tuple[str, str], dict[str, float]]
-    #: Random properties by motion; empty if none are drawn.
+    #: Random properties of each motion; empty if none are drawn.
     draws: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     workers: int = 1
 

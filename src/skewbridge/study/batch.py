@@ -41,7 +41,7 @@ from skewbridge.variant.random_properties import DRAW_PREFIX
 
 logger = logging.getLogger(__name__)
 
-#: Returns the rows of a task, given its key and the folder for messages of the solver.
+#: Function of a task, its key and the folder for solver messages; returns the rows of the task.
 type Work = Callable[[Task, str, Path], list[Row]]
 
 _NO_DEMANDS: Final = {column.name: math.nan for column in DEMAND_COLUMNS}
@@ -78,7 +78,7 @@ def analysed_row(task: Task, key: str, log_folder: Path) -> Row:
 
 
 def row_of_task(row: Row, task: Task, key: str) -> Row:
-    """Return a row completed by columns that identify its analysis, and by derived columns."""
+    """Return a row with columns added that identify its analysis or are derived from it."""
     motion = task.motion
     return {
         **row,
@@ -180,7 +180,7 @@ def run_tasks(
     on_finished: Callable[[Row], None],  # called with each new row
     search: Work | None = None,  # IDA search of a task; None: one analysis per task
 ) -> dict[str, list[Row]]:
-    """Run the tasks without a row in the journals, and return the rows of each task by its key.
+    """Run the tasks without a row in the journals; return the rows of each task (dict by key).
 
     A worker that dies (a fault inside the solver) or hangs affects only its analysis. The analysis
     is repeated once by itself; if it ends a second worker, it is recorded with status ``crash``.
@@ -235,7 +235,7 @@ def run_tasks(
 def in_workers(
     work: Callable[[Task, str], list[Row]], tasks: Mapping[str, Task], count: int
 ) -> Iterator[tuple[str, list[Row]]]:
-    """Yield the rows of finished tasks with their keys; `BrokenProcessPool` if a worker died."""
+    """Yield rows and keys of finished tasks; raise `BrokenProcessPool` if a worker died."""
     # one thread in each worker: more threads would compete with the other workers
     env = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     executor = _loky().get_reusable_executor(

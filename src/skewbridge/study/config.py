@@ -40,7 +40,7 @@ DESIGN_FONT_PT: Final = 9.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class SensitivityConfig:
-    """Numerical check: rows of the study at the reference accuracy, and with other penalties."""
+    """Numerical check: study rows repeated at the reference accuracy and with other penalties."""
 
     rows: Whole = Field(default=4, ge=0, le=10_000)
     """rows repeated at the reference accuracy and with other penalties"""
@@ -153,7 +153,7 @@ def parse_config(
 ) -> StudyConfig:
     """Return the validated configuration; omitted sections take their defaults.
 
-    Without the key ``results``, the first of `files` (as read) sets the folder of the results.
+    If the key ``results`` is missing, the first of `files` sets the folder of the results. Raises
     `InputError` with `where` and one line per unknown key or value outside its limits.
     """
     full = {"results": default_root(files[0]) if files else DEFAULT_ROOT, **raw}
@@ -167,7 +167,7 @@ def parse_config(
 
 
 def load_config(path: Path, base: Path | None = None) -> StudyConfig:
-    """Read a configuration file, merged over a base file as Snakemake merges ``--configfile``."""
+    """Read a configuration file merged over a base file, like ``--configfile`` of Snakemake."""
     raw = read_mapping(base) if base is not None and base != path else {}
     return parse_config(merged(raw, read_mapping(path)), (path,), path)
 
@@ -188,8 +188,9 @@ def check_font(name: str) -> None:
 def chosen_variants(variants: Iterable[Variant], named: Sequence[str]) -> list[str]:
     """Return the variants of `make choices`: the named variants, or two of each bridge.
 
-    The two have the most complete abutment model with the largest friction and the smallest gap, at
-    the middle and the largest skew. `InputError` if a named variant has an unknown bridge.
+    Both have the most complete abutment model, the largest friction and the smallest gap. One has
+    the middle skew and the second has the largest. Raises `InputError` if a named variant has an
+    unknown bridge.
     """
     by_bridge: dict[str, list[Variant]] = {}
     for variant in variants:

@@ -8,7 +8,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.digests import PACKAGE
 
 DEFAULT_ROOT: Final = "results"
-#: Descriptions of columns, by table.
+#: Descriptions of the columns of each table.
 COLUMNS_FILE: Final = Path(__file__).with_name("columns.yaml")
 #: Starter files, as paths in a clone; pyproject.toml installs them next to the package.
 STARTER_PARTS: Final = (
@@ -60,7 +60,7 @@ class StudyFolder:
         self.solver_logs: Final = root / "logs/solver"
 
     def journal(self, name: str) -> Path:
-        """Return the journal of one job: analyses of a variant or of a rule."""
+        """Return the path of the journal of one job, which analyses a variant or serves a rule."""
         return self.root / "journal" / f"{name}.jsonl"
 
     @property
@@ -69,15 +69,15 @@ class StudyFolder:
         return sorted(self.root.glob("journal/*.jsonl"))
 
     def variant_demands(self, variant: str) -> Path:
-        """Return the demands of one variant."""
+        """Return the path of the demands of one variant."""
         return self.root / "demands" / f"{variant}.parquet"
 
     def round(self, number: int | str) -> Path:
-        """Return the plan of a round."""
+        """Return the path of the plan of a round."""
         return self.root / "rounds" / f"round{number}.json"
 
     def round_demands(self, number: int | str, variant: str) -> Path:
-        """Return the demands of one variant in a round."""
+        """Return the path of the demands of one variant in a round."""
         return self.root / "demands" / f"round{number}" / f"{variant}.parquet"
 
     def demands_files(self, variant: str) -> list[Path]:
@@ -85,12 +85,12 @@ class StudyFolder:
         return sorted(self.root.glob(f"demands/**/{variant}.parquet"))
 
     def fragility(self, table: str, ending: str = "parquet") -> Path:
-        """Return a table of the fits."""
+        """Return the path of a table of the fits."""
         return self.root / "fragility" / f"{table}.{ending}"
 
     @property
     def report_inputs(self) -> dict[str, Path]:
-        """Input files of the page by name, except the figures, which have their own folder."""
+        """Input files of the page as a dictionary, without the figures in their separate folder."""
         own = ("captions", "demands", "suite", "contact_checks", "checks", "sensitivity")
         fits = ("curves", "effects", "needed_motions", "intensity_effects", "input_notes", "suites")
         return {
@@ -100,7 +100,7 @@ class StudyFolder:
         }
 
     def log(self, rule: str) -> Path:
-        """Return the log of a rule."""
+        """Return the path of the log of a rule."""
         return self.root / "logs" / f"{rule}.log"
 
     def benchmark(self, job: str) -> Path:

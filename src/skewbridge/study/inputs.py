@@ -26,7 +26,7 @@ logger = logging.getLogger(__name__)
 def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
     """Check the bridges, motions, limit states, columns, font and variants of a configuration.
 
-    The file `cache` records which motions have been read. `InputError` with one line per fault.
+    The file `cache` records which motions have been read. The `InputError` has one line per error.
     """
     checks: list[Callable[[], object]] = [
         *(partial(load_bridge, name) for name in config.bridges_with_periods()),
@@ -77,7 +77,7 @@ def _check_limit_states(path: Path) -> None:
 
 
 def prepare_motions(study: StudyConfig) -> None:
-    """Read motions, set their factors, compute intensity measures by bridge, write both tables."""
+    """Read and scale the motions, and write the tables of motions and intensity measures."""
     # Imported here: they load scipy.signal, and every job imports this module.
     from skewbridge.motions.intensity import motion_measures
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite

@@ -1,4 +1,4 @@
-"""Jobs of the workflow: dependencies, sessions of their scripts, provenance of their outputs."""
+"""Workflow jobs: dependencies, sessions of scripts, and provenance of outputs."""
 
 import errno
 import logging
@@ -74,10 +74,10 @@ RECIPES: Final[Mapping[str, Recipe]] = _recipes()
 
 
 def made_from(study: StudyConfig) -> dict[str, dict[str, str]]:
-    """Return the digests of all dependencies of the outputs of each rule, by name.
+    """Return for each rule a dictionary of the digests of everything its outputs depend on.
 
     The digests are parameters of the rules, so that Snakemake reruns the rules whose digests have
-    changed. `InputError` for an invalid input.
+    changed. Raises `InputError` for an invalid input.
     """
     periods = {name: load_bridge(name).t1_s for name in study.bridges_with_periods()}
     bridges = {Path(name).stem: bridge_digest(name) for name in study.grid.bridge}
@@ -104,12 +104,12 @@ def made_from(study: StudyConfig) -> dict[str, dict[str, str]]:
 
 
 def rule_digest(made: Mapping[str, str]) -> str:
-    """Return the digest of all dependencies of the outputs of a rule."""
+    """Return one digest of everything that the outputs of a rule depend on."""
     return digest_of(canonical(made))
 
 
 def stamp_of(rule: str, made: Mapping[str, str], study: StudyConfig) -> dict[str, str]:
-    """Return the provenance of the outputs of a rule made from these digests, by name."""
+    """Return the provenance of a rule's outputs; `made` holds the digests of the inputs."""
     values = study.model_dump(mode="json", exclude=_NO_RESULT)
     return provenance(
         rule=rule,
@@ -123,9 +123,10 @@ def origin_of(path: Path, config: Path, base: Path | None = None) -> dict[str, A
     """Return the provenance of a file of a study or ``skewbridge run``, and whether it is current.
 
     An output of the workflow is current if its rule would now use the same sources, motions and
-    configuration sections; a result of ``skewbridge run``, if the engine sources and OpenSees are
-    the same. Keys: ``current`` (bool), ``provenance`` (as recorded), ``now`` (as it would be
-    recorded now) and ``differences`` (names). `InputError` for a file without provenance.
+    configuration sections. A result of ``skewbridge run`` is current if the engine sources and
+    OpenSees are the same. Keys: ``current`` (bool), ``provenance`` (as recorded), ``now`` (as it
+    would be recorded now) and ``differences`` (names). Raises `InputError` for a file without
+    provenance.
     """
     recorded = read_stamp(path)
     now = {name: value for name, value in provenance().items() if name in recorded}
@@ -141,7 +142,7 @@ def origin_of(path: Path, config: Path, base: Path | None = None) -> dict[str, A
         decisive += ["engine_digest"]
     else:
         problem = "records package versions but no digest of the sources"
-        text = f"{path} {problem}: it was written before results recorded one"
+        text = f"{path} {problem}: it was written by a version that did not record the digest"
         raise InputError(text, file=str(path))
     differences = [name for name, value in now.items() if recorded.get(name) != value]
     current = not set(decisive) & set(differences)

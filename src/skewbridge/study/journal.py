@@ -23,7 +23,7 @@ from skewbridge.study.folder import StudyFolder
 
 type Row = dict[str, Any]
 
-#: Version of the format, raised when the meaning of a column changes; lines of others are ignored.
+#: Version of the format, increased when a column changes meaning; older lines are ignored.
 JOURNAL_FORMAT: Final = 3
 _FORMAT_KEY: Final = "journal_format"
 #: The last entry of a line: the CRC-32 of the line without this entry, which detects altered bytes.
@@ -116,7 +116,8 @@ class JournalWriter:
 def open_journal(path: Path, patience_s: float = 0.0) -> Generator[JournalWriter]:
     """Lock a journal and open it for writing.
 
-    `InputError` if another process still holds it after `patience_s`, or it cannot be written.
+    Raises `InputError` if another process still holds the lock after `patience_s`, or if the
+    journal cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -69,7 +69,8 @@ class Choice:
     def alternatives(self, task: "Task") -> list[Value]:
         """Return the values of the option that change an analysis.
 
-        Empty if the option does not act on the variant, `needs` is not met or the scheme sets it.
+        The list is empty if the option does not act on the variant, if `needs` is not met, or if
+        the scheme sets the option.
         """
         before, configured = _effective(task), self.configured_in(task)
         acts = all(_ACTS_ON[name](task.variant) for name in self.acts_on)
@@ -90,7 +91,7 @@ def _has_limited_hinge(variant: Variant) -> bool:
     return any(one.hinge_length_m != other.hinge_length_m for one, other in bents)
 
 
-#: Conditions on a variant by name, see modelling_choices.yaml.
+#: Named conditions on a variant, see modelling_choices.yaml.
 _ACTS_ON: Final[Mapping[str, Callable[[Variant], bool]]] = {
     "keys": lambda variant: variant.traits.has_wall_points,
     "contacts": lambda variant: variant.traits.has_contacts,
@@ -193,7 +194,7 @@ def write_choices(
 ) -> None:
     """Run the analyses that are not in a journal and write the table of `CHOICE_COLUMNS`.
 
-    Each of the variants is changed under `motions` motions; `axes` has the values of the grid.
+    Each variant is analysed under `motions` motions; `axes` has the values of the grid.
     """
     from skewbridge.study.analyses import run_in_journal, sampled
 
@@ -210,7 +211,7 @@ def write_choices(
 def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
     """Return the ratios of the demands, one row per compared value and demand.
 
-    ``rows`` are rows of the demands table by `run_key`. A pair that occurs twice counts once.
+    ``rows`` maps each `run_key` to a row of the demands table. A repeated pair counts once.
     """
     from skewbridge.study.task import run_key
 

@@ -65,9 +65,9 @@ def write_predict_check(
 def inner_variants(grid: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
     """Return three points inside a grid, none of which is a variant of the grid.
 
-    On the first, third, ... axis they are at 1/2, 1/4 and 3/4 of the range, on the other axes at
-    1/2, 3/4 and 1/4. An axis with a single value keeps it. A point that would be a variant is moved
-    along one axis.
+    On the first, third, ... axis they are at 1/2, 1/4 and 3/4 of the range. On the second, fourth,
+    ... axis they are at 1/2, 3/4 and 1/4. An axis with a single value keeps it. A point that would
+    be a variant of the grid is moved along one axis.
     """
     points: list[dict[str, float]] = []
     for share in (0.5, 0.25, 0.75):
@@ -105,7 +105,7 @@ def check_predict(
     loading = list(LOADING_COLUMNS)
     same = study.merge(inner[loading].drop_duplicates(), on=loading)
     if lacking := set(inner["motion_id"]) - set(same["motion_id"]):
-        raise InputError(f"the study has no runs under {', '.join(sorted(map(str, lacking)))}")
+        raise InputError(f"the study has no runs of motion {', '.join(sorted(map(str, lacking)))}")
     key = [*BRIDGE_COLUMNS, "component", "limit_state"]
     status = joint.set_index(key)["status"].to_dict()
     fitted = records_of(joint_table(same, limit_states, None, settings))

@@ -1,4 +1,4 @@
-"""Processes of a study: end with their parent, stopped workers, one study per folder."""
+"""Control of processes: end with the parent, end stopped workers, one study per folder."""
 
 import atexit
 import ctypes
@@ -57,8 +57,8 @@ def hush_exit_message() -> None:
 def stopped_workers_ended(limit_s: float) -> Generator[set[int]]:
     """Inside the block, end workers of this process that stay stopped (SIGSTOP) for `limit_s`.
 
-    Only time in which this process runs counts, so that a study that is stopped as a whole (Ctrl-Z)
-    keeps its workers. Yields the set of ids of the processes ended so far.
+    Only time in which this process runs counts, so that workers are kept when the entire study is
+    stopped (Ctrl-Z). Yields the set of ids of the processes ended so far.
     """
     stopped_s: dict[int, float] = {}
     ended: set[int] = set()

@@ -1,4 +1,4 @@
-"""Progress and forecast of a study: analyses done, failed and left, and their cost."""
+"""Progress and forecast of a study: analyses done, failed and remaining, and their cost."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -45,8 +45,8 @@ class StudyProgress:
     """Progress and cost of a study.
 
     `summary` has the numbers of variants and analyses: done (with any status), failed (no usable
-    result), suspect (to be checked by the user) and left; `ledger`, the finished analyses by status
-    and by highest recovery step; and the forecast.
+    result), suspect (to be checked by the user) and remaining, and the forecast. `ledger` counts
+    the finished analyses for each status and each highest recovery step.
     """
 
     summary: dict[str, Any]
@@ -60,7 +60,7 @@ class StudyProgress:
 def study_progress(
     run_keys: Mapping[str, Sequence[str]], content: JournalContent, limits: SuspectLimits = LIMITS
 ) -> StudyProgress:
-    """Return the progress of a study from its `run_keys` by variant and its journals."""
+    """Return the progress of a study, given the `run_keys` of each variant and the journals."""
     done, analyses = content.rows, sum(map(len, run_keys.values()))
     rows = [done[key] for keys in run_keys.values() for key in keys if key in done]
     columns = {"variant": "variant", "motion": "motion_id", "status": "status"}
@@ -130,7 +130,7 @@ def forecast_study(config: StudyConfig, size: Mapping[str, int] | None = None) -
     notes, trials = state.notes, 1
     if config.motions.design == "ida":
         trials = most_trials(config.motions.level_range_g)
-        notes = (*notes, f"Counts are searches of up to {trials} analyses; the cost covers all.")
+        notes = (*notes, f"Each count is a search of up to {trials} analyses; the cost covers all.")
     cpu_s = TYPICAL_MOTION_S * CPU_S_PER_MOTION_S if state.cpu_s is None else state.cpu_s
     every, left = (trials * state.summary[name] for name in ("analyses", "left"))
     left_s = round(left * cpu_s / CORES, 1)
@@ -162,7 +162,7 @@ def other_work_s(study: StudyConfig, per_s: float, cores: float) -> float:
 
 
 def analysis_keys(config: StudyConfig) -> Mapping[str, Sequence[str]]:
-    """Return the keys of the analyses by variant; empty before their motions are prepared."""
+    """Return the run keys of each variant; empty before the motions are prepared."""
     folder = StudyFolder(Path(config.results))
     if not (folder.suite.is_file() and folder.intensities.is_file()):
         return {}

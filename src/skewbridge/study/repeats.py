@@ -1,4 +1,4 @@
-"""Repeated analyses of a study: with other numerical settings, and without and with friction.
+"""Analyses repeated with other numerical settings, and pairs without and with friction.
 
 Numerical sensitivity: a row at the reference accuracy costs as much as many rows of the study.
 Both sides of every comparison therefore use only the strongest part of the motion. The friction
@@ -84,9 +84,9 @@ def write_sensitivity(
 ) -> None:
     """Run the repeated analyses that are not in a journal; write the changes of the demands.
 
-    The file has one row per demand with the mean ratio of default to reference, the largest change
-    of a single row by each of `REPEATS`, and the longest analysed time (s). It is empty if no rows
-    are repeated.
+    The file has one row per demand: the mean ratio of default to reference, the largest change of a
+    row for each of `REPEATS`, and the longest analysed time (s). It is empty if no rows are
+    repeated.
     """
     from skewbridge.study.analyses import run_in_journal
 
@@ -132,7 +132,7 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
-    """Return the variants with least and most friction, at the largest skew and the smallest gap.
+    """Return the variants of lowest and highest friction at the largest skew and smallest gap.
 
     None if the study has only one value of friction.
     """
@@ -173,8 +173,8 @@ def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> Non
 def read_friction_pair(path: Path) -> tuple[Variant, str, dict[str, pd.DataFrame]] | None:
     """Return the content of a file of `write_friction_pair`, or None if there was no pair.
 
-    It is the variant without friction, the motion, and the histories by legend text, such as
-    ``friction 0.5``.
+    It consists of the variant without friction, the motion, and a dictionary of histories whose
+    keys are legend texts such as ``friction 0.5``.
     """
     table = read_frame(path)
     if table.empty:

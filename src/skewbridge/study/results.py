@@ -1,4 +1,4 @@
-"""Results of a study: its tables, fits to foreign demands, predictions, comparisons."""
+"""Tables of a study, fits to demands from other programs, predictions and comparisons."""
 
 import re
 import warnings
@@ -64,8 +64,8 @@ _MEDIAN: Final = re.compile(r"theta(_(?!bound_beta)\w+)?")
 class Results:
     """Tables of a finished study.
 
-    Every frame has ``attrs["units"]``, units by column (none for ratios and texts), and
-    ``attrs["provenance"]``, texts by name. Medians have the unit of their intensity measure.
+    Every frame has two dictionaries: ``attrs["units"]`` (unit of each column, except ratios and
+    texts) and ``attrs["provenance"]``. Medians have the unit of their intensity measure.
     """
 
     folder: Path
@@ -77,7 +77,7 @@ def load_results(folder: Path) -> Results:
     """Read the demands of a study and all tables of its fits.
 
     Warns (`UserWarning`) when tables have different configurations, motions, commits or versions.
-    `InputError` if the folder has no demands, or a table is damaged or of another version.
+    Raises `InputError` if the folder has no demands, or a table is damaged or of another version.
     """
     demands = _frame(demands_file(folder))
     fits = {file.stem: _frame(file) for file in sorted(folder.glob("fragility/*.parquet"))}
@@ -122,9 +122,9 @@ def _frame(path: Path) -> pd.DataFrame:
 def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS) -> pd.DataFrame:
     """Return the fragility curves of column shear failure, one limit state per shear model.
 
-    The demand / capacity ratios are peaks over the same whole histories, so no model censors
-    another. Variants in which no model predicts a failure are left out. The result is empty if the
-    demands lack these ratios.
+    The demand / capacity ratios are peaks over all steps, even after a column failure, so a failure
+    in one model does not censor the others. Variants in which no model predicts a failure are left
+    out. The result is empty if the demands do not include these ratios.
     """
     failure = with_column_failure([], FAILURE_DEMANDS.values())[0]
     states = [
@@ -140,13 +140,13 @@ def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS)
 
 
 def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFrame, str]:
-    """Return a table as `read_foreign`, with known columns only, and its intensity measure."""
+    """Return the table read by `read_foreign` (known columns only) and its intensity measure."""
     source = read_any(path)
     need_columns(source, ["status"], path.name)
     measures = list(map(str, source.filter(regex="^im_")))
     chosen = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
     if measures and chosen not in source:
-        problem = f"{path.name}: no column {im!r}; intensities:" if im else "choose --im: one of"
+        problem = f"{path.name}: no column {im!r}; it has:" if im else "choose --im, one of:"
         raise InputError(f"{problem} {', '.join(measures)}", column=im or "im")
     named = {*TEXT_COLUMNS, *KEY_COLUMNS, *axis_names(source), COMPLETE, chosen}
     named |= {state.demand for state in states} | {column.name for column in DEMAND_COLUMNS}
@@ -184,8 +184,8 @@ def statistics_of(
 ) -> dict[str, Any]:
     """Write every table of results/fragility from a table of demands, and return their summary.
 
-    Limit states whose demand is missing are ``left_out``. `InputError` with row and column of an
-    invalid value.
+    The summary lists limit states whose demand is missing as ``left_out``. For an invalid value,
+    `InputError` gives its row and column.
     """
     tables, measure, left_out = _tables_of(demands, limit_states, im, margin)
     write_tables(tables, writable_folder(out))
@@ -215,7 +215,7 @@ STUDY: Final = "study"
 
 
 class StudyComparison(NamedTuple):
-    """Changes from a first study to a second study, as tables of effects."""
+    """Tables of the changes from a first study to a second study."""
 
     demands: pd.DataFrame
     medians: pd.DataFrame
@@ -283,7 +283,7 @@ def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
 
 
 def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[str]) -> str:
-    """Return the message for tables without pairs: shared variants, motions and loadings."""
+    """Return the message for studies without pairs, with the shared variants and motions."""
     kinds = {
         "variants": [*BRIDGE_COLUMNS, *axes],
         "motions": ["motion_id"],

@@ -1,8 +1,8 @@
 """Rounds of a study that runs until its headline effects are decided: plans and files.
 
-A round adds motions of the ordered suite to the variants that are needed to decide open cells. A
-cell is a pooled effect on a headline demand or on the median capacity of a headline state. The plan
-of a round has the number of motions of every variant, based on the demands of earlier rounds.
+A round adds motions of the ordered suite to the variants that are needed to decide open effects.
+These are the pooled effects on headline demands and on median capacities of headline states. The
+plan of a round has the number of motions of every variant, based on demands of earlier rounds.
 
 References:
     Neyman (1934), J. R. Stat. Soc. 97(4):558-625: allocation in proportion to
@@ -61,7 +61,7 @@ _ENDS: Final = {
     OUT_OF_REACH: "{left} cannot be decided with the largest number of motions (design.most)",
     OUT_OF_TIME: "the time is used up (design.hours {hours:g}): set a larger value to resume",
 }
-# ASSUME a cell is worth its analyses if the probability of deciding it is at least this
+# ASSUME an effect is worth its analyses if the probability of deciding it is at least this
 LEAST_CHANCE: Final = 0.2
 
 
@@ -73,12 +73,12 @@ def targets(
     looks: Sequence[int],  # number of motions at each look
     level: float,  # two-sided joint level of all intervals of a cell
 ) -> tuple[pd.DataFrame, list[dict[str, int]]]:
-    """Return the pooled cells, and the number of motions by variant that decides each cell.
+    """Return the pooled effects and, for each, the motions of each variant that decide it.
 
-    ``needed`` is the number that decides a cell if all of its pairs of variants have it. For the
-    same error, pairs with small scatter or long analyses get fewer motions, the others more (Neyman
-    1934). No motions are planned for a decided cell, or if the probability of a decision at the
-    last look is below `LEAST_CHANCE`.
+    ``needed`` is the number of motions that decides an effect if it is equal in all of its pairs of
+    variants. Pairs with small scatter or long analyses get fewer motions and the remaining pairs
+    more, so that the error is unchanged (Neyman 1934). No motions are planned for a decided effect,
+    or if the probability of a decision after the last round is below `LEAST_CHANCE`.
     """
     axes = axis_names(places)
     pooled = effects[effects["scope"] == "pooled"].reset_index(drop=True)
@@ -133,8 +133,8 @@ def next_motions(
 ) -> dict[str, int]:
     """Return the number of motions of each variant after the next round.
 
-    Cells are added from the least costly to decide, while the round fits into ``time_s``. A variant
-    advances by one look at most.
+    Effects are added in order of increasing cost of a decision, while the round fits into
+    ``time_s``. A variant gets at most the motions of one round.
     """
 
     def left_s(cell: Mapping[str, int]) -> float:
@@ -154,10 +154,10 @@ def next_motions(
 def first_motions(
     motions: Mapping[str, int], cost_s: Mapping[str, float], first: int, time_s: float
 ) -> dict[str, int]:
-    """Return the motions of each variant after the next round, up to ``first`` as time permits.
+    """Return the number of motions of each variant after the next round: ``first``, or fewer.
 
-    A round that would take more than half of the time is split in two: motions differ in cost, so
-    the second part has a better forecast.
+    It is less than ``first`` if time is short. A round that would take more than half of the time
+    is split in two: motions differ in cost, so the second part has a better forecast.
     """
     of_one = sum(cost_s.values())
     more = min(first - min(motions.values()), max(int(time_s / of_one), 0))
@@ -171,8 +171,8 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     """Write the plan of a round (1, 2, ...) from the demands of all earlier rounds; log a line.
 
     The plan is a JSON object: ``motions`` of each variant before and after the round, ``analyses``
-    of the round, ``decided`` and ``cells`` after the earlier rounds, and ``ended``: the reason for
-    the end of the study (decided, most or hours), or null if it continues.
+    of the round, ``decided`` and ``cells`` (pooled effects) after the earlier rounds, and
+    ``ended``: the reason why the study ends (decided, most or hours), or null if it continues.
     """
     entered_s = time.monotonic()
     design, setup = study.design, StudySetup.of(study)
@@ -235,7 +235,7 @@ def _looked_at(
     motions: Mapping[str, int],
     mean_s: Mapping[str, float],
 ) -> tuple[pd.DataFrame, list[dict[str, int]]]:
-    """Return the pooled cells after the earlier rounds, and the motions that would decide each."""
+    """Return the results of `targets` after the earlier rounds."""
     settings, looks = study.fragility, study.design.looks
     states = load_limit_states(Path(settings.limit_states))
     states = with_column_failure(states, with_derived_columns(demands.head(0)).columns)
@@ -253,7 +253,7 @@ def _looked_at(
 
 
 def round_line(plan: Mapping[str, Any]) -> str:
-    """Return the log line of a round: decided cells, then the next analyses or the end."""
+    """Return the log line of a round: decided effects, then the next analyses or the end."""
     start, cells = f"round {plan['round']}: ", len(plan["cells"])
     if cells:
         start += f"{plan['decided']} of {cells} decided; "

@@ -33,7 +33,7 @@ logger = logging.getLogger(__name__)
 class Task:
     """All inputs of one analysis; the motion has its scale factor and intensity measures.
 
-    The options include the random properties drawn for the motion; `draw` lists them by name.
+    The options include the random properties drawn for the motion, which `draw` maps to values.
     """
 
     variant: Variant
@@ -60,8 +60,8 @@ class Task:
 def run_key(task: Task) -> str:
     """Return the digest of everything that the result of an analysis depends on.
 
-    The motion enters by its accelerations and time step as analysed. Its files, name, event and
-    intensity measures do not enter.
+    The digest includes the accelerations and time step of the motion as analysed, but not its
+    files, name, event or intensity measures.
     """
     return digest_of(
         canonical(asdict(task.variant)),
