@@ -1,4 +1,4 @@
-"""Response history of one abutment with its share of the deck mass (sub-structure of the paper)."""
+"""Response history of one abutment with its share of the deck mass, as in the paper."""
 
 from dataclasses import dataclass
 
@@ -23,7 +23,7 @@ class AbutmentHistory:
 
     Attributes:
         disp_m: Displacement of the deck end along x and y since dead load, shape (n, 2).
-        force_n: Force on the deck, positive against a positive displacement, shape (n, 2).
+        force_n: Force on the deck, positive if it opposes positive displacement, shape (n, 2).
         normals_n: Normal forces of the contact units, shape (n, units).
         friction_n: Resultant friction forces of the contact units, shape (n, units).
         is_complete: Whether the analysis reached its end.
@@ -91,7 +91,7 @@ def abutment_history(
 
 
 def _resisting_force_n(abutment: AbutmentModel) -> list[float]:
-    """Return the force on the deck along x and y (N), positive against a positive displacement."""
+    """Return the force on the deck along x and y (N), positive if it opposes displacement."""
     handle, contacts = abutment.handle, abutment.contacts
     total = np.zeros(2)
     for bearing in handle.bearings:

@@ -353,7 +353,7 @@ def _sum(units: Sequence[UnitLedger], field: str) -> float:
 
 
 def _share(units: Sequence[UnitLedger], field: str, whole: str = "friction_work_j") -> float:
-    """Return the ratio of the sums of two fields, zero if the second sum is zero."""
+    """Return the sum of one field divided by the sum of `whole`; 0 if the latter is 0."""
     total = _sum(units, whole)
     return _sum(units, field) / total if total > 0.0 else 0.0
 

@@ -35,7 +35,7 @@ if TYPE_CHECKING:  # a job without analyses does not import OpenSees
 
 logger = logging.getLogger("skewbridge")
 
-#: Errors of the disk or its access rights, not of the program.
+#: Errors caused by the disk or access rights, not by the program.
 _OF_THE_DISK: Final = frozenset(
     {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EFBIG, errno.EIO}
 )

@@ -70,7 +70,7 @@ def read_content(paths: Sequence[Path]) -> JournalContent:
 
 
 def _row(line: bytes) -> Row | None:
-    """Return the row of a line; None if the line was altered or is not a row."""
+    """Return the row stored in a line; None if the line was altered or contains no row."""
     checksum = _CHECKSUM.search(line)
     body = line if checksum is None else line[: checksum.start()] + b"}"
     if checksum is not None and int(checksum[1], 16) != zlib.crc32(body):

@@ -125,7 +125,7 @@ CHOICES: Final = tuple(
 
 
 def choice_text(key: str, value: Value) -> str:
-    """Return a value of an option as tables and figures show it, with its unit."""
+    """Return the text of an option value for tables and figures, with its unit."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, tuple):
@@ -139,7 +139,7 @@ def choice_text(key: str, value: Value) -> str:
 
 
 CHOICE_COLUMNS: Final[dict[str, str]] = read_yaml(COLUMNS_FILE)["modelling_choices"]
-#: Columns that identify a compared value; the others describe its ratio for one demand.
+#: Columns that identify a compared value; the remaining columns describe one demand ratio.
 _COMPARED: Final = list(CHOICE_COLUMNS)[:6]
 
 

@@ -115,7 +115,7 @@ def hold_tree(folder: Path) -> None:
 
 
 def cancel_left_behind(prefix: str) -> None:
-    """Cancel Slurm jobs whose names start with the prefix: leftovers of a killed workflow.
+    """Cancel Slurm jobs of a killed workflow, whose names start with the prefix.
 
     They would compete with the new jobs. Their finished analyses are in their journals.
     """

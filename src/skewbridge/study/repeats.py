@@ -39,7 +39,7 @@ def _reference(task: "Task") -> "Task":
     return replace(task, settings=settings, options=options)
 
 
-#: Changes of a repeated row of the study; their names are prefixes of columns of the table.
+#: Changes made in a repeated row of the study; their names are prefixes of table columns.
 REPEATS: Final[Mapping[str, "Callable[[Task], Task]"]] = {
     AS_IN_STUDY: lambda task: task,
     "reference": _reference,

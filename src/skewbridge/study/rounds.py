@@ -265,7 +265,7 @@ def round_line(plan: Mapping[str, Any]) -> str:
 
 
 def tables_of_round(folder: StudyFolder, plan: Path) -> list[Path]:
-    """Return the demands tables that a round produces; empty if the study ends with this plan."""
+    """Return the demands tables that a round produces; none if the study ends with this plan."""
     content = read_json(plan)
     changed = [slug for slug, (start, end) in content["motions"].items() if end > start]
     return [folder.round_demands(content["round"], slug) for slug in changed]

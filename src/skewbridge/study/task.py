@@ -45,7 +45,7 @@ class Task:
 
     @property
     def analysed_s(self) -> float:
-        """Length of the motion that is analysed, unless the analysis ends early."""
+        """Length of the analysed part of the motion, unless the analysis ends early."""
         longest = self.settings.duration_s
         return min(self.motion.motion.duration_s, inf if longest is None else longest)
 
