@@ -285,7 +285,7 @@ def annual_frequency(theta: float, beta: float, im: ArrayLike, rate: ArrayLike) 
 
 
 def identifier(name: str, signs: str, longest: int) -> str:
-    """Return a name with only ``signs`` (a regex class). A changed name ends with a digest."""
+    """Return a name with _ for characters outside a regex class; a change adds a digest."""
     plain = re.sub(f"[^{signs}]", "_", name)
     if plain == name and len(name) <= longest:
         return name
@@ -378,7 +378,7 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
     """
     out.parent.mkdir(parents=True, exist_ok=True)
     if (names_file := out.with_suffix(".json")) == out:
-        raise InputError(f"{out.name} must be a CSV file; names are written to a JSON file")
+        raise InputError(f"--out must end with .csv, got {out.name} (a .json file gets the names)")
     rows: list[dict[str, Any]] = []
     holes: list[dict[str, Any]] = []
     names: dict[str, Any] = {}

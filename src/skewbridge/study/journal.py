@@ -154,7 +154,8 @@ def _lock(descriptor: int, path: Path, patience_s: float) -> None:
 def compact_journals(folder: StudyFolder, dropped: Collection[str] = ()) -> JournalContent:
     """Rewrite the journals with only the last line of each key; return their previous content.
 
-    Rows with a status in `dropped` are removed. `InputError`, without changes, if the study runs.
+    Rows with a status in `dropped` are removed. If the study is running,
+    nothing is changed and an `InputError` is raised.
     """
     content = read_content(folder.journals)
     with ExitStack() as locks:
