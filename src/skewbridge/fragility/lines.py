@@ -17,6 +17,7 @@ from skewbridge.fragility.likelihood import NormalKernel, maximise
 
 #: Smallest slope 1/beta of a curve: with beta above 50 it is flat over any range of intensities.
 FLATTEST_SLOPE: Final = 0.02
+TEST_LEVEL: Final = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,11 +95,11 @@ class TestedLine(NamedTuple):
 
     @property
     def warnings(self) -> list[str]:
-        """Warnings about curvature and changing scatter that are significant at 5 %."""
+        """Warnings about curvature and changing scatter that are significant at `TEST_LEVEL`."""
         names: list[str] = []
-        if self.curvature_p < 0.05:
+        if self.curvature_p < TEST_LEVEL:
             names.append("saturating" if self.curvature < 0.0 else "curved")
-        if self.scatter_p < 0.05:
+        if self.scatter_p < TEST_LEVEL:
             names.append("heteroscedastic")
         return names
 

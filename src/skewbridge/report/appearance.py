@@ -56,6 +56,7 @@ STYLE: Final[Any] = {
 MAX_BANDS: Final = 2
 #: Marks of the runs in a cloud.
 MARKS: Final = ("o", "s", "D", "P", "X", "*")
+_MANY: Final = 2000.0  # ratio of the ends of an axis above which only decades have ticks
 DASHES: Final = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
 _WIDEST, _THINNEST = 2.3, 1.0  # points; later lines are thinner, so that overlaid lines are visible
 _LEAST_SHOWN: Final = 3  # an axis each for panels, dashes and colours, even if constant
@@ -183,7 +184,7 @@ def groups_of(table: pd.DataFrame, columns: Sequence[str]) -> list[tuple[Any, pd
 def plain_log_ticks(axis: DrawnAxis) -> None:
     """Label a logarithmic axis with plain numbers at 1, 2 and 5 (over many decades only at 1)."""
     low, high = axis.get_view_interval()
-    many = high > 2000.0 * low > 0.0
+    many = high > _MANY * low > 0.0
 
     def plain(value: float, _position: int) -> str:
         return np.format_float_positional(value, precision=2, fractional=False, trim="-")

@@ -35,6 +35,8 @@ if TYPE_CHECKING:  # a job without analyses does not import OpenSees
 
 logger = logging.getLogger("skewbridge")
 
+EXIT_INTERRUPTED: Final = 130
+
 #: Errors caused by the disk or access rights, not by the program.
 _OF_THE_DISK: Final = frozenset(
     {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EFBIG, errno.EIO}
@@ -216,7 +218,7 @@ def script_session(snakemake: Any) -> Generator[Job]:
         raise SystemExit(EXIT_BAD_INPUT if is_input else EXIT_FAILED) from None
     except KeyboardInterrupt:
         logger.error("interrupted; finished analyses are kept")
-        raise SystemExit(130) from None
+        raise SystemExit(EXIT_INTERRUPTED) from None
     except OSError as error:
         if error.errno not in _OF_THE_DISK:
             raise

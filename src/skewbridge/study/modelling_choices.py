@@ -138,6 +138,7 @@ def choice_text(key: str, value: Value) -> str:
     return f"{value:g}" if unit == "-" else f"{value:g} {unit}"
 
 
+CHOICE_CONFIDENCE: Final = 0.90  # level of the intervals
 CHOICE_COLUMNS: Final[dict[str, str]] = read_yaml(COLUMNS_FILE)["modelling_choices"]
 #: Columns that identify a compared value; the remaining columns describe one demand ratio.
 _COMPARED: Final = list(CHOICE_COLUMNS)[:6]
@@ -230,7 +231,7 @@ def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any
     logs = table.groupby([*_COMPARED, "demand"], sort=False)
     by_motion = table.groupby([*_COMPARED, "demand", "motion"], sort=False)["log"].mean()
     means = by_motion.groupby([*_COMPARED, "demand"], sort=False).agg(["mean", "sem", "count"])
-    reach = means["sem"] * student.ppf(0.95, means["count"] - 1)  # 90 % intervals
+    reach = means["sem"] * student.ppf(0.5 + CHOICE_CONFIDENCE / 2, means["count"] - 1)
     ends = {"ci_low": means["mean"] - reach, "ci_high": means["mean"] + reach}
     spread = {"lowest": logs["log"].min(), "highest": logs["log"].max()}
     ratios = pd.DataFrame({"ratio": logs["log"].mean()} | ends | spread).apply(np.exp)

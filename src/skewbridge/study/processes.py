@@ -24,6 +24,7 @@ LOCK_NAME: Final = "study.lock"
 #: Logger whose lines are shown in the terminal, so that a piped run shows its progress.
 PROGRESS_LOG: Final = "skewbridge.progress"
 _PR_SET_PDEATHSIG: Final = 1  # source: linux/prctl.h
+_EXIT_ORPHANED: Final = 3
 _PARENT: Final = os.getppid()
 #: Environment variable with the id of the parent process, so that a process also detects a parent
 #: that ended before this module was imported.
@@ -39,7 +40,7 @@ def end_with_parent() -> None:
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != int(os.environ.get(PARENT_VARIABLE, _PARENT)):  # the parent has ended
-        os._exit(3)
+        os._exit(_EXIT_ORPHANED)
 
 
 @cache

@@ -34,6 +34,7 @@ type Outcome = Literal["agrees", "disagrees", "undecidable"]
 RESOLUTION: Final = 0.005
 # ASSUME minimal, small and similar in the paper mean at most 5 %.
 SMALL: Final = 0.05
+SIGNIFICANCE: Final = 0.05
 FEWEST_RUNS: Final = 7
 FEWEST_VALUES: Final = 5  # with fewer values sign and rank tests cannot be significant
 
@@ -200,7 +201,7 @@ def grows_with(x: Sequence[float], y: Sequence[float]) -> Verdict:
 def _tested(text: str, p_for: float, p_against: float, numbers: tuple[float, float]) -> Verdict:
     """Return the verdict from the p values of the claim and of its opposite."""
     reason = f"{text}: p = {min(p_for, p_against):.2g}"
-    if min(p_for, p_against) > 0.05:
+    if min(p_for, p_against) > SIGNIFICANCE:
         return Verdict("undecidable", reason, *numbers)
     return _decided(p_for < p_against, reason, *numbers)
 
