@@ -10,7 +10,7 @@ from scipy import special, stats
 
 from skewbridge.bridge.backfill import Passive
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.model import build, domain, scaled_bridge
+from skewbridge.bridge.model import build, domain, built_bridge
 from skewbridge.bridge.section import core_concrete, steel_of
 from skewbridge.demands.columns import columns_with
 from skewbridge.report.answer import properties_sentence
@@ -110,7 +110,7 @@ def test_every_variant_has_the_draw_of_the_motion(tmp_path) -> None:
 
 def test_without_draws_a_bridge_is_that_of_its_file(tmp_path) -> None:
     for name in ("osb1", "osb1_fixed", "bridge_a", "osb2s"):
-        assert scaled_bridge(load_bridge(name), ModelOptions()) == load_bridge(name)
+        assert built_bridge(load_bridge(name), ModelOptions()) == load_bridge(name)
     passive = Passive(stiffness_n_per_m=3.0e7, ultimate_n=4.0e6, failure_ratio=0.7)
     assert passive.scaled(1.0, 1.0) == passive
     (task,) = study_of(tmp_path).tasks(SLUG)
@@ -134,7 +134,7 @@ def test_factors_act_on_the_model() -> None:
         gap_offset_mm=-5.0,
     )  # fmt: skip
     usual = load_bridge("osb1")
-    scaled = scaled_bridge(usual, options)
+    scaled = built_bridge(usual, options)
     before, after = usual.column, scaled.column
     assert after.elastic_modulus_gpa == pytest.approx(1.1 * before.elastic_modulus_gpa)
     assert steel_of(after).yield_pa == pytest.approx(1.1 * steel_of(before).yield_pa)

@@ -281,24 +281,25 @@ def elastic_stiffness(element: int) -> Matrix:
 
 
 def held_by_contacts(model: BridgeModel) -> dict[int, tuple[int, ...]]:
-    """Return the grounded springs of each massless contact node that has no other elements.
+    """Return the springs between each contact node and the ground that carry the contact force.
 
-    The keys are nodes. The springs carry exactly the contact force, because nothing else acts on
-    such a node.
+    The keys are nodes. Contact nodes with a mass, or with other elements, are omitted: only if
+    nothing else acts on a node and on the nodes behind it do their springs carry that force.
     """
-    nodes = {unit.node_i for unit in model.contacts.units} if model.contacts else set[int]()
-    groups, at_node = model.energy_elements, dict[int, list[int]]()
+    at_node: dict[int, list[int]] = {}
     for element in ops.getEleTags():
-        for node in nodes.intersection(ops.eleNodes(element)):
+        for node in ops.eleNodes(element):
             at_node.setdefault(node, []).append(element)
-    springs, contacts = set(groups["backfill"]), set(groups["contact"])
-    grounded = {
-        element
-        for element in springs
-        if any(len(ops.getFixedDOFs(node)) == DISP for node in ops.eleNodes(element))
-    }
-    return {
-        node: tuple(element for element in elements if element in grounded)
-        for node, elements in at_node.items()
-        if not any(ops.nodeMass(node)) and contacts.union(grounded).issuperset(elements)
-    }
+    springs, contacts = (set(model.energy_elements[name]) for name in ("backfill", "contact"))
+    held: dict[int, tuple[int, ...]] = {}
+    for first in {unit.node_i for unit in model.contacts.units} if model.contacts else ():
+        chain, reached = dict[int, None](), [first]
+        for node in reached:
+            behind = [each for each in at_node[node] if each not in chain and each not in contacts]
+            chain.update(dict.fromkeys(behind))
+            ends = {other for element in behind for other in ops.eleNodes(element)} - {*reached}
+            reached += [other for other in ends if len(ops.getFixedDOFs(other)) < DISP]
+        is_free = not any(mass for node in reached for mass in ops.nodeMass(node))
+        if is_free and springs.issuperset(chain):
+            held[first] = tuple(chain)
+    return held

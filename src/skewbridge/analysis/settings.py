@@ -154,6 +154,7 @@ class AnalysisSettings:
             coupling="lagged",
             wall_mass=True,
             backfill_vs_mps=None,  # the paper names no radiation damping
+            backfill_dashpot="parallel",
             backfill_height_exponent=1.0,
             key_along_face="elastic",
             key_frame="skewed",  # the paper's loops are in the local axes of the abutment

@@ -51,8 +51,10 @@ from skewbridge.bridge.handles import (
     TagAllocator,
 )
 from skewbridge.bridge.springs import (
+    NORMAL_OVER_NEIGHBOUR,
     damping_n_s_per_m,
     elastic_material,
+    elastic_part_n_per_m,
     gap_material,
     grounded_node,
     key_face_material,
@@ -62,6 +64,7 @@ from skewbridge.bridge.springs import (
     penalties,
     plane_node,
     plastic_material,
+    plastic_part,
     spring_element,
     turned,
 )
@@ -457,11 +460,24 @@ def _hold_wall_point(joint: Joint, nodes: tuple[int, int], share: float, passive
     # ASSUME towards the deck the stem of the wall has the initial stiffness of the soil: shaking
     # alone does not push the wall into the gap
     dashpot = joint.dashpot_n_s_per_m(stiffness, mass_kg, share)
-    leaning = elastic_material(stiffness + weak, tags, dashpot, compression_n_per_m=weak)
-    across = [passive_material(passive, 0.0, tags), leaning]
     wing_part = share * wing_share(joint.data)
-    dashpot = joint.dashpot_n_s_per_m(wing.stiffness_n_per_m, mass_kg, wing_part)
-    along = [plastic_material(wing, tags), elastic_material(weak, tags, dashpot)]
+    wing_dashpot = joint.dashpot_n_s_per_m(wing.stiffness_n_per_m, mass_kg, wing_part)
+    along = [plastic_material(wing, tags), elastic_material(weak, tags, wing_dashpot)]
+    if joint.options.backfill_dashpot == "parallel":
+        leaning = elastic_material(stiffness + weak, tags, dashpot, compression_n_per_m=weak)
+        across = [passive_material(passive, 0.0, tags), leaning]
+    else:
+        # The waves leave through the elastic part, in series with the plastic part, so the force of
+        # spring and dashpot never exceeds the strength of the soil. Without tension in the plastic
+        # part their sum is never tension.
+        ground, wall = nodes
+        nodes = ground, plane_node(ops.nodeCoord(wall)[:2], 0.0, tags)
+        elastic = [elastic_material(elastic_part_n_per_m(passive), tags, dashpot)]
+        tie = [elastic_material(NORMAL_OVER_NEIGHBOUR * wing.stiffness_n_per_m, tags)]
+        link, _ = spring_element((nodes[1], wall), end.inward, elastic, tie, tags)
+        joint.handle.other_springs.append(link.element)
+        stem = elastic_material(stiffness, tags, compression_n_per_m=0.0)
+        across = [*plastic_part(passive, tags), stem]
     wall_spring, wing_spring = spring_element(nodes, end.inward, across, along, tags)
     joint.handle.wall_springs.append(wall_spring)
     joint.handle.wing_springs.append(wing_spring)

@@ -1,7 +1,11 @@
-"""Bents of the model: integral caps, fiber columns, bases and foundation springs."""
+"""Bents of the model: integral caps, fiber columns, bases and foundation springs.
+
+A bent may be skewed like the abutments. Cap, columns, their sections and the springs below them
+turn with it: the first axis of a bent is normal to it, the second along it.
+"""
 
 from itertools import pairwise
-from math import ceil, cos, pi, sin, sqrt
+from math import ceil, cos, pi, radians, sin, sqrt
 
 import numpy as np
 import openseespy.opensees as ops
@@ -9,7 +13,7 @@ import openseespy.opensees as ops
 from skewbridge.bridge.catalogue.data import BridgeData, ColumnData
 from skewbridge.bridge.column import RESIDUAL_SHEAR, BentCapacity, bent_capacity, shear_loss
 from skewbridge.bridge.deck import Deck, add_moment, add_weight, column_weight_n, deck_reactions_n
-from skewbridge.bridge.handles import ColumnHandle, Point, TagAllocator
+from skewbridge.bridge.handles import ColumnHandle, PlanVector, Point, TagAllocator
 from skewbridge.bridge.section import (
     Concrete,
     core_concrete,
@@ -17,7 +21,7 @@ from skewbridge.bridge.section import (
     shear_modulus_pa,
     steel_of,
 )
-from skewbridge.bridge.springs import elastic_material, grounded_node
+from skewbridge.bridge.springs import elastic_material, grounded_node, turned
 from skewbridge.contact.element import uniaxial
 from skewbridge.errors import InputError
 from skewbridge.units import G_MPS2, GPA, KN, MM
@@ -28,26 +32,31 @@ RIGID_BENDING = 1000.0  # factor on the vertical bending stiffness of a cap
 
 
 def build_bents(
-    bridge: BridgeData, spine: Deck, options: ModelOptions, tags: TagAllocator
+    bridge: BridgeData, spine: Deck, skew_deg: float, options: ModelOptions, tags: TagAllocator
 ) -> tuple[tuple[ColumnHandle, ...], tuple[int, ...]]:
-    """Create caps, columns and bases with their weights; return columns and foundation springs."""
+    """Create caps, columns and bases with their weights; return columns and foundation springs.
+
+    ``skew_deg`` is the skew of the bents; column spacings and cap weights of the bridge are those
+    of the skewed bents (`skewbridge.bridge.model.built_bridge`).
+    """
+    normal = (cos(radians(skew_deg)), sin(radians(skew_deg)))
     upright, level = tags.transformation(), tags.transformation()
     # a column ends at the soffit, rigidly connected to its node at the deck's centroid
     below = (0.0, 0.0, -bridge.deck.centroid_above_soffit_m)
-    ops.geomTransf("PDelta", upright, 1.0, 0.0, 0.0, "-jntOffset", 0.0, 0.0, 0.0, *below)
+    ops.geomTransf("PDelta", upright, *normal, 0.0, "-jntOffset", 0.0, 0.0, 0.0, *below)
     ops.geomTransf("Linear", level, 0.0, 0.0, 1.0)
     columns: list[ColumnHandle] = []
     foundations: list[int] = []
     for number, (bent, x) in enumerate(zip(bridge.bents, bridge.bent_positions_m, strict=True)):
         capacity = bent_capacity(bridge, number, options.hinge_rule)
         integration, hinges = build_integration(bridge, capacity, options, tags)
-        joints = _build_cap(bridge, number, spine, x, level, tags)
+        joints = _build_cap(bridge, number, spine, (x, normal), level, tags)
         if options.cap_load == "spread" and len(joints) > 1:
-            _spread_deck_load(bridge, number, spine, joints)
-        for joint, y in joints:
+            _spread_deck_load(bridge, number, spine, joints, normal)
+        for joint, _ in joints:
             base = tags.node()
-            ops.node(base, x, y, -bent.clear_height_m)
-            foundations.extend(_support(bridge, base, options, tags))
+            ops.node(base, *ops.nodeCoord(joint)[:2], -bent.clear_height_m)
+            foundations.extend(_support(bridge, base, normal, options, tags))
             element = tags.element()
             numerics = (upright, integration, "-iter", *COLUMN_ITERATIONS)
             ops.element("forceBeamColumn", element, base, joint, *numerics)
@@ -75,9 +84,17 @@ def build_bents(
 
 
 def _build_cap(
-    bridge: BridgeData, number: int, spine: Deck, x: float, transformation: int, tags: TagAllocator
+    bridge: BridgeData,
+    number: int,
+    spine: Deck,
+    place: tuple[float, PlanVector],
+    transformation: int,
+    tags: TagAllocator,
 ) -> list[tuple[int, float]]:
-    """Create the cap; return node and y coordinate of its joint above each column."""
+    """Create the cap; return node and position along the cap (m) of its joint above each column.
+
+    ``place`` is x of the middle of the cap and the normal of the bent.
+    """
     bent, deck, centre = bridge.bents[number], bridge.deck, spine.bent_nodes[number]
     add_weight(spine, centre, bent.cap_weight_kn * KN, bent.cap_weight_kn * KN / G_MPS2)
     modulus = deck.elastic_modulus_gpa * GPA
@@ -91,12 +108,11 @@ def _build_cap(
         # otherwise the middle column, below the spine, would carry nearly all of it
         upright *= RIGID_BENDING
     joints: list[tuple[int, float]] = []
-    for i in range(bent.columns):
-        y = (i - (bent.columns - 1) / 2) * bent.column_spacing_m
-        node = centre if y == 0.0 else tags.node()
+    for x, y, along in column_places_m(bridge, number, *place):
+        node = centre if along == 0.0 else tags.node()
         if node != centre:
             ops.node(node, x, y, deck.centroid_above_soffit_m)
-        joints.append((node, y))
+        joints.append((node, along))
     inertias = (torsion, upright, depth * width**3 / 12)
     section = (width * depth, modulus, shear_modulus_pa(modulus), *inertias)
     for (i, _), (j, _) in pairwise(_along_cap(centre, joints)):
@@ -105,39 +121,56 @@ def _build_cap(
     return joints
 
 
+def column_places_m(
+    bridge: BridgeData, number: int, x_m: float, normal: PlanVector
+) -> list[tuple[float, float, float]]:
+    """Return x, y and position along the bent of each column of a bent, in m."""
+    bent, (along_x, along_y) = bridge.bents[number], turned(normal)
+    places = [(i - (bent.columns - 1) / 2) * bent.column_spacing_m for i in range(bent.columns)]
+    return [(x_m + along * along_x, along * along_y, along) for along in places]
+
+
 def _along_cap(centre: int, joints: list[tuple[int, float]]) -> list[tuple[int, float]]:
-    """Return (node, y) of all nodes of a cap, including its middle, sorted by y."""
+    """Return node and position (m) of all nodes of a cap, including its middle, sorted."""
     return sorted({(centre, 0.0), *joints}, key=lambda joint: joint[1])
 
 
 def _spread_deck_load(
-    bridge: BridgeData, number: int, spine: Deck, joints: list[tuple[int, float]]
+    bridge: BridgeData,
+    number: int,
+    spine: Deck,
+    joints: list[tuple[int, float]],
+    normal: PlanVector,
 ) -> None:
-    """Spread the dead load of the deck over the width of a cap.
+    """Spread the dead load of the deck over the length of a cap.
 
     The spine applies this load at the middle of the cap, which would bend the cap and push the
     column bases apart. The function adds the fixed-end forces of a uniform load on the cap and
     subtracts the same total load at its middle.
     """
-    bent, width = bridge.bents[number], bridge.deck.width_m
+    bent, length_m = bridge.bents[number], bridge.deck.width_m / normal[0]
     load_n = deck_reactions_n(bridge)[number + 1] + bent.cap_weight_kn * KN
     centre = spine.bent_nodes[number]
     nodes = _along_cap(centre, joints)
     spine.loads_n[centre] -= load_n
-    per_m, ends = load_n / width, ((-width / 2), *(y for _, y in nodes), width / 2)
-    for i, (node, y) in enumerate(nodes):
+    per_m = load_n / length_m
+    ends = (-length_m / 2, *(along for _, along in nodes), length_m / 2)
+    for i, (node, along) in enumerate(nodes):
         # each side of the node: the whole overhang at an end of the cap, else half the span
         for sign, other, is_end in (
             (-1.0, ends[i], i == 0),
             (1.0, ends[i + 2], i == len(nodes) - 1),
         ):
-            length = abs(other - y)
-            spine.loads_n[node] += per_m * length / (1.0 if is_end else 2.0)
-            moment = per_m * length**2 / (2.0 if is_end else 12.0)
-            add_moment(spine, node, about_x_nm=-sign * moment)
+            part_m = abs(other - along)
+            spine.loads_n[node] += per_m * part_m / (1.0 if is_end else 2.0)
+            moment = per_m * part_m**2 / (2.0 if is_end else 12.0)
+            about_x_nm, about_y_nm = (-sign * moment * part for part in normal)
+            add_moment(spine, node, about_x_nm=about_x_nm, about_y_nm=about_y_nm)
 
 
-def _support(bridge: BridgeData, base: int, options: ModelOptions, tags: TagAllocator) -> list[int]:
+def _support(
+    bridge: BridgeData, base: int, normal: PlanVector, options: ModelOptions, tags: TagAllocator
+) -> list[int]:
     """Fix a base, or create and return its springs; a pinned base still resists torsion."""
     bends = 0 if bridge.base == "pinned" else 1
     if options.foundation == "fixed":
@@ -152,7 +185,9 @@ def _support(bridge: BridgeData, base: int, options: ModelOptions, tags: TagAllo
     held = {dof: 1e6 * value for dof, value in stiffness if bends or dof not in (4, 5)}
     materials = [elastic_material(value, tags) for value in held.values()]
     element = tags.element()
-    ops.element("zeroLength", element, ground, base, "-mat", *materials, "-dir", *held)
+    axes = (*normal, 0.0, *turned(normal), 0.0)
+    springs = ("-mat", *materials, "-dir", *held, "-orient", *axes)
+    ops.element("zeroLength", element, ground, base, *springs)
     return [element]
 
 

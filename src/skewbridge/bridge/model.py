@@ -3,7 +3,7 @@
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from math import sqrt
+from math import cos, radians, sqrt
 from typing import Any
 
 import openseespy.opensees as ops
@@ -50,7 +50,8 @@ def build(variant: Variant, options: ModelOptions) -> BridgeModel:
     """
     plan = blueprint(variant, options)
     spine = build_spine(plan.bridge, options.deck_elements_per_span, plan.tags)
-    columns, foundations = build_bents(plan.bridge, spine, options, plan.tags)
+    skew_deg = options.skew_of_bents_deg(plan.variant.skew_deg)
+    columns, foundations = build_bents(plan.bridge, spine, skew_deg, options, plan.tags)
     left_end = support_deck_end("left", spine.nodes[0], plan)
     right_end = support_deck_end("right", spine.nodes[-1], plan)
     hold_dead_load(spine.loads_n, spine.moments_nm, plan.tags)
@@ -91,15 +92,19 @@ def blueprint(variant: Variant, options: ModelOptions) -> Blueprint:
     if variant.traits.has_contacts:
         is_updated = variant.traits.has_friction
         contacts = ContactSet(tags, update=is_updated, coupling=options.coupling)
-    bridge = scaled_bridge(load_bridge(variant.bridge), options)
+    bridge = built_bridge(load_bridge(variant.bridge), options, variant.skew_deg)
     return Blueprint(variant=variant, bridge=bridge, options=options, tags=tags, contacts=contacts)
 
 
-def scaled_bridge(bridge: BridgeData, options: ModelOptions) -> BridgeData:
+def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.0) -> BridgeData:
     """Return a bridge with materials, mass, pads and keys multiplied by the option factors.
 
-    The factors on damping and backfill are applied where damping and backfill are computed.
+    Bents of a skewed bridge get the column spacing along the bent and the weight of their longer
+    cap. The factors on damping and backfill are applied where damping and backfill are computed.
     """
+    # the cap of a skewed bent ends at the edges of the deck
+    stretch = 1.0 / cos(radians(options.skew_of_bents_deg(skew_deg)))
+    spacing = stretch if options.column_spacing == "normal" else 1.0
     concrete, steel = options.concrete_strength_factor, options.steel_strength_factor
     mass, key = options.deck_mass_factor, {"force_kn": options.key_strength_factor}
     factors = {
@@ -111,7 +116,7 @@ def scaled_bridge(bridge: BridgeData, options: ModelOptions) -> BridgeData:
             "hoop_yield_mpa": steel,
         },
         "deck": {"line_load_kn_per_m": mass, "diaphragm_weight_kn": mass},
-        "bents": {"cap_weight_kn": mass},
+        "bents": {"cap_weight_kn": mass * stretch, "column_spacing_m": spacing},
         "abutment": {
             # ASSUME a softer rubber keeps its vertical stiffness, which hardly affects demands
             "pads": {

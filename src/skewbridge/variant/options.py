@@ -62,6 +62,10 @@ class ModelOptions:
     # ASSUME compacted backfill softened by strong shaking: 100 to 200 m/s
     backfill_vs_mps: Number | None = Field(default=150.0, ge=0.0, le=2.0e3)
     """shear wave velocity for radiation at walls; null (scheme paper): use wall_dashpot_ratio"""
+    # source: Wang et al. (1998), Earthquake Spectra 14(2); Boulanger et al. (1999), J. Geotech.
+    # Geoenviron. Eng. 125(9): radiation damping parallel to the elastic part of p-y springs
+    backfill_dashpot: Literal["series", "parallel"] = Field(default="series")
+    """wall dashpot: in series with the plastic part of the backfill, or parallel to it (paper)"""
     # ASSUME a light key without any damping would rattle
     wall_dashpot_ratio: Number = Field(default=0.10, ge=0.0, le=1.0)
     """damping ratio of key dashpots, and of wall dashpots if backfill_vs_mps is null"""
@@ -84,6 +88,15 @@ class ModelOptions:
     """force of keys along their face: limited by strength, or elastic (scheme paper)"""
     friction_at: FrictionAt = Field(default="all")
     """contacts with friction"""
+    # source: PyPBEE 8fed5bb, modelInputParameters.tcl: bents of bridges A to C are parallel to the
+    # abutments, their columns keep the transverse spacing
+    bent_skew: Literal["abutment", "square"] = Field(default="abutment")
+    """bents: parallel to the abutments, or square to the deck"""
+    bent_skew_deg: Number | None = Field(default=None, ge=-60.0, le=60.0)
+    """skew of all bents; null: set by bent_skew"""
+    # ASSUME the columns of a skewed bent stay under the same girders
+    column_spacing: Literal["normal", "along_bent"] = Field(default="normal")
+    """column spacing of the bridge file: normal to the deck's axis, or along a skewed bent"""
     # ASSUME webs and slabs spread the dead load of the deck evenly over the width of the caps
     cap_load: Literal["spread", "middle"] = Field(default="spread")
     """dead load of the deck on a cap: over its width, or in the middle"""
@@ -141,3 +154,9 @@ class ModelOptions:
     def transverse_gap_m(self) -> float:
         """Gap at each exterior shear key."""
         return self.transverse_gap_mm * MM
+
+    def skew_of_bents_deg(self, skew_deg: float) -> float:
+        """Return the skew of the bents in degrees for a skew of the abutments."""
+        if self.bent_skew_deg is not None:
+            return self.bent_skew_deg
+        return skew_deg if self.bent_skew == "abutment" else 0.0
