@@ -96,13 +96,14 @@ def plastic_part(passive: Passive, tags: TagAllocator) -> list[int]:
     held_n = HOLDING_RATIO * ultimate
     holding = uniaxial(tags, "Steel01", held_n, whole, _HOLDING_HARDENING)
     flow = uniaxial(tags, "Viscous", FLOW_RATIO * ultimate, FLOW_EXPONENT)
-    stiffness = (PLASTIC_OVER_INITIAL - 1.0) * whole
     if passive.failure_ratio == 0.0:
-        yields = (stiffness, -(ultimate - held_n), -NO_GAP_M, 0.0, "damage")
-        return [uniaxial(tags, "ElasticPPGap", *yields), holding, flow]
-    closures_m, forces_n = passive.polygon(_CHORDS)
+        forces_n = np.array([0.0, PLASTIC_OVER_INITIAL * held_n, ultimate])
+        closures_m = forces_n / whole
+    else:
+        closures_m, forces_n = passive.polygon(_CHORDS)
     closures_m = closures_m - forces_n / elastic_part_n_per_m(passive)
     forces_n = forces_n - np.minimum(whole * closures_m, held_n)
+    stiffness = PLASTIC_OVER_INITIAL * whole
     return [_indented_material(closures_m, forces_n, stiffness, 0.0, tags), holding, flow]
 
 
