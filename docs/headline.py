@@ -31,6 +31,7 @@ from skewbridge.report.answer import (
     motions_sentence,
     run_counts,
     short_names,
+    untested_skew_sentence,
 )
 from skewbridge.report.appearance import (
     STYLE,
@@ -76,13 +77,15 @@ def headline_text(table: pd.DataFrame, runs: pd.DataFrame, motions: pd.DataFrame
         lines.append(f"- **{change}** changes the median capacity {', and '.join(clauses)}.")
     level = 100.0 * medians["level"].dropna().iloc[0]
     failures, bounds = failure_sentences(runs)
+    skews_deg = runs.loc[runs["axis"] == "skew_deg", "value"]
+    notes = filter(None, [*limit_notes(table).values(), untested_skew_sentence(skews_deg)])
     return "\n".join(
         [
             *lines,
             f"- {failures} {bounds}",
             "",
             f"Values are averages over all other axes; {level:g} % intervals are in brackets. "
-            f"{motions_sentence(motions, table)} {' '.join(limit_notes(table).values())}".rstrip(),
+            f"{motions_sentence(motions, table)} {' '.join(notes)}".rstrip(),
         ]
     )
 

@@ -284,6 +284,13 @@ def test_leave_one_out_error_is_not_an_error_message(written, tmp_path):
     assert "loo_error: error of theta" in found.stderr
 
 
+def test_prediction_above_45_degrees_notes_the_extrapolated_backfill(written):
+    given = ["predict", "--study", str(written[0] / "out"), *PLACE[2:], "--skew-deg"]
+    for skew_deg, is_noted in (("45", False), ("50", True)):
+        shown = CliRunner().invoke(build_app(), [*given, skew_deg]).stderr
+        assert ("the passive strength at 50° is extrapolated" in shown) == is_noted
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

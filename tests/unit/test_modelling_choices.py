@@ -68,7 +68,7 @@ def test_every_choice_sets_its_option_to_other_values_than_the_configured(choice
 def test_choices_that_do_not_act_on_a_variant_are_left_out(task: Task) -> None:
     everywhere = {"column_integration", "damping_ratio", "integrator", "cap_load", "fiber_end"}
     everywhere |= {"shear_model", "shear_failure"}
-    of_skew = {"key_frame", "gap_measured", "backfill_variation"}
+    of_skew = {"key_frame", "gap_measured", "backfill_variation", "backfill_skew"}
     assert tried(at(task, abutment="roller")) == everywhere
     assert of_skew | {"friction_at"} <= tried(task)
     # hinge_rule: the hinges of osb1 are longer than the limit

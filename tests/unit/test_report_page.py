@@ -195,6 +195,23 @@ def test_title_gives_the_most_severe_median_capacity_with_a_clear_direction():
     )
 
 
+@pytest.mark.parametrize(
+    ("skews", "abutment", "largest"),
+    [
+        ((0, 60), "contact_friction", "60"),
+        ((-55, 0), "spring", "55"),
+        ((0, 45), "spring", ""),
+        ((0, 60), "roller", ""),
+    ],
+)
+def test_page_states_that_no_test_has_a_skew_above_45_degrees(render, skews, abutment, largest):
+    demands = synthetic_demands(skews=skews, gaps=(25,), frictions=(0,))
+    page, _ = render(demands.assign(abutment=abutment))
+    sentence = "No test of backfill has a skew above 45°: the passive strength at"
+    assert (sentence in page) == bool(largest)
+    assert f"{sentence} {largest}° is extrapolated." in page or not largest
+
+
 def test_title_and_notes_state_medians_that_leave_the_data():
     limits = {"im_low": 1.7, "im_high": 2.1, "n_cells": 4,
               "n_without_curve": 0, "n_extrapolated": 8}  # fmt: skip

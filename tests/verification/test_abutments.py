@@ -21,12 +21,13 @@ from skewbridge.analysis.pushover import push_abutment
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge import springs
 from skewbridge.bridge.abutments import Joint
-from skewbridge.bridge.backfill import wall_backfill
+from skewbridge.bridge.backfill import skew_reduction, wall_backfill
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
 from skewbridge.bridge.deck import deck_reactions_n
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
+from skewbridge.verification.registry import run_study
 from strong_motion import strong_motion
 
 PADS_N_PER_M = 5 * 2208e3
@@ -113,6 +114,78 @@ def test_the_hyperbola_of_kavianis_bridges_passes_its_two_points():
         closures_m = [ultimate_kn / 2 / k50_mn_per_m / 1e3, 0.05 * data.wall_height_m]
         found_kn = wall_backfill(data, "hyperbolic", 0.0).force_n(closures_m) / 1e3
         assert found_kn == pytest.approx([ultimate_kn / 2, ultimate_kn], rel=1e-6), name
+
+
+# --- skew: strength by the rule of SDC, stiffness and closure at full strength as in tests
+
+
+def test_pushed_walls_agree_with_the_tests_of_skewed_walls():
+    study = run_study("skew-passive")
+    assert [row["quantity"] for row in study.comparisons if not row["pass"]] == []
+    judged = [row for row in study.comparisons if np.isfinite(row["tolerance"] or np.nan)]
+    # five measured strengths, three stiffnesses for each curve; four closures for the hyperbola
+    assert len(judged) == 2 * (5 + 3) + 4
+    assert {row["source"].split()[0] for row in judged} >= {"Franke", "Smith", "Jessee", "Rollins,"}
+
+
+@pytest.mark.parametrize("bridge", bridge_names())
+@pytest.mark.parametrize("skew_deg", [15, -45, 60])
+def test_skew_keeps_the_stiffness_and_the_closure_at_full_strength(bridge, skew_deg):
+    data, skew_rad = load_bridge(bridge).abutment, np.radians(skew_deg)
+    straight, skewed = (wall_backfill(data, "hyperbolic", angle) for angle in (0.0, skew_rad))
+    reduction = np.exp(-abs(skew_deg) / 45.0)
+    end_m = straight.ultimate_n / straight.stiffness_n_per_m / (1.0 - straight.failure_ratio)
+    found_n = skewed.force_n([1e-9, end_m * (1 - 1e-6), end_m, 2 * end_m])
+    assert found_n[0] == pytest.approx(1e-9 * straight.stiffness_n_per_m, rel=1e-6)
+    assert found_n[1] < found_n[2] * (1 - 1e-9)  # not yet at full strength
+    assert found_n[2:] == pytest.approx(reduction * straight.ultimate_n, rel=1e-9)
+    if (bridge, skew_deg) == ("osb1", -45):
+        assert skewed.failure_ratio == pytest.approx(0.89, abs=0.005)
+
+
+@pytest.mark.parametrize("kind", ["hyperbolic", "sdc"])
+def test_skew_that_reduces_the_stiffness_as_well_multiplies_all_forces(kind):
+    data, rule = load_bridge("osb1").abutment, "strength_and_stiffness"
+    straight = wall_backfill(data, kind, 0.0)
+    for skew_deg in (0.0, 30.0, -60.0):
+        skew_rad = np.radians(skew_deg)
+        skewed = wall_backfill(data, kind, skew_rad, skew_rule=rule)
+        assert skewed == straight.scaled(skew_reduction(skew_rad))  # to the last bit
+    assert wall_backfill(data, kind, 0.0, skew_rule=rule) == straight
+    assert AnalysisSettings(scheme="paper").model_options(ModelOptions()).backfill_skew == rule
+
+
+@pytest.mark.parametrize("abutment", ["simplified", "spring", "contact"])
+def test_every_abutment_with_backfill_follows_the_skew_option(abutment):
+    """Initial stiffness at skew 60 over that at 0: 1 or exp(-60/45); pads add the same to both."""
+    case = {"max_disp_m": 1e-4, "steps": 2, "key_frame": "skewed"}
+    ratios = {}
+    for rule in ("strength", "strength_and_stiffness"):
+        stiffness = []
+        for skew_deg in (0, 60):
+            given = {"angle_deg": skew_deg, **case}
+            options = {"backfill_skew": rule, "gap_offset_mm": -51.0}
+            pushed = push(abutment, skew_deg=skew_deg, **given, **options)
+            pads = 0.0 if abutment == "simplified" else PADS_N_PER_M
+            stiffness.append(pushed.initial_stiffness_n_per_m - pads)
+        ratios[rule] = stiffness[1] / stiffness[0]
+    assert ratios["strength"] == pytest.approx(1.0, abs=0.02)
+    assert ratios["strength_and_stiffness"] == pytest.approx(np.exp(-60 / 45), abs=0.01)
+
+
+def test_the_body_of_the_spring_abutment_has_the_same_stiffness_at_any_skew(monkeypatch):
+    """Its spring across the wall stands for soil at zero skew, whatever skew does to the soil."""
+    found = set()
+    for rule, skew_deg in product(["strength", "strength_and_stiffness"], [0, 60]):
+        create = Mock(wraps=ops.uniaxialMaterial)
+        monkeypatch.setattr(ops, "uniaxialMaterial", create)
+        with domain():
+            build(variant(skew_deg, "spring"), ModelOptions(backfill_skew=rule))
+        monkeypatch.undo()
+        given = [call.args for call in create.call_args_list if call.args[0] == "Elastic"]
+        found.add(round(max(args[2] for args in given if args[2] < STIFFNESS) / STIFFNESS, 9))
+    assert len(found) == 1
+    assert 0.1 < found.pop() < 0.5  # the share of the first wall point
 
 
 def dashpots_n_s_per_m(vs_mps, monkeypatch):

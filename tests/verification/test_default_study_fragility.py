@@ -45,6 +45,17 @@ def keys(table):
     return table["component"] + "/" + table["limit_state"]
 
 
+def test_some_run_reaches_a_state_of_every_default_component(study):
+    """A component whose every state is out of reach of the model is not offered."""
+    largest = study.raw.max(numeric_only=True)
+    states = [state for state in study.states if state.demand in study.raw]
+    reached = {state.component for state in states if largest[state.demand] > state.threshold}
+    assert len(reached) > 7
+    assert reached == {state.component for state in states}
+    assert "column_residual_drift_ratio" in study.raw
+    assert "column_residual_drift_ratio" not in {state.demand for state in study.states}
+
+
 def test_no_estimate_exists_for_a_state_that_no_run_of_the_bridge_reached(study):
     raw, states = study.raw, study.states
     systems = system_curves(study.rows, states, SETTINGS)

@@ -218,7 +218,9 @@ class Independent:
         reduced = exp(-abs(self.skew) * 180 / pi / 45)
         data = a.backfill
         higher = a.wall_height_m / data.reference_height_m
-        stiff = data.stiffness_mn_per_m * 1e6 * a.wall_width_m * higher * reduced
+        # skew leaves the initial stiffness and the closure at strength, F / (K (1 - ratio))
+        stiff = data.stiffness_mn_per_m * 1e6 * a.wall_width_m * higher
+        ratio = 1.0 - reduced * (1.0 - data.failure_ratio)
         exponent = self.o.backfill_height_exponent
         strength = data.ultimate_kn * 1e3 * a.wall_width_m * higher**exponent * reduced
         w, h = a.wall_width_m / 0.3048, a.wall_height_m / 0.3048
@@ -231,7 +233,7 @@ class Independent:
         for share, deck in zip(SIMPSON, end["walls"], strict=True):
             s = share / sum(SIMPSON)
             k, c = s * stiff, s * radiation
-            hyperbola = (data.failure_ratio, -s * strength, -1e-9)
+            hyperbola = (ratio, -s * strength, -1e-9)
             soil = self.material("HyperbolicGapMaterial", k, k, *hyperbola)
             side = self.material("ElasticPP", s * wing_k, wing_f / wing_k)
             back = self.material("Elastic", s * weak, wing * c)

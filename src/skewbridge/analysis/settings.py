@@ -156,6 +156,7 @@ class AnalysisSettings:
             backfill_vs_mps=None,  # the paper names no radiation damping
             backfill_dashpot="parallel",
             backfill_height_exponent=1.0,
+            backfill_skew="strength_and_stiffness",
             key_along_face="elastic",
             key_frame="skewed",  # the paper's loops are in the local axes of the abutment
             # with distributed plasticity, strains localise in a twentieth of the height

@@ -31,6 +31,7 @@ from skewbridge.bridge.backfill import (
     SOIL_KG_PER_M3,
     Passive,
     radiation_n_s_per_m,
+    reduced_for_skew,
     sdc_backfill,
     skew_reduction,
     variation_factors,
@@ -235,8 +236,9 @@ class Joint(Blueprint):
     def wall_parts(self) -> list[tuple[float, float, Passive]]:
         """Return for each wall point its position (m), share of the wall and backfill curve."""
         options, end = self.options, self.end
-        soil = options.backfill, end.skew_rad, options.backfill_height_exponent
-        whole = self.soil(wall_backfill(self.data, *soil))
+        height, skew_rule = options.backfill_height_exponent, options.backfill_skew
+        soil = wall_backfill(self.data, options.backfill, end.skew_rad, height, skew_rule)
+        whole = self.soil(soil)
         stations = end.wall_stations(options.backwall_points)
         shares = tributary_shares(len(stations))
         factors = variation_factors(end, stations, options.backfill_variation)
@@ -375,7 +377,8 @@ def _build_roller(_joint: Joint) -> None:
 def _build_simplified(joint: Joint) -> None:
     """Create the springs at both ends of the bar, each with half of the resistance."""
     end, tags = joint.end, joint.tags
-    longitudinal = joint.soil(sdc_backfill(joint.data)).scaled(0.5 * skew_reduction(end.skew_rad))
+    straight, skew_rule = joint.soil(sdc_backfill(joint.data)), joint.options.backfill_skew
+    longitudinal = reduced_for_skew(straight, end.skew_rad, skew_rule).scaled(0.5)
     # ASSUME the transverse springs have no gap, as in the published model
     transverse = joint.wing.scaled(0.5)
     ends = end.wall_stations(2)
@@ -418,7 +421,9 @@ def _build_body(joint: Joint) -> int:
     embankment_kg = embankment_mass_kg(data) if joint.options.embankment_mass else 0.0
     mass_kg = joint.wall_mass_kg + embankment_kg
     # ASSUME across the wall the body has the initial stiffness of one wall point at zero skew
-    across = joint.wall_parts()[0][2].stiffness_n_per_m / skew_reduction(end.skew_rad)
+    across = joint.wall_parts()[0][2].stiffness_n_per_m
+    if joint.options.backfill_skew == "strength_and_stiffness":
+        across /= skew_reduction(end.skew_rad)
     moving_kg = joint.moving_mass_kg(joint.wall_mass_kg) + embankment_kg
     body = plane_node(end.point("outer", 0.0), moving_kg, tags)
     ground = grounded_node(end.point("outer", 0.0), tags)
@@ -455,6 +460,7 @@ def _build_contact(joint: Joint) -> None:
 def _hold_wall_point(joint: Joint, nodes: tuple[int, int], share: float, passive: Passive) -> None:
     """Create the backfill, stem and wing-wall springs between ground and a wall node."""
     end, tags, mass_kg = joint.end, joint.tags, joint.wall_mass_kg * share
+    # in proportion to the strength of the soil
     weak = joint.options.wall_restoring_n_per_m * skew_reduction(end.skew_rad) * share
     stiffness, wing = passive.stiffness_n_per_m, joint.wing.scaled(share)
     # ASSUME towards the deck the stem of the wall has the initial stiffness of the soil: shaking

@@ -10,11 +10,14 @@ from skewbridge.bridge.catalogue.data import AbutmentData
 from skewbridge.bridge.deck import DeckEnd
 from skewbridge.bridge.section import FloatArray
 from skewbridge.units import FOOT, INCH, KIP, KN
+from skewbridge.variant.options import BackfillSkew
 
 # source: Shamsabadi, Khalili-Tehrani, Stewart and Taciroglu (2010), J. Bridge Eng. 15(3):233-246:
 # 1.56 for granular backfill, 1.05 for cohesive; 1.57 for SDC 2.0 at 1.7 m
 STRENGTH_EXPONENT = 1.5
 MAX_REDUCTION_SKEW_DEG = 66.0  # source: Caltrans SDC 2.0 section 6.3.1.2
+# source: skews of the tests of skewed walls (`skewbridge verify skew-passive`)
+LARGEST_TESTED_SKEW_DEG = 45.0
 FULL_VARIATION_SKEW_DEG = 60.0  # source: Kaviani et al. (2012), 30 % at 60 degrees
 SOIL_KG_PER_M3 = 1760.0  # source: compacted structure backfill, 110 pcf
 # A hyperbola with failure ratio 1 never reaches its ultimate force; it has 99.9 % of it at this
@@ -115,13 +118,34 @@ def wall_backfill(
     kind: str,
     skew_rad: float,
     height_exponent: float = STRENGTH_EXPONENT,
+    skew_rule: BackfillSkew = "strength",
 ) -> Passive:
     """Return the curve of the full wall, reduced for skew; ``kind`` is hyperbolic or sdc."""
     if kind == "sdc":
         straight = sdc_backfill(abutment)
     else:
         straight = hyperbolic_backfill(abutment, height_exponent)
-    return straight.scaled(skew_reduction(skew_rad))
+    return reduced_for_skew(straight, skew_rad, skew_rule)
+
+
+def reduced_for_skew(passive: Passive, skew_rad: float, rule: BackfillSkew) -> Passive:
+    """Return the curve of a skewed wall from that of a straight one.
+
+    With ``strength``, a hyperbola keeps its initial stiffness and its closure at full strength, so
+    its failure ratio grows. A bilinear curve keeps only its stiffness. With
+    ``strength_and_stiffness``, all forces are reduced.
+
+    References:
+        Rollins, Palmer and Fredrickson (2014), 10NCEE 331: skews of 0, 30 and 45 degrees have
+        nearly the same initial stiffness, and reach the peak at about 3 % of the wall height.
+    """
+    reduction = skew_reduction(skew_rad)
+    if rule == "strength_and_stiffness":
+        return passive.scaled(reduction)
+    ratio = passive.failure_ratio
+    if ratio > 0.0:  # closure at full strength: ultimate / stiffness / (1 - ratio)
+        ratio += (1.0 - reduction) * (1.0 - ratio)
+    return replace(passive, ultimate_n=passive.ultimate_n * reduction, failure_ratio=ratio)
 
 
 def variation_factors(end: DeckEnd, stations: list[float], variation: float) -> list[float]:

@@ -115,6 +115,7 @@ def predict(axis: list[str] | None, study: Path | None, **given: Any) -> Answer:
 
     Example: skewbridge predict --bridge osb1 --skew-deg 45 --gap-mm 51 --friction 0.5 --at 0.6
     """
+    from skewbridge.report.answer import untested_skew_sentence
     from skewbridge.study.results import predict_states
 
     axes = {axis.name: given.pop(axis.name) for axis in AXES}
@@ -131,5 +132,6 @@ def predict(axis: list[str] | None, study: Path | None, **given: Any) -> Answer:
     notes = ["loo_error: error of theta when a variant is left out of the model"]
     if (drawn := rows[0]["random_properties"]) != "none":
         notes.append(f"each motion of the study has its own random values of: {drawn}")
+    notes += filter(None, [untested_skew_sentence([values.get("skew_deg", 0.0)])])
     reason = "too few variants have an estimate for this state"
     return Answer({"rows": rows}, shown, notes=notes, missing=reason)

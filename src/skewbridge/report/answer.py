@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
+from skewbridge.bridge.backfill import LARGEST_TESTED_SKEW_DEG
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import failure_kinds, is_complete
@@ -363,6 +364,17 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
         low, high = table["first_im"].min(), table["last_im"].max()
         text += f"; complete pairs of runs exist from {low:.2g} to {high:.2g} g"
     return f"{text}."
+
+
+def untested_skew_sentence(skews_deg: Iterable[float]) -> str:
+    """Return a sentence if no test of a skewed wall has the largest skew; otherwise ``""``."""
+    largest = max(map(abs, skews_deg), default=0.0)
+    if largest <= LARGEST_TESTED_SKEW_DEG:
+        return ""
+    return (
+        f"No test of backfill has a skew above {LARGEST_TESTED_SKEW_DEG:g}°: the passive strength "
+        f"at {largest:g}° is extrapolated."
+    )
 
 
 def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]:

@@ -118,6 +118,7 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
     bridges = [load_bridge(name) for name in dict.fromkeys(study.grid.bridge)]
     on_suites, suites_text = answer.suites_summary(frames["suites"], table)
     values = {axis.name: sorted(demands[axis.name].unique()) for axis in axes_of(demands.columns)}
+    with_backfill = demands[demands["abutment"] != "roller"]
     texts = {
         axis.name: ", ".join(appearance.value_text(axis, value) for value in values[axis.name])
         for axis in axes_of(values)
@@ -132,7 +133,8 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
         "answer": answer_rows(table, counts),
         "failures": answer.failure_sentences(counts),
         "motions_line": f"{answer.motions_sentence(frames['suite'], table)} "
-        f"{answer.properties_sentence(demands)} {suites_text}",
+        f"{answer.properties_sentence(demands)} {suites_text} "
+        f"{answer.untested_skew_sentence(with_backfill['skew_deg'])}".rstrip(),
     }
 
 

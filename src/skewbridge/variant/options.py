@@ -18,6 +18,8 @@ Penalty = Annotated[Number, Field(ge=1.0e-3, le=1.0e18)]
 _Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
 #: Direction of a joint gap: normal to the backwall, or along the bridge.
 type GapMeasured = Literal["normal", "longitudinal"]
+#: What the skew of a backwall reduces in its backfill.
+type BackfillSkew = Literal["strength", "strength_and_stiffness"]
 type FrictionAt = Literal["all", "walls", "keys"]
 type HingeRule = Literal["sdc", "paulay_priestley"]
 type ShearModel = Literal["sdc_expected", "sdc_nominal", "kowalsky_priestley"]
@@ -75,6 +77,8 @@ class ModelOptions:
     """stiffness of the spring returning a pushed backwall, at zero skew"""
     backfill: Literal["hyperbolic", "sdc"] = Field(default="hyperbolic")
     """hyperbolic curve, or bilinear curve of SDC 2.0"""
+    backfill_skew: BackfillSkew = Field(default="strength")
+    """skew reduces the strength of the backfill, or its stiffness as well (scheme paper)"""
     backfill_height_exponent: Number = Field(default=1.5, ge=1.0, le=2.0)
     """power of the wall height in the strength of UCSD backfill (scheme paper: 1)"""
     # ASSUME the backfill is uniform along the wall

@@ -30,6 +30,7 @@ STUDIES: Final[dict[str, str]] = {
     "fig5-6": "rigid_bodies:run",
     "fig7-8": "rigid_bodies:run_tests",
     "bridges": "bridge_hand_values:run",
+    "skew-passive": "skew_passive:run",
     "fig10": "bridge_friction:run_abutment",
     "fig11-12": "bridge_friction:run",
     "friction-source": "bridge_friction:run_places",
