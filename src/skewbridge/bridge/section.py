@@ -381,6 +381,7 @@ def hoop_strength_n(section: ShearSection) -> float:
 MEASURED_OVER_UCSD: Final = 0.99
 #: Displacement ductilities between which the concrete contribution decreases.
 #: source: CUMBIA (Montejo and Kowalsky 2007), assessment: 0.37 - 0.04 mu, between 0.29 and 0.05
+# ASSUME loading in one direction, as in the tests; in two it decreases from 1 to 7 (same source)
 UCSD_DISPLACEMENT_DUCTILITIES: Final = (2.0, 8.0)
 
 
