@@ -219,7 +219,8 @@ def column_figure(
         capacity.plot(ductility, strength_mn, color=colour, label=shear_model_name(demand))
     demand = curve.plastic_moment_nm / shear.shear_span_m / 1e6
     capacity.axhline(demand, color=orange, linestyle="--", label="plastic shear Mp / L")
-    capacity.set(xlabel="ductility", ylabel="shear (MN)", ylim=(0, None), xlim=(1, 15))
+    words = "displacement ductility (Kowalsky and Priestley: curvature)"
+    capacity.set(xlabel=words, ylabel="shear (MN)", ylim=(0, None), xlim=(1, 15))
     capacity.legend(frameon=False, fontsize=9)
     figure.suptitle(title, parse_math=False)
     return figure
