@@ -4,26 +4,33 @@ Figures from the project's reference page on bridge data, sections 5 and 6 (engi
 evaluated by hand and an independent fiber analysis). The nominal yield of the hoops is 414 MPa.
 """
 
+from dataclasses import replace
 from math import pi
+from pathlib import Path
 from typing import get_args
 
 import numpy as np
 import openseespy.opensees as ops
+import pandas as pd
 import pytest
 from scipy.optimize import brentq
 
 from hand_made_column import SECTION
+from reference_data import reference_table
 from skewbridge.bridge import section as sections
 from skewbridge.bridge.bent import build_fiber_section
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
-from skewbridge.bridge.column import bent_capacities
+from skewbridge.bridge.catalogue.data import ColumnData
+from skewbridge.bridge.column import bent_capacities, shear_section
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import domain
 from skewbridge.bridge.section import hoop_strength_n, sdc_shear_strength, shear_strength
+from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.units import MM
 from skewbridge.variant.options import ModelOptions, ShearModel
 
 PSI_PA = 6894.757293168
+LIMIT_STATES = Path(__file__).parents[2] / "config" / "limit_states.yaml"
 
 
 @pytest.mark.parametrize(
@@ -126,6 +133,70 @@ def test_revised_ucsd_strength_is_the_sum_of_its_three_parts():
         expected = 1e3 * (concrete_kn + truss_kn + strut_kn)
         found = float(sections.kowalsky_priestley_strength(SECTION, 6.0e6, ductility))
         assert found == pytest.approx(expected, rel=1e-6)
+
+
+def test_default_shear_strength_decreases_with_displacement_ductility():
+    """0.99 of the three parts; 0.37 - 0.04 mu between 0.29 and 0.05, as in CUMBIA."""
+    area_mm2 = 0.8 * np.pi * 1676.0**2 / 4
+    truss_kn = np.pi / 2 * 0.510 * 469.0 * (1676 - 500 - 64) / np.tan(np.pi / 6) / 127.0
+    for ductility, factor in ((1.0, 0.29), (2.0, 0.29), (5.0, 0.17), (8.0, 0.05), (20.0, 0.05)):
+        concrete_kn = 1.0 * 0.9 * factor * np.sqrt(35.85) * area_mm2 / 1000.0
+        for axial_kn, strut_kn in ((6000.0, 6000.0 * (1.676 - 0.5) / (2 * 5.64)), (-900.0, 0.0)):
+            expected = 0.99e3 * (concrete_kn + truss_kn + strut_kn)
+            model, curvature_ductility = ModelOptions().shear_model, 30.0
+            state = 1e3 * axial_kn, ductility, curvature_ductility
+            found = float(shear_strength(SECTION, model, *state))
+            assert found == pytest.approx(expected, rel=1e-6)
+
+
+def measured_column(row: pd.Series) -> ColumnData:
+    """Return a tested column with its measured strengths."""
+    steel = row.bar_yield_mpa / (sections.STEELS["a706"].yield_pa / 1e6)
+    given = {
+        "diameter_m": row.diameter_mm / 1e3,
+        "cover_to_hoop_m": row.cover_mm / 1e3,
+        "bar_count": int(row.bars),
+        "bar_area_mm2": pi / 4 * row.bar_mm**2,
+        "bar_diameter_mm": row.bar_mm,
+        "hoop_area_mm2": pi / 4 * row.hoop_mm**2,
+        "hoop_diameter_mm": row.hoop_mm,
+        "hoop_spacing_mm": row.hoop_spacing_mm,
+        "concrete_strength_mpa": row.concrete_mpa,
+        "expected_concrete_strength_mpa": row.concrete_mpa,
+        "elastic_modulus_gpa": 4.7 * np.sqrt(row.concrete_mpa),  # ACI 318-19, 19.2.2
+        "steel_strength_factor": steel,
+    }
+    return load_bridge("osb1").column.model_copy(update=given)
+
+
+def test_default_shear_strength_is_the_mean_of_tests():
+    """Measured over computed strength of 33 columns that failed in shear has a mean of 1.
+
+    The scatter is the dispersion of the limit states of column shear. The Caltrans strength of the
+    same columns is a lower bound: a design value.
+    """
+    ratios: dict[str, list[float]] = {"ucsd_tests": [], "sdc_expected": []}
+    for _, row in reference_table("circular_shear_tests").iterrows():
+        column, axial_n = measured_column(row), 1e3 * row.axial_kn
+        curve = sections.section_response(column, axial_n)
+        section = replace(
+            shear_section(column, row.shear_span_mm / 1e3, curve),
+            expected_hoop_yield_pa=1e6 * row.hoop_yield_mpa,
+        )
+        for model, found in ratios.items():
+            strength_n = float(shear_strength(section, model, axial_n, 1.0, 1.0))
+            found.append(1e3 * row.shear_kn / strength_n)
+    tests, design = (np.array(found) for found in ratios.values())
+    assert len(tests) == 33
+    assert tests.mean() == pytest.approx(1.0, abs=0.01)
+    assert np.median(tests) == pytest.approx(1.0, abs=0.02)
+    scatter = tests.std(ddof=1) / tests.mean()
+    assert scatter == pytest.approx(0.14, abs=0.005)
+    shear = [each for each in load_limit_states(LIMIT_STATES) if each.component == "column_shear"]
+    (dispersion,) = {state.dispersion for state in shear}
+    assert dispersion == pytest.approx(scatter, abs=0.015)
+    assert design.mean() == pytest.approx(1.40, abs=0.02)
+    assert design.std(ddof=1) / design.mean() > scatter
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,6 @@ from skewbridge.bridge.deck import (
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import DomainError, build, domain
 from skewbridge.bridge.springs import NORMAL_OVER_TANGENT, penalties
-from skewbridge.errors import InputError
 from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.references.live_model import prepare_analysis
@@ -148,13 +147,15 @@ def test_a_foundation_settles_by_the_force_of_its_column_and_softens_the_bridge(
         for column, force_n in zip(model.columns, column_axial_forces_n(model), strict=True):
             settled_m = -ops.nodeDisp(column.base_node, 3)
             assert settled_m == pytest.approx(force_n / 597e6, rel=1e-3)
-    stiff, soft = (
-        modal.modal_properties(variant(0, bridge="bridge_a"), options).period_s("x")
-        for options in (ModelOptions(), springs)
-    )
-    assert soft > 1.1 * stiff
-    with pytest.raises(InputError, match="osb1 has no foundation springs"):
-        modal.modal_properties(variant(0), springs)
+    # by default, under one column or two, but not under a base without springs
+    for name, least in (("bridge_a", 1.1), ("osb1_fixed", 1.1), ("bridge_b", 1.001), ("osb1", 1.0)):
+        stiff, soft, default = (
+            modal.modal_properties(variant(0, bridge=name), options).period_s("x")
+            for options in (ModelOptions(foundation="fixed"), springs, ModelOptions())
+        )
+        assert default == pytest.approx(soft, rel=1e-9), name
+        assert soft > 0.999999 * least * stiff, name
+    assert soft == pytest.approx(stiff, rel=1e-9)
 
 
 @pytest.mark.parametrize("count", [3, 4, 5, 9, 41])

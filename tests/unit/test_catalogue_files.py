@@ -34,12 +34,47 @@ def test_every_number_of_a_bridge_names_its_source_class(name: str) -> None:
         assert "surrogate" in bridge.title
 
 
-def test_the_fixed_bridge_differs_in_base_and_period() -> None:
-    fixed, pinned = load_bridge("osb1_fixed"), load_bridge("osb1")
-    same = set(type(pinned).model_fields) - {"name", "title", "base", "t1_s", "sources"}
-    assert all(getattr(fixed, name) == getattr(pinned, name) for name in same)
-    assert (fixed.base, pinned.base) == ("fixed", "pinned")
-    assert fixed.t1_s < pinned.t1_s
+@pytest.mark.parametrize(
+    ("fixed", "pinned"), [("osb1_fixed", "osb1"), ("osb1_fixed_era1", "osb1_era1")]
+)
+def test_a_fixed_bridge_differs_in_base_foundation_and_period(fixed: str, pinned: str) -> None:
+    one, other = load_bridge(fixed), load_bridge(pinned)
+    same = set(type(other).model_fields) - {
+        "name",
+        "title",
+        "base",
+        "foundation",
+        "t1_s",
+        "sources",
+    }
+    assert all(getattr(one, name) == getattr(other, name) for name in same)
+    assert (one.base, other.base) == ("fixed", "pinned")
+    assert one.t1_s < other.t1_s
+    assert one.foundation is not None
+    assert other.foundation is None
+
+
+def test_a_fixed_base_without_foundation_stands_on_the_springs_of_bridge_a(tmp_path) -> None:
+    typical = load_bridge("bridge_a")
+    sprung = load_bridge(write_variant(tmp_path, "base: fixed\n"))
+    assert sprung.foundation == typical.foundation is not None
+    # PyPBEE Bridge_A: 722 MN/m, 4,592 and 4,815 MN m/rad
+    found = sprung.foundation.model_dump()
+    assert [found[key] for key in ("kx_mn_per_m", "ky_mn_per_m")] == [722.0, 722.0]
+    assert [found[f"kr{axis}_mnm_per_rad"] for axis in "xy"] == [4592.0, 4815.0]
+    key = "foundation.krx_mnm_per_rad"
+    assert sprung.sources[key] == typical.sources[key] == "b: PyPBEE Bridge_A"
+    single = "base: fixed\nbents:\n  - columns: {v: 1, src: 'd: x'}\n"
+    single += "".join(
+        f"    {key}: {{v: {value}, src: 'd: x'}}\n"
+        for key, value in load_bridge("osb1").bents[0].model_dump().items()
+        if key != "columns"
+    )
+    rigid, own = tmp_path / "rigid.yaml", tmp_path / "own.yaml"
+    rigid.write_text("extends: osb1\nbase: fixed\nfoundation: null\n", encoding="utf-8")
+    own.write_text(f"extends: osb1\n{single}", encoding="utf-8")
+    assert load_bridge(rigid).foundation is None
+    assert load_bridge(own).foundation == typical.foundation
 
 
 def test_a_user_adds_a_bridge_by_a_file_in_which_nothing_is_missing(tmp_path) -> None:

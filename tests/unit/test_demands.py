@@ -19,7 +19,7 @@ from skewbridge.analysis.transient import AnalysisResult, Watch
 from skewbridge.bridge import handles
 from skewbridge.bridge.handles import Point, SpringHandle
 from skewbridge.bridge.model import domain
-from skewbridge.bridge.section import sdc_shear_strength
+from skewbridge.bridge.section import shear_strength
 from skewbridge.demands import validity
 from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS, key_values
 from skewbridge.demands.tables import demands_schema, to_table
@@ -110,6 +110,17 @@ def test_displacements_count_from_gravity_and_drift_over_the_clear_height(trace,
     assert peaks.curvature_ductility(column, trace).max() == pytest.approx(0.005 / 0.0034)
 
 
+def test_drift_of_a_fixed_column_excludes_the_rotation_of_its_foundation(trace, column):
+    trace.nodes[BASE] = np.zeros((STEPS, 6))
+    trace.nodes[BASE][1] = 0.01, 0.0, 0.0, -0.002, 0.003, 0.0  # moves by 10 mm and turns
+    trace.nodes[TOP][1, :2] = 0.01 + 5.0 * 0.003 + 0.3, 5.0 * 0.002 + 0.4
+    assert peaks.column_drift(column, trace).tolist() == pytest.approx([0.0, 0.1, 0.0, 0.0])
+    # a pinned column turns about its base without deformation of a foundation
+    whole = np.hypot(0.315, 0.41) / 5.0
+    pinned = replace(column, is_pinned=True)
+    assert peaks.column_drift(pinned, trace).tolist() == pytest.approx([0.0, whole, 0.0, 0.0])
+
+
 def test_the_axial_force_adds_to_the_shear_of_a_leaning_column(trace, column):
     trace.columns[COLUMN][:, 0] = -2.0e6  # the base pushes back a top that has moved to +x
     trace.columns[COLUMN][:, 2] = 6.0e6
@@ -119,13 +130,14 @@ def test_the_axial_force_adds_to_the_shear_of_a_leaning_column(trace, column):
     assert peaks.column_base_shear_n(column, trace)[:, 0].tolist() == [-2.0e6] * STEPS
 
 
-def test_shear_capacity_follows_the_largest_ductility_and_the_axial_force(trace, column):
+@pytest.mark.parametrize("model", ["ucsd_tests", "sdc_expected"])
+def test_shear_capacity_follows_the_largest_ductility_and_the_axial_force(trace, column, model):
     trace.columns[COLUMN][:, 0] = 2.0e6, 2.3e6, 2.0e6, 2.0e6  # the section's is 2 MN throughout
     trace.columns[COLUMN][:, 2] = 6.0e6, 6.0e6, 6.0e6, -1.0e5
     trace.nodes[TOP][1, 0] = 0.25  # drift 0.05, five times yield
     states = ((6.0e6, 1.0), (6.0e6, 5.0), (6.0e6, 5.0), (-1.0e5, 5.0))
-    section = SECTION.as_expected
-    expected = [2.0e6 / sdc_shear_strength(section, *state) for state in states]
+    expected = [2.0e6 / shear_strength(SECTION, model, *state, 0.0) for state in states]
+    column = replace(column, shear_model=model)
     assert peaks.column_shear_dcr(column, trace).tolist() == pytest.approx(expected)
     assert expected == sorted(expected)
 
@@ -134,11 +146,11 @@ def test_shear_capacity_follows_the_largest_ductility_and_the_axial_force(trace,
     ("drift", "shear_n", "changes", "mode", "row"),
     [
         ([0.0, 0.03, 0.05, 0.02], [0.0] * 4, {}, "flexure", 2),
-        ([0.0] * 4, [0.0, 8.0e6, 0.0, 0.0], {}, "shear", 1),
-        ([0.0, 0.0, 0.0, 0.05], [0.0, 8.0e6, 0.0, 0.0], {}, "shear", 1),
+        ([0.0] * 4, [0.0, 9.0e6, 0.0, 0.0], {}, "shear", 1),
+        ([0.0, 0.0, 0.0, 0.05], [0.0, 9.0e6, 0.0, 0.0], {}, "shear", 1),
         ([0.0, 0.05, 0.0, 0.0], [0.0, -9.0e6, 0.0, 0.0], {}, "shear", 1),  # the brittle one
-        ([0.0] * 3 + [0.05], [0.0, 8e6, 0.0, 0.0], {"loses_shear_strength": True}, "flexure", 3),
-        ([0.0, 0.05, 0.0, 0.0], [0.0, 8.0e6, 0.0, 0.0], {"is_elastic": True}, "", None),
+        ([0.0] * 3 + [0.05], [0.0, 9e6, 0.0, 0.0], {"loses_shear_strength": True}, "flexure", 3),
+        ([0.0, 0.05, 0.0, 0.0], [0.0, 9.0e6, 0.0, 0.0], {"is_elastic": True}, "", None),
         ([0.0, 0.03, 0.0, 0.0], [0.0, 1.0e6, 0.0, 0.0], {}, "", None),
     ],
 )

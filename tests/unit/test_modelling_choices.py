@@ -76,6 +76,7 @@ def test_choices_that_do_not_act_on_a_variant_are_left_out(task: Task) -> None:
     assert not of_skew & tried(at(task, skew_deg=0))
     assert "embankment_mass" in tried(at(task, abutment="spring"))
     assert "foundation" in tried(at(task, bridge="bridge_a"))
+    assert "foundation" in tried(at(task, bridge="osb1_fixed"))
     assert "friction_at" not in tried(at(task, friction_pct=0))
     assert "hinge_rule" in tried(at(task, bridge="osb1_fixed"))
     paper = replace(task, settings=AnalysisSettings(scheme="paper"))

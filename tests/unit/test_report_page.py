@@ -251,14 +251,32 @@ def test_texts_of_a_user_are_shown_and_never_run(render, tmp_path, monkeypatch):
     assert f"</script>{script}" in data["motions"][0]
 
 
-def test_the_page_compares_the_medians_of_shear_failure_under_three_capacity_models(render):
+@pytest.mark.parametrize("status", ["ok", "collapse"])
+def test_the_first_screen_counts_shear_failures_of_every_strength_model(render, status):
+    demands = synthetic_demands(skews=(0, 60), gaps=(25,))
+    demands.loc[demands.index[0], "status"] = status
+    counts = {"ucsd_tests": 2, "sdc_expected": 7, "sdc_nominal": 9, "kowalsky_priestley": 0}
+    for name, count in counts.items():
+        demands[f"column_shear_dcr_{name}"] = np.where(np.arange(len(demands)) < count, 1.0, 0.99)
+    page, _ = render(demands)
+    text = "2 UCSD, mean of tests; 7 SDC, expected materials; 9 SDC, nominal materials; 0 Kowalsky"
+    screen = page[: page.index('id="effects"')].replace("\u00a0", " ")
+    screen = screen.replace("osb1, contact-friction", "osb1")
+    assert f"osb1 {text} and Priestley (of {len(demands)})." in screen
+    at_least = ", at least" if status == "collapse" else ""
+    assert f"Runs with a column at its shear strength, by model{at_least}: " in screen
+    assert "at its shear strength, by model" not in render(synthetic_demands())[0]
+
+
+def test_the_page_compares_the_medians_of_shear_failure_under_all_capacity_models(render):
     demands = synthetic_demands(skews=(0, 60), gaps=(25,))
     ratio = demands["column_shear_dcr"] / demands["column_shear_dcr"].median()
     factors = {"sdc_expected": 0.95, "sdc_nominal": 1.1, "kowalsky_priestley": 0.02}
     for name, factor in factors.items():
         demands[f"column_shear_dcr_{name}"] = factor * ratio
+    demands["column_shear_dcr_ucsd_tests"] = 0.5 * ratio
     page, _ = render(demands)
-    head = "Median capacity for shear failure of a column under three capacity models (4)"
+    head = "Median capacity for shear failure of a column under 4 capacity models (4)"
     assert head in page
     table = page[page.index(head) :].split("</table>")[0]
     assert "SDC, nominal materials, θ [interval]" in table

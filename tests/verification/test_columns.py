@@ -72,8 +72,10 @@ def test_a_bent_loses_strength_soon_after_its_displacement_capacity(bridge):
     capacity_m = bent_capacity(load_bridge(bridge), 0).capacity_m
     # fine enough that the two parts of a core that ends have nearly the same mesh
     fibers = (12, 32, 3)
-    with_end = push(bridge, 2 * capacity_m, column_fibers=fibers)
-    without = push(bridge, 2 * capacity_m, column_fibers=fibers, fiber_end="none")
+    # the displacement capacity is that of columns on rigid ground
+    given = {"column_fibers": fibers, "foundation": "fixed"}
+    with_end = push(bridge, 2 * capacity_m, **given)
+    without = push(bridge, 2 * capacity_m, fiber_end="none", **given)
     assert with_end.is_complete
     before = with_end.disp_m < capacity_m
     same = np.interp(with_end.disp_m[before], without.disp_m, without.force_n)
@@ -92,11 +94,19 @@ def test_drift_at_axial_failure_agrees_with_the_hand_value():
     assert axial_failure_drift(section, 9.0e6) < axial_failure_drift(section, 6.0e6)
 
 
+#: A shear-critical bridge for the default strength, and one for the design strength.
+SHEAR_CRITICAL = [
+    ("osb1_fixed_era1", ModelOptions().shear_model),
+    ("osb1_fixed", "sdc_expected"),
+]
+
+
 def test_a_push_loses_its_shear_strength_where_capacity_meets_demand():
     bent = bent_capacity(load_bridge("osb1_fixed"), 0)
-    loss, height_m = shear_loss(bent), bent.clear_height_m
-    flagged = push("osb1_fixed", 0.30)
-    degraded = push("osb1_fixed", 0.30, shear_failure="degrade")
+    loss, height_m = shear_loss(bent, "sdc_expected"), bent.clear_height_m
+    given = {"foundation": "fixed", "shear_model": "sdc_expected"}
+    flagged = push("osb1_fixed", 0.30, **given)
+    degraded = push("osb1_fixed", 0.30, shear_failure="degrade", **given)
     assert degraded.is_complete
     assert degraded.peak_n < 2 * loss.strength_n < flagged.peak_n  # of two columns
     assert degraded.disp_at_peak_m == pytest.approx(loss.failure_drift_ratio * height_m, rel=0.25)
@@ -104,17 +114,34 @@ def test_a_push_loses_its_shear_strength_where_capacity_meets_demand():
     assert degraded.force_n[-1] < 0.4 * degraded.peak_n
 
 
-def test_a_strong_motion_cannot_exceed_the_shear_strength():
-    loss = shear_loss(bent_capacity(load_bridge("osb1_fixed"), 0))
+def test_a_bent_with_old_hoops_loses_the_mean_shear_strength_on_its_springs():
+    bent = bent_capacity(load_bridge("osb1_fixed_era1"), 0)
+    loss = shear_loss(bent)
+    flagged = push("osb1_fixed_era1", 0.15)
+    degraded = push("osb1_fixed_era1", 0.15, shear_failure="degrade")
+    assert degraded.is_complete
+    # nearly reached: the columns have equal shear, and P-Delta reduces the force on the deck
+    assert 0.97 * 2 * loss.strength_n < degraded.peak_n < 2 * loss.strength_n < flagged.peak_n
+    assert degraded.disp_at_peak_m < flagged.disp_at_peak_m
+    assert degraded.force_n[-1] < 0.4 * degraded.peak_n
+
+
+@pytest.mark.parametrize(("bridge", "model"), SHEAR_CRITICAL)
+def test_a_strong_motion_cannot_exceed_the_shear_strength(bridge, model):
+    loss = shear_loss(bent_capacity(load_bridge(bridge), 0), model)
     motion, shears_kn = strong_motion(duration_s=4.0, peak_g=1.2), {}
     for option in ("flag", "degrade"):
-        case = variant(0, "roller", "osb1_fixed").normalised()
-        result = analysed(case, motion, ModelOptions(shear_failure=option), scale=1.5)
+        case = variant(0, "roller", bridge).normalised()
+        options = ModelOptions(shear_failure=option, shear_model=model)
+        result = analysed(case, motion, options, scale=1.5)
         assert result.status in ("ok", "collapse")
         ends = ("_shear_x_kn", "_shear_y_kn")
         shears = [values for name, values in result.histories.items() if name.endswith(ends)]
         shears_kn[option] = np.abs(shears).max()
     assert shears_kn["degrade"] <= 1.001 * loss.strength_n / 1e3 < shears_kn["flag"]
+
+
+def test_loss_of_shear_strength_needs_a_hinge_of_given_length():
     with pytest.raises(InputError, match="`shear_failure: degrade` requires"):
         push("osb1_fixed", 0.1, shear_failure="degrade", column_integration="lobatto5")
 

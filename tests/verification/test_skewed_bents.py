@@ -36,6 +36,9 @@ ROWS = Path(__file__).parents[1] / "data" / "rows_of_square_bents.csv"
 EARLIER = {
     "bent_skew": "square",
     "backfill_dashpot": "parallel",
+    "backfill_skew": "strength_and_stiffness",
+    "shear_model": "sdc_expected",
+    "foundation": "fixed",
 }
 
 

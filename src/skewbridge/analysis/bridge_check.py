@@ -98,8 +98,9 @@ def _bent_findings(row: Mapping[str, Any]) -> Iterator[str]:
     if row["plastic_shear_kn"] > row["shear_strength_kn"]:
         yield (
             f"{bent}: the plastic shear of a column, {row['plastic_shear_kn']:.0f} kN, "
-            f"is above its strength at the displacement capacity, {row['shear_strength_kn']:.0f} "
-            "kN (SDC 3.6): the column fails in shear before that displacement"
+            f"is above its design strength at the displacement capacity, "
+            f"{row['shear_strength_kn']:.0f} kN (SDC 3.6): it may fail in shear before that "
+            "displacement"
         )
     if row["p_delta_ratio"] > P_DELTA_LIMIT:
         yield (

@@ -122,8 +122,11 @@ def column_shear_n(column: ColumnHandle, trace: ResponseTrace) -> Series:
 
 
 def column_drift(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return the drift: resultant relative displacement divided by clear height, shape (n,)."""
-    relative = trace.disp(column.top)[:, :2] - trace.disp(column.base_node)[:, :2]
+    """Return the drift: resultant relative displacement divided by clear height, shape (n,).
+
+    The rotation of the foundation under a fixed base is not part of it.
+    """
+    relative = trace.disp(column.top)[:, :2] - trace.disp(column.foot)[:, :2]
     return np.hypot(*relative.T) / column.clear_height_m
 
 

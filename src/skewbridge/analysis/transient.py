@@ -308,7 +308,7 @@ class Lean:
     __slots__ = ("_base", "_height_m", "_top")
 
     def __init__(self, column: ColumnHandle) -> None:
-        self._top, self._base = _Moved(column.top), _Moved(column.base_node)
+        self._top, self._base = _Moved(column.top), _Moved(column.foot)
         self._height_m = column.clear_height_m
 
     def drift_ratio(self) -> float:

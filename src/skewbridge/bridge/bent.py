@@ -72,6 +72,7 @@ def build_bents(
                     drift_capacity_ratio=capacity.capacity_m / bent.clear_height_m,
                     shear=capacity.shear,
                     shear_model=options.shear_model,
+                    is_pinned=bridge.base == "pinned",
                     is_elastic=options.elastic_columns,
                     loses_shear_strength=options.shear_failure == "degrade",
                 )
@@ -173,12 +174,9 @@ def _support(
 ) -> list[int]:
     """Fix a base, or create and return its springs; a pinned base still resists torsion."""
     bends = 0 if bridge.base == "pinned" else 1
-    if options.foundation == "fixed":
+    if options.foundation == "fixed" or bridge.foundation is None:
         ops.fix(base, 1, 1, 1, bends, bends, 1)
         return []
-    if bridge.foundation is None:
-        message = f"`foundation: springs` cannot be used: {bridge.name} has no foundation springs"
-        raise InputError(message)
     ground = grounded_node(ops.nodeCoord(base), tags)
     # The fields of the foundation are in the order of the degrees of freedom.
     stiffness = enumerate(bridge.foundation.model_dump().values(), start=1)

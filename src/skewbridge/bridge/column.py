@@ -17,7 +17,7 @@ from skewbridge.bridge.section import (
     steel_of,
 )
 from skewbridge.units import GPA, MM, MPA
-from skewbridge.variant.options import HingeRule, ShearModel
+from skewbridge.variant.options import DEFAULT_SHEAR_MODEL, HingeRule, ShearModel
 
 CRACK_ANGLE_DEG = 65.0  # source: Elwood and Moehle (2005)
 SHEAR_AREA_RATIO = 0.8  # source: Caltrans SDC 1.7 section 3.6.2, effective over gross area
@@ -148,7 +148,7 @@ class ShearLoss:
     residual_m: float
 
 
-def shear_loss(bent: BentCapacity, shear_model: ShearModel = "sdc_expected") -> ShearLoss:
+def shear_loss(bent: BentCapacity, shear_model: ShearModel = DEFAULT_SHEAR_MODEL) -> ShearLoss:
     """Return the shear backbone of a column of a bent, with a linear loss of strength.
 
     Under dead load, the column fails when the shear of its flexural response, M(phi) / shear span,

@@ -11,7 +11,7 @@ from itertools import count
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.bridge.section import ShearSection
 from skewbridge.contact import ContactSet
-from skewbridge.variant.options import ModelOptions, ShearModel
+from skewbridge.variant.options import DEFAULT_SHEAR_MODEL, ModelOptions, ShearModel
 from skewbridge.variant.variant import Variant
 
 
@@ -66,6 +66,7 @@ class ColumnHandle:
         yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
             ductility in the shear capacity.
         drift_capacity_ratio: Displacement capacity over clear height (Caltrans criteria).
+        is_pinned: Whether the column turns freely about its base.
         is_elastic: Whether the column is elastic, so that it never fails.
         loses_shear_strength: Whether the column of the model softens at its shear failure.
     """
@@ -79,9 +80,19 @@ class ColumnHandle:
     yield_drift_ratio: float
     drift_capacity_ratio: float
     shear: ShearSection
-    shear_model: ShearModel = "sdc_expected"
+    shear_model: ShearModel = DEFAULT_SHEAR_MODEL
+    is_pinned: bool = False
     is_elastic: bool = False
     loses_shear_strength: bool = False
+
+    @property
+    def foot(self) -> int | Point:
+        """Origin of the drift: the base, or a point at the top that moves with a fixed base.
+
+        The drift is then the deformation of the column, without the rotation of its foundation.
+        """
+        arm_m = (0.0, 0.0, self.clear_height_m)
+        return self.base_node if self.is_pinned else Point(self.base_node, arm_m)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -37,11 +37,13 @@ from skewbridge.report.appearance import (
     in_words,
     interval_text,
     margin_text,
+    shear_model_name,
     shown_value,
     value_text,
 )
-from skewbridge.statuses import COLLAPSE
+from skewbridge.statuses import COLLAPSE, FAILED
 from skewbridge.variant.axes import axes_of, axis
+from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.random_properties import drawn_properties
 
 _EFFECT: Final = (*BRIDGE_COLUMNS, "axis", "from_value", "to_value", "demand")
@@ -346,6 +348,23 @@ def failure_sentences(counts: pd.DataFrame) -> tuple[str, str]:
         f"{totals['n_bounds']:.0f} runs the demands are peaks up to a failure or an early stop, so "
         "they are treated as lower bounds.",
     )
+
+
+def shear_model_sentence(demands: pd.DataFrame) -> str:
+    """Return the number of runs with a column at its shear strength, by strength model and bridge.
+
+    The ratios are peaks of whole motions, also after a column failure. The numbers are lower bounds
+    if some runs ended early. The text is empty if the demands do not include the ratios.
+    """
+    ratios = [demand for demand in SHEAR_MODEL_DEMANDS.values() if demand in demands]
+    if not ratios:
+        return ""
+    names, parts = short_names(demands), list[str]()
+    for model, runs in groups_of(demands, BRIDGE_COLUMNS):
+        counts = [f"{(runs[each] >= 1.0).sum()} {shear_model_name(each)}" for each in ratios]
+        parts.append(f"{names[model]} {'; '.join(counts)} (of {len(runs)})")
+    at_least = ", at least" if demands["status"].isin((COLLAPSE, *FAILED)).any() else ""
+    return f"Runs with a column at its shear strength, by model{at_least}: {'. '.join(parts)}."
 
 
 def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:

@@ -114,6 +114,11 @@ def demand_name(demand: str) -> str:
     return label_of(demand).split(" (")[0]
 
 
+def shear_model_name(demand: str) -> str:
+    """Return the name of the shear model of a demand: ``SDC, expected materials``."""
+    return label_of(demand).partition(", ")[2]
+
+
 def in_words(name: object) -> str:
     """Return a component, limit state or status in words: ``DCR 1.00`` for ``dcr_100``."""
     return re.sub(r"\bdcr (\d)(\d\d)\b", r"DCR \1.\2", str(name).replace("_", " "))

@@ -13,9 +13,9 @@ from plotly.subplots import make_subplots
 from skewbridge.bridge.geometry import Member, ModelGeometry, contact_column
 from skewbridge.bridge.section import MomentCurvature, ShearSection, shear_strength
 from skewbridge.files.tables import Floats, Mask
-from skewbridge.report.appearance import VARIANT_COLOURS
+from skewbridge.report.appearance import VARIANT_COLOURS, shear_model_name
 from skewbridge.units import KN, MM
-from skewbridge.variant.options import ShearModel
+from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.variant import ABUTMENTS
 
 # palette of Okabe and Ito, distinct for every kind of colour vision
@@ -214,17 +214,13 @@ def column_figure(
     bending.set(xlabel="curvature (1/m)", ylabel="moment (MNm)", xlim=(0, None), ylim=(0, None))
     bending.legend(frameon=False, loc="lower right")
     ductility = np.linspace(1.0, 15.0, 141)
-    models: tuple[tuple[str, ShearModel, str], ...] = (
-        ("Caltrans, expected; displacement ductility", "sdc_expected", "#0072B2"),
-        ("Caltrans, nominal; displacement ductility", "sdc_nominal", "#56B4E9"),
-        ("Kowalsky-Priestley; curvature ductility", "kowalsky_priestley", "#009E73"),
-    )
-    for label, model, colour in models:
+    for (model, demand), colour in zip(SHEAR_MODEL_DEMANDS.items(), VARIANT_COLOURS, strict=False):
         strength_mn = shear_strength(shear, model, axial_n, ductility, ductility) / 1e6
-        capacity.plot(ductility, strength_mn, color=colour, label=label)
+        capacity.plot(ductility, strength_mn, color=colour, label=shear_model_name(demand))
     demand = curve.plastic_moment_nm / shear.shear_span_m / 1e6
     capacity.axhline(demand, color=orange, linestyle="--", label="plastic shear Mp / L")
-    capacity.set(xlabel="ductility", ylabel="shear (MN)", ylim=(0, None), xlim=(1, 15))
+    words = "displacement ductility (Kowalsky and Priestley: curvature)"
+    capacity.set(xlabel=words, ylabel="shear (MN)", ylim=(0, None), xlim=(1, 15))
     capacity.legend(frameon=False, fontsize=9)
     figure.suptitle(title, parse_math=False)
     return figure

@@ -20,7 +20,7 @@ from PIL import Image
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import BridgeData
-from skewbridge.demands.columns import KEY, Column, column_of, demands_for, label_of
+from skewbridge.demands.columns import KEY, Column, column_of, demands_for
 from skewbridge.demands.validity import is_complete, with_derived_columns
 from skewbridge.files.tables import read_frame, read_stamp, records_of
 from skewbridge.files.text import write_text
@@ -85,7 +85,7 @@ def write_report(
             measure_columns=list(_MEASURES),
             shear_models=shear_models,
             shear_heads=[
-                f"{label_of(SHEAR_MODEL_DEMANDS[name]).partition(', ')[2]}, θ [interval]"
+                f"{appearance.shear_model_name(SHEAR_MODEL_DEMANDS[name])}, θ [interval]"
                 for name in shear_models["limit_state"].unique()
             ],
             shear_medians={row["variant"]: median_text(row) for row in records_of(shear)},
@@ -132,6 +132,7 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
         "bridges": [(bridge, bridge_words(bridge)) for bridge in bridges],
         "answer": answer_rows(table, counts),
         "failures": answer.failure_sentences(counts),
+        "shear_failures": answer.shear_model_sentence(demands),
         "motions_line": f"{answer.motions_sentence(frames['suite'], table)} "
         f"{answer.properties_sentence(demands)} {suites_text} "
         f"{answer.untested_skew_sentence(with_backfill['skew_deg'])}".rstrip(),

@@ -76,7 +76,7 @@ class GridConfig(BaseModel):
     model_config = OPTIONS | ConfigDict(extra="allow", frozen=True, json_schema_extra=_with_axes)
 
     bridge: Annotated[tuple[Bridge, ...], AfterValidator(_different_names)] = Field(
-        default=("osb1", "osb1_fixed"), min_length=1
+        default=("osb1", "osb1_fixed_era1"), min_length=1
     )
     """bridges of config/bridges/ and the catalogue, or paths"""
     abutment: tuple[Abutment, ...] = Field(default=("contact_friction",), min_length=1)

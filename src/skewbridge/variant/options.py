@@ -22,7 +22,8 @@ type GapMeasured = Literal["normal", "longitudinal"]
 type BackfillSkew = Literal["strength", "strength_and_stiffness"]
 type FrictionAt = Literal["all", "walls", "keys"]
 type HingeRule = Literal["sdc", "paulay_priestley"]
-type ShearModel = Literal["sdc_expected", "sdc_nominal", "kowalsky_priestley"]
+type ShearModel = Literal["ucsd_tests", "sdc_expected", "sdc_nominal", "kowalsky_priestley"]
+DEFAULT_SHEAR_MODEL: Final[ShearModel] = "ucsd_tests"
 #: Column of the demands table with shear / capacity, keyed by shear model.
 SHEAR_MODEL_DEMANDS: Final[dict[ShearModel, str]] = {
     model: f"column_shear_dcr_{model}" for model in get_args(ShearModel.__value__)
@@ -104,9 +105,8 @@ class ModelOptions:
     # ASSUME webs and slabs spread the dead load of the deck evenly over the width of the caps
     cap_load: Literal["spread", "middle"] = Field(default="spread")
     """dead load of the deck on a cap: over its width, or in the middle"""
-    # ASSUME column bases are on rigid ground
-    foundation: Literal["fixed", "springs"] = Field(default="fixed")
-    """column bases: rigid, or springs of the bridge file"""
+    foundation: Literal["springs", "fixed"] = Field(default="springs")
+    """column bases: springs of the bridge file (without them: rigid), or rigid"""
     embankment_mass: Flag = Field(default=False)
     """critical length of the embankment moves with the abutment (model spring)"""
     damping_ratio: Number | None = Field(default=None, ge=1.0e-3, le=0.5)
@@ -144,8 +144,8 @@ class ModelOptions:
     """rings of the core, wedges (and bars), rings of the cover"""
     deck_elements_per_span: Whole = Field(default=4, ge=1, le=64)
     """elastic elements per span"""
-    shear_model: ShearModel = Field(default="sdc_expected")
-    """shear capacity: Caltrans (expected or nominal), or Kowalsky and Priestley (expected)"""
+    shear_model: ShearModel = Field(default=DEFAULT_SHEAR_MODEL)
+    """shear capacity: UCSD model with the mean of tests, Caltrans (design), or UCSD (2000)"""
     elastic_columns: Flag = Field(default=False)
     """cracked elastic columns, for hand checks"""
     # Prediction is better if the steps resolve the contact, as the steps in contact do: at most

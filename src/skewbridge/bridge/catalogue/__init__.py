@@ -4,6 +4,8 @@ A number is written with its source as ``{v: 5.64, src: "a: paper, section 5"}``
 classes are a (the paper), b (a document at hand), c (a named report from memory), d (engineering
 rule) and calc (computed from other numbers). A list of numbers is one such mapping with a list as
 ``v``. ``extends: NAME`` starts from another bridge: mappings are merged, other values are replaced.
+A fixed base without ``foundation`` gets the springs of `TYPICAL_FOUNDATION`, and ``foundation:
+null`` is rigid ground.
 
 The file of a bridge is looked up by name in ``config/bridges/`` of the working folder, then in the
 catalogue of the package. A path that ends in ``.yaml`` can name any other file.
@@ -31,6 +33,8 @@ OWN_FOLDER: Final = Path("config/bridges")
 #: Pattern of the name of a bridge; its file in these folders has the same name.
 NAME_PATTERN: Final = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
 MAX_PARENTS: Final = 10
+#: Bridge with the foundation springs of fixed bases whose file has none: one column of 1.68 m.
+TYPICAL_FOUNDATION: Final = "bridge_a"
 SOURCE_PATTERN: Final = r"(a|b|c|d|calc): \S.*"
 SOURCE_LETTERS: Final = (
     "a (the paper), b (a document at hand), c (a named report from memory), d (an engineering "
@@ -76,7 +80,13 @@ def _file(name: str | Path) -> Path:
 def _loaded(path: Path) -> BridgeData:
     sources: dict[str, str] = {}
     trees = (tree for _, tree in reversed(_with_parents(path)))
-    plain = _strip(reduce(_overlay, trees), "", sources, path)
+    merged = reduce(_overlay, trees)
+    if merged.get("base") == "fixed" and "foundation" not in merged:
+        # ASSUME a fixed base without springs of its own has the footing of a similar column: rigid
+        # ground is too stiff
+        typical = read_mapping(FOLDER / f"{TYPICAL_FOUNDATION}.yaml")
+        merged["foundation"] = typical["foundation"]
+    plain = _strip(merged, "", sources, path)
     raw = {**plain, "name": path.stem, "sources": sources}
     return checked(BridgeData, raw, Path(path.name))
 

@@ -236,6 +236,7 @@ class BridgeData(_Part, frozen=True):
         t1_s: Conditioning period: geometric mean of the longitudinal and transverse periods of
             the gap-open model with pads at zero skew.
         base: Column bases, ``pinned`` (torsion fixed) or ``fixed``.
+        foundation: Springs under the bases; None is rigid ground.
         sources: Source class and text of every number, keyed by the path of the number in the file.
     """
 

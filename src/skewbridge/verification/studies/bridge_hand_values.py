@@ -28,10 +28,10 @@ from skewbridge.verification.statements import records_in
 from skewbridge.verification.studies.paper_runs import paper_variant
 
 STATES: Final = {
-    "cracked elastic": ModelOptions(elastic_columns=True),
-    # the reference models apply the deck load at the middle of the bent caps
-    "hinge": ModelOptions(cap_load="middle"),
-    "fiber": ModelOptions(column_integration="lobatto5", cap_load="middle"),
+    "cracked elastic": ModelOptions(elastic_columns=True, foundation="fixed"),
+    # the reference models are on rigid ground and load the bent caps in the middle
+    "hinge": ModelOptions(cap_load="middle", foundation="fixed"),
+    "fiber": ModelOptions(column_integration="lobatto5", cap_load="middle", foundation="fixed"),
 }
 
 type Values = Mapping[str, str]
