@@ -8,7 +8,7 @@ the backfill is HyperbolicGapMaterial in series with a negative spring that canc
 part, four fifths of the flexibility of the soil.
 """
 
-from itertools import pairwise
+from itertools import pairwise, product
 from math import cos, exp, pi, radians, sin, sqrt
 
 import numpy as np
@@ -286,6 +286,16 @@ class Independent:
         args = (node, deck, kn, kn / 5, self.mu, "-orient", *normal, 0.0, "-intType", 0)
         self.element("zeroLengthContactASDimplex", *args)
 
+    def retry(self, end, dt):
+        """Make a step that failed in smaller parts."""
+        for parts, algorithm in product((4, 20, 100), ("Newton", "NewtonLineSearch")):
+            ops.domainChange()
+            ops.algorithm(algorithm)
+            if ops.analyze(round((end - ops.getTime()) / dt * parts), dt / parts) == 0:
+                ops.algorithm("KrylovNewton")
+                return
+        raise AssertionError(f"failed at {ops.getTime()}")
+
     def peaks(self, motion, dt):
         """Return the peaks of the response to a motion."""
         data = self.bridge.damping
@@ -313,10 +323,7 @@ class Independent:
         rows = [read()]
         for _ in range(round(motion.duration_s / dt)):
             if ops.analyze(1, dt) != 0:
-                ops.domainChange()
-                ops.algorithm("NewtonLineSearch")
-                assert ops.analyze(4, dt / 4) == 0, f"failed at {ops.getTime()}"
-                ops.algorithm("KrylovNewton")
+                self.retry(ops.getTime() + dt, dt)
             rows.append(read())
         moves = (np.array(rows) - rows[0]).reshape(len(rows), len(watched), 6)
         of = dict(zip(watched, moves.transpose(1, 0, 2), strict=True))
