@@ -110,6 +110,60 @@ def test_keys_face_the_deck_edge_and_friction_acts_where_it_is_chosen(place, at_
                 assert units[index].normal == pytest.approx((0.0, inward, 0.0))
 
 
+@pytest.mark.parametrize("abutment", ["contact_friction", "spring", "simplified", "roller"])
+@pytest.mark.parametrize("gap_measured", ["normal", "longitudinal"])
+def test_a_skewed_bridge_with_all_parts_square_is_the_bridge_without_skew(abutment, gap_measured):
+    """The parts of `make choices` are all that skew changes in the model, command by command."""
+    square = {"bent_skew": "square", "seat_skew": "square", "key_skew": "square"}
+    given = {"gap_measured": gap_measured, "backfill_variation": 0.3}
+    straight, skewed, kept, same = (
+        model_script(variant(skew_deg, abutment), ModelOptions(**given, **parts)).split("\n", 1)[1]
+        for skew_deg, parts in (
+            (0, {}),
+            (60, {}),
+            (60, {**square, "backfill_skew": "none"}),
+            (0, {**square, "backfill_skew": "none"}),
+        )
+    )
+    assert kept == straight == same
+    assert skewed != straight
+
+
+@pytest.mark.parametrize("skew_deg", [45, -45])
+@pytest.mark.parametrize("seat", ["abutment", "square"])
+@pytest.mark.parametrize("key", ["abutment", "square"])
+def test_seats_and_keys_are_skewed_separately(skew_deg: int, seat: str, key: str) -> None:
+    """A square wall is at a right angle to the deck; keys shift along its edges by W/2 tan(skew)."""
+    bridge = load_bridge("osb1")
+    half_m, thickness_m = bridge.deck.width_m / 2, bridge.deck.diaphragm_thickness_m
+    options = ModelOptions(seat_skew=seat, key_skew=key)
+    turn, shift = (radians(skew_deg) if each == "abutment" else 0.0 for each in (seat, key))
+    with domain():
+        model = build(variant(skew_deg), options)
+        units = model.contacts.units
+        for abutment, sign in zip(model.abutments, (-1.0, 1.0), strict=True):
+            walls = np.array([ops.nodeCoord(node)[:2] for node in abutment.wall_nodes])
+            along = (walls[-1] - walls[0]) / np.linalg.norm(walls[-1] - walls[0])
+            assert abs(along @ (cos(turn), sin(turn))) < 1e-12
+            assert np.ptp(walls[:, 1]) == pytest.approx(2 * half_m)
+            for index in abutment.wall_units:
+                assert units[index].normal[:2] == pytest.approx(
+                    (-sign * cos(turn), -sign * sin(turn))
+                )
+                assert units[index].gap_m == pytest.approx(0.051)
+            for index, node in zip(abutment.key_units, abutment.key_nodes, strict=True):
+                x, y = ops.nodeCoord(node)[:2]
+                end_m = sign * (bridge.length_m + thickness_m / cos(shift)) / 2
+                assert (x, abs(y)) == pytest.approx((end_m - y * np.tan(shift), half_m))
+                assert ops.nodeCoord(units[index].node_j) == pytest.approx((x, y, 0.0))
+                assert units[index].normal == pytest.approx((0.0, -np.sign(y), 0.0))
+    soils = [
+        [line for line in model_script(variant(skew_deg), each).splitlines() if "Material" in line]
+        for each in (options, ModelOptions())
+    ]
+    assert soils[0] == soils[1], "the strength of the backfill keeps the skew of the abutment"
+
+
 def test_skewed_supports_load_the_obtuse_corner_at_the_shorter_diagonal_more() -> None:
     with domain():
         model = build(variant(40), ModelOptions())

@@ -21,8 +21,8 @@ References:
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from math import sqrt
+from dataclasses import dataclass, replace
+from math import radians, sqrt
 from typing import Final
 
 import openseespy.opensees as ops
@@ -71,7 +71,7 @@ from skewbridge.bridge.springs import (
 )
 from skewbridge.contact.element import uniaxial
 from skewbridge.units import KN, MM, TONNE
-from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.options import ModelOptions, part_skew_deg
 
 # Far stiffer than the deck's end element (1e10 N/m), soft enough for double precision. A modulus
 # 100 times smaller needs 8 to 15 % more iterations.
@@ -206,11 +206,22 @@ CONCRETE_KG_PER_M3 = 2400.0  # source: usual density of reinforced concrete
 
 @dataclass(frozen=True, kw_only=True)
 class Joint(Blueprint):
-    """Joint at a deck end at rest; the builders add its springs and contacts to the handle."""
+    """Joint at a deck end at rest; the builders add its springs and contacts to the handle.
+
+    The keys are at the corners of `key_end`, which is `end` unless options skew keys and seats
+    differently.
+    """
 
     end: DeckEnd
     points: Points
+    key_end: DeckEnd
+    key_points: Points
     handle: AbutmentHandle
+
+    @property
+    def skew_rad(self) -> float:
+        """Signed skew of the abutment in rad; a wall that options build square has none."""
+        return radians(self.variant.skew_deg)
 
     @property
     def data(self) -> AbutmentData:
@@ -237,7 +248,7 @@ class Joint(Blueprint):
         """Return for each wall point its position (m), share of the wall and backfill curve."""
         options, end = self.options, self.end
         height, skew_rule = options.backfill_height_exponent, options.backfill_skew
-        soil = wall_backfill(self.data, options.backfill, end.skew_rad, height, skew_rule)
+        soil = wall_backfill(self.data, options.backfill, self.skew_rad, height, skew_rule)
         whole = self.soil(soil)
         stations = end.wall_stations(options.backwall_points)
         shares = tributary_shares(len(stations))
@@ -253,7 +264,7 @@ class Joint(Blueprint):
         By default it is perpendicular to the deck edge; with ``key_frame: skewed`` it is along the
         wall. The sign is +1 for the key at the end of the wall's tangent, -1 at the opposite end.
         """
-        along = self.end.tangent
+        along = self.key_end.tangent
         # ASSUME the face of a key is parallel to the edge of the deck
         if self.options.key_frame == "skewed":
             return (-sign * along[0], -sign * along[1])
@@ -327,11 +338,19 @@ def support_deck_end(side: Side, deck_node: int, plan: Blueprint) -> Joint:
     bridge, options, traits = plan.bridge, plan.options, plan.variant.traits
     deck, data, pads = bridge.deck, bridge.abutment, bridge.abutment.pads
     skew_deg, thickness_m = plan.variant.skew_deg, deck.diaphragm_thickness_m
-    end = DeckEnd(side, bridge.length_m, skew_deg, deck.width_m, thickness_m)
+    # the opening of a square joint is measured along the bridge
+    variant = replace(plan.variant, skew_deg=part_skew_deg(options.seat_skew, skew_deg))
+    end = DeckEnd(side, bridge.length_m, variant.skew_deg, deck.width_m, thickness_m)
+    key_end = replace(end, skew_deg=part_skew_deg(options.key_skew, skew_deg))
     bearing_line = bearing_stations(pads, end, options, has_pads=traits.has_pads)
     outer = end.wall_stations(options.backwall_points if traits.has_wall_points else 2)
     lines: dict[Line, list[float]] = {"bearing": bearing_line, "outer": outer}
     points, arms = build_arms(end, deck_node, lines, options, plan.tags)
+    key_points = points
+    if traits.has_wall_points and key_end != end:
+        corners: dict[Line, list[float]] = {"outer": key_end.wall_stations(2)}
+        key_points, key_arms = build_arms(key_end, deck_node, corners, options, plan.tags)
+        arms += key_arms
     bearings = build_bearings(end, points, pads, options, plan.tags, has_pads=traits.has_pads)
     z_m = float(ops.nodeCoord(deck_node, 3))
 
@@ -339,7 +358,7 @@ def support_deck_end(side: Side, deck_node: int, plan: Blueprint) -> Joint:
         arm = along_m * end.tangent[0], along_m * end.tangent[1], -z_m
         return Point(deck_node, arm)
 
-    gap_m = plan.variant.normal_gap_m(options.gap_measured) + options.gap_offset_mm * MM
+    gap_m = variant.normal_gap_m(options.gap_measured) + options.gap_offset_mm * MM
     handle = AbutmentHandle(
         side=side,
         normal=end.normal,
@@ -361,7 +380,8 @@ def support_deck_end(side: Side, deck_node: int, plan: Blueprint) -> Joint:
         pads=tuple(map(seat, pad_stations(pads, end) if traits.has_pads else bearing_line)),
         links=tuple(arms),
     )
-    return Joint(**vars(plan), end=end, points=points, handle=handle)
+    at_keys = {"key_end": key_end, "key_points": key_points}
+    return Joint(**vars(plan), **at_keys, end=end, points=points, handle=handle)
 
 
 def build_joint(joint: Joint) -> AbutmentHandle:
@@ -378,7 +398,7 @@ def _build_simplified(joint: Joint) -> None:
     """Create the springs at both ends of the bar, each with half of the resistance."""
     end, tags = joint.end, joint.tags
     straight, skew_rule = joint.soil(sdc_backfill(joint.data)), joint.options.backfill_skew
-    longitudinal = reduced_for_skew(straight, end.skew_rad, skew_rule).scaled(0.5)
+    longitudinal = reduced_for_skew(straight, joint.skew_rad, skew_rule).scaled(0.5)
     # ASSUME the transverse springs have no gap, as in the published model
     transverse = joint.wing.scaled(0.5)
     ends = end.wall_stations(2)
@@ -423,7 +443,7 @@ def _build_body(joint: Joint) -> int:
     # ASSUME across the wall the body has the initial stiffness of one wall point at zero skew
     across = joint.wall_parts()[0][2].stiffness_n_per_m
     if joint.options.backfill_skew == "strength_and_stiffness":
-        across /= skew_reduction(end.skew_rad)
+        across /= skew_reduction(joint.skew_rad)
     moving_kg = joint.moving_mass_kg(joint.wall_mass_kg) + embankment_kg
     body = plane_node(end.point("outer", 0.0), moving_kg, tags)
     ground = grounded_node(end.point("outer", 0.0), tags)
@@ -461,7 +481,8 @@ def _hold_wall_point(joint: Joint, nodes: tuple[int, int], share: float, passive
     """Create the backfill, stem and wing-wall springs between ground and a wall node."""
     end, tags, mass_kg = joint.end, joint.tags, joint.wall_mass_kg * share
     # in proportion to the strength of the soil
-    weak = joint.options.wall_restoring_n_per_m * skew_reduction(end.skew_rad) * share
+    reduction = skew_reduction(joint.skew_rad, joint.options.backfill_skew)
+    weak = joint.options.wall_restoring_n_per_m * reduction * share
     stiffness, wing = passive.stiffness_n_per_m, joint.wing.scaled(share)
     # ASSUME towards the deck the stem of the wall has the initial stiffness of the soil: shaking
     # alone does not push the wall into the gap
@@ -491,7 +512,7 @@ def _hold_wall_point(joint: Joint, nodes: tuple[int, int], share: float, passive
 
 def _build_keys(joint: Joint, body: int | None) -> None:
     """Create both exterior keys: on the ground with contacts, or on a body with gap springs."""
-    end, handle, options, tags = joint.end, joint.handle, joint.options, joint.tags
+    end, handle, options, tags = joint.key_end, joint.handle, joint.options, joint.tags
     friction = joint.variant.friction * (options.friction_at != "walls")
     mass_kg = joint.moving_mass_kg(joint.key_mass_kg)
     stiffness = penalties(key_stiffness_n_per_m(joint.key), mass_kg, options)
@@ -502,7 +523,7 @@ def _build_keys(joint: Joint, body: int | None) -> None:
         holder = grounded_node(end.point("outer", along), tags) if body is None else body
         handle.key_springs.append(joint.key_spring((holder, node), inward))
         handle.key_nodes.append(node)
-        nodes = node, joint.points["outer", along]
+        nodes = node, joint.key_points["outer", along]
         if body is None:
             name, gap_m = f"key {'+' if sign > 0.0 else '-'}", options.transverse_gap_m
             handle.key_units.append(

@@ -69,12 +69,16 @@ class Passive:
         return replace(self, stiffness_n_per_m=stiffness, ultimate_n=self.ultimate_n * factor)
 
 
-def skew_reduction(skew_rad: float) -> float:
+def skew_reduction(skew_rad: float, rule: BackfillSkew = "strength") -> float:
     """Return the reduction factor exp(-|skew| / 45 deg), the same for both signs of the skew.
+
+    It is 1 with the rule ``none``.
 
     References:
         Caltrans SDC 2.0 section 6.3.1.2 (Shamsabadi and Rollins), limited to 66 degrees.
     """
+    if rule == "none":
+        return 1.0
     return exp(-min(abs(degrees(skew_rad)), MAX_REDUCTION_SKEW_DEG) / 45.0)
 
 
@@ -133,13 +137,13 @@ def reduced_for_skew(passive: Passive, skew_rad: float, rule: BackfillSkew) -> P
 
     With ``strength``, a hyperbola keeps its initial stiffness and its closure at full strength, so
     its failure ratio grows. A bilinear curve keeps only its stiffness. With
-    ``strength_and_stiffness``, all forces are reduced.
+    ``strength_and_stiffness``, all forces are reduced; with ``none``, nothing is.
 
     References:
         Rollins, Palmer and Fredrickson (2014), 10NCEE 331: skews of 0, 30 and 45 degrees have
         nearly the same initial stiffness, and reach the peak at about 3 % of the wall height.
     """
-    reduction = skew_reduction(skew_rad)
+    reduction = skew_reduction(skew_rad, rule)
     if rule == "strength_and_stiffness":
         return passive.scaled(reduction)
     ratio = passive.failure_ratio
