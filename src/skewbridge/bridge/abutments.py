@@ -71,7 +71,7 @@ from skewbridge.bridge.springs import (
 )
 from skewbridge.contact.element import uniaxial
 from skewbridge.units import KN, MM, TONNE
-from skewbridge.variant.options import ModelOptions, part_skew_deg
+from skewbridge.variant.options import ModelOptions
 
 # Far stiffer than the deck's end element (1e10 N/m), soft enough for double precision. A modulus
 # 100 times smaller needs 8 to 15 % more iterations.
@@ -219,11 +219,6 @@ class Joint(Blueprint):
     handle: AbutmentHandle
 
     @property
-    def skew_rad(self) -> float:
-        """Signed skew of the abutment in rad; a wall that options build square has none."""
-        return radians(self.variant.skew_deg)
-
-    @property
     def data(self) -> AbutmentData:
         """Data of the abutment."""
         return self.bridge.abutment
@@ -246,9 +241,9 @@ class Joint(Blueprint):
 
     def wall_parts(self) -> list[tuple[float, float, Passive]]:
         """Return for each wall point its position (m), share of the wall and backfill curve."""
-        options, end = self.options, self.end
+        options, end, skew_rad = self.options, self.end, radians(self.variant.skew_deg)
         height, skew_rule = options.backfill_height_exponent, options.backfill_skew
-        soil = wall_backfill(self.data, options.backfill, self.skew_rad, height, skew_rule)
+        soil = wall_backfill(self.data, options.backfill, skew_rad, height, skew_rule)
         whole = self.soil(soil)
         stations = end.wall_stations(options.backwall_points)
         shares = tributary_shares(len(stations))
@@ -339,9 +334,9 @@ def support_deck_end(side: Side, deck_node: int, plan: Blueprint) -> Joint:
     deck, data, pads = bridge.deck, bridge.abutment, bridge.abutment.pads
     skew_deg, thickness_m = plan.variant.skew_deg, deck.diaphragm_thickness_m
     # the opening of a square joint is measured along the bridge
-    variant = replace(plan.variant, skew_deg=part_skew_deg(options.seat_skew, skew_deg))
+    variant = plan.variant if options.seat_skew == "abutment" else replace(plan.variant, skew_deg=0)
     end = DeckEnd(side, bridge.length_m, variant.skew_deg, deck.width_m, thickness_m)
-    key_end = replace(end, skew_deg=part_skew_deg(options.key_skew, skew_deg))
+    key_end = replace(end, skew_deg=skew_deg if options.key_skew == "abutment" else 0.0)
     bearing_line = bearing_stations(pads, end, options, has_pads=traits.has_pads)
     outer = end.wall_stations(options.backwall_points if traits.has_wall_points else 2)
     lines: dict[Line, list[float]] = {"bearing": bearing_line, "outer": outer}
@@ -398,7 +393,8 @@ def _build_simplified(joint: Joint) -> None:
     """Create the springs at both ends of the bar, each with half of the resistance."""
     end, tags = joint.end, joint.tags
     straight, skew_rule = joint.soil(sdc_backfill(joint.data)), joint.options.backfill_skew
-    longitudinal = reduced_for_skew(straight, joint.skew_rad, skew_rule).scaled(0.5)
+    skew_rad = radians(joint.variant.skew_deg)
+    longitudinal = reduced_for_skew(straight, skew_rad, skew_rule).scaled(0.5)
     # ASSUME the transverse springs have no gap, as in the published model
     transverse = joint.wing.scaled(0.5)
     ends = end.wall_stations(2)
@@ -443,7 +439,7 @@ def _build_body(joint: Joint) -> int:
     # ASSUME across the wall the body has the initial stiffness of one wall point at zero skew
     across = joint.wall_parts()[0][2].stiffness_n_per_m
     if joint.options.backfill_skew == "strength_and_stiffness":
-        across /= skew_reduction(joint.skew_rad)
+        across /= skew_reduction(radians(joint.variant.skew_deg))
     moving_kg = joint.moving_mass_kg(joint.wall_mass_kg) + embankment_kg
     body = plane_node(end.point("outer", 0.0), moving_kg, tags)
     ground = grounded_node(end.point("outer", 0.0), tags)
@@ -481,7 +477,7 @@ def _hold_wall_point(joint: Joint, nodes: tuple[int, int], share: float, passive
     """Create the backfill, stem and wing-wall springs between ground and a wall node."""
     end, tags, mass_kg = joint.end, joint.tags, joint.wall_mass_kg * share
     # in proportion to the strength of the soil
-    reduction = skew_reduction(joint.skew_rad, joint.options.backfill_skew)
+    reduction = skew_reduction(radians(joint.variant.skew_deg), joint.options.backfill_skew)
     weak = joint.options.wall_restoring_n_per_m * reduction * share
     stiffness, wing = passive.stiffness_n_per_m, joint.wing.scaled(share)
     # ASSUME towards the deck the stem of the wall has the initial stiffness of the soil: shaking

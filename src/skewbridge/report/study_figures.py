@@ -107,7 +107,7 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
             for caption, draw in figures(replace(tables, **own)):
                 title = f"{model}: {caption.title}"
                 yield replace(caption, name=start + caption.name, title=title, model=model), draw
-    for figures in (_round_figures, _history_figures):
+    for figures in (_skew_figures, _round_figures, _history_figures):
         yield from figures(tables)
     if tables.suite:
         caption = _caption("motions", scales=[item.scale for item in tables.suite])
@@ -188,8 +188,10 @@ def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 
 
 def _choice_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    choices = tables.choices
-    if choices is None or choices.empty:
+    if tables.choices is None:
+        return
+    choices = tables.choices[tables.choices["kind"].isin(fragility_figures.COMPARED_KINDS)]
+    if choices.empty:
         return
     caption = _caption(
         "choices",
@@ -199,6 +201,17 @@ def _choice_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         linear_pct=fragility_figures.LINEAR_PCT,
     )
     yield caption, partial(fragility_figures.tornado, choices)
+
+
+def _skew_figures(tables: FigureTables) -> Iterator[StudyFigure]:
+    choices = tables.choices
+    if choices is None or not (choices["kind"] == "skew").any():
+        return
+    rows = choices[~choices["kind"].isin(fragility_figures.COMPARED_KINDS)]
+    caption = _caption(
+        "skew_parts", findings=fragility_figures.skew_findings(rows), pairs=rows["n_pairs"].max()
+    )
+    yield caption, partial(fragility_figures.skew_parts, rows)
 
 
 def _round_figures(tables: FigureTables) -> Iterator[StudyFigure]:

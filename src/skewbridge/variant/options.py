@@ -20,8 +20,6 @@ _Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
 type GapMeasured = Literal["normal", "longitudinal"]
 #: What the skew of a backwall reduces in its backfill.
 type BackfillSkew = Literal["strength", "strength_and_stiffness", "none"]
-#: Orientation of a part of a skewed bridge.
-type PartSkew = Literal["abutment", "square"]
 type FrictionAt = Literal["all", "walls", "keys"]
 type HingeRule = Literal["sdc", "paulay_priestley"]
 type ShearModel = Literal["ucsd_tests", "sdc_expected", "sdc_nominal", "kowalsky_priestley"]
@@ -81,7 +79,7 @@ class ModelOptions:
     backfill: Literal["hyperbolic", "sdc"] = Field(default="hyperbolic")
     """hyperbolic curve, or bilinear curve of SDC 2.0"""
     backfill_skew: BackfillSkew = Field(default="strength")
-    """skew reduces the strength of the backfill, its stiffness as well (scheme paper), or neither"""
+    """skew reduces the strength of the backfill, also its stiffness (scheme paper), or neither"""
     backfill_height_exponent: Number = Field(default=1.5, ge=1.0, le=2.0)
     """power of the wall height in the strength of UCSD backfill (scheme paper: 1)"""
     # ASSUME the backfill is uniform along the wall
@@ -97,14 +95,14 @@ class ModelOptions:
     """contacts with friction"""
     # source: PyPBEE 8fed5bb, modelInputParameters.tcl: bents of bridges A to C are parallel to the
     # abutments, their columns keep the transverse spacing
-    bent_skew: PartSkew = Field(default="abutment")
+    bent_skew: Literal["abutment", "square"] = Field(default="abutment")
     """bents: parallel to the abutments, or square to the deck"""
     bent_skew_deg: Number | None = Field(default=None, ge=-60.0, le=60.0)
     """skew of all bents; null: set by bent_skew"""
     # not built so: `make choices` splits the effect of skew with them
-    seat_skew: PartSkew = Field(default="abutment")
+    seat_skew: Literal["abutment", "square"] = Field(default="abutment")
     """deck ends, pads, gaps and walls: skewed, or square to the deck"""
-    key_skew: PartSkew = Field(default="abutment")
+    key_skew: Literal["abutment", "square"] = Field(default="abutment")
     """keys: at the corners of the skewed deck, or where a square deck has its corners"""
     # ASSUME the columns of a skewed bent stay under the same girders
     column_spacing: Literal["normal", "along_bent"] = Field(default="normal")
@@ -170,9 +168,4 @@ class ModelOptions:
         """Return the skew of the bents in degrees for a skew of the abutments."""
         if self.bent_skew_deg is not None:
             return self.bent_skew_deg
-        return part_skew_deg(self.bent_skew, skew_deg)
-
-
-def part_skew_deg(part: PartSkew, skew_deg: float) -> float:
-    """Return the skew of a part of the bridge in degrees for a skew of the abutments."""
-    return skew_deg if part == "abutment" else 0.0
+        return skew_deg if self.bent_skew == "abutment" else 0.0
