@@ -133,7 +133,7 @@ def test_a_skewed_bridge_with_all_parts_square_is_the_bridge_without_skew(abutme
 @pytest.mark.parametrize("seat", ["abutment", "square"])
 @pytest.mark.parametrize("key", ["abutment", "square"])
 def test_seats_and_keys_are_skewed_separately(skew_deg: int, seat: str, key: str) -> None:
-    """A square wall is at a right angle to the deck; keys shift by W/2 tan(skew) along its edges."""
+    """A square wall is normal to the deck; skewed keys shift by W/2 tan(skew) along its edges."""
     bridge = load_bridge("osb1")
     half_m, thickness_m = bridge.deck.width_m / 2, bridge.deck.diaphragm_thickness_m
     options = ModelOptions(seat_skew=seat, key_skew=key)
