@@ -15,13 +15,14 @@ from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
 from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import read_frame, write_frame
+from skewbridge.report import study_figures
 from skewbridge.report.fragility_figures import (
     COMPARED_KINDS,
     choice_findings,
     skew_findings,
-    skew_parts,
     tornado,
 )
+from skewbridge.report.study_figures import FigureTables
 from skewbridge.study import modelling_choices
 from skewbridge.study.analyses import StudySetup, sampled
 from skewbridge.study.config import chosen_variants, parse_config
@@ -403,7 +404,12 @@ def test_figure_of_the_parts_has_a_panel_per_bridge(tmp_path, monkeypatch) -> No
     without_workers(monkeypatch, lambda task: row_of(task, exp(effect_of(task))))
     setup = study_of(tmp_path, wave("one"), wave("two", number=2), bridges=("osb1", "osb1_fixed"))
     table = split(setup, (SLUG, SLUG.replace("osb1", "osb1_fixed")))
-    figure = skew_parts(table)
+    nothing = dict.fromkeys(("demands", "curves", "effects", "intensity_effects"), pd.DataFrame())
+    tables = FigureTables(**nothing, suite=(), pair=None, choices=table)
+    ((caption, draw),) = study_figures._skew_figures(tables)
+    assert (caption.name, caption.section) == ("skew_parts", "modelling choices")
+    assert "up to 2 motions" in caption.text
+    figure = draw()
     assert [panel.get_title(loc="left") for panel in figure.axes] == [
         "osb1, contact-friction (2 of 2 motions)",
         "osb1_fixed, contact-friction (2 of 2 motions)",
@@ -416,7 +422,12 @@ def test_figure_of_the_parts_has_a_panel_per_bridge(tmp_path, monkeypatch) -> No
         assert ratios == list(table["ratio"][table["demand"].isin(demands)][: len(ratios)])
         assert [line.get_markerfacecolor() for line in marks].count("white") == len(demands)
     labels = [text.get_text() for text in figure.axes[0].get_yticklabels()]
-    assert labels == [*SKEW_EFFECTS] * len(demands)
-    (sentence, _) = skew_findings(table)
+    names = [
+        f"{name}, not in total" * (kind == "skew_extra") or name
+        for name, kind in SKEW_EFFECTS.items()
+    ]
+    assert labels == names * len(demands)
+    sentence, _ = skew_findings(table)
+    assert caption.finding.startswith(sentence)
     assert sentence.startswith("osb1, largest skew: column shear demand/capacity +")
     assert "column drift ratio +31 % (largest part: bents, +19 %)" in sentence

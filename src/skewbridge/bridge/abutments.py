@@ -375,8 +375,14 @@ def support_deck_end(side: Side, deck_node: int, plan: Blueprint) -> Joint:
         pads=tuple(map(seat, pad_stations(pads, end) if traits.has_pads else bearing_line)),
         links=tuple(arms),
     )
-    at_keys = {"key_end": key_end, "key_points": key_points}
-    return Joint(**vars(plan), **at_keys, end=end, points=points, handle=handle)
+    return Joint(
+        **vars(plan),
+        end=end,
+        points=points,
+        key_end=key_end,
+        key_points=key_points,
+        handle=handle,
+    )
 
 
 def build_joint(joint: Joint) -> AbutmentHandle:

@@ -458,6 +458,8 @@ def choice_findings(choices: pd.DataFrame) -> list[str]:
 @mpl.rc_context(STYLE)
 def skew_parts(rows: pd.DataFrame) -> Figure:
     """Draw the effect of the largest skew on the headline demands with its parts, by bridge."""
+    is_extra = rows["kind"] == "skew_extra"
+    rows = rows.assign(name=rows["name"].mask(is_extra, rows["name"] + ", not in total"))
     models = appearance.groups_of(rows, ["bridge", "abutment"])
     names, colours = list(rows["name"].unique()), appearance.VARIANT_COLOURS
     demands = demands_for("headline", rows["demand"].unique())
@@ -477,14 +479,15 @@ def skew_parts(rows: pd.DataFrame) -> Figure:
         for row in records_of(own[own["demand"].isin(demands)]):
             kind, y = row["kind"], places[row["demand"], row["name"]]
             is_part = kind in ("skew_part", "skew_extra")
-            shade = colours[names.index(row["name"]) % len(colours)] if is_part else "black"
+            shade = colours[names.index(row["name"]) - 1] if is_part else "black"
             inside = "white" if kind == "skew_extra" else shade
             panel.plot([row["ci_low"], row["ci_high"]], [y, y], color=shade, linewidth=1.2)
             panel.plot(row["ratio"], y, _SKEW_MARKS[kind], color=shade, mfc=inside, ms=4.5)
             panel.text(1.01, y, _skew_text(row), transform=across, va="center", fontsize=7)
         for demand in demands:
             label, top = appearance.demand_name(demand), places[demand, names[0]] - 1
-            panel.text(0.0, top, label, transform=across, va="center", fontsize=8, weight="bold")
+            panel.text(0.0, top, label, transform=across, va="center", fontsize=8, weight="bold",
+                       bbox={"color": "white", "pad": 1.0})  # fmt: skip
         panel.axvline(1.0, color="black", linewidth=0.8)
         panel.set(xscale="log", xlabel="change of the demand (%)")
     panels[0].set_yticks(list(places.values()), [name for _, name in places], fontsize=7.5)
@@ -504,7 +507,7 @@ def _skew_text(row: Mapping[Any, Any]) -> str:
 def skew_findings(rows: pd.DataFrame) -> list[str]:
     """Return one sentence per bridge: effects of skew on headline demands and largest parts."""
     rows = rows[(rows["n"] > 0) & rows["demand"].isin(demands_for("headline"))]
-    rows = rows.assign(size=np.log(rows["ratio"]).abs())
+    rows = rows.assign(size=rows["ratio"].map(np.log).abs())
     found: list[str] = []
     for (bridge, _), own in appearance.groups_of(rows, ["bridge", "abutment"]):
         effects: list[str] = []
