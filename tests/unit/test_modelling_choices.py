@@ -429,5 +429,5 @@ def test_figure_of_the_parts_has_a_panel_per_bridge(tmp_path, monkeypatch) -> No
     assert labels == names * len(demands)
     sentence, _ = skew_findings(table)
     assert caption.finding.startswith(sentence)
-    assert sentence.startswith("osb1, largest skew: column shear demand/capacity +")
-    assert "column drift ratio +31 % (largest part: bents, +19 %)" in sentence
+    assert sentence.startswith("osb1: column shear demand/capacity total +")
+    assert "; column drift ratio total +31 %, largest part bents +19 %; " in sentence

@@ -478,8 +478,8 @@ def skew_parts(rows: pd.DataFrame) -> Figure:
         across = panel.get_yaxis_transform()
         for row in records_of(own[own["demand"].isin(demands)]):
             kind, y = row["kind"], places[row["demand"], row["name"]]
-            is_part = kind in ("skew_part", "skew_extra")
-            shade = colours[names.index(row["name"]) - 1] if is_part else "black"
+            is_sum = kind in ("skew", "skew_remainder")
+            shade = "black" if is_sum else colours[names.index(row["name"]) - 1]
             inside = "white" if kind == "skew_extra" else shade
             panel.plot([row["ci_low"], row["ci_high"]], [y, y], color=shade, linewidth=1.2)
             panel.plot(row["ratio"], y, _SKEW_MARKS[kind], color=shade, mfc=inside, ms=4.5)
@@ -507,17 +507,11 @@ def _skew_text(row: Mapping[Any, Any]) -> str:
 def skew_findings(rows: pd.DataFrame) -> list[str]:
     """Return one sentence per bridge: effects of skew on headline demands and largest parts."""
     rows = rows[(rows["n"] > 0) & rows["demand"].isin(demands_for("headline"))]
-    rows = rows.assign(size=rows["ratio"].map(np.log).abs())
-    found: list[str] = []
-    for (bridge, _), own in appearance.groups_of(rows, ["bridge", "abutment"]):
-        effects: list[str] = []
-        for total in records_of(own[own["kind"] == "skew"]):
-            parts = own[(own["kind"] == "skew_part") & (own["demand"] == total["demand"])]
-            sizes = (
-                f" (largest part: {part['name']}, {appearance.change_text(part)})"
-                for part in records_of(parts.nlargest(1, "size"))
-            )
-            name = appearance.demand_name(total["demand"]).lower()
-            effects.append(f"{name} {appearance.change_text(total)}{''.join(sizes)}")
-        found.append(f"{bridge}, largest skew: {'; '.join(effects)}.")
-    return found
+    found: dict[str, list[str]] = {}
+    for (bridge, demand), own in appearance.groups_of(rows, ["bridge", "demand"]):
+        sizes = own.loc[own["kind"] == "skew_part", "ratio"].map(np.log).abs()
+        shown = own[(own["kind"] == "skew") | own.index.isin(sizes.nlargest(1).index)]
+        texts = [f"{row['name']} {appearance.change_text(row)}" for row in records_of(shown)]
+        name = appearance.demand_name(demand).lower()
+        found.setdefault(bridge, []).append(f"{name} {', largest part '.join(texts)}")
+    return [f"{bridge}: {'; '.join(texts)}." for bridge, texts in found.items()]
