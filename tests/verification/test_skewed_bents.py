@@ -37,6 +37,7 @@ EARLIER = {
     "bent_skew": "square",
     "backfill_dashpot": "parallel",
     "backfill_skew": "strength_and_stiffness",
+    "wall_restoring_n_per_m": 3.0e5,
     "shear_model": "sdc_expected",
     "foundation": "fixed",
 }

@@ -155,6 +155,7 @@ class AnalysisSettings:
             wall_mass=True,
             backfill_vs_mps=None,  # the paper names no radiation damping
             backfill_dashpot="parallel",
+            wall_restoring_n_per_m=3.0e5,
             backfill_height_exponent=1.0,
             backfill_skew="strength_and_stiffness",
             key_along_face="elastic",
