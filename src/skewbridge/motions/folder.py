@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.files.text import checked, file_fault, no_formula, read_csv, shortened, shown_path
-from skewbridge.motions.formats import Given, Trace
+from skewbridge.motions.formats import MAX_HEADER_LINES, Given, Trace
 from skewbridge.motions.read import files_digest, is_vertical, read_trace, split_name
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion
 
@@ -23,10 +23,10 @@ INDEX_NAME: Final = "index.csv"
 MAX_MOTIONS: Final = 20_000
 MAX_FILES: Final = 50_000
 _REQUIRED: Final = ("motion_id", "file_1", "file_2")
-# Other files in a folder of motions (notes, tables) are ignored.
+# Other files in a folder of motions (notes, tables) are not read.
 SUFFIXES: Final = (
-    ".at2", ".v2", ".ew", ".ns", ".ew1", ".ns1", ".ew2", ".ns2", ".knet", ".acc", ".g3", ".th",
-    ".thf", ".dat", ".txt", ".csv",
+    ".at2", ".v2", ".v2a", ".v2c", ".asc", ".ew", ".ns", ".ud", ".ew1", ".ns1", ".ud1", ".ew2",
+    ".ns2", ".ud2", ".knet", ".bbp", ".acc", ".g3", ".th", ".thf", ".dat", ".txt", ".csv",
 )  # fmt: skip
 _NUMBERS: Final = re.compile(rb"\s*[-+.\d][-+.,;\seEdD\d]*")
 _NOT_MOTIONS: Final = frozenset({"index.csv", "manifest.csv", "expected.csv", "readme.txt"})
@@ -133,6 +133,24 @@ def motion_files(folder: Path) -> list[Path]:
     ]
 
 
+def unread_files(folder: Path, used: Iterable[Path]) -> dict[Path, bool]:
+    """Return the other files of a folder, without indexes and hidden files.
+
+    The value is False for files that are known not to be motions: notes, names with an underscore,
+    and velocities and displacements (`.VT2`, `.DT2`) of an acceleration that is used.
+    """
+    read = {path.resolve() for path in used}
+    unread: dict[Path, bool] = {}
+    for path in files_below(folder):
+        name, parts = path.name.lower(), path.relative_to(folder).parts
+        if path.resolve() in read or name == INDEX_NAME or any(p[0] == "." for p in parts):
+            continue
+        is_note = name in _NOT_MOTIONS or name.endswith(".md") or any(p[0] == "_" for p in parts)
+        is_integral = name.endswith((".vt2", ".dt2")) and path.stem in {p.stem for p in read}
+        unread[path] = not (is_note or is_integral)
+    return unread
+
+
 def is_folder(path: Path) -> bool:
     """Return whether a folder exists; False also for an invalid path."""
     with suppress(OSError):
@@ -152,10 +170,10 @@ def files_below(folder: Path) -> list[Path]:
 
 
 def _starts_with_numbers(path: Path) -> bool:
-    """Return whether one of the first ten lines has only numbers, or the file is unreadable."""
+    """Return whether one of the first lines has only numbers, or the file is unreadable."""
     try:
         with path.open("rb") as stream:
-            lines = stream.read(4096).splitlines()[:10]
+            lines = stream.read(4096).splitlines()[: MAX_HEADER_LINES + 1]
     except OSError:
         return True  # the reader will report the reason
     return any(_NUMBERS.fullmatch(line) for line in lines)

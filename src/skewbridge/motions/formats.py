@@ -8,9 +8,10 @@ import math
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from itertools import takewhile
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -29,7 +30,7 @@ HEADER_WIDTH: Final = 300  # characters searched per header line; no format has 
 MAX_TOKEN: Final = 400  # longer than any line of any format; keeps the pattern below fast
 MAX_MAGNITUDE: Final = 1.0e12  # counts of an instrument stay below 2^31
 MAX_HEADER_LINES: Final = 10  # before the numbers of a file without a known format
-STEP_LIMITS_S: Final = (1.0e-4, 0.2)
+DT_LIMITS_S: Final = (1.0e-4, 0.2)
 
 FLOAT: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?"
 
@@ -168,19 +169,6 @@ def _channel(given: Given, directions: Sequence[str], path: Path) -> int:
     return channel - 1
 
 
-def _truncated(values: Vector, npts: int) -> tuple[str, ...]:
-    """Return a warning if there are fewer values than the header states."""
-    text = f"the header states {npts} points, the file has {values.size}: truncated?"
-    return (text,) if values.size < npts else ()
-
-
-def _other_peak(values: Vector, stated: float, unit: str) -> tuple[str, ...]:
-    """Return a warning if the peak differs by over 1 % from the one in the header."""
-    peak, stated = float(np.abs(values).max(initial=0.0)), abs(stated)
-    text = f"the peak is {peak:.4g} {unit}, but {stated:.4g} in the header: truncated?"
-    return (text,) if abs(peak - stated) > 0.01 * stated else ()
-
-
 # ---- Units, quantities and directions in headers
 
 _LENGTH: Final = "(?:[cm]?m|in|ft)"
@@ -282,7 +270,7 @@ _PEER_SIZES = (
 _PEER_TITLES = (
     re.compile(
         r"(?P<event>[^,]+),\s*[\d/ ]+,\s*(?P<station>.*),\s*"
-        r"(?P<azimuth>-?(?:\d{1,3}|[A-Z]{1,3}|(?i:up|down|vert(?:ical)?)))"
+        r"(?P<azimuth>-?(?:\d{1,3}|[A-Z]{1,3}|(?i:u-?d|up|down|vert(?:ical)?)))"
     ),
     # the older database: EVENT 5/19/40 0439, STATION, 180 (USGS STATION 117)
     re.compile(
@@ -372,27 +360,55 @@ def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
     return first, second
 
 
-# ---- CSMIP/CESMD corrected data (.V2): acceleration blocks of fixed-width columns. A file may hold
-# several channels, each with its own 45-line header; velocities and displacements are skipped.
+# ---- Blocks of fixed-width numbers, which may touch: CSMIP, COSMOS and GeoNet. A file may have
+# several channels. Velocities and displacements are skipped.
+
+
+class _Block(NamedTuple):
+    """Header of the acceleration block of one channel."""
+
+    row: int  # of the first values, from 0
+    npts: int
+    dt_s: float
+    layout: str  # Fortran format of the values
+    unit: str
+    event: str
+    station: str
+    direction: str
+
+
+def _trace_of_block(
+    blocks: list[_Block], lines: list[str], path: Path, given: Given, **fields: Any
+) -> Trace:
+    """Return the block of the given channel; `fields` are the format and whether it has a unit."""
+    row, npts, dt_s, layout, *texts = blocks[_channel(given, [b.direction for b in blocks], path)]
+    values = _fixed_width(lines, row, npts, layout, path)
+    missing = f"the header states {npts} points, the file has {values.size}: truncated?"
+    warnings = (missing,) if values.size < npts else ()
+    names = zip(("unit", "event", "station", "direction"), map(str.strip, texts), strict=True)
+    return Trace(
+        path=path, accel_mps2=values, dt_s=dt_s, warnings=warnings, **dict(names), **fields
+    )
+
+
+def _fixed_width(lines: list[str], row: int, count: int, layout: str, path: Path) -> Vector:
+    """Return `count` numbers from a row (from 0) on, with a Fortran format such as (8f10.3)."""
+    sizes = re.findall(r"(?i)\(\s*(\d{0,2})[a-z](\d{1,2})", layout + _CSMIP_LAYOUT)[0]
+    per_line, width = (max(int(size or 1), 1) for size in sizes)
+    rows = (line.rstrip() for line in lines[row : row + -(-count // per_line)])
+    spaced = [" ".join(text[i : i + width] for i in range(0, len(text), width)) for text in rows]
+    return parse_numbers(spaced, path, first_line=row + 1)[:count]
+
+
+# CSMIP/CESMD corrected data (.V2): each channel has its own 45-line header.
 
 _CSMIP_BLOCK = re.compile(
     r"^\s*(?P<npts>\d{1,9})\s+points\s+of\s+accel\w*\s+data\s+equally\s+spaced\s+at\s+"
     rf"(?P<dt>{FLOAT})\s*sec(?P<rest>.*)$",
     re.IGNORECASE,
 )
-_LAYOUT = re.compile(r"\(\s*(?P<per_line>\d{0,2})[a-z](?P<width>\d{1,2})", re.IGNORECASE)
-_CSMIP_CHANNEL = re.compile(r"CHAN\s*\d+:\s*(?P<direction>-?\w+)", re.IGNORECASE)
+_CSMIP_CHANNEL = re.compile(r"CHAN\s*\d+:\s*(-?\w+)", re.IGNORECASE)
 _CSMIP_LAYOUT: Final = "(8F10.3)"  # source: CSMIP report OSMS 85-03
-
-
-def _fixed_width(lines: list[str], start: int, count: int, layout: str, path: Path) -> Vector:
-    """Return `count` numbers, which may touch, from a row (from 0); layout as in Fortran."""
-    match = _LAYOUT.search(layout) or re.fullmatch(_LAYOUT, _CSMIP_LAYOUT[:5])
-    sizes = (match["per_line"] or 1, match["width"]) if match else (8, 10)
-    per_line, width = (max(int(size), 1) for size in sizes)
-    rows = (line.rstrip() for line in lines[start : start + -(-count // per_line)])
-    spaced = [" ".join(row[i : i + width] for i in range(0, len(row), width)) for row in rows]
-    return parse_numbers(spaced, path, first_line=start + 1)[:count]
 
 
 def _is_csmip(lines: list[str], path: Path) -> bool:
@@ -404,47 +420,34 @@ def _is_csmip(lines: list[str], path: Path) -> bool:
 
 
 def _read_csmip(lines: list[str], path: Path, given: Given) -> Trace:
-    blocks: list[tuple[int, re.Match[str], list[str], str]] = []
+    blocks: list[_Block] = []
     before = 0
     for row, line in enumerate(lines):
-        if block := _CSMIP_BLOCK.match(line[:HEADER_WIDTH]):
-            titles = (n for n in range(before, row) if "CORRECTED ACCELEROGRAM" in lines[n].upper())
-            title = next(titles, before)
-            text = [line.strip() for line in _head(lines[title:row], 25)]
-            found = next(filter(None, map(_CSMIP_CHANNEL.search, text)), None)
-            blocks.append((row, block, text, found["direction"] if found else ""))
-            before = row
+        if (match := _CSMIP_BLOCK.match(line[:HEADER_WIDTH])) is None:
+            continue
+        titles = (n for n in range(before, row) if "CORRECTED ACCELEROGRAM" in lines[n].upper())
+        text = _head(lines[next(titles, before) : row], 25)
+        direction = "".join(_CSMIP_CHANNEL.findall("\n".join(text))[:1])
+        unit = "cm/s2" if re.search("cm/sec", match["rest"], re.IGNORECASE) else ""
+        sizes = int(match["npts"]), _fortran_float(match["dt"]), match["rest"]
+        event, station = "".join(text[2:3]), "".join(text[6:7])
+        blocks.append(_Block(row + 1, *sizes, unit, event, station, direction))
+        before = row
     if not blocks:
         raise fault_in(path, "no acceleration block")
-    row, block, text, direction = blocks[_channel(given, [each[-1] for each in blocks], path)]
-    npts = int(block["npts"])
-    values = _fixed_width(lines, row + 1, npts, block["rest"], path)
-    return Trace(
-        path=path,
-        format="csmip_v2",
-        accel_mps2=values,
-        dt_s=_fortran_float(block["dt"]),
-        unit="cm/s2" if re.search("cm/sec", block["rest"], re.IGNORECASE) else "",
-        event="".join(text[2:3]),
-        station="".join(text[6:7]),
-        direction=direction,
-        warnings=_truncated(values, npts),
-    )
+    return _trace_of_block(blocks, lines, path, given, format="csmip_v2")
 
 
-# ---- COSMOS files of CESMD (.V2c): text, integers, reals, comments and a block of values for each
-# channel and quantity. Velocities and displacements are skipped.
+# COSMOS files of CESMD (.V2c): text, integers, reals, comments and a block of values.
+# source: COSMOS Strong Motion Data Format 1.20 (2001), headers and tables of units and orientations
 
-_COSMOS_HEADER = re.compile(
-    r"^\s*(\d{1,4})\s+(?:integer|real)-header values.*format\s*=(.*)$", re.I
-)
+_COSMOS_HEADER = re.compile(r"^\s*(\d{1,4})\s+(?:integer|real)-header values.*format(.*)$", re.I)
 _COSMOS_BLOCK = re.compile(
     r"^\s*(?P<npts>\d{1,9})\s+(?P<quantity>[a-z ]*?)\s*pts,\s*approx\s+(?P<length>[\d.]+)\s*secs?,"
     r"\s*units\s*=(?P<unit>.*?),\s*format\s*=(?P<layout>.*)$",
     re.IGNORECASE,
 )
 _COSMOS_CHANNEL = re.compile(r"sta cha[^:]*:\s*(\w+)|<scnl>[^.\s]*\.(\w+)", re.IGNORECASE)
-# source: COSMOS Strong Motion Data Format 1.20 (2001), headers and tables of units and orientations
 _COSMOS_UNITS: Final = {2: "g", 4: "cm/s2", 7: "in/s2", 10: "cm/s2", 11: "mg"}
 _COSMOS_VERTICAL: Final = {400: "Up", 401: "Down", 402: "Vertical"}
 
@@ -454,52 +457,45 @@ def _is_cosmos(lines: list[str], _path: Path) -> bool:
 
 
 def _read_cosmos(lines: list[str], path: Path, given: Given) -> Trace:
-    blocks: list[tuple[int, re.Match[str], int, float, str]] = []
+    blocks: list[_Block] = []
     title, unread = 0, "no block of values"
     for row, line in enumerate(_head(lines, len(lines))):
-        if "(format v" in line.lower():
-            title = row
-        if (block := _COSMOS_BLOCK.match(line)) is None:
+        title = row if "(format v" in line.lower() else title
+        if (match := _COSMOS_BLOCK.match(line)) is None:
             continue
-        starts = [
-            (n, found) for n in range(title, row) if (found := _COSMOS_HEADER.match(lines[n]))
-        ]
-        heads = [_fixed_width(lines, n + 1, int(found[1]), found[2], path) for n, found in starts]
+        found = ((n, _COSMOS_HEADER.match(lines[n][:HEADER_WIDTH])) for n in range(title, row))
+        heads = [_fixed_width(lines, n + 1, int(m[1]), m[2], path) for n, m in found if m]
         if len(heads) != 2 or heads[0].size < 54 or heads[1].size < 62:
             raise fault_in(path, "the integer or real header is missing", row + 1)
-        parameter, unit, azimuth = (int(heads[0][n]) for n in (1, 2, 53))
-        if not block["quantity"].lower().startswith("accel") or parameter not in {1, -999}:
+        parameter, code, azimuth = (int(heads[0][n]) for n in (1, 2, 53))
+        npts, dt_s = int(match["npts"]), float(heads[1][61]) * 1.0e-3
+        length_s = float(match["length"])  # rounded
+        if not match["quantity"].lower().startswith("accel") or parameter not in {1, -999}:
             unread = f"not an acceleration: {line.strip()!r}"
-        elif (unit := _COSMOS_UNITS.get(unit) or _unit_in([block["unit"]], path)) == "":
-            unread = f"unit {block['unit'].strip()!r} is not read"
+        elif not (unit := _COSMOS_UNITS.get(code) or _unit_in([match["unit"]], path)):
+            unread = f"unit {match['unit'].strip()!r} is not read"
+        elif abs(npts * dt_s - length_s) > 1.0 + 0.01 * length_s:
+            unread = f"{npts} points of {dt_s:g} s do not last {length_s:g} s"
         else:
             names = _COSMOS_CHANNEL.findall("\n".join(lines[title:row]))
             texts = [_COSMOS_VERTICAL.get(azimuth, str(azimuth)), *filter(None, sum(names, ()))]
             direction = next(filter(_VERTICAL.search, texts), texts[0])
-            blocks.append((row, block, title, float(heads[1][61]) * 1.0e-3, unit, direction))
+            head = (
+                npts,
+                dt_s,
+                match["layout"],
+                unit,
+                lines[title + 1],
+                lines[title + 4],
+                direction,
+            )
+            blocks.append(_Block(row + 1, *head))
     if not blocks:
         raise fault_in(path, unread)
-    channel = _channel(given, [each[-1] for each in blocks], path)
-    row, block, title, dt_s, unit, direction = blocks[channel]
-    npts, length_s = int(block["npts"]), float(block["length"])  # the length is rounded
-    if abs(npts * dt_s - length_s) > 1.0 + 0.01 * length_s:
-        raise fault_in(path, f"{npts} points of {dt_s:g} s do not last {length_s:g} s", row + 1)
-    values = _fixed_width(lines, row + 1, npts, block["layout"], path)
-    return Trace(
-        path=path,
-        format="cosmos",
-        accel_mps2=values,
-        dt_s=dt_s,
-        unit=unit,
-        is_calibrated=True,
-        event="".join(lines[title + 1 : title + 2]).strip(),
-        station="".join(lines[title + 4 : title + 5]).strip(),
-        direction=direction,
-        warnings=_truncated(values, npts),
-    )
+    return _trace_of_block(blocks, lines, path, given, format="cosmos", is_calibrated=True)
 
 
-# ---- GeoNet of GNS Science, New Zealand (.V2A): for each of three components 16 lines of text, 40
+# GeoNet of GNS Science, New Zealand (.V2A): for each of three components 16 lines of text, 40
 # integers, 60 reals, and the accelerations (mm/s2), velocities and displacements, ten per line.
 # source: GNS Science, accelerogram data files, standard format (2008)
 
@@ -513,31 +509,18 @@ def _is_geonet(lines: list[str], _path: Path) -> bool:
 def _read_geonet(lines: list[str], path: Path, given: Given) -> Trace:
     if lines[0].strip().lower().startswith("uncorrected"):
         raise fault_in(path, "an uncorrected accelerogram: use the corrected one (.V2A)")
-    blocks: list[tuple[int, int, str]] = []
+    blocks: list[_Block] = []
     start = 0
     while any(line.strip() for line in lines[start : start + 20]):
         sizes = _fixed_width(lines, start + 16, 40, "(10I8)", path)[33:36]
-        if not _is_geonet(lines[start:], path) or sizes.size < 3 or not 0 < sizes[0] < 1.0e9:
+        reals = _fixed_width(lines, start + 20, 60, "(10F8.0)", path)
+        if not _is_geonet(lines[start:], path) or reals.size < 60 or not 0 < sizes[0] < 1.0e9:
             raise fault_in(path, "no header of a component: truncated?", start + 1)
-        blocks.append((start, int(sizes[0]), "".join(lines[start + 12].split()[1:2])))
+        station, direction = ("".join(lines[start + n].split()[1:2]) for n in (1, 12))
+        head = (int(sizes[0]), float(reals[25]), "(10F8.1)", "mm/s2", lines[start + 7])
+        blocks.append(_Block(start + 26, *head, station, direction))
         start += 26 + sum(-(-int(size) // 10) for size in sizes)
-    start, npts, direction = blocks[_channel(given, [each[-1] for each in blocks], path)]
-    reals = _fixed_width(lines, start + 20, 60, "(10F8.0)", path)
-    values = _fixed_width(lines, start + 26, npts, "(10F8.1)", path)
-    if reals.size < 60:
-        raise fault_in(path, "the header must have 60 reals", start + 21)
-    return Trace(
-        path=path,
-        format="geonet_v2a",
-        accel_mps2=values,
-        dt_s=float(reals[25]),
-        unit="mm/s2",
-        is_calibrated=True,
-        event=lines[start + 7].strip(),
-        station="".join(lines[start + 1].split()[1:2]),
-        direction=direction,
-        warnings=_truncated(values, npts) or _other_peak(values, float(reals[35]), "mm/s2"),
-    )
+    return _trace_of_block(blocks, lines, path, given, format="geonet_v2a", is_calibrated=True)
 
 
 # ---- ESM and ITACA, Europe and Italy (.ASC): 64 header lines KEY: VALUE and one value per line.
@@ -556,8 +539,10 @@ def _read_esm(lines: list[str], path: Path, _given: Given) -> Trace:
     if step is None or count is None:
         raise fault_in(path, "the header needs SAMPLING_INTERVAL_S and NDATA")
     values = parse_numbers(lines[len(header) :], path, first_line=len(header) + 1)
-    if values.size > (npts := round(_fortran_float(count[0]))):
-        raise fault_in(path, f"NDATA = {npts}, but the file has {values.size} values")
+    npts = round(_fortran_float(count[0]))
+    differs = f"NDATA = {npts}, but the file has {values.size} values"
+    if values.size > npts:
+        raise fault_in(path, differs)
     return Trace(
         path=path,
         format="esm",
@@ -567,7 +552,7 @@ def _read_esm(lines: list[str], path: Path, _given: Given) -> Trace:
         event=head.get("EVENT_ID") or f"{head['EVENT_NAME']} {head.get('EVENT_DATE_YYYYMMDD')}",
         station=f"{head.get('NETWORK', '')}.{head.get('STATION_CODE', '')}",
         direction=head.get("STREAM", ""),
-        warnings=_truncated(values, npts),
+        warnings=(f"{differs}: truncated?",) if values.size < npts else (),
     )
 
 
@@ -602,7 +587,10 @@ def _read_knet(lines: list[str], path: Path, _given: Given) -> Trace:
     if counts.size == 0:
         raise fault_in(path, "no values")
     accel_gal = (counts - counts.mean()) * (range_gal / counts_per_range)
-    stated = re.match(FLOAT, head.get("Max. Acc. (gal)", ""))
+    stated, peak_gal = re.match(FLOAT, head.get("Max. Acc. (gal)", "")), np.abs(accel_gal).max()
+    header_gal = _fortran_float(stated[0]) if stated else peak_gal
+    truncated = f"the peak is {peak_gal:.4g} gal, but {header_gal:.4g} in the header: truncated?"
+    is_truncated = abs(peak_gal - header_gal) > 0.01 * header_gal
     direction = head.get("Dir.", "")
     return Trace(
         path=path,
@@ -614,7 +602,7 @@ def _read_knet(lines: list[str], path: Path, _given: Given) -> Trace:
         event=head.get("Origin Time", ""),
         station=head.get("Station Code", ""),
         direction=_KNET_CHANNELS.get(direction, direction),
-        warnings=_other_peak(accel_gal, _fortran_float(stated[0]), "gal") if stated else (),
+        warnings=(truncated,) if is_truncated else (),
         notes=("the instrument offset (mean) was removed",),
     )
 
@@ -624,7 +612,7 @@ def _read_knet(lines: list[str], path: Path, _given: Given) -> Trace:
 # The time step comes from the whole time column, so rounded times do no harm; a gap or a step back
 # is refused.
 
-_DATA = re.compile(r"\s*[-+.\d][-+.,;\sEeDd\d]*")
+_DATA = re.compile(r"(?=\D*\d)\s*[-+.\d][-+.,;\sEeDd\d]*")
 _COLUMNS_ROW = re.compile(rf"\s*(?P<time>{FLOAT})(?:(?:\s*[,;]\s*|\s+){FLOAT})+\s*[,;]?\s*")
 _COLUMNS_SEPARATOR = re.compile(r"[\s,;]+")
 _CELL_SEPARATORS: Final = (r"\s*[,;\t]\s*", r"\s{2,}", r"[\s,;]+")
@@ -665,17 +653,19 @@ class _Table:
 def _table_of(lines: list[str]) -> _Table | None:
     """Return the lines of numbers with their header; None if the header is too long."""
     head = _head(lines, MAX_HEADER_LINES + 2)
-    start = next((n for n, line in enumerate(head) if _DATA.fullmatch(line)), None)
-    if start is None:
+    rows = (n for n, line in enumerate(head[:-1]) if _DATA.fullmatch(line))
+    if (start := next(rows, None)) is None:
         return None
     npts, dt_s = None, math.nan
-    first, second = (
-        [*_COLUMNS_SEPARATOR.split(line.strip()), ""] for line in (*head, "")[start:][:2]
+    # A row of two numbers is a count and a step if the next row is of another kind, or at time 0.
+    one, two = (_COLUMNS_SEPARATOR.split(line.strip()) for line in (*head, "")[start:][:2])
+    is_unlike = len(one) != len(two) or (
+        len(one) == 2
+        and ((one[0].isdigit() and not two[0].isdigit()) or not two[0].strip("0.+-"))
     )
-    is_unlike = len(first) != len(second) or (len(first) == 3 and not second[0].isdigit())
     for row, line in enumerate(head[: start + is_unlike]):
         match = next(filter(None, (each.fullmatch(line) for each in _COUNT_AND_STEP)), None)
-        if match and STEP_LIMITS_S[0] <= _fortran_float(match["dt"]) <= STEP_LIMITS_S[1]:
+        if match and DT_LIMITS_S[0] <= _fortran_float(match["dt"]) <= DT_LIMITS_S[1]:
             npts, dt_s, start = int(match["npts"]), _fortran_float(match["dt"]), max(start, row + 1)
     rows = [(n, line) for n, line in enumerate(lines[start:], start + 1) if line.strip()]
     return _Table(head[:start], rows, npts, dt_s) if rows else None
@@ -716,19 +706,24 @@ def _read_numbers(lines: list[str], path: Path, given: Given) -> Trace:
         series = values.reshape(-1, count)
     else:
         series = values[:npts, None] if npts and values.size - npts < count else values[:, None]
+    if npts is None and series.shape[1] == 1 and series[0, 0] in {len(series) - 1, len(series) - 2}:
+        raise fault_in(path, "the first number is the count of the others: remove it", start)
     if npts not in (None, len(series)):
         raise fault_in(path, f"the header states {npts} values, the file has {len(series)}")
     if has_time:
         dt_s, warnings = _step_of_times(series[:, 0], rows, path)
+        if abs(table.dt_s / dt_s - 1.0) > 0.01:
+            raise fault_in(path, f"dt is {table.dt_s:g} s in the header, {dt_s:g} s in the times")
         warnings, shift = warnings if given.dt_s is None else (), 1
-    cells = [
-        table.cells(n) if series.shape[1] == count else [] for n in range(shift, series.shape[1])
-    ]
-    directions = [re.split(r"[(\[]", "".join(each[:1]))[0].strip() for each in cells]
+    shape = series.shape[1]
+    cells = [table.cells(column) if shape == count else [] for column in range(shift, shape)]
+    # The text above a single column may be a title.
+    names = ([each for each in texts if shape > 1 or len(each.split()) < 3] for texts in cells)
+    directions = [re.split(r"[(\[]", "".join(texts[:1]))[0].strip() for texts in names]
     channel = _channel(given, directions, path)
     return Trace(
         path=path,
-        format={1: "values", 2: "two_column"}.get(series.shape[1], f"{series.shape[1]}_columns"),
+        format={1 + shift: "two_column", 1: "values"}.get(shape, f"{shape}_columns"),
         accel_mps2=series[:, channel + shift],
         dt_s=dt_s,
         unit=_unit_in([*cells[channel], *reversed(table.header)], path),
@@ -769,7 +764,9 @@ def _step_of_times(
     """Return the time step of a time column, and a warning if the times are rounded."""
     steps_s = np.diff(time_s)
     mean_s = float(time_s[-1] - time_s[0]) / max(steps_s.size, 1)
-    decimals = max(_decimals_of_time(line) for _, line in rows[:100])
+    times = (_COLUMNS_SEPARATOR.split(line.strip())[0].upper() for _, line in rows[:100])
+    exponents = [Decimal(time.replace("D", "E")).as_tuple().exponent for time in times]
+    decimals = min(-min([0, *(each for each in exponents if isinstance(each, int))]), 15)
     quantum_s = 10.0**-decimals
     off_s = np.abs(steps_s - mean_s)
     # Rounding changes a time by up to half a unit of its last digit, a step by a whole one.
@@ -785,15 +782,6 @@ def _step_of_times(
     if off_s.max(initial=0.0) > 1.0e-3 * mean_s:
         return step_s, (f"times are rounded to {decimals} decimals: dt = {step_s:g} s is used",)
     return step_s, ()
-
-
-def _decimals_of_time(line: str) -> int:
-    match = _COLUMNS_ROW.fullmatch(line[:HEADER_WIDTH])
-    if match is None:
-        return 0
-    mantissa, _, exponent = match["time"].upper().replace("D", "E").partition("E")
-    digits = len(mantissa.partition(".")[2]) - int(exponent or 0)
-    return min(max(digits, 0), 15)
 
 
 type _Recognise = Callable[[list[str], Path], bool]
