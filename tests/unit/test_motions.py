@@ -613,8 +613,8 @@ ACCELERATION_HEADERS = [
     "PGV 12 cm/s, PGD 3 cm\nt,a (cm/sec2)", "# units: cm/s2\ntime acc", "t;Gals",
 ]  # fmt: skip
 OTHER_HEADERS = [
-    "Time (s),Velocity (cm/s)", "Time (s),Displacement (cm)", "t (s),v (m/s)", "t,u (mm)", "t,u [m]",
-    "t,u (in)", "t,v (in/s)", "t,v (ft/sec)", "time,velocity", "time,disp", "time_s,vel_mps",
+    "Time (s),Velocity (cm/s)", "Time (s),Displacement (cm)", "t (s),v (m/s)", "t,u (mm)",
+    "t,u [m]", "t,u (in)", "t,v (in/s)", "t,v (ft/sec)", "time,velocity", "time,disp", "time_s,vel_mps",
     "time_s,v_cm_s", "time_s,d_m", "time_s,d_mm", "time_s,d_cm", "t,Displ.", "t,v (cm/sec)",
     "# units: cm/s\ntime h1", "VELOCITY IN CM/SEC\ntime h1", "units: m\nt,h1", "t,veloc [mm/s]",
     "t,cm", "t,h1 (inches)", "time,v (kine)",

@@ -154,14 +154,17 @@ def _check_files(
 
 
 def _unread(root: Path, used: list[Path], reason: str) -> list[FileCheck]:
-    return [
-        FileCheck(
-            file=str(path),
-            verdict="not_read" if is_unknown else "left_out",
-            messages=(f"not read: {reason}",),
-        )
-        for path, is_unknown in folder.unread_files(root, used).items()
-    ]
+    """Return checks of the other files of a folder, without indexes and hidden files."""
+    read, checks = {path.resolve() for path in used}, list[FileCheck]()
+    for path in folder.files_below(root):
+        name, starts = path.name.lower(), {part[0] for part in path.relative_to(root).parts}
+        if path.resolve() in read or name == folder.INDEX_NAME or "." in starts:
+            continue
+        is_integral = name.endswith((".vt2", ".dt2")) and path.stem in {file.stem for file in read}
+        is_note = name in folder.NOT_MOTIONS or name.endswith(".md") or "_" in starts
+        verdict = "left_out" if is_integral or is_note else "not_read"
+        checks.append(FileCheck(file=str(path), verdict=verdict, messages=(f"not read: {reason}",)))
+    return checks
 
 
 def _check_entry(

@@ -29,7 +29,7 @@ SUFFIXES: Final = (
     ".ns2", ".ud2", ".knet", ".bbp", ".acc", ".g3", ".th", ".thf", ".dat", ".txt", ".csv",
 )  # fmt: skip
 _NUMBERS: Final = re.compile(rb"\s*[-+.\d][-+.,;\seEdD\d]*")
-_NOT_MOTIONS: Final = frozenset({"index.csv", "manifest.csv", "expected.csv", "readme.txt"})
+NOT_MOTIONS: Final = frozenset({"index.csv", "manifest.csv", "expected.csv", "readme.txt"})
 
 _Cell = Annotated[float, Field(allow_inf_nan=False)]
 _Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
@@ -127,28 +127,10 @@ def motion_files(folder: Path) -> list[Path]:
         path
         for path in files_below(folder)
         if path.suffix.lower() in SUFFIXES
-        and path.name.lower() not in _NOT_MOTIONS
+        and path.name.lower() not in NOT_MOTIONS
         and not any(part.startswith(("_", ".")) for part in path.relative_to(folder).parts)
         and (path.suffix.lower() not in (".txt", ".csv", ".dat") or _starts_with_numbers(path))
     ]
-
-
-def unread_files(folder: Path, used: Iterable[Path]) -> dict[Path, bool]:
-    """Return the other files of a folder, without indexes and hidden files.
-
-    The value is False for files that are known not to be motions: notes, names with an underscore,
-    and velocities and displacements (`.VT2`, `.DT2`) of an acceleration that is used.
-    """
-    read = {path.resolve() for path in used}
-    unread: dict[Path, bool] = {}
-    for path in files_below(folder):
-        name, parts = path.name.lower(), path.relative_to(folder).parts
-        if path.resolve() in read or name == INDEX_NAME or any(p[0] == "." for p in parts):
-            continue
-        is_note = name in _NOT_MOTIONS or name.endswith(".md") or any(p[0] == "_" for p in parts)
-        is_integral = name.endswith((".vt2", ".dt2")) and path.stem in {p.stem for p in read}
-        unread[path] = not (is_note or is_integral)
-    return unread
 
 
 def is_folder(path: Path) -> bool:

@@ -653,15 +653,14 @@ class _Table:
 def _table_of(lines: list[str]) -> _Table | None:
     """Return the lines of numbers with their header; None if the header is too long."""
     head = _head(lines, MAX_HEADER_LINES + 2)
-    rows = (n for n, line in enumerate(head[:-1]) if _DATA.fullmatch(line))
+    rows = (n for n, line in enumerate(head[: MAX_HEADER_LINES + 1]) if _DATA.fullmatch(line))
     if (start := next(rows, None)) is None:
         return None
     npts, dt_s = None, math.nan
     # A row of two numbers is a count and a step if the next row is of another kind, or at time 0.
     one, two = (_COLUMNS_SEPARATOR.split(line.strip()) for line in (*head, "")[start:][:2])
     is_unlike = len(one) != len(two) or (
-        len(one) == 2
-        and ((one[0].isdigit() and not two[0].isdigit()) or not two[0].strip("0.+-"))
+        len(one) == 2 and ((one[0].isdigit() and not two[0].isdigit()) or not two[0].strip("0.+-"))
     )
     for row, line in enumerate(head[: start + is_unlike]):
         match = next(filter(None, (each.fullmatch(line) for each in _COUNT_AND_STEP)), None)
