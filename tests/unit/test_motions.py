@@ -388,11 +388,11 @@ def test_only_the_accelerations_of_a_cosmos_file_are_channels(tmp_path):
     quantities = ("acceleration", "velocity", "displacement")
     text = "".join(
         cosmos_text(factor * GAL_VALUES, azimuth=azimuth, quantity=quantity)
-        for factor, azimuth in ((1.0, 0), (-2.0, 270))
+        for factor, azimuth in ((1.0, 0), (-2.0, 270))  # 0 is unknown
         for quantity in quantities
     )
     path = _file(tmp_path, "a.V2C", text)
-    with pytest.raises(InputError, match=r"2 channels \(1 0, 2 270\)"):
+    with pytest.raises(InputError, match=r"2 channels \(1 HNE, 2 270\)"):
         read_trace(path)
     second = read_trace(path, Given(channel=2))
     np.testing.assert_allclose(second.accel_mps2, -0.02 * GAL_VALUES, rtol=1e-6, atol=1e-9)
@@ -614,10 +614,10 @@ ACCELERATION_HEADERS = [
 ]  # fmt: skip
 OTHER_HEADERS = [
     "Time (s),Velocity (cm/s)", "Time (s),Displacement (cm)", "t (s),v (m/s)", "t,u (mm)",
-    "t,u [m]", "t,u (in)", "t,v (in/s)", "t,v (ft/sec)", "time,velocity", "time,disp", "time_s,vel_mps",
-    "time_s,v_cm_s", "time_s,d_m", "time_s,d_mm", "time_s,d_cm", "t,Displ.", "t,v (cm/sec)",
-    "# units: cm/s\ntime h1", "VELOCITY IN CM/SEC\ntime h1", "units: m\nt,h1", "t,veloc [mm/s]",
-    "t,cm", "t,h1 (inches)", "time,v (kine)",
+    "t,u [m]", "t,u (in)", "t,v (in/s)", "t,v (ft/sec)", "time,velocity", "time,disp",
+    "time_s,vel_mps", "time_s,v_cm_s", "time_s,d_m", "time_s,d_mm", "time_s,d_cm", "t,Displ.",
+    "t,v (cm/sec)", "# units: cm/s\ntime h1", "VELOCITY IN CM/SEC\ntime h1", "units: m\nt,h1",
+    "t,veloc [mm/s]", "t,cm", "t,h1 (inches)", "time,v (kine)",
 ]  # fmt: skip
 
 

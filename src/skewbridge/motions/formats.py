@@ -477,19 +477,16 @@ def _read_cosmos(lines: list[str], path: Path, given: Given) -> Trace:
         elif abs(npts * dt_s - length_s) > 1.0 + 0.01 * length_s:
             unread = f"{npts} points of {dt_s:g} s do not last {length_s:g} s"
         else:
+            known = str(azimuth) if 1 <= azimuth <= 360 else _COSMOS_VERTICAL.get(azimuth, "")
             names = _COSMOS_CHANNEL.findall("\n".join(lines[title:row]))
-            texts = [_COSMOS_VERTICAL.get(azimuth, str(azimuth)), *filter(None, sum(names, ()))]
-            direction = next(filter(_VERTICAL.search, texts), texts[0])
-            head = (
-                npts,
-                dt_s,
-                match["layout"],
-                unit,
+            texts = [known, *(text for pair in names for text in pair if text)]
+            direction = next(filter(_VERTICAL.search, texts), known or texts[-1])
+            sizes, event, station = (
+                (npts, dt_s, match["layout"]),
                 lines[title + 1],
                 lines[title + 4],
-                direction,
             )
-            blocks.append(_Block(row + 1, *head))
+            blocks.append(_Block(row + 1, *sizes, unit, event, station, direction))
     if not blocks:
         raise fault_in(path, unread)
     return _trace_of_block(blocks, lines, path, given, format="cosmos", is_calibrated=True)
@@ -514,7 +511,8 @@ def _read_geonet(lines: list[str], path: Path, given: Given) -> Trace:
     while any(line.strip() for line in lines[start : start + 20]):
         sizes = _fixed_width(lines, start + 16, 40, "(10I8)", path)[33:36]
         reals = _fixed_width(lines, start + 20, 60, "(10F8.0)", path)
-        if not _is_geonet(lines[start:], path) or reals.size < 60 or not 0 < sizes[0] < 1.0e9:
+        is_valid = sizes.size == 3 and reals.size == 60 and sizes[0] > 0.0 <= sizes.min()
+        if not (is_valid and sizes.max() < 1.0e9 and _is_geonet(lines[start:], path)):
             raise fault_in(path, "no header of a component: truncated?", start + 1)
         station, direction = ("".join(lines[start + n].split()[1:2]) for n in (1, 12))
         head = (int(sizes[0]), float(reals[25]), "(10F8.1)", "mm/s2", lines[start + 7])
@@ -763,7 +761,8 @@ def _step_of_times(
     """Return the time step of a time column, and a warning if the times are rounded."""
     steps_s = np.diff(time_s)
     mean_s = float(time_s[-1] - time_s[0]) / max(steps_s.size, 1)
-    times = (_COLUMNS_SEPARATOR.split(line.strip())[0].upper() for _, line in rows[:100])
+    found = filter(None, (_NUMBER.match(line.lstrip()) for _, line in rows[:100]))
+    times = (match[0].upper() for match in found)
     exponents = [Decimal(time.replace("D", "E")).as_tuple().exponent for time in times]
     decimals = min(-min([0, *(each for each in exponents if isinstance(each, int))]), 15)
     quantum_s = 10.0**-decimals
