@@ -3,6 +3,7 @@
 from contextlib import chdir
 from dataclasses import asdict
 from pathlib import Path
+from shlex import quote
 from typing import Any, Final, Literal
 
 from skewbridge.cli import COMMANDS, new_group
@@ -41,7 +42,7 @@ def init(folder: Path) -> Answer:
     from skewbridge.study.folder import write_starter
 
     note = (
-        f"cd {folder}, then: snakemake -j2 --configfile config/smoke.yaml (a small study) or "
+        f"cd {quote(str(folder))}, then: snakemake -j2 --configfile config/smoke.yaml (a small study) or "
         "snakemake -j2 (the default study; skewbridge plan shows its cost)"
     )
     return Answer({"written": list(map(str, write_starter(folder)))}, notes=[note])
