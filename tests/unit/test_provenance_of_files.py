@@ -1,5 +1,6 @@
 """Every artefact has its provenance and is known to be current or not; `skewbridge.load`."""
 
+import errno
 import json
 import logging
 import os
@@ -177,6 +178,18 @@ def test_a_failed_script_ends_with_its_message_and_code(tmp_path, capsys, error,
         pytest.fail("it began")
     assert stopped.value.code == 2
     assert "the sources were edited while the study ran" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("place", "named"), [("/somewhere/else", "/somewhere/else"), (None, "the results in {}")]
+)
+def test_a_disk_that_refuses_is_named_by_the_place_of_the_refusal(tmp_path, capsys, place, named):
+    given = job(tmp_path, tmp_path / "none.parquet")
+    with pytest.raises(SystemExit) as stopped, script_session(given):
+        raise OSError(errno.EROFS, "Read-only file system", place)
+    assert stopped.value.code == 2
+    start = f"cannot read or write {named.format(tmp_path)}: Read-only file system; "
+    assert capsys.readouterr().err.startswith(start)
 
 
 def answered(path: Path, config: str = "") -> tuple[int, dict]:

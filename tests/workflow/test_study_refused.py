@@ -140,7 +140,9 @@ def test_folder_configuration_and_motions_may_have_names_that_a_shell_would_spli
     (programs / "snakemake").chmod(0o755)
     script = folder / "workflow/scripts/prepare_motions.py"
     with script.open("a") as text:
-        text.write("    import skewbridge\n    print(skewbridge.__file__, __import__('sys').prefix)\n")
+        text.write(
+            "    import skewbridge\n    print(skewbridge.__file__, __import__('sys').prefix)\n"
+        )
     suite = "R&D's (1) results/motions/suite.parquet"
     answer = done([*command[:-3], suite], folder)
     assert (folder / suite).is_file()

@@ -42,8 +42,8 @@ def init(folder: Path) -> Answer:
     from skewbridge.study.folder import write_starter
 
     note = (
-        f"cd {quote(str(folder))}, then: snakemake -j2 --configfile config/smoke.yaml (a small study) or "
-        "snakemake -j2 (the default study; skewbridge plan shows its cost)"
+        f"cd {quote(str(folder))}, then: snakemake -j2 --configfile config/smoke.yaml (a small "
+        "study) or snakemake -j2 (the default study; skewbridge plan shows its cost)"
     )
     return Answer({"written": list(map(str, write_starter(folder)))}, notes=[note])
 

@@ -222,7 +222,9 @@ def script_session(snakemake: Any) -> Generator[Job]:
     except OSError as error:
         if error.errno not in _OF_THE_DISK:
             raise
-        logger.error("cannot write the results: %s; finished analyses are kept", error)
+        place = error.filename or f"the results in {snakemake.params.results}"
+        kept = "finished analyses are kept"
+        logger.error("cannot read or write %s: %s; %s", place, error.strerror or error, kept)
         raise SystemExit(EXIT_BAD_INPUT) from None
     finally:
         logger.removeHandler(to_terminal)
