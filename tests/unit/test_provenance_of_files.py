@@ -17,12 +17,13 @@ from matplotlib.figure import Figure
 
 import skewbridge
 from cli_json import invoke, run
+from skewbridge.cli.options import study_of
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.files import tables
 from skewbridge.files.digests import engine_digest, layer_digest, provenance
 from skewbridge.files.tables import read_stamp, stamp, write_frame
 from skewbridge.study import jobs
-from skewbridge.study.config import load_config
+from skewbridge.study.config import load_config, parse_config, store_configuration
 from skewbridge.study.jobs import RECIPES, made_from, rule_digest, script_session
 
 ROOT = Path(__file__).parents[2]
@@ -219,6 +220,44 @@ def test_a_table_is_current_until_its_rule_would_make_another(tmp_path, monkeypa
     assert result.exit_code == 1
     assert "compared with config/config.yaml" in result.stderr
     assert "--study" in result.stderr
+
+
+def test_a_file_is_compared_with_the_configuration_of_its_own_study(tmp_path, monkeypatch):
+    """That which the workflow stored, its files as they are now; else one in config/."""
+    monkeypatch.setattr(
+        jobs, "made_from", lambda study: {RULE: {"motions": "m", "n": study.motions.count}}
+    )
+    (tmp_path / "config").mkdir()
+    monkeypatch.chdir(tmp_path)
+    base, mine = tmp_path / "config/config.yaml", tmp_path / "elsewhere.yaml"
+    base.write_text("motions: {count: 32}\nfigures: {width_mm: 60}\n")
+    mine.write_text("motions: {count: 3}\n")
+    given = {"figures": {"width_mm": 85.0}}
+    raw = {"results": "some/results", "motions": {"count": 3}, **given}
+    table = tmp_path / "some/results/demands/table.parquet"
+
+    def made_by(study):
+        write_frame(FRAME, table, jobs.stamp_of(RULE, jobs.made_from(study)[RULE], study))
+
+    def compared():
+        code, answer = run("provenance", table)
+        return [code, answer["current"], answer["differences"]]
+
+    made_by(parse_config(raw))
+    store_configuration(parse_config(raw), [base, mine], given)
+    assert compared() == [0, True, []]
+    base.write_text("motions: {count: 8}\nfigures: {width_mm: 70}\n")  # both are overridden
+    assert compared() == [0, True, []]
+    mine.write_text("motions: {count: 4}\n")
+    assert compared() == [1, False, ["rule_digest", "config_digest"]]
+    mine.unlink()
+    assert compared() == [0, True, []]
+    assert study_of(Path("some/results"))[0].motions.count == 3
+    # a study of an earlier version, which did not store it
+    (tmp_path / "some/results/configuration.json").unlink()
+    assert compared()[:2] == [1, False]
+    (tmp_path / "config/third.yaml").write_text("results: some/results\nmotions: {count: 3}\n")
+    assert compared() == [0, True, ["config_digest"]]
 
 
 def test_a_result_of_one_run_is_current_while_the_engine_is(tmp_path):

@@ -15,6 +15,7 @@ from skewbridge.cli.options import (
     STUDY,
     config_of,
     folder_of,
+    study_near,
     study_of,
 )
 from skewbridge.cli.output import Answer, Arg, Opt, command, rounded, selected, warn
@@ -204,8 +205,8 @@ def provenance(file: Path, study: Path | None) -> Answer:
     """
     from skewbridge.study.jobs import origin_of
 
-    config = config_of(study)
-    origin = origin_of(file, config, DEFAULT_CONFIG)
+    config = study or study_near(file)
+    origin = origin_of(file, lambda: study_of(config)[0])
     result = "current" if origin["current"] else "not current: its rule would give a new result"
     notes = [f"{result}; compared with {config} (for a different study: --study RESULTS_FOLDER)"]
     return Answer(origin, notes=notes, exit_code=0 if origin["current"] else EXIT_FAILED)

@@ -1,6 +1,8 @@
 """Configuration of a study: typed sections read from YAML, and the variants to run."""
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
+from functools import reduce
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
@@ -17,12 +19,14 @@ from skewbridge.files.text import (
     Whole,
     checked,
     merged,
+    read_json,
     read_mapping,
     shortened,
+    write_text,
 )
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.levels import MotionsConfig
-from skewbridge.study.folder import DEFAULT_ROOT, default_root
+from skewbridge.study.folder import DEFAULT_ROOT, StudyFolder, default_root
 from skewbridge.units import Units
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
@@ -170,6 +174,40 @@ def load_config(path: Path, base: Path | None = None) -> StudyConfig:
     """Read a configuration file merged over a base file, like ``--configfile`` of Snakemake."""
     raw = read_mapping(base) if base is not None and base != path else {}
     return parse_config(merged(raw, read_mapping(path)), (path,), path)
+
+
+def store_configuration(
+    study: StudyConfig, files: Iterable[str | Path], given: Mapping[str, Any]
+) -> None:
+    """Write the configuration of a study into its results folder.
+
+    ``files`` are its configuration files, each merged over the earlier ones, and ``given`` has the
+    values of ``snakemake --config``.
+    """
+    here = Path.cwd()
+    paths = [Path(path).resolve() for path in files]
+    names = [path.relative_to(here) if path.is_relative_to(here) else path for path in paths]
+    values = study.model_dump(mode="json")
+    content = {"files": list(map(str, names)), "given": dict(given), "configuration": values}
+    write_text(StudyFolder(Path(study.results)).configuration, json.dumps(content, indent=1))
+
+
+def stored_configuration(folder: Path) -> StudyConfig | None:
+    """Return the configuration of the study in a results folder, or None if none is stored.
+
+    Its files are read again to include later edits; if one is missing, the values of the last run
+    are returned.
+    """
+    path = StudyFolder(folder).configuration
+    if not path.is_file():
+        return None
+    stored = read_json(path)
+    files = list(map(Path, stored["files"]))
+    if not all(map(Path.is_file, files)):
+        return parse_config(stored["configuration"], where=path)
+    results = {"results": stored["configuration"]["results"]}
+    raw = reduce(merged, (*map(read_mapping, files), stored["given"], results))
+    return parse_config(raw, where=path)
 
 
 def check_font(name: str) -> None:
