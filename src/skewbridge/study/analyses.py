@@ -49,7 +49,7 @@ progress_logger = logging.getLogger(PROGRESS_LOG)
 STRONG_S: Final = 12.0  # duration of the strong part of a motion
 CPU_S_PER_STRONG_S: Final = 0.10  # per second of this part
 CPU_S_PER_LATER_S: Final = 0.03
-CPU_S_PER_STEP: Final = 1.35e-3  # constant steps: scheme paper and reference accuracy
+CPU_S_PER_STEP: Final = 1.5e-3  # constant steps: scheme paper and reference accuracy
 WITHOUT_CONTACTS: Final = 0.6  # ratio
 #: Share of the checks in the expected cost of the analyses. The strongest parts of motions cost up
 #: to 1.35 times as much as expected; the checks are then still below a quarter.

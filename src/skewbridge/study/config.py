@@ -47,7 +47,7 @@ class SensitivityConfig:
     """Numerical check: study rows repeated at the reference accuracy and with other penalties."""
 
     rows: Whole = Field(default=4, ge=0, le=10_000)
-    """rows repeated at the reference accuracy and with other penalties"""
+    """most rows to repeat; fewer if the checks would cost over a quarter of the analyses"""
     window_s: Number | None = Field(default=6.0, ge=3.0, le=1.0e4)
     """analyse only this strongest part of each motion; null: the whole motion"""
 
@@ -181,32 +181,27 @@ def store_configuration(
 ) -> None:
     """Write the configuration of a study into its results folder.
 
-    ``files`` are its configuration files, each merged over the earlier ones, and ``given`` has the
-    values of ``snakemake --config``.
+    Each of its `files` is merged over the earlier ones; ``given`` has the values of `--config`.
     """
-    here = Path.cwd()
     paths = [Path(path).resolve() for path in files]
-    names = [path.relative_to(here) if path.is_relative_to(here) else path for path in paths]
-    values = study.model_dump(mode="json")
-    content = {"files": list(map(str, names)), "given": dict(given), "configuration": values}
+    names = [str(p.relative_to(Path.cwd()) if p.is_relative_to(Path.cwd()) else p) for p in paths]
+    content = {"files": names, "given": dict(given), "configuration": study.model_dump(mode="json")}
     write_text(StudyFolder(Path(study.results)).configuration, json.dumps(content, indent=1))
 
 
 def stored_configuration(folder: Path) -> StudyConfig | None:
-    """Return the configuration of the study in a results folder, or None if none is stored.
+    """Return the configuration of the study in a results folder; None if none is stored.
 
-    Its files are read again to include later edits; if one is missing, the values of the last run
-    are returned.
+    Its files are read again to include later edits, unless one is missing.
     """
     path = StudyFolder(folder).configuration
     if not path.is_file():
         return None
     stored = read_json(path)
-    files = list(map(Path, stored["files"]))
-    if not all(map(Path.is_file, files)):
-        return parse_config(stored["configuration"], where=path)
-    results = {"results": stored["configuration"]["results"]}
-    raw = reduce(merged, (*map(read_mapping, files), stored["given"], results))
+    files, raw = list(map(Path, stored["files"])), stored["configuration"]
+    if all(map(Path.is_file, files)):
+        results = {"results": raw["results"]}
+        raw = reduce(merged, (*map(read_mapping, files), stored["given"], results))
     return parse_config(raw, where=path)
 
 

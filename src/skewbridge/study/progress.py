@@ -14,17 +14,11 @@ from yte.exceptions import YteError
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.validity import LIMITS, SuspectLimits, reasons
 from skewbridge.errors import InputError
-from skewbridge.motions.folder import list_motions
+from skewbridge.motions.folder import IndexEntry, list_motions
 from skewbridge.motions.levels import most_trials
 from skewbridge.motions.suite import read_entry, suite_sources
 from skewbridge.statuses import FAILED
-from skewbridge.study.analyses import (
-    StudySetup,
-    analyses_s,
-    check_plan,
-    forecast_s,
-    run_command,
-)
+from skewbridge.study.analyses import StudySetup, analyses_s, check_plan, forecast_s, run_command
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import JournalContent, Row, read_content
@@ -32,7 +26,6 @@ from skewbridge.study.task import run_key
 from skewbridge.variant.grid import expand_grid
 
 CRASH: Final = "crash"
-TYPICAL_MOTION_S: Final = 25.0  # of the embedded suite
 CORES: Final = 2  # workers of a study
 DISK_KB_PER_ANALYSIS: Final = 6.0  # journal line, parquet row and solver log
 PROFILES: Final = Path("workflow/profiles")
@@ -139,10 +132,9 @@ def forecast_study(config: StudyConfig, size: Mapping[str, int] | None = None) -
     cpu_s = {name: round(speed * part_s, 1) for name, part_s in parts_s.items()}
     analyses, left = (trials * state.summary[name] for name in ("analyses", "left"))
     left_s = cpu_s["analyses"] * left / max(analyses, 1)
-    is_finished = not left and folder.report.is_file()
-    rest_s = 0.0 if is_finished else cpu_s["checks"] + cpu_s["other"]
-    summary = state.summary | {"core_hours": round(sum(cpu_s.values()) / 3600, 4)}
-    summary["cpu_s"] = cpu_s
+    is_made = not left and folder.report.is_file()
+    rest_s = 0.0 if is_made else cpu_s["checks"] + cpu_s["other"]
+    summary = state.summary | {"core_hours": round(sum(cpu_s.values()) / 3600, 4), "cpu_s": cpu_s}
     summary["eta_s"] = round((left_s + rest_s) / CORES, 1)
     summary["disk_mb"] = round(analyses * DISK_KB_PER_ANALYSIS / 1024, 1)
     if size is not None:
@@ -194,15 +186,17 @@ def analysis_keys(config: StudyConfig) -> tuple[Mapping[str, Sequence[str]], Seq
             setup = StudySetup.of(config)
             keys = {slug: [run_key(task) for task in setup.tasks(slug)] for slug in slugs}
             return keys, setup.durations_s
-    listed = [
-        entry
-        for source in suite_sources(config.motions)
-        for entry in list_motions(source.folder)[: source.count]
-    ]
-    longest_s = config.motions.shaking_s or inf
     durations_s = [
-        min(read_entry(entry).duration_s if entry.components else TYPICAL_MOTION_S, longest_s)
-        for entry in listed
+        min(_length_s(each), config.motions.shaking_s or inf)
+        for source in suite_sources(config.motions)
+        for each in list_motions(source.folder)[: source.count]
     ]
-    each = ("",) * (len(listed) * len(config.motions.incidence_deg))
+    each = ("",) * (len(durations_s) * len(config.motions.incidence_deg))
     return dict.fromkeys(slugs, each), durations_s
+
+
+def _length_s(entry: IndexEntry) -> float:
+    """Return the length of a listed motion; one without files is not generated for it."""
+    if entry.components or not (entry.dt_s and entry.npts.isdigit()):
+        return read_entry(entry).duration_s
+    return entry.dt_s * int(entry.npts)
