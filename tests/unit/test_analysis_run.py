@@ -3,7 +3,9 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pandas as pd
 import pyarrow.parquet as pq
@@ -27,6 +29,7 @@ from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.repeats import write_friction_pair
 from skewbridge.study.task import outcome_of, run_key
 from skewbridge.units import G_MPS2
+from skewbridge.variant.grid import GridConfig
 from strong_motion import DT_S, strong_motion
 from study_parts import study_of
 
@@ -197,6 +200,35 @@ def written(setup, slugs, folder):
     pd.DataFrame(given).to_parquet(folder / "demands.parquet")
     write_friction_pair(setup, folder / "demands.parquet", folder / "pair.parquet")
     return pd.read_parquet(folder / "pair.parquet")
+
+
+def test_the_pair_of_a_small_study_has_the_strongest_part_of_the_motion(tmp_path, monkeypatch):
+    """So that it costs less than a quarter of the analyses; in a study of two analyses, nothing."""
+    analysed_s: list[float] = []
+
+    def analyse_nothing(_variant, excitation, *_, **__):
+        analysed_s.append(excitation.motion.duration_s)
+        return SimpleNamespace(histories={"time_s": [0.0]})
+
+    monkeypatch.setattr("skewbridge.analysis.transient.analyse", analyse_nothing)
+    motion = strong_motion(duration_s=10.0)
+    grid = {"bridge": ["osb1"], "skew_deg": [30], "gap_mm": [51]}
+    for count, part_s in ((1, []), (3, [5.4] * 2), (12, [10.0] * 2)):
+        names = ("strong", *(f"m{n}" for n in range(1, count)))
+        suite = [
+            SuiteMotion(
+                motion=replace(motion, motion_id=name),
+                scale=1.0,
+                measures=motion_measures(motion, 0.7),
+            )
+            for name in names
+        ]
+        setup = study_of(tmp_path / f"study{count}", *suite, grid=GridConfig(**grid))
+        analysed_s.clear()
+        pair = written(setup, SLUGS[-3::2], tmp_path)
+        assert analysed_s == pytest.approx(part_s, abs=0.02)
+        ending = "_strongest_5.4s" if count == 3 else ""
+        assert set(pair.get("motion_id", [])) == ({f"strong{ending}"} if part_s else set())
 
 
 def test_the_pair_written_is_that_of_the_analyses(tmp_path):

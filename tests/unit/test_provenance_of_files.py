@@ -1,5 +1,6 @@
 """Every artefact has its provenance and is known to be current or not; `skewbridge.load`."""
 
+import errno
 import json
 import logging
 import os
@@ -16,12 +17,13 @@ from matplotlib.figure import Figure
 
 import skewbridge
 from cli_json import invoke, run
+from skewbridge.cli.options import study_of
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.files import tables
 from skewbridge.files.digests import engine_digest, layer_digest, provenance
 from skewbridge.files.tables import read_stamp, stamp, write_frame
 from skewbridge.study import jobs
-from skewbridge.study.config import load_config
+from skewbridge.study.config import load_config, parse_config, store_configuration
 from skewbridge.study.jobs import RECIPES, made_from, rule_digest, script_session
 
 ROOT = Path(__file__).parents[2]
@@ -179,6 +181,18 @@ def test_a_failed_script_ends_with_its_message_and_code(tmp_path, capsys, error,
     assert "the sources were edited while the study ran" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("place", "named"), [("/somewhere/else", "/somewhere/else"), (None, "the results in {}")]
+)
+def test_a_disk_that_refuses_is_named_by_the_place_of_the_refusal(tmp_path, capsys, place, named):
+    given = job(tmp_path, tmp_path / "none.parquet")
+    with pytest.raises(SystemExit) as stopped, script_session(given):
+        raise OSError(errno.EROFS, "Read-only file system", place)
+    assert stopped.value.code == 2
+    start = f"cannot read or write {named.format(tmp_path)}: Read-only file system; "
+    assert capsys.readouterr().err.startswith(start)
+
+
 def answered(path: Path, config: str = "") -> tuple[int, dict]:
     named = path.parent / "study.yaml"
     named.write_text(config or "motions: {count: 3}")
@@ -206,6 +220,44 @@ def test_a_table_is_current_until_its_rule_would_make_another(tmp_path, monkeypa
     assert result.exit_code == 1
     assert "compared with config/config.yaml" in result.stderr
     assert "--study" in result.stderr
+
+
+def test_a_file_is_compared_with_the_configuration_of_its_own_study(tmp_path, monkeypatch):
+    """That which the workflow stored, its files as they are now; else one in config/."""
+    monkeypatch.setattr(
+        jobs, "made_from", lambda study: {RULE: {"motions": "m", "n": study.motions.count}}
+    )
+    (tmp_path / "config").mkdir()
+    monkeypatch.chdir(tmp_path)
+    base, mine = tmp_path / "config/config.yaml", tmp_path / "elsewhere.yaml"
+    base.write_text("motions: {count: 32}\nfigures: {width_mm: 60}\n")
+    mine.write_text("motions: {count: 3}\n")
+    given = {"figures": {"width_mm": 85.0}}
+    raw = {"results": "some/results", "motions": {"count": 3}, **given}
+    table = tmp_path / "some/results/demands/table.parquet"
+
+    def made_by(study):
+        write_frame(FRAME, table, jobs.stamp_of(RULE, jobs.made_from(study)[RULE], study))
+
+    def compared():
+        code, answer = run("provenance", table)
+        return [code, answer["current"], answer["differences"]]
+
+    made_by(parse_config(raw))
+    store_configuration(parse_config(raw), [base, mine], given)
+    assert compared() == [0, True, []]
+    base.write_text("motions: {count: 8}\nfigures: {width_mm: 70}\n")  # both are overridden
+    assert compared() == [0, True, []]
+    mine.write_text("motions: {count: 4}\n")
+    assert compared() == [1, False, ["rule_digest", "config_digest"]]
+    mine.unlink()
+    assert compared() == [0, True, []]
+    assert study_of(Path("some/results"))[0].motions.count == 3
+    # a study of an earlier version, which did not store it
+    (tmp_path / "some/results/configuration.json").unlink()
+    assert compared()[:2] == [1, False]
+    (tmp_path / "config/third.yaml").write_text("results: some/results\nmotions: {count: 3}\n")
+    assert compared() == [0, True, ["config_digest"]]
 
 
 def test_a_result_of_one_run_is_current_while_the_engine_is(tmp_path):

@@ -3,6 +3,7 @@
 from contextlib import chdir
 from dataclasses import asdict
 from pathlib import Path
+from shlex import quote
 from typing import Any, Final, Literal
 
 from skewbridge.cli import COMMANDS, new_group
@@ -14,6 +15,7 @@ from skewbridge.cli.options import (
     STUDY,
     config_of,
     folder_of,
+    study_near,
     study_of,
 )
 from skewbridge.cli.output import Answer, Arg, Opt, command, rounded, selected, warn
@@ -41,8 +43,8 @@ def init(folder: Path) -> Answer:
     from skewbridge.study.folder import write_starter
 
     note = (
-        f"cd {folder}, then: snakemake -j2 --configfile config/smoke.yaml (a small study) or "
-        "snakemake -j2 (the default study; skewbridge plan shows its cost)"
+        f"cd {quote(str(folder))}, then: snakemake -j2 --configfile config/smoke.yaml (a small "
+        "study) or snakemake -j2 (the default study; skewbridge plan shows its cost)"
     )
     return Answer({"written": list(map(str, write_starter(folder)))}, notes=[note])
 
@@ -203,8 +205,8 @@ def provenance(file: Path, study: Path | None) -> Answer:
     """
     from skewbridge.study.jobs import origin_of
 
-    config = config_of(study)
-    origin = origin_of(file, config, DEFAULT_CONFIG)
+    config = study or study_near(file)
+    origin = origin_of(file, lambda: study_of(config)[0])
     result = "current" if origin["current"] else "not current: its rule would give a new result"
     notes = [f"{result}; compared with {config} (for a different study: --study RESULTS_FOLDER)"]
     return Answer(origin, notes=notes, exit_code=0 if origin["current"] else EXIT_FAILED)

@@ -43,6 +43,7 @@ class StudyFolder:
 
     def __init__(self, root: Path = Path(DEFAULT_ROOT)) -> None:
         self.root: Final = root
+        self.configuration: Final = root / "configuration.json"  # see `store_configuration`
         self.suite: Final = root / "motions/suite.parquet"  # motions with their factors
         self.intensities: Final = root / "motions/intensities.parquet"  # at factor 1, by bridge
         self.motions_digest: Final = root / "motions/digest.json"  # cache for unchanged files
