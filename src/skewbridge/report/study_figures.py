@@ -33,6 +33,7 @@ from skewbridge.report.motion_figures import applied_spectra
 from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.repeats import read_friction_pair
+from skewbridge.study.results import is_from_statistics
 from skewbridge.units import INCH, MM
 from skewbridge.variant.axes import AXES
 from skewbridge.variant.variant import ABUTMENTS, Variant
@@ -245,12 +246,12 @@ def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 def read_tables(paths: Mapping[str, Path]) -> FigureTables:
     """Read the tables that the figures of a study are drawn from.
 
-    ``paths`` maps `_TABLES`, suite and friction_pair to files, also rounds and choices if made.
+    ``paths`` maps `_TABLES` to files, also suite, friction_pair, rounds and choices if made.
     """
     return FigureTables(
         **{name: read_frame(paths[name]) for name in _TABLES},
-        suite=read_suite(paths["suite"]),
-        pair=read_friction_pair(paths["friction_pair"]),
+        suite=read_suite(paths["suite"]) if "suite" in paths else (),
+        pair=read_friction_pair(paths["friction_pair"]) if "friction_pair" in paths else None,
         **{name: read_frame(paths[name]) for name in ("choices", "rounds") if name in paths},
     )
 
@@ -291,13 +292,11 @@ def finished_figures(results: Path) -> list[StudyFigure]:
         InputError: A table is missing.
     """
     folder = StudyFolder(results)
-    paths = folder.report_inputs | {"friction_pair": folder.friction_pair}
-    for path in (paths[name] for name in (*_TABLES, "suite", "friction_pair")):
+    needed = _TABLES if is_from_statistics(results) else (*_TABLES, "suite", "friction_pair")
+    for path in (folder.figure_inputs[name] for name in needed):
         if not path.is_file():
             raise InputError(f"{path} is missing: finish the study first", file=str(path))
-    for name, path in (("rounds", folder.rounds), ("choices", folder.modelling_choices)):
-        if path.is_file():
-            paths[name] = path
+    paths = {name: path for name, path in folder.figure_inputs.items() if path.is_file()}
     return list(study_figures(read_tables(paths)))
 
 

@@ -12,26 +12,27 @@ import pandas as pd
 from joblib import cpu_count
 from scipy import special
 
-from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for, unit_of
-from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE, FAILURE_DEMANDS
+from skewbridge.demands.columns import COLUMNS, demands_for, label_of, unit_of
+from skewbridge.demands.validity import BEYOND_MODEL, FAILURE_DEMANDS
 from skewbridge.errors import InputError
+from skewbridge.files.digests import provenance
 from skewbridge.files.tables import (
     Row,
     frame_of,
     read_any,
     read_frame,
+    read_stamp,
     read_table,
     records_of,
     texts_of,
+    write_frame,
 )
 from skewbridge.files.text import writable_folder
 from skewbridge.fragility import paper_table
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
 from skewbridge.fragility.demand_table import (
     BRIDGE_COLUMNS,
-    KEY_COLUMNS,
     LOADING_COLUMNS,
-    TEXT_COLUMNS,
     axis_names,
     models_of,
     need_columns,
@@ -54,8 +55,8 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.random_properties import DRAW_PREFIX, RANDOM_PROPERTIES
 
-#: Table of joint models in the folder of a study, or in one written by `skewbridge statistics`.
-_JOINT_TABLES: Final = ("fragility/joint.parquet", "joint.parquet")
+#: Provenance of demands written by `skewbridge statistics`: the name of their source.
+_STATISTICS_OF: Final = "statistics_of"
 #: Columns of fits that have the unit of the intensity measure.
 _MEDIAN: Final = re.compile(r"theta(_(?!bound_beta)\w+)?")
 
@@ -148,17 +149,26 @@ def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFr
     if measures and chosen not in source:
         problem = f"{path.name}: no column {im!r}; it has:" if im else "choose --im, one of:"
         raise InputError(f"{problem} {', '.join(measures)}", column=im or "im")
-    named = {*TEXT_COLUMNS, *KEY_COLUMNS, *axis_names(source), COMPLETE, chosen}
-    named |= {state.demand for state in states} | {column.name for column in DEMAND_COLUMNS}
+    named = {column.name for column in COLUMNS} | {*axis_names(source), chosen}
+    named |= {state.demand for state in states}
     prefixes = ("im_", DRAW_PREFIX)
     kept = (name for name in map(str, source) if name in named or name.startswith(prefixes))
     return read_foreign(path, {name: name for name in kept}), chosen
 
 
-def _tables_of(
+class _Statistics(NamedTuple):
+    """Tables of the fits to a table of demands."""
+
+    demands: pd.DataFrame
+    tables: dict[str, pd.DataFrame]
+    im: str
+    left_out: list[str]  # limit states whose demand is missing
+
+
+def _statistics(
     demands: Path, limit_states: Path, im: str | None, margin: float | None = None
-) -> tuple[dict[str, pd.DataFrame], str, list[str]]:
-    """Return the tables, the intensity measure and the limit states whose demand is missing."""
+) -> _Statistics:
+    """Fit all tables to a table of demands."""
     states = load_limit_states(limit_states)
     table, chosen = _read_demands(demands, im, states)
     usable = [state for state in states if state.demand in table]
@@ -167,7 +177,7 @@ def _tables_of(
         raise InputError(f"{demands.name} has none of the demands of the limit states: {names}")
     left_out = [f"{state.key} ({state.demand})" for state in states if state not in usable]
     tables = fragility_tables(table, usable, _settings(chosen, margin), jobs=cpu_count())
-    return tables, chosen, left_out
+    return _Statistics(table, tables, chosen, left_out)
 
 
 def _settings(im: str, margin: float | None) -> FitSettings:
@@ -182,14 +192,18 @@ def _settings(im: str, margin: float | None) -> FitSettings:
 def statistics_of(
     demands: Path, out: Path, limit_states: Path, im: str | None = None, margin: float | None = None
 ) -> dict[str, Any]:
-    """Write every table of results/fragility from a table of demands, and return their summary.
+    """Write demands and fragility/ of a study from a table of demands; return their summary.
 
     The summary lists limit states whose demand is missing as ``left_out``. For an invalid value,
-    `InputError` gives its row and column.
+    `InputError` gives its row and column; a folder with a study is refused.
     """
-    tables, measure, left_out = _tables_of(demands, limit_states, im, margin)
-    write_tables(tables, writable_folder(out))
-    notes = tables["input_notes"]
+    folder = StudyFolder(writable_folder(out))
+    if folder.demands.is_file() and not is_from_statistics(out):
+        raise InputError(f"{out} has the demands of a study: choose another folder")
+    table, tables, measure, left_out = _statistics(demands, limit_states, im, margin)
+    notes, texts = tables["input_notes"], {name: label_of(name) for name in map(str, table)}
+    write_frame(table, folder.demands, provenance(**{_STATISTICS_OF: demands.name}), texts)
+    write_tables(tables, folder.fragility("curves").parent)
     return {
         "tables": {name: len(rows) for name, rows in tables.items()},
         "status": tables["curves"]["status"].value_counts().to_dict(),
@@ -197,14 +211,21 @@ def statistics_of(
         "left_out": left_out,
         "rejected_rows": int((notes["kind"] == "rejected_row").sum()),
         "notes": notes["message"].tolist(),
+        "warnings": notes.loc[notes["kind"] == "percent", "message"].tolist(),
         **{"im": measure, "out": str(out)},
     }
 
 
+def is_from_statistics(folder: Path) -> bool:
+    """Return whether `statistics_of` wrote the demands in a folder."""
+    path = StudyFolder(folder).demands
+    return path.is_file() and _STATISTICS_OF in read_stamp(path)
+
+
 def paper_rows(demands: Path, limit_states: Path, im: str | None = None) -> dict[str, Any]:
     """Return the table for publication: numbers (``rows``), printed texts (``shown``), title."""
-    tables, measure, _ = _tables_of(demands, limit_states, im)
-    rows, title = tables[PAPER_TABLE], f"medians in {measure}"
+    fitted = _statistics(demands, limit_states, im)
+    rows, title = fitted.tables[PAPER_TABLE], f"medians in {fitted.im}"
     return {"rows": records_of(rows), "shown": paper_table.printed_rows(rows), "title": title}
 
 
@@ -221,6 +242,7 @@ class StudyComparison(NamedTuple):
     medians: pd.DataFrame
     counts: dict[str, int]  # pairs, runs in one only, shared variants and motions, equal pairs
     other_motions: tuple[str, ...]  # left out: same name in both studies, different files
+    warnings: tuple[str, ...]  # demands that seem to be in per cent
 
 
 def compare_studies(
@@ -254,7 +276,7 @@ def compare_studies(
         effects += demand_effects(of_model, names=names, settings=settings, reference_im={})[0]
     variant = [*BRIDGE_COLUMNS, *axis_names(both)]
     paired = both.merge(pairs[[*variant, *LOADING_COLUMNS]].drop_duplicates())
-    runs = prepared(paired, [state.demand for state in states], settings).table
+    runs, notes = prepared(paired, [state.demand for state in states], settings)
     top, bottom = (pairs[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
     equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
     return StudyComparison(
@@ -269,6 +291,7 @@ def compare_studies(
             "equal_pairs": int(equal.all(axis=1).sum()),
         },
         other_motions=other,
+        warnings=tuple(notes.loc[notes["kind"] == "percent", "message"]),
     )
 
 
@@ -312,11 +335,10 @@ def predict_states(
 
     `InputError` for a missing table, bridge, model or state, or a value outside the range.
     """
-    path = next((results / name for name in _JOINT_TABLES if (results / name).is_file()), None)
-    if path is None:
+    path = StudyFolder(results).fragility("joint")
+    if not path.is_file():
         advice = "run the study or skewbridge statistics, or name another folder (--study)"
-        text = f"{results} has neither {' nor '.join(_JOINT_TABLES)}: {advice}"
-        raise InputError(text, file=str(results))
+        raise InputError(f"{path} is missing: {advice}", file=str(path))
     if at is not None and not 0.0 < at < np.inf:
         raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
     stored = read_table(path)
