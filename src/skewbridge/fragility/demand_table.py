@@ -185,15 +185,16 @@ def read_foreign(
     source, factors = read_any(path), factors or {}
     unused = [str(name) for name in source if name not in columns.values()]
     renamed = (name for name in columns if name not in source)
+    refuse_misspelt([*unused, *renamed], (*columns, *(constants or {})))
     need_columns(source, columns.values(), path.name)
     out = pd.DataFrame({ours: source[theirs] for ours, theirs in columns.items()})
     if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):
-        raise InputError("the column map needs motion_id and at least one im_ column")
+        text = "the column map needs motion_id and at least one im_ column"
+        raise InputError(f"{text}; the columns of {path.name} are {names_of(source)}")
     usual = {"scale": 1.0, "incidence_deg": 0.0, "status": OK, **dict(constants or {})}
     for name, value in {**dict.fromkeys(BRIDGE_COLUMNS, "foreign"), **usual}.items():
         if name not in out:
             out[name] = value
-    refuse_misspelt([*unused, *renamed], out)
     for name in out.columns.difference(list(TEXT_COLUMNS)):
         numbers = as_column(out[name].to_numpy(), columns.get(name, name))
         out[name] = numbers > 0.0 if name == validity.COMPLETE else numbers * factors.get(name, 1.0)

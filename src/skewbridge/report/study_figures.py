@@ -98,7 +98,8 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     tables = replace(tables, demands=with_derived_columns(tables.demands))
     models = tables.demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
-        start, model = f"{bridge}_{ABUTMENTS[abutment].code}_", model_name(bridge, abutment)
+        code = ABUTMENTS[abutment].code if abutment in ABUTMENTS else abutment
+        start, model = f"{bridge}_{code}_", model_name(bridge, abutment)
         own = {
             name: table[(table["bridge"] == bridge) & (table["abutment"] == abutment)]
             for name, table in vars(tables).items()
@@ -107,7 +108,8 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         for figures in (_curve_figures, _cloud_figures, _intensity_figures, _choice_figures):
             for caption, draw in figures(replace(tables, **own)):
                 title = f"{model}: {caption.title}"
-                yield replace(caption, name=start + caption.name, title=title, model=model), draw
+                name = re.sub(r"[^\w.-]+", "-", start + caption.name)  # part of file names
+                yield replace(caption, name=name, title=title, model=model), draw
     for figures in (_round_figures, _history_figures):
         yield from figures(tables)
     if tables.suite:
