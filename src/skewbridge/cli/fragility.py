@@ -4,15 +4,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from skewbridge.cli import new_group
-from skewbridge.cli.options import (
-    ABUTMENT,
-    LIMIT_STATES,
-    OUT,
-    STUDY,
-    folder_of,
-    keys_and_values,
-    limit_states_file,
-)
+from skewbridge.cli.options import ABUTMENT, LIMIT_STATES, OUT, STUDY, folder_of, keys_and_values
 from skewbridge.cli.output import Answer, Arg, Opt, command, rounded, selected, warn
 from skewbridge.errors import InputError
 from skewbridge.files.text import Number, checked
@@ -39,7 +31,7 @@ commands = new_group()
     Opt("accept_bounds", bool, "Report medians that failed runs may move by 15 % or more.", False),
     Opt("columns", Path | None, "YAML file with the names, factors and constants of the columns."),
 )
-def fit(data: Path, paper_table: bool, limit_states: Path | None, **given: Any) -> Answer:
+def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answer:
     """Fit a fragility curve: theta, beta, their intervals and a status.
 
     Example: skewbridge fit demands.csv --method cloud --im im_pga --edp drift --threshold 0.02
@@ -48,7 +40,7 @@ def fit(data: Path, paper_table: bool, limit_states: Path | None, **given: Any) 
     from skewbridge.study.results import paper_rows
 
     if paper_table:
-        table = paper_rows(data, limit_states_file(limit_states), given["im"])
+        table = paper_rows(data, limit_states, given["im"])
         return Answer({"rows": table["rows"]}, {table["title"]: table["shown"]})
     try:
         given["method"] = given["method"] or ""
@@ -92,9 +84,7 @@ def export(curves: Path, form: str, out: Path, **given: Any) -> Answer:
     Opt("margin", float | None, "Relative change that counts as negligible; default 0.05."),
     Opt("report", bool, "Also draw the figures and write report.html.", False),
 )
-def statistics(
-    demands: Path, out: Path, limit_states: Path | None, report: bool, **given: Any
-) -> Answer:
+def statistics(demands: Path, out: Path, report: bool, **given: Any) -> Answer:
     """Fit curves and effects to any table of demands.
 
     Writes demands.parquet and fragility/ as a study does, so `predict`, `compare`, `study plot` and
@@ -106,7 +96,7 @@ def statistics(
     """
     from skewbridge.study.results import statistics_of
 
-    answer = statistics_of(demands, out, limit_states_file(limit_states), **given)
+    answer = statistics_of(demands, out, **given)
     for text in answer["warnings"]:
         warn(text)
     if report:

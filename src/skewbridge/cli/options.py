@@ -23,8 +23,8 @@ _YAML: Final = (".yaml", ".yml")
 
 OUT: Final = Opt("out", Path, "Folder for the results.", ...)
 LIMIT_STATES: Final = Opt(
-    "limit_states", Path | None,
-    "File of limit states; default config/limit_states.yaml, or the file of the package.",
+    "limit_states", Path, "File of limit states; outside a study folder, that of the package.",
+    Path("config/limit_states.yaml"),
 )  # fmt: skip
 STUDY: Final = Opt(
     "study", Path | None, "Results folder of a study, or its configuration file; by default the "
@@ -57,16 +57,6 @@ def config_of(study: Path | None) -> Path:
         f"{study}: {f'{len(writers)} files' if writers else 'no file'} in {DEFAULT_CONFIG.parent}/ "
         f"with `results: {study}`; name the configuration of the study with --study FILE.yaml"
     )
-
-
-def limit_states_file(given: Path | None) -> Path:
-    """Return the file of limit states: as given, that in config/, or the one of the package."""
-    usual = DEFAULT_CONFIG.with_name("limit_states.yaml")
-    if given is not None or usual.is_file():
-        return given or usual
-    from skewbridge.study.folder import starter_files
-
-    return starter_files() / usual
 
 
 def study_of(study: Path | None) -> "tuple[StudyConfig, StudyFolder]":

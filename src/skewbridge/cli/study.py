@@ -14,7 +14,6 @@ from skewbridge.cli.options import (
     STUDY,
     config_of,
     folder_of,
-    limit_states_file,
     study_of,
 )
 from skewbridge.cli.output import Answer, Arg, Opt, command, rounded, selected, warn
@@ -152,7 +151,7 @@ def status(failed: bool, study: Path | None) -> Answer:
     Opt("out", Path | None, "CSV file for all rows, including rows of single variants."),
 )
 def compare(
-    first: Path, second: Path, limit_states: Path | None, im: str, margin: float, out: Path | None
+    first: Path, second: Path, limit_states: Path, im: str, margin: float, out: Path | None
 ) -> Answer:
     """Compare two studies run by run: ratios of demands and of medians.
 
@@ -168,8 +167,7 @@ def compare(
 
     if out is not None and out.suffix.lower() != ".csv":
         raise InputError(f"--out must end with .csv, got {out.name}")
-    states = limit_states_file(limit_states)
-    pair = compare_studies(first, second, states, im=im, margin=margin)
+    pair = compare_studies(first, second, limit_states, im=im, margin=margin)
     if out is not None:
         write_csv(pd.concat([pair.demands, pair.medians], ignore_index=True), out)
     for text in pair.warnings:

@@ -146,14 +146,13 @@ def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None
             raise InputError(f"{text} Rename it", column=name)
 
 
-def percent_note(name: str, demands: Floats) -> str:
-    """Return a warning if the demands of a drift ratio seem to be in per cent, else ``""``."""
+def percent_notes(name: str, demands: Floats) -> list[str]:
+    """Return a warning if the demands of a drift ratio seem to be in per cent, else no text."""
     is_drift = name.lower().endswith(("drift", "drift_ratio"))
     largest = float(np.max(demands[np.isfinite(demands)], initial=0.0)) if is_drift else 0.0
     # ASSUME no bridge completes a motion at a drift of 20 %
-    if largest <= MAX_DRIFT:
-        return ""
-    return f"{name} is up to {largest:.3g} in completed runs: a ratio is needed, not per cent"
+    text = f"{name} is up to {largest:.3g} in completed runs: a ratio is needed, not per cent"
+    return [text] if largest > MAX_DRIFT else []
 
 
 class ColumnMap(BaseModel):
@@ -268,8 +267,9 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     table = table[usable]
     notes += [*_missing_demands(table, wanted), *_equal_motions(table, [settings.im, *wanted])]
     complete = table[validity.is_complete(table)]
-    percents = ((name, percent_note(name, complete[name].to_numpy(float))) for name in wanted)
-    notes += [("percent", -1, name, text) for name, text in percents if text]
+    for name in wanted:
+        values = complete[name].to_numpy(dtype=np.float64)
+        notes += [("percent", -1, name, text) for text in percent_notes(name, values)]
     found = pd.DataFrame(notes, columns=list(described("input_notes")))
     return Prepared(table.reset_index(drop=True), found)
 

@@ -13,20 +13,9 @@ from pydantic.dataclasses import dataclass
 from skewbridge.demands.validity import BEYOND_MODEL, failure_kinds, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import as_column, positive, read_any, require, same_length
-from skewbridge.files.text import checked, read_json, read_yaml, shortened, shown_path
-from skewbridge.fragility import fits
-from skewbridge.fragility.demand_table import (
-    MAX_DRIFT,
-    WITHOUT_PEAK,
-    ColumnMap,
-    motion_codes,
-    names_of,
-    need_columns,
-    percent_note,
-    read_foreign,
-    refuse_misspelt,
-    require_statuses,
-)
+from skewbridge.files.text import checked, read_json, read_yaml, shown_path
+from skewbridge.fragility import demand_table, fits
+from skewbridge.fragility.demand_table import ColumnMap, motion_codes, need_columns, read_foreign
 from skewbridge.fragility.fits import FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import MAX_DISPERSION, LimitState
 from skewbridge.fragility.motion_means import motion_weights
@@ -117,8 +106,8 @@ def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.Fragility
 
     def need(name: str) -> Any:
         if name not in columns:
-            text = f"{options.method} data need a column {name!r}; found {names_of(columns)}"
-            raise InputError(text, column=name)
+            text = f"{options.method} data need a column {name!r}; found "
+            raise InputError(text + demand_table.names_of(columns), column=name)
         return columns[name]
 
     settings = options.settings
@@ -173,19 +162,20 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     same_length(**lists)
     data = pd.DataFrame(lists)
     need_columns(data, (options.im, options.edp), "the table")
-    refuse_misspelt(set(map(str, data)) - {options.im, options.edp, "collapse"})
+    unused = set(map(str, data)) - {options.im, options.edp, "collapse"}
+    demand_table.refuse_misspelt(unused)
     im = positive(data[options.im].to_numpy(), options.im)
     demand = as_column(data[options.edp].to_numpy(), options.edp)
     status = np.full(im.size, OK)
     if "status" in data:
-        require_statuses(data["status"])
+        demand_table.require_statuses(data["status"])
         status = data["status"].to_numpy(str)
     if "collapse" in data:
         collapsed = as_column(data["collapse"].to_numpy(), "collapse") > 0.0
         status = np.where(collapsed & (status == OK), COLLAPSE, status)
     runs = pd.DataFrame({options.edp: demand, "status": status, BEYOND_MODEL: failure_kinds(data)})
     good = (np.isfinite(demand) & (demand >= 0.0)) | ~is_complete(runs)
-    rule = f"must be >= 0 and finite in runs that completed ({WITHOUT_PEAK})"
+    rule = f"must be >= 0 and finite in runs that completed ({demand_table.WITHOUT_PEAK})"
     require(good, options.edp, rule, demand)
     state = LimitState(
         component=options.edp,
@@ -197,10 +187,8 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     has_motions = "motion_id" in data
     motions = motion_codes(data) if has_motions else np.arange(im.size)
     notes = [] if has_motions else [_INDEPENDENT]
-    if state.threshold <= MAX_DRIFT and (
-        note := percent_note(options.edp, demand[is_complete(runs)])
-    ):
-        notes.append(note)
+    if state.threshold <= demand_table.MAX_DRIFT:
+        notes += demand_table.percent_notes(options.edp, demand[is_complete(runs)])
     outcomes = demand_outcomes(runs, [state])
     fit, unknown = _fit_outcomes(im, motions, outcomes, state, options), outcomes.unknown(state)
     bounds: dict[str, tuple[float, float]] = {}

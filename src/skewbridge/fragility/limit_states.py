@@ -217,8 +217,7 @@ def limit_states_of(data: object, place: str = "") -> list[LimitState]:
 def demand_unit(column: str, given: str = "ratio") -> str:
     """Return the unit of a demand, such as ``m``; ``given`` is the unit of its limit states.
 
-    A column of `demands/columns.csv` has the unit stated there. The name of a foreign column ends
-    with its unit, which may be any text if limit states have the same; otherwise it is a ratio.
+    It is in `demands/columns.csv`, or ends the name of a foreign column.
     """
     if (known := column_of(column)) is not None:
         return _spelled(known.unit)

@@ -100,18 +100,11 @@ def write_report(
 
 def write_statistics_report(results: Path) -> Path:
     """Draw the figures and write the page of tables written by `skewbridge statistics`."""
-    folder, settings = StudyFolder(results), FigureSettings()
+    folder = StudyFolder(results)
     paths = {name: path for name, path in folder.report_inputs.items() if path.is_file()}
-    origin = read_stamp(folder.demands)
-    draw_study(
-        paths,
-        folder=folder.figures,
-        captions=folder.captions,
-        settings=settings,
-        provenance=origin,
-        n_jobs=cpu_count(),
-    )
-    paths["captions"] = folder.captions
+    origin, places = read_stamp(folder.demands), {"folder": folder.figures}
+    places["captions"] = paths["captions"] = folder.captions
+    draw_study(paths, **places, settings=FigureSettings(), provenance=origin, n_jobs=cpu_count())
     write_report(tables=paths, figures=folder.figures, config=None, output=folder.report)
     stamp(folder.report, origin)
     return folder.report

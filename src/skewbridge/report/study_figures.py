@@ -33,7 +33,6 @@ from skewbridge.report.motion_figures import applied_spectra
 from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.repeats import read_friction_pair
-from skewbridge.study.results import is_from_statistics
 from skewbridge.units import INCH, MM
 from skewbridge.variant.axes import AXES
 from skewbridge.variant.variant import ABUTMENTS, Variant
@@ -294,12 +293,13 @@ def finished_figures(results: Path) -> list[StudyFigure]:
         InputError: A table is missing.
     """
     folder = StudyFolder(results)
-    needed = _TABLES if is_from_statistics(results) else (*_TABLES, "suite", "friction_pair")
-    for path in (folder.figure_inputs[name] for name in needed):
+    paths = folder.report_inputs | {"friction_pair": folder.friction_pair}
+    paths |= {"rounds": folder.rounds, "choices": folder.modelling_choices}
+    for path in (paths[name] for name in _TABLES):
         if not path.is_file():
             raise InputError(f"{path} is missing: finish the study first", file=str(path))
-    paths = {name: path for name, path in folder.figure_inputs.items() if path.is_file()}
-    return list(study_figures(read_tables(paths)))
+    made = {name: path for name, path in paths.items() if path.is_file()}
+    return list(study_figures(read_tables(made)))
 
 
 def draw_figures(

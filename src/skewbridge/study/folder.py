@@ -99,12 +99,6 @@ class StudyFolder:
             "medians": self.fragility("median_effects"),
         }
 
-    @property
-    def figure_inputs(self) -> dict[str, Path]:
-        """Files that the figures are drawn from, as a dictionary."""
-        more = {"rounds": self.rounds, "choices": self.modelling_choices}
-        return self.report_inputs | {"friction_pair": self.friction_pair} | more
-
     def log(self, rule: str) -> Path:
         """Return the path of the log of a rule."""
         return self.root / "logs" / f"{rule}.log"

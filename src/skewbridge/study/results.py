@@ -13,12 +13,13 @@ from joblib import cpu_count
 from scipy import special
 
 from skewbridge.demands.columns import COLUMNS, demands_for, label_of, unit_of
-from skewbridge.demands.validity import BEYOND_MODEL, FAILURE_DEMANDS
+from skewbridge.demands.validity import BEYOND_MODEL, FAILURE_DEMANDS, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import (
     Row,
     frame_of,
+    positive,
     read_any,
     read_frame,
     read_stamp,
@@ -35,9 +36,12 @@ from skewbridge.fragility.demand_table import (
     LOADING_COLUMNS,
     axis_names,
     models_of,
+    motion_codes,
     need_columns,
     prepared,
     read_foreign,
+    variant_values,
+    variants_of,
 )
 from skewbridge.fragility.effects import (
     Pairs,
@@ -48,10 +52,17 @@ from skewbridge.fragility.effects import (
 )
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import JointModel
-from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
+from skewbridge.fragility.limit_states import (
+    LimitState,
+    States,
+    load_limit_states,
+    with_column_failure,
+)
+from skewbridge.fragility.motion_means import Jackknifed, motion_weights
+from skewbridge.fragility.outcomes import demand_outcomes
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import PAPER_TABLE, fragility_tables, write_tables
-from skewbridge.study.folder import StudyFolder
+from skewbridge.study.folder import StudyFolder, starter_files
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.random_properties import DRAW_PREFIX, RANDOM_PROPERTIES
 
@@ -61,7 +72,7 @@ _STATISTICS_OF: Final = "statistics_of"
 _MEDIAN: Final = re.compile(r"theta(_(?!bound_beta)\w+)?")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Results:
     """Tables of a finished study.
 
@@ -72,6 +83,41 @@ class Results:
     folder: Path
     demands: pd.DataFrame  # one row per analysis
     fragility: dict[str, pd.DataFrame]  # by name: curves, effects, intensity_effects, joint ...
+
+    def __repr__(self) -> str:
+        """Return the folder, the numbers of runs, variants and motions, and names of tables."""
+        names = [name for name in ("variant", "motion_id") if name in self.demands]
+        counts = "".join(f", {self.demands[n].nunique()} {n.removesuffix('_id')}s" for n in names)
+        tables = ", ".join(self.fragility) or "no tables of fits"
+        return f"Results({self.folder}: {len(self.demands)} runs{counts}; {tables})"
+
+    def at(
+        self, demand: str, im: float, *, measure: str | None = None, **chosen: Any
+    ) -> pd.DataFrame:
+        """Return the median of a demand at one intensity, one row per variant.
+
+        ``chosen`` selects variants by bridge, abutment or axis, such as ``skew_deg=[0, 60]``. The
+        line of ln demand on ln intensity is fitted to all runs of a variant; demands of runs that
+        ended early are lower bounds. ``p16`` and ``p84`` are the range of single motions,
+        ``ci_low`` and ``ci_high`` the 95 % interval of the median (jackknife over motions).
+        ``note`` warns of an intensity outside the complete runs. ``measure`` is the intensity
+        column, by default that of the curves. `InputError` names a missing column or value.
+        """
+        positive([im], "im")
+        rows, curves = self.demands, self.fragility.get("curves", pd.DataFrame({"im": []}))
+        x = measure or next(iter(curves["im"]), DEFAULTS.im)
+        need_columns(rows, (demand, x, *chosen))
+        for name, given in chosen.items():
+            values = given if isinstance(given, list | tuple | np.ndarray) else [given]
+            known = sorted(self.demands[name].unique())
+            if wrong := [value for value in values if value not in known]:
+                text = f"{name} must be one of {', '.join(map(str, known))}; got {wrong[0]}"
+                raise InputError(f"{text} (skewbridge predict interpolates)", column=name)
+            rows = rows[rows[name].isin(values)]
+        table = pd.DataFrame([_at(part, demand, x, im) for part in variants_of(rows, [demand, x])])
+        units = dict.fromkeys(_AT, unit_of(demand)) | {"im": unit_of(x)}
+        table.attrs["units"] = {name: unit_of(str(name)) for name in table} | units
+        return table
 
 
 def load_results(folder: Path) -> Results:
@@ -98,6 +144,35 @@ def load_results(folder: Path) -> Results:
             stacklevel=3,
         )
     return Results(folder=folder, demands=demands, fragility=fits)
+
+
+#: Columns of `Results.at` in the unit of the demand.
+_AT: Final = ("median", "p16", "p84", "ci_low", "ci_high")
+
+
+def _at(part: pd.DataFrame, demand: str, measure: str, im: float) -> Row:
+    """Return the row of `Results.at` for the runs of one variant."""
+    runs = part[(part[measure] > 0.0) & part[demand].notna()]
+    motions, x, complete = motion_codes(runs), runs[measure].to_numpy(float), is_complete(runs)
+    least = float(runs[demand][runs[demand] > 0.0].min())  # zero demands are below it
+    state = LimitState(
+        component="", name="", demand=demand, threshold=least, dispersion=0.0, collapse="peak"
+    )
+    lines = demand_outcomes(runs, [state]).lines(np.log(x), motion_weights(motions))
+    ln_median = lines.ln_a + lines.b * np.log(im)
+    exact = np.isin(np.arange(ln_median.size - 1), motions[complete])
+    jackknife = Jackknifed.of(ln_median, np.full(exact.size, fill_value=True), exact, 2)
+    ends = ln_median[0] + lines.sigma[0] * np.array([0.0, -1.0, 1.0])
+    ends = np.exp([*ends, *jackknife.interval(DEFAULTS.confidence)]).tolist()
+    inside = x[complete & (x <= im)].size and x[complete & (x >= im)].size
+    counts = {"n_runs": len(runs), "n_motions": exact.size, "n_bounds": int(np.sum(~complete))}
+    note = "" if inside else "outside the intensities of the complete runs"
+    return (
+        variant_values(part)
+        | {"im": im, **dict(zip(_AT, ends, strict=True))}
+        | counts
+        | {"note": note if np.isfinite(ends[0]) else "no line: too few complete runs, or no growth"}
+    )
 
 
 def demands_file(folder: Path) -> Path:
@@ -156,20 +231,18 @@ def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFr
     return read_foreign(path, {name: name for name in kept}), chosen
 
 
-class _Statistics(NamedTuple):
-    """Tables of the fits to a table of demands."""
-
-    demands: pd.DataFrame
-    tables: dict[str, pd.DataFrame]
-    im: str
-    left_out: list[str]  # limit states whose demand is missing
+def _limit_states(path: Path) -> States:
+    """Return the limit states of a file; that of the package if a study folder has none."""
+    usual = Path("config/limit_states.yaml")
+    packaged = path == usual and not path.is_file()
+    return load_limit_states(starter_files() / usual if packaged else path)
 
 
-def _statistics(
+def _tables_of(
     demands: Path, limit_states: Path, im: str | None, margin: float | None = None
-) -> _Statistics:
-    """Fit all tables to a table of demands."""
-    states = load_limit_states(limit_states)
+) -> tuple[pd.DataFrame, dict[str, pd.DataFrame], str, list[str]]:
+    """Return demands, tables, intensity measure and limit states whose demand is missing."""
+    states = _limit_states(limit_states)
     table, chosen = _read_demands(demands, im, states)
     usable = [state for state in states if state.demand in table]
     if not usable:
@@ -177,7 +250,7 @@ def _statistics(
         raise InputError(f"{demands.name} has none of the demands of the limit states: {names}")
     left_out = [f"{state.key} ({state.demand})" for state in states if state not in usable]
     tables = fragility_tables(table, usable, _settings(chosen, margin), jobs=cpu_count())
-    return _Statistics(table, tables, chosen, left_out)
+    return table, tables, chosen, left_out
 
 
 def _settings(im: str, margin: float | None) -> FitSettings:
@@ -200,7 +273,7 @@ def statistics_of(
     folder = StudyFolder(writable_folder(out))
     if folder.demands.is_file() and not is_from_statistics(out):
         raise InputError(f"{out} has the demands of a study: choose another folder")
-    table, tables, measure, left_out = _statistics(demands, limit_states, im, margin)
+    table, tables, measure, left_out = _tables_of(demands, limit_states, im, margin)
     notes, texts = tables["input_notes"], {name: label_of(name) for name in map(str, table)}
     write_frame(table, folder.demands, provenance(**{_STATISTICS_OF: demands.name}), texts)
     write_tables(tables, folder.fragility("curves").parent)
@@ -224,8 +297,8 @@ def is_from_statistics(folder: Path) -> bool:
 
 def paper_rows(demands: Path, limit_states: Path, im: str | None = None) -> dict[str, Any]:
     """Return the table for publication: numbers (``rows``), printed texts (``shown``), title."""
-    fitted = _statistics(demands, limit_states, im)
-    rows, title = fitted.tables[PAPER_TABLE], f"medians in {fitted.im}"
+    _, tables, measure, _ = _tables_of(demands, limit_states, im)
+    rows, title = tables[PAPER_TABLE], f"medians in {measure}"
     return {"rows": records_of(rows), "shown": paper_table.printed_rows(rows), "title": title}
 
 
@@ -254,7 +327,7 @@ def compare_studies(
     agree by the digests of their files if both studies have a suite, otherwise by name. Pairs in
     which one run ended early count as bounds. `InputError` if a table, column or pair is missing.
     """
-    settings, states = _settings(im, margin), load_limit_states(limit_states)
+    settings, states = _settings(im, margin), _limit_states(limit_states)
     other = _other_motions(first, second)
     tables: list[pd.DataFrame] = []
     for number, study in enumerate((first, second)):
