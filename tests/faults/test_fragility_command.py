@@ -217,7 +217,7 @@ def test_a_bad_foreign_table_names_row_and_column(foreign):
     for change, text in (
         ({"PGA": [0.1, 0.0]}, "im_pga_g must be > 0 and finite (row 1)"),
         ({"drift": ["1", "much"]}, "drift must be a number, got 'much' (row 1)"),
-        ({"status": ["ok", "fine"]}, "status 'fine' is not known (row 1)"),
+        ({"status": ["ok", "fine"]}, "invalid_input, got 'fine' (row 1)"),
         ({"record": ["a", "a"]}, "row 1 repeats"),
         ({"record": ["a", None]}, "record is missing (row 1)"),
     ):

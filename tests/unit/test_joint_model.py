@@ -240,17 +240,17 @@ PLACE = ("--skew-deg", "45", "--gap-mm", "40", "--friction", "0.3")
 
 def test_every_table_is_written_and_missing_demands_are_listed(written):
     folder, report = written
-    names = {path.name for path in (folder / "out").iterdir()}
+    names = {path.name for path in (folder / "out" / "fragility").iterdir()}
     parquet = ("curves", "effects", "intensity_effects", "joint", "median_effects", "system")
     assert {*(f"{name}.parquet" for name in parquet), "table.csv", "table.tex"} <= names
     assert report["left_out"] == ["shear_key/slight (shear_key_disp_m)"]
-    curves = pd.read_parquet(folder / "out" / "curves.parquet")
+    curves = pd.read_parquet(folder / "out" / "fragility" / "curves.parquet")
     assert report["status"] == curves["status"].value_counts().to_dict()
-    effects = pd.read_parquet(folder / "out" / "effects.parquet")
+    effects = pd.read_parquet(folder / "out" / "fragility" / "effects.parquet")
     assert report["verdict"] == effects["verdict_family"].value_counts().to_dict()
     assert (report["rejected_rows"], report["notes"]) == (0, [])
     assert report["tables"]["curves"] == len(curves)
-    joint = pd.read_parquet(folder / "out" / "joint.parquet")
+    joint = pd.read_parquet(folder / "out" / "fragility" / "joint.parquet")
     assert list(joint.columns) == list(JOINT_COLUMNS)
 
 
@@ -270,14 +270,16 @@ def test_predictions_are_those_of_the_joint_model(written, tmp_path):
     assert found["rows"][0]["theta"] == pytest.approx(0.01 / 0.035, rel=0.3)
     _, one = predict(folder, *PLACE, "--component", "column_drift", "--state", "slight")
     assert [(row["state"], row["p"]) for row in one["rows"]] == [("slight", None)]
-    # the folder of a study serves as well
-    shutil.copytree(folder, tmp_path / "fragility")
+    # only the joint models are needed, as in the folder of a study
+    (tmp_path / "fragility").mkdir()
+    shutil.copy(folder / "fragility" / "joint.parquet", tmp_path / "fragility")
     assert predict(tmp_path, *PLACE) == predict(folder, *PLACE)
 
 
 def test_leave_one_out_error_is_not_an_error_message(written, tmp_path):
-    table = pd.read_parquet(written[0] / "out" / "joint.parquet")
-    table.assign(loo_error=np.nan).to_parquet(tmp_path / "joint.parquet")
+    table = pd.read_parquet(written[0] / "out" / "fragility" / "joint.parquet")
+    (tmp_path / "fragility").mkdir()
+    table.assign(loo_error=np.nan).to_parquet(tmp_path / "fragility" / "joint.parquet")
     found = CliRunner().invoke(build_app(), ["predict", "--study", str(tmp_path), *PLACE])
     assert found.exit_code == 0
     assert "nan" not in found.stdout
@@ -333,7 +335,7 @@ def test_rows_without_an_intensity_are_rejected_one_by_one(written, tmp_path):
 
 def test_the_table_of_a_paper_has_variants_and_joint_rows_with_ratios(written):
     folder, _ = written
-    table = pd.read_csv(folder / "out" / "table.csv")
+    table = pd.read_csv(folder / "out" / "fragility" / "table.csv")
     assert list(table.columns) == list(PAPER_COLUMNS)
     slight = table[table["limit_state"] == "slight"]
     assert len(slight) == 13  # 12 variants and the joint model
@@ -346,7 +348,7 @@ def test_the_table_of_a_paper_has_variants_and_joint_rows_with_ratios(written):
     # each axis: the smallest value has nothing to be compared with
     assert variants["friction_ratio"].notna().sum() == 6
     assert variants["skew_ratio"].notna().sum() == 8
-    tex = (folder / "out" / "table.tex").read_text(encoding="utf-8")
+    tex = (folder / "out" / "fragility" / "table.tex").read_text(encoding="utf-8")
     assert tex.count(r"\\") == len(table) + 1
     assert "& skew 60 deg, gap 51 mm, friction 0.5 & column drift, slight &" in tex
     assert r"\usepackage{booktabs,longtable}" in tex
@@ -359,7 +361,7 @@ def test_joint_rows_compare_the_ends_of_an_axis_at_the_middle_of_the_others(writ
     demands = DEMANDS[NEEDED].copy()
     demands["column_drift_ratio"] *= np.exp(0.02 * demands["skew_deg"] * demands["friction"])
     assert statistics(demands, tmp_path, written[0])[0] == 0
-    table = pd.read_csv(tmp_path / "out" / "table.csv")
+    table = pd.read_csv(tmp_path / "out" / "fragility" / "table.csv")
     row = table[(table["row"] == "joint") & (table["limit_state"] == "slight")].iloc[0]
     middle = ("--skew-deg", "30", "--gap-mm", "25.5", "--state", "slight")
     medians = [

@@ -29,20 +29,8 @@ from skewbridge.files.tables import (
     write_frame,
 )
 from skewbridge.files.text import writable_folder
-from skewbridge.fragility import paper_table
+from skewbridge.fragility import demand_table, paper_table
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
-from skewbridge.fragility.demand_table import (
-    BRIDGE_COLUMNS,
-    LOADING_COLUMNS,
-    axis_names,
-    models_of,
-    motion_codes,
-    need_columns,
-    prepared,
-    read_foreign,
-    variant_values,
-    variants_of,
-)
 from skewbridge.fragility.effects import (
     Pairs,
     demand_effects,
@@ -106,7 +94,7 @@ class Results:
         positive([im], "im")
         rows, curves = self.demands, self.fragility.get("curves", pd.DataFrame({"im": []}))
         x = measure or next(iter(curves["im"]), DEFAULTS.im)
-        need_columns(rows, (demand, x, *chosen))
+        demand_table.need_columns(rows, (demand, x, *chosen))
         for name, given in chosen.items():
             values = given if isinstance(given, list | tuple | np.ndarray) else [given]
             known = sorted(self.demands[name].unique())
@@ -114,7 +102,8 @@ class Results:
                 text = f"{name} must be one of {', '.join(map(str, known))}; got {wrong[0]}"
                 raise InputError(f"{text} (skewbridge predict interpolates)", column=name)
             rows = rows[rows[name].isin(values)]
-        table = pd.DataFrame([_at(part, demand, x, im) for part in variants_of(rows, [demand, x])])
+        parts = demand_table.variants_of(rows, [demand, x])
+        table = pd.DataFrame([_at(part, demand, x, im) for part in parts])
         units = dict.fromkeys(_AT, unit_of(demand)) | {"im": unit_of(x)}
         table.attrs["units"] = {name: unit_of(str(name)) for name in table} | units
         return table
@@ -153,26 +142,21 @@ _AT: Final = ("median", "p16", "p84", "ci_low", "ci_high")
 def _at(part: pd.DataFrame, demand: str, measure: str, im: float) -> Row:
     """Return the row of `Results.at` for the runs of one variant."""
     runs = part[(part[measure] > 0.0) & part[demand].notna()]
-    motions, x, complete = motion_codes(runs), runs[measure].to_numpy(float), is_complete(runs)
-    least = float(runs[demand][runs[demand] > 0.0].min())  # zero demands are below it
-    state = LimitState(
-        component="", name="", demand=demand, threshold=least, dispersion=0.0, collapse="peak"
-    )
+    motions, complete = demand_table.motion_codes(runs), is_complete(runs)
+    x, least = runs[measure].to_numpy(np.float64), runs[demand][runs[demand] > 0.0].min()
+    capacity: Any = {"threshold": float(least), "dispersion": 0.0}  # zero demands are below it
+    state = LimitState(component="", name="", demand=demand, collapse="peak", **capacity)
     lines = demand_outcomes(runs, [state]).lines(np.log(x), motion_weights(motions))
     ln_median = lines.ln_a + lines.b * np.log(im)
     exact = np.isin(np.arange(ln_median.size - 1), motions[complete])
     jackknife = Jackknifed.of(ln_median, np.full(exact.size, fill_value=True), exact, 2)
     ends = ln_median[0] + lines.sigma[0] * np.array([0.0, -1.0, 1.0])
     ends = np.exp([*ends, *jackknife.interval(DEFAULTS.confidence)]).tolist()
-    inside = x[complete & (x <= im)].size and x[complete & (x >= im)].size
-    counts = {"n_runs": len(runs), "n_motions": exact.size, "n_bounds": int(np.sum(~complete))}
+    row = demand_table.variant_values(part) | {"im": im, **dict(zip(_AT, ends, strict=True))}
+    row |= {"n_runs": len(runs), "n_motions": exact.size, "n_bounds": int(np.sum(~complete))}
+    inside = np.min(x[complete], initial=np.inf) <= im <= np.max(x[complete], initial=0.0)
     note = "" if inside else "outside the intensities of the complete runs"
-    return (
-        variant_values(part)
-        | {"im": im, **dict(zip(_AT, ends, strict=True))}
-        | counts
-        | {"note": note if np.isfinite(ends[0]) else "no line: too few complete runs, or no growth"}
-    )
+    return row | {"note": note if np.isfinite(ends[0]) else "no line: too few runs, or no growth"}
 
 
 def demands_file(folder: Path) -> Path:
@@ -218,17 +202,17 @@ def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS)
 def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFrame, str]:
     """Return the table read by `read_foreign` (known columns only) and its intensity measure."""
     source = read_any(path)
-    need_columns(source, ["status"], path.name)
+    demand_table.need_columns(source, ["status"], path.name)
     measures = list(map(str, source.filter(regex="^im_")))
     chosen = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
     if measures and chosen not in source:
         problem = f"{path.name}: no column {im!r}; it has:" if im else "choose --im, one of:"
         raise InputError(f"{problem} {', '.join(measures)}", column=im or "im")
-    named = {column.name for column in COLUMNS} | {*axis_names(source), chosen}
+    named = {column.name for column in COLUMNS} | {*demand_table.axis_names(source), chosen}
     named |= {state.demand for state in states}
     prefixes = ("im_", DRAW_PREFIX)
     kept = (name for name in map(str, source) if name in named or name.startswith(prefixes))
-    return read_foreign(path, {name: name for name in kept}), chosen
+    return demand_table.read_foreign(path, {name: name for name in kept}), chosen
 
 
 def _limit_states(path: Path) -> States:
@@ -341,15 +325,15 @@ def compare_studies(
     both = pd.concat(tables, ignore_index=True)
     pairs = run_pairs(both, STUDY, columns)
     if pairs.empty:
-        raise InputError(_nothing_shared(tables[0], tables[1], axis_names(both)))
+        raise InputError(_nothing_shared(tables[0], tables[1], demand_table.axis_names(both)))
     change = {"axis": STUDY, "from_value": 0.0, "to_value": 1.0}
     effects: list[dict[str, Any]] = []
-    for model, part in models_of(pairs):
+    for model, part in demand_table.models_of(pairs):
         of_model = Pairs(model | change, part)
         effects += demand_effects(of_model, names=names, settings=settings, reference_im={})[0]
-    variant = [*BRIDGE_COLUMNS, *axis_names(both)]
-    paired = both.merge(pairs[[*variant, *LOADING_COLUMNS]].drop_duplicates())
-    runs, notes = prepared(paired, [state.demand for state in states], settings)
+    variant = [*demand_table.BRIDGE_COLUMNS, *demand_table.axis_names(both)]
+    paired = both.merge(pairs[[*variant, *demand_table.LOADING_COLUMNS]].drop_duplicates())
+    runs, notes = demand_table.prepared(paired, [state.demand for state in states], settings)
     top, bottom = (pairs[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
     equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
     return StudyComparison(
@@ -381,9 +365,9 @@ def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
 def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[str]) -> str:
     """Return the message for studies without pairs, with the shared variants and motions."""
     kinds = {
-        "variants": [*BRIDGE_COLUMNS, *axes],
+        "variants": [*demand_table.BRIDGE_COLUMNS, *axes],
         "motions": ["motion_id"],
-        "motions with the same scale and incidence": [*LOADING_COLUMNS],
+        "motions with the same scale and incidence": [*demand_table.LOADING_COLUMNS],
     }
     distinct = {
         name: [table.reindex(columns=columns).drop_duplicates() for table in (first, second)]
