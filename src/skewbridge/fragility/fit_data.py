@@ -131,7 +131,8 @@ def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     censored, collapse = (as_column(columns.get(n, none), n) for n in ("censored", "collapse"))
     same_length(im=im, edp=edp, censored=censored, collapse=collapse)
     require(~np.isinf(edp) | (collapse > 0.0), "edp", "must be finite unless collapse is 1", edp)
-    edp = np.where(collapse > 0.0, np.fmax(edp, threshold), edp)  # collapse counts as exceedance
+    known = np.nan_to_num(edp, posinf=0.0)  # collapse counts as exceedance
+    edp = np.where(collapse > 0.0, np.maximum(known, threshold), edp)
     upper = np.where((censored > 0.0) | (collapse > 0.0), np.inf, edp)
     if "motion_id" not in columns:
         fit = _fit_cloud(im, edp, upper, threshold, options)
