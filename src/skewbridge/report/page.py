@@ -469,7 +469,7 @@ def explorer_data(frames: Mapping[str, pd.DataFrame], units: str = "si") -> str:
             "scale": demands["scale"].tolist(),
             "status": pd.Categorical(demands["status"], STATUSES).codes.tolist(),
             "complete": is_complete(demands).astype(int).tolist(),
-            "key": demands.get("run_key", demands["motion_id"]).tolist(),
+            "key": demands.get("run_key", pd.Series("", demands.index)).tolist(),
             "im": _finite(demands[[im]])[im].tolist(),
             "demands": _finite(demands[columns]).to_dict("list"),
         },
