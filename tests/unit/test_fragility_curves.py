@@ -366,7 +366,9 @@ def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
         ({"colapse": "peak"}, "colapse: unknown key"),
         ({"collapse": "maybe"}, "collapse: must be 'exceeds' or 'peak', got 'maybe'"),
         ({"citation": ""}, "citation: must have at least 1 character, got ''"),
-        ({"demand": "deck"}, "does not end with a unit"),
+        ({"demand": "deck"}, "does not end with a unit; known units: m, mm, in, ft, kn, kip"),
+        ({"demand": "friction_impulse_kns", "unit": "s"}, "is a time, but friction_impulse_kns is"),
+        ({"demand": "moment_knm", "unit": "knmm"}, "known units: m, mm"),
         ({"demand": f"{'d' * 99}_m"}, "demand: must have at most 100 characters"),
     ],
 )
@@ -374,6 +376,18 @@ def test_wrong_limit_state_names_entry_and_key(change, text):
     with pytest.raises(InputError, match=r"^limit state entry 0") as caught:
         limit_states_of([ENTRY | change])
     assert text in str(caught.value)
+
+
+def test_a_demand_brings_its_unit_by_its_row_of_columns_or_the_end_of_its_name():
+    for demand, unit, threshold in (
+        *((column.name, column.unit.replace("-", "ratio"), 102.0) for column in DEMAND_COLUMNS),
+        ("moment_knm", "kNm", 102.0),
+        ("deck_speed_mps", "m/s", 102.0),
+        ("column_shear_kn", "kip", 102.0 * 4.4482216152605),
+        ("my_dcr", "%", 1.02),
+    ):
+        (state,) = limit_states_of([ENTRY | {"demand": demand, "unit": unit}])
+        assert state.threshold == pytest.approx(threshold)
 
 
 def test_doubled_or_no_states_are_refused_and_tiny_dispersions_flagged_as_likely_unit_slips():

@@ -24,8 +24,9 @@ _YAML: Final = (".yaml", ".yml")
 
 OUT: Final = Opt("out", Path, "Folder for the results.", ...)
 LIMIT_STATES: Final = Opt(
-    "limit_states", Path, "File of limit states.", Path("config/limit_states.yaml")
-)
+    "limit_states", Path, "File of limit states; outside a study folder, that of the package.",
+    Path("config/limit_states.yaml"),
+)  # fmt: skip
 STUDY: Final = Opt(
     "study", Path | None, "Results folder of a study, or its configuration file; by default the "
     "study of config/config.yaml.", None, "DIR|FILE.yaml",

@@ -167,11 +167,13 @@ def compare(
     from skewbridge.files.tables import records_of, write_csv
     from skewbridge.study.results import compare_studies
 
-    if out is not None and out.suffix != ".csv":
+    if out is not None and out.suffix.lower() != ".csv":
         raise InputError(f"--out must end with .csv, got {out.name}")
     pair = compare_studies(first, second, limit_states, im=im, margin=margin)
     if out is not None:
         write_csv(pd.concat([pair.demands, pair.medians], ignore_index=True), out)
+    for text in pair.warnings:
+        warn(text)
     pooled, medians = (
         records_of(table[table["scope"] == "pooled"]) for table in (pair.demands, pair.medians)
     )
@@ -267,12 +269,14 @@ def plot(names: list[str] | None, out: Path, study: Path | None, **given: Any) -
     from skewbridge.files.text import checked
     from skewbridge.report.study_figures import draw_figures, finished_figures
     from skewbridge.study.config import FigureSettings, check_font
+    from skewbridge.study.results import is_from_statistics
 
-    config, folder = study_of(study)
+    root = folder_of(study)
+    usual = FigureSettings() if is_from_statistics(root) else study_of(study)[0].figures
     changes = {name: value for name, value in given.items() if value is not None}
-    settings = checked(FigureSettings, asdict(config.figures) | changes, "figures")
+    settings = checked(FigureSettings, asdict(usual) | changes, "figures")
     check_font(settings.font)
-    figures = finished_figures(folder.root)
+    figures = finished_figures(root)
     if not names:
         rows = [{"name": each.name, "title": each.title} for each, _ in figures]
         return Answer({"figures": rows})
@@ -318,7 +322,7 @@ def archive(study: Path | None, out: Path, author: list[str] | None, licence: st
     """
     from skewbridge.report.archive import write_archive
 
-    if out.suffix != ".zip":
+    if out.suffix.lower() != ".zip":
         raise InputError(f"--out must end with .zip, got {out.name}")
     names, doubts = write_archive(config_of(study), DEFAULT_CONFIG, out, licence, author or ())
     size = {"archive": str(out), "bytes": out.stat().st_size}

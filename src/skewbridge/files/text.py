@@ -216,6 +216,11 @@ def _check_rows(text: str) -> int:
     if header is None:
         raise ValueError("it is empty")
     names = [name.strip() for name in header]
+    if len(names) == 1 and (sign := next((sign for sign in ";\t" if sign in names[0]), "")):
+        raise ValueError(
+            f"its only column is {shortened(names[0])}, so it is separated by "
+            f"{'semicolons' if sign == ';' else 'tabs'}: write commas, and points in numbers"
+        )
     twice = next((name for name in names if name and names.count(name) > 1), None)
     if twice is not None:
         raise ValueError(f"the column {shortened(twice)} appears twice")

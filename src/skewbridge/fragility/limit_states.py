@@ -19,17 +19,13 @@ COLLAPSE_EXCEEDS: Final = "exceeds"
 MAX_DISPERSION: Final = 2.0
 _STRICT: Final = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
-#: Dimension, and factor to the SI unit.
+#: Dimension, and factor to the SI unit, of units that are converted to the unit of the demand.
 _UNITS: Final[dict[str, tuple[str, float]]] = {
     "m": ("length", 1.0), "mm": ("length", MM), "in": ("length", INCH), "ft": ("length", FOOT),
     "kn": ("force", KN), "kip": ("force", KIP), "kj": ("energy", KJ), "rad": ("angle", 1.0),
     "mps": ("velocity", 1.0), "mps2": ("acceleration", 1.0), "g": ("gravity units", 1.0),
     "s": ("time", 1.0), "ratio": ("ratio", 1.0), "percent": ("ratio", 0.01),
 }  # fmt: skip
-# Units that the demands table spells differently, and last words of column names without unit.
-_SPELLINGS: Final = {"m/s": "mps", "m/s2": "mps2"} | dict.fromkeys(
-    ("-", "dcr", "ductility", "friction", "closures", "capacity"), "ratio"
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,8 +122,9 @@ class LimitStateEntry(BaseModel):
     component: Name = Field(description="damaged component")
     demand: str = Field(min_length=1, max_length=100, description="column of the demands table")
     unit: str = Field(
-        description=f"unit of the medians: {', '.join(_UNITS)}",
-        json_schema_extra={"enum": list(_UNITS)},
+        description=f"unit of the medians: {', '.join(_UNITS)}, or the unit of the demand",
+        max_length=20,
+        json_schema_extra={"examples": list(_UNITS)},
     )
     dispersion: Dispersion | None = Field(
         None,
@@ -165,20 +162,19 @@ class LimitStateEntry(BaseModel):
     @field_validator("unit")
     @classmethod
     def _has_dimension_of_demand(cls, unit: str, info: ValidationInfo) -> str:
-        if unit not in _UNITS:
-            raise ValueError(f"must be one of {', '.join(_UNITS)}")
-        demand = info.data.get("demand")
-        if demand is None:
-            return unit
-        dimension, target = _UNITS[unit][0], _UNITS[demand_unit(demand)][0]
+        demand, spelled = info.data.get("demand"), _spelled(unit)
+        own = spelled if demand is None else demand_unit(demand, spelled)
+        if spelled not in _UNITS and spelled != own:
+            raise ValueError(f"must be one of {', '.join(dict.fromkeys((*_UNITS, own)))}")
+        dimension, target = (_UNITS.get(name, (name,))[0] for name in (spelled, own))
         if dimension != target:
             raise ValueError(f"is a {dimension}, but {demand} is a {target}")
-        return unit
+        return spelled
 
     def limit_states(self, where: str) -> list[LimitState]:
         """Return the limit states in the unit of their demand column; medians must increase."""
-        unit = demand_unit(self.demand)
-        factor = _UNITS[self.unit][1] / _UNITS[unit][1]
+        unit = demand_unit(self.demand, self.unit)
+        factor = 1.0 if unit == self.unit else _UNITS[self.unit][1] / _UNITS[unit][1]
         for (mild, before), (severe, state) in pairwise(self.states.items()):
             if state.median <= before.median:
                 text = f"median {state.median:g} must exceed {before.median:g} (state {mild})"
@@ -218,10 +214,24 @@ def limit_states_of(data: object, place: str = "") -> list[LimitState]:
     return out
 
 
-def demand_unit(column: str) -> str:
-    """Return the unit of a demand, such as ``m``. The name of a foreign column ends with it."""
-    known = column_of(column)
-    unit = column.rsplit("_", 1)[-1] if known is None else known.unit.lower()
-    if (unit := _SPELLINGS.get(unit, unit)) in _UNITS:
+def demand_unit(column: str, given: str = "ratio") -> str:
+    """Return the unit of a demand, such as ``m``; ``given`` is the unit of its limit states.
+
+    It is in `demands/columns.csv`, or ends the name of a foreign column.
+    """
+    if (known := column_of(column)) is not None:
+        return _spelled(known.unit)
+    if column.lower().endswith(f"_{given}"):
+        return given
+    if (unit := _spelled(column.rsplit("_", 1)[-1])) in _UNITS:
         return unit
-    raise InputError(f"column {shortened(column)} does not end with a unit", column=column)
+    if given in _UNITS and _UNITS[given][0] == "ratio":
+        return "ratio"
+    problem = f"column {shortened(column)} does not end with a unit"
+    raise InputError(f"{problem}; known units: {', '.join(_UNITS)}", column=column)
+
+
+def _spelled(unit: str) -> str:
+    """Return a unit as names of columns spell it: ``kN s`` as ``kns``, ``m/s2`` as ``mps2``."""
+    text = unit.lower().replace(" ", "").replace("/", "p")
+    return {"-": "ratio", "%": "percent"}.get(text, text)

@@ -149,7 +149,7 @@ def _outcomes(table: pd.DataFrame, states: States, demand: str) -> DemandOutcome
     modes = [kind for kind, name in names if demand in (name, validity.COLUMN_FAILURE_RATIO)]
     if failed and modes:
         decided[np.isin(validity.failure_kinds(table), modes)] = np.nextafter(max(failed), np.inf)
-    lower = np.where(complete, peak, np.maximum(np.nan_to_num(peak), decided))
+    lower = np.where(complete, peak, np.maximum(np.nan_to_num(peak, posinf=0.0), decided))
     upper = np.where(complete, peak, np.inf)
     if np.any(complete & (peak == 0.0)):
         positive, mildest = peak[complete & (peak > 0.0)], min(s.threshold for s in states)

@@ -15,14 +15,14 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 import yaml
-from joblib import Parallel, delayed
+from joblib import Parallel, cpu_count, delayed
 from PIL import Image
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.demands.columns import KEY, Column, column_of, demands_for
 from skewbridge.demands.validity import is_complete, with_derived_columns
-from skewbridge.files.tables import read_frame, read_stamp, records_of
+from skewbridge.files.tables import read_frame, read_stamp, records_of, stamp
 from skewbridge.files.text import write_text
 from skewbridge.fragility import paper_table, verdicts
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
@@ -33,9 +33,10 @@ from skewbridge.report import answer, appearance
 from skewbridge.report.answer import change_name, counted, effect_name, model_name, number_word
 from skewbridge.report.appearance import groups_of, in_words, plain_label, shown_axes, variant_text
 from skewbridge.report.methods import STATE_HEADS, methods_of
-from skewbridge.report.study_figures import SECTIONS, Caption, read_captions
+from skewbridge.report.study_figures import SECTIONS, Caption, draw_study, read_captions
 from skewbridge.statuses import STATUSES
-from skewbridge.study.config import StudyConfig, parse_config
+from skewbridge.study.config import FigureSettings, StudyConfig, parse_config
+from skewbridge.study.folder import StudyFolder
 from skewbridge.study.results import shear_model_medians
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of
@@ -53,17 +54,17 @@ _MEASURES: Final = (
 
 
 def write_report(
-    *, tables: Mapping[str, Path], figures: Path, config: Mapping[str, Any], output: Path
+    *, tables: Mapping[str, Path], figures: Path, config: Mapping[str, Any] | None, output: Path
 ) -> None:
     """Write the report to an HTML file.
 
     ``tables`` maps the names in `StudyFolder.report_inputs` to paths. It may also contain
     check_predict and choices (modelling choices). ``figures`` is a folder. ``config`` contains
-    plain values only.
+    plain values only; it is None for tables of `skewbridge statistics`, without a study.
     """
     frames = {name: read_frame(path) for name, path in tables.items() if path.suffix == ".parquet"}
     demands, curves, medians = (frames[name] for name in ("demands", "curves", "medians"))
-    study = parse_config(config)
+    study = parse_config(config or {})
     functions = (axes_of, model_name, shown_axes, variant_text)
     filters = (groups_of, in_words, median_text, number_text, records_of, shown_rows, unbroken)
     environment = appearance.templates(*functions, *filters)
@@ -73,7 +74,8 @@ def write_report(
     shear_models = shear_model_medians(demands, study.fragility)
     with appearance.shown_in(study.figures.units):
         page = environment.get_template("report.html.j2").render(
-            **_first_screen(frames, study),
+            **_first_screen(frames),
+            **(_study_parts(frames, tables, study) if config else {"methods": None}),
             **_effect_parts(frames),
             gallery=pictures_of(read_captions(tables["captions"]), figures),
             explorer=explorer_of(frames, study.figures.units),
@@ -90,22 +92,47 @@ def write_report(
             ],
             shear_medians={row["variant"]: median_text(row) for row in records_of(shear)},
             choices=groups_of(frames["choices"], BRIDGE_COLUMNS) if "choices" in frames else [],
-            checks=json.loads(tables["checks"].read_text("utf-8")),
-            quality=quality(demands, frames["sensitivity"], frames.get("check_predict")),
-            exclude_suspect=study.fragility.exclude_suspect,
-            methods=methods_of(study, frames["suite"]),
-            state_heads=STATE_HEADS,
             provenance=dict(sorted(read_stamp(tables["demands"]).items())),
-            config=yaml.safe_dump(dict(config), sort_keys=False),
+            config=yaml.safe_dump(dict(config or {}), sort_keys=False),
         )
     write_text(output, page)
+
+
+def write_statistics_report(results: Path) -> Path:
+    """Draw the figures and write the page of tables written by `skewbridge statistics`."""
+    folder = StudyFolder(results)
+    paths = {name: path for name, path in folder.report_inputs.items() if path.is_file()}
+    origin, places = read_stamp(folder.demands), {"folder": folder.figures}
+    places["captions"] = paths["captions"] = folder.captions
+    draw_study(paths, **places, settings=FigureSettings(), provenance=origin, n_jobs=cpu_count())
+    write_report(tables=paths, figures=folder.figures, config=None, output=folder.report)
+    stamp(folder.report, origin)
+    return folder.report
+
+
+def _study_parts(
+    frames: Mapping[str, pd.DataFrame], tables: Mapping[str, Path], study: StudyConfig
+) -> dict[str, Any]:
+    """Return the parts of the page that need configuration, motions and bridges of a study."""
+    demands, key_gap_mm = frames["demands"], study.model.transverse_gap_mm
+    bridges = [load_bridge(name) for name in dict.fromkeys(study.grid.bridge)]
+    skews, gaps = (sorted(demands[name].unique()) for name in ("skew_deg", "gap_mm"))
+    return {
+        "sketch": sketch(bridges[0], skews, gaps, key_gap_mm),
+        "bridges": [(bridge, bridge_words(bridge)) for bridge in bridges],
+        "checks": json.loads(tables["checks"].read_text("utf-8")),
+        "quality": quality(demands, frames["sensitivity"], frames.get("check_predict")),
+        "exclude_suspect": study.fragility.exclude_suspect,
+        "methods": methods_of(study, frames["suite"]),
+        "state_heads": STATE_HEADS,
+    }
 
 
 # --- the first screen
 
 
-def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dict[str, Any]:
-    """Return the contents of the first screen: sketch, answer, failures and motions."""
+def _first_screen(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
+    """Return the contents of the first screen: answer, failures and motions."""
     demands, curves = frames["demands"], frames["curves"]
     table = answer.answer_table(
         medians=frames["medians"],
@@ -114,8 +141,10 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
         curves=curves,
     )
     counts, colours = answer.run_counts(demands), appearance.VARIANT_COLOURS[1:4]
-    key_gap_mm = study.model.transverse_gap_mm
-    bridges = [load_bridge(name) for name in dict.fromkeys(study.grid.bridge)]
+    motions = f"{demands['motion_id'].nunique()} motions."
+    if "suite" in frames:
+        motions = answer.motions_sentence(frames["suite"], table)
+        motions += f" {answer.properties_sentence(demands)}"
     on_suites, suites_text = answer.suites_summary(frames["suites"], table)
     values = {axis.name: sorted(demands[axis.name].unique()) for axis in axes_of(demands.columns)}
     with_backfill = demands[demands["abutment"] != "roller"]
@@ -126,15 +155,12 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
     return {
         "title": f"{answer.title_of(table)}{on_suites}",
         "subtitle": subtitle(demands, str(curves["im"].iloc[0]), texts),
-        "sketch": sketch(bridges[0], values["skew_deg"], values["gap_mm"], key_gap_mm),
         "sketch_colours": dict(zip(("skew", "gap", "friction"), colours, strict=True)),
         "axis_texts": texts,
-        "bridges": [(bridge, bridge_words(bridge)) for bridge in bridges],
         "answer": answer_rows(table, counts),
         "failures": answer.failure_sentences(counts),
         "shear_failures": answer.shear_model_sentence(demands),
-        "motions_line": f"{answer.motions_sentence(frames['suite'], table)} "
-        f"{answer.properties_sentence(demands)} {suites_text} "
+        "motions_line": f"{motions} {suites_text} "
         f"{answer.untested_skew_sentence(with_backfill['skew_deg'])}".rstrip(),
     }
 
@@ -446,7 +472,7 @@ def explorer_data(frames: Mapping[str, pd.DataFrame], units: str = "si") -> str:
             "scale": demands["scale"].tolist(),
             "status": pd.Categorical(demands["status"], STATUSES).codes.tolist(),
             "complete": is_complete(demands).astype(int).tolist(),
-            "key": demands["run_key"].tolist(),
+            "key": demands.get("run_key", pd.Series("", demands.index)).tolist(),
             "im": _finite(demands[[im]])[im].tolist(),
             "demands": _finite(demands[columns]).to_dict("list"),
         },
