@@ -418,7 +418,8 @@ class _UnionFits(_DemandFits):
 
     def _union(self, method: str, direct: _Curve, state: LimitState) -> _Curve:
         """Return the union by one method; ``direct`` is the fit to the outcomes in any mode."""
-        modes = reached_modes(self._part, state)
+        if not (modes := reached_modes(self._part, state)):
+            return direct
         fits = [self.known[mode] for mode in modes]
         places = [each.states.index(mode) for each, mode in zip(fits, modes, strict=True)]
         chosen: list[str] = []
@@ -429,9 +430,10 @@ class _UnionFits(_DemandFits):
             options = ((name, of[name]) for of in (each.printed[j], raw) for name in (method, *of))
             chosen += [name for name, fit in options if fit.status == FITTED][:1]
         if len(chosen) < len(modes) or method not in chosen:
-            status = next(f.curves[j][method].fit.status for f, j in zip(fits, places, strict=True))
-            fit = direct.fit.without_estimate(NOT_APPLICABLE if status == FITTED else status)
-            return direct if direct.fit.status != FITTED else direct._replace(fit=fit)
+            found = [f.curves[j][method].fit.status for f, j in zip(fits, places, strict=True)]
+            status = next((each for each in found if each != FITTED), NOT_APPLICABLE)
+            fit = direct.fit
+            return direct._replace(fit=fit.without_estimate(status) if fit.status == FITTED else fit)
         parts = [f.curves[j][name] for f, j, name in zip(fits, places, chosen, strict=True)]
         if len(parts) == 1:
             return parts[0]._replace(columns={"line_demand": modes[0].demand})
@@ -446,13 +448,17 @@ class _UnionFits(_DemandFits):
         fit = replace(blank, theta=motion_means.exp_end(ln_any[0]), beta=float(records[0]))
         fit = fitting.jackknifed(fit, ln_any[1:], records[1:])
         fit = fit.warned(*fitting.common_warnings(fit, self._im, self._motions))
-        unknown, bounds = self.outcomes.unknown(state), dict[str, tuple[float, float]]()
+        bounds: _Bounds = {}
+        unknown = self.outcomes.unknown(state)
         ends = [
-            f.bounds(unknown)[n][j] for f, j, n in zip(fits, places, chosen, strict=True) if direct.bounds
+            f.bounds(unknown)[n][j] if n in METHODS[:2] else {}
+            for f, j, n in zip(fits, places, chosen, strict=True)
         ]
-        for name in dict.fromkeys(name for each in ends for name in each):
-            medians = (each.get(name, each[TREATMENTS[0]]) for each in ends)
-            theta, spread = np.array(list(medians)).T[:, :, None]
+        names = dict.fromkeys(name for each in ends for name in each)
+        for name in names if direct.bounds else ():
+            medians = zip(ends, np.exp(ln_theta[:, 0]), beta[:, 0], strict=True)
+            pairs = [each.get(name, own) for each, *own in medians]
+            theta, spread = np.array(pairs).T[:, :, None]
             treated = Union.of(np.log(theta), spread, spread / shares[:, :1], rho[:1])
             middle, widths = treated.quantile(0.0), Union(np.log(theta), spread, rho[:1]).summary()
             bounds[name] = motion_means.exp_end(middle[0]), float(widths[1][0])

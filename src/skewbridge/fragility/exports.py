@@ -9,7 +9,7 @@ frequencies, Cornell et al. (2002), J. Struct. Eng. 128(4):526-533.
 import json
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
@@ -24,12 +24,21 @@ from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.files.digests import digest_of
-from skewbridge.files.tables import Floats, positive, read_any, require, same_length, write_csv
+from skewbridge.files.tables import (
+    Floats,
+    positive,
+    read_any,
+    records_of,
+    require,
+    same_length,
+    write_csv,
+)
 from skewbridge.files.text import write_text
 from skewbridge.fragility.curves import METHODS
 from skewbridge.fragility.demand_table import axis_names, described, need_columns, variant_columns
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.paper_table import chosen_curves, latex_table, paper_table, with_ratios
+from skewbridge.fragility.union import UNION_COLUMNS, Union, curve_probability, union_curve
 
 FORMATS: Final = ("nrml", "pelicun", "dlml", "csv", "latex")
 _NEEDED: Final = (
@@ -41,7 +50,7 @@ PARAMETERS: Final = (
     "component", "limit_state", "method", "im", "theta", "theta_low", "theta_high", "beta_total",
     "beta_total_low", "beta_total_high", "beta", "beta_low", "beta_high", "ci_method", "level",
     "status", "warnings", "methods_ratio", "methods_differ", "n_exceed", "n_runs", "n_records",
-    "n_unknown",
+    "n_unknown", "extrapolated", *UNION_COLUMNS,
 )  # fmt: skip
 #: Columns that a hazard table adds: frequency (1/year) and probability of exceedance due to its
 #: intensities, bounds of the frequency due to stronger ones, and the curve at its first intensity.
@@ -67,6 +76,8 @@ _MEASURES: Final = {
 #: Accepted characters and length of names; pelicun splits names at ``-`` and then finds no row.
 _PELICUN_ID: Final = ("A-Za-z0-9_.", 200)
 _PELICUN_PARAMETERS: Final = ("Family", "Theta_0", "Theta_1", "DamageStateWeights")
+_NODES: Final = 8  # of each panel of an integral over a union
+_LEVELS: Final = 400  # of a curve that is a union; linear interpolation errs by less than 2e-5
 
 
 def export_curves(
@@ -192,11 +203,10 @@ def _table_next_to(source: Path, name: str) -> pd.DataFrame:
 def _probabilities(curves: pd.DataFrame, intensities: Floats) -> pd.DataFrame:
     """Return exceedance probabilities, with one row per curve and intensity."""
     fitted = curves[curves["status"] == FITTED]
-    names = [*variant_columns(fitted), "component", "limit_state", "method", "im"]
-    long = fitted[[*names, "theta", "curve_beta"]]
-    long = long.merge(pd.DataFrame({"intensity": intensities}), how="cross")
-    u = np.log(long["intensity"] / long["theta"]) / long["curve_beta"]
-    return long.assign(probability=special.ndtr(u))[[*names, "intensity", "probability"]]
+    names = [*variant_columns(fitted), "component", "limit_state", "method", "im", "extrapolated"]
+    long = fitted.reindex(columns=names).merge(pd.DataFrame({"intensity": intensities}), how="cross")
+    curve = [curve_probability(intensities, row) for row in records_of(fitted)]
+    return long.assign(probability=np.concatenate(curve))
 
 
 def _frequencies(fitted: pd.DataFrame, path: Path) -> pd.DataFrame:
@@ -207,9 +217,29 @@ def _frequencies(fitted: pd.DataFrame, path: Path) -> pd.DataFrame:
         names = ", ".join(fitted["im"].unique())
         raise InputError(f"a hazard table is for one intensity measure; the curves use {names}")
     im, rate = hazard["im"].to_numpy(), hazard["rate"].to_numpy()
-    pairs = zip(fitted["theta"], fitted["curve_beta"], strict=True)
-    rows = [annual_frequency(theta, beta, im, rate) for theta, beta in pairs]
+    rows = [annual_frequency(row["theta"], row["curve_beta"], im, rate) for row in records_of(fitted)]
+    for found, row in zip(rows, records_of(fitted), strict=True):
+        if union_curve(row) is not None:
+            found |= _union_frequency(row, im, rate)
     return pd.DataFrame(rows, fitted.index, list(FREQUENCY_COLUMNS))
+
+
+def _union_frequency(row: Mapping[str, Any], im: Floats, rate: Floats) -> dict[str, float]:
+    """Return the entries of `annual_frequency` that differ for a union, by numerical integration."""
+    ln_x, ln_h = np.log(im), np.log(rate)
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    # 8 panels between each two points of the table, on which the hazard is a power law
+    share = np.linspace(0.0, 1.0, 9)
+    ends = np.unique(ln_x[:-1, None] + share * np.diff(ln_x)[:, None])
+    middle, half = 0.5 * (ends[1:] + ends[:-1]), 0.5 * np.diff(ends)
+    at = middle[:, None] + half[:, None] * nodes
+    segment = np.clip(np.searchsorted(ln_x, middle, side="right") - 1, 0, ln_x.size - 2)
+    k = (-np.diff(ln_h) / np.diff(ln_x))[segment][:, None]
+    hazard = k * np.exp(np.interp(at, ln_x, ln_h))
+    total = float(np.sum(half[:, None] * weights * curve_probability(np.exp(at), row) * hazard))
+    first, last = curve_probability(im[[0, -1]], row)
+    values = (total, -np.expm1(-50.0 * total), last * rate[-1], rate[-1], first)
+    return dict(zip(FREQUENCY_COLUMNS, map(float, values), strict=True))
 
 
 def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
@@ -349,19 +379,31 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
         if not measure:
             advice = "fit with im_sa_1p000_rotd50_g or another Sa(T)"
             raise InputError(f"{column} has no name in OpenQuake: {advice}", column=column)
-        function = add(model, "fragilityFunction", id=name, format="continuous", shape="logncdf")
+        rows = records_of(part)
         # range: medians and 4 standard deviations; curves are checked for crossing within 2
         ends, side = np.log([theta.min(), theta.max()]), np.array([-1.0, 1.0]) * beta.max()
         low, high = factor * np.exp(ends + 4.0 * side)
-        limits = {"noDamageLimit": f"{low:.6g}", "minIML": f"{low:.6g}", "maxIML": f"{high:.6g}"}
-        add(function, "imls", imt=measure, **limits)
-        mean = factor * theta * np.exp(0.5 * beta**2)
-        deviation = mean * np.sqrt(np.expm1(beta**2))
-        for state, m, s in zip(part["limit_state"], mean, deviation, strict=True):
-            add(function, "params", ls=str(state), mean=f"{m:.15g}", stddev=f"{s:.15g}")
-        start, stop = ends + 2.0 * side
-        grid = np.linspace(start, stop, 400)[:, None]
-        if (np.diff(special.ndtr((grid - np.log(theta)) / beta), axis=1) > 1e-3).any():
+        if unions := [union for row in rows if (union := union_curve(row)) is not None]:
+            reach = [union.ln_theta + 4.0 * sign * union.beta for union in unions for sign in (-1, 1)]
+            reach = factor * np.exp([np.min(reach), np.max(reach)])
+            levels = np.geomspace(min(low, reach[0]), max(high, reach[1]), _LEVELS)
+            function = add(model, "fragilityFunction", id=name, format="discrete")
+            text = " ".join(f"{level:.6g}" for level in levels)
+            add(function, "imls", text, imt=measure, noDamageLimit=text.partition(" ")[0])
+            for state, row in zip(part["limit_state"], rows, strict=True):
+                p = curve_probability(levels / factor, row)
+                add(function, "poes", " ".join(f"{value:.8g}" for value in p), ls=str(state))
+        else:
+            function = add(model, "fragilityFunction", id=name, format="continuous", shape="logncdf")
+            limits = dict.fromkeys(("noDamageLimit", "minIML"), f"{low:.6g}")
+            add(function, "imls", imt=measure, **limits, maxIML=f"{high:.6g}")
+            mean = factor * theta * np.exp(0.5 * beta**2)
+            deviation = mean * np.sqrt(np.expm1(beta**2))
+            for state, m, s in zip(part["limit_state"], mean, deviation, strict=True):
+                add(function, "params", ls=str(state), mean=f"{m:.15g}", stddev=f"{s:.15g}")
+        grid = np.exp(np.linspace(*(ends + 2.0 * side), 400))
+        curves = np.column_stack([curve_probability(grid, row) for row in rows])
+        if (np.diff(curves, axis=1) > 1e-3).any():
             crossing.append(name)
     tree = ElementTree.ElementTree(root)
     ElementTree.indent(tree)
@@ -401,9 +443,15 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
             values: tuple[Any, ...] = ("", "", "", "")
             if curve := fitted.get(state):
                 values = ("lognormal", curve["theta"], curve["curve_beta"], "")
+                if union := union_curve(curve):
+                    values = ("multilinear_CDF", _multilinear(union), "", "")
                 dispersion = curve.get("capacity_dispersion", 0.0)
-                capacity = f"median {curve['threshold']:g}, dispersion {dispersion:g}"
+                capacity = f"median {curve['threshold']:g}"
+                if not np.isnan(dispersion):  # the modes of a union have their own
+                    capacity += f", dispersion {dispersion:g}"
                 text = f"{state}: {curve['demand']} above {capacity}"
+                if curve.get("extrapolated", False):
+                    text += "; median extrapolated beyond the motions"
                 source = {"Description": text, "Reference": str(curve.get("citation", ""))}
                 # pelicun numbers damage states by the limit states that have parameters
                 described[f"LS{number}"] = {f"DS{len(described) + 1}": source}
@@ -435,3 +483,14 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
     text = json.dumps({"_GeneralInformation": about, **names}, indent=1, allow_nan=False)
     write_text(names_file, f"{text}\n")
     return {"files": [str(out), str(names_file)], "holes": holes}
+
+
+def _multilinear(union: Union) -> str:
+    """Return a union as points of its distribution, from 0 to 1, in the notation of pelicun."""
+    # source: MultilinearCDFRandomVariable of pelicun/uq.py: strictly increasing, ends 0 and 1
+    ends = (float(union.quantile(z)) for z in (-4.0, 4.0))
+    ln_im = np.linspace(*ends, _LEVELS)
+    im, p = np.exp(ln_im), union.probability(ln_im)
+    im = np.concatenate([[0.5 * im[0]], im, [2.0 * im[-1] - im[-2]]])
+    points = im, np.concatenate([[0.0], p, [1.0]])
+    return "|".join(",".join(f"{value:.8g}" for value in each) for each in points)
