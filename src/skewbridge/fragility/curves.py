@@ -177,7 +177,9 @@ class _DemandFits:
             theta, bounds = np.exp(curves["cloud"].ln_theta[0]), curves["cloud"].bounds
             # Large demands cause collapse, so censoring by collapse is not independent of the
             # demand. A median is accepted only if it hardly depends on how these peaks are treated.
-            change = abs(np.log(bounds.get(_PEAKS, (theta,))[0] / theta)) if _PEAKS in bounds else 0.0
+            change = (
+                abs(np.log(bounds.get(_PEAKS, (theta,))[0] / theta)) if _PEAKS in bounds else 0.0
+            )
             if fits["cloud"].status == FITTED and not change <= np.log(MAX_BOUNDS_RATIO):
                 fits["cloud"] = fits["cloud"].without_estimate(BOUNDS_TOO_WIDE)
             printed.append(fits)
@@ -393,6 +395,7 @@ class _DemandFits:
         beyond = motion_means.motions_beyond(np.log(fit.theta), self._ln_im, self._motion)
         row["extrapolated"] = fit.status == FITTED and beyond < motion_means.MIN_BEYOND
         row["n_motions_beyond"] = beyond if fit.status == FITTED else nan
+        row["im_low"], row["im_high"] = motion_means.covered_range(self._im, self._motion)
         if known.get("n_exceed") == 0:
             largest = np.nanmax(self.outcomes.lower, initial=0.0)
             label = label_of(state.demand)
@@ -433,10 +436,14 @@ class _UnionFits(_DemandFits):
             found = [f.curves[j][method].fit.status for f, j in zip(fits, places, strict=True)]
             status = next((each for each in found if each != FITTED), NOT_APPLICABLE)
             fit = direct.fit
-            return direct._replace(fit=fit.without_estimate(status) if fit.status == FITTED else fit)
+            return direct._replace(
+                fit=fit.without_estimate(status) if fit.status == FITTED else fit
+            )
         parts = [f.curves[j][name] for f, j, name in zip(fits, places, chosen, strict=True)]
         if len(parts) == 1:
-            return parts[0]._replace(columns={"line_demand": modes[0].demand})
+            mode = modes[0]
+            own = {"line_demand": mode.demand, "capacity_dispersion": mode.dispersion}
+            return parts[0]._replace(columns=own)
         ln_theta, beta = (np.array([p[n] for p in parts]) for n in (1, 2))
         ln_theta[:, 0] = [np.log(part.fit.theta) for part in parts]
         total = np.array([np.where(np.isnan(p.total), p.beta, p.total) for p in parts])

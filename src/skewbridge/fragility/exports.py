@@ -63,7 +63,7 @@ FREQUENCY_COLUMNS: Final = (
 #: or independent (from the variances of both medians; 90 %, wider).
 SKEW_FACTOR_COLUMNS: Final = (
     "skew_deg", "im", "theta", "theta_straight", "factor", "factor_low", "factor_high", "interval",
-    "hazus_factor",
+    "hazus_factor", "extrapolated",
 )  # fmt: skip
 _NRML: Final = "http://openquake.org/xmlns/nrml/0.5"
 #: First letters of an intensity column: name and factor in OpenQuake, demand and unit in pelicun.
@@ -76,6 +76,7 @@ _MEASURES: Final = {
 #: Accepted characters and length of names; pelicun splits names at ``-`` and then finds no row.
 _PELICUN_ID: Final = ("A-Za-z0-9_.", 200)
 _PELICUN_PARAMETERS: Final = ("Family", "Theta_0", "Theta_1", "DamageStateWeights")
+_ABSENT: Final = pd.Series(dtype=np.bool_)  # replaces a missing column
 _NODES: Final = 8  # of each panel of an integral over a union
 _LEVELS: Final = 400  # of a curve that is a union; linear interpolation errs by less than 2e-5
 
@@ -118,6 +119,10 @@ def export_curves(
         notes.append(f"{lacking} curves have no beta_total (no slope): beta is exported instead")
     if len(unfitted):
         notes.append(f"{len(unfitted)} limit states have no estimate (listed by --json)")
+    outside = curves.get("extrapolated", _ABSENT).eq(other=True)
+    if outside.any():
+        text = "fewer than three motions are as strong, or as weak"
+        notes.append(f"{outside.sum()} medians are extrapolated: {text}")
     report: dict[str, Any] = {"format": form, "files": [str(out)], "left_out": len(unfitted)}
     report |= {"curves": int(has_estimate.sum()), "notes": notes}
     try:
@@ -203,10 +208,13 @@ def _table_next_to(source: Path, name: str) -> pd.DataFrame:
 def _probabilities(curves: pd.DataFrame, intensities: Floats) -> pd.DataFrame:
     """Return exceedance probabilities, with one row per curve and intensity."""
     fitted = curves[curves["status"] == FITTED]
-    names = [*variant_columns(fitted), "component", "limit_state", "method", "im", "extrapolated"]
-    long = fitted.reindex(columns=names).merge(pd.DataFrame({"intensity": intensities}), how="cross")
-    curve = [curve_probability(intensities, row) for row in records_of(fitted)]
-    return long.assign(probability=np.concatenate(curve))
+    names = [*variant_columns(fitted), "component", "limit_state", "method", "im"]
+    long = fitted.reindex(columns=[*names, "im_low", "im_high"])
+    long = long.merge(pd.DataFrame({"intensity": intensities}), how="cross")
+    curves_of = [curve_probability(intensities, row) for row in records_of(fitted)]
+    inside = long["intensity"].between(long["im_low"], long["im_high"])
+    long = long.assign(probability=np.concatenate(curves_of), extrapolated=~inside)
+    return long[[*names, "intensity", "probability", "extrapolated"]]
 
 
 def _frequencies(fitted: pd.DataFrame, path: Path) -> pd.DataFrame:
@@ -217,7 +225,9 @@ def _frequencies(fitted: pd.DataFrame, path: Path) -> pd.DataFrame:
         names = ", ".join(fitted["im"].unique())
         raise InputError(f"a hazard table is for one intensity measure; the curves use {names}")
     im, rate = hazard["im"].to_numpy(), hazard["rate"].to_numpy()
-    rows = [annual_frequency(row["theta"], row["curve_beta"], im, rate) for row in records_of(fitted)]
+    rows = [
+        annual_frequency(row["theta"], row["curve_beta"], im, rate) for row in records_of(fitted)
+    ]
     for found, row in zip(rows, records_of(fitted), strict=True):
         if union_curve(row) is not None:
             found |= _union_frequency(row, im, rate)
@@ -248,7 +258,8 @@ def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     skew, *columns = SKEW_FACTOR_COLUMNS
     others = [name for name in axis_names(fitted) if name != skew]
     keys = ["bridge", "abutment", *others, "component", "limit_state"]
-    own, ends = ["theta", "var_ln_theta", "variant"], ["skew_ratio_low", "skew_ratio_high"]
+    own = ["theta", "var_ln_theta", "variant", "extrapolated"]
+    ends = ["skew_ratio_low", "skew_ratio_high"]
     straight = fitted.loc[fitted[skew] == 0].reindex(columns=[*keys, *own])
     skewed = with_ratios(fitted.loc[fitted[skew] != 0], medians[medians["from_value"] == 0])
     skewed = skewed.reindex(columns=[*keys, skew, "im", *own, *ends])
@@ -256,6 +267,8 @@ def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     if both.empty:
         raise InputError("no limit state has an estimate both at skew 0 and at another skew")
     both["factor"] = both["theta"] / both["theta_straight"]
+    outside = both[["extrapolated", "extrapolated_straight"]].eq(other=True)
+    both["extrapolated"] = outside.any(axis=1)
     # ASSUME medians are independent if there is no paired interval: the interval is then too wide,
     # never too narrow, because the motions are the same at both skews
     variance = both["var_ln_theta"] + both["var_ln_theta_straight"]
@@ -367,6 +380,9 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
     kind = {"assetCategory": "bridges", "lossCategory": "structural"}
     model = add(root, "fragilityModel", id="skewbridge", **kind)
     text = "skewbridge, lognormal fits; dispersion includes capacity dispersion"
+    outside = [part["variant"].iloc[0] for part in parts if part.get("extrapolated", _ABSENT).any()]
+    if outside := dict.fromkeys(map(str, outside)):
+        text += f"; medians extrapolated beyond the motions in: {', '.join(outside)}"
     add(model, "description", text)
     add(model, "limitStates", " ".join(states))
     crossing: list[str] = []
@@ -384,7 +400,9 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
         ends, side = np.log([theta.min(), theta.max()]), np.array([-1.0, 1.0]) * beta.max()
         low, high = factor * np.exp(ends + 4.0 * side)
         if unions := [union for row in rows if (union := union_curve(row)) is not None]:
-            reach = [union.ln_theta + 4.0 * sign * union.beta for union in unions for sign in (-1, 1)]
+            reach = [
+                union.ln_theta + 4.0 * sign * union.beta for union in unions for sign in (-1, 1)
+            ]
             reach = factor * np.exp([np.min(reach), np.max(reach)])
             levels = np.geomspace(min(low, reach[0]), max(high, reach[1]), _LEVELS)
             function = add(model, "fragilityFunction", id=name, format="discrete")
@@ -394,7 +412,9 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
                 p = curve_probability(levels / factor, row)
                 add(function, "poes", " ".join(f"{value:.8g}" for value in p), ls=str(state))
         else:
-            function = add(model, "fragilityFunction", id=name, format="continuous", shape="logncdf")
+            function = add(
+                model, "fragilityFunction", id=name, format="continuous", shape="logncdf"
+            )
             limits = dict.fromkeys(("noDamageLimit", "minIML"), f"{low:.6g}")
             add(function, "imls", imt=measure, **limits, maxIML=f"{high:.6g}")
             mean = factor * theta * np.exp(0.5 * beta**2)

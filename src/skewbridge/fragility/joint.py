@@ -540,7 +540,7 @@ def _rows(item: tuple[dict[str, Any], pd.DataFrame, list[LimitState], pd.DataFra
             own = clouds[clouds["limit_state"] == state.name].set_index("variant")
             fitted = [(fit, mode) for fit, mode in parts if not isinstance(fit, str)]
             row |= _estimate(fitted, row, own.reindex(variants["variant"]), motion)
-            row["extrapolated"] = not low <= row.get("theta", low) <= high
+        row["extrapolated"] = row["status"] == FITTED and not low <= row["theta"] <= high
         rows.append(row)
     return rows
 

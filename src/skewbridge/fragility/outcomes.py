@@ -80,7 +80,7 @@ class DemandOutcomes:
     def treated(
         self, state: LimitState, treatment: str, runs: Mask | bool = True
     ) -> "DemandOutcomes":
-        """Return the outcomes after applying one of `TREATMENTS` to the unknown ones of ``runs``."""
+        """Return the outcomes after one of `TREATMENTS` of the unknown ones of ``runs``."""
         unknown, c = self.unknown(state) & runs, state.threshold
         lower, upper = {
             "exclude": (np.nan, self.upper),

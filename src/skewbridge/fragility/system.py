@@ -24,12 +24,17 @@ from skewbridge.fragility import demand_table
 from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_bound
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.lines import Lines
-from skewbridge.fragility.motion_means import exp_end, jackknife_factors, motion_weights
+from skewbridge.fragility.motion_means import (
+    covered_range,
+    exp_end,
+    jackknife_factors,
+    motion_weights,
+)
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, end_counts
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.union import MIN_COMPLETE, correlation, residuals
 
-#: Smallest number of runs of a variant for a system curve; complete runs of a component: MIN_COMPLETE.
+#: Smallest number of runs of a variant for a system curve; components need MIN_COMPLETE.
 MIN_RUNS: Final = 8
 _POINTS: Final = 2**13  # error of the median of the system below 0.1 %
 _POINTS_OF_REPLICATES: Final = 2**11
@@ -92,7 +97,8 @@ def _variant_rows(
 ) -> list[Row]:
     """Return the rows of one variant, one per degree of damage."""
     weights = motion_weights(demand_table.motion_codes(part))
-    ln_im = np.log(part[settings.im].to_numpy(dtype=np.float64))
+    im = part[settings.im].to_numpy(dtype=np.float64)
+    ln_im, (low, high) = np.log(im), covered_range(im, demand_table.motion_codes(part))
 
     @cache
     def member(state: LimitState) -> _Member | str:
@@ -126,7 +132,12 @@ def _variant_rows(
         row |= {"limit_state": degree, "weakest": ""}
         row |= {"components": ";".join(names), "left_out": ";".join(left_out)}
         row |= {"level": settings.confidence, "n_runs": len(part), **end_counts(part)}
-        rows.append(variant | row | _system(taking, ln_im, weights, settings))
+        row |= _system(taking, ln_im, weights, settings) | {"im_low": low, "im_high": high}
+        rows.append(
+            variant
+            | row
+            | {"extrapolated": row["status"] == FITTED and not low <= row["theta"] <= high}
+        )
     return rows
 
 

@@ -142,9 +142,7 @@ def residuals(outcomes: DemandOutcomes, lines: Lines, ln_im: Floats) -> Floats:
 def reached_modes(table: pd.DataFrame, state: LimitState) -> list[LimitState]:
     """Return the failure modes of a state that some run exceeds."""
     return [
-        mode
-        for mode in state.modes
-        if demand_outcomes(table, [mode]).status(mode) != NO_EXCEEDANCE
+        mode for mode in state.modes if demand_outcomes(table, [mode]).status(mode) != NO_EXCEEDANCE
     ]
 
 
