@@ -146,7 +146,7 @@ class _DemandFits:
     @cached_property
     def curves(self) -> list[dict[str, _Curve]]:
         """Curves of each state by method, before unknown outcomes are considered."""
-        bounds = self.bounds()
+        bounds = self._bounds()
         curves: list[dict[str, _Curve]] = []
         for j, state in enumerate(self.states):
             by_method: dict[str, _Curve] = {}
@@ -174,13 +174,11 @@ class _DemandFits:
             for method, curve in curves.items() if share else ():
                 if curve.bounds:
                     fits[method] = fits[method].judged(curve.bounds, accept=accept, names=names)
-            theta, bounds = np.exp(curves["cloud"].ln_theta[0]), curves["cloud"].bounds
             # Large demands cause collapse, so censoring by collapse is not independent of the
             # demand. A median is accepted only if it hardly depends on how these peaks are treated.
-            change = (
-                abs(np.log(bounds.get(_PEAKS, (theta,))[0] / theta)) if _PEAKS in bounds else 0.0
-            )
-            if fits["cloud"].status == FITTED and not change <= np.log(MAX_BOUNDS_RATIO):
+            other = curves["cloud"].bounds.get(_PEAKS)
+            change = np.log(other[0]) - curves["cloud"].ln_theta[0] if other else 0.0
+            if fits["cloud"].status == FITTED and not abs(change) <= np.log(MAX_BOUNDS_RATIO):
                 fits["cloud"] = fits["cloud"].without_estimate(BOUNDS_TOO_WIDE)
             printed.append(fits)
         return printed
@@ -344,23 +342,23 @@ class _DemandFits:
             fits[j] = fit.warned(*fitting.common_warnings(fit, self._im, self._motions))
         return common
 
-    def bounds(self, runs: Mask | bool = True) -> dict[str, list[_Bounds]]:
-        """Return (theta, beta) for each method, state and treatment of unknown outcomes of runs."""
+    def _bounds(self) -> dict[str, list[_Bounds]]:
+        """Return (theta, beta) for each method, state and treatment of unknown outcomes."""
         outcomes, states = self.outcomes, self.states
         bounds = {
             method: [dict.fromkeys(TREATMENTS, fits.median(j)) for j in range(len(states))]
             for method, fits in self._found.items()
             if method in METHODS[:2]
         }
-        unknown = [j for j, state in enumerate(states) if np.any(outcomes.unknown(state) & runs)]
+        unknown = [j for j, state in enumerate(states) if np.any(outcomes.unknown(state))]
         for name in TREATMENTS if unknown else ():
             treated = outcomes
             for state in states:
-                treated = treated.treated(state, name, runs)
+                treated = treated.treated(state, name)
             # the exceedance fit itself already excludes unknown outcomes
             common = None if name == "exclude" else self._exceedance(treated, intervals=False)
             for j in unknown:
-                bounds["cloud"][j][name] = self._end(outcomes.treated(states[j], name, runs), j)
+                bounds["cloud"][j][name] = self._end(outcomes.treated(states[j], name), j)
                 if common is not None:
                     bounds["exceedance"][j][name] = common.median(j)
         ended = (self._part["status"] == COLLAPSE).to_numpy() & np.isposinf(outcomes.upper)
@@ -424,54 +422,39 @@ class _UnionFits(_DemandFits):
         if not (modes := reached_modes(self._part, state)):
             return direct
         fits = [self.known[mode] for mode in modes]
-        places = [each.states.index(mode) for each, mode in zip(fits, modes, strict=True)]
-        chosen: list[str] = []
-        for each, j in zip(fits, places, strict=True):
+        parts: list[_Curve] = []
+        names: list[str] = []
+        for mode, own in zip(modes, fits, strict=True):
             # a mode without a curve by this method has its curve by another method; a mode that
             # other failures censor too much for a curve of its own has its fit to the known runs
-            raw = {name: curve.fit for name, curve in each.curves[j].items()}
-            options = ((name, of[name]) for of in (each.printed[j], raw) for name in (method, *of))
-            chosen += [name for name, fit in options if fit.status == FITTED][:1]
-        if len(chosen) < len(modes) or method not in chosen:
-            found = [f.curves[j][method].fit.status for f, j in zip(fits, places, strict=True)]
-            status = next((each for each in found if each != FITTED), NOT_APPLICABLE)
-            fit = direct.fit
-            return direct._replace(
-                fit=fit.without_estimate(status) if fit.status == FITTED else fit
-            )
-        parts = [f.curves[j][name] for f, j, name in zip(fits, places, chosen, strict=True)]
+            curves, printed = (of[own.states.index(mode)] for of in (own.curves, own.printed))
+            tried = dict.fromkeys((method, *METHODS[:2]))
+            good = [name for name in tried if printed[name].status == FITTED]
+            good += [name for name in tried if curves[name].fit.status == FITTED]
+            names += good[:1]
+            parts += [curves[name] for name in good[:1]]
+        if len(parts) < len(modes) or method not in names:
+            found = direct.fit.without_estimate(fitting.NOT_CONVERGED)
+            return direct._replace(fit=found) if direct.fit.status == FITTED else direct
         if len(parts) == 1:
-            mode = modes[0]
-            own = {"line_demand": mode.demand, "capacity_dispersion": mode.dispersion}
-            return parts[0]._replace(columns=own)
-        ln_theta, beta = (np.array([p[n] for p in parts]) for n in (1, 2))
+            own = {"line_demand": modes[0].demand, "capacity_dispersion": modes[0].dispersion}
+            return parts[0]._replace(bounds=direct.bounds, columns=own)
+        ln_theta, beta, total = (np.array([part[n] for part in parts]) for n in (1, 2, 3))
         ln_theta[:, 0] = [np.log(part.fit.theta) for part in parts]
-        total = np.array([np.where(np.isnan(p.total), p.beta, p.total) for p in parts])
+        total = np.where(np.isnan(total), beta, total)
         apart = [residuals(each.outcomes, each.lines, self._ln_im) for each in fits]
         rho = correlation(*apart, self._weights)
-        union, shares = Union.of(ln_theta, beta, total, rho), beta / total
+        union = Union.of(ln_theta, beta, total, rho)
         (ln_any, wide), (_, records) = union.summary(), Union(ln_theta, beta, rho).summary()
-        blank = FragilityFit(method="union", status=FITTED, level=self._settings.confidence)
-        fit = replace(blank, theta=motion_means.exp_end(ln_any[0]), beta=float(records[0]))
+        fit = FragilityFit(method="union", status=FITTED, level=self._settings.confidence)
+        fit = replace(fit, theta=motion_means.exp_end(ln_any[0]), beta=float(records[0]))
         fit = fitting.jackknifed(fit, ln_any[1:], records[1:])
         fit = fit.warned(*fitting.common_warnings(fit, self._im, self._motions))
-        bounds: _Bounds = {}
-        unknown = self.outcomes.unknown(state)
-        ends = [
-            f.bounds(unknown)[n][j] if n in METHODS[:2] else {}
-            for f, j, n in zip(fits, places, chosen, strict=True)
-        ]
-        names = dict.fromkeys(name for each in ends for name in each)
-        for name in names if direct.bounds else ():
-            medians = zip(ends, np.exp(ln_theta[:, 0]), beta[:, 0], strict=True)
-            pairs = [each.get(name, own) for each, *own in medians]
-            theta, spread = np.array(pairs).T[:, :, None]
-            treated = Union.of(np.log(theta), spread, spread / shares[:, :1], rho[:1])
-            middle, widths = treated.quantile(0.0), Union(np.log(theta), spread, rho[:1]).summary()
-            bounds[name] = motion_means.exp_end(middle[0]), float(widths[1][0])
-        own = zip(np.exp(ln_theta[:, 0]).tolist(), total[:, 0].tolist(), strict=True)
-        values = *(value for pair in own for value in pair), float(union.rho[0])
-        columns = dict(zip(UNION_COLUMNS, values, strict=True)) | {"line_demand": ""}
+        # ASSUME unknown outcomes change the median of the union as that of the direct fit
+        scale = float(np.exp(ln_any[0] - direct.ln_theta[0]))
+        bounds = {name: (scale * theta, b) for name, (theta, b) in direct.bounds.items()}
+        values = *np.column_stack([np.exp(ln_theta[:, 0]), total[:, 0]]).ravel(), union.rho[0]
+        columns = dict(zip(UNION_COLUMNS, map(float, values), strict=True)) | {"line_demand": ""}
         return _Curve(fit, ln_any, records, wide, bounds, columns)
 
 

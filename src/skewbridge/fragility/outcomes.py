@@ -77,11 +77,9 @@ class DemandOutcomes:
         used = self.used
         return fit_lines(ln_im[used], *self.ln_ends, weights[:, used])
 
-    def treated(
-        self, state: LimitState, treatment: str, runs: Mask | bool = True
-    ) -> "DemandOutcomes":
-        """Return the outcomes after one of `TREATMENTS` of the unknown ones of ``runs``."""
-        unknown, c = self.unknown(state) & runs, state.threshold
+    def treated(self, state: LimitState, treatment: str) -> "DemandOutcomes":
+        """Return the outcomes after applying one of `TREATMENTS` to the unknown ones."""
+        unknown, c = self.unknown(state), state.threshold
         lower, upper = {
             "exclude": (np.nan, self.upper),
             "all_exceed": (np.nextafter(c, np.inf), np.inf),
