@@ -424,6 +424,7 @@ class _UnionFits(_DemandFits):
         fits = [self.known[mode] for mode in modes]
         parts: list[_Curve] = []
         names: list[str] = []
+        reasons: list[str] = []
         for mode, own in zip(modes, fits, strict=True):
             # a mode without a curve by this method has its curve by another method; a mode that
             # other failures censor too much for a curve of its own has its fit to the known runs
@@ -432,13 +433,16 @@ class _UnionFits(_DemandFits):
             good = [name for name in tried if printed[name].status == FITTED]
             good += [name for name in tried if curves[name].fit.status == FITTED]
             names += good[:1]
+            reasons += [printed[method].status]
             parts += [curves[name] for name in good[:1]]
         if len(parts) < len(modes) or method not in names:
-            found = direct.fit.without_estimate(fitting.NOT_CONVERGED)
-            return direct._replace(fit=found) if direct.fit.status == FITTED else direct
+            if direct.fit.status != FITTED:
+                return direct
+            reason = next(each for each in reasons if each != FITTED)
+            return direct._replace(fit=direct.fit.without_estimate(reason))
         if len(parts) == 1:
             own = {"line_demand": modes[0].demand, "capacity_dispersion": modes[0].dispersion}
-            return parts[0]._replace(bounds=direct.bounds, columns=own)
+            return parts[0]._replace(columns=own)
         ln_theta, beta, total = (np.array([part[n] for part in parts]) for n in (1, 2, 3))
         ln_theta[:, 0] = [np.log(part.fit.theta) for part in parts]
         total = np.where(np.isnan(total), beta, total)
