@@ -212,9 +212,12 @@ def _probabilities(curves: pd.DataFrame, intensities: Floats) -> pd.DataFrame:
     long = fitted.reindex(columns=[*names, "im_low", "im_high"])
     long = long.merge(pd.DataFrame({"intensity": intensities}), how="cross")
     curves_of = [curve_probability(intensities, row) for row in records_of(fitted)]
-    inside = long["intensity"].between(long["im_low"], long["im_high"])
-    long = long.assign(probability=np.concatenate(curves_of), extrapolated=~inside)
-    return long[[*names, "intensity", "probability", "extrapolated"]]
+    long["probability"] = np.concatenate(curves_of)
+    names += ["intensity", "probability"]
+    if "im_low" in fitted:  # tables of earlier versions have no range of intensities
+        long["extrapolated"] = ~long["intensity"].between(long["im_low"], long["im_high"])
+        names.append("extrapolated")
+    return long[names]
 
 
 def _frequencies(fitted: pd.DataFrame, path: Path) -> pd.DataFrame:
@@ -373,7 +376,7 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
     root = ElementTree.Element(f"{{{_NRML}}}nrml")
     kind = {"assetCategory": "bridges", "lossCategory": "structural"}
     model = add(root, "fragilityModel", id="skewbridge", **kind)
-    text = "skewbridge, lognormal fits; dispersion includes capacity dispersion"
+    text = "skewbridge, lognormal fits and unions; dispersion includes capacity dispersion"
     outside = [part["variant"].iloc[0] for part in parts if part.get("extrapolated", _ABSENT).any()]
     if outside := dict.fromkeys(map(str, outside)):
         text += f"; medians extrapolated beyond the motions in: {', '.join(outside)}"
