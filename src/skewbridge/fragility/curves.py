@@ -423,31 +423,28 @@ class _UnionFits(_DemandFits):
             return direct
         fits = [self.known[mode] for mode in modes]
         parts: list[_Curve] = []
-        names: list[str] = []
         reasons: list[str] = []
-        for mode, own in zip(modes, fits, strict=True):
+        for mode, each in zip(modes, fits, strict=True):
             # a mode without a curve by this method has its curve by another method; a mode that
             # other failures censor too much for a curve of its own has its fit to the known runs
-            curves, printed = (of[own.states.index(mode)] for of in (own.curves, own.printed))
-            tried = dict.fromkeys((method, *METHODS[:2]))
+            place, tried = each.states.index(mode), dict.fromkeys((method, *METHODS[:2]))
+            curves, printed = each.curves[place], each.printed[place]
             good = [name for name in tried if printed[name].status == FITTED]
             good += [name for name in tried if curves[name].fit.status == FITTED]
-            names += good[:1]
-            reasons += [printed[method].status]
             parts += [curves[name] for name in good[:1]]
-        if len(parts) < len(modes) or method not in names:
-            if direct.fit.status != FITTED:
-                return direct
-            reason = next(each for each in reasons if each != FITTED)
-            return direct._replace(fit=direct.fit.without_estimate(reason))
+            reasons += [] if good[:1] == [method] else [printed[method].status]
+        if len(parts) < len(modes) or len(reasons) == len(modes):
+            is_fitted = direct.fit.status == FITTED
+            fit = direct.fit.without_estimate(reasons[0]) if is_fitted else direct.fit
+            return direct._replace(fit=fit)
         if len(parts) == 1:
-            own = {"line_demand": modes[0].demand, "capacity_dispersion": modes[0].dispersion}
-            return parts[0]._replace(columns=own)
+            single = {"line_demand": modes[0].demand, "capacity_dispersion": modes[0].dispersion}
+            return parts[0]._replace(columns=single)
         ln_theta, beta, total = (np.array([part[n] for part in parts]) for n in (1, 2, 3))
         ln_theta[:, 0] = [np.log(part.fit.theta) for part in parts]
         total = np.where(np.isnan(total), beta, total)
         apart = [residuals(each.outcomes, each.lines, self._ln_im) for each in fits]
-        rho = correlation(*apart, self._weights)
+        rho = correlation(apart[0], apart[1], self._weights)
         union = Union.of(ln_theta, beta, total, rho)
         (ln_any, wide), (_, records) = union.summary(), Union(ln_theta, beta, rho).summary()
         fit = FragilityFit(method="union", status=FITTED, level=self._settings.confidence)

@@ -418,7 +418,8 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
             deviation = mean * np.sqrt(np.expm1(beta**2))
             for state, m, s in zip(part["limit_state"], mean, deviation, strict=True):
                 add(function, "params", ls=str(state), mean=f"{m:.15g}", stddev=f"{s:.15g}")
-        grid = np.exp(np.linspace(*(ends + 2.0 * side), 400))
+        start, stop = ends + 2.0 * side
+        grid = np.exp(np.linspace(start, stop, 400))
         curves = np.column_stack([curve_probability(grid, row) for row in rows])
         if (np.diff(curves, axis=1) > 1e-3).any():
             crossing.append(name)
@@ -442,7 +443,7 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
     holes: list[dict[str, Any]] = []
     names: dict[str, Any] = {}
     for variant, scale, states, part in _functions(curves):
-        of_state = {str(name): row for name, row in part.to_dict("index").items()}
+        of_state = {str(row["limit_state"]): row for row in records_of(part)}
         fitted = {name: row for name, row in of_state.items() if row["status"] == FITTED}
         if not fitted:
             continue
@@ -505,8 +506,7 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
 def _multilinear(union: Union) -> str:
     """Return a union as points of its distribution, from 0 to 1, in the notation of pelicun."""
     # source: MultilinearCDFRandomVariable of pelicun/uq.py: strictly increasing, ends 0 and 1
-    ends = (float(union.quantile(z)) for z in (-4.0, 4.0))
-    ln_im = np.linspace(*ends, _LEVELS)
+    ln_im = np.linspace(union.quantile(-4.0), union.quantile(4.0), _LEVELS)
     im, p = np.exp(ln_im), np.round(union.probability(ln_im), 6)  # pelicun keeps 6 digits
     p, places = np.unique(p, return_index=True)
     points = np.array([[0.5 * im[0], *im[places], 1.1 * im[-1]], [0.0, *p, 1.0]])

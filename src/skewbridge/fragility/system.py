@@ -133,11 +133,9 @@ def _variant_rows(
         row |= {"components": ";".join(names), "left_out": ";".join(left_out)}
         row |= {"level": settings.confidence, "n_runs": len(part), **end_counts(part)}
         row |= _system(taking, ln_im, weights, settings) | {"im_low": low, "im_high": high}
-        rows.append(
-            variant
-            | row
-            | {"extrapolated": row["status"] == FITTED and not low <= row["theta"] <= high}
-        )
+        theta = row["theta"]
+        outside = isinstance(theta, float) and not (np.isnan(theta) or low <= theta <= high)
+        rows.append(variant | row | {"extrapolated": outside})
     return rows
 
 
