@@ -465,7 +465,7 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
                     values = ("multilinear_CDF", _multilinear(union), "", "")
                 dispersion = curve.get("capacity_dispersion", 0.0)
                 capacity = f"median {curve['threshold']:g}"
-                if not np.isnan(dispersion):  # the modes of a union have their own
+                if not pd.isna(dispersion):  # the modes of a union have their own
                     capacity += f", dispersion {dispersion:g}"
                 text = f"{state}: {curve['demand']} above {capacity}"
                 if curve.get("extrapolated", False):

@@ -114,7 +114,7 @@ def curve_probability(im: ArrayLike, row: Mapping[str, Any]) -> Floats:
     ln_im = np.log(np.asarray(im, dtype=np.float64))
     if (union := union_curve(row)) is not None:
         return union.probability(ln_im)
-    beta = row["beta"] if np.isnan(row["beta_total"]) else row["beta_total"]
+    beta = row["beta"] if pd.isna(row["beta_total"]) else row["beta_total"]
     return special.ndtr((ln_im - np.log(row["theta"])) / beta)
 
 
