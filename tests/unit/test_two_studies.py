@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-
 from typer.testing import CliRunner
 
 from cli_json import answer
 from fragility_tables import IM, synthetic_demands
+from skewbridge.cli import build_app
 from skewbridge.files.tables import write_frame
 
 STATES = str(Path(__file__).parents[2] / "config" / "limit_states.yaml")
