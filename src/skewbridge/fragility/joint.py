@@ -646,6 +646,7 @@ def _estimate(
         found[f"n_{side}_censored"] = int(max(censored))
     if single:
         found |= {"slope": float(fits[0].fit.delta[1]), "press": fits[0].press}
+        found["capacity_dispersion"] = modes[0][1].dispersion
         found |= {"tau": fits[0].fit.tau, "sigma": fits[0].fit.sigma}
     estimates: list[Floats] = []
     for fit, state in modes:
