@@ -20,13 +20,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row
 from skewbridge.fragility import demand_table, motion_means
 from skewbridge.fragility import fits as fitting
-from skewbridge.fragility.fits import (
-    BOUNDS_TOO_WIDE,
-    FITTED,
-    MAX_BOUNDS_RATIO,
-    NOT_APPLICABLE,
-    FragilityFit,
-)
+from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, MAX_BOUNDS_RATIO, FragilityFit
 from skewbridge.fragility.likelihood import Maximum, NormalKernel, drop_of, maximise
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
 from skewbridge.fragility.lines import FLATTEST_SLOPE, Lines
@@ -38,13 +32,7 @@ from skewbridge.fragility.outcomes import (
     states_by_demand,
 )
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.union import (
-    UNION_COLUMNS,
-    Union,
-    correlation,
-    reached_modes,
-    residuals,
-)
+from skewbridge.fragility.union import UNION_COLUMNS, Union, correlation, reached_modes, residuals
 from skewbridge.statuses import COLLAPSE
 
 #: Methods in order of preference.
@@ -191,7 +179,7 @@ class _DemandFits:
         counts = end_counts(self._part) | {"n_runs": self._im.size, "n_records": self._motions}
         counts |= {"n_censored": int(np.sum(outcomes.is_bound)), "n_missing": int(np.sum(missing))}
         if np.any(missing) and np.all(missing[outcomes.complete]):
-            blank = FragilityFit(method="", status=NOT_APPLICABLE)
+            blank = FragilityFit(method="", status=fitting.NOT_APPLICABLE)
             return [self._row(m, state, blank, counts) for state in states for m in METHODS[:2]]
         rows: list[Row] = []
         for state, curves, fits in zip(states, self.curves, self.printed, strict=True):
