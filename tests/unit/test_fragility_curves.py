@@ -7,8 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from pyarrow.parquet import read_schema
+from scipy import stats
 
 from fragility_tables import (
+    FAILURES,
     IM,
     SETTINGS,
     STATES,
@@ -17,6 +19,7 @@ from fragility_tables import (
     ready,
     states_of,
     synthetic_demands,
+    two_mode_runs,
 )
 from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
 from skewbridge.errors import InputError
@@ -31,6 +34,7 @@ from skewbridge.fragility.measures import rank_measures
 from skewbridge.fragility.outcomes import demand_outcomes
 from skewbridge.fragility.study_tables import DESCRIPTIONS, fragility_tables, write_described
 from skewbridge.fragility.system import system_curves
+from skewbridge.fragility.union import Union, curve_probability
 from skewbridge.study.results import shear_model_medians
 
 ONE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}
@@ -153,6 +157,74 @@ def test_the_loss_of_the_column_has_states_for_each_mode_and_for_any():
     modes = {"shear": by_shear, "flexure": by_drift, "any": by_drift | by_shear}
     assert counts == {name: runs.sum() for name, runs in modes.items()}
     assert set(tables["joint"].query("component == 'column_failure'")["limit_state"]) <= {*counts}
+
+
+def test_the_union_of_two_modes_is_their_bivariate_normal_distribution():
+    ln_theta, beta = np.log([[0.8, 2.0], [1.1, 0.6]]), np.array([[0.4, 0.5], [0.3, 1.1]])
+    for rho in (-0.9, 0.0, 0.3, 0.99):
+        union = Union(ln_theta, beta, np.full(2, rho))
+        for im in (0.05, 0.5, 0.8, 1.1, 2.0, 3.0):
+            survive = [
+                stats.multivariate_normal(cov=[[1.0, rho], [rho, 1.0]]).cdf(-u)
+                for u in ((np.log(im) - ln_theta) / beta).T
+            ]
+            assert union.probability(np.log(im)) == pytest.approx(1.0 - np.array(survive), abs=1e-6)
+        for z in (-2.0, 0.0, 1.0):
+            p = union.probability(union.quantile(z))
+            assert p == pytest.approx(np.full(2, stats.norm.cdf(z)), abs=1e-12)
+
+
+def test_any_failure_is_the_union_of_both_modes_with_their_own_capacities():
+    """Uncorrelated modes with known lines and capacity dispersions 0.15 and 0.35."""
+    rng = np.random.default_rng(4)
+    table = synthetic_demands(**ONE, motions=60)
+    x, scatter = np.log(table[IM].to_numpy()), 0.25 * rng.normal(size=(2, 60))
+    table["column_shear_dcr"] = np.exp(0.6 * (x - np.log(0.9)) + scatter[0])
+    table["drift_over_capacity"] = np.exp(1.1 * (x - np.log(1.1)) + scatter[1])
+    table["column_failure_ratio"] = table[["column_shear_dcr", "drift_over_capacity"]].max(axis=1)
+    curves = curves_of(table, FAILURES)
+    shear, flexure, found = (row(curves, "column_failure", s.name) for s in FAILURES)
+    for mode, b, capacity in ((shear, 0.6, 0.15), (flexure, 1.1, 0.35)):
+        assert mode["beta_total"] == pytest.approx(np.hypot(0.25, capacity) / b, rel=0.15)
+    im = np.geomspace(0.05, 3.0, 60)
+    p = curve_probability(im, found)
+    modes = [stats.norm.cdf(np.log(im / m["theta"]) / m["beta_total"]) for m in (shear, flexure)]
+    independent = 1.0 - (1.0 - modes[0]) * (1.0 - modes[1])
+    assert abs(found["mode_correlation"]) < 0.2
+    assert p == pytest.approx(independent, abs=0.02)
+    # theta and beta_total of the row are median and spread of this curve
+    ends = found["theta"] * np.exp(found["beta_total"] * np.array([-1.0, 0.0, 1.0]))
+    low, middle, high = curve_probability(ends, found)
+    assert middle == pytest.approx(0.5, abs=1e-9)
+    assert (low, high) == pytest.approx(stats.norm.cdf([-1.0, 1.0]), abs=0.02)
+    assert found["theta"] < min(shear["theta"], flexure["theta"])
+    assert found["theta_low"] < found["theta"] < found["theta_high"]
+    assert found["model"] == "union"
+    # the jackknife leaves each motion out of both modes
+    without = [curves_of(table[table["motion_id"] != m], FAILURES) for m in table["motion_id"]]
+    ln_theta = np.log([row(each, "column_failure", "any")["theta"] for each in without])
+    error = np.sqrt(59.0 * np.mean((ln_theta - ln_theta.mean()) ** 2))
+    assert np.sqrt(found["var_ln_theta"]) == pytest.approx(error, rel=1e-4)
+    width = np.log(found["theta_high"] / found["theta"])
+    assert width == pytest.approx(stats.t.ppf(0.975, 58) * error, rel=1e-4)
+    # the system contains both modes
+    states = [replace(state, degree="complete") for state in FAILURES[2:]]
+    system = system_curves(ready(table, FAILURES), states, SETTINGS).iloc[0]
+    assert system["components"] == "column_failure (any)"
+    assert system["theta"] == pytest.approx(found["theta"], rel=2e-3)
+    assert system["beta"] == pytest.approx(found["beta_total"], rel=5e-3)
+
+
+def test_one_method_is_preferred_for_both_modes():
+    curves = curves_of(pd.concat([two_mode_runs(seed, 24) for seed in range(30)]), FAILURES)
+    both = (
+        curves[curves["status"] == "ok"]
+        .groupby(["variant", "limit_state"])
+        .filter(lambda rows: {"cloud", "exceedance"} <= {*rows["method"]})
+    )
+    assert len(both)
+    preferred = both[both["preferred"]]
+    assert (preferred.groupby("variant")["method"].nunique() == 1).all()
 
 
 def test_a_collapse_exceeds_every_state_and_a_column_failure_gives_the_peak_so_far():

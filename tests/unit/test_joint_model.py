@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -12,14 +13,26 @@ from typer.testing import CliRunner
 
 import skewbridge
 from cli_json import answer, invoke, run
-from fragility_tables import DRIFT_ENTRY, IM, SETTINGS, ready, states_of, synthetic_demands
+from fragility_tables import (
+    DRIFT_ENTRY,
+    FAILURES,
+    IM,
+    SETTINGS,
+    ready,
+    states_of,
+    synthetic_demands,
+)
 from skewbridge.cli import build_app
+from skewbridge.demands.validity import FAILURE_DEMANDS
 from skewbridge.errors import InputError
 from skewbridge.files.tables import write_frame
+from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.fits import fit_cloud
 from skewbridge.fragility.joint import JOINT_COLUMNS, JointModel, joint_table
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.paper_table import PAPER_COLUMNS
+from skewbridge.fragility.study_tables import write_tables
+from skewbridge.report.page import median_text
 from skewbridge.study.predict_check import CHECK_COLUMNS, check_predict, inner_variants
 
 ROOT = Path(__file__).parents[2]
@@ -278,6 +291,84 @@ def test_predictions_are_those_of_the_joint_model(written, tmp_path):
     (tmp_path / "fragility").mkdir()
     shutil.copy(folder / "fragility" / "joint.parquet", tmp_path / "fragility")
     assert predict(tmp_path, *PLACE) == predict(folder, *PLACE)
+
+
+def test_values_outside_the_motions_are_flagged(written):
+    """The motions of the table have 0.1 to 1.5 g; three of them exceed a value inside."""
+    folder = written[0] / "out"
+    by_motion = np.sort(DEMANDS.groupby("motion_id")[IM].first())
+    low, high = by_motion[2], by_motion[-3]
+    for at in (0.9 * low, 1.01 * low, 0.99 * high, 1.01 * high):
+        _, found = predict(folder, *PLACE, "--at", f"{at:.6f}")
+        for row in found["rows"]:
+            assert row["p_extrapolated"] == (not low <= at <= high)
+            assert row["extrapolated"] == (not low <= row["theta"] <= high)
+    printed = CliRunner().invoke(
+        build_app(), ["predict", "--study", str(folder), *PLACE, "--at", "9"]
+    )
+    assert printed.stdout.count(" p ") >= 2
+    assert "fewer than three motions" in printed.stderr
+    for name in ("joint", "system", "curves"):
+        table = pd.read_parquet(folder / "fragility" / f"{name}.parquet").query("status == 'ok'")
+        assert len(table)
+        assert table["im_low"].gt(0.1).all()
+        outside = (table["theta"] < table["im_low"]) | (table["theta"] > table["im_high"])
+        assert table["extrapolated"].astype(bool).tolist() == outside.tolist()
+
+
+def test_a_median_beyond_the_motions_is_flagged_in_tables_and_prediction(tmp_path):
+    strong = DEMANDS[NEEDED].copy()
+    strong["column_drift_ratio"] /= 2.2  # moderate at about 1.1 g, which two motions exceed
+    states = {**DRIFT_ENTRY, "states": {"slight": 1.0, "moderate": 1.75}}
+    (tmp_path / "states.yaml").write_text(json.dumps([states]))
+    assert statistics(strong, tmp_path, tmp_path)[0] == 0
+    _, found = predict(tmp_path / "out", *PLACE)
+    assert {row["state"]: row["extrapolated"] for row in found["rows"]}["moderate"] is True
+    table = pd.read_csv(tmp_path / "out" / "fragility" / "table.csv")
+    outside = table[table["extrapolated"].eq(other=True)]
+    assert {"joint"} < set(outside["row"])
+    assert (tmp_path / "out" / "fragility" / "table.tex").read_text().count(" † &") == len(outside)
+    row = outside.iloc[0].to_dict()
+    assert median_text(row | {"status": "ok"}).endswith(" †")
+    assert not median_text(row | {"status": "ok", "extrapolated": False}).endswith(" †")
+
+
+def test_predicted_failure_in_any_mode_is_the_union_of_the_modes(tmp_path):
+    rng = np.random.default_rng(8)
+    table = synthetic_demands(**SMALL | {"motions": 14})
+    x, scatter = np.log(table[IM]), 0.25 * rng.normal(size=(2, 14))
+    motion, skew = table["motion_id"].str[1:].astype(int), table["skew_deg"] / 60.0
+    for place, (name, b, theta) in enumerate(
+        (("column_shear_dcr", 0.6, 0.9), ("drift_over_capacity", 1.1, 1.0))
+    ):
+        sign = 0.3 - 0.6 * place  # skew weakens one mode and strengthens the other
+        table[name] = np.exp(b * (x - np.log(theta)) + sign * skew + scatter[place][motion])
+    table["column_failure_ratio"] = table[[*FAILURE_DEMANDS.values()]].max(axis=1)
+    curves = fit_study(ready(table, FAILURES), FAILURES, SETTINGS)
+    rows = joint_table(ready(table, FAILURES), FAILURES, curves, SETTINGS)
+    assert (rows["status"] == "ok").all()
+    write_tables({"joint": rows}, tmp_path / "fragility")
+    for skew_deg, at in product((0, 45), np.geomspace(0.05, 3.0, 8)):
+        options = ("--skew-deg", skew_deg, "--friction", "0.2", "--at", f"{at:.6f}")
+        found = {row["state"]: row for row in predict(tmp_path, *options)[1]["rows"]}
+        for name in ("p", "p_records"):
+            modes = found["shear"][name], found["flexure"][name]
+            assert max(modes) <= found["any"][name] <= sum(modes) + 1e-12
+        any_mode = found["any"]
+        assert any_mode["theta"] < min(found["shear"]["theta"], found["flexure"]["theta"])
+        assert any_mode["ci_theta"][0] < any_mode["theta"] < any_mode["ci_theta"][1]
+    own = rows[rows["limit_state"] == "any"].iloc[0].to_dict()
+    assert own["loo_error"] < 0.05
+    # the interval is from the jackknife over motions, paired between the modes
+    middle = JointModel(own).axis_range.middle
+    logs = []
+    for m in range(14):
+        part = table[motion != m]
+        again = joint_table(ready(part, FAILURES), FAILURES, None, SETTINGS)
+        logs.append(np.log(JointModel(again.iloc[2].to_dict()).median(middle)[0]))
+    error = np.sqrt(13.0 * np.var(logs))
+    width = np.log(own["theta_high"] / own["theta"]) / stats.t.ppf(0.975, 12)
+    assert width == pytest.approx(error, rel=0.1)
 
 
 def test_leave_one_out_error_is_not_an_error_message(written, tmp_path):

@@ -138,8 +138,13 @@ def predict(axis: list[str] | None, study: Path | None, **given: Any) -> Answer:
     statistics = [
         {name: rounded(value) for name, value in row.items()} for row in selected(rows, *names)
     ]
+    flags = ("extrapolated", "theta"), ("p_extrapolated", "p")
+    for row, printed in zip(rows, statistics, strict=True):
+        printed["extrapolated"] = ", ".join(value for flag, value in flags if row[flag])
     shown = {f"theta in {rows[0]['im']}": statistics}
     notes = ["loo_error: error of theta when a variant is left out of the model"]
+    if any(row[flag] for row in rows for flag, _ in flags):
+        notes.append("extrapolated: fewer than three motions are as strong, or as weak, as this")
     if (drawn := rows[0]["random_properties"]) != "none":
         notes.append(f"each motion of the study has its own random values of: {drawn}")
     notes += filter(None, [untested_skew_sentence([values.get("skew_deg", 0.0)])])

@@ -2,15 +2,17 @@
 
 from collections import Counter
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
+from math import nan
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
 
 from skewbridge.demands.columns import column_of
+from skewbridge.demands.validity import COLUMN_FAILURE_RATIO, FAILURE_DEMANDS
 from skewbridge.errors import InputError, raise_all
 from skewbridge.files.text import checked, read_yaml, shortened, shown_path
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
@@ -36,12 +38,14 @@ class LimitState:
     name: str  # degree of damage, for example ``moderate``
     demand: str
     threshold: float  # median capacity in the unit of the demand column
-    dispersion: float  # standard deviation of ln capacity; 0 is a plain threshold
+    dispersion: float  # standard deviation of ln capacity; 0: plain threshold; NaN: see `modes`
     unit: str = ""  # unit of the demand column
     collapse: str = COLLAPSE_EXCEEDS
     citation: str = ""
     #: Degree of damage of the bridge in system curves; None: equal to `name`; empty: not used.
     degree: str | None = None
+    #: States of the failure modes of which this state is the union; empty for other states.
+    modes: "tuple[LimitState, ...]" = ()
 
     @property
     def system_degree(self) -> str:
@@ -89,11 +93,24 @@ def with_column_failure(states: States, columns: Collection[str]) -> list[LimitS
 
     A column fails in shear if its shear demand/capacity ratio exceeds 1, and in flexure if its
     drift/capacity ratio exceeds 1. The state ``any`` is exceeded if either ratio exceeds 1. A state
-    is added only if its demand is one of ``columns``.
+    is added only if its demand is one of ``columns``. A state of the larger ratio becomes the union
+    of both modes, each with the capacity dispersion of its own state, if there is one.
     """
     defined = any(state.component == COLUMN_FAILURE for state in states)
     failures = () if defined else _column_failures()
-    return [*states, *(state for state in failures if state.demand in columns)]
+    found = [*states, *(state for state in failures if state.demand in columns)]
+    return [_with_modes(state, found, columns) for state in found]
+
+
+def _with_modes(state: LimitState, states: States, columns: Collection[str]) -> LimitState:
+    """Return a state of the larger ratio with its failure modes; other states are unchanged."""
+    if state.demand != COLUMN_FAILURE_RATIO:
+        return state
+    key = state.component, state.threshold
+    own = {each.demand: each for each in states if (each.component, each.threshold) == key}
+    names = [name for name in FAILURE_DEMANDS.values() if name in columns]
+    modes = tuple(own.get(name, replace(state, demand=name)) for name in names)
+    return replace(state, modes=modes, dispersion=nan) if modes else state
 
 
 # Names of states become parts of file names and identifiers of other tools.

@@ -46,6 +46,7 @@ _EFFECT: Final = ("bridge", "abutment", "axis", "from_value", "to_value", "quant
 SUITE_CURVE_COLUMNS: Final = (
     *("variant", "bridge", "abutment", "component", "limit_state", SUITE),
     *("method", "theta", "theta_low", "theta_high", "beta", "level", "n_records", "status"),
+    "extrapolated",
 )
 
 DESCRIPTIONS: Final = {

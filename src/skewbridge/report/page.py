@@ -28,6 +28,7 @@ from skewbridge.fragility import paper_table, verdicts
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES
+from skewbridge.fragility.union import UNION_COLUMNS
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, OK
 from skewbridge.report import answer, appearance
 from skewbridge.report.answer import change_name, counted, effect_name, model_name, number_word
@@ -213,11 +214,12 @@ def _answer_cell(row: Mapping[str, Any] | None, reach: float) -> dict[str, Any]:
         return {"text": "no run reaches it", "sizes": ""}
     if row["status"] != OK:
         return {"text": "not estimable", "sizes": ""}
+    outside = f", {answer.extent_of_data(row)}" if row["n_extrapolated"] > 0 else ""
     bar = [np.clip(np.log(row[end]) / reach, -1.0, 1.0) for end in ("ci_low", "ratio", "ci_high")]
     return {
         **_cell({**row, "verdict_family": row["claim"]}),
         "certainty": answer.CERTAINTY[row["claim"]],
-        "sizes": f"{row['from_demand']:.2f} → {row['to_demand']:.2f} g",
+        "sizes": f"{row['from_demand']:.2f} → {row['to_demand']:.2f} g{outside}",
         "bar": [round(50.0 + 49.0 * float(share), 1) for share in bar],
     }
 
@@ -390,7 +392,8 @@ _FIT_COLUMNS: Final = (
     *("variant", "component", "limit_state", "method", "demand", "preferred", "methods_differ"),
     *("theta", "theta_low", "theta_high", "beta", "beta_total", "threshold"),
     *("capacity_dispersion", "ln_a", "b", "sigma", "var_ln_theta", "cov_ln_theta_beta", "var_beta"),
-    *("level", "methods_ratio", "n_exceed", "n_runs"),
+    *("level", "methods_ratio", "n_exceed", "n_runs", "extrapolated", "im_low", "im_high"),
+    *UNION_COLUMNS,
 )
 _EFFECT_COLUMNS: Final = (
     *("model", "quantity", "demand", "axis", "from", "to", "values", "judged_by", "unit", "status"),
@@ -524,7 +527,7 @@ def _effect_rows(
 
 
 def _rows(table: pd.DataFrame, columns: Sequence[str]) -> list[list[Any]]:
-    return _finite(table[list(columns)]).to_numpy().tolist()
+    return _finite(table.reindex(columns=list(columns))).to_numpy().tolist()
 
 
 def _finite(table: pd.DataFrame) -> pd.DataFrame:
@@ -615,10 +618,14 @@ def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
 
 
 def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
-    """Return a median with its interval; without a fit, ``otherwise`` or the status in words."""
+    """Return a median with its interval; without a fit, ``otherwise`` or the status in words.
+
+    † marks an extrapolated median.
+    """
     if row["status"] != FITTED:
         return otherwise or in_words(row["status"])
-    return paper_table.with_interval([row[f"theta{end}"] for end in ("", "_low", "_high")])
+    text = paper_table.with_interval([row[f"theta{end}"] for end in ("", "_low", "_high")])
+    return f"{text} {paper_table.DAGGER}" if row.get(paper_table.EXTRAPOLATED) is True else text
 
 
 def quality(

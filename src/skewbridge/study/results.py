@@ -10,7 +10,6 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import pandas as pd
 from joblib import cpu_count
-from scipy import special
 
 from skewbridge.demands.columns import COLUMNS, demands_for, label_of, unit_of
 from skewbridge.demands.validity import BEYOND_MODEL, FAILURE_DEMANDS, is_complete
@@ -48,6 +47,7 @@ from skewbridge.fragility.limit_states import (
 )
 from skewbridge.fragility.motion_means import Jackknifed, motion_weights
 from skewbridge.fragility.outcomes import demand_outcomes
+from skewbridge.fragility.paper_table import EXTRAPOLATED
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import PAPER_TABLE, fragility_tables, write_tables
 from skewbridge.study.folder import StudyFolder, starter_files
@@ -390,6 +390,9 @@ def predict_states(
 ) -> list[Row]:
     """Return predictions at a point in the range of a study, one row per fitted limit state.
 
+    ``extrapolated`` and ``p_extrapolated`` are true if fewer than three motions are as strong, or
+    as weak, as the median or the intensity ``at``.
+
     `InputError` for a missing table, bridge, model or state, or a value outside the range.
     """
     path = StudyFolder(results).fragility("joint")
@@ -414,9 +417,14 @@ def predict_states(
         model.axis_range.check(values)
         theta, *ends = model.median(values)
         found = {"component": row["component"], "state": row["limit_state"], "theta": theta}
-        found |= {"beta": model.beta, "beta_total": model.beta_total, "ci_theta": ends}
-        for name, beta in (("p", model.beta_total), ("p_records", model.beta)):
-            found[name] = None if at is None else float(special.ndtr(np.log(at / theta) / beta))
+        betas = np.exp(model.logs(values)[0, 1:]).tolist()
+        found |= dict(zip(("beta", "beta_total"), betas, strict=True)) | {"ci_theta": ends}
+        for name, union in zip(("p_records", "p"), model.unions(values), strict=True):
+            found[name] = None if at is None else float(union.probability(np.log(at))[0])
+        # tables of earlier versions have no range: their medians count as extrapolated
+        low, high = row.get("im_low", np.inf), row.get("im_high", -np.inf)
+        found[EXTRAPOLATED] = not low <= theta <= high
+        found[f"p_{EXTRAPOLATED}"] = None if at is None else not low <= at <= high
         found |= {"loo_error": row["loo_error"], "im": row["im"], RANDOM_PROPERTIES: drawn}
         rows.append(found)
     return rows
