@@ -17,6 +17,7 @@ from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import fragility_tables
 from skewbridge.report.page import write_report
 from skewbridge.report.study_figures import SECTIONS
+from skewbridge.study.config import parse_config
 
 STATES = [
     DRIFT_ENTRY,
@@ -61,7 +62,7 @@ def write_page(
     empty = pd.DataFrame({"demand": pd.Series(dtype=str)})
     same = ("curves", "joint", "system", "effects", "intensity_effects", "needed_motions")
     frames = {"demands": demands, "medians": found["median_effects"]}
-    frames |= {name: found[name] for name in (*same, "input_notes", "suites")}
+    frames |= {name: found[name] for name in (*same, "input_notes", "suites", "shear_models")}
     frames |= dict.fromkeys(("measures", "contact_checks", "sensitivity"), empty)
     frames["suite"] = pd.DataFrame({"source": [source] * 2})
     paths = {name: folder / f"{name}.parquet" for name in frames}
@@ -78,5 +79,5 @@ def write_page(
     fits = {"exclude_suspect": False, "limit_states": str(limits)}
     given = merged({"grid": {"bridge": list(bridges)}, "fragility": fits}, config or {})
     page = folder / "page.html"
-    write_report(tables=paths, figures=folder, config=given, output=page)
+    write_report(tables=paths, figures=folder, study=parse_config(given), output=page)
     return page, frames

@@ -6,7 +6,8 @@ interval follows Welch (1947), Biometrika 34, 28-35.
 """
 
 from collections.abc import Mapping, Sequence
-from itertools import combinations
+from dataclasses import replace
+from itertools import combinations, permutations
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,20 +15,23 @@ import numpy as np
 import pandas as pd
 from scipy import special
 
+from skewbridge.demands import validity
 from skewbridge.demands.columns import SUITE, demands_for
-from skewbridge.demands.validity import with_derived_columns
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import Row, records_of, write_frame
 from skewbridge.files.text import write_text
 from skewbridge.fragility import demand_table, paper_table, verdicts
-from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.curves import METHODS, fit_study
 from skewbridge.fragility.effects import effect_tables, median_effects
+from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, States, with_column_failure
 from skewbridge.fragility.measures import measure_table
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves
+from skewbridge.statuses import OK
 from skewbridge.variant.axes import axes_of
+from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.random_properties import RANDOM_PROPERTIES, drawn_properties
 
 PAPER_TABLE: Final = "table"
@@ -38,6 +42,9 @@ REFERENCE_STATES: Final = tuple(
     for component in ("column_curvature", "column_drift", "unseating")
 )
 ALL_SUITES: Final = "all"
+#: Status of medians that contradict the order of the capacities.
+NOT_ORDERED: Final = "not_ordered"
+_ESTIMATES: Final = "^((theta|beta|beta_total)(_low|_high)?|var_.*|cov_.*)$"
 DEPENDS: Final = "depends on the motions"
 NO_DIFFERENCE: Final = "no difference shown"
 #: Differences above this number of standard errors are reported; one in 20 exceeds it by chance.
@@ -52,7 +59,7 @@ DESCRIPTIONS: Final = {
     name: demand_table.described(name)
     for name in (
         *("curves", "median_effects", "effects", "intensity_effects", "needed_motions", "joint"),
-        *("system", "measures", "input_notes", "suites", "suite_curves"),
+        *("system", "measures", "input_notes", "suites", "suite_curves", "shear_models"),
     )
 } | {PAPER_TABLE: paper_table.PAPER_COLUMNS}
 
@@ -67,7 +74,9 @@ def fragility_tables(
 ) -> dict[str, pd.DataFrame]:
     """Return a dict of all tables of results/fragility. An `InputError` names row and column."""
     demand_table.need_columns(demands, demand_table.KEY_COLUMNS)
-    states = with_column_failure(limit_states, with_derived_columns(demands.head(0)).columns)
+    states = with_column_failure(
+        limit_states, validity.with_derived_columns(demands.head(0)).columns
+    )
     wanted = list(dict.fromkeys(state.demand for state in states))
     checked = demand_table.prepared(demands, wanted, settings)
     rows = checked.table
@@ -91,11 +100,61 @@ def fragility_tables(
         "system": system_curves(rows, states, settings, jobs=jobs),
         PAPER_TABLE: paper_table.paper_table(curves, medians, joint, settings),
         "input_notes": checked.notes,
+        "shear_models": shear_model_curves(rows, settings, jobs=jobs),
         **suite_tables(rows, states, names, settings, together=(medians, effects), jobs=jobs),
     }
     for table in tables.values():
         table.attrs[RANDOM_PROPERTIES] = ", ".join(drawn_properties(map(str, demands))) or "none"
     return tables
+
+
+def shear_model_curves(rows: pd.DataFrame, settings: FitSettings, jobs: int = 1) -> pd.DataFrame:
+    """Return the fragility curves of column shear failure, one limit state per shear model.
+
+    ``rows`` is a checked demands table. The demand / capacity ratios are peaks over all steps, even
+    after a column failure, so a failure in one model does not censor the others. Variants in which
+    no model predicts a failure are left out. Without these ratios the table is empty.
+    """
+    failure = with_column_failure([], validity.FAILURE_DEMANDS.values())[0]
+    states = [
+        replace(failure, component="column_shear", name=name, demand=demand)
+        for name, demand in SHEAR_MODEL_DEMANDS.items()
+        if demand in rows
+    ]
+    fails = (rows[[state.demand for state in states]] >= 1.0).any(axis=1)
+    rows = rows[rows["variant"].isin(rows.loc[fails, "variant"])]
+    if rows.empty:
+        return pd.DataFrame(columns=list(demand_table.described("shear_models")))
+    failed = validity.is_beyond_model(rows) & (rows["status"] == OK)
+    ends = {validity.BEYOND_MODEL: "", validity.COMPLETE: validity.is_complete(rows) | failed}
+    curves = fit_study(rows.assign(**ends), states, settings, jobs=jobs)
+    parts = curves.groupby("variant", sort=False)
+    chosen = [_of_one_method(part, rows[rows["variant"] == name]) for name, part in parts]
+    return pd.concat(chosen, ignore_index=True)
+
+
+def _of_one_method(curves: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
+    """Return the curves of one variant by the method with most estimates in the right order.
+
+    A demand at least as large as another one in every run cannot have the larger median.
+    """
+    curves = curves.assign(fitted=curves["status"] == FITTED)
+    counts = curves.groupby("method")[["fitted", "preferred"]].sum().reindex(METHODS, fill_value=0)
+    order = sorted(METHODS, key=lambda method: tuple(-counts.loc[method]))
+    tables = [curves[curves["method"] == method] for method in order]
+    for table in tables:
+        fits = records_of(table[table["fitted"]])
+        if fits and all(
+            one["theta"] <= other["theta"] * (1.0 + 1.0e-9)
+            for one, other in permutations(fits, 2)
+            if ((runs[one["demand"]] - runs[other["demand"]]).dropna() >= 0.0).all()
+        ):
+            return table.assign(preferred=table.pop("fitted"))
+    table = tables[0].assign(preferred=False)
+    fitted = table.pop("fitted")
+    table.loc[fitted, table.filter(regex=_ESTIMATES).columns] = np.nan
+    table.loc[fitted, ["status", "extrapolated"]] = [NOT_ORDERED, False]
+    return table
 
 
 def suite_tables(

@@ -27,7 +27,7 @@ from skewbridge.files.text import write_text
 from skewbridge.fragility import paper_table, verdicts
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES
+from skewbridge.fragility.limit_states import HEADLINE_STATES
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, OK
 from skewbridge.report import answer, appearance
 from skewbridge.report.answer import change_name, counted, effect_name, model_name, number_word
@@ -35,11 +35,9 @@ from skewbridge.report.appearance import groups_of, in_words, plain_label, shown
 from skewbridge.report.methods import STATE_HEADS, methods_of
 from skewbridge.report.study_figures import SECTIONS, Caption, read_captions
 from skewbridge.statuses import STATUSES
-from skewbridge.study.config import StudyConfig, parse_config
-from skewbridge.study.results import shear_model_medians
+from skewbridge.study.config import StudyConfig
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of
-from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 
 _CHANGE: Final = ("axis", "from_value", "to_value")
 _WIDEST_BAR: Final = 2.5  # largest ratio that the interval bars of the first screen cover
@@ -53,24 +51,19 @@ _MEASURES: Final = (
 
 
 def write_report(
-    *, tables: Mapping[str, Path], figures: Path, config: Mapping[str, Any], output: Path
+    *, tables: Mapping[str, Path], figures: Path, study: StudyConfig, output: Path
 ) -> None:
     """Write the report to an HTML file.
 
     ``tables`` maps the names in `StudyFolder.report_inputs` to paths. It may also contain
-    check_predict and choices (modelling choices). ``figures`` is a folder. ``config`` contains
-    plain values only.
+    check_predict and choices (modelling choices). ``figures`` is a folder.
     """
     frames = {name: read_frame(path) for name, path in tables.items() if path.suffix == ".parquet"}
     demands, curves, medians = (frames[name] for name in ("demands", "curves", "medians"))
-    study = parse_config(config)
     functions = (axes_of, model_name, shown_axes, variant_text)
     filters = (groups_of, in_words, median_text, number_text, records_of, shown_rows, unbroken)
     environment = appearance.templates(*functions, *filters)
     unreached = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
-    shear = curves[(curves["component"] == COLUMN_FAILURE) & (curves["limit_state"] == "shear")]
-    shear = paper_table.chosen_curves(shear)
-    shear_models = shear_model_medians(demands, study.fragility)
     with appearance.shown_in(study.figures.units):
         page = environment.get_template("report.html.j2").render(
             **_first_screen(frames, study),
@@ -83,12 +76,10 @@ def write_report(
             unreached=groups_of(unreached, (*BRIDGE_COLUMNS, "component", "limit_state")),
             n_variants=curves.groupby(list(BRIDGE_COLUMNS))["variant"].nunique(),
             measure_columns=list(_MEASURES),
-            shear_models=shear_models,
             shear_heads=[
-                f"{label_of(SHEAR_MODEL_DEMANDS[name]).partition(', ')[2]}, θ [interval]"
-                for name in shear_models["limit_state"].unique()
+                f"{label_of(demand).partition(', ')[2]}, θ [interval]"
+                for demand in frames["shear_models"]["demand"].unique()
             ],
-            shear_medians={row["variant"]: median_text(row) for row in records_of(shear)},
             choices=groups_of(frames["choices"], BRIDGE_COLUMNS) if "choices" in frames else [],
             checks=json.loads(tables["checks"].read_text("utf-8")),
             quality=quality(demands, frames["sensitivity"], frames.get("check_predict")),
@@ -96,7 +87,9 @@ def write_report(
             methods=methods_of(study, frames["suite"]),
             state_heads=STATE_HEADS,
             provenance=dict(sorted(read_stamp(tables["demands"]).items())),
-            config=yaml.safe_dump(dict(config), sort_keys=False),
+            config=yaml.safe_dump(
+                study.model_dump(mode="json", exclude={"batches"}), sort_keys=False
+            ),
         )
     write_text(output, page)
 

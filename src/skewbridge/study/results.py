@@ -13,7 +13,7 @@ from joblib import cpu_count
 from scipy import special
 
 from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for, unit_of
-from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE, FAILURE_DEMANDS
+from skewbridge.demands.validity import COMPLETE
 from skewbridge.errors import InputError
 from skewbridge.files.tables import (
     Row,
@@ -26,7 +26,6 @@ from skewbridge.files.tables import (
 )
 from skewbridge.files.text import writable_folder
 from skewbridge.fragility import paper_table
-from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
 from skewbridge.fragility.demand_table import (
     BRIDGE_COLUMNS,
     KEY_COLUMNS,
@@ -51,7 +50,6 @@ from skewbridge.fragility.limit_states import States, load_limit_states, with_co
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import PAPER_TABLE, fragility_tables, write_tables
 from skewbridge.study.folder import StudyFolder
-from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.random_properties import DRAW_PREFIX, RANDOM_PROPERTIES
 
 #: Table of joint models in the folder of a study, or in one written by `skewbridge statistics`.
@@ -117,26 +115,6 @@ def _frame(path: Path) -> pd.DataFrame:
     frame.attrs["units"] = {name: unit for name, unit in units.items() if unit}
     frame.attrs["provenance"] = texts_of(table.schema)
     return frame
-
-
-def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS) -> pd.DataFrame:
-    """Return the fragility curves of column shear failure, one limit state per shear model.
-
-    The demand / capacity ratios are peaks over all steps, even after a column failure, so a failure
-    in one model does not censor the others. Variants in which no model predicts a failure are left
-    out. The result is empty if the demands do not include these ratios.
-    """
-    failure = with_column_failure([], FAILURE_DEMANDS.values())[0]
-    states = [
-        replace(failure, component="column_shear", name=name, demand=demand)
-        for name, demand in SHEAR_MODEL_DEMANDS.items()
-        if demand in demands
-    ]
-    fails = (demands[[state.demand for state in states]] >= 1.0).any(axis=1)
-    rows = demands[demands["variant"].isin(demands.loc[fails, "variant"])]
-    if rows.empty:
-        return pd.DataFrame(columns=[*CURVE_COLUMNS])
-    return paper_table.chosen_curves(fit_study(rows.assign(**{BEYOND_MODEL: ""}), states, settings))
 
 
 def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFrame, str]:
