@@ -29,6 +29,7 @@ from skewbridge.report.answer import (
     failure_sentences,
     limit_notes,
     motions_sentence,
+    no_ratio_text,
     run_counts,
     short_names,
 )
@@ -89,7 +90,7 @@ def headline_text(table: pd.DataFrame, runs: pd.DataFrame, motions: pd.DataFrame
 
 def _change(row: dict[str, Any]) -> str:
     if row["status"] != OK:
-        return "an unknown amount (no run reaches it)"
+        return f"an unknown amount ({no_ratio_text(row)})"
     return f"{change_text(row)} ({interval_text(row)}, {CERTAINTY[row['claim']]})"
 
 

@@ -21,7 +21,7 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import Row, records_of, write_frame
 from skewbridge.files.text import write_text
 from skewbridge.fragility import demand_table, paper_table, verdicts
-from skewbridge.fragility.curves import METHODS, fit_study
+from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import joint_table
@@ -50,11 +50,6 @@ NO_DIFFERENCE: Final = "no difference shown"
 #: Differences above this number of standard errors are reported; one in 20 exceeds it by chance.
 LARGEST_ERRORS: Final = 2.0
 _EFFECT: Final = ("bridge", "abutment", "axis", "from_value", "to_value", "quantity", "demand")
-SUITE_CURVE_COLUMNS: Final = (
-    *("variant", "bridge", "abutment", "component", "limit_state", SUITE),
-    *("method", "theta", "theta_low", "theta_high", "beta", "level", "n_records", "status"),
-)
-
 DESCRIPTIONS: Final = {
     name: demand_table.described(name)
     for name in (
@@ -134,26 +129,24 @@ def shear_model_curves(rows: pd.DataFrame, settings: FitSettings, jobs: int = 1)
 
 
 def _of_one_method(curves: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
-    """Return the curves of one variant by the method with most estimates in the right order.
+    """Return the curves of one variant by the method that estimates most of its medians.
 
-    A demand at least as large as another one in every run cannot have the larger median.
+    A demand at least as large as another one in every run cannot have the larger median. If it has,
+    no median is estimated.
     """
-    curves = curves.assign(fitted=curves["status"] == FITTED)
-    counts = curves.groupby("method")[["fitted", "preferred"]].sum().reindex(METHODS, fill_value=0)
-    order = sorted(METHODS, key=lambda method: tuple(-counts.loc[method]))
-    tables = [curves[curves["method"] == method] for method in order]
-    for table in tables:
-        fits = records_of(table[table["fitted"]])
-        if fits and all(
-            one["theta"] <= other["theta"] * (1.0 + 1.0e-9)
-            for one, other in permutations(fits, 2)
-            if ((runs[one["demand"]] - runs[other["demand"]]).dropna() >= 0.0).all()
-        ):
-            return table.assign(preferred=table.pop("fitted"))
-    table = tables[0].assign(preferred=False)
-    fitted = table.pop("fitted")
-    table.loc[fitted, table.filter(regex=_ESTIMATES).columns] = np.nan
-    table.loc[fitted, ["status", "extrapolated"]] = [NOT_ORDERED, False]
+    # of methods with equally many estimates, the one that more models prefer, else cloud
+    score = 10 * (curves["status"] == FITTED) + curves["preferred"].astype(int)
+    method = score.groupby(curves["method"], sort=False).sum().idxmax()
+    table = curves[curves["method"] == method]
+    table = table.assign(preferred=table["status"] == FITTED)
+    if any(
+        one["theta"] > other["theta"] * (1.0 + 1.0e-9)
+        and ((runs[one["demand"]] - runs[other["demand"]]).dropna() >= 0.0).all()
+        for one, other in permutations(records_of(table[table["preferred"]]), 2)
+    ):
+        crossed = table["preferred"].copy()
+        table.loc[crossed, table.filter(regex=_ESTIMATES).columns] = np.nan
+        table.loc[crossed, ["status", "extrapolated", "preferred"]] = [NOT_ORDERED, False, False]
     return table
 
 
@@ -190,8 +183,8 @@ def suite_tables(
             found = found[found["ratio"].notna()]  # NaN if zero demands allow only a difference
             effects += [{**row, **shared, SUITE: name} for row in records_of(found)]
     if not effects:
-        empty = {"suites": effect_columns, "suite_curves": list(SUITE_CURVE_COLUMNS)}
-        return {name: pd.DataFrame(columns=columns) for name, columns in empty.items()}
+        empty = ("suites", "suite_curves")
+        return {name: pd.DataFrame(columns=list(demand_table.described(name))) for name in empty}
     compared: list[Row] = []
     for _, part in pd.DataFrame(effects).groupby(list(_EFFECT), sort=False):
         records = {row[SUITE]: row for row in records_of(part)}
@@ -199,7 +192,7 @@ def suite_tables(
         compared += [_compared(records[one], records[other]) for one, other in pairs]
     return {
         "suites": pd.DataFrame([*effects, *compared], columns=effect_columns),
-        "suite_curves": pd.concat(curves, ignore_index=True)[list(SUITE_CURVE_COLUMNS)],
+        "suite_curves": pd.concat(curves, ignore_index=True),
     }
 
 

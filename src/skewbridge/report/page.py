@@ -62,6 +62,7 @@ def write_report(
     demands, curves, medians = (frames[name] for name in ("demands", "curves", "medians"))
     functions = (axes_of, model_name, shown_axes, variant_text)
     filters = (groups_of, in_words, median_text, number_text, records_of, shown_rows, unbroken)
+    config = study.model_dump(mode="json", exclude={"batches"})
     environment = appearance.templates(*functions, *filters)
     unreached = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
     with appearance.shown_in(study.figures.units):
@@ -87,9 +88,7 @@ def write_report(
             methods=methods_of(study, frames["suite"]),
             state_heads=STATE_HEADS,
             provenance=dict(sorted(read_stamp(tables["demands"]).items())),
-            config=yaml.safe_dump(
-                study.model_dump(mode="json", exclude={"batches"}), sort_keys=False
-            ),
+            config=yaml.safe_dump(config, sort_keys=False),
         )
     write_text(output, page)
 
@@ -173,10 +172,9 @@ def _answer_cell(row: Mapping[str, Any] | None, reach: float) -> dict[str, Any]:
 
     Positions on the bar are in per cent of its width, which covers ln ratios of -reach to reach.
     """
-    if row is None or row["status"] == answer.NOT_REACHED:
-        return {"text": "no run reaches it", "sizes": ""}
-    if row["status"] != OK:
-        return {"text": "not estimable", "sizes": ""}
+    if row is None or row["status"] != OK:
+        reason = "no comparison" if row is None else answer.no_ratio_text(row)
+        return {"text": reason, "sizes": ""}
     bar = [np.clip(np.log(row[end]) / reach, -1.0, 1.0) for end in ("ci_low", "ratio", "ci_high")]
     return {
         **_cell({**row, "verdict_family": row["claim"]}),
