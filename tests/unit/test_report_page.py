@@ -14,13 +14,20 @@ import pytest
 import yaml
 
 from fragility_tables import IM, synthetic_demands
-from report_pages import STATES, write_page
+from report_pages import NUMBER, STATES, assert_printed, tables_of, write_page, wrong_numbers
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.study_tables import fragility_tables
-from skewbridge.report.answer import ANSWER_COLUMNS, change_name, limit_notes, title_of
+from skewbridge.report.answer import (
+    ANSWER_COLUMNS,
+    change_name,
+    effect_name,
+    limit_notes,
+    title_of,
+)
+from skewbridge.report.appearance import demand_name
 from skewbridge.report.methods import methods_of
 from skewbridge.report.page import bridge_words, sketch
 from skewbridge.report.study_figures import SECTIONS
@@ -45,6 +52,76 @@ def answer_of(page):
     return page[page.index('<section id="answer">') : page.index('<section id="effects">')]
 
 
+TABLES = ("The answer", "Effects, all variants", "Effects, other states and demands", "System")
+
+
+def effect_cells(frames):
+    """Yield label, heading and numbers of every pooled effect."""
+    for row in pd.concat([frames["medians"], frames["effects"]]).to_dict("records"):
+        if row["scope"] != "pooled":
+            continue
+        names, factor, start = ("ratio", "ci_low", "ci_high"), 100.0, 1.0
+        if row["judged_by"] == "difference":
+            names = ("difference", "difference_low", "difference_high")
+            factor, start = 1.0, 0.0
+        values = [factor * (row[name] - start) for name in names] if row["status"] == "ok" else []
+        state = "/" in row["demand"]
+        label = f"Median, {effect_name(row['demand'])}" if state else demand_name(row["demand"])
+        yield label, change_name(row["axis"], row["from_value"], row["to_value"]), values, row
+
+
+def assert_tables(page, frames):
+    """Check every number in the tables of a study of one model against its own row."""
+    tables = tables_of(page)
+    answer, *maps = (tables.get(name, []) for name in TABLES[:3])
+    demands, changes, states = frames["demands"], {row[0]: row for row in answer[1:]}, answer[0]
+    rows = [(*row[0].partition("±")[::2], table[0], row) for table in maps for row in table[1:]]
+    margins = {label.strip(): margin for label, margin, *_ in rows}
+    cells = {
+        (label.strip(), head): cell
+        for label, _, heads, row in rows
+        for head, cell in zip(heads[1:], row[1:], strict=True)
+    }
+    effects = list(effect_cells(frames))
+    assert len(cells) >= len(effects) > 10
+    for label, change, values, row in effects:
+        assert_printed(cells.pop((label, change)), values)
+        margin = (
+            row["difference_margin"] if row["judged_by"] == "difference" else 100 * row["margin"]
+        )
+        assert_printed(margins[label], [margin] if margins[label] else [])
+        state = effect_name(row["demand"])
+        if change in changes and state in states:
+            ends = [row["from_mean"], row["from_mean"] * row["ratio"]] if values else []
+            cell = changes[change][states.index(state)]
+            assert_printed(cell, [*values[:1], *ends, *values[1:]])
+    assert not [cell for cell in cells.values() if cell != "–"]
+    assert set(changes) == {change for _, change, *_ in effects}
+    for label, row in changes.items():
+        name = label.split()[0].lower().replace("skew", "skew_deg").replace("gap", "gap_mm")
+        groups = demands.assign(failed=demands["beyond_model"] != "").groupby(name)["failed"]
+        assert_printed(
+            row[-1], [groups.sum().iloc[0], groups.sum().iloc[-1], groups.size().iloc[0]]
+        )
+    system = frames["system"]
+    assert len(tables["System"]) == 1 + len(system)
+    for cells, row in zip(tables["System"][1:], system.to_dict("records"), strict=True):
+        assert row["bridge"] in cells[0]
+        assert_printed(cells[1], [row[name] for name in ("skew_deg", "gap_mm", "friction")])
+        assert_printed(cells[3], [row["n_exceed"], row["n_runs"]])
+        names = [
+            "theta",
+            "theta_low",
+            "theta_high",
+            "beta",
+            "theta_correlated",
+            "theta_independent",
+        ]
+        assert_printed(
+            " ".join(cells[4:8]), [row[name] for name in names if row[name] == row[name]]
+        )
+
+
 def test_bases_axes_counts_and_answers_are_those_of_the_study(render):
     demands = synthetic_demands(skews=(0, 60), gaps=(25,))
     page, frames = render(demands)
@@ -54,18 +131,24 @@ def test_bases_axes_counts_and_answers_are_those_of_the_study(render):
     assert "a median of 3 %" in page  # friction above its limit, of the analyses that rub
     assert "fixed column bases" not in page
     assert "three capacity models" not in page
-    medians = frames["medians"]
-    pooled = medians[(medians["scope"] == "pooled") & (medians["status"] == "ok")]
-    assert len(pooled)
-    for row in pooled.to_dict("records"):
-        low, high = (100.0 * (row[name] - 1.0) for name in ("ci_low", "ci_high"))
-        assert f"{low:+.1f} to {high:+.1f} %" in page or f"{low:+.0f} to {high:+.0f} %" in page
+    assert_tables(page, frames)
     head = answer_of(page)
-    bearing = pooled[pooled["demand"] == "bearing/slight"]
-    assert len(bearing) == 2
-    for before, ratio in bearing[["from_mean", "ratio"]].to_numpy():
-        assert f"{before:.2f} → {before * ratio:.2f}" in head
     assert "<b>certain" in head or "certain</b>" in head
+
+
+def test_every_wrong_number_in_the_tables_of_the_page_is_found(render):
+    """A test of `assert_tables`, which the other tests use."""
+    page, frames = render(synthetic_demands(skews=(0, 60), gaps=(25,)))
+    for name in TABLES:
+        start = page.index("<tbody>", page.index(f'aria-label="{name}"'))
+        table = page[start : page.index("</table>", start)]
+        cells = re.finditer(r">([^<>]+)<", table)
+        mutants = [(cell, wrong) for cell in cells for wrong in wrong_numbers(cell[1])]
+        assert len(mutants) >= 20
+        for cell, wrong in mutants:
+            text = page[: start + cell.start(1)] + wrong + page[start + cell.end(1) :]
+            with pytest.raises((AssertionError, KeyError)):
+                assert_tables(text, frames)
 
 
 def test_failures_tables_intensities_and_links_are_those_of_the_study(render):
@@ -83,10 +166,7 @@ def test_failures_tables_intensities_and_links_are_those_of_the_study(render):
     assert "weakest component" in page
     assert "components independent" in page
     assert "theta correlated" not in page
-    system = frames["system"][frames["system"]["status"] == "ok"]
-    assert len(system)
-    for row in system.to_dict("records"):
-        assert f"{row['theta']:.3g} [{row['theta_low']:.3g}, {row['theta_high']:.3g}]" in page
+    assert_tables(page, frames)
     wanted = set(re.findall(r'href="#([^"]+)"', page))
     assert wanted <= set(re.findall(r'id="([^"]+)"', page))
     # addresses inside the vendored library are texts of its messages
@@ -252,31 +332,53 @@ def test_the_page_compares_the_medians_of_shear_failure_under_three_capacity_mod
 
 
 ROOT = Path(__file__).parents[2]
-# numbers in names of states, bridges and texts, and the level of the intervals
-WORDS = r"DCR [\d.]+|osb\d\w*|p = "
+LEADING = ("column_failure/any", "unseating/slight")
 
 
-def printed_numbers(text):
-    """Return the numbers of a text without those in names."""
-    text = re.sub(WORDS, "", text).replace("\u00a0", " ")
-    return {abs(float(number)) for number in re.findall(r"[-+]?\d+(?:\.\d+)?(?:e-\d+)?", text)}
+def in_name(name):
+    """Return the numbers in a name."""
+    return [float(number) for number in NUMBER.findall(name)]
 
 
-def table_numbers(table, runs, motions):
-    """Return every number of the tables as it may be printed: digits, per cent and mm."""
-    values = [frame.select_dtypes("number").to_numpy(dtype=float).ravel()
-              for frame in (table, runs, motions)]  # fmt: skip
-    values.append(runs.loc[runs["axis"] == ""].sum(numeric_only=True).to_numpy(dtype=float))
-    raw = np.concatenate(values)
-    raw = raw[np.isfinite(raw)]
-    ratios = table[[c for c in table if c.endswith("ratio") or c.startswith("ci_")]]
-    changes = 100.0 * (ratios.to_numpy(dtype=float).ravel() - 1.0)
-    forms = set()
-    for value in (*raw, *(100.0 * raw), *(1000.0 * raw), *changes[np.isfinite(changes)]):
-        size = abs(float(value))
-        texts = (f"{size:.0f}", f"{size:.1f}", f"{size:.2f}", f"{size:.2g}", f"{size:.3g}")
-        forms |= {float(text) for text in texts}
-    return forms | {float(len(motions))}
+def headline_values(table, runs, motions):
+    """Return the numbers of the headline in the order of the text, each from its own rows."""
+    medians = table[table["quantity"] == "median_capacity"]
+    models = list(dict.fromkeys(medians["bridge"]))
+    names = [in_name(model) if len(models) > 1 else [] for model in models]
+    for change, part in medians.groupby(["axis", "from_value", "to_value"], sort=False):
+        yield from change[1:]
+        for state in LEADING:
+            for row in part[part["demand"] == state].to_dict("records"):
+                if row["status"] == "ok":
+                    yield from (100.0 * (row[n] - 1.0) for n in ("ratio", "ci_low", "ci_high"))
+                yield from in_name(row["bridge"])
+    whole = runs[runs["axis"] == ""].set_index("bridge")
+    yield from whole[["n_failed", "n_runs"]].sum()
+    for model, name in zip(models, names, strict=True):
+        yield from [*whole.loc[model, ["n_failed", "n_runs"]], *name] if name else []
+    yield from whole[["n_shear", "n_flexure"]].sum()
+    yield whole["n_bounds"].sum()
+    yield 100.0 * medians["level"].max()
+    yield len(motions)
+    yield from motions[["magnitude", "distance_km"]].iloc[0]
+    yield from (table["first_im"].min(), table["last_im"].max())
+    rows = medians[medians["demand"].isin(LEADING) & (medians["status"] == "ok")]
+    for (bridge, _), part in rows.groupby(["bridge", "demand"], sort=False):
+        if part["n_extrapolated"].sum() > 0:
+            yield from [*in_name(bridge), part["im_low"].min(), part["im_high"].max()]
+        elif part["n_without_curve"].sum() > 0:
+            yield from in_name(bridge)
+
+
+def assert_headline(text, stored):
+    assert_printed(text, list(headline_values(*stored)))
+
+
+def assert_wrong_numbers_are_found(text, stored):
+    """Check that `assert_headline` finds every wrong number; a test of the tests."""
+    for wrong in wrong_numbers(text):
+        with pytest.raises(AssertionError):
+            assert_headline(wrong, stored)
 
 
 @pytest.fixture(scope="module")
@@ -312,21 +414,18 @@ def test_the_readme_agrees_with_its_stored_tables():
     stored = headline.stored_tables(ROOT)
     text = headline.headline_text(*stored)
     assert headline.with_headline(readme, text) == readme
-    assert printed_numbers(text) <= table_numbers(*stored)
+    assert_headline(text, stored)
+    assert_wrong_numbers_are_found(text, stored)
     with pytest.raises(InputError, match="markers"):
         headline.with_headline("nothing", "text")
 
 
 def test_headline_of_a_study_prints_numbers_of_its_tables(repository):
-    root, tables = repository
+    root, _ = repository
     stored = headline.stored_tables(root)
     text = headline.headline_text(*stored)
-    assert printed_numbers(text) <= table_numbers(*stored)
-    medians = tables["median_effects"]
-    medians = medians[(medians["scope"] == "pooled") & (medians["demand"] == "unseating/slight")]
-    for row in medians.to_dict("records"):
-        assert f"{100.0 * (row['ratio'] - 1.0):+.1f}"[1:4] in text
-        assert change_name(row["axis"], row["from_value"], row["to_value"]) in text
+    assert_headline(text, stored)
+    assert_wrong_numbers_are_found(text, stored)
     readme = (root / "README.md").read_text(encoding="utf-8")
     assert (readme[:7], readme[-7:]) == ("before\n", "\nafter\n")
     assert "previous text" not in readme
