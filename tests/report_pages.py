@@ -86,7 +86,7 @@ def write_page(
     given = merged({"grid": {"bridge": list(bridges)}, "fragility": fits}, config or {})
     page = folder / "page.html"
     write_report(tables=paths, figures=folder, study=parse_config(given), output=page)
-    return page, frames
+    return page, frames | {"paper": found["table"]}
 
 
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?")
