@@ -366,12 +366,14 @@ def test_medians_under_shear_models_have_the_order_of_the_capacities(seed, plate
     curves, theta, status, method = shear_curves(table)
     for weak, strong in (("sdc_nominal", "sdc_expected"), ("sdc_expected", "kowalsky_priestley")):
         estimated = (status[[weak, strong]] == "ok").all(axis=1)
-        assert (theta[weak] < theta[strong])[estimated].all()
+        # equal if the same runs exceed and both medians are from the exceedance fit
+        assert (theta[weak] <= (1.0 + 1e-9) * theta[strong])[estimated].all()
     assert (theta.notna() == (status == "ok")).all(axis=None)
-    assert status["sdc_nominal"].eq("ok").sum() == 12
+    assert status["sdc_nominal"].eq("ok").sum() >= 7
     assert method.nunique(axis=1).eq(1).all()
-    # a demand of the whole motion is known although the study ended the run at its own failure
-    assert set(curves["n_unknown"]) == set(curves["n_censored"]) == {0}
+    # a failure in the model of the study bounds the ratio of no other model
+    assert curves["n_unknown"].eq(0).all()
+    assert curves["n_censored"].equals(curves["n_exceed"])
     exceed = curves.groupby("limit_state")["n_exceed"].sum()
     for name, number in exceed.items():
         assert number == (table[f"{SHEAR}{name}"] > 1.0).sum()
@@ -382,7 +384,21 @@ def test_a_run_that_stopped_early_bounds_the_ratios_of_all_shear_models():
     stopped = table.index[table["beyond_model"] == ""][:5]
     table.loc[stopped, ["status", "complete"]] = ["timeout", False]
     curves = shear_curves(table)[0]
-    assert curves["n_censored"].sum() == 3 * 5
+    assert (curves["n_censored"] - curves["n_exceed"]).sum() == 3 * 5
+
+
+def test_medians_of_the_model_of_the_study_are_those_of_the_study():
+    """Peaks after the failure, when the shear no longer grows, do not move a median.
+
+    The bound of the study is not exactly 1: it is the peak of the step that failed, up to 1.19.
+    """
+    medians = [
+        shear_curves(whole_motion_ratios(0, *peaks))[1] for peaks in ((1.3, 0.0), (2.0, 0.3))
+    ]
+    study = fragility_tables(whole_motion_ratios(0, 1.3, 0.0), [], SETTINGS)["curves"]
+    study = study[(study["limit_state"] == "shear") & study["preferred"]].set_index("variant")
+    for table in medians:
+        assert table["sdc_expected"].to_dict() == pytest.approx(study["theta"].to_dict(), rel=0.04)
 
 
 def test_medians_against_the_order_of_the_capacities_are_not_estimated():

@@ -14,7 +14,7 @@ from skewbridge.bridge.model import build, domain, scaled_bridge
 from skewbridge.bridge.section import core_concrete, steel_of
 from skewbridge.demands.columns import columns_with
 from skewbridge.report.answer import properties_sentence
-from skewbridge.report.methods import methods_of
+from skewbridge.report.methods import REFERENCES, methods_of
 from skewbridge.study.config import parse_config
 from skewbridge.study.modelling_choices import CHOICES
 from skewbridge.study.task import run_key
@@ -165,3 +165,28 @@ def test_methods_and_page_state_the_setting() -> None:
         assert any(key in work for work in on.references)
     assert "values of the bridge files" in properties_sentence(pd.DataFrame(columns=["variant"]))
     assert "(deck mass)" in properties_sentence(pd.DataFrame(columns=["draw_deck_mass_factor"]))
+
+
+def test_every_distribution_is_assumed_or_cites_a_listed_work() -> None:
+    methods = methods_of(parse_config({"uncertainty": {"enabled": True}}))
+    text = methods.parts["Random properties"]
+    assert "memory" not in methods.markdown()
+    for name, what in UncertaintyConfig(enabled=True).drawn.items():
+        assert what.source.startswith("assumed"), name
+        assert f"{what.as_text} ({what.source})" in text
+        cited = [key for key in REFERENCES if key in what.source]
+        assert cited == (["PyPBEE"] if "coefficient" in what.source else [])
+        assert all(REFERENCES[key] in methods.references for key in cited)
+
+
+# source: PyPBEE, commit 8b35e30, examples/Bridge_A/osb_info_Bridge_A.py: fpc, fy, xi, w, Fult, K50
+@pytest.mark.parametrize(
+    ("name", "variation"),
+    [
+        *(("concrete_strength", "0.16"), ("steel_strength", "0.04"), ("damping", "0.5")),
+        *(("deck_mass", "0.04"), ("backfill_strength", "0.2"), ("backfill_stiffness", "0.2")),
+    ],
+)
+def test_sources_give_the_variation_of_pypbee(name: str, variation: str) -> None:
+    source = UncertaintyConfig(enabled=True).drawn[f"{name}_factor"].source
+    assert source == f"assumed; PyPBEE has a coefficient of variation of {variation}"

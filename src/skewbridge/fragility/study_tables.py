@@ -21,7 +21,7 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import Row, records_of, write_frame
 from skewbridge.files.text import write_text
 from skewbridge.fragility import demand_table, paper_table, verdicts
-from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.curves import METHODS, fit_study
 from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import joint_table
@@ -107,37 +107,38 @@ def shear_model_curves(rows: pd.DataFrame, settings: FitSettings, jobs: int = 1)
     """Return the fragility curves of column shear failure, one limit state per shear model.
 
     ``rows`` is a checked demands table. The demand / capacity ratios are peaks over all steps, even
-    after a column failure, so a failure in one model does not censor the others. Variants in which
-    no model predicts a failure are left out. Without these ratios the table is empty.
+    after a column failure, so a failure in one model does not censor the others. As in the study, a
+    failure in the model itself does: its ratio is a lower bound. Variants in which no model
+    predicts a failure are left out. Without these ratios the table is empty.
     """
     failure = with_column_failure([], validity.FAILURE_DEMANDS.values())[0]
-    states = [
-        replace(failure, component="column_shear", name=name, demand=demand)
-        for name, demand in SHEAR_MODEL_DEMANDS.items()
-        if demand in rows
-    ]
-    fails = (rows[[state.demand for state in states]] >= 1.0).any(axis=1)
+    models = {name: demand for name, demand in SHEAR_MODEL_DEMANDS.items() if demand in rows}
+    fails = (rows[[*models.values()]] > failure.threshold).any(axis=1)
     rows = rows[rows["variant"].isin(rows.loc[fails, "variant"])]
     if rows.empty:
         return pd.DataFrame(columns=list(demand_table.described("shear_models")))
-    failed = validity.is_beyond_model(rows) & (rows["status"] == OK)
-    ends = {validity.BEYOND_MODEL: "", validity.COMPLETE: validity.is_complete(rows) | failed}
-    curves = fit_study(rows.assign(**ends), states, settings, jobs=jobs)
-    parts = curves.groupby("variant", sort=False)
+    whole = validity.is_complete(rows) | validity.is_beyond_model(rows) & (rows["status"] == OK)
+    rows = rows.assign(**{validity.COMPLETE: whole})
+    curves: list[pd.DataFrame] = []
+    for name, demand in models.items():
+        failed = rows[demand] > failure.threshold
+        bounds = rows[demand].mask(failed, np.nextafter(failure.threshold, np.inf))
+        runs = rows.assign(**{validity.BEYOND_MODEL: np.where(failed, "shear", ""), demand: bounds})
+        state = replace(failure, component="column_shear", name=name, demand=demand)
+        curves.append(fit_study(runs, [state], settings, jobs=jobs))
+    parts = pd.concat(curves, ignore_index=True).groupby("variant", sort=False)
     chosen = [_of_one_method(part, rows[rows["variant"] == name]) for name, part in parts]
     return pd.concat(chosen, ignore_index=True)
 
 
 def _of_one_method(curves: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
-    """Return the curves of one variant by the method that estimates most of its medians.
+    """Return the curves of one variant by the exceedance fit if a model prefers it, else the cloud.
 
     A demand at least as large as another one in every run cannot have the larger median. If it has,
     no median is estimated.
     """
-    # of methods with equally many estimates, the one that more models prefer, else cloud
-    score = 10 * (curves["status"] == FITTED) + curves["preferred"].astype(int)
-    method = score.groupby(curves["method"], sort=False).sum().idxmax()
-    table = curves[curves["method"] == method]
+    prefers = curves["preferred"].to_numpy(dtype=bool) & (curves["method"] == "exceedance")
+    table = curves[curves["method"] == METHODS[int(prefers.any())]]
     table = table.assign(preferred=table["status"] == FITTED)
     if any(
         one["theta"] > other["theta"] * (1.0 + 1.0e-9)
