@@ -2,6 +2,7 @@
 
 import os
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -32,10 +33,15 @@ from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import LimitState, demand_unit, limit_states_of
 from skewbridge.fragility.measures import rank_measures
 from skewbridge.fragility.outcomes import demand_outcomes
-from skewbridge.fragility.study_tables import DESCRIPTIONS, fragility_tables, write_described
+from skewbridge.fragility.study_tables import (
+    DESCRIPTIONS,
+    NOT_ORDERED,
+    fragility_tables,
+    shear_model_curves,
+    write_described,
+)
 from skewbridge.fragility.system import system_curves
 from skewbridge.fragility.union import Union, curve_probability
-from skewbridge.study.results import shear_model_medians
 
 ONE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}
 NEW = "transverse_gap_mm"
@@ -391,17 +397,109 @@ def test_every_column_of_every_table_has_a_description_and_every_demand_its_unit
     assert demand_unit("strain_percent") == "percent"
 
 
-def test_a_shear_model_with_a_smaller_capacity_fails_at_a_smaller_intensity() -> None:
-    table = synthetic_demands(skews=(0,), gaps=(25,), frictions=(0.5,)).assign(beyond_model="shear")
-    assert shear_model_medians(table).empty
-    ratio = table["column_shear_dcr"] / table["column_shear_dcr"].median()
-    names = {"sdc_expected": 0.9, "sdc_nominal": 1.2, "kowalsky_priestley": 0.3}
-    for name, factor in names.items():
-        table[f"column_shear_dcr_{name}"] = factor * ratio
-    found = shear_model_medians(table).set_index("limit_state")
-    assert found.loc["sdc_nominal", "theta"] < found.loc["sdc_expected", "theta"]
-    # a demand of the whole history is known although the study ended the run at its own failure
-    assert set(found["n_unknown"]) == set(found["n_beyond_model"]) == {0}
+SHEAR = "column_shear_dcr_"
+DEFAULT_STUDY = Path(__file__).parents[1] / "data" / "default_study_demands.parquet"
+
+
+def shear_curves_of(table):
+    """Return the curves of the shear models from a table of demands."""
+    return shear_model_curves(prepared(table, [], SETTINGS).table, SETTINGS)
+
+
+def shear_curves(table):
+    """Return curves, and medians, statuses, methods by variant (row) and shear model (column)."""
+    curves = shear_curves_of(table)
+    names = ("theta", "status", "method")
+    return curves, *(curves.pivot(index="variant", columns="limit_state", values=n) for n in names)
+
+
+def whole_motion_ratios(seed, plateau, scatter):
+    """Return the fixed OSB1 of the default study with ratios over the whole motion.
+
+    The stored demands end at the failure. After it, the shear is near a plateau: the columns have
+    yielded in flexure.
+    """
+    table = pd.read_parquet(DEFAULT_STUDY)
+    table = table[table["bridge"] == "osb1_fixed"].reset_index(drop=True)
+    failed, motions = table["beyond_model"] == "shear", table["motion_id"].unique()
+    scattered = dict(zip(motions, np.random.default_rng(seed).normal(size=32), strict=True))
+    peaks = plateau * np.exp(scatter * table["motion_id"].map(scattered))
+    ratio = table["column_shear_dcr"].where(~failed, np.maximum(peaks, 1.001))
+    factors = {"sdc_expected": 1.0, "sdc_nominal": 1.135, "kowalsky_priestley": 0.72}
+    ratios = {f"{SHEAR}{name}": factor * ratio for name, factor in factors.items()}
+    return table.assign(complete=table["beyond_model"] == "", **ratios)
+
+
+@pytest.mark.parametrize(
+    ("seed", "plateau", "scatter"), [(1, 1.6, 0.2), (3, 1.6, 0.2), (0, 1.3, 0.05)]
+)
+def test_medians_under_shear_models_have_the_order_of_the_capacities(seed, plateau, scatter):
+    table = whole_motion_ratios(seed, plateau, scatter)
+    curves, theta, status, method = shear_curves(table)
+    for weak, strong in (("sdc_nominal", "sdc_expected"), ("sdc_expected", "kowalsky_priestley")):
+        estimated = (status[[weak, strong]] == "ok").all(axis=1)
+        # equal if the same runs exceed and both medians are from the exceedance fit
+        assert (theta[weak] <= (1.0 + 1e-9) * theta[strong])[estimated].all()
+    assert (theta.notna() == (status == "ok")).all(axis=None)
+    assert status["sdc_nominal"].eq("ok").sum() >= 7
+    assert method.nunique(axis=1).eq(1).all()
+    # a failure in the model of the study bounds the ratio of no other model
+    assert curves["n_unknown"].eq(0).all()
+    assert curves["n_censored"].equals(curves["n_exceed"])
+    exceed = curves.groupby("limit_state")["n_exceed"].sum()
+    for name, number in exceed.items():
+        assert number == (table[f"{SHEAR}{name}"] > 1.0).sum()
+
+
+def test_a_run_that_stopped_early_bounds_the_ratios_of_all_shear_models():
+    table = whole_motion_ratios(0, 1.3, 0.05)
+    stopped = table.index[table["beyond_model"] == ""][:5]
+    table.loc[stopped, ["status", "complete"]] = ["timeout", False]
+    curves = shear_curves(table)[0]
+    assert (curves["n_censored"] - curves["n_exceed"]).sum() == 3 * 5
+
+
+def test_medians_of_the_model_of_the_study_are_those_of_the_study():
+    """Peaks after the failure, when the shear no longer grows, do not move a median.
+
+    The bound of the study is not exactly 1: it is the peak of the step that failed, up to 1.19.
+    """
+    medians = [
+        shear_curves(whole_motion_ratios(0, *peaks))[1] for peaks in ((1.3, 0.0), (2.0, 0.3))
+    ]
+    study = fragility_tables(whole_motion_ratios(0, 1.3, 0.0), [], SETTINGS)["curves"]
+    study = study[(study["limit_state"] == "shear") & study["preferred"]].set_index("variant")
+    for table in medians:
+        assert table["sdc_expected"].to_dict() == pytest.approx(study["theta"].to_dict(), rel=0.04)
+
+
+def test_medians_against_the_order_of_the_capacities_are_not_estimated():
+    table = synthetic_demands(skews=(0,), gaps=(25,), frictions=(50,), motions=24)
+    strong = 0.6 * table[IM]
+    # much weaker for small motions only: its line is flatter and crosses 1 at a larger intensity
+    weak = strong * np.maximum(1.001, (0.35 / table[IM]) ** 0.8)
+    table[f"{SHEAR}sdc_expected"] = strong.where(table[IM] < table[IM].max(), 1.01)
+    table[f"{SHEAR}sdc_nominal"] = weak.where(table[IM] < table[IM].max(), 1.02)
+    table[f"{SHEAR}kowalsky_priestley"] = 0.1
+    curves, theta, status, _ = shear_curves(table)
+    assert status.iloc[0].to_dict() == {
+        "kowalsky_priestley": "no_exceedance",
+        "sdc_expected": NOT_ORDERED,
+        "sdc_nominal": NOT_ORDERED,
+    }
+    assert theta.isna().all(axis=None)
+    gone = ["beta", "beta_total", "beta_low", "theta_low", "theta_high", "var_ln_theta", "var_beta"]
+    assert curves[gone].isna().all(axis=None)
+    assert not curves["preferred"].any()
+    assert not curves["extrapolated"].any()
+
+
+def test_a_study_without_ratios_or_failures_has_no_curves_of_shear_models():
+    table = synthetic_demands(skews=(0,), gaps=(25,)).assign(beyond_model="shear")
+    assert shear_curves_of(table).empty
+    table = table.assign(**{f"{SHEAR}sdc_expected": 0.5, f"{SHEAR}sdc_nominal": 0.6})
+    assert shear_curves_of(table).empty
+    assert list(shear_curves_of(table)) == list(DESCRIPTIONS["shear_models"])
 
 
 # --- limit states as data

@@ -16,8 +16,8 @@ import pytest
 
 from bridge_variants import analysed, static_steps, variant
 from skewbridge.analysis.pushover import push_abutment
-from skewbridge.bridge.bent import build_bents
 from skewbridge.bridge.backfill import wall_backfill
+from skewbridge.bridge.bent import build_bents
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.deck import (
     Deck,

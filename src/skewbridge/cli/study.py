@@ -65,11 +65,10 @@ def demo(out: Path) -> Answer:
     page = writable_folder(out).resolve() / "report.html"
     try:
         with chdir(starter_files()):  # the path of the limit states is relative to this folder
-            config = load_config(Path("config/demo.yaml"), base=DEFAULT_CONFIG)
             write_report(
                 tables=stored.report_inputs,
                 figures=stored.figures,
-                config=config.model_dump(mode="json", exclude={"batches"}),
+                study=load_config(Path("config/demo.yaml"), base=DEFAULT_CONFIG),
                 output=page,
             )
     except (LookupError, TypeError, ValueError, AttributeError) as error:

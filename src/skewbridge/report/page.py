@@ -27,7 +27,7 @@ from skewbridge.files.text import write_text
 from skewbridge.fragility import paper_table, verdicts
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES
+from skewbridge.fragility.limit_states import HEADLINE_STATES
 from skewbridge.fragility.union import UNION_COLUMNS
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, OK
 from skewbridge.report import answer, appearance
@@ -36,12 +36,10 @@ from skewbridge.report.appearance import groups_of, in_words, plain_label, shown
 from skewbridge.report.methods import STATE_HEADS, methods_of
 from skewbridge.report.study_figures import SECTIONS, Caption, draw_study, read_captions
 from skewbridge.statuses import STATUSES
-from skewbridge.study.config import FigureSettings, StudyConfig, parse_config
+from skewbridge.study.config import FigureSettings, StudyConfig
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.results import shear_model_medians
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of
-from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 
 _CHANGE: Final = ("axis", "from_value", "to_value")
 _WIDEST_BAR: Final = 2.5  # largest ratio that the interval bars of the first screen cover
@@ -55,46 +53,42 @@ _MEASURES: Final = (
 
 
 def write_report(
-    *, tables: Mapping[str, Path], figures: Path, config: Mapping[str, Any] | None, output: Path
+    *, tables: Mapping[str, Path], figures: Path, study: StudyConfig | None, output: Path
 ) -> None:
     """Write the report to an HTML file.
 
     ``tables`` maps the names in `StudyFolder.report_inputs` to paths. It may also contain
-    check_predict and choices (modelling choices). ``figures`` is a folder. ``config`` contains
-    plain values only; it is None for tables of `skewbridge statistics`, without a study.
+    check_predict and choices (modelling choices). ``figures`` is a folder. ``study`` is None for
+    tables of `skewbridge statistics`, without a study.
     """
     frames = {name: read_frame(path) for name, path in tables.items() if path.suffix == ".parquet"}
     demands, curves, medians = (frames[name] for name in ("demands", "curves", "medians"))
-    study = parse_config(config or {})
     functions = (axes_of, model_name, shown_axes, variant_text)
     filters = (groups_of, in_words, median_text, number_text, records_of, shown_rows, unbroken)
+    config = study.model_dump(mode="json", exclude={"batches"}) if study else {}
+    units = study.figures.units if study else FigureSettings().units
     environment = appearance.templates(*functions, *filters)
     unreached = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
-    shear = curves[(curves["component"] == COLUMN_FAILURE) & (curves["limit_state"] == "shear")]
-    shear = paper_table.chosen_curves(shear)
-    shear_models = shear_model_medians(demands, study.fragility)
-    with appearance.shown_in(study.figures.units):
+    with appearance.shown_in(units):
         page = environment.get_template("report.html.j2").render(
             **_first_screen(frames),
-            **(_study_parts(frames, tables, study) if config else {"methods": None}),
+            **(_study_parts(frames, tables, study) if study else {"methods": None}),
             **_effect_parts(frames),
             gallery=pictures_of(read_captions(tables["captions"]), figures),
-            explorer=explorer_of(frames, study.figures.units),
+            explorer=explorer_of(frames, units),
             tables=frames,
             paper=paper_rows(curves, medians, frames["joint"]),
             compared=methods_compared(curves),
             unreached=groups_of(unreached, (*BRIDGE_COLUMNS, "component", "limit_state")),
             n_variants=curves.groupby(list(BRIDGE_COLUMNS))["variant"].nunique(),
             measure_columns=list(_MEASURES),
-            shear_models=shear_models,
             shear_heads=[
-                f"{appearance.shear_model_name(SHEAR_MODEL_DEMANDS[name])}, θ [interval]"
-                for name in shear_models["limit_state"].unique()
+                f"{appearance.shear_model_name(demand)}, θ [interval]"
+                for demand in frames["shear_models"]["demand"].unique()
             ],
-            shear_medians={row["variant"]: median_text(row) for row in records_of(shear)},
             choices=groups_of(frames["choices"], BRIDGE_COLUMNS) if "choices" in frames else [],
             provenance=dict(sorted(read_stamp(tables["demands"]).items())),
-            config=yaml.safe_dump(dict(config or {}), sort_keys=False),
+            config=yaml.safe_dump(config, sort_keys=False),
         )
     write_text(output, page)
 
@@ -106,7 +100,7 @@ def write_statistics_report(results: Path) -> Path:
     origin, places = read_stamp(folder.demands), {"folder": folder.figures}
     places["captions"] = paths["captions"] = folder.captions
     draw_study(paths, **places, settings=FigureSettings(), provenance=origin, n_jobs=cpu_count())
-    write_report(tables=paths, figures=folder.figures, config=None, output=folder.report)
+    write_report(tables=paths, figures=folder.figures, study=None, output=folder.report)
     stamp(folder.report, origin)
     return folder.report
 
@@ -210,10 +204,9 @@ def _answer_cell(row: Mapping[str, Any] | None, reach: float) -> dict[str, Any]:
 
     Positions on the bar are in per cent of its width, which covers ln ratios of -reach to reach.
     """
-    if row is None or row["status"] == answer.NOT_REACHED:
-        return {"text": "no run reaches it", "sizes": ""}
-    if row["status"] != OK:
-        return {"text": "not estimable", "sizes": ""}
+    if row is None or row["status"] != OK:
+        reason = "no comparison" if row is None else answer.no_ratio_text(row)
+        return {"text": reason, "sizes": ""}
     outside = f", {answer.extent_of_data(row)}" if row["n_extrapolated"] > 0 else ""
     bar = [np.clip(np.log(row[end]) / reach, -1.0, 1.0) for end in ("ci_low", "ratio", "ci_high")]
     return {

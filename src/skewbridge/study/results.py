@@ -12,7 +12,7 @@ import pandas as pd
 from joblib import cpu_count
 
 from skewbridge.demands.columns import COLUMNS, demands_for, label_of, unit_of
-from skewbridge.demands.validity import BEYOND_MODEL, FAILURE_DEMANDS, is_complete
+from skewbridge.demands.validity import is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import (
@@ -29,7 +29,6 @@ from skewbridge.files.tables import (
 )
 from skewbridge.files.text import writable_folder
 from skewbridge.fragility import demand_table, paper_table
-from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
 from skewbridge.fragility.effects import (
     Pairs,
     demand_effects,
@@ -51,7 +50,6 @@ from skewbridge.fragility.paper_table import EXTRAPOLATED
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import PAPER_TABLE, fragility_tables, write_tables
 from skewbridge.study.folder import StudyFolder, starter_files
-from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.random_properties import DRAW_PREFIX, RANDOM_PROPERTIES
 
 #: Provenance of demands written by `skewbridge statistics`: the name of their source.
@@ -177,26 +175,6 @@ def _frame(path: Path) -> pd.DataFrame:
     frame.attrs["units"] = {name: unit for name, unit in units.items() if unit}
     frame.attrs["provenance"] = texts_of(table.schema)
     return frame
-
-
-def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS) -> pd.DataFrame:
-    """Return the fragility curves of column shear failure, one limit state per shear model.
-
-    The demand / capacity ratios are peaks over all steps, even after a column failure, so a failure
-    in one model does not censor the others. Variants in which no model predicts a failure are left
-    out. The result is empty if the demands do not include these ratios.
-    """
-    failure = with_column_failure([], FAILURE_DEMANDS.values())[0]
-    states = [
-        replace(failure, component="column_shear", name=name, demand=demand)
-        for name, demand in SHEAR_MODEL_DEMANDS.items()
-        if demand in demands
-    ]
-    fails = (demands[[state.demand for state in states]] >= 1.0).any(axis=1)
-    rows = demands[demands["variant"].isin(demands.loc[fails, "variant"])]
-    if rows.empty:
-        return pd.DataFrame(columns=[*CURVE_COLUMNS])
-    return paper_table.chosen_curves(fit_study(rows.assign(**{BEYOND_MODEL: ""}), states, settings))
 
 
 def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFrame, str]:
