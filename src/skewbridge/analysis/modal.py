@@ -1,8 +1,8 @@
 """Modes of a model with open gaps, the conditioning period T1, and Rayleigh damping."""
 
 import logging
-from collections.abc import Iterable, Sequence
-from contextlib import nullcontext
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from math import inf, pi, sqrt
 from typing import Final
@@ -74,16 +74,16 @@ def modal_properties(
 
 
 def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
-    """Return the modes of a model under dead load with open gaps.
+    """Return the modes of a model under dead load with open gaps; the model is left as it was.
 
-    Friction springs are made soft. Walls and keys are fixed permanently: they are not coupled to
-    the bridge while gaps are open, and their local modes would fill the list.
+    Friction springs are made soft, and walls and keys are held in plan: they are not coupled to the
+    bridge while gaps are open, and their local modes would fill the list.
     """
-    for end in model.abutments:
-        for node in {*end.key_nodes, *(spring.nodes[1] for spring in end.wing_springs)}:
-            ops.fix(node, 1, 1, 0, 0, 0, 0)
+    ends = model.abutments
+    keys = (node for end in ends for node in end.key_nodes)
+    walls = (spring.nodes[1] for end in ends for spring in end.wing_springs)
     soft = nullcontext() if model.contacts is None else model.contacts.soft_tangents()
-    with soft:
+    with soft, _held_in_plan({*keys, *walls}):
         squares = [float(value) for value in ops.eigen(count)]
         ratios = ops.modalProperties("-return")
     names = {"mass_x": "MX", "mass_y": "MY", "mass_z": "MZ", "mass_rz": "RMZ"}
@@ -94,6 +94,19 @@ def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
         )
         for i, square in enumerate(squares)
     )
+
+
+@contextmanager
+def _held_in_plan(nodes: Iterable[int]) -> Generator[None]:
+    """Fix the free displacements of nodes along x and y inside a `with` block."""
+    free = [(node, dof) for node in nodes for dof in {1, 2}.difference(ops.getFixedDOFs(node))]
+    for node, dof in free:
+        ops.fix(node, *(int(dof == each) for each in range(1, 7)))
+    try:
+        yield
+    finally:
+        for node, dof in free:
+            ops.remove("sp", node, dof)
 
 
 def standing_bridge(bridge: str) -> ModalResult:
