@@ -29,13 +29,11 @@ SEAT_ALLOWANCE_M: Final = 4 * INCH  # source: same; added to movements and deman
 # ASSUME prestress shortening, creep, shrinkage and temperature together shorten the deck by 1/1000
 SHORTENING_RATIO: Final = 1.0e-3
 SEISMIC_SEAT_FACTOR: Final = 1.5  # source: AASHTO LRFD table 4.7.4.4-1, higher zones
-#: Columns of the demands table that are the smallest value of a column of `capacity_rows`.
-_BENT_COLUMNS: Final = {
-    "disp_capacity_m": "capacity_m",
-    "p_delta_capacity_m": "disp_at_p_delta_limit_m",
-}
+_SUPPORT: Final = "support_length_m"
+# columns of the demands table with the smallest value of a column of `capacity_rows`
+_LEAST: Final = {"disp_capacity_m": "capacity_m", "p_delta_capacity_m": "disp_at_p_delta_limit_m"}
 #: Columns of the demands table with the capacities of the model of each analysis.
-CAPACITIES: Final = ("support_length_m", *_BENT_COLUMNS)
+CAPACITIES: Final = (_SUPPORT, *_LEAST)
 DIRECTIONS: Final = {"x": "longitudinal", "y": "transverse", "z": "vertical", "rz": "in plan"}
 
 
@@ -154,10 +152,9 @@ def capacities_of(model: BridgeModel, bents: Sequence[Mapping[str, Any]]) -> dic
     References:
         AASHTO LRFD figure 4.7.4.4-1: N is the overlap of girder and seat.
     """
-    lengths_m = [end.support_length_m for end in model.abutments]
-    columns = {name: [bent[of] for bent in bents] for name, of in _BENT_COLUMNS.items()}
-    values = {CAPACITIES[0]: lengths_m, **columns}
-    return {name: float(min(all_m, default=nan)) for name, all_m in values.items()}
+    values = {name: [bent[of] for bent in bents] for name, of in _LEAST.items()}
+    values[_SUPPORT] = [end.support_length_m for end in model.abutments]
+    return {name: float(min(values[name], default=nan)) for name in CAPACITIES}
 
 
 def capacity_rows(bridge: BridgeData, hinge_rule: HingeRule = "sdc") -> list[dict[str, Any]]:
@@ -199,7 +196,7 @@ def sdc_rows(
     ``bents`` has the capacities of its bents. ``corners_m`` has the outward displacements of the
     deck corners, from `corner_moves_m`.
     """
-    bridge, support = load_bridge(variant.bridge), float(run["support_length_m"])
+    bridge, support = load_bridge(variant.bridge), float(run[_SUPPORT])
     deck_disp_m = float(run["deck_disp_m"])
     rows: list[dict[str, object]] = []
 
@@ -228,23 +225,17 @@ def summary_row(variant: Variant, runs: "pd.DataFrame") -> dict[str, object]:
     ``runs`` are its rows of the demands table. Each demand is divided by the capacity of the same
     analysis. The ratios of columns are nan for a bridge without bents.
     """
-    bridge = load_bridge(variant.bridge)
-
-    def ratio(demand: "pd.Series | float", capacity: str) -> float:
-        return float((demand / runs[capacity]).median())
-
-    def seat_m(moved: str) -> "pd.Series":
-        return runs[moved].map(lambda moved_m: seat_demand_sdc_m(bridge, moved_m))
-
-    aashto_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg))
-    return {
-        "variant": variant.slug,
-        "disp_ratio": ratio(runs["deck_disp_m"], "disp_capacity_m"),
-        "p_delta_ratio": ratio(P_DELTA_LIMIT * runs["deck_disp_m"], "p_delta_capacity_m"),
-        "seat_acute_ratio": ratio(seat_m("acute_corner_unseating_m"), "support_length_m"),
-        "seat_worst_ratio": ratio(seat_m("unseating_m"), "support_length_m"),
-        "seat_aashto_ratio": ratio(aashto_m, "support_length_m"),
+    bridge, seats = load_bridge(variant.bridge), ["acute_corner_unseating_m", "unseating_m"]
+    seats_m = runs[seats].map(lambda moved_m: seat_demand_sdc_m(bridge, moved_m))
+    aashto_m, support_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg)), runs[_SUPPORT]
+    ratios = {
+        "disp_ratio": runs["deck_disp_m"] / runs["disp_capacity_m"],
+        "p_delta_ratio": P_DELTA_LIMIT * runs["deck_disp_m"] / runs["p_delta_capacity_m"],
+        "seat_acute_ratio": seats_m[seats[0]] / support_m,
+        "seat_worst_ratio": seats_m[seats[1]] / support_m,
+        "seat_aashto_ratio": aashto_m / support_m,
     }
+    return {"variant": variant.slug} | {name: each.median() for name, each in ratios.items()}
 
 
 def corner_moves_m(

@@ -1,8 +1,8 @@
 """Modes of a model with open gaps, the conditioning period T1, and Rayleigh damping."""
 
 import logging
-from collections.abc import Generator, Iterable, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Iterable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from math import inf, pi, sqrt
 from typing import Final
@@ -80,12 +80,19 @@ def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
     bridge while gaps are open, and their local modes would fill the list.
     """
     ends = model.abutments
-    keys = (node for end in ends for node in end.key_nodes)
-    walls = (spring.nodes[1] for end in ends for spring in end.wing_springs)
+    held = {node for end in ends for node in end.key_nodes}
+    held |= {spring.nodes[1] for end in ends for spring in end.wing_springs}
+    free = [(node, dof) for node in held for dof in {1, 2}.difference(ops.getFixedDOFs(node))]
     soft = nullcontext() if model.contacts is None else model.contacts.soft_tangents()
-    with soft, _held_in_plan({*keys, *walls}):
-        squares = [float(value) for value in ops.eigen(count)]
-        ratios = ops.modalProperties("-return")
+    for node, dof in free:
+        ops.fix(node, *(int(dof == each) for each in range(1, 7)))
+    try:
+        with soft:
+            squares = [float(value) for value in ops.eigen(count)]
+            ratios = ops.modalProperties("-return")
+    finally:
+        for node, dof in free:
+            ops.remove("sp", node, dof)
     names = {"mass_x": "MX", "mass_y": "MY", "mass_z": "MZ", "mass_rz": "RMZ"}
     return tuple(
         Mode(
@@ -94,19 +101,6 @@ def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
         )
         for i, square in enumerate(squares)
     )
-
-
-@contextmanager
-def _held_in_plan(nodes: Iterable[int]) -> Generator[None]:
-    """Fix the free displacements of nodes along x and y inside a `with` block."""
-    free = [(node, dof) for node in nodes for dof in {1, 2}.difference(ops.getFixedDOFs(node))]
-    for node, dof in free:
-        ops.fix(node, *(int(dof == each) for each in range(1, 7)))
-    try:
-        yield
-    finally:
-        for node, dof in free:
-            ops.remove("sp", node, dof)
 
 
 def standing_bridge(bridge: str) -> ModalResult:
