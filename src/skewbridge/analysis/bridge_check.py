@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from math import cos, degrees, inf, nan, radians, sin
 from typing import TYPE_CHECKING, Any, Final
 
@@ -219,14 +220,14 @@ def sdc_rows(
     return rows
 
 
-def summary_row(variant: Variant, runs: "pd.DataFrame") -> dict[str, object]:
+def summary_row(variant: Variant, runs: "pd.DataFrame") -> dict[str, Any]:
     """Return the demand-to-capacity ratios of one variant, as medians over its analyses.
 
     ``runs`` are its rows of the demands table. Each demand is divided by the capacity of the same
     analysis. The ratios of columns are nan for a bridge without bents.
     """
     bridge, seats = load_bridge(variant.bridge), ["acute_corner_unseating_m", "unseating_m"]
-    seats_m = runs[seats].map(lambda moved_m: seat_demand_sdc_m(bridge, moved_m))
+    seats_m = runs[seats].map(partial(seat_demand_sdc_m, bridge))
     aashto_m, support_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg)), runs[_SUPPORT]
     ratios = {
         "disp_ratio": runs["deck_disp_m"] / runs["disp_capacity_m"],

@@ -276,7 +276,7 @@ def sdc(source: Path | None, bridge: str | None, out: Path | None, units: Units)
         if (source / "histories.parquet").is_file():
             bents, table = (read_frame(source / f"{name}.parquet") for name in _OF_RUN)
             histories = {str(name): table[name].to_numpy() for name in table}
-            row = demands.iloc[0]
+            row = records_of(demands)[0]
             variant = variant_named(row["variant"])
             title, moves_m = variant.slug, bridge_check.corner_moves_m(variant, histories)
             rows = bridge_check.sdc_rows(variant, row, records_of(bents), moves_m)
