@@ -236,9 +236,8 @@ class Joint(Blueprint):
     def wall_parts(self) -> list[tuple[float, float, Passive]]:
         """Return for each wall point its position (m), share of the wall and backfill curve."""
         options, end = self.options, self.end
-        height, skew_rule = options.backfill_height_exponent, options.backfill_skew
-        soil = wall_backfill(self.data, options.backfill, end.skew_rad, height, skew_rule)
-        whole = self.soil(soil)
+        soil = options.backfill, end.skew_rad, options.backfill_height_exponent
+        whole = self.soil(wall_backfill(self.data, *soil, options.backfill_skew))
         stations = end.wall_stations(options.backwall_points)
         shares = tributary_shares(len(stations))
         factors = variation_factors(end, stations, options.backfill_variation)

@@ -413,13 +413,9 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
 
 def untested_skew_sentence(skews_deg: Iterable[float]) -> str:
     """Return a sentence if no test of a skewed wall has the largest skew; otherwise ``""``."""
-    largest = max(map(abs, skews_deg), default=0.0)
-    if largest <= LARGEST_TESTED_SKEW_DEG:
-        return ""
-    return (
-        f"No test of backfill has a skew above {LARGEST_TESTED_SKEW_DEG:g}°: the passive strength "
-        f"at {largest:g}° is extrapolated."
-    )
+    largest, tested = max(map(abs, skews_deg), default=0.0), LARGEST_TESTED_SKEW_DEG
+    text = f"No test of backfill has a skew above {tested:g}°: the passive strength at {largest:g}°"
+    return f"{text} is extrapolated." if largest > tested else ""
 
 
 def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]:
