@@ -62,7 +62,7 @@ def write_report(
     tables of `skewbridge statistics`, without a study.
     """
     frames = {name: read_frame(path) for name, path in tables.items() if path.suffix == ".parquet"}
-    demands, curves, medians = (frames[name] for name in ("demands", "curves", "medians"))
+    curves, medians = frames["curves"], frames["medians"]
     functions = (axes_of, model_name, shown_axes, variant_text)
     filters = (groups_of, in_words, median_text, number_text, records_of, shown_rows, unbroken)
     config = study.model_dump(mode="json", exclude={"batches"}) if study else {}
