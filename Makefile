@@ -55,16 +55,16 @@ $(STAMP): requirements.lock pyproject.toml .python-version
 	@touch $@
 
 study: setup
-	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)" all "$(RETRY)" "$(PROFILE)" "$(UNTIL)"
+	@bash workflow/study.sh $(BIN) $(CORES) "$(CONFIG)" "$(MOTIONS)" all "$(RETRY)" "$(PROFILE)" "$(UNTIL)"
 
 choices: setup
-	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)" choices "" "$(PROFILE)"
+	@bash workflow/study.sh $(BIN) $(CORES) "$(CONFIG)" "$(MOTIONS)" choices "" "$(PROFILE)"
 
 check-predict: setup
-	@bash workflow/study.sh $(BIN) $(CORES) $(CONFIG) "$(MOTIONS)" predict_check "" "$(PROFILE)"
+	@bash workflow/study.sh $(BIN) $(CORES) "$(CONFIG)" "$(MOTIONS)" predict_check "" "$(PROFILE)"
 
 headline: setup
-	$(BIN)/python docs/headline.py $(RESULTS)
+	$(BIN)/python docs/headline.py "$(RESULTS)"
 
 smoke: setup
 	@bash workflow/study.sh $(BIN) $(CORES) config/smoke.yaml
@@ -100,7 +100,7 @@ test: setup lint
 
 # The page of a study in Chromium at two widths; skipped, with the reason, where there is none.
 test-browser: setup
-	@VIRTUAL_ENV=$(VENV) $$(command -v uv || echo .uv/bin/uv) pip install --quiet --require-hashes --requirement workflow/browser.txt
+	@VIRTUAL_ENV=$(VENV) "$$(command -v uv || echo .uv/bin/uv)" pip install --quiet --require-hashes --requirement workflow/browser.txt
 	$(BIN)/pytest -rs -m browser tests/browser
 
 # A Slurm of two nodes on this host, started and stopped by the test; skipped where it cannot be.
@@ -109,7 +109,7 @@ test-cluster: setup
 
 # pelicun, OpenQuake and the RO-Crate validator go into .exports; what cannot be installed is skipped.
 test-exports: setup
-	bash tests/exports/setup.sh "$$(command -v uv || echo .uv/bin/uv)" $(abspath $(BIN))/python .exports
+	bash tests/exports/setup.sh "$$(command -v uv || echo .uv/bin/uv)" "$$PWD/$(BIN)/python" .exports
 	$(BIN)/pytest -rs -m exports tests/exports tests/unit/test_cli_study.py
 
 verify: setup

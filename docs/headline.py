@@ -26,9 +26,11 @@ from skewbridge.report.answer import (
     answer_table,
     change_name,
     effect_name,
+    extent_of_data,
     failure_sentences,
     limit_notes,
     motions_sentence,
+    no_ratio_text,
     run_counts,
     short_names,
     untested_skew_sentence,
@@ -92,8 +94,10 @@ def headline_text(table: pd.DataFrame, runs: pd.DataFrame, motions: pd.DataFrame
 
 def _change(row: dict[str, Any]) -> str:
     if row["status"] != OK:
-        return "an unknown amount (no run reaches it)"
-    return f"{change_text(row)} ({interval_text(row)}, {CERTAINTY[row['claim']]})"
+        return f"an unknown amount ({no_ratio_text(row)})"
+    outside = extent_of_data(row) if row["n_extrapolated"] > 0 else ""
+    details = interval_text(row), CERTAINTY[row["claim"]], outside
+    return f"{change_text(row)} ({', '.join(filter(None, details))})"
 
 
 def headline_figure(table: pd.DataFrame) -> Figure:

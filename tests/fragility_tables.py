@@ -7,10 +7,15 @@ import numpy as np
 import pandas as pd
 from scipy.special import stdtrit
 
+from skewbridge.demands.validity import BEYOND_MODEL, COLUMN_FAILURE_RATIO, FAILURE_DEMANDS
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.effects import effect_tables
-from skewbridge.fragility.limit_states import limit_states_of, load_limit_states
+from skewbridge.fragility.limit_states import (
+    limit_states_of,
+    load_limit_states,
+    with_column_failure,
+)
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.verdicts import verdicts_of
 from skewbridge.variant.variant import ABUTMENTS, Variant
@@ -71,6 +76,32 @@ def several_models(motions: int = 16) -> pd.DataFrame:
         for name, traits in ABUTMENTS.items()
     ]
     return pd.concat(parts, ignore_index=True)
+
+
+def two_mode_runs(seed: int, motions: int = 12) -> pd.DataFrame:
+    """Return one variant whose columns fail in shear or flexure; the first failure ends a run."""
+    rng = np.random.default_rng(seed)
+    im = np.exp(rng.uniform(np.log(0.08), np.log(2.2), motions))
+    rho = rng.uniform(-0.6, 0.95)
+    residual = rng.multivariate_normal([0.0, 0.0], [[1.0, rho], [rho, 1.0]], motions)
+    median, slope = np.exp(rng.uniform(np.log(0.5), np.log(2.5), 2)), rng.uniform(0.4, 1.5, 2)
+    ratio = np.exp(slope * np.log(im[:, None] / median) + rng.uniform(0.08, 0.5, 2) * residual)
+    kinds = np.where(ratio[:, 0] >= ratio[:, 1], "shear", "flexure")
+    kinds = np.where(ratio.max(axis=1) > 1.0, kinds, "")
+    # the other demand is known up to the failure only
+    so_far = np.minimum(ratio * rng.uniform(0.5, 1.0, (motions, 1)), 0.99)
+    ratio = np.where((kinds == "")[:, None], ratio, so_far)
+    ratio[kinds == "shear", 0] = ratio[kinds == "flexure", 1] = 1.001
+    place = {"abutment": "contact_friction", "skew_deg": 0.0, "gap_mm": 25.0, "friction": 0.5}
+    keys = [f"{seed}-{number}" for number in range(motions)]
+    loading = {"motion_id": keys, "run_key": keys, "scale": 1.0, "incidence_deg": 0.0, IM: im}
+    demands = dict(zip(FAILURE_DEMANDS.values(), ratio.T, strict=True))
+    name = {"variant": f"v{seed:03d}", "bridge": f"b{seed:03d}", "status": "ok"}
+    return pd.DataFrame(name | place | loading | demands | {BEYOND_MODEL: kinds})
+
+
+#: States of the failure modes of a column and of their union.
+FAILURES = with_column_failure([], {*FAILURE_DEMANDS.values(), COLUMN_FAILURE_RATIO})
 
 
 def synthetic_demands(

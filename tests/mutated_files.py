@@ -17,14 +17,14 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from motions_files import at2_text
+from motions_files import at2_text, cosmos_text, esm_text, geonet_text
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility.fit_data import fit_file
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.folder import list_motions
-from skewbridge.motions.formats import Given
+from skewbridge.motions.formats import UNIT_FACTORS, Given
 from skewbridge.motions.read import DT_LIMITS_S, PGA_LIMITS_G, read_trace
 from skewbridge.motions.suite import read_entry
 from skewbridge.study.config import load_config
@@ -77,7 +77,7 @@ def read_record(path, given=None):
     assert np.isfinite(trace.accel_mps2).all()
     assert DT_LIMITS_S[0] <= trace.dt_s <= DT_LIMITS_S[1]
     assert 0.0 < np.abs(trace.accel_mps2).max() <= PGA_LIMITS_G[1] * G_MPS2
-    assert trace.unit in {"g", "cm/s2", "m/s2"}
+    assert trace.unit in UNIT_FACTORS
 
 
 INDEX = (
@@ -137,6 +137,9 @@ FAMILIES: dict[str, tuple[str, list[bytes], Callable[[Path], object]]] = {
     "at2": (".AT2", [at2_text(wave()).encode()], read_record),
     "v2": (".V2", [v2_text().encode()], read_record),
     "knet": (".NS", [knet_text().encode()], read_record),
+    "esm": (".ASC", [esm_text(980.665 * wave()).encode()], read_record),
+    "cosmos": (".V2c", [cosmos_text(980.665 * wave()).encode()], read_record),
+    "geonet": (".V2A", [geonet_text({"N28W": 9806.65 * wave()}).encode()], read_record),
     "columns": (".csv", [columns_text(",", 1).encode()], read_record),
     "three_columns": (
         ".txt", [columns_text(" ", 2).encode()], lambda path: read_record(path, Given(channel=2))

@@ -1,6 +1,7 @@
-"""The page of a synthetic study, as the workflow makes it from the tables."""
+"""The page of a synthetic study, as the workflow makes it from the tables, and its numbers."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import fragility_tables
 from skewbridge.report.page import write_report
 from skewbridge.report.study_figures import SECTIONS
+from skewbridge.study.config import parse_config
 
 STATES = [
     DRIFT_ENTRY,
@@ -52,8 +54,12 @@ def write_page(
     captions=(_CAPTION,),
     source="",
     config=None,
+    edit=dict,
 ) -> tuple[Path, dict[str, pd.DataFrame]]:
-    """Make the tables of a study and its page in a folder; return the page and the tables."""
+    """Make the tables of a study and its page in a folder; return the page and the tables.
+
+    The function ``edit`` may return other tables than those of the study.
+    """
     demands = demands.assign(**_MORE)
     if "beyond_model" not in demands:
         demands["beyond_model"] = ""
@@ -61,9 +67,10 @@ def write_page(
     empty = pd.DataFrame({"demand": pd.Series(dtype=str)})
     same = ("curves", "joint", "system", "effects", "intensity_effects", "needed_motions")
     frames = {"demands": demands, "medians": found["median_effects"]}
-    frames |= {name: found[name] for name in (*same, "input_notes", "suites")}
+    frames |= {name: found[name] for name in (*same, "input_notes", "suites", "shear_models")}
     frames |= dict.fromkeys(("measures", "contact_checks", "sensitivity"), empty)
     frames["suite"] = pd.DataFrame({"source": [source] * 2})
+    frames = edit(frames)
     paths = {name: folder / f"{name}.parquet" for name in frames}
     for name, frame in frames.items():
         write_frame(frame, paths[name], {"made_by": "a test"})
@@ -78,5 +85,38 @@ def write_page(
     fits = {"exclude_suspect": False, "limit_states": str(limits)}
     given = merged({"grid": {"bridge": list(bridges)}, "fragility": fits}, config or {})
     page = folder / "page.html"
-    write_report(tables=paths, figures=folder, config=given, output=page)
-    return page, frames
+    write_report(tables=paths, figures=folder, study=parse_config(given), output=page)
+    return page, frames | {"paper": found["table"]}
+
+
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?")
+
+
+def assert_printed(text, values):
+    """Check that a text prints these values in this order, each rounded to its last digit."""
+    printed = NUMBER.findall(text)
+    assert len(printed) == len(values), (text, values)
+    for number, value in zip(printed, values, strict=True):
+        mantissa, _, power = number.partition("e")
+        last_digit = 10.0 ** (int(power or 0) - len(mantissa.partition(".")[2]))
+        assert abs(float(number) - value) <= 0.5001 * last_digit, (text, value)
+        assert mantissa[0] not in "+-" or value * float(number) >= 0.0, (text, value)
+
+
+def wrong_numbers(text):
+    """Return copies of a text, each with another last digit of one number."""
+    ends = [match.end() for match in NUMBER.finditer(text)]
+    return [f"{text[: end - 1]}{(int(text[end - 1]) + 1) % 10}{text[end:]}" for end in ends]
+
+
+def tables_of(page):
+    """Return the rows of every named table of a page, as texts of cells without notes."""
+    named = re.findall(r'aria-label="([^"]+)">\s*<table[^>]*>(.*?)</table>', page, re.DOTALL)
+    return {
+        name: [
+            [re.sub(r"<sup>.*?</sup>|<svg.*?</svg>|<[^>]+>", " ", cell) for cell in cells]
+            for row in re.findall(r"<tr[^>]*>(.*?)</tr>", table, re.DOTALL)
+            for cells in [re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", row, re.DOTALL)]
+        ]
+        for name, table in named
+    }

@@ -44,8 +44,9 @@ def raise_all(faults: Iterable[InputError]) -> None:
 
 def did_you_mean(given: object, known: Iterable[str]) -> str:
     """Return ` (did you mean NAME?)` with the known name closest to `given`, or an empty text."""
-    near = get_close_matches(str(given), list(known), n=1)
-    return f" (did you mean {near[0]}?)" if near else ""
+    names = {str(name).lower(): name for name in known}
+    near = get_close_matches(str(given).lower(), names, n=1)
+    return f" (did you mean {names[near[0]]}?)" if near else ""
 
 
 class SolutionError(RuntimeError):

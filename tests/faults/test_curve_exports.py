@@ -8,11 +8,15 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import integrate
 from scipy.stats import norm
 
 from cli_json import run
+from fragility_tables import FAILURES, two_mode_runs
+from fragility_tables import curves_of as fitted_curves
 from skewbridge.fragility.exports import measure_names
 from skewbridge.fragility.paper_table import chosen_curves, variant_in_words
+from skewbridge.fragility.union import curve_probability
 
 NRML = "{http://openquake.org/xmlns/nrml/0.5}"
 PGA = "im_pga_rotd50_g"
@@ -270,3 +274,112 @@ def test_formats_and_options_that_do_not_fit_are_refused(export):
         export(curves_of(im), file_format, "out", *options, refused=words)
     assert measure_names("im_pgv_rotd50_mps")[:2] == ("PGV", 100.0)
     assert measure_names("im_arias_mps")[0] == ""
+
+
+@pytest.fixture(scope="module", name="failures")
+def _failures():
+    """Curves of column failure; some variants fail in both modes."""
+    table = pd.concat([two_mode_runs(seed, 24) for seed in range(12)], ignore_index=True)
+    return fitted_curves(table, FAILURES)
+
+
+def test_a_union_of_failure_modes_keeps_its_probabilities_in_every_format(export, failures):
+    found = failures[failures["preferred"] & (failures["limit_state"] == "any")]
+    unions = {
+        f"{row['variant']}": row for row in found.to_dict("records") if row["model"] == "union"
+    }
+    assert 2 < len(unions) < 12
+    im = np.geomspace(0.05, 3.0, 80)
+    # OpenQuake interpolates linearly between discrete levels
+    _, report = export(failures.assign(im=PGA), "nrml", "curves.xml")
+    functions = {
+        function.get("id"): function
+        for file in report["files"]
+        for function in ElementTree.parse(file).getroot().iter(f"{NRML}fragilityFunction")
+    }
+    table = pd.read_csv(export(failures.assign(im=PGA), "pelicun", "curves.csv")[0], index_col="ID")
+    for name, row in unions.items():
+        expected = curve_probability(im, row)
+        function = functions[f"{name}:column_failure_any"]
+        assert function.get("format") == "discrete"
+        levels, poes = (np.array(part.text.split(), dtype=float) for part in function)
+        assert np.all(np.diff(levels) > 0.0)
+        read = np.interp(im, levels, poes, left=0.0)
+        np.testing.assert_allclose(read, expected, atol=5e-5)
+        # pelicun accepts strictly increasing points from 0 to 1 and prints them with 6 digits
+        state = table.loc[f"{name}.column_failure_any"]
+        assert state["LS1-Family"] == "multilinear_CDF"
+        points = [[float(value) for value in part.split(",")]
+                  for part in state["LS1-Theta_0"].split("|")]  # fmt: skip
+        assert all(np.all(np.diff([float(f"{v:g}") for v in part]) > 0.0) for part in points)
+        assert (points[1][0], points[1][-1]) == (0.0, 1.0)
+        np.testing.assert_allclose(np.interp(im, *points), expected, atol=5e-5)
+        for mode in ("shear", "flexure"):
+            if (other := functions.get(f"{name}:column_failure_{mode}")) is not None:
+                assert other.get("format") == "continuous"
+                own = failures.query("variant == @name and limit_state == @mode and preferred")
+                assert np.all(read >= curve_probability(im, own.iloc[0].to_dict()) - 5e-5)
+    long = pd.read_csv(export(failures, "csv", "p.csv", "--im-range", 0.05, 3)[0])
+    wide = long.pivot_table(index=["variant", "intensity"], columns="limit_state",
+                            values="probability")  # fmt: skip
+    for mode in ("shear", "flexure"):
+        assert wide[mode].notna().any()
+        assert (wide["any"] >= wide[mode])[wide[mode].notna()].all()
+    inside = long["extrapolated"].eq(other=False)
+    assert 0.2 < inside.mean() < 0.95
+
+
+def test_frequencies_of_a_union_are_integrals_of_its_curve(export, failures, tmp_path):
+    hazard = pd.DataFrame({"im": [0.03, 0.1, 0.4, 1.5, 4.0], "rate": [0.3, 0.05, 4e-3, 2e-4, 9e-6]})
+    hazard.to_csv(tmp_path / "hazard.csv", index=False)
+    out, _ = export(failures, "csv", "c.csv", "--hazard", tmp_path / "hazard.csv")
+    table = pd.read_csv(out)
+    table = table[table["status"] == "ok"]
+    wide = table.pivot_table(index="variant", columns="limit_state", values="annual_frequency")
+    for mode in ("shear", "flexure"):
+        both = wide[["any", mode]].dropna()
+        assert len(both) > 1
+        assert (both["any"] >= both[mode] * (1.0 - 1e-6)).all()
+    name = table.loc[table["theta_flexure"].notna(), "variant"].iloc[0]
+    row = (
+        failures.query("variant == @name and limit_state == 'any' and preferred").iloc[0].to_dict()
+    )
+    x, h = np.log(hazard["im"].to_numpy()), np.log(hazard["rate"].to_numpy())
+    total = sum(
+        integrate.quad(
+            lambda t, i=i: curve_probability(np.exp(t), row)
+            * np.exp(np.interp(t, x, h)) * -(h[i + 1] - h[i]) / (x[i + 1] - x[i]),
+            x[i], x[i + 1],
+        )[0]
+        for i in range(4)
+    )  # fmt: skip
+    assert wide.loc[name, "any"] == pytest.approx(total, rel=1e-5)
+
+
+def test_exports_flag_medians_outside_the_motions(export, failures):
+    beyond = failures["variant"].isin(["v003", "v007"]) & (failures["status"] == "ok")
+    failures = failures.assign(extrapolated=beyond)
+    outside = failures[failures["preferred"] & beyond]
+    assert len(outside) > 2
+    names = set(outside["variant"])
+    table = pd.read_csv(export(failures, "csv", "curves.csv")[0])
+    assert set(table.loc[table["extrapolated"], "variant"]) == names
+    for form in ("nrml", "pelicun", "csv"):
+        _, report = export(
+            failures.assign(im=PGA), form, f"curves.{form}" if form == "nrml" else "c.csv"
+        )
+        assert any(f"{len(outside)} medians are extrapolated" in note for note in report["notes"])
+    _, report = export(failures.assign(im=PGA), "nrml", "curves.xml")
+    texts = [ElementTree.parse(file).getroot()[0][0].text for file in report["files"]]
+    assert all(any(name in text for text in texts) for name in names)
+    export(failures.assign(im=PGA), "pelicun", "curves.csv")
+    described = json.loads(
+        (export(failures.assign(im=PGA), "pelicun", "curves.csv")[0])
+        .with_suffix(".json")
+        .read_text()
+    )
+    flagged = {name.partition(".")[0] for name, entry in described.items()
+               if "extrapolated" in json.dumps(entry)}  # fmt: skip
+    assert flagged == names
+    tex = export(failures, "latex", "table.tex")[0].read_text()
+    assert tex.count(" † &") == len(outside)

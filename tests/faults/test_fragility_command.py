@@ -7,9 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from cli_json import run
+from cli_json import invoke, run
 from fragility_tables import IM, states_of, synthetic_demands
 from skewbridge.errors import InputError
+from skewbridge.files.tables import read_any
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared, read_foreign
 from skewbridge.fragility.settings import FitSettings
@@ -180,6 +181,118 @@ def test_wrong_removed_and_unsuitable_options_and_unreadable_files_are_refused(f
         assert name in found["message"]
 
 
+# --- indices, motions, separators and names of tables
+
+
+@pytest.mark.parametrize("method", ["cloud", "stripes", "ida"])
+@pytest.mark.parametrize("levels", [["motion_id"], ["motion_id", "scale"], [DRIFT, IM], [IM]])
+def test_a_named_index_is_read_as_columns(fit, method, levels):
+    table = synthetic_demands(**SAME_PLACE, motions=24, scales=(0.6, 1.0, 1.6))
+    table = table[["motion_id", "scale", IM, DRIFT, "status"]]
+    _, expected = fit(table, method, *RUNS, 0.015)
+    code, found = fit(table.set_index(levels), method, *RUNS, 0.015)
+    assert (code, found) == (0, expected)
+    assert (found["n_records"], found["notes"]) == (24, [])
+
+
+def test_a_named_index_does_not_replace_a_column_and_a_range_is_an_index_too(tmp_path):
+    table = pd.DataFrame({"motion_id": ["b", "a"], "im": [1.0, 2.0]})
+    for index, columns in (
+        (pd.RangeIndex(2, name="run"), ["run", "motion_id", "im"]),
+        (pd.Index(["x", "y"], name="motion_id"), ["motion_id", "im"]),
+        (pd.Index([7, 9]), ["motion_id", "im"]),
+    ):
+        table.set_axis(index).to_parquet(tmp_path / "t.PARQUET")
+        found = read_any(tmp_path / "t.PARQUET")
+        assert list(found.columns) == columns
+        assert found["motion_id"].tolist() == ["b", "a"]
+        assert list(found.index) == [0, 1]
+
+
+def test_runs_without_motions_are_said_to_be_independent(fit, tmp_path):
+    table = synthetic_demands(**SAME_PLACE, motions=24, scales=(0.6, 1.0, 1.6))[[IM, DRIFT]]
+    for method in ("cloud", "stripes", "ida"):
+        _, found = fit(table, method, *RUNS, 0.015)
+        assert found["notes"] == ["there is no column motion_id: the runs are taken as independent"]
+    table.to_csv(tmp_path / "runs.csv")
+    shown = invoke("fit", tmp_path / "runs.csv", "--method", "cloud", *RUNS, 0.015)
+    assert shown.stderr.count("runs are taken as independent") == 1
+    assert "independent" not in shown.stdout
+    # a cloud with plain names uses its motions as well
+    motions = [f"m{n // 3}" for n in range(len(table))]
+    data = {"im": table[IM].tolist(), "edp": table[DRIFT].tolist(), "threshold": 0.015}
+    assert "independent" in fit(data, "cloud")[1]["notes"][0]
+    _, found = fit(data | {"motion_id": motions}, "cloud")
+    assert found["ci_method"] == "jackknife"
+    assert "notes" not in found
+
+
+@pytest.mark.parametrize("name", ["Motion_ID", "motion id", "motion-id", "motion", "Status"])
+def test_a_misspelt_key_of_a_table_of_runs_is_named(fit, name):
+    table = synthetic_demands(**SAME_PLACE, motions=12)[["motion_id", "status", IM, DRIFT]]
+    right = "status" if name == "Status" else "motion_id"
+    code, found = fit(table.rename(columns={right: name}), "cloud", *RUNS, 0.015)
+    assert code == 2
+    assert f"column {name!r} is not known: did you mean {right}?" in found["message"]
+
+
+def test_statuses_infinite_demands_and_missing_columns_of_runs_are_explained(fit):
+    table = synthetic_demands(**SAME_PLACE, motions=12)[["motion_id", "status", IM, DRIFT]]
+    for change, text in (
+        ({"status": "OK"}, "status must be one of ok, collapse, numerical_failure, timeout, crash"),
+        ({DRIFT: [np.inf, *[0.01] * 11]}, "(give a collapsed run the status collapse)"),
+    ):
+        code, found = fit(table.assign(**change), "cloud", *RUNS, 0.015)
+        assert code == 2
+        assert text in found["message"]
+    code, found = fit(table, "cloud", "--im", IM, "--edp", "column_drift", "--threshold", 0.01)
+    assert (code, found["column"]) == (2, "column_drift")
+    assert f"(did you mean {DRIFT}?); its columns are 'motion_id', 'status'" in found["message"]
+    data = {"im": [0.1, 0.2, 0.4], "edp": [0.01, 0.02, float("inf")], "threshold": 0.01}
+    assert "finite unless collapse is 1 (row 2)" in fit(data, "cloud")[1]["message"]
+    data |= {"im": [0.1, 0.2, 0.3, 0.4], "edp": [0.005, 0.02, 0.012, float("inf")]}
+    at_capacity = data | {"edp": [*data["edp"][:3], 0.01], "collapse": [0, 0, 0, 1]}
+    assert fit(data | {"collapse": [0, 0, 0, 1]}, "cloud") == fit(at_capacity, "cloud")
+    # the infinite demand of a collapsed run is no bound
+    fallen = table.assign(status=["ok"] * 11 + ["collapse"])
+    unknown, infinite = (
+        fit(fallen.assign(**{DRIFT: [*table[DRIFT][:11], value]}), "cloud", *RUNS, 0.015)
+        for value in (np.nan, np.inf)
+    )
+    assert infinite == unknown
+    assert infinite[1]["status"] == "ok"
+
+
+def test_drift_in_per_cent_is_reported_unless_its_capacity_is_in_per_cent(fit):
+    table = synthetic_demands(**SAME_PLACE, motions=24)[["motion_id", IM, DRIFT]]
+    percent = table.assign(**{DRIFT: 100.0 * table[DRIFT]})
+    text = f"{DRIFT} is up to {percent[DRIFT].max():.3g} in completed runs"
+    for data, threshold, notes in ((table, 0.015, 0), (percent, 0.015, 1), (percent, 1.5, 0)):
+        found = fit(data, "cloud", *RUNS, threshold)[1]["notes"]
+        assert len(found) == notes
+        assert all(text in note for note in found)
+
+
+@pytest.mark.parametrize(("sign", "word"), [(";", "semicolons"), ("\t", "tabs")])
+def test_the_separator_of_a_table_with_one_column_is_named(fit, sign, word):
+    text = f"im{sign}n{sign}k\n0.2;20;1\n0,4;20;9\n".replace(";", sign)
+    code, found = fit(text, "stripes")
+    assert code == 2
+    assert f"it is separated by {word}: write commas" in found["message"]
+    assert "im" in found["message"]
+
+
+@pytest.mark.parametrize("ending", ["CSV", "Csv", "JSON"])
+def test_capitals_in_the_ending_of_a_file_are_accepted(tmp_path, ending):
+    counts = pd.DataFrame({"im": [0.2, 0.4, 0.8], "n": [20] * 3, "k": [1, 9, 17]})
+    path = tmp_path / f"counts.{ending}"
+    path.write_text(
+        counts.to_csv() if ending.lower() == "csv" else counts.to_json(orient="records")
+    )
+    code, found = run("fit", path, "--method", "stripes")
+    assert (code, found["status"]) == (0, "ok")
+
+
 # --- tables of runs of other programs
 
 
@@ -217,8 +330,13 @@ def test_a_bad_foreign_table_names_row_and_column(foreign):
     for change, text in (
         ({"PGA": [0.1, 0.0]}, "im_pga_g must be > 0 and finite (row 1)"),
         ({"drift": ["1", "much"]}, "drift must be a number, got 'much' (row 1)"),
-        ({"status": ["ok", "fine"]}, "status 'fine' is not known (row 1)"),
+        ({"status": ["ok", "fine"]}, "invalid_input, got 'fine' (row 1)"),
         ({"record": ["a", "a"]}, "row 1 repeats"),
+        ({"record": ["a", "a"], "angle": [0, 9]}, "columns that are not used: 'angle'"),
+        ({"Skew_deg": [0, 60]}, "column 'Skew_deg' is not known: did you mean skew_deg?"),
+        ({"Skew (deg)": [0, 60]}, "column 'Skew (deg)' is not known: did you mean skew_deg?"),
+        ({"gap mm": [0, 60]}, "column 'gap mm' is not known: did you mean gap_mm?"),
+        ({"Scale": [1, 2]}, "column 'Scale' is not known: did you mean scale?"),
         ({"record": ["a", None]}, "record is missing (row 1)"),
     ):
         with pytest.raises(InputError) as caught:

@@ -13,6 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -96,6 +97,24 @@ def test_a_worker_killed_once_costs_nothing_and_an_absurd_motion_is_a_row_with_a
     assert {row["status"] for row in batch(tmp_path, once)} == {"ok"}
 
 
+@pytest.mark.parametrize("code", [errno.EROFS, errno.EACCES, errno.ENOSPC, errno.ENOENT])
+def test_shared_memory_without_semaphores_is_named_and_finished_rows_need_none(
+    tmp_path, monkeypatch, code
+):
+    (row,) = batch(tmp_path, None, 1, [task(1)])
+
+    def refuse(*_):
+        raise OSError(code, os.strerror(code))
+
+    # what the library asks of the system for the locks of its queues
+    locks = import_module("joblib.externals.loky.backend.synchronize")
+    monkeypatch.setattr(locks, "_SemLock", refuse)
+    text = rf"cannot start worker processes: .* /dev/shm: {os.strerror(code)}; make /dev/shm"
+    with pytest.raises(InputError, match=text):
+        batch(tmp_path, None, 1, [task(2)])
+    assert batch(tmp_path, None, 1, [task(1)], done={row["run_key"]: row}) == [row]
+
+
 def test_an_unfinished_search_resumes_from_its_journal(tmp_path):
     at_1_g = task(1).motion.measures[LEVEL_MEASURE]
     levels_g = (0.5 * at_1_g, 1.5 * at_1_g)
@@ -147,6 +166,7 @@ def test_a_worker_ends_with_its_parent_even_when_stopped_and_at_once_without_one
 PARENT_OF_A_POOL = """
 import sys
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from fake_work import slow
 from test_workers import batch

@@ -1,14 +1,19 @@
 """Invariants of the fits over generated data."""
 
+from itertools import chain
+
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy import optimize, special
 
-from fragility_tables import verdict_of
+from fragility_tables import FAILURES, curves_of, two_mode_runs, verdict_of
 from skewbridge.fragility.fits import binomial_status, fit_stripes
 from skewbridge.fragility.lines import fit_lines
+from skewbridge.fragility.paper_table import chosen_curves
+from skewbridge.fragility.union import curve_probability
 
 LEVELS = np.array([0.1, 0.2, 0.35, 0.5, 0.8, 1.2])
 
@@ -124,3 +129,29 @@ def test_a_wider_interval_never_decides_more(middle, reach):
     wide = verdict_of(middle - 2 * reach, middle + 2 * reach)
     weaker = {"undecided", "detectable"} if narrow in {"lower", "higher"} else {"undecided"}
     assert wide == narrow or wide in weaker
+
+
+def test_failure_in_any_mode_is_at_least_as_probable_as_in_each_mode():
+    """At every intensity, in 200 tables, against the printed curves of the modes."""
+    table = pd.concat([two_mode_runs(seed) for seed in range(200)], ignore_index=True)
+    curves = curves_of(table, FAILURES)
+    im, counts = np.geomspace(0.05, 3.0, 120), {1: 0, 2: 0}
+    for _, own in curves.groupby("variant"):
+        # the curves of each method, and the curves to use
+        by_method = (rows for _, rows in own.groupby("method"))
+        for rows in chain(by_method, [own[own["preferred"]], chosen_curves(own)]):
+            fitted = rows[rows["status"] == "ok"].to_dict("records")
+            p = {row["limit_state"]: curve_probability(im, row) for row in fitted}
+            modes = [p[name] for name in ("shear", "flexure") if name in p]
+            if modes:
+                counts[len(modes)] += 1
+                assert np.all(p["any"] >= np.max(modes, axis=0))
+                assert np.all(np.diff(p["any"]) >= -1e-12)
+            if len(modes) == 2:
+                assert np.all(p["any"] <= np.sum(modes, axis=0) + 1e-12)
+    assert counts[1] > 100
+    assert counts[2] > 20
+    # a state of one mode, of both modes, and of modes without curves of their own
+    found = curves[(curves["limit_state"] == "any") & (curves["method"] == "cloud")]
+    assert (found["status"] == "ok").mean() > 0.95
+    assert {"union", "cloud_tobit"} <= set(found["model"])

@@ -3,17 +3,22 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
-from cli_json import invoke
+from cli_json import answer, invoke
 from cli_json import run as run_json
 from motions_files import at2_text
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.column import bent_capacity
+from skewbridge.bridge.model import scaled_bridge
 from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS
 from skewbridge.demands.tables import to_table
 from skewbridge.files.tables import write_table
@@ -27,6 +32,8 @@ from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.repeats import write_friction_pair
 from skewbridge.study.task import outcome_of, run_key
 from skewbridge.units import G_MPS2
+from skewbridge.variant.grid import GridConfig
+from skewbridge.variant.options import ModelOptions
 from strong_motion import DT_S, strong_motion
 from study_parts import study_of
 
@@ -103,6 +110,46 @@ def test_a_roller_has_no_contacts_to_draw_and_a_collapse_is_a_result(pair, tmp_p
     code, row = run(pair, tmp_path / "out", "--scale", "4", "--no-figures")
     assert code == 0
     assert (row["status"], row["collapse_criterion"]) == ("collapse", "column_drift_ratio")
+
+
+@pytest.mark.parametrize(
+    ("bridge", "changes"),
+    [
+        ("osb1", {"gap_offset_mm": 10}),
+        ("osb1", {"gap_offset_mm": -60}),  # the gap is at least 0
+        ("osb1", {"gap_measured": "longitudinal"}),
+        ("osb1_fixed", {"hinge_rule": "paulay_priestley"}),
+        ("osb2s", {"steel_strength_factor": 0.8, "concrete_strength_factor": 1.2}),
+        ("osb2s", {"deck_mass_factor": 1.3}),
+    ],
+)
+def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, bridge, changes):
+    texts = [text for key, value in changes.items() for text in ("--set", f"{key}={value}")]
+    case = ("--bridge", bridge, "--skew-deg", "60", "--gap-mm", "51", "--duration-s", "0.05")
+    code, row = run(pair, tmp_path, *case, *texts, "--no-figures")
+    assert code == 0, row
+    options = ModelOptions(**changes)
+    narrowing = 0.5 if options.gap_measured == "longitudinal" else 1.0  # cos(60)
+    support_m = 0.914 - max(0.051 * narrowing + 1e-3 * options.gap_offset_mm, 0.0)
+    scaled = scaled_bridge(load_bridge(bridge), options)
+    bents = [bent_capacity(scaled, at, options.hinge_rule) for at in range(len(scaled.bents))]
+    disp_m = min(bent.capacity_m for bent in bents)
+    p_delta_m = min(0.2 / bent.p_delta_ratio(1.0) for bent in bents)
+    columns = ("support_length_m", "disp_capacity_m", "p_delta_capacity_m")
+    assert [row[name] for name in columns] == pytest.approx([support_m, disp_m, p_delta_m])
+    checks = answer("bridge", "sdc", tmp_path)["checks"]
+    seats = [check["capacity"] for check in checks if "seat" in check["check"]]
+    assert seats == pytest.approx([support_m] * 5)
+    found = {check["check"]: check for check in checks}
+    for number, bent in enumerate(bents, start=1):
+        name = f"bent {number} displacement, hinge {bent.hinge_length_m:.3f} m by rule (m)"
+        assert found[name]["capacity"] == pytest.approx(bent.capacity_m)
+        ratio = found[f"bent {number} P-Delta ratio"]["demand"]
+        assert ratio == pytest.approx(bent.p_delta_ratio(row["deck_disp_m"]))
+    (of_study,) = answer("bridge", "sdc", tmp_path / "demands.parquet")["checks"]
+    assert of_study["disp_ratio"] == pytest.approx(row["deck_disp_m"] / disp_m)
+    assert of_study["p_delta_ratio"] == pytest.approx(0.2 * row["deck_disp_m"] / p_delta_m)
+    assert of_study["seat_aashto_ratio"] == pytest.approx(found["seat, AASHTO 1.5 N (m)"]["ratio"])
 
 
 @pytest.mark.parametrize(
@@ -197,6 +244,35 @@ def written(setup, slugs, folder):
     pd.DataFrame(given).to_parquet(folder / "demands.parquet")
     write_friction_pair(setup, folder / "demands.parquet", folder / "pair.parquet")
     return pd.read_parquet(folder / "pair.parquet")
+
+
+def test_the_pair_of_a_small_study_has_the_strongest_part_of_the_motion(tmp_path, monkeypatch):
+    """So that it costs less than a quarter of the analyses; in a study of two analyses, nothing."""
+    analysed_s: list[float] = []
+
+    def analyse_nothing(_variant, excitation, *_, **__):
+        analysed_s.append(excitation.motion.duration_s)
+        return SimpleNamespace(histories={"time_s": [0.0]})
+
+    monkeypatch.setattr("skewbridge.analysis.transient.analyse", analyse_nothing)
+    motion = strong_motion(duration_s=10.0)
+    grid = {"bridge": ["osb1"], "skew_deg": [30], "gap_mm": [51]}
+    for count, part_s in ((1, []), (3, [5.4] * 2), (12, [10.0] * 2)):
+        names = ("strong", *(f"m{n}" for n in range(1, count)))
+        suite = [
+            SuiteMotion(
+                motion=replace(motion, motion_id=name),
+                scale=1.0,
+                measures=motion_measures(motion, 0.7),
+            )
+            for name in names
+        ]
+        setup = study_of(tmp_path / f"study{count}", *suite, grid=GridConfig(**grid))
+        analysed_s.clear()
+        pair = written(setup, SLUGS[-3::2], tmp_path)
+        assert analysed_s == pytest.approx(part_s, abs=0.02)
+        ending = "_strongest_5.4s" if count == 3 else ""
+        assert set(pair.get("motion_id", [])) == ({f"strong{ending}"} if part_s else set())
 
 
 def test_the_pair_written_is_that_of_the_analyses(tmp_path):

@@ -19,6 +19,8 @@ from skewbridge.analysis import bridge_check, modal
 from skewbridge.analysis.bridge_check import sdc_rows
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacities, bent_capacity
+from skewbridge.bridge.model import build, domain
+from skewbridge.variant.options import ModelOptions
 
 bridge, answer = partial(invoke, "bridge"), partial(cli_json.answer, "bridge")
 
@@ -102,6 +104,8 @@ def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:
     assert (tmp_path / "ladder.png").stat().st_size > 10_000
 
 
+#: Capacities of osb1 with the default options, as an analysis stores them.
+CAPACITIES = {"support_length_m": 0.863, "disp_capacity_m": 0.2154, "p_delta_capacity_m": 0.28}
 SIDES, CORNERS = ("left", "right"), ("acute", "obtuse")
 
 
@@ -114,15 +118,17 @@ def corner_histories() -> dict[str, np.ndarray]:
 def test_checks_of_a_run_name_every_corner(tmp_path: Path) -> None:
     def checks(variant: str, *options: object) -> list[dict]:
         row = {"variant": f"{variant}_cf_skew30_gap051_mu050", "deck_disp_m": 0.1}
-        pd.DataFrame([row]).to_parquet(tmp_path / "demands.parquet")
+        pd.DataFrame([row | CAPACITIES]).to_parquet(tmp_path / "demands.parquet")
+        bents = bridge_check.capacity_rows(load_bridge(own if options else variant))
+        pd.DataFrame(bents).to_parquet(tmp_path / "capacities.parquet")
         return answer("sdc", tmp_path, *options)["checks"]
 
     pd.DataFrame(corner_histories()).to_parquet(tmp_path / "histories.parquet")
+    own = tmp_path / "own.yaml"
+    own.write_text("extends: osb1\nbase: fixed\n")
     found = checks("osb1")
     assert sum("seat, SDC" in check["check"] for check in found) == 4
     assert all(check["ok"] for check in found)
-    own = tmp_path / "own.yaml"
-    own.write_text("extends: osb1\nbase: fixed\n")
     first = checks("own", "--bridge", own)[0]
     assert first["check"] == "bent 1 displacement, hinge 0.739 m by rule (m)"
 
@@ -148,12 +154,23 @@ def test_a_study_gets_one_row_of_checks_per_variant(tmp_path: Path) -> None:
     path = tmp_path / "demands.parquet"
     runs = product((f"osb1_cf_skew{skew}_gap051_mu050" for skew in ("00", "30")), (0.1, 0.2, 0.3))
     rows = pd.DataFrame(runs, columns=["variant", "deck_disp_m"])
-    rows.assign(acute_corner_unseating_m=0.2, unseating_m=0.9).to_parquet(path)
+    rows = rows.assign(acute_corner_unseating_m=0.2, unseating_m=0.9)
+    rows.to_parquet(path)
+    refused = bridge("sdc", str(path))
+    assert refused.exit_code == 2
+    assert "repeat the analyses" in one_line(refused)
+    rows = rows.assign(**CAPACITIES)
+    # a random gap: the median of the ratios, not the ratio of the medians
+    rows.loc[rows["variant"].str.contains("skew30"), "support_length_m"] = [0.5, 0.8, 0.9]
+    rows.to_parquet(path)
     found = answer("sdc", str(path))["checks"]
     assert [row["variant"] for row in found] == sorted(set(rows["variant"]))
     assert found[0]["disp_ratio"] == pytest.approx(0.2 / 0.2154, rel=0.01)
     assert found[0]["seat_acute_ratio"] < 1.0 < found[0]["seat_worst_ratio"]
     assert found[0]["seat_aashto_ratio"] < found[1]["seat_aashto_ratio"]
+    demand_m = bridge_check.seat_demand_sdc_m(load_bridge("osb1"), 0.9)
+    assert found[1]["seat_worst_ratio"] == pytest.approx(demand_m / 0.8)
+    assert found[0]["p_delta_ratio"] == pytest.approx(0.2 * 0.2 / 0.28)
 
 
 # --- `bridge check` and the period in a file
@@ -274,7 +291,9 @@ def test_seat_widths_agree_with_the_hand_values(skew_deg: int, seat_m: float) ->
 
 
 def test_the_table_names_what_fails() -> None:
-    rows = sdc_rows(VARIANT, 0.30, {"left acute": 0.2, "right acute": 0.9})
+    bents = bridge_check.capacity_rows(load_bridge("osb1"))
+    moves_m = {"left acute": 0.2, "right acute": 0.9}
+    rows = sdc_rows(VARIANT, {"deck_disp_m": 0.30} | CAPACITIES, bents, moves_m)
     failed = {row["check"] for row in rows if not row["ok"]}
     assert failed == {"bent 1 displacement, hinge 0.821 m by rule (m)", "right acute seat, SDC (m)"}
 
@@ -292,13 +311,17 @@ def test_corner_moves_count_outward_normal_to_the_seat_only() -> None:
     assert moves["left acute"] == pytest.approx(0.0, abs=1e-12)
 
 
-@pytest.mark.parametrize(("gap_mm", "support_m"), [(25, 0.889), (51, 0.863)])
-def test_the_support_at_rest_is_the_seat_less_the_gap(gap_mm: int, support_m: float) -> None:
-    variant = replace(VARIANT, gap_mm=gap_mm)
-    bridge = load_bridge("osb1")
-    rows = {row["check"]: row for row in sdc_rows(variant, 0.1, {"left acute": 0.2})}
+@pytest.mark.parametrize(
+    ("abutment", "gap_mm", "support_m"),
+    [("contact_friction", 25, 0.889), ("spring", 51, 0.863), ("roller", 51, 0.914)],
+)
+def test_the_support_at_rest_is_the_seat_less_the_gap(abutment, gap_mm, support_m) -> None:
+    with domain():
+        model = build(replace(VARIANT, abutment=abutment, gap_mm=gap_mm), ModelOptions())
+        capacities = bridge_check.capacities_of(model, [])
+    assert capacities["support_length_m"] == pytest.approx(support_m)
+    assert np.isnan([capacities["disp_capacity_m"], capacities["p_delta_capacity_m"]]).all()
+    run = {"deck_disp_m": 0.1} | capacities
+    rows = {row["check"]: row for row in sdc_rows(VARIANT, run, [], {"left acute": 0.2})}
     assert rows["left acute seat, SDC (m)"]["capacity"] == pytest.approx(support_m)
     assert rows["seat, AASHTO 1.5 N (m)"]["capacity"] == pytest.approx(support_m)
-    summary = bridge_check.summary_row(variant, 0.1, 0.2, 0.9)
-    demand_m = bridge_check.seat_demand_sdc_m(bridge, 0.9)
-    assert summary["seat_worst_ratio"] == pytest.approx(demand_m / support_m)

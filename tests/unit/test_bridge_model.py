@@ -10,8 +10,9 @@ import numpy as np
 import openseespy.opensees as ops
 import pytest
 
-from bridge_variants import variant
+from bridge_variants import analysed, variant
 from skewbridge.analysis import modal
+from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.model_script import model_script, recording
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import configure_solver
@@ -36,6 +37,7 @@ from skewbridge.bridge.springs import NORMAL_OVER_TANGENT, penalties
 from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.references.live_model import prepare_analysis
+from strong_motion import strong_motion
 
 
 @pytest.mark.parametrize("arrays", ["rigid", "corotational"])
@@ -210,6 +212,44 @@ def test_a_foundation_settles_by_the_force_of_its_column_and_softens_the_bridge(
         assert default == pytest.approx(soft, rel=1e-9), name
         assert soft > 0.999999 * least * stiff, name
     assert soft == pytest.approx(stiff, rel=1e-9)
+
+
+@pytest.mark.parametrize("abutment", ["simplified", "spring", "contact_friction"])
+def test_the_modes_leave_the_model_as_it_was(abutment, monkeypatch: pytest.MonkeyPatch) -> None:
+    def with_modes(*arguments):
+        model = build(*arguments)
+        fixed = {node: ops.getFixedDOFs(node) for node in ops.getNodeTags()}
+        modal.modes_of(model, 6)
+        assert {node: ops.getFixedDOFs(node) for node in ops.getNodeTags()} == fixed
+        return model
+
+    usual = analysed(variant(30, abutment), duration_s=2.0)
+    monkeypatch.setattr("skewbridge.analysis.transient.build", with_modes)
+    after_modes = analysed(variant(30, abutment), duration_s=2.0)
+    assert usual.demands["shear_key_force_kn"] > 100.0
+    assert after_modes.demands == usual.demands
+
+
+def test_modes_within_a_history_do_not_change_it() -> None:
+    def moved_m(*, modes_at: int | None) -> list[float]:
+        with domain():
+            model = build(variant(30, "spring"), ModelOptions())
+            modal.apply_rayleigh(model)
+            settings = AnalysisSettings(dt_s=0.005)
+            GroundInput(Excitation(motion=strong_motion()), settings).apply(model.tags)
+            configure_solver(settings)
+            ops.algorithm("Newton")
+            ops.integrator(*settings.integrator_command)
+            ops.analysis("Transient", "-noWarnings")
+            for step in range(300):
+                if step == modes_at:
+                    modal.modes_of(model, 6)
+                assert ops.analyze(1, settings.dt_s) == 0
+            return ops.nodeDisp(model.deck_centre_node)
+
+    usual = moved_m(modes_at=None)
+    assert max(map(abs, usual)) > 0.01
+    assert moved_m(modes_at=150) == usual
 
 
 @pytest.mark.parametrize("count", [3, 4, 5, 9, 41])

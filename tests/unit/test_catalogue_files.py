@@ -9,12 +9,15 @@ import pytest
 from reference_pages import ROOT
 
 import skewbridge
+from bridge_variants import variant
 from skewbridge.bridge.abutments import BUILDERS
 from skewbridge.bridge.catalogue import FOLDER, bridge_names, load_bridge
+from skewbridge.bridge.model import build, domain
 from skewbridge.errors import InputError
 from skewbridge.files.text import read_mapping
 from skewbridge.report.methods import methods_of
 from skewbridge.study.config import parse_config
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS, AbutmentTraits, Variant, parse_slug
 
 
@@ -106,6 +109,46 @@ K50 = """abutment:
 """
 
 
+BENT = """bents:
+  - columns: {{v: {columns}, src: "d: x"}}
+    {key}: {{v: 5.0, src: "d: x"}}
+    cap_width_m: {{v: 2.0, src: "d: x"}}
+    cap_depth_m: {{v: 1.8, src: "d: x"}}
+    cap_weight_kn: {{v: 500, src: "d: x"}}
+"""
+
+
+def test_a_single_column_needs_no_spacing(tmp_path: Path) -> None:
+    path = write_variant(tmp_path, BENT.format(columns=1, key="clear_height_m"))
+    (bent,) = load_bridge(path).bents
+    assert (bent.columns, bent.column_spacing_m) == (1, 0.0)
+    with domain():
+        assert len(build(variant(bridge=str(path)), ModelOptions()).columns) == 1
+
+
+PLAIN = ("drawing S-12", "Drawing S-12: section B", "p. 14", "as-built, 1998", "design code")
+MISTAKES = ("e: drawing", "B: drawing", "b:drawing", "b: ", "b", "calc", "calc:3", "", "  ")
+
+
+def test_a_source_without_a_letter_is_a_document_at_hand(tmp_path: Path) -> None:
+    schema = json.loads((ROOT / "config/bridge.schema.json").read_text())
+    for number, text in enumerate((*PLAIN, *MISTAKES)):
+        path = tmp_path / f"own{number}.yaml"
+        path.write_text(f'extends: osb1\nt1_s: {{v: 0.7, src: "{text}"}}\n', encoding="utf-8")
+        is_valid = jsonschema.Draft202012Validator(schema).is_valid(read_mapping(path))
+        assert is_valid is (text in PLAIN), text
+        if text in PLAIN:
+            assert load_bridge(path).sources["t1_s"] == f"b: {text}"
+        else:
+            with pytest.raises(InputError, match=r"t1_s: src must be 'LETTER: text'"):
+                load_bridge(path)
+    for value in ("12", "[S-12]", "null"):
+        path = tmp_path / f"own_{len(value)}.yaml"
+        path.write_text(f"extends: osb1\nt1_s: {{v: 0.7, src: {value}}}\n", encoding="utf-8")
+        with pytest.raises(InputError, match=r"t1_s: src must be"):
+            load_bridge(path)
+
+
 @pytest.mark.parametrize(
     ("text", "key", "limit"),
     [
@@ -125,6 +168,17 @@ K50 = """abutment:
         ("deck:\n  depth_m: 1.8\n", "deck.depth_m", "no source"),
         ('deck:\n  depth_m: {v: 1.8, src: "x: y"}\n', "deck.depth_m", "src must be"),
         (given("deck", "depth_m", "1.8e0x"), "deck.depth_m", "valid number"),
+        (given("column", "width_m", 1.2), "column: unknown key width_m", "circle with diameter_m"),
+        ("column:\n  shape: square\n", "column: unknown key shape", "circle with diameter_m"),
+        (given("column", "diametre_m", 1), "diametre_m", "(did you mean column.diameter_m?)"),
+        (given("deck", "wall_width_m", 9), "deck.wall_width_m", "(did you mean deck.width_m?)"),
+        (given("foundation", "hoop_spacing_mm", 9), "foundation.hoop_spacing_mm",
+         "(did you mean column.hoop_spacing_mm?)"),
+        (BENT.format(columns=1, key="clear_hight_m"), "bents.0.clear_hight_m",
+         "(did you mean bents.clear_height_m?)"),
+        (BENT.format(columns=2, key="clear_height_m"), "bents.0",
+         "column_spacing_m is missing or 0: 2 columns need it"),
+        ('deck:\n  depth_m: {v: 1.8, source: "S-12"}\n', "deck.depth_m.source", "has v and src"),
     ],
 )  # fmt: skip
 def test_a_bad_value_names_file_key_and_limit(tmp_path, text, key, limit):

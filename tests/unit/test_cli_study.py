@@ -18,6 +18,8 @@ from rocrate.rocrate import ROCrate
 
 from cli_json import answer, invoke
 from fragility_tables import synthetic_demands
+from motions_files import at2_text, shaken_g
+from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.cli.options import config_of, folder_of
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.errors import InputError
@@ -25,7 +27,13 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.files.text import merged, read_mapping
 from skewbridge.report.methods import REFERENCES, methods_of
-from skewbridge.study.analyses import StudySetup, run_in_journal
+from skewbridge.study.analyses import (
+    StudySetup,
+    analyses_s,
+    check_plan,
+    forecast_s,
+    run_in_journal,
+)
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import write_starter
 from skewbridge.study.inputs import prepare_motions
@@ -330,7 +338,7 @@ def test_size_of_a_job_and_status_of_jobs_come_from_profile_and_accounting(progr
 
 
 def test_forecast_of_jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A job for each of 12 variants of 32 analyses of 2 s, 16 s on each of 4 processors."""
+    """A job for each of 12 variants of 32 analyses of 1.6 s: 13 s on 4 processors, 3 s to start."""
     monkeypatch.chdir(ROOT)
     over = {"results": str(tmp_path), "grid": {"bridge": ["osb1"]}, "motions": {"count": 32}}
     config = parse_config(merged(read_mapping(Path("config/config.yaml")), over))
@@ -339,6 +347,95 @@ def test_forecast_of_jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
         expected = {"jobs": 12, "job_cores": 4, "job_hours": 0.0, "hours": hours}
         assert found.items() >= expected.items()
     assert "jobs" not in forecast_study(config).summary
+
+
+# Studies whose processor time was measured from the start of Snakemake to the page, on two
+# processors at loads of 1 to 15.
+SMOKE = read_mapping(ROOT / "config/smoke.yaml")
+FOUR = {"grid": {"bridge": ["osb1"], "skew_deg": [30]}, "motions": {"count": 4}}
+
+
+@pytest.mark.parametrize(("raw", "measured_s"), [(SMOKE, 35.0), (FOUR, 73.0)])
+def test_the_processor_time_of_a_whole_study_is_forecast(tmp_path, raw, measured_s) -> None:
+    """All rules of the workflow, within a factor of 1.5."""
+    over = {"results": str(tmp_path), **raw}
+    found = forecast_study(parse_config(merged(read_mapping(BASE), over))).summary
+    assert measured_s / 1.5 < 3600 * found["core_hours"] < measured_s * 1.5
+    assert 3600 * found["core_hours"] == pytest.approx(sum(found["cpu_s"].values()), abs=0.2)
+
+
+def test_a_forecast_follows_lengths_contacts_steps_and_finished_analyses(tmp_path) -> None:
+    folder = tmp_path / "records"  # recorded pairs have no index that states their lengths
+    folder.mkdir()
+    for name, seconds in (("a", 20.0), ("b", 60.0)):
+        for azimuth in (0, 90):
+            values_g = shaken_g(azimuth, round(seconds / 0.01))
+            (folder / f"{name}_{azimuth:03d}.AT2").write_text(at2_text(values_g, azimuth=azimuth))
+    base = {"results": str(tmp_path / "r"), "motions": {"folder": str(folder), "count": 2}}
+    base |= {"grid": {"bridge": ["osb1"], "skew_deg": [30], "gap_mm": [25]}}
+
+    def forecast(**sections) -> dict[str, float]:
+        return forecast_study(parse_config(merged(base, sections))).summary["cpu_s"]
+
+    def analyses(**sections) -> float:
+        return forecast(**sections)["analyses"]
+
+    per_analysis_s = [forecast_s(s, "contact_friction", AnalysisSettings()) for s in (20.0, 60.0)]
+    assert analyses() == pytest.approx(2 * sum(per_analysis_s), abs=0.1)
+    assert analyses(motions={"count": 1}) == pytest.approx(2 * per_analysis_s[0], abs=0.1)
+    assert analyses(analysis={"duration_s": 5.0}) == pytest.approx(2 * 2 * 5.0 * 0.1, abs=0.1)
+    assert analyses(motions={"incidence_deg": [0.0, 45.0]}) == pytest.approx(
+        2 * analyses(), abs=0.2
+    )
+    assert analyses(grid={"abutment": ["roller"]}) < 0.7 * analyses() / 2
+    assert analyses(accuracy="reference") > 20 * analyses()
+    # finished analyses that took three times as long: so does the rest
+    before = forecast()
+    config = parse_config(base)
+    prepare_motions(config)
+    assert forecast() == before
+    setup = StudySetup.of(config)
+    task = setup.tasks("osb1_cf_skew30_gap025_mu000")[1]
+    with open_journal(setup.folder.journal("done")) as journal:
+        journal.append(row_of(task, cpu_s=3 * per_analysis_s[1]) | {"duration_s": 60.0})
+    assert forecast() == {name: pytest.approx(3 * s, abs=0.2) for name, s in before.items()}
+
+
+GRIDS = (
+    {"bridge": ["osb1"], "skew_deg": [30], "gap_mm": [25]},
+    {"bridge": ["osb1"], "skew_deg": [30]},
+    {"bridge": ["osb1"], "friction": [0.5]},
+    {"abutment": ["roller"], "skew_deg": [0, 60]},
+    {},
+)
+SECTIONS = (
+    {},
+    {"sensitivity": {"window_s": None}},
+    {"analysis": {"duration_s": 10.0}},
+    {"accuracy": "reference"},
+    {"analysis": {"scheme": "paper"}},
+    {"design": {"until": "decided", "first": 6}},
+)
+
+
+@pytest.mark.parametrize("grid", GRIDS)
+@pytest.mark.parametrize("sections", SECTIONS)
+def test_numerical_checks_cost_less_than_a_quarter_of_the_analyses(grid, sections) -> None:
+    extents = []
+    for count in (1, 2, 4, 12, 32, 64):
+        lengths_s = [25.0, 90.0] * count
+        study = parse_config({"grid": grid, **sections})
+        part_s, rows, *costs_s = check_plan(study, lengths_s)
+        counted = lengths_s[:6] if study.design.until else lengths_s
+        # the strongest parts of motions took up to 1.35 times as long as forecast
+        assert 1.35 * sum(costs_s) < 0.25 * analyses_s(study, counted)
+        assert part_s == 0.0 or part_s >= 3.0
+        assert 0 <= rows <= 4
+        extents.append((part_s, rows))
+    assert extents == sorted(extents)
+    if not grid and "design" not in sections:  # the default grid: as configured
+        assert extents[-1][1] == (0 if study.analysis.scheme == "paper" else 4)
+    assert (extents[-1][0] > 0.0) == (len(study.grid.friction) > 1 and "abutment" not in grid)
 
 
 def profile() -> dict[str, Any]:

@@ -2,7 +2,10 @@
 
 import json
 import re
+import shutil
+import subprocess
 from dataclasses import replace
+from importlib.resources import files
 
 import numpy as np
 import pandas as pd
@@ -12,7 +15,14 @@ from matplotlib.image import imread
 from scipy import stats
 from typer.testing import CliRunner
 
-from fragility_tables import DRIFT_ENTRY, IM, synthetic_demands
+from fragility_tables import (
+    DRIFT_ENTRY,
+    FAILURES,
+    IM,
+    curves_of,
+    synthetic_demands,
+    two_mode_runs,
+)
 from skewbridge.cli import build_app
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility.curves import fit_study
@@ -469,3 +479,42 @@ def test_unknown_names_options_and_unfinished_studies_are_refused(written, argum
     done = plot(*arguments)
     assert done.exit_code == 2
     assert message in done.stderr.replace("\n", " ")
+
+
+def unions() -> list[dict]:
+    """Return curves of column failure in any mode that are unions of both modes."""
+    table = pd.concat([two_mode_runs(seed, 24) for seed in range(6)], ignore_index=True)
+    found = curves_of(table, FAILURES).query("model == 'union' and preferred")
+    assert len(found) > 1
+    return found.to_dict("records")
+
+
+def test_the_curve_of_a_union_has_the_probabilities_of_both_modes():
+    im = np.geomspace(0.05, 3.0, 40)
+    for row in unions():
+        p, (low, high) = curve_values(im, row)
+        ends = [(row[f"theta_{mode}"], row[f"beta_{mode}"]) for mode in ("shear", "flexure")]
+        u = np.column_stack([np.log(im / theta) / beta for theta, beta in ends])
+        rho = row["mode_correlation"]
+        both = stats.multivariate_normal(cov=[[1.0, rho], [rho, 1.0]])
+        assert p == pytest.approx(1.0 - both.cdf(-u), abs=1e-6)
+        assert np.all((low <= p) & (p <= high))
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
+def test_the_explorer_computes_the_curve_and_band_of_a_union(tmp_path):
+    rows, im = unions(), np.geomspace(0.05, 3.0, 25)
+    fits = pd.DataFrame(rows).astype(object).where(pd.notna(pd.DataFrame(rows)), None)
+    source = files("skewbridge.report") / "templates" / "explorer" / "statistics.js"
+    script = tmp_path / "union.js"
+    script.write_text(
+        f"{source.read_text()}\nconst fits = {json.dumps(fits.to_dict('records'))};\n"
+        f"const im = {json.dumps(im.tolist())};\n"
+        "const of = (fit) => [im.map((x) => exceedance(fit, x)), "
+        "...[-1, 1].map((side) => im.map((x) => bandOf(fit)(x, side)))];\n"
+        "console.log(JSON.stringify(fits.map(of)));"
+    )
+    done = subprocess.run(["node", script], capture_output=True, text=True, check=True)
+    for row, found in zip(rows, json.loads(done.stdout), strict=True):
+        p, band = curve_values(im, row)
+        np.testing.assert_allclose(found, [p, *band], rtol=0.0, atol=1e-9)

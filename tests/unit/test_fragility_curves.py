@@ -2,13 +2,16 @@
 
 import os
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 from pyarrow.parquet import read_schema
+from scipy import stats
 
 from fragility_tables import (
+    FAILURES,
     IM,
     SETTINGS,
     STATES,
@@ -17,6 +20,7 @@ from fragility_tables import (
     ready,
     states_of,
     synthetic_demands,
+    two_mode_runs,
 )
 from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
 from skewbridge.errors import InputError
@@ -29,9 +33,15 @@ from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import LimitState, demand_unit, limit_states_of
 from skewbridge.fragility.measures import rank_measures
 from skewbridge.fragility.outcomes import demand_outcomes
-from skewbridge.fragility.study_tables import DESCRIPTIONS, fragility_tables, write_described
+from skewbridge.fragility.study_tables import (
+    DESCRIPTIONS,
+    NOT_ORDERED,
+    fragility_tables,
+    shear_model_curves,
+    write_described,
+)
 from skewbridge.fragility.system import system_curves
-from skewbridge.study.results import shear_model_medians
+from skewbridge.fragility.union import Union, curve_probability
 
 ONE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}
 NEW = "transverse_gap_mm"
@@ -153,6 +163,74 @@ def test_the_loss_of_the_column_has_states_for_each_mode_and_for_any():
     modes = {"shear": by_shear, "flexure": by_drift, "any": by_drift | by_shear}
     assert counts == {name: runs.sum() for name, runs in modes.items()}
     assert set(tables["joint"].query("component == 'column_failure'")["limit_state"]) <= {*counts}
+
+
+def test_the_union_of_two_modes_is_their_bivariate_normal_distribution():
+    ln_theta, beta = np.log([[0.8, 2.0], [1.1, 0.6]]), np.array([[0.4, 0.5], [0.3, 1.1]])
+    for rho in (-0.9, 0.0, 0.3, 0.99):
+        union = Union(ln_theta, beta, np.full(2, rho))
+        for im in (0.05, 0.5, 0.8, 1.1, 2.0, 3.0):
+            survive = [
+                stats.multivariate_normal(cov=[[1.0, rho], [rho, 1.0]]).cdf(-u)
+                for u in ((np.log(im) - ln_theta) / beta).T
+            ]
+            assert union.probability(np.log(im)) == pytest.approx(1.0 - np.array(survive), abs=1e-6)
+        for z in (-2.0, 0.0, 1.0):
+            p = union.probability(union.quantile(z))
+            assert p == pytest.approx(np.full(2, stats.norm.cdf(z)), abs=1e-12)
+
+
+def test_any_failure_is_the_union_of_both_modes_with_their_own_capacities():
+    """Uncorrelated modes with known lines and capacity dispersions 0.15 and 0.35."""
+    rng = np.random.default_rng(4)
+    table = synthetic_demands(**ONE, motions=60)
+    x, scatter = np.log(table[IM].to_numpy()), 0.25 * rng.normal(size=(2, 60))
+    table["column_shear_dcr"] = np.exp(0.6 * (x - np.log(0.9)) + scatter[0])
+    table["drift_over_capacity"] = np.exp(1.1 * (x - np.log(1.1)) + scatter[1])
+    table["column_failure_ratio"] = table[["column_shear_dcr", "drift_over_capacity"]].max(axis=1)
+    curves = curves_of(table, FAILURES)
+    shear, flexure, found = (row(curves, "column_failure", s.name) for s in FAILURES)
+    for mode, b, capacity in ((shear, 0.6, 0.15), (flexure, 1.1, 0.35)):
+        assert mode["beta_total"] == pytest.approx(np.hypot(0.25, capacity) / b, rel=0.15)
+    im = np.geomspace(0.05, 3.0, 60)
+    p = curve_probability(im, found)
+    modes = [stats.norm.cdf(np.log(im / m["theta"]) / m["beta_total"]) for m in (shear, flexure)]
+    independent = 1.0 - (1.0 - modes[0]) * (1.0 - modes[1])
+    assert abs(found["mode_correlation"]) < 0.2
+    assert p == pytest.approx(independent, abs=0.02)
+    # theta and beta_total of the row are median and spread of this curve
+    ends = found["theta"] * np.exp(found["beta_total"] * np.array([-1.0, 0.0, 1.0]))
+    low, middle, high = curve_probability(ends, found)
+    assert middle == pytest.approx(0.5, abs=1e-9)
+    assert (low, high) == pytest.approx(stats.norm.cdf([-1.0, 1.0]), abs=0.02)
+    assert found["theta"] < min(shear["theta"], flexure["theta"])
+    assert found["theta_low"] < found["theta"] < found["theta_high"]
+    assert found["model"] == "union"
+    # the jackknife leaves each motion out of both modes
+    without = [curves_of(table[table["motion_id"] != m], FAILURES) for m in table["motion_id"]]
+    ln_theta = np.log([row(each, "column_failure", "any")["theta"] for each in without])
+    error = np.sqrt(59.0 * np.mean((ln_theta - ln_theta.mean()) ** 2))
+    assert np.sqrt(found["var_ln_theta"]) == pytest.approx(error, rel=1e-4)
+    width = np.log(found["theta_high"] / found["theta"])
+    assert width == pytest.approx(stats.t.ppf(0.975, 58) * error, rel=1e-4)
+    # the system contains both modes
+    states = [replace(state, degree="complete") for state in FAILURES[2:]]
+    system = system_curves(ready(table, FAILURES), states, SETTINGS).iloc[0]
+    assert system["components"] == "column_failure (any)"
+    assert system["theta"] == pytest.approx(found["theta"], rel=2e-3)
+    assert system["beta"] == pytest.approx(found["beta_total"], rel=5e-3)
+
+
+def test_one_method_is_preferred_for_both_modes():
+    curves = curves_of(pd.concat([two_mode_runs(seed, 24) for seed in range(30)]), FAILURES)
+    both = (
+        curves[curves["status"] == "ok"]
+        .groupby(["variant", "limit_state"])
+        .filter(lambda rows: {"cloud", "exceedance"} <= {*rows["method"]})
+    )
+    assert len(both)
+    preferred = both[both["preferred"]]
+    assert (preferred.groupby("variant")["method"].nunique() == 1).all()
 
 
 def test_a_collapse_exceeds_every_state_and_a_column_failure_gives_the_peak_so_far():
@@ -319,17 +397,109 @@ def test_every_column_of_every_table_has_a_description_and_every_demand_its_unit
     assert demand_unit("strain_percent") == "percent"
 
 
-def test_a_shear_model_with_a_smaller_capacity_fails_at_a_smaller_intensity() -> None:
-    table = synthetic_demands(skews=(0,), gaps=(25,), frictions=(0.5,)).assign(beyond_model="shear")
-    assert shear_model_medians(table).empty
-    ratio = table["column_shear_dcr"] / table["column_shear_dcr"].median()
-    names = {"sdc_expected": 0.9, "sdc_nominal": 1.2, "kowalsky_priestley": 0.3}
-    for name, factor in names.items():
-        table[f"column_shear_dcr_{name}"] = factor * ratio
-    found = shear_model_medians(table).set_index("limit_state")
-    assert found.loc["sdc_nominal", "theta"] < found.loc["sdc_expected", "theta"]
-    # a demand of the whole history is known although the study ended the run at its own failure
-    assert set(found["n_unknown"]) == set(found["n_beyond_model"]) == {0}
+SHEAR = "column_shear_dcr_"
+DEFAULT_STUDY = Path(__file__).parents[1] / "data" / "default_study_demands.parquet"
+
+
+def shear_curves_of(table):
+    """Return the curves of the shear models from a table of demands."""
+    return shear_model_curves(prepared(table, [], SETTINGS).table, SETTINGS)
+
+
+def shear_curves(table):
+    """Return curves, and medians, statuses, methods by variant (row) and shear model (column)."""
+    curves = shear_curves_of(table)
+    names = ("theta", "status", "method")
+    return curves, *(curves.pivot(index="variant", columns="limit_state", values=n) for n in names)
+
+
+def whole_motion_ratios(seed, plateau, scatter):
+    """Return the fixed OSB1 of the default study with ratios over the whole motion.
+
+    The stored demands end at the failure. After it, the shear is near a plateau: the columns have
+    yielded in flexure.
+    """
+    table = pd.read_parquet(DEFAULT_STUDY)
+    table = table[table["bridge"] == "osb1_fixed"].reset_index(drop=True)
+    failed, motions = table["beyond_model"] == "shear", table["motion_id"].unique()
+    scattered = dict(zip(motions, np.random.default_rng(seed).normal(size=32), strict=True))
+    peaks = plateau * np.exp(scatter * table["motion_id"].map(scattered))
+    ratio = table["column_shear_dcr"].where(~failed, np.maximum(peaks, 1.001))
+    factors = {"sdc_expected": 1.0, "sdc_nominal": 1.135, "kowalsky_priestley": 0.72}
+    ratios = {f"{SHEAR}{name}": factor * ratio for name, factor in factors.items()}
+    return table.assign(complete=table["beyond_model"] == "", **ratios)
+
+
+@pytest.mark.parametrize(
+    ("seed", "plateau", "scatter"), [(1, 1.6, 0.2), (3, 1.6, 0.2), (0, 1.3, 0.05)]
+)
+def test_medians_under_shear_models_have_the_order_of_the_capacities(seed, plateau, scatter):
+    table = whole_motion_ratios(seed, plateau, scatter)
+    curves, theta, status, method = shear_curves(table)
+    for weak, strong in (("sdc_nominal", "sdc_expected"), ("sdc_expected", "kowalsky_priestley")):
+        estimated = (status[[weak, strong]] == "ok").all(axis=1)
+        # equal if the same runs exceed and both medians are from the exceedance fit
+        assert (theta[weak] <= (1.0 + 1e-9) * theta[strong])[estimated].all()
+    assert (theta.notna() == (status == "ok")).all(axis=None)
+    assert status["sdc_nominal"].eq("ok").sum() >= 7
+    assert method.nunique(axis=1).eq(1).all()
+    # a failure in the model of the study bounds the ratio of no other model
+    assert curves["n_unknown"].eq(0).all()
+    assert curves["n_censored"].equals(curves["n_exceed"])
+    exceed = curves.groupby("limit_state")["n_exceed"].sum()
+    for name, number in exceed.items():
+        assert number == (table[f"{SHEAR}{name}"] > 1.0).sum()
+
+
+def test_a_run_that_stopped_early_bounds_the_ratios_of_all_shear_models():
+    table = whole_motion_ratios(0, 1.3, 0.05)
+    stopped = table.index[table["beyond_model"] == ""][:5]
+    table.loc[stopped, ["status", "complete"]] = ["timeout", False]
+    curves = shear_curves(table)[0]
+    assert (curves["n_censored"] - curves["n_exceed"]).sum() == 3 * 5
+
+
+def test_medians_of_the_model_of_the_study_are_those_of_the_study():
+    """Peaks after the failure, when the shear no longer grows, do not move a median.
+
+    The bound of the study is not exactly 1: it is the peak of the step that failed, up to 1.19.
+    """
+    medians = [
+        shear_curves(whole_motion_ratios(0, *peaks))[1] for peaks in ((1.3, 0.0), (2.0, 0.3))
+    ]
+    study = fragility_tables(whole_motion_ratios(0, 1.3, 0.0), [], SETTINGS)["curves"]
+    study = study[(study["limit_state"] == "shear") & study["preferred"]].set_index("variant")
+    for table in medians:
+        assert table["sdc_expected"].to_dict() == pytest.approx(study["theta"].to_dict(), rel=0.04)
+
+
+def test_medians_against_the_order_of_the_capacities_are_not_estimated():
+    table = synthetic_demands(skews=(0,), gaps=(25,), frictions=(50,), motions=24)
+    strong = 0.6 * table[IM]
+    # much weaker for small motions only: its line is flatter and crosses 1 at a larger intensity
+    weak = strong * np.maximum(1.001, (0.35 / table[IM]) ** 0.8)
+    table[f"{SHEAR}sdc_expected"] = strong.where(table[IM] < table[IM].max(), 1.01)
+    table[f"{SHEAR}sdc_nominal"] = weak.where(table[IM] < table[IM].max(), 1.02)
+    table[f"{SHEAR}kowalsky_priestley"] = 0.1
+    curves, theta, status, _ = shear_curves(table)
+    assert status.iloc[0].to_dict() == {
+        "kowalsky_priestley": "no_exceedance",
+        "sdc_expected": NOT_ORDERED,
+        "sdc_nominal": NOT_ORDERED,
+    }
+    assert theta.isna().all(axis=None)
+    gone = ["beta", "beta_total", "beta_low", "theta_low", "theta_high", "var_ln_theta", "var_beta"]
+    assert curves[gone].isna().all(axis=None)
+    assert not curves["preferred"].any()
+    assert not curves["extrapolated"].any()
+
+
+def test_a_study_without_ratios_or_failures_has_no_curves_of_shear_models():
+    table = synthetic_demands(skews=(0,), gaps=(25,)).assign(beyond_model="shear")
+    assert shear_curves_of(table).empty
+    table = table.assign(**{f"{SHEAR}sdc_expected": 0.5, f"{SHEAR}sdc_nominal": 0.6})
+    assert shear_curves_of(table).empty
+    assert list(shear_curves_of(table)) == list(DESCRIPTIONS["shear_models"])
 
 
 # --- limit states as data
@@ -366,7 +536,9 @@ def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
         ({"colapse": "peak"}, "colapse: unknown key"),
         ({"collapse": "maybe"}, "collapse: must be 'exceeds' or 'peak', got 'maybe'"),
         ({"citation": ""}, "citation: must have at least 1 character, got ''"),
-        ({"demand": "deck"}, "does not end with a unit"),
+        ({"demand": "deck"}, "does not end with a unit; known units: m, mm, in, ft, kn, kip"),
+        ({"demand": "friction_impulse_kns", "unit": "s"}, "is a time, but friction_impulse_kns is"),
+        ({"demand": "moment_knm", "unit": "knmm"}, "known units: m, mm"),
         ({"demand": f"{'d' * 99}_m"}, "demand: must have at most 100 characters"),
     ],
 )
@@ -374,6 +546,18 @@ def test_wrong_limit_state_names_entry_and_key(change, text):
     with pytest.raises(InputError, match=r"^limit state entry 0") as caught:
         limit_states_of([ENTRY | change])
     assert text in str(caught.value)
+
+
+def test_a_demand_brings_its_unit_by_its_row_of_columns_or_the_end_of_its_name():
+    for demand, unit, threshold in (
+        *((column.name, column.unit.replace("-", "ratio"), 102.0) for column in DEMAND_COLUMNS),
+        ("moment_knm", "kNm", 102.0),
+        ("deck_speed_mps", "m/s", 102.0),
+        ("column_shear_kn", "kip", 102.0 * 4.4482216152605),
+        ("my_dcr", "%", 1.02),
+    ):
+        (state,) = limit_states_of([ENTRY | {"demand": demand, "unit": unit}])
+        assert state.threshold == pytest.approx(threshold)
 
 
 def test_doubled_or_no_states_are_refused_and_tiny_dispersions_flagged_as_likely_unit_slips():

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -10,15 +11,31 @@ import pytest
 from scipy import stats
 from typer.testing import CliRunner
 
-from cli_json import answer, run
-from fragility_tables import DRIFT_ENTRY, IM, SETTINGS, ready, states_of, synthetic_demands
+import skewbridge
+from cli_json import answer, invoke, run
+from fragility_tables import (
+    DRIFT_ENTRY,
+    FAILURES,
+    IM,
+    SETTINGS,
+    ready,
+    states_of,
+    synthetic_demands,
+)
 from skewbridge.cli import build_app
+from skewbridge.demands.validity import FAILURE_DEMANDS
 from skewbridge.errors import InputError
+from skewbridge.files.tables import write_frame
+from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.fits import fit_cloud
 from skewbridge.fragility.joint import JOINT_COLUMNS, JointModel, joint_table
+from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.paper_table import PAPER_COLUMNS
+from skewbridge.fragility.study_tables import write_tables
+from skewbridge.report.page import median_text
 from skewbridge.study.predict_check import CHECK_COLUMNS, check_predict, inner_variants
 
+ROOT = Path(__file__).parents[2]
 DRIFT = states_of("column_drift")
 GRID = {"skews": (0, 20, 40, 60), "gaps": (0, 25, 51), "frictions": (0, 50), "motions": 24}
 SMALL = {"skews": (0, 30, 60), "gaps": (51,), "frictions": (0, 50), "motions": 16}
@@ -240,17 +257,17 @@ PLACE = ("--skew-deg", "45", "--gap-mm", "40", "--friction", "0.3")
 
 def test_every_table_is_written_and_missing_demands_are_listed(written):
     folder, report = written
-    names = {path.name for path in (folder / "out").iterdir()}
+    names = {path.name for path in (folder / "out" / "fragility").iterdir()}
     parquet = ("curves", "effects", "intensity_effects", "joint", "median_effects", "system")
     assert {*(f"{name}.parquet" for name in parquet), "table.csv", "table.tex"} <= names
     assert report["left_out"] == ["shear_key/slight (shear_key_disp_m)"]
-    curves = pd.read_parquet(folder / "out" / "curves.parquet")
+    curves = pd.read_parquet(folder / "out" / "fragility" / "curves.parquet")
     assert report["status"] == curves["status"].value_counts().to_dict()
-    effects = pd.read_parquet(folder / "out" / "effects.parquet")
+    effects = pd.read_parquet(folder / "out" / "fragility" / "effects.parquet")
     assert report["verdict"] == effects["verdict_family"].value_counts().to_dict()
     assert (report["rejected_rows"], report["notes"]) == (0, [])
     assert report["tables"]["curves"] == len(curves)
-    joint = pd.read_parquet(folder / "out" / "joint.parquet")
+    joint = pd.read_parquet(folder / "out" / "fragility" / "joint.parquet")
     assert list(joint.columns) == list(JOINT_COLUMNS)
 
 
@@ -270,14 +287,94 @@ def test_predictions_are_those_of_the_joint_model(written, tmp_path):
     assert found["rows"][0]["theta"] == pytest.approx(0.01 / 0.035, rel=0.3)
     _, one = predict(folder, *PLACE, "--component", "column_drift", "--state", "slight")
     assert [(row["state"], row["p"]) for row in one["rows"]] == [("slight", None)]
-    # the folder of a study serves as well
-    shutil.copytree(folder, tmp_path / "fragility")
+    # only the joint models are needed, as in the folder of a study
+    (tmp_path / "fragility").mkdir()
+    shutil.copy(folder / "fragility" / "joint.parquet", tmp_path / "fragility")
     assert predict(tmp_path, *PLACE) == predict(folder, *PLACE)
 
 
+def test_values_outside_the_motions_are_flagged(written):
+    """The motions of the table have 0.1 to 1.5 g; three of them exceed a value inside."""
+    folder = written[0] / "out"
+    by_motion = np.sort(DEMANDS.groupby("motion_id")[IM].first())
+    low, high = by_motion[2], by_motion[-3]
+    for at in (0.9 * low, 1.01 * low, 0.99 * high, 1.01 * high):
+        _, found = predict(folder, *PLACE, "--at", f"{at:.6f}")
+        for row in found["rows"]:
+            assert row["p_extrapolated"] == (not low <= at <= high)
+            assert row["extrapolated"] == (not low <= row["theta"] <= high)
+    printed = CliRunner().invoke(
+        build_app(), ["predict", "--study", str(folder), *PLACE, "--at", "9"]
+    )
+    assert printed.stdout.count(" p ") >= 2
+    assert "fewer than three motions" in printed.stderr
+    for name in ("joint", "system", "curves"):
+        table = pd.read_parquet(folder / "fragility" / f"{name}.parquet").query("status == 'ok'")
+        assert len(table)
+        assert table["im_low"].gt(0.1).all()
+        outside = (table["theta"] < table["im_low"]) | (table["theta"] > table["im_high"])
+        assert table["extrapolated"].astype(bool).tolist() == outside.tolist()
+
+
+def test_a_median_beyond_the_motions_is_flagged_in_tables_and_prediction(tmp_path):
+    strong = DEMANDS[NEEDED].copy()
+    strong["column_drift_ratio"] /= 2.2  # moderate at about 1.1 g, which two motions exceed
+    states = {**DRIFT_ENTRY, "states": {"slight": 1.0, "moderate": 1.75}}
+    (tmp_path / "states.yaml").write_text(json.dumps([states]))
+    assert statistics(strong, tmp_path, tmp_path)[0] == 0
+    _, found = predict(tmp_path / "out", *PLACE)
+    assert {row["state"]: row["extrapolated"] for row in found["rows"]}["moderate"] is True
+    table = pd.read_csv(tmp_path / "out" / "fragility" / "table.csv")
+    outside = table[table["extrapolated"].eq(other=True)]
+    assert {"joint"} < set(outside["row"])
+    assert (tmp_path / "out" / "fragility" / "table.tex").read_text().count(" † &") == len(outside)
+    row = outside.iloc[0].to_dict()
+    assert median_text(row | {"status": "ok"}).endswith(" †")
+    assert not median_text(row | {"status": "ok", "extrapolated": False}).endswith(" †")
+
+
+def test_predicted_failure_in_any_mode_is_the_union_of_the_modes(tmp_path):
+    rng = np.random.default_rng(8)
+    table = synthetic_demands(**SMALL | {"motions": 14})
+    x, scatter = np.log(table[IM]), 0.25 * rng.normal(size=(2, 14))
+    motion, skew = table["motion_id"].str[1:].astype(int), table["skew_deg"] / 60.0
+    for place, (name, b, theta) in enumerate(
+        (("column_shear_dcr", 0.6, 0.9), ("drift_over_capacity", 1.1, 1.0))
+    ):
+        sign = 0.3 - 0.6 * place  # skew weakens one mode and strengthens the other
+        table[name] = np.exp(b * (x - np.log(theta)) + sign * skew + scatter[place][motion])
+    table["column_failure_ratio"] = table[[*FAILURE_DEMANDS.values()]].max(axis=1)
+    curves = fit_study(ready(table, FAILURES), FAILURES, SETTINGS)
+    rows = joint_table(ready(table, FAILURES), FAILURES, curves, SETTINGS)
+    assert (rows["status"] == "ok").all()
+    write_tables({"joint": rows}, tmp_path / "fragility")
+    for skew_deg, at in product((0, 45), np.geomspace(0.05, 3.0, 8)):
+        options = ("--skew-deg", skew_deg, "--friction", "0.2", "--at", f"{at:.6f}")
+        found = {row["state"]: row for row in predict(tmp_path, *options)[1]["rows"]}
+        for name in ("p", "p_records"):
+            modes = found["shear"][name], found["flexure"][name]
+            assert max(modes) <= found["any"][name] <= sum(modes) + 1e-12
+        any_mode = found["any"]
+        assert any_mode["theta"] < min(found["shear"]["theta"], found["flexure"]["theta"])
+        assert any_mode["ci_theta"][0] < any_mode["theta"] < any_mode["ci_theta"][1]
+    own = rows[rows["limit_state"] == "any"].iloc[0].to_dict()
+    assert own["loo_error"] < 0.05
+    # the interval is from the jackknife over motions, paired between the modes
+    middle = JointModel(own).axis_range.middle
+    logs = []
+    for m in range(14):
+        part = table[motion != m]
+        again = joint_table(ready(part, FAILURES), FAILURES, None, SETTINGS)
+        logs.append(np.log(JointModel(again.iloc[2].to_dict()).median(middle)[0]))
+    error = np.sqrt(13.0 * np.var(logs))
+    width = np.log(own["theta_high"] / own["theta"]) / stats.t.ppf(0.975, 12)
+    assert width == pytest.approx(error, rel=0.1)
+
+
 def test_leave_one_out_error_is_not_an_error_message(written, tmp_path):
-    table = pd.read_parquet(written[0] / "out" / "joint.parquet")
-    table.assign(loo_error=np.nan).to_parquet(tmp_path / "joint.parquet")
+    table = pd.read_parquet(written[0] / "out" / "fragility" / "joint.parquet")
+    (tmp_path / "fragility").mkdir()
+    table.assign(loo_error=np.nan).to_parquet(tmp_path / "fragility" / "joint.parquet")
     found = CliRunner().invoke(build_app(), ["predict", "--study", str(tmp_path), *PLACE])
     assert found.exit_code == 0
     assert "nan" not in found.stdout
@@ -316,7 +413,12 @@ def test_values_outside_the_study_and_folders_without_models_are_refused(written
     ("change", "words"),
     [
         (lambda t: t.drop(columns="status"), "no column 'status'"),
-        (lambda t: t.assign(status="fine"), "status"),
+        (lambda t: t.assign(status="fine"), "status must be one of ok, collapse, numerical"),
+        (lambda t: t.rename(columns={"skew_deg": "Skew_deg"}), "did you mean skew_deg?"),
+        (lambda t: t.rename(columns={"friction": "Friction "}), "did you mean friction?"),
+        (lambda t: t.rename(columns={"motion_id": "Motion"}), "did you mean motion_id?"),
+        (lambda t: t.rename(columns={"motion_id": "record"}), "'friction', 'record', 'status'"),
+        (lambda t: t.assign(column_drift_ratio=np.inf), "give a collapsed run the status collapse"),
         (lambda t: t.drop(columns=["column_drift_ratio"]), "none of the demands"),
         (lambda t: t.drop(columns=[IM]), "at least one im_ column"),
         (lambda t: t.rename(columns={IM: "im_a_g"}).assign(im_b_g=1.0), "--im"),
@@ -338,9 +440,69 @@ def test_rows_without_an_intensity_are_rejected_one_by_one(written, tmp_path):
     assert report["tables"]["curves"] == written[1]["tables"]["curves"]
 
 
+def test_statistics_outside_a_study_folder_are_a_study_with_report(tmp_path, monkeypatch):
+    """The limit states are those of the package; load, plot, predict and compare accept it."""
+    monkeypatch.chdir(tmp_path)
+    two = synthetic_demands(motions=14, skews=(0, 60), gaps=(0, 51))
+    two[NEEDED].set_index(["skew_deg", "motion_id"]).to_parquet("runs.parquet")
+    report = answer("statistics", "runs.parquet", "--out", "theirs", "--report")
+    assert "shear_key/slight (shear_key_disp_m)" in report["left_out"]
+    study = skewbridge.load("theirs")
+    assert (len(study.demands), set(study.demands["bridge"])) == (len(two), {"foreign"})
+    assert study.demands.attrs["units"][IM] == "g"
+    assert study.demands.attrs["provenance"]["statistics_of"] == "runs.parquet"
+    curves = study.fragility["curves"]
+    packaged = load_limit_states(ROOT / "config" / "limit_states.yaml")
+    drift = {state.name: state.threshold for state in packaged if state.demand == NEEDED[-1]}
+    assert dict(zip(curves["limit_state"], curves["threshold"], strict=True)) == drift
+    assert predict("theirs", *PLACE, "--state", "slight")[0] == 0
+    same = answer("compare", "theirs", "runs.parquet")
+    assert (same["counts"]["pairs"], same["counts"]["equal_pairs"]) == (len(two), len(two))
+    names = [row["name"] for row in answer("study", "plot", "--study", "theirs")["figures"]]
+    assert "foreign_foreign_curves_column_drift" in names
+    assert {f"{name}.svg" for name in names} <= {
+        path.name for path in Path("theirs/figures").iterdir()
+    }
+    drawn = answer("study", "plot", names[0], "--study", "theirs", "--out", "paper")["written"]
+    assert all(Path(path).is_file() for path in drawn)
+    page = Path(report["report"]).read_text(encoding="utf-8")
+    theta = curves.query("preferred and limit_state == 'slight'")["theta"]
+    assert f"{theta.min():.3g} [" in page
+    assert all(f'id="figure-{name}"' in page for name in names)
+    for absent in ("undefined", "nan ", 'id="quality"', 'id="methods"', "core hours"):
+        assert absent not in page.split("<script")[0]
+    # written again, but never over the demands of a study
+    assert run("statistics", "theirs/demands.parquet", "--out", "theirs")[0] == 0
+    two.to_parquet("runs.parquet")
+    (tmp_path / "study").mkdir()
+    write_frame(two, tmp_path / "study" / "demands.parquet", {"config_digest": "a"})
+    code, found = run("statistics", "runs.parquet", "--out", "study")
+    assert code == 2
+    assert "study has the demands of a study: choose another folder" in found["message"]
+    assert len(pd.read_parquet("study/demands.parquet").columns) == len(two.columns)
+
+
+def test_all_columns_of_a_study_are_kept_and_drift_in_per_cent_is_reported(written, tmp_path):
+    table = DEMANDS.assign(suspect="", steps_by_rung="9", wall_s=1.5, column_drift_ratio=5.0)
+    table.loc[3, "suspect"] = "energy residual"
+    code, report = statistics(table, tmp_path, written[0])
+    assert code == 0
+    kept = pd.read_parquet(tmp_path / "out" / "demands.parquet")
+    assert set(table.columns) <= set(kept.columns)
+    assert kept["suspect"].tolist() == table["suspect"].tolist()
+    assert kept["run_key"].tolist() == table["run_key"].tolist()
+    (text,) = report["warnings"]
+    assert "column_drift_ratio is up to 5 in completed runs" in text
+    notes = pd.read_parquet(tmp_path / "out" / "fragility" / "input_notes.parquet")
+    assert "percent" in set(notes["kind"])
+    states = ("--limit-states", written[0] / "states.yaml")
+    shown = invoke("compare", tmp_path / "out", tmp_path / "out", *states, "--im", IM)
+    assert "warning: column_drift_ratio is up to 5" in shown.stderr
+
+
 def test_the_table_of_a_paper_has_variants_and_joint_rows_with_ratios(written):
     folder, _ = written
-    table = pd.read_csv(folder / "out" / "table.csv")
+    table = pd.read_csv(folder / "out" / "fragility" / "table.csv")
     assert list(table.columns) == list(PAPER_COLUMNS)
     slight = table[table["limit_state"] == "slight"]
     assert len(slight) == 13  # 12 variants and the joint model
@@ -353,7 +515,7 @@ def test_the_table_of_a_paper_has_variants_and_joint_rows_with_ratios(written):
     # each axis: the smallest value has nothing to be compared with
     assert variants["friction_ratio"].notna().sum() == 6
     assert variants["skew_ratio"].notna().sum() == 8
-    tex = (folder / "out" / "table.tex").read_text(encoding="utf-8")
+    tex = (folder / "out" / "fragility" / "table.tex").read_text(encoding="utf-8")
     assert tex.count(r"\\") == len(table) + 1
     assert "& skew 60 deg, gap 51 mm, friction 0.5 & column drift, slight &" in tex
     assert r"\usepackage{booktabs,longtable}" in tex
@@ -366,7 +528,7 @@ def test_joint_rows_compare_the_ends_of_an_axis_at_the_middle_of_the_others(writ
     demands = DEMANDS[NEEDED].copy()
     demands["column_drift_ratio"] *= np.exp(0.02 * demands["skew_deg"] * demands["friction"])
     assert statistics(demands, tmp_path, written[0])[0] == 0
-    table = pd.read_csv(tmp_path / "out" / "table.csv")
+    table = pd.read_csv(tmp_path / "out" / "fragility" / "table.csv")
     row = table[(table["row"] == "joint") & (table["limit_state"] == "slight")].iloc[0]
     middle = ("--skew-deg", "30", "--gap-mm", "25.5", "--state", "slight")
     medians = [

@@ -9,7 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motions_files import at2_text, index_of, make_pairs, shaken_g
+from motions_files import (
+    at2_text,
+    cosmos_text,
+    esm_text,
+    geonet_text,
+    index_of,
+    make_pairs,
+    rows_of,
+    shaken_g,
+)
 from skewbridge.errors import InputError
 from skewbridge.motions import intensity, levels
 from skewbridge.motions.check import check_paths
@@ -134,18 +143,13 @@ def _file(folder: Path, name: str, text: str) -> Path:
     return path
 
 
-def _rows(values, per_line: int, form: str) -> str:
-    lines = (values[i : i + per_line] for i in range(0, len(values), per_line))
-    return "\n".join("".join(map(form.format, line)) for line in lines)
-
-
 def _at2(head: str, values: str) -> str:
     return "PEER STRONG MOTION DATABASE RECORD\nA, 1/1/2000, B, 90\n" + head + values + "\n"
 
 
 IN_G = "ACCELERATION TIME SERIES IN UNITS OF G\n"
 PLAIN = f"{IN_G}NPTS= 50, DT= .01 SEC\n"
-FIVE = _rows(RECORD_G, 5, "{:15.7E}")
+FIVE = rows_of(RECORD_G, 5, "{:15.7E}")
 
 
 def _peer(folder: Path, npts: int = 50, values: str = FIVE) -> Path:
@@ -165,9 +169,9 @@ def _peer(folder: Path, npts: int = 50, values: str = FIVE) -> Path:
         ),
         ("The units are (g)\n50 0.0100 NPTS, DT\n", FIVE),
         pytest.param(PLAIN, FIVE.replace("E", "D"), id="D exponent"),
-        pytest.param(PLAIN, _rows(RECORD_G, 1, "{:15.7E}"), id="one per line"),
-        pytest.param(PLAIN, _rows(RECORD_G, 8, "{:.7E},"), id="commas"),
-        pytest.param(PLAIN, _rows(RECORD_G, 5, "{:+.7E}"), id="run together"),
+        pytest.param(PLAIN, rows_of(RECORD_G, 1, "{:15.7E}"), id="one per line"),
+        pytest.param(PLAIN, rows_of(RECORD_G, 8, "{:.7E},"), id="commas"),
+        pytest.param(PLAIN, rows_of(RECORD_G, 5, "{:+.7E}"), id="run together"),
         pytest.param(PLAIN, f"{FIVE}\n*** End data ***", id="footer"),
     ],
 )
@@ -184,7 +188,7 @@ def test_surplus_values_are_cut_and_other_counts_or_missing_headers_refused(tmp_
     assert any("cut to NPTS" in text for text in trace.warnings)
     with pytest.raises(InputError, match="NPTS = 20, but the file has 50"):
         read_trace(_peer(tmp_path, 20))
-    cut = _peer(tmp_path, 60, _rows(RECORD_G[:-1], 5, "{:15.7E}") + "  -.3141")
+    cut = _peer(tmp_path, 60, rows_of(RECORD_G[:-1], 5, "{:15.7E}") + "  -.3141")
     with pytest.raises(InputError, match="inside a number"):
         read_trace(cut)
     with pytest.raises(InputError, match=r"rename bare values to \.acc and give"):
@@ -203,7 +207,7 @@ def test_given_values_override_the_file_with_a_note_and_those_if_missing_do_not(
     trace = read_trace(_peer(tmp_path), known)
     np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-6)
     assert (trace.dt_s, trace.unit, trace.notes) == (0.01, "g", ("unit g of the header is used",))
-    bare = read_trace(_file(tmp_path, "a.acc", _rows(980.665 * RECORD_G, 5, "{:.8e} ")), known)
+    bare = read_trace(_file(tmp_path, "a.acc", rows_of(980.665 * RECORD_G, 5, "{:.8e} ")), known)
     np.testing.assert_allclose(bare.accel_mps2, SI, rtol=1e-7)
     assert (bare.dt_s, bare.unit) == (0.005, "cm/s2")
 
@@ -228,7 +232,7 @@ def _v2(line: str, values: str) -> str:
 def test_csmip_v2_is_read_by_column_width(tmp_path, line, per_line, form):
     cm_s2 = RECORD_G * 98.0665
     cm_s2[3] = -1234.123 if form == "{:10.3f}" else -12.632701  # fills its ten columns
-    text = _v2(line, _rows(cm_s2, per_line, form))
+    text = _v2(line, rows_of(cm_s2, per_line, form))
     trace = read_trace(_file(tmp_path, "a.V2", text))
     np.testing.assert_allclose(trace.accel_mps2, cm_s2 * 0.01, atol=6e-6)
     assert (trace.format, trace.station, trace.azimuth_deg) == ("csmip_v2", "TEST STATION", 270.0)
@@ -236,7 +240,7 @@ def test_csmip_v2_is_read_by_column_width(tmp_path, line, per_line, form):
 
 def test_a_file_of_several_channels_needs_a_channel(tmp_path):
     cm_s2 = RECORD_G * 980.665
-    csmip = "\n".join(_v2(V2_LINE, _rows(each, 8, "{:10.3f}")) for each in (cm_s2, -2 * cm_s2))
+    csmip = "\n".join(_v2(V2_LINE, rows_of(each, 8, "{:10.3f}")) for each in (cm_s2, -2 * cm_s2))
     rows = [f"{i * 0.01:.2f},{v:.8e},{-2 * v:.8e}" for i, v in enumerate(RECORD_G)]
     for name, text in (("a.V2", csmip), ("a.csv", "time_s,h1_g,h2_g\n" + "\n".join(rows))):
         path = _file(tmp_path, name, text)
@@ -249,7 +253,7 @@ def test_a_file_of_several_channels_needs_a_channel(tmp_path):
 
 
 def test_index_names_the_channels_of_one_file(tmp_path):
-    parts = [_v2(V2_LINE, _rows(RECORD_G * f, 8, "{:10.3f}")) for f in (980.665, 200.0, -500.0)]
+    parts = [_v2(V2_LINE, rows_of(RECORD_G * f, 8, "{:10.3f}")) for f in (980.665, 200.0, -500.0)]
     (tmp_path / "all.V2").write_text("\n".join(parts))
     (tmp_path / "index.csv").write_text(
         "motion_id,file_1,file_2,channel_1,channel_2\nbridge,all.V2,all.V2,1,3\n"
@@ -294,14 +298,14 @@ def test_broken_time_column_is_refused_with_its_line(tmp_path, replacement):
 
 @pytest.mark.parametrize("per_line", [1, 5, 50])
 def test_bare_values_need_a_time_step_and_are_not_read_as_a_table(tmp_path, per_line):
-    path = _file(tmp_path, "a.acc", _rows(RECORD_G, per_line, "{:.8e} "))
+    path = _file(tmp_path, "a.acc", rows_of(RECORD_G, per_line, "{:.8e} "))
     with pytest.raises(DtMissingError):
         read_trace(path)
     trace = read_trace(path, Given(dt_s=0.005))
     np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-7)
     assert any("no unit" in text for text in trace.notes)
     rising = np.arange(60) ** 1.5 * 1e-4  # a slow start: the first number of each line rises
-    path = _file(tmp_path, "a.acc", _rows(rising, per_line, "{:15.7e}"))
+    path = _file(tmp_path, "a.acc", rows_of(rising, per_line, "{:15.7e}"))
     accel_mps2 = read_trace(path, Given(dt_s=0.01)).accel_mps2
     np.testing.assert_allclose(accel_mps2, rising * G_MPS2, rtol=1e-6)
 
@@ -317,7 +321,7 @@ def test_knet_counts_become_gal_about_their_mean(tmp_path):
         + [f"Max. Acc. (gal)   {np.abs(RECORD_G - RECORD_G.mean()).max() * 980.665:.3f}"]
         + ["Last Correction   2000/01/01 00:00:00", "Memo.             "]
     )  # fmt: skip
-    trace = read_trace(_file(tmp_path, "a.NS2", head + "\n" + _rows(counts, 8, "{:9d}")))
+    trace = read_trace(_file(tmp_path, "a.NS2", head + "\n" + rows_of(counts, 8, "{:9d}")))
     np.testing.assert_allclose(trace.accel_mps2, SI - SI.mean(), atol=3e-6)
     assert (trace.format, trace.azimuth_deg, trace.warnings) == ("knet", 0.0, ())
 
@@ -325,12 +329,359 @@ def test_knet_counts_become_gal_about_their_mean(tmp_path):
 def test_components_with_unrelated_names_are_paired_by_header(tmp_path):
     """One station by its channels, as CSMIP names them: 360 and 270 degrees, and up."""
     for channel, direction in ((14, "UP"), (15, "360"), (24, "270")):
-        text = _v2(V2_LINE, _rows(RECORD_G * 980.665, 8, "{:10.3f}"))
+        text = _v2(V2_LINE, rows_of(RECORD_G * 980.665, 8, "{:10.3f}"))
         text = text.replace("CHAN  1: 270", f"CHAN {channel}: {direction}")
         _file(tmp_path, f"CHAN{channel}.V2", text)
     (entry,) = list_motions(tmp_path)
     assert [path.name for path, _ in entry.components] == ["CHAN15.V2", "CHAN24.V2"]
     assert "TEST_STATION" in entry.motion_id
+
+
+GAL_VALUES = shaken_g(7, 400) * 980.665
+
+
+def test_esm_file_has_unit_step_event_and_azimuth_in_its_header(tmp_path):
+    trace = read_trace(_file(tmp_path, "a.ASC", esm_text(GAL_VALUES)))
+    np.testing.assert_allclose(trace.accel_mps2, GAL_VALUES * 0.01, atol=6e-9)
+    assert (trace.format, trace.dt_s, trace.unit, trace.azimuth_deg) == ("esm", 0.005, "cm/s2", 90)
+    assert (trace.event, trace.station, trace.notes) == ("EMSC-1", "XX.ABC", ())
+    short = read_trace(_file(tmp_path, "a.ASC", esm_text(GAL_VALUES, NDATA="420")))
+    assert any("NDATA = 420, but the file has 400" in text for text in short.warnings)
+    for changes, message in (
+        ({"NDATA": "399"}, "NDATA = 399, but the file has 400"),
+        ({"DATA_TYPE": "VELOCITY", "UNITS": "cm/s"}, "not an acceleration: DATA_TYPE"),
+        ({"DATA_TYPE": "ACCELERATION RESPONSE SPECTRUM"}, "not an acceleration"),
+        ({"UNITS": "cm/s"}, "not an acceleration: 'cm/s'"),
+        ({"SAMPLING_INTERVAL_S": ""}, "SAMPLING_INTERVAL_S"),
+    ):
+        with pytest.raises(InputError, match=message):
+            read_trace(_file(tmp_path, "a.ASC", esm_text(GAL_VALUES, **changes)))
+
+
+@pytest.mark.parametrize(
+    ("layout", "unit", "factor"),
+    [
+        (("(1E15.6)", 1, "{:15.6e}"), None, 1.0),
+        (("(8F10.5)", 8, "{:10.5f}"), (-999, -999, "cm/s^2 (4)"), 1.0),
+        # numbers that touch
+        (("(10F8.3)", 10, "{:8.3f}"), (1, 10, "gal(10)"), 2.0),
+        (("(6F13.9)", 6, "{:13.9f}"), (1, 2, "g(02)"), 1.0 / 980.665),
+        (("(8F10.4)", 8, "{:10.4f}"), (1, 11, "mg(11)"), 1.0 / 0.980665),
+    ],
+)
+def test_cosmos_file_states_unit_step_and_layout(tmp_path, layout, unit, factor):
+    given = GAL_VALUES * factor
+    if layout[0] == "(10F8.3)":
+        given[10:12] = -510.123, -610.25
+    text = cosmos_text(given, layout=layout, unit=unit)
+    trace = read_trace(_file(tmp_path, "a.acc.V2c", text), Given(unit_if_missing="m/s2"))
+    decimals = {"(8F10.5)": 5, "(10F8.3)": 3, "(6F13.9)": 9, "(8F10.4)": 4}.get(layout[0], 7)
+    scale = {2: 9.80665, 11: 9.80665e-3}.get(unit[1] if unit else 4, 0.01)
+    np.testing.assert_allclose(
+        trace.accel_mps2, given * scale, rtol=1e-6, atol=scale * 10**-decimals
+    )
+    assert (trace.format, trace.dt_s, trace.azimuth_deg) == ("cosmos", 0.005, 90.0)
+    assert (trace.event, trace.station) == ("Record of Test Quake", "Statn No: 37-11 Code:XX-ABC")
+
+
+def test_only_the_accelerations_of_a_cosmos_file_are_channels(tmp_path):
+    quantities = ("acceleration", "velocity", "displacement")
+    text = "".join(
+        cosmos_text(factor * GAL_VALUES, azimuth=azimuth, quantity=quantity)
+        for factor, azimuth in ((1.0, 0), (-2.0, 270))  # 0 is unknown
+        for quantity in quantities
+    )
+    path = _file(tmp_path, "a.V2C", text)
+    with pytest.raises(InputError, match=r"2 channels \(1 HNE, 2 270\)"):
+        read_trace(path)
+    second = read_trace(path, Given(channel=2))
+    np.testing.assert_allclose(second.accel_mps2, -0.02 * GAL_VALUES, rtol=1e-6, atol=1e-9)
+    assert second.azimuth_deg == 270.0
+    for text, message in (
+        (cosmos_text(GAL_VALUES, quantity="velocity"), "not an acceleration"),
+        (cosmos_text(GAL_VALUES, unit=(1, 50, "counts (50)")), "'counts.*is not read"),
+        (cosmos_text(GAL_VALUES, 0.005).replace("5.000000", "0.005000"), "do not last 2 s"),
+    ):
+        with pytest.raises(InputError, match=message):
+            read_trace(_file(tmp_path, "a.V2c", text))
+    cut = cosmos_text(GAL_VALUES).split("\n")[:-40]
+    assert "truncated" in read_trace(_file(tmp_path, "a.V2c", "\n".join(cut))).warnings[0]
+
+
+@pytest.mark.parametrize("name", ["a.V2A", "a.txt"])
+def test_geonet_components_are_accelerations_in_mm_s2(tmp_path, name):
+    mm_s2 = shaken_g(7, 403) * 9806.65
+    mm_s2[20:22] = -12345.6, -13456.7  # fill their columns
+    components = {"N28W": mm_s2, "S62W": -0.5 * mm_s2, "Up": 0.1 * mm_s2}
+    text = geonet_text(components)
+    path = _file(tmp_path, name, text)
+    with pytest.raises(InputError, match=r"3 channels \(1 N28W, 2 S62W, 3 Up\)"):
+        read_trace(path)
+    for channel, azimuth in ((1, 332.0), (2, 242.0)):
+        trace = read_trace(path, Given(channel=channel))
+        expected = 1e-3 * [*components.values()][channel - 1]
+        np.testing.assert_allclose(trace.accel_mps2, expected, atol=6e-5)
+        assert (trace.format, trace.dt_s, trace.azimuth_deg) == ("geonet_v2a", 0.02, azimuth)
+        assert (trace.event, trace.station) == ("2016 November 13         11:02:56 UT", "ABC")
+    lines = text.split("\n")
+    path = _file(tmp_path, name, "\n".join(lines[:150]))  # in the second component
+    assert "truncated" in read_trace(path, Given(channel=2)).warnings[0]
+    with pytest.raises(InputError, match="truncated"):
+        read_trace(_file(tmp_path, name, "\n".join(lines[:125])), Given(channel=1))
+    with pytest.raises(InputError, match="uncorrected"):
+        read_trace(_file(tmp_path, name, "Un" + text[0].lower() + text[1:]))
+
+
+def test_esm_and_cosmos_components_are_paired_by_their_headers(tmp_path):
+    for letter, azimuth in (("E", 90), ("N", 360), ("Z", 400)):
+        text = esm_text(GAL_VALUES, stream=f"HN{letter}")
+        _file(tmp_path, f"HI.ABC..HN{letter}.D.20190728.160908.C.ACC.ASC", text)
+        cosmos = cosmos_text(GAL_VALUES, azimuth=azimuth, scnl=f"ABC.HN{letter}.XX.--")
+        _file(tmp_path, f"ABC.1000hyfh.HN{letter}.--.acc.V2c", cosmos)
+    found = [[path.name for path, _ in entry.components] for entry in list_motions(tmp_path)]
+    assert sorted(".".join(name.split(".")[-1:]) for pair in found for name in pair) == [
+        "ASC", "ASC", "V2c", "V2c",
+    ]  # fmt: skip
+    assert not any("HNZ" in name for pair in found for name in pair)
+    assert {check.verdict for check in check_paths([tmp_path])} <= {"ok", "warn"}
+
+
+VERTICAL_FILES = {
+    "a.V2": lambda up: _v2(V2_LINE, rows_of(RECORD_G * 980.665, 8, "{:10.3f}")).replace(
+        "CHAN  1: 270", f"CHAN  1: {up}"
+    ),
+    "a.AT2": lambda up: at2_text(RECORD_G).replace("Station, 90", f"Station, {up}"),
+    "old.AT2": lambda up: _at2(PLAIN, FIVE).replace(
+        "A, 1/1/2000, B, 90", f"A 5/19/40 0439, B, {up} (X)"
+    ),
+    "a.csv": lambda up: f"time (s),{up} (g)\n" + _time_rows(RECORD_G),
+    "b.csv": lambda up: f"time,acc_{up}\n" + _time_rows(RECORD_G),
+    "a.acc": lambda up: f"{up}\n" + rows_of(RECORD_G, 1, "{:.6e}"),
+    "a.V2A": lambda up: geonet_text({up: 9806.65 * RECORD_G}),
+    "a.ASC": lambda up: esm_text(GAL_VALUES, 0.01, stream=up),
+    "a.V2c": lambda up: cosmos_text(GAL_VALUES, 0.01, azimuth=0, scnl=f"A.{up}.XX.--"),
+}
+
+
+def _time_rows(values):
+    return "\n".join(f"{i * 0.01:.2f},{value:.8e}" for i, value in enumerate(values))
+
+
+@pytest.mark.parametrize("name", VERTICAL_FILES)
+@pytest.mark.parametrize("direction", ["UP", "Up", "-UP", "Z", "V", "VERT", "HNZ", "DWN", "U-D"])
+def test_a_channel_whose_header_says_vertical_is_no_component(tmp_path, name, direction):
+    if name in {"old.AT2", "a.V2", "a.V2c"} and not direction.isalpha():
+        direction = "Vert"
+    if name == "old.AT2" and direction in {"Z", "V", "HNZ"}:
+        direction = "UD"
+    _file(tmp_path, name, VERTICAL_FILES[name](direction))
+    _file(tmp_path, "other.AT2", at2_text(RECORD_G))
+    for first, second in ((name, "other.AT2"), ("other.AT2", name)):
+        (tmp_path / "index.csv").write_text(
+            f"motion_id,file_1,file_2,dt_s\nm,{first},{second},0.01\n"
+        )
+        (entry,) = list_motions(tmp_path)
+        with pytest.raises(InputError, match=rf"{name}: the header states a vertical.*{direction}"):
+            read_entry(entry)
+        assert {check.verdict for check in check_paths([tmp_path])} == {"error"}
+
+
+@pytest.mark.parametrize("azimuth", [400, 401, 402])
+def test_vertical_orientation_codes_of_cosmos_are_no_component(tmp_path, azimuth):
+    path = _file(tmp_path, "a.V2c", cosmos_text(GAL_VALUES, 0.01, azimuth, "A.B.C.D"))
+    other = _file(tmp_path, "b.V2c", cosmos_text(GAL_VALUES, 0.01, 90))
+    assert math.isnan(read_trace(path).azimuth_deg)
+    with pytest.raises(InputError, match=r"a\.V2c: the header states a vertical"):
+        read_motion(other, path)
+
+
+# --- numbers without a known format
+
+
+SMOOTH = np.array(
+    [np.sin(np.arange(400) / 9.0), np.sin(np.arange(400) / 7.0), np.cos(np.arange(400) / 5.0)]
+).T * np.hanning(400)[:, None]  # fmt: skip
+
+
+def _table(values, *, header="", separator=" "):
+    rows = [separator.join(f"{value:.6f}" for value in row) for row in values]
+    return header + "\n".join(rows) + "\n"
+
+
+@pytest.mark.parametrize("columns", [2, 3, 6])
+@pytest.mark.parametrize("header", ["", "title\n", "NS EW UD\n", "400 0.01\n"])
+@pytest.mark.parametrize("separator", [" ", ","])
+def test_columns_without_time_are_channels_and_never_one_series(
+    tmp_path, columns, header, separator
+):
+    values = np.hstack([SMOOTH, -2.0 * SMOOTH])[:, :columns] * 0.1
+    path = _file(tmp_path, "a.txt", _table(values, header=header, separator=separator))
+    with pytest.raises(InputError, match=f"{columns} (numbers per line|channels)"):
+        read_trace(path, Given(dt_s=0.01))
+    for channel in range(1, columns + 1):
+        trace = read_trace(path, Given(dt_s=0.01, channel=channel))
+        np.testing.assert_allclose(trace.accel_mps2, values[:, channel - 1] * G_MPS2, atol=1e-5)
+    with pytest.raises(InputError, match=f"no channel {columns + 1}"):
+        read_trace(path, Given(dt_s=0.01, channel=columns + 1))
+    cut = path.read_text().rstrip("\n").rpartition(separator)[0]
+    with pytest.raises(InputError, match=f"(row must have {columns} columns|header states 400)"):
+        read_trace(_file(tmp_path, "b.txt", cut), Given(dt_s=0.01, channel=1))
+
+
+def test_a_rising_first_component_is_no_time_column(tmp_path):
+    """The first eight values of a record can rise as evenly as a time."""
+    rising = np.sin(np.arange(400) / 60.0)[:, None] * [1.0, 0.5]
+    for count, channel in ((2, 1), (2, 2), (3, 2)):
+        values = np.hstack([rising, SMOOTH])[:, :count] * 0.1
+        path = _file(tmp_path, "a.txt", _table(values))
+        trace = read_trace(path, Given(dt_s=0.005, channel=channel))
+        np.testing.assert_allclose(trace.accel_mps2, values[:, channel - 1] * G_MPS2, atol=1e-5)
+
+
+def test_an_uneven_time_column_is_no_channel(tmp_path):
+    times = np.cumsum(np.random.default_rng(1).uniform(0.001, 0.03, 400))
+    path = _file(tmp_path, "a.txt", _table(np.column_stack([times, SMOOTH])))
+    with pytest.raises(InputError, match="time column"):
+        read_trace(path, Given(dt_s=0.01, channel=2))
+    rows = zip(np.arange(400) * 0.0025, _table(SMOOTH).splitlines(), strict=True)  # rounded
+    path = _file(tmp_path, "a.txt", "\n".join(f"{time:.3f} {row}" for time, row in rows))
+    trace = read_trace(path, Given(channel=2))
+    np.testing.assert_allclose(trace.accel_mps2, SMOOTH[:, 1] * G_MPS2, atol=1e-5)
+    assert trace.dt_s == 0.0025
+
+
+@pytest.mark.parametrize("per_line", [1, 2, 3, 4, 5, 7, 8, 10])
+@pytest.mark.parametrize("seed", range(3))
+def test_one_series_of_several_values_per_line_is_no_table(tmp_path, per_line, seed):
+    """Lines of 2 or 3 numbers need a count, or a shorter last line, to be one series."""
+    series = np.convolve(shaken_g(seed, 401), np.hanning(9), mode="same")
+    for header in ("", "401 0.01\n"):
+        path = _file(tmp_path, "a.txt", header + rows_of(series, per_line, "{:15.7e}"))
+        if not header and per_line in {2, 3} and len(series) % per_line == 0:
+            with pytest.raises(InputError, match="numbers per line"):
+                read_trace(path, Given(dt_s=0.01))
+            continue
+        trace = read_trace(path, Given(dt_s=0.01))
+        np.testing.assert_allclose(trace.accel_mps2, series * G_MPS2, atol=1e-6)
+    if per_line > 3:
+        with pytest.raises(InputError, match=r"have no channels|must have"):
+            read_trace(_file(tmp_path, "b.txt", rows_of(series[:400], per_line, "{:15.7e}")),
+                       Given(dt_s=0.01, channel=1))  # fmt: skip
+
+
+@pytest.mark.parametrize("title", ["", "A title, 1940\n", "A title\nNPTS DT\n"])
+@pytest.mark.parametrize(
+    "count", ["50 0.01", "  50   .0100  ", "50, 0.01", "0.01 50", "50 1.0E-02 record of B",
+              "NPTS 50 DT 0.01", "NPTS: 50; DT: 0.01", "npts=50 dt=0.01"],
+)  # fmt: skip
+@pytest.mark.parametrize("layout", ["one", "five", "time"])
+def test_a_line_with_count_and_step_is_a_header(tmp_path, title, count, layout):
+    times = [f"{0.01 * i:.2f} {value:.7e}" for i, value in enumerate(RECORD_G)]
+    body = {
+        "one": rows_of(RECORD_G, 1, "{:15.7e}"),
+        "five": rows_of(RECORD_G, 5, "{:15.7e}"),
+        "time": "\n".join(times),
+    }[layout]
+    is_peer = "=" in count or ":" in count
+    if is_peer and layout == "time":
+        return  # such a header is PEER's, which has no time column
+    trace = read_trace(_file(tmp_path, "a.txt", f"{title}{count}\n{body}\n"))
+    np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-6)
+    assert (trace.dt_s, trace.accel_mps2.size) == (0.01, 50)
+    if not is_peer:
+        wrong = f"{title}{count}\n{body}\n".replace("50", "61", 1)
+        with pytest.raises(InputError, match="states 61 values, the file has 50"):
+            read_trace(_file(tmp_path, "a.txt", wrong))
+
+
+def test_values_that_look_like_a_count_are_values(tmp_path):
+    """Counts of an instrument, and a time column that begins at its step."""
+    counts = np.round(RECORD_G * 1000).astype(int) + 50
+    rows = [f"{0.01 * i:.2f} {value}" for i, value in enumerate(counts, 1)]
+    trace = read_trace(_file(tmp_path, "a.txt", "\n".join(rows)), Given(unit="mg"))
+    np.testing.assert_allclose(trace.accel_mps2, counts * G_MPS2 / 1000)
+    assert trace.dt_s == 0.01
+    path = _file(tmp_path, "a.txt", "50\n" + rows_of(RECORD_G, 1, "{:.6e}"))
+    with pytest.raises(InputError, match="first number is the count"):
+        read_trace(path, Given(dt_s=0.01, unit="cm/s2"))
+
+
+ACCELERATION_HEADERS = [
+    "time (s),acc (cm/s2)", "t,a (cm/s^2)", "t,a (cm/s/s)", "t,a (cm/sec/sec)", "t,a (gal)",
+    "t,a [cm/sec^2]", "t,a (CM/SEC**2)", "t,a_cmps2", "t,acc_cm_s2", "Vs30 = 760 m/s\nt,a_gal",
+    "velocity model of X\nt,accel (cm/s2)", "t,a (cm/s²)", "t,a (cm s-2)", "t,a cm·s⁻²",
+    "PGV 12 cm/s, PGD 3 cm\nt,a (cm/sec2)", "# units: cm/s2\ntime acc", "t;Gals",
+]  # fmt: skip
+OTHER_HEADERS = [
+    "Time (s),Velocity (cm/s)", "Time (s),Displacement (cm)", "t (s),v (m/s)", "t,u (mm)",
+    "t,u [m]", "t,u (in)", "t,v (in/s)", "t,v (ft/sec)", "time,velocity", "time,disp",
+    "time_s,vel_mps", "time_s,v_cm_s", "time_s,d_m", "time_s,d_mm", "time_s,d_cm", "t,Displ.",
+    "t,v (cm/sec)", "# units: cm/s\ntime h1", "VELOCITY IN CM/SEC\ntime h1", "units: m\nt,h1",
+    "t,veloc [mm/s]", "t,cm", "t,h1 (inches)", "time,v (kine)",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("header", ACCELERATION_HEADERS)
+def test_accelerations_in_cm_s2_are_recognised_by_their_header(tmp_path, header):
+    text = f"{header}\n{_time_rows(980.665 * RECORD_G)}"
+    trace = read_trace(_file(tmp_path, "a.csv", text))
+    np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-6)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".txt", ".acc", ".bbp"])
+@pytest.mark.parametrize("header", OTHER_HEADERS)
+def test_velocities_and_displacements_are_refused_by_their_header(tmp_path, header, suffix):
+    body = rows_of(RECORD_G, 1, "{:.6e}") if suffix == ".acc" else _time_rows(RECORD_G)
+    path = _file(tmp_path, f"a{suffix}", f"{header}\n{body}")
+    for unit in (None, "cm/s2"):
+        with pytest.raises(InputError, match="not an acceleration"):
+            read_trace(path, Given(dt_s=0.01, unit=unit))
+
+
+def test_each_column_has_its_own_quantity_and_direction(tmp_path):
+    times = 0.01 * np.arange(400)
+    table = np.column_stack([times, 98.0 * SMOOTH])
+    head = "# Sim stat=ABC\n#    time(sec)      N-S({0})      E-W({0})      U-D({0})\n"
+    path = _file(tmp_path, "a.bbp", _table(table, header=head.format("cm/s/s")))
+    first, second, up = (read_trace(path, Given(channel=n)) for n in (1, 2, 3))
+    assert (first.azimuth_deg, second.azimuth_deg, up.is_vertical) == (0.0, 90.0, True)
+    np.testing.assert_allclose(second.accel_mps2, 0.98 * SMOOTH[:, 1], atol=1e-7)
+    for unit in ("cm/s", "cm", "m/s", "m"):
+        path = _file(tmp_path, "a.vel.bbp", _table(table, header=head.format(unit)))
+        with pytest.raises(InputError, match="not an acceleration"):
+            read_trace(path, Given(channel=1))
+    header = "Time (s),Accel (cm/s2),Velocity (cm/s),Displ (cm)\n"
+    path = _file(tmp_path, "a.csv", _table(table, header=header, separator=","))
+    assert read_trace(path, Given(channel=1)).unit == "cm/s2"
+    for channel in (2, 3):
+        with pytest.raises(InputError, match="not an acceleration"):
+            read_trace(path, Given(channel=channel))
+
+
+@pytest.mark.parametrize("units", ["CM/S", "CM", "M/S", "CM/SEC", "INCHES"])
+def test_a_peer_file_in_a_unit_of_another_quantity_is_refused(tmp_path, units):
+    text = _at2(PLAIN.replace("ACCELERATION TIME SERIES IN UNITS OF G", f"(UNITS: {units})"), FIVE)
+    with pytest.raises(InputError, match="not an acceleration"):
+        read_trace(_file(tmp_path, "a.AT2", text.replace("INCHES)", "INCHES) DISPLACEMENT")))
+
+
+@pytest.mark.parametrize(
+    ("unit", "in_si"), [("mm/s2", 1e-3), ("in/s2", 0.0254), ("ft/sec2", 0.3048), ("mg", 9.80665e-3)]
+)
+def test_other_units_of_acceleration_are_converted(tmp_path, unit, in_si):
+    text = f"time (s),a ({unit})\n{_time_rows(SI / in_si)}"
+    np.testing.assert_allclose(read_trace(_file(tmp_path, "a.csv", text)).accel_mps2, SI, rtol=1e-6)
+    assert Given(unit=unit).unit == unit.replace("sec", "s")
+
+
+def test_an_unknown_format_is_refused_with_the_list_of_formats(tmp_path):
+    for text in ("no numbers\n" * 30, "line\n" * 11 + _time_rows(RECORD_G)):
+        with pytest.raises(InputError, match=r"unknown format.*at most 10 header lines") as caught:
+            read_trace(_file(tmp_path, "a.txt", text))
+        for name in ("PEER", "CSMIP", "COSMOS", "GeoNet", "ESM", "K-NET", "columns"):
+            assert name in str(caught.value)
+    trace = read_trace(_file(tmp_path, "a.txt", "line\n" * 10 + _time_rows(RECORD_G)))
+    np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-6)
 
 
 # --- suites of motions: files of a folder, factors, stripes, searches, cuts

@@ -67,6 +67,34 @@ def test_check_writes_an_index_that_the_study_reads(tmp_path):
     assert np.abs(suite["accel_1_mps2"][0]).max() == pytest.approx(1.5)
 
 
+@pytest.mark.parametrize("has_index", [False, True])
+def test_check_names_and_counts_the_files_that_were_not_read(tmp_path, has_index):
+    pairs = make_pairs(tmp_path, 1)
+    if has_index:
+        index_of(tmp_path, pairs)
+    others = ["a.mseed", "b.sac", "c.xlsx", "deep/d.rec", "e.zip", "f.txt"]
+    (tmp_path / "deep").mkdir()
+    for name in others:
+        (tmp_path / name).write_text("no motion\n")
+    code, out, err = _run("check", tmp_path, "--json")
+    found = json.loads(out)
+    unread = {item["file"] for item in found["files"] if item["verdict"] == "not_read"}
+    assert unread == {str(tmp_path / name) for name in others}
+    assert (code, found["not_read"], len(found["files"])) == (0, 6, 8)
+    assert "6 files were not read" in err
+    assert all(name in err for name in others)
+    assert _run("check", tmp_path, "--strict")[0] == 2
+    # a note, and the velocity of an acceleration, are named but are no error
+    for name in others:
+        (tmp_path / name).unlink()
+    for name in ("notes.md", "q0_h1.VT2"):
+        (tmp_path / name).write_text("no motion\n")
+    code, out, err = _run("check", tmp_path, "--strict", "--json")
+    assert (code, json.loads(out)["not_read"]) == (0, 2)
+    assert "notes.md" in err
+    assert "q0_h1.VT2" in err
+
+
 def test_unit_option_applies_only_to_files_without_a_unit(tmp_path):
     make_pairs(tmp_path, 1)
     text = "\n".join(f"{0.01 * n:.2f},{a:.6e}" for n, a in enumerate(980.665 * shaken_g(3)))

@@ -1,28 +1,35 @@
 """Every artefact has its provenance and is known to be current or not; `skewbridge.load`."""
 
+import errno
 import json
 import logging
 import os
 import platform
+import re
 import signal
 import warnings
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pytest
 from matplotlib.figure import Figure
+from scipy import stats
 
 import skewbridge
 from cli_json import invoke, run
+from fragility_tables import IM, curves_of, states_of, synthetic_demands
+from skewbridge.cli.options import study_of
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.files import tables
 from skewbridge.files.digests import engine_digest, layer_digest, provenance
 from skewbridge.files.tables import read_stamp, stamp, write_frame
 from skewbridge.study import jobs
-from skewbridge.study.config import load_config
+from skewbridge.study.config import load_config, parse_config, store_configuration
 from skewbridge.study.jobs import RECIPES, made_from, rule_digest, script_session
+from skewbridge.study.results import Results
 
 ROOT = Path(__file__).parents[2]
 STAMP = {"rule": "fit_fragility", "title": 'a <script> & "quotes"', "rule_digest": "0" * 16}
@@ -179,6 +186,18 @@ def test_a_failed_script_ends_with_its_message_and_code(tmp_path, capsys, error,
     assert "the sources were edited while the study ran" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("place", "named"), [("/somewhere/else", "/somewhere/else"), (None, "the results in {}")]
+)
+def test_a_disk_that_refuses_is_named_by_the_place_of_the_refusal(tmp_path, capsys, place, named):
+    given = job(tmp_path, tmp_path / "none.parquet")
+    with pytest.raises(SystemExit) as stopped, script_session(given):
+        raise OSError(errno.EROFS, "Read-only file system", place)
+    assert stopped.value.code == 2
+    start = f"cannot read or write {named.format(tmp_path)}: Read-only file system; "
+    assert capsys.readouterr().err.startswith(start)
+
+
 def answered(path: Path, config: str = "") -> tuple[int, dict]:
     named = path.parent / "study.yaml"
     named.write_text(config or "motions: {count: 3}")
@@ -206,6 +225,44 @@ def test_a_table_is_current_until_its_rule_would_make_another(tmp_path, monkeypa
     assert result.exit_code == 1
     assert "compared with config/config.yaml" in result.stderr
     assert "--study" in result.stderr
+
+
+def test_a_file_is_compared_with_the_configuration_of_its_own_study(tmp_path, monkeypatch):
+    """That which the workflow stored, its files as they are now; else one in config/."""
+    monkeypatch.setattr(
+        jobs, "made_from", lambda study: {RULE: {"motions": "m", "n": study.motions.count}}
+    )
+    (tmp_path / "config").mkdir()
+    monkeypatch.chdir(tmp_path)
+    base, mine = tmp_path / "config/config.yaml", tmp_path / "elsewhere.yaml"
+    base.write_text("motions: {count: 32}\nfigures: {width_mm: 60}\n")
+    mine.write_text("motions: {count: 3}\n")
+    given = {"figures": {"width_mm": 85.0}}
+    raw = {"results": "some/results", "motions": {"count": 3}, **given}
+    table = tmp_path / "some/results/demands/table.parquet"
+
+    def made_by(study):
+        write_frame(FRAME, table, jobs.stamp_of(RULE, jobs.made_from(study)[RULE], study))
+
+    def compared():
+        code, answer = run("provenance", table)
+        return [code, answer["current"], answer["differences"]]
+
+    made_by(parse_config(raw))
+    store_configuration(parse_config(raw), [base, mine], given)
+    assert compared() == [0, True, []]
+    base.write_text("motions: {count: 8}\nfigures: {width_mm: 70}\n")  # both are overridden
+    assert compared() == [0, True, []]
+    mine.write_text("motions: {count: 4}\n")
+    assert compared() == [1, False, ["rule_digest", "config_digest"]]
+    mine.unlink()
+    assert compared() == [0, True, []]
+    assert study_of(Path("some/results"))[0].motions.count == 3
+    # a study of an earlier version, which did not store it
+    (tmp_path / "some/results/configuration.json").unlink()
+    assert compared()[:2] == [1, False]
+    (tmp_path / "config/third.yaml").write_text("results: some/results\nmotions: {count: 3}\n")
+    assert compared() == [0, True, ["config_digest"]]
 
 
 def test_a_result_of_one_run_is_current_while_the_engine_is(tmp_path):
@@ -273,3 +330,89 @@ def test_frames_have_units_and_origin_and_tables_of_different_origin_are_reporte
         skewbridge.load(finished_study(tmp_path, "xyz"))
     with pytest.raises(InputError, match=r"no demands\.parquet"):
         skewbridge.load(tmp_path / "fragility")
+
+
+def loaded(folder: Path, demands: pd.DataFrame) -> Results:
+    """Return a study of these demands as `skewbridge.load` reads it."""
+    write_frame(demands, folder / "demands.parquet", {})
+    path = folder / "fragility" / "curves.parquet"
+    write_frame(curves_of(demands, states_of("column_drift")), path, {})
+    return skewbridge.load(folder)
+
+
+def test_results_are_printed_in_one_line(tmp_path):
+    study = loaded(tmp_path, synthetic_demands(skews=(0, 60), gaps=(51,), motions=12))
+    assert repr(study) == f"Results({tmp_path}: 48 runs, 4 variants, 12 motions; curves)"
+
+
+def test_demands_at_an_intensity_follow_the_line_of_each_variant(tmp_path):
+    demands = synthetic_demands(skews=(0, 60), gaps=(51,), motions=24, scales=(0.7, 1.4))
+    study = loaded(tmp_path, demands)
+    table = study.at("column_drift_ratio", im=0.5, skew_deg=[0, 60], friction=0.5)
+    assert table[["skew_deg", "friction"]].to_numpy().tolist() == [[0.0, 0.5], [60.0, 0.5]]
+    assert table[["n_runs", "n_motions", "n_bounds"]].to_numpy().tolist() == [[48, 24, 0]] * 2
+    assert table.attrs["units"]["im"] == "g"
+    assert study.at("deck_disp_m", 0.5).attrs["units"]["p84"] == "m"
+    for row in table.to_dict("records"):
+        runs = demands[demands["variant"] == row["variant"]]
+        x, y = np.log(runs[IM] / 0.5), np.log(runs["column_drift_ratio"])
+        line = np.polyfit(x, y, 1)
+        scatter = np.sqrt(np.sum((y - np.polyval(line, x)) ** 2) / (len(x) - 2))
+        assert row["median"] == pytest.approx(np.exp(line[1]))
+        assert row["p16"] == pytest.approx(np.exp(line[1] - scatter))
+        assert row["p84"] == pytest.approx(np.exp(line[1] + scatter))
+        # both runs of a motion have one residual, so the error is that of 24 motions
+        means = runs.assign(x=x, y=y).groupby("motion_id")[["x", "y"]].mean()
+        fit = stats.linregress(means["x"], means["y"])
+        half = stats.t.ppf(0.975, 22) * fit.intercept_stderr
+        assert np.log(row["ci_high"] / row["median"]) == pytest.approx(half, rel=0.25)
+        assert row["ci_low"] < row["median"] < row["ci_high"]
+    # the runs reach from 0.07 to 2.1 g
+    notes = [study.at("column_drift_ratio", im=im)["note"].iloc[0] for im in (0.06, 0.08, 2.0, 2.2)]
+    assert [bool(note) for note in notes] == [True, False, False, True]
+
+
+def test_demands_of_runs_that_ended_early_are_bounds_at_an_intensity(tmp_path):
+    whole = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=40)
+    strong = whole["column_drift_ratio"] > 0.03
+    cut = whole.assign(
+        column_drift_ratio=whole["column_drift_ratio"].clip(upper=0.03),
+        status=np.where(strong, "timeout", "ok"),
+    )
+    ends = [
+        loaded(tmp_path / name, table).at("column_drift_ratio", im=0.8).iloc[0]
+        for name, table in (("whole", whole), ("cut", cut), ("lost", cut[~strong]))
+    ]
+    assert ends[1]["n_bounds"] == strong.sum() > 5
+    assert ends[1]["median"] == pytest.approx(ends[0]["median"], rel=0.06)
+    assert ends[2]["median"] < 0.93 * ends[0]["median"]
+    curve = skewbridge.load(tmp_path / "cut").fragility["curves"].query("method == 'cloud'").iloc[0]
+    assert ends[1]["median"] == pytest.approx(np.exp(curve["ln_a"] + curve["b"] * np.log(0.8)))
+    # zero demands, which have no logarithm, lie below the smallest positive one
+    weak = whole.sort_values("column_drift_ratio").index[:6]
+    zero = whole.assign(
+        column_drift_ratio=whole["column_drift_ratio"].mask(whole.index.isin(weak), 0.0)
+    )
+    row = loaded(tmp_path / "zero", zero).at("column_drift_ratio", im=0.8).iloc[0]
+    assert row["median"] == pytest.approx(ends[0]["median"], rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("demand", "given", "words"),
+    [
+        ("column_drift", {}, "did you mean column_drift_ratio?"),
+        ("column_drift_ratio", {"skew_deg": 45}, "skew_deg must be one of 0, 60; got 45"),
+        (
+            "column_drift_ratio",
+            {"bridge": ["osb1", "osb7"]},
+            "bridge must be one of osb1; got osb7",
+        ),
+        ("column_drift_ratio", {"skew": 0}, "no column 'skew' (did you mean skew_deg?)"),
+        ("column_drift_ratio", {"im": 0.0}, "im must be > 0 and finite"),
+        ("column_drift_ratio", {"measure": "im_pgv"}, "no column 'im_pgv'"),
+    ],
+)
+def test_unknown_demands_variants_and_measures_are_named(tmp_path, demand, given, words):
+    study = loaded(tmp_path, synthetic_demands(skews=(0, 60), gaps=(51,), motions=12))
+    with pytest.raises(InputError, match=re.escape(words)):
+        study.at(demand, **{"im": 0.5} | given)

@@ -10,11 +10,11 @@ from scipy import special, stats
 
 from skewbridge.bridge.backfill import Passive
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.model import build, domain, built_bridge
+from skewbridge.bridge.model import build, built_bridge, domain
 from skewbridge.bridge.section import core_concrete, steel_of
 from skewbridge.demands.columns import columns_with
 from skewbridge.report.answer import properties_sentence
-from skewbridge.report.methods import methods_of
+from skewbridge.report.methods import REFERENCES, methods_of
 from skewbridge.study.config import parse_config
 from skewbridge.study.modelling_choices import CHOICES
 from skewbridge.study.task import run_key
@@ -161,6 +161,32 @@ def test_methods_and_page_state_the_setting() -> None:
     text = on.parts["Random properties"]
     assert "Deck mass: uniform, 0.9 to 1.1" in text
     assert "each from a random direction" in on.parts["Ground motions"]
-    assert any("Nielson" in work for work in on.references)
+    for key in ("Pan, Y.", "PyPBEE"):
+        assert any(key in work for work in on.references)
     assert "values of the bridge files" in properties_sentence(pd.DataFrame(columns=["variant"]))
     assert "(deck mass)" in properties_sentence(pd.DataFrame(columns=["draw_deck_mass_factor"]))
+
+
+def test_every_distribution_is_assumed_or_cites_a_listed_work() -> None:
+    methods = methods_of(parse_config({"uncertainty": {"enabled": True}}))
+    text = methods.parts["Random properties"]
+    assert "memory" not in methods.markdown()
+    for name, what in UncertaintyConfig(enabled=True).drawn.items():
+        assert what.source.startswith("assumed"), name
+        assert f"{what.as_text} ({what.source})" in text
+        cited = [key for key in REFERENCES if key in what.source]
+        assert cited == (["PyPBEE"] if "coefficient" in what.source else [])
+        assert all(REFERENCES[key] in methods.references for key in cited)
+
+
+# source: PyPBEE, commit 8b35e30, examples/Bridge_A/osb_info_Bridge_A.py: fpc, fy, xi, w, Fult, K50
+@pytest.mark.parametrize(
+    ("name", "variation"),
+    [
+        *(("concrete_strength", "0.16"), ("steel_strength", "0.04"), ("damping", "0.5")),
+        *(("deck_mass", "0.04"), ("backfill_strength", "0.2"), ("backfill_stiffness", "0.2")),
+    ],
+)
+def test_sources_give_the_variation_of_pypbee(name: str, variation: str) -> None:
+    source = UncertaintyConfig(enabled=True).drawn[f"{name}_factor"].source
+    assert source == f"assumed; PyPBEE has a coefficient of variation of {variation}"

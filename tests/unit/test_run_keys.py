@@ -22,9 +22,9 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.text import merged, writable_folder, written_aside
 from skewbridge.motions.levels import MotionsConfig
 from skewbridge.motions.suite import content_digest, prepare_suite, read_suite, write_suite
-from skewbridge.study import batch, repeats
+from skewbridge.study import analyses, batch, repeats
 from skewbridge.study import task as task_module
-from skewbridge.study.analyses import StudySetup, analyse_variant, run_in_journal
+from skewbridge.study.analyses import StudySetup, analyse_variant, check_plan, run_in_journal
 from skewbridge.study.batch import at_factor
 from skewbridge.study.config import SensitivityConfig, parse_config
 from skewbridge.study.journal import open_journal, read_content
@@ -225,8 +225,9 @@ def test_the_cost_of_a_study_of_searches_is_that_of_all_their_analyses(tmp_path,
         for design in ("scaled_cloud", "ida")
     )
     assert searching.summary["analyses"] == given.summary["analyses"]
-    hours = [each.summary["core_hours"] for each in (given, searching)]
-    assert hours[1] == pytest.approx(10 * hours[0], rel=1e-3)
+    cpu_s = [each.summary["cpu_s"] for each in (given, searching)]
+    assert cpu_s[1]["analyses"] == pytest.approx(10 * cpu_s[0]["analyses"], rel=1e-3)
+    assert cpu_s[1]["other"] == cpu_s[0]["other"]
     text = "Each count is a search of up to 10 analyses; the cost covers all."
     assert searching.notes == (text,)
 
@@ -258,7 +259,8 @@ SLUG = "osb1_cf_skew30_gap025_mu050"
 @pytest.fixture
 def setup(tmp_path: Path) -> StudySetup:
     """A study of one motion."""
-    return study_of(tmp_path / "results", wave("pulse"))
+    one = SensitivityConfig(rows=1)
+    return study_of(tmp_path / "results", wave("pulse"), sensitivity=one)
 
 
 def text(value: object) -> str:
@@ -280,21 +282,29 @@ def test_names_and_measures_of_a_row_come_from_the_task(setup: StudySetup, ran) 
     assert not ran
 
 
-def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup, ran) -> None:
+def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup, ran, monkeypatch):
     """The row of the study comes from the journal of its variant, the changes from the own one."""
+    monkeypatch.setattr(analyses, "CHECK_SHARE", 2.0)  # as in a study of more motions
+    assert check_plan(setup.study, setup.durations_s)[1] == 1
     task = setup.tasks(SLUG)[0]
     with open_journal(setup.folder.journal("a_variant")) as journal:
         journal.append(row_of(task, 2.0))
     with open_journal(setup.folder.journal("sensitivity")) as journal:
         for change, value in zip(list(repeats.REPEATS)[1:], (1.6, 1.0, 4.0, 2.0, 2.5), strict=True):
             journal.append(row_of(repeats.REPEATS[change](task), value))
-    repeats.write_sensitivity(setup, [SLUG], SensitivityConfig(rows=1), setup.folder.sensitivity)
+    repeats.write_sensitivity(setup, [SLUG], setup.folder.sensitivity)
     table = pd.read_parquet(setup.folder.sensitivity).set_index("demand").loc["deck_disp_m"]
     changes = {"reference": 0.25, "kn_half": 1.0, "kn_double": 0.5}
     for name, change in changes.items():
         assert table[f"{name}_largest_change"] == pytest.approx(change)
     assert table["reference_mean_ratio"] == pytest.approx(1.25)
     assert table["not_run"] == 0
+    assert not ran
+
+
+def test_a_small_study_repeats_no_row_at_the_reference_accuracy(setup: StudySetup, ran) -> None:
+    repeats.write_sensitivity(setup, [SLUG], setup.folder.sensitivity)
+    assert pd.read_parquet(setup.folder.sensitivity).empty
     assert not ran
 
 

@@ -5,9 +5,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from typer.testing import CliRunner
 
 from cli_json import answer
 from fragility_tables import IM, synthetic_demands
+from skewbridge.cli import build_app
 from skewbridge.files.tables import write_frame
 
 STATES = str(Path(__file__).parents[2] / "config" / "limit_states.yaml")
@@ -97,3 +99,12 @@ def test_bad_input_and_studies_without_a_common_run_are_refused(tmp_path, other,
     states = [] if "--limit-states" in options else ["--limit-states", STATES]
     found = answer("compare", tmp_path / "a", tmp_path / other, *states, *options, code=2)
     assert message in found["message"]
+
+
+def test_a_comparison_counts_medians_outside_the_motions(tmp_path: Path) -> None:
+    table = synthetic_demands(gaps=(51,), skews=(0,))
+    folders = [study(tmp_path / name, table) for name in ("a", "b")]
+    found = CliRunner().invoke(build_app(), ["compare", *folders, "--limit-states", STATES])
+    assert found.exit_code == 0
+    lines = [line for line in found.stdout.splitlines() if "deck_displacement" in line]
+    assert [" of 4 medians" in line for line in lines] == [False, True]

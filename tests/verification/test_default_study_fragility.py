@@ -16,6 +16,7 @@ from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import load_limit_states, with_column_failure
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves
+from skewbridge.fragility.union import curve_probability
 
 ROOT = Path(__file__).parents[2]
 IM = "im_saavg_rotd50_g"
@@ -110,6 +111,26 @@ def test_a_column_is_no_stronger_in_any_mode_than_in_one(study):
         assert (both["any"] <= both[mode] * (1.0 + 1e-12)).all()
     lines = fitted[fitted["limit_state"] == "any"].groupby("bridge")["line_demand"].unique()
     assert lines["osb1"].tolist() == ["drift_over_capacity"]
+
+
+def test_failure_in_any_mode_has_at_least_the_probability_of_each_mode(study):
+    im = np.geomspace(0.05, 3.0, 200)
+    fitted = study.curves.query("component == 'column_failure' and status == 'ok'")
+    compared = 0
+    for _, rows in fitted.groupby(["variant", "method"]):
+        p = {row["limit_state"]: curve_probability(im, row) for row in rows.to_dict("records")}
+        for mode in p.keys() - {"any"}:
+            assert np.all(p["any"] >= p[mode])
+            compared += 1
+    assert compared >= 24
+    # no run of a bridge reaches the other mode, so the curve of any mode is that of the mode
+    preferred = fitted[fitted["preferred"].astype(bool)].set_index(["variant", "limit_state"])
+    dispersion = preferred["beta_total"].unstack()
+    assert dispersion["any"].tolist() == dispersion["shear"].fillna(dispersion["flexure"]).tolist()
+    models = study.joint.query("component == 'column_failure' and status == 'ok'")
+    for _, own in models.groupby("bridge"):
+        by_state = own.set_index("limit_state")["beta_total"]
+        assert by_state["any"] == by_state.drop("any").iloc[0]
 
 
 def test_a_ratio_of_medians_states_the_runs_and_curves_behind_it(study):

@@ -35,8 +35,9 @@ def run(installed, folder, *arguments):
 
 
 def test_an_installed_package_starts_a_study_and_shows_the_stored_one(installed, tmp_path):
-    run(installed, tmp_path, "skewbridge", "init", "mine")
-    study = tmp_path / "mine"
+    started = run(installed, tmp_path, "skewbridge", "init", "my study")
+    study = tmp_path / "my study"
+    assert "cd 'my study', then: snakemake" in started.stderr
     assert all((study / part).exists() for part in STARTER_PARTS)
     planned = run(installed, study, "snakemake", "-n", "--configfile", "config/smoke.yaml")
     assert "collect_demands" in planned.stdout

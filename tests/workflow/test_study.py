@@ -80,6 +80,8 @@ def test_tables_and_report_are_complete_and_have_their_provenance(study):
         metadata = pq.read_schema(study / f"results/{name}.parquet").metadata
         assert metadata[b"openseespy_version"]
         assert metadata[b"git_commit"]
+    skewbridge = [str(SNAKEMAKE.parent / "skewbridge"), "provenance", "results/report.html"]
+    assert json.loads(done([*skewbridge, "--json"], study).stdout)["current"]
     page = (study / "results/report.html").read_text()
     assert page.count("data:image/webp;base64,") >= 4
     assert 'src="http' not in page

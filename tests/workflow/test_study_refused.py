@@ -1,6 +1,7 @@
 """Faults that stop a study before any analysis, plans, the form of the rules, and the site."""
 
 import re
+import shlex
 import shutil
 import sys
 
@@ -115,6 +116,37 @@ def test_every_variable_of_make_study_is_understood(tree, tmp_path):
     answer = done([*command[:4], "config/nowhere.yaml"], tree, check=False)
     assert answer.returncode == 1
     assert answer.stderr == "study: there is no configuration config/nowhere.yaml\n"
+
+
+def test_folder_configuration_and_motions_may_have_names_that_a_shell_would_split(tmp_path):
+    """From the command of `make` to the script of a rule; the environment is in the same folder."""
+    folder = copy_sources(tmp_path / "A&B's (study) 1")
+    config, motions = folder / "it's & (mine).yaml", folder / "two pairs (A&B's)"
+    config.write_text("results: R&D's (1) results\nmotions: {count: 1}\n")
+    motions.mkdir()
+    for path in (ROOT / "motions/synthetic").glob("syn001_*"):
+        shutil.copy(path, motions)
+    variables = (f"CONFIG={config.name}", f"MOTIONS={motions}", "CORES=1")
+    listed = done(["make", "-n", "-o", ".venv/.installed", "choices", *variables], folder).stdout
+    command = shlex.split(listed.splitlines()[-1].removeprefix("@"))
+    assert command[2:] == [".venv/bin", "1", config.name, str(motions), "choices", "", ""]
+    # as installed there: Python with a path that has the name of the folder
+    programs = folder / ".venv/bin"
+    programs.mkdir(parents=True)
+    (programs / "python").symlink_to(sys.executable)
+    shutil.copy(f"{sys.prefix}/pyvenv.cfg", programs.parent)
+    (programs.parent / "lib").symlink_to(f"{sys.prefix}/lib")
+    (programs / "snakemake").write_text('#!/bin/sh\nexec "${0%/*}/python" -m snakemake "$@"\n')
+    (programs / "snakemake").chmod(0o755)
+    script = folder / "workflow/scripts/prepare_motions.py"
+    with script.open("a") as text:
+        text.write(
+            "    import skewbridge\n    print(skewbridge.__file__, __import__('sys').prefix)\n"
+        )
+    suite = "R&D's (1) results/motions/suite.parquet"
+    answer = done([*command[:-3], suite], folder)
+    assert (folder / suite).is_file()
+    assert f"{folder}/src/skewbridge/__init__.py {programs.parent}" in answer.stdout
 
 
 def test_a_faulty_motion_stops_the_study_before_any_analysis(tree, tmp_path):

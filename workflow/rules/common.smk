@@ -8,7 +8,7 @@ from snakemake.exceptions import WorkflowError
 from skewbridge.errors import InputError
 from skewbridge.files.text import writable_folder
 from skewbridge.files.text import read_mapping
-from skewbridge.study.config import chosen_variants, parse_config
+from skewbridge.study.config import chosen_variants, parse_config, store_configuration
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import check_inputs
 from skewbridge.study.jobs import made_from
@@ -96,6 +96,10 @@ onstart:
     # Only one study may run in a tree. The lock ends with this process, even if it is killed.
     try:
         hold_tree(Path(".snakemake"))
+        # Files after those of the command line are the defaults that these are merged over.
+        over = len(workflow.overwrite_configfiles)
+        files = (*workflow.configfiles[over:], *workflow.configfiles[:over])
+        store_configuration(STUDY, files, workflow.config_settings.config)
     except InputError as error:
         logger.error(str(error))
         sys.exit(1)

@@ -17,6 +17,7 @@ rule fit_fragility:
         joint=FOLDER.fragility("joint"),
         suites=FOLDER.fragility("suites"),
         suite_curves=FOLDER.fragility("suite_curves"),
+        shear_models=FOLDER.fragility("shear_models"),
         tex=FOLDER.fragility("table", "tex"),
         csv=report(
             FOLDER.fragility("table", "csv"),

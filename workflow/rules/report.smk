@@ -55,6 +55,7 @@ rule report:
         measures=rules.fit_fragility.output.measures,
         joint=rules.fit_fragility.output.joint,
         suites=rules.fit_fragility.output.suites,
+        shear_models=rules.fit_fragility.output.shear_models,
         checks=rules.fit_fragility.output.checks,
         sensitivity=rules.sensitivity.output.table,
     output:

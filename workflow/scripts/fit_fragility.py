@@ -8,9 +8,12 @@ if __name__ == "__main__":
         from skewbridge.fragility.limit_states import load_limit_states
         from skewbridge.fragility.study_tables import fragility_tables, valid_tables, write_tables
         from skewbridge.report.checks import StudyTables, write_checks
+        from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 
         study, paths = job.study, {**job.inputs, **job.outputs}
         demands, suite = (read_frame(paths[name]) for name in ("demands", "suite"))
+        if study.model.shear_failure == "degrade":  # the response depends on the shear capacity
+            demands = demands[[n for n in demands if n not in SHEAR_MODEL_DEMANDS.values()]]
         states = load_limit_states(paths["limit_states"])
         tables = fragility_tables(demands, states, study.fragility, suite, jobs=snakemake.threads)
         if "rounds" in paths:

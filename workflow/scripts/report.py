@@ -18,6 +18,6 @@ if __name__ == "__main__":
         write_report(
             tables=tables,
             figures=job.folder.figures,
-            config=job.study.model_dump(mode="json", exclude={"batches"}),
+            study=job.study,
             output=job.outputs["html"],
         )

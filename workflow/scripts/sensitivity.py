@@ -10,4 +10,4 @@ if __name__ == "__main__":
         variants = expand_grid(job.study.grid)
         most_friction = max(variant.friction_pct for variant in variants)
         slugs = [each.slug for each in variants if each.friction_pct == most_friction]
-        write_sensitivity(job.setup, slugs, job.study.sensitivity, job.outputs["table"])
+        write_sensitivity(job.setup, slugs, job.outputs["table"])

@@ -1,9 +1,10 @@
 """Checks of a bridge: dead load and modes before a study, and seismic design criteria."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from math import cos, degrees, inf, radians, sin
-from typing import Any, Final
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from math import cos, degrees, inf, nan, radians, sin
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +12,14 @@ from numpy.typing import NDArray
 from skewbridge.analysis.modal import conditioning_period_s, periods_of_file, standing_bridge
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
 from skewbridge.bridge.column import BentCapacity, bent_capacities
+from skewbridge.bridge.handles import BridgeModel
 from skewbridge.bridge.section import sdc_shear_strength
 from skewbridge.units import FOOT, INCH, KN, MPA
+from skewbridge.variant.options import HingeRule
 from skewbridge.variant.variant import Variant
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Limit of axial force under dead load / expected strength of the gross section.
 #: source: AASHTO Guide Specifications for LRFD Seismic Bridge Design, 8.7.2, ductile columns
@@ -24,6 +30,11 @@ SEAT_ALLOWANCE_M: Final = 4 * INCH  # source: same; added to movements and deman
 # ASSUME prestress shortening, creep, shrinkage and temperature together shorten the deck by 1/1000
 SHORTENING_RATIO: Final = 1.0e-3
 SEISMIC_SEAT_FACTOR: Final = 1.5  # source: AASHTO LRFD table 4.7.4.4-1, higher zones
+_SUPPORT: Final = "support_length_m"
+# columns of the demands table with the smallest value of a column of `capacity_rows`
+_LEAST: Final = {"disp_capacity_m": "capacity_m", "p_delta_capacity_m": "disp_at_p_delta_limit_m"}
+#: Columns of the demands table with the capacities of the model of each analysis.
+CAPACITIES: Final = (_SUPPORT, *_LEAST)
 DIRECTIONS: Final = {"x": "longitudinal", "y": "transverse", "z": "vertical", "rz": "in plan"}
 
 
@@ -109,15 +120,6 @@ def _bent_findings(row: Mapping[str, Any]) -> Iterator[str]:
         )
 
 
-def support_length_m(variant: Variant, bridge: BridgeData) -> float:
-    """Return the support length at rest normal to the seat, in m: seat width minus gap.
-
-    References:
-        AASHTO LRFD figure 4.7.4.4-1: N is the overlap of girder and seat.
-    """
-    return bridge.abutment.seat_width_m - variant.normalised().normal_gap_m()
-
-
 def seat_demand_sdc_m(bridge: BridgeData, unseating_m: float) -> float:
     """Return the required support length normal to the bearing line, in m.
 
@@ -144,14 +146,27 @@ def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
     return SEISMIC_SEAT_FACTOR * (8.0 + 0.02 * length_ft + 0.08 * height_ft) * skew * INCH
 
 
-def capacity_rows(bridge: BridgeData) -> list[dict[str, object]]:
+def capacities_of(model: BridgeModel, bents: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+    """Return the capacity columns of an analysis from its model and the rows of `capacity_rows`.
+
+    The support length is at rest and normal to the seat. The others are nan without bents.
+
+    References:
+        AASHTO LRFD figure 4.7.4.4-1: N is the overlap of girder and seat.
+    """
+    values = {name: [bent[of] for bent in bents] for name, of in _LEAST.items()}
+    values[_SUPPORT] = [end.support_length_m for end in model.abutments]
+    return {name: float(min(values[name], default=nan)) for name in CAPACITIES}
+
+
+def capacity_rows(bridge: BridgeData, hinge_rule: HingeRule = "sdc") -> list[dict[str, Any]]:
     """Return the capacities of a bridge by the Caltrans SDC, one row per bent.
 
     ``p_delta_ratio`` is taken at the displacement capacity. ``disp_at_p_delta_limit_m`` is the
     displacement at which the ratio reaches its limit.
     """
-    rows: list[dict[str, object]] = []
-    for bent in bent_capacities(bridge):
+    rows: list[dict[str, Any]] = []
+    for bent in bent_capacities(bridge, hinge_rule):
         ratio = bent.p_delta_ratio(bent.capacity_m)
         rows.append(
             {
@@ -172,15 +187,19 @@ def capacity_rows(bridge: BridgeData) -> list[dict[str, object]]:
 
 
 def sdc_rows(
-    variant: Variant, deck_disp_m: float, corners_m: Mapping[str, float]
+    variant: Variant,
+    run: Mapping[str, Any],
+    bents: Iterable[Mapping[str, Any]],
+    corners_m: Mapping[str, float],
 ) -> list[dict[str, object]]:
-    """Return the design checks of one variant, one row per check.
+    """Return the design checks of one analysis, one row per check.
 
-    Columns: check, demand, capacity, ratio and ok. ``corners_m`` has the outward displacements of
-    the deck corners, from `corner_moves_m`.
+    Columns: check, demand, capacity, ratio and ok. ``run`` is its row of the demands table, and
+    ``bents`` has the capacities of its bents. ``corners_m`` has the outward displacements of the
+    deck corners, from `corner_moves_m`.
     """
-    bridge = load_bridge(variant.bridge)
-    support, skew = support_length_m(variant, bridge), radians(variant.skew_deg)
+    bridge, support = load_bridge(variant.bridge), float(run[_SUPPORT])
+    deck_disp_m = float(run["deck_disp_m"])
     rows: list[dict[str, object]] = []
 
     def compare(check: str, demand: float, capacity: float) -> None:
@@ -189,35 +208,36 @@ def sdc_rows(
             {"check": check, "demand": demand, "capacity": capacity, "ratio": ratio, "ok": ok}
         )
 
-    for bent in bent_capacities(bridge):
-        name, hinge = f"bent {bent.bent}", f"{bent.hinge_length_m:.3f} m by {bent.hinge_length_by}"
-        compare(f"{name} displacement, hinge {hinge} (m)", deck_disp_m, bent.capacity_m)
-        compare(f"{name} P-Delta ratio", bent.p_delta_ratio(deck_disp_m), P_DELTA_LIMIT)
+    for bent in bents:
+        name = f"bent {bent['bent']}"
+        hinge = f"{bent['hinge_length_m']:.3f} m by {bent['hinge_length_by']}"
+        compare(f"{name} displacement, hinge {hinge} (m)", deck_disp_m, bent["capacity_m"])
+        ratio = P_DELTA_LIMIT * deck_disp_m / bent["disp_at_p_delta_limit_m"]
+        compare(f"{name} P-Delta ratio", ratio, P_DELTA_LIMIT)
     for corner, unseating_m in corners_m.items():
         compare(f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), support)
-    compare("seat, AASHTO 1.5 N (m)", seat_demand_aashto_m(bridge, skew), support)
+    aashto_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg))
+    compare("seat, AASHTO 1.5 N (m)", aashto_m, support)
     return rows
 
 
-def summary_row(
-    variant: Variant, deck_disp_m: float, acute_m: float, worst_m: float
-) -> dict[str, object]:
-    """Return the demand-to-capacity ratios of one variant, in one row.
+def summary_row(variant: Variant, runs: "pd.DataFrame") -> dict[str, Any]:
+    """Return the demand-to-capacity ratios of one variant, as medians over its analyses.
 
-    ``acute_m`` is the largest outward displacement of the acute corners, normal to the seat, and
-    ``worst_m`` is the largest of all corners.
+    ``runs`` are its rows of the demands table. Each demand is divided by the capacity of the same
+    analysis. The ratios of columns are nan for a bridge without bents.
     """
-    bridge = load_bridge(variant.bridge)
-    bents, support = bent_capacities(bridge), support_length_m(variant, bridge)
-    aashto_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg))
-    return {
-        "variant": variant.slug,
-        "disp_ratio": max((deck_disp_m / bent.capacity_m for bent in bents), default=0.0),
-        "p_delta_ratio": max((bent.p_delta_ratio(deck_disp_m) for bent in bents), default=0.0),
-        "seat_acute_ratio": seat_demand_sdc_m(bridge, acute_m) / support,
-        "seat_worst_ratio": seat_demand_sdc_m(bridge, worst_m) / support,
-        "seat_aashto_ratio": aashto_m / support,
+    bridge, seats = load_bridge(variant.bridge), ["acute_corner_unseating_m", "unseating_m"]
+    seats_m = runs[seats].map(partial(seat_demand_sdc_m, bridge))
+    aashto_m, support_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg)), runs[_SUPPORT]
+    ratios = {
+        "disp_ratio": runs["deck_disp_m"] / runs["disp_capacity_m"],
+        "p_delta_ratio": P_DELTA_LIMIT * runs["deck_disp_m"] / runs["p_delta_capacity_m"],
+        "seat_acute_ratio": seats_m[seats[0]] / support_m,
+        "seat_worst_ratio": seats_m[seats[1]] / support_m,
+        "seat_aashto_ratio": aashto_m / support_m,
     }
+    return {"variant": variant.slug} | {name: each.median() for name, each in ratios.items()}
 
 
 def corner_moves_m(

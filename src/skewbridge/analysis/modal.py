@@ -74,18 +74,25 @@ def modal_properties(
 
 
 def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
-    """Return the modes of a model under dead load with open gaps.
+    """Return the modes of a model under dead load with open gaps; the model is left as it was.
 
-    Friction springs are made soft. Walls and keys are fixed permanently: they are not coupled to
-    the bridge while gaps are open, and their local modes would fill the list.
+    Friction springs are made soft, and walls and keys are held in plan: they are not coupled to the
+    bridge while gaps are open, and their local modes would fill the list.
     """
-    for end in model.abutments:
-        for node in {*end.key_nodes, *(spring.nodes[1] for spring in end.wing_springs)}:
-            ops.fix(node, 1, 1, 0, 0, 0, 0)
+    ends = model.abutments
+    held = {node for end in ends for node in end.key_nodes}
+    held |= {spring.nodes[1] for end in ends for spring in end.wing_springs}
+    free = [(node, dof) for node in held for dof in {1, 2}.difference(ops.getFixedDOFs(node))]
     soft = nullcontext() if model.contacts is None else model.contacts.soft_tangents()
-    with soft:
-        squares = [float(value) for value in ops.eigen(count)]
-        ratios = ops.modalProperties("-return")
+    for node, dof in free:
+        ops.fix(node, *(int(dof == each) for each in range(1, 7)))
+    try:
+        with soft:
+            squares = [float(value) for value in ops.eigen(count)]
+            ratios = ops.modalProperties("-return")
+    finally:
+        for node, dof in free:
+            ops.remove("sp", node, dof)
     names = {"mass_x": "MX", "mass_y": "MY", "mass_z": "MZ", "mass_rz": "RMZ"}
     return tuple(
         Mode(

@@ -76,7 +76,7 @@ class AnalysisSettings:
     event_dt_s: Step | None = Field(default=0.0003125)
     """largest step when a contact opens or closes"""
     max_friction_error: Number = Field(default=0.015, ge=1.0e-4, le=1.0e9)
-    """relative excess of friction over its limit above which steps in contact are halved"""
+    """relative error of sliding friction above which steps in contact are halved"""
     duration_s: Number | None = Field(default=None, gt=0.0, le=1.0e4)
     """shorten motions to this length; null: full length"""
     free_vibration_s: Number = Field(default=0.0, ge=0.0, le=1.0e3)
@@ -155,6 +155,7 @@ class AnalysisSettings:
             wall_mass=True,
             backfill_vs_mps=None,  # the paper names no radiation damping
             backfill_dashpot="parallel",
+            wall_restoring_n_per_m=3.0e5,
             backfill_height_exponent=1.0,
             backfill_skew="strength_and_stiffness",
             key_along_face="elastic",

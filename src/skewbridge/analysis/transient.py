@@ -5,12 +5,13 @@ from dataclasses import dataclass
 from functools import partial
 from math import hypot, nan, pi
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import openseespy.opensees as ops
 from numpy.typing import NDArray
 
+from skewbridge.analysis.bridge_check import capacities_of, capacity_rows
 from skewbridge.analysis.energy import EnergyBalance, energy_ratios
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.modal import apply_rayleigh, damp_columns
@@ -67,6 +68,8 @@ class AnalysisResult:
         iterations: Equilibrium iterations, including failed attempts.
         demands: The demand columns of the table, in their units.
         whole_history: The demand columns as peaks over all steps, even after a column failure.
+        capacities: Capacity columns of the demands table.
+        bents: Capacities of the bents, from `capacity_rows`.
         model_end: First failure of a column; `demands` are the peaks up to this failure.
         energy_kj: Terms of the energy balance; empty if it was not computed.
         histories: Columns of the history table at the regular steps, each of shape (steps + 1,),
@@ -88,6 +91,8 @@ class AnalysisResult:
     iterations: int
     demands: dict[str, float]
     whole_history: dict[str, float]
+    capacities: dict[str, float]
+    bents: list[dict[str, Any]]
     model_end: ModelEnd
     energy_kj: Mapping[str, float]
     histories: dict[str, NDArray[np.float64]] | None
@@ -173,6 +178,7 @@ class _History:
         if self._histories:
             steps = at_regular_steps(trace.time_s, self._settings.dt_s)
             histories = histories_of(self._model, trace.at(steps), ground[steps])
+        bents = capacity_rows(self._model.bridge, self._model.options.hinge_rule)
         is_houbolt = self._settings.integrator_command[0] == "Houbolt"
         return AnalysisResult(
             status=ending.status,
@@ -188,6 +194,8 @@ class _History:
             iterations=effort.iterations,
             demands=found,
             whole_history=whole,
+            capacities=capacities_of(self._model, bents),
+            bents=bents,
             model_end=end,
             energy_kj=energy,
             histories=histories,

@@ -241,10 +241,10 @@ class Joint(Blueprint):
 
     def wall_parts(self) -> list[tuple[float, float, Passive]]:
         """Return for each wall point its position (m), share of the wall and backfill curve."""
-        options, end, skew_rad = self.options, self.end, radians(self.variant.skew_deg)
-        height, skew_rule = options.backfill_height_exponent, options.backfill_skew
-        soil = wall_backfill(self.data, options.backfill, skew_rad, height, skew_rule)
-        whole = self.soil(soil)
+        options, end = self.options, self.end
+        skew_rad, height = radians(self.variant.skew_deg), options.backfill_height_exponent
+        soil = options.backfill, skew_rad, height, options.backfill_skew
+        whole = self.soil(wall_backfill(self.data, *soil))
         stations = end.wall_stations(options.backwall_points)
         shares = tributary_shares(len(stations))
         factors = variation_factors(end, stations, options.backfill_variation)
@@ -492,8 +492,10 @@ def _hold_wall_point(joint: Joint, nodes: tuple[int, int], share: float, passive
     wing_part = share * wing_share(joint.data)
     wing_dashpot = joint.dashpot_n_s_per_m(wing.stiffness_n_per_m, mass_kg, wing_part)
     along = [plastic_material(wing, tags), elastic_material(weak, tags, wing_dashpot)]
-    if joint.options.backfill_dashpot == "parallel":
-        leaning = elastic_material(stiffness + weak, tags, dashpot, compression_n_per_m=weak)
+    is_parallel = joint.options.backfill_dashpot == "parallel"
+    leaning_n_s_per_m = dashpot if is_parallel else 0.0
+    leaning = elastic_material(stiffness + weak, tags, leaning_n_s_per_m, compression_n_per_m=weak)
+    if is_parallel:
         across = [passive_material(passive, 0.0, tags), leaning]
     else:
         # The waves leave through the elastic part, in series with the plastic part, so the force of
@@ -505,8 +507,7 @@ def _hold_wall_point(joint: Joint, nodes: tuple[int, int], share: float, passive
         tie = [elastic_material(NORMAL_OVER_NEIGHBOUR * wing.stiffness_n_per_m, tags)]
         link, _ = spring_element((nodes[1], wall), end.inward, elastic, tie, tags)
         joint.handle.other_springs.append(link.element)
-        stem = elastic_material(stiffness, tags, compression_n_per_m=0.0)
-        across = [*plastic_part(passive, tags), stem]
+        across = [*plastic_part(passive, tags), leaning]
     wall_spring, wing_spring = spring_element(nodes, end.inward, across, along, tags)
     joint.handle.wall_springs.append(wall_spring)
     joint.handle.wing_springs.append(wing_spring)

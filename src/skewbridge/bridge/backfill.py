@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 # 1.56 for granular backfill, 1.05 for cohesive; 1.57 for SDC 2.0 at 1.7 m
 STRENGTH_EXPONENT = 1.5
 MAX_REDUCTION_SKEW_DEG = 66.0  # source: Caltrans SDC 2.0 section 6.3.1.2
-# source: skews of the tests of skewed walls (`skewbridge verify skew-passive`)
-LARGEST_TESTED_SKEW_DEG = 45.0
+LARGEST_TESTED_SKEW_DEG = 45.0  # source: tests in verification/skew_passive.csv
 FULL_VARIATION_SKEW_DEG = 60.0  # source: Kaviani et al. (2012), 30 % at 60 degrees
 SOIL_KG_PER_M3 = 1760.0  # source: compacted structure backfill, 110 pcf
 # A hyperbola with failure ratio 1 never reaches its ultimate force; it has 99.9 % of it at this
@@ -138,13 +137,9 @@ def wall_backfill(
 def reduced_for_skew(passive: Passive, skew_rad: float, rule: BackfillSkew) -> Passive:
     """Return the curve of a skewed wall from that of a straight one.
 
-    With ``strength``, a hyperbola keeps its initial stiffness and its closure at full strength, so
-    its failure ratio grows. A bilinear curve keeps only its stiffness. With
-    ``strength_and_stiffness``, all forces are reduced; with ``none``, nothing is.
-
-    References:
-        Rollins, Palmer and Fredrickson (2014), 10NCEE 331: skews of 0, 30 and 45 degrees have
-        nearly the same initial stiffness, and reach the peak at about 3 % of the wall height.
+    With ``strength``, a hyperbola keeps its initial stiffness and its closure at full strength, as
+    in tests (verification/skew_passive.csv); a bilinear curve can keep only its stiffness.
+    ``strength_and_stiffness`` reduces all forces, ``none`` nothing.
     """
     reduction = skew_reduction(skew_rad, rule)
     if rule == "strength_and_stiffness":

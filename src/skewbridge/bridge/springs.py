@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from math import sqrt
 
-import numpy as np
 import openseespy.opensees as ops
 
 from skewbridge.bridge.backfill import Passive
@@ -40,15 +39,21 @@ def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
     if passive.failure_ratio == 0.0:
         gap = max(gap_m, NO_GAP_M)
         return uniaxial(tags, "ElasticPPGap", stiffness, -ultimate, -gap, 0.0, "damage")
-    return _indented_material(*passive.polygon(_CHORDS), stiffness, gap_m, tags)
+    return _indented_material(*passive.polygon(_CHORDS), stiffness, gap_m, ("-tangent",), tags)
 
 
 def _indented_material(
-    polygon_m: FloatArray, polygon_n: FloatArray, stiffness: float, gap_m: float, tags: TagAllocator
+    polygon_m: FloatArray,
+    polygon_n: FloatArray,
+    stiffness: float,
+    gap_m: float,
+    tangent: tuple[str, ...],
+    tags: TagAllocator,
 ) -> int:
     """Create a plastic spring without tension from closures and forces of its first loading.
 
-    It unloads with ``stiffness``, which no part of the polygon exceeds.
+    It unloads with ``stiffness``, which no part of the polygon exceeds. ``tangent`` is the flag of
+    the algorithmic tangent; without it the solver uses the stiffness of unloading.
     """
     # ASDConcrete1D takes a plastic curve of any shape, without tension. HyperbolicGapMaterial does
     # not end at the ultimate force, and jumps when it reloads after a trial that overshot. The gap
@@ -65,21 +70,17 @@ def _indented_material(
     compression = ("-Ce", *closures, "-Cs", *forces)
     undamaged = ("-Cd", *[0.0] * len(closures))
     opening = ("-Te", 0.0, none_n / stiffness, _FAR_M, "-Ts", 0.0, none_n, none_n)
-    curve = (*compression, *undamaged, *opening, "-Td", 0.0, 0.0, 1.0, "-tangent")
-    return uniaxial(tags, "ASDConcrete1D", stiffness, *curve)
+    curve = (*compression, *undamaged, *opening, "-Td", 0.0, 0.0, 1.0)
+    return uniaxial(tags, "ASDConcrete1D", stiffness, *curve, *tangent)
 
 
-# A backfill in two parts in series: the plastic part unloads this many times stiffer than the whole,
-# so most of the elastic deformation is in the elastic part, on which the radiation dashpot acts.
-# With 3 or 20 instead of 5, unseating under strong motions changes by at most 2 %.
+# A backfill in two parts in series: the plastic part unloads this many times stiffer than the
+# whole, so most elastic deformation is in the elastic part, on which the radiation dashpot acts.
+# With 3 instead of 5, unseating under strong motions changes by at most 3 %.
 PLASTIC_OVER_INITIAL = 5.0
-# ASSUME a pushed wall stays where it is: friction of this share of the passive strength holds it.
-# It is a part of the backbone, so it does not change the strength of the wall.
-HOLDING_RATIO = 0.001
-_HOLDING_HARDENING = 1.0e-4  # keeps the tangent of a sliding wall positive
-# ASSUME flowing soil is slightly viscous, or the iteration would overshoot where a contact opens at
-# full strength: 1 % of the strength at 1 m/s, 1.7 % at 3 m/s
-FLOW_RATIO, FLOW_EXPONENT = 0.01, 0.5
+# ASSUME flowing soil is slightly viscous: 0.8 % of the strength at 1 m/s, 1.6 % at 4 m/s. This
+# slows the return of a pushed wall, which would otherwise close its contact three times as often.
+FLOW_RATIO, FLOW_EXPONENT = 0.008, 0.5
 
 
 def elastic_part_n_per_m(passive: Passive) -> float:
@@ -88,23 +89,20 @@ def elastic_part_n_per_m(passive: Passive) -> float:
 
 
 def plastic_part(passive: Passive, tags: TagAllocator) -> list[int]:
-    """Create the parallel materials of the plastic part: soil, holding friction and viscous flow.
+    """Create the parallel materials of the plastic part of a backfill: soil and viscous flow.
 
-    In series with a spring of `elastic_part_n_per_m` they have the backbone of the whole soil.
+    In series with a spring of `elastic_part_n_per_m`, the soil has the backbone of the whole.
     """
     whole, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
-    held_n = HOLDING_RATIO * ultimate
-    holding = uniaxial(tags, "Steel01", held_n, whole, _HOLDING_HARDENING)
     flow = uniaxial(tags, "Viscous", FLOW_RATIO * ultimate, FLOW_EXPONENT)
-    if passive.failure_ratio == 0.0:
-        forces_n = np.array([0.0, PLASTIC_OVER_INITIAL * held_n, ultimate])
-        closures_m = forces_n / whole
-    else:
-        closures_m, forces_n = passive.polygon(_CHORDS)
-    closures_m = closures_m - forces_n / elastic_part_n_per_m(passive)
-    forces_n = forces_n - np.minimum(whole * closures_m, held_n)
     stiffness = PLASTIC_OVER_INITIAL * whole
-    return [_indented_material(closures_m, forces_n, stiffness, 0.0, tags), holding, flow]
+    if passive.failure_ratio == 0.0:
+        soil = (stiffness, -ultimate, -NO_GAP_M, 0.0, "damage")
+        return [uniaxial(tags, "ElasticPPGap", *soil), flow]
+    closures_m, forces_n = passive.polygon(_CHORDS)
+    plastic_m = closures_m - forces_n / elastic_part_n_per_m(passive)
+    # With the tangent of the plateau, the iteration overshoots by metres where a contact opens.
+    return [_indented_material(plastic_m, forces_n, stiffness, 0.0, (), tags), flow]
 
 
 def plastic_material(passive: Passive, tags: TagAllocator) -> int:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 LADDER_ANGLES_DEG: Final = (0.0, 30.0, 60.0, 90.0, 150.0, 180.0)
 _OPTIONAL_OUT: Final = Opt("out", Path | None, "Folder for the table.")
+_OF_RUN: Final = ("capacities", "histories")  # tables in a folder of `run` that `sdc` reads
 _MAX_DISP: Final = Opt("max_disp_m", float, "Final displacement of the push, in m.", 0.20)
 _PUSH: Final = (
     *VARIANT,
@@ -257,7 +258,8 @@ def sdc(source: Path | None, bridge: str | None, out: Path | None, units: Units)
     """
     from skewbridge.analysis import bridge_check
     from skewbridge.bridge.catalogue import load_bridge
-    from skewbridge.files.tables import read_frame
+    from skewbridge.files.tables import read_frame, records_of
+    from skewbridge.fragility.demand_table import need_columns
 
     def variant_named(slug: str) -> Variant:
         variant = parse_slug(slug)
@@ -268,22 +270,20 @@ def sdc(source: Path | None, bridge: str | None, out: Path | None, units: Units)
     if source is None or str(source) in _known_bridges() or source.suffix in (".yaml", ".yml"):
         data = load_bridge(bridge or str(source or "osb1"))
         kind, title, rows = "bents", data.title, bridge_check.capacity_rows(data)
-    elif source.is_file():
-        demands = read_frame(source)
-        names = ["deck_disp_m", "acute_corner_unseating_m", "unseating_m"]
-        medians = demands.groupby("variant")[names].median()
-        title = f"median of {len(demands)} analyses"
-        rows = [
-            bridge_check.summary_row(variant_named(slug), *own)
-            for slug, *own in medians.itertuples()
-        ]
     else:
-        row = read_frame(source / "demands.parquet").iloc[0]
-        table = read_frame(source / "histories.parquet")
-        histories = {str(name): table[name].to_numpy() for name in table}
-        variant = variant_named(row["variant"])
-        title, moves_m = variant.slug, bridge_check.corner_moves_m(variant, histories)
-        rows = bridge_check.sdc_rows(variant, float(row["deck_disp_m"]), moves_m)
+        demands = read_frame(source if source.is_file() else source / "demands.parquet")
+        need_columns(demands, bridge_check.CAPACITIES, f"repeat the analyses: {source}")
+        if (source / "histories.parquet").is_file():
+            bents, table = (read_frame(source / f"{name}.parquet") for name in _OF_RUN)
+            histories = {str(name): table[name].to_numpy() for name in table}
+            row = records_of(demands)[0]
+            variant = variant_named(row["variant"])
+            title, moves_m = variant.slug, bridge_check.corner_moves_m(variant, histories)
+            rows = bridge_check.sdc_rows(variant, row, records_of(bents), moves_m)
+        else:
+            title = f"median of {len(demands)} analyses"
+            groups = demands.groupby("variant")
+            rows = [bridge_check.summary_row(variant_named(str(name)), of) for name, of in groups]
     if out is not None:
         _write(rows, out, "sdc")
     return Answer({"title": title, kind: rows}, units=units)

@@ -48,9 +48,10 @@ def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answ
     except InputError as error:
         error.details.setdefault("row", None)
         raise
-    for warning in result["warnings"]:
+    for warning in (*result["warnings"], *result.get("notes", ())):
         warn(warning)
-    return Answer(result, missing=f"not determined by the data (status {result['status']})")
+    shown = {name: value for name, value in result.items() if name != "notes"}
+    return Answer(result, shown, missing=f"not determined by the data (status {result['status']})")
 
 
 @command(
@@ -81,19 +82,28 @@ def export(curves: Path, form: str, out: Path, **given: Any) -> Answer:
     LIMIT_STATES,
     Opt("im", str | None, "Intensity measure, if there are several.", None, "COLUMN"),
     Opt("margin", float | None, "Relative change that counts as negligible; default 0.05."),
+    Opt("report", bool, "Also draw the figures and write report.html.", False),
 )
-def statistics(demands: Path, out: Path, **given: Any) -> Answer:
+def statistics(demands: Path, out: Path, report: bool, **given: Any) -> Answer:
     """Fit curves and effects to any table of demands.
 
-    Writes the same tables as a study in results/fragility. Required columns: the axes, motion_id,
-    status, an intensity measure and demands; names, scale and incidence are optional. Limit states
-    whose demand is missing are left out.
+    Writes demands.parquet and fragility/ as a study does, so `predict`, `compare`, `study plot` and
+    `skewbridge.load` accept the folder. Required columns: the axes, motion_id, status, an intensity
+    measure and demands; names, scale and incidence are optional. Limit states whose demand is
+    missing are left out.
 
-    Example: skewbridge statistics demands.csv --out my_statistics
+    Example: skewbridge statistics demands.csv --out my_statistics --report
     """
     from skewbridge.study.results import statistics_of
 
-    return Answer(statistics_of(demands, out, **given))
+    answer = statistics_of(demands, out, **given)
+    for text in answer["warnings"]:
+        warn(text)
+    if report:
+        from skewbridge.report.page import write_statistics_report
+
+        answer["report"] = str(write_statistics_report(out))
+    return Answer(answer)
 
 
 @command(
@@ -128,8 +138,13 @@ def predict(axis: list[str] | None, study: Path | None, **given: Any) -> Answer:
     statistics = [
         {name: rounded(value) for name, value in row.items()} for row in selected(rows, *names)
     ]
+    flags = ("extrapolated", "theta"), ("p_extrapolated", "p")
+    for row, printed in zip(rows, statistics, strict=True):
+        printed["extrapolated"] = ", ".join(value for flag, value in flags if row[flag])
     shown = {f"theta in {rows[0]['im']}": statistics}
     notes = ["loo_error: error of theta when a variant is left out of the model"]
+    if any(row[flag] for row in rows for flag, _ in flags):
+        notes.append("extrapolated: fewer than three motions are as strong, or as weak, as this")
     if (drawn := rows[0]["random_properties"]) != "none":
         notes.append(f"each motion of the study has its own random values of: {drawn}")
     notes += filter(None, [untested_skew_sentence([values.get("skew_deg", 0.0)])])

@@ -6,7 +6,7 @@ from typing import Any, Final, Literal
 
 from skewbridge.cli import COMMANDS, new_group
 from skewbridge.cli.options import OUT
-from skewbridge.cli.output import Answer, Arg, Opt, command, messages
+from skewbridge.cli.output import Answer, Arg, Opt, command, messages, warn
 from skewbridge.errors import EXIT_BAD_INPUT, InputError
 from skewbridge.files.text import writable_file
 
@@ -17,7 +17,7 @@ commands.add_typer(motions)
 #: Fields of `motions.formats.Given`, for files without a time step or a unit.
 _GIVEN: Final = (
     Opt("dt_s_if_missing", float | None, "Time step for files without one.", flags="--dt-s"),
-    Opt("unit_if_missing", str | None, "Unit for files without one.", None, "[g|cm/s2|m/s2]",
+    Opt("unit_if_missing", str | None, "Unit for files without one.", None, "[g|cm/s2|m/s2|...]",
         "--unit"),
 )  # fmt: skip
 
@@ -32,6 +32,8 @@ _GIVEN: Final = (
 def check(paths: list[Path], strict: bool, write: bool, **given: Any) -> Answer:
     """Read motion files and report errors and warnings; exits with 2 if a file is unusable.
 
+    Files of a folder that are not read are listed; with --strict the exit code is then 2.
+
     Example: skewbridge motions check motions/
     """
     from skewbridge.motions.check import check_paths, write_folder_index
@@ -42,8 +44,13 @@ def check(paths: list[Path], strict: bool, write: bool, **given: Any) -> Answer:
             if folder.is_dir():
                 messages.print(f"wrote {write_folder_index(folder, Given(**given))}")
     checks = check_paths(paths, Given(**given), strict=strict)
-    code = 0 if all(item.passes for item in checks) else EXIT_BAD_INPUT
-    return Answer({"files": [asdict(item) for item in checks]}, exit_code=code)
+    unread = [item for item in checks if item.verdict in ("not_read", "left_out")]
+    if unread:
+        warn(f"{len(unread)} files were not read: {', '.join(item.file for item in unread)}")
+    is_strict = strict and any(item.verdict == "not_read" for item in unread)
+    code = 0 if all(item.passes for item in checks) and not is_strict else EXIT_BAD_INPUT
+    files = {"files": [asdict(item) for item in checks]}
+    return Answer({**files, "not_read": len(unread)}, shown=files, exit_code=code)
 
 
 @command(

@@ -1,6 +1,7 @@
 """Options that several commands share: a variant, a study, modelling keys, an output folder."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -23,8 +24,9 @@ _YAML: Final = (".yaml", ".yml")
 
 OUT: Final = Opt("out", Path, "Folder for the results.", ...)
 LIMIT_STATES: Final = Opt(
-    "limit_states", Path, "File of limit states.", Path("config/limit_states.yaml")
-)
+    "limit_states", Path, "File of limit states; outside a study folder, that of the package.",
+    Path("config/limit_states.yaml"),
+)  # fmt: skip
 STUDY: Final = Opt(
     "study", Path | None, "Results folder of a study, or its configuration file; by default the "
     "study of config/config.yaml.", None, "DIR|FILE.yaml",
@@ -60,11 +62,27 @@ def config_of(study: Path | None) -> Path:
 
 def study_of(study: Path | None) -> "tuple[StudyConfig, StudyFolder]":
     """Return configuration and results folder of a study, given one of the two."""
-    from skewbridge.study.config import load_config
+    from skewbridge.study.config import load_config, stored_configuration
     from skewbridge.study.folder import StudyFolder
 
-    config = load_config(config_of(study), base=DEFAULT_CONFIG)
+    config = None if study is None else stored_configuration(study)
+    config = config or load_config(config_of(study), base=DEFAULT_CONFIG)
     return config, StudyFolder(Path(config.results))
+
+
+def study_near(file: Path) -> Path:
+    """Return the study that made a file: its results folder or configuration, or the default one.
+
+    The configuration is stored in the folder, or one in config/ writes to the folder.
+    """
+    from skewbridge.study.folder import StudyFolder
+
+    for folder in file.resolve().parents:
+        if StudyFolder(folder).configuration.is_file():
+            return folder
+        with suppress(InputError):
+            return config_of(folder)
+    return DEFAULT_CONFIG
 
 
 def folder_of(study: Path | None) -> Path:

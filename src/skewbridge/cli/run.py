@@ -81,6 +81,7 @@ def run(out: Path, **given: Any) -> Answer:
     digests = provenance(motion_sha256=motion.sha256, run_key=key, engine_digest=engine_digest())
     write_table(to_table([row], digests), out / "demands.parquet")
     write_frame(histories, out / "histories.parquet", digests)
+    write_frame(pd.DataFrame(result.bents), out / "capacities.parquet", digests)
     if given["figures"]:
         from skewbridge.report.bridge_figures import replay_page
         from skewbridge.report.run_figures import run_figures

@@ -3,6 +3,7 @@
 from contextlib import chdir
 from dataclasses import asdict
 from pathlib import Path
+from shlex import quote
 from typing import Any, Final, Literal
 
 from skewbridge.cli import COMMANDS, new_group
@@ -14,6 +15,7 @@ from skewbridge.cli.options import (
     STUDY,
     config_of,
     folder_of,
+    study_near,
     study_of,
 )
 from skewbridge.cli.output import Answer, Arg, Opt, command, rounded, selected, warn
@@ -41,8 +43,8 @@ def init(folder: Path) -> Answer:
     from skewbridge.study.folder import write_starter
 
     note = (
-        f"cd {folder}, then: snakemake -j2 --configfile config/smoke.yaml (a small study) or "
-        "snakemake -j2 (the default study; skewbridge plan shows its cost)"
+        f"cd {quote(str(folder))}, then: snakemake -j2 --configfile config/smoke.yaml (a small "
+        "study) or snakemake -j2 (the default study; skewbridge plan shows its cost)"
     )
     return Answer({"written": list(map(str, write_starter(folder)))}, notes=[note])
 
@@ -63,11 +65,10 @@ def demo(out: Path) -> Answer:
     page = writable_folder(out).resolve() / "report.html"
     try:
         with chdir(starter_files()):  # the path of the limit states is relative to this folder
-            config = load_config(Path("config/demo.yaml"), base=DEFAULT_CONFIG)
             write_report(
                 tables=stored.report_inputs,
                 figures=stored.figures,
-                config=config.model_dump(mode="json", exclude={"batches"}),
+                study=load_config(Path("config/demo.yaml"), base=DEFAULT_CONFIG),
                 output=page,
             )
     except (LookupError, TypeError, ValueError, AttributeError) as error:
@@ -165,11 +166,13 @@ def compare(
     from skewbridge.files.tables import records_of, write_csv
     from skewbridge.study.results import compare_studies
 
-    if out is not None and out.suffix != ".csv":
+    if out is not None and out.suffix.lower() != ".csv":
         raise InputError(f"--out must end with .csv, got {out.name}")
     pair = compare_studies(first, second, limit_states, im=im, margin=margin)
     if out is not None:
         write_csv(pd.concat([pair.demands, pair.medians], ignore_index=True), out)
+    for text in pair.warnings:
+        warn(text)
     pooled, medians = (
         records_of(table[table["scope"] == "pooled"]) for table in (pair.demands, pair.medians)
     )
@@ -203,8 +206,8 @@ def provenance(file: Path, study: Path | None) -> Answer:
     """
     from skewbridge.study.jobs import origin_of
 
-    config = config_of(study)
-    origin = origin_of(file, config, DEFAULT_CONFIG)
+    config = study or study_near(file)
+    origin = origin_of(file, lambda: study_of(config)[0])
     result = "current" if origin["current"] else "not current: its rule would give a new result"
     notes = [f"{result}; compared with {config} (for a different study: --study RESULTS_FOLDER)"]
     return Answer(origin, notes=notes, exit_code=0 if origin["current"] else EXIT_FAILED)
@@ -265,12 +268,14 @@ def plot(names: list[str] | None, out: Path, study: Path | None, **given: Any) -
     from skewbridge.files.text import checked
     from skewbridge.report.study_figures import draw_figures, finished_figures
     from skewbridge.study.config import FigureSettings, check_font
+    from skewbridge.study.results import is_from_statistics
 
-    config, folder = study_of(study)
+    root = folder_of(study)
+    usual = FigureSettings() if is_from_statistics(root) else study_of(study)[0].figures
     changes = {name: value for name, value in given.items() if value is not None}
-    settings = checked(FigureSettings, asdict(config.figures) | changes, "figures")
+    settings = checked(FigureSettings, asdict(usual) | changes, "figures")
     check_font(settings.font)
-    figures = finished_figures(folder.root)
+    figures = finished_figures(root)
     if not names:
         rows = [{"name": each.name, "title": each.title} for each, _ in figures]
         return Answer({"figures": rows})
@@ -316,7 +321,7 @@ def archive(study: Path | None, out: Path, author: list[str] | None, licence: st
     """
     from skewbridge.report.archive import write_archive
 
-    if out.suffix != ".zip":
+    if out.suffix.lower() != ".zip":
         raise InputError(f"--out must end with .zip, got {out.name}")
     names, doubts = write_archive(config_of(study), DEFAULT_CONFIG, out, licence, author or ())
     size = {"archive": str(out), "bytes": out.stat().st_size}
@@ -327,10 +332,12 @@ def _comparison_row(row: dict[str, Any]) -> dict[str, Any]:
     """Return the printed columns of a comparison: the ratio, or the difference in its unit."""
     is_ratio = row["judged_by"] != "difference"
     value, ends = ("ratio", "ci") if is_ratio else ("difference", "difference")
+    outside, cells = (row.get(name) or 0 for name in ("n_extrapolated", "n_cells"))
     return {
         **{name: row[name] for name in _CHANGE[:3]},
         "change": rounded(row[value], 4),
         "low": rounded(row[f"{ends}_low"], 4),
         "high": rounded(row[f"{ends}_high"], 4),
         **{name: row[name] for name in ("unit", "verdict_family", "n_motions", "n_pairs")},
+        "extrapolated": f"{outside:.0f} of {2 * cells:.0f} medians" if outside > 0 else "",
     }

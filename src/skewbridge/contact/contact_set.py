@@ -46,8 +46,8 @@ class ContactSet:
         is_any_closed: Whether any pair is closed.
         least_opening_ratio: Smallest opening / gap of all pairs; zero for a pair without a gap.
         largest_normal_n: Largest normal force of all pairs.
-        friction_error: Largest (force - limit) / force of the sliding friction forces at the end of
-            the last step.
+        friction_error: Largest difference from the limit / force of the sliding friction forces at
+            the end of the last step.
 
     Raises:
         InputError: The scheme or the coupling is unknown.

@@ -28,6 +28,8 @@ FORCE_ROUNDING: Final = 1e-6
 # A friction force below this share of the largest so far does negligible work: its excess over the
 # limit, often rounding, does not justify shorter steps.
 LEAST_FRICTION: Final = 0.01
+# A friction spring slides if its force has reached this share of its bound, but for rounding.
+SLIDES: Final = 1.0 - 1e-6
 # Step lengths that differ by a smaller ratio count as equal: rounding of the times.
 SAME_STEP: Final = 1e-6
 
@@ -212,6 +214,9 @@ class ContactUnit:
         self.over = 0.0
         if size > 0.0:
             self._record_excess(size, limit, moved, dt_s, is_closed=closed)
+            slides_1, slides_2 = SLIDES * self._b1, SLIDES * self._b2
+            if abs(force_1) >= slides_1 > 0.0 or abs(force_2) >= slides_2 > 0.0:
+                self.over = abs(self.over)  # a bound below the limit is as wrong as one above it
         if closed:
             account.contact_time_s += dt_s
             account.slip_path_m += moved

@@ -125,17 +125,26 @@ def read_frame(path: Path) -> pd.DataFrame:
 
 
 def read_any(path: Path) -> pd.DataFrame:
-    """Read a parquet file, or a CSV file if the suffix is not ``.parquet``."""
-    return read_frame(path) if path.suffix == ".parquet" else read_csv(path)
+    """Read a parquet file, or a CSV file if the suffix is not ``.parquet`` (in any case)."""
+    return read_frame(path) if path.suffix.lower() == ".parquet" else read_csv(path)
 
 
 def frame_of(table: pa.Table) -> pd.DataFrame:
-    """Return an Arrow table as a data frame, even if its pandas metadata are damaged."""
+    """Return an Arrow table as a data frame, even if its pandas metadata are damaged.
+
+    The named levels of an index that pandas stored are the first columns of the frame.
+    """
     try:
-        return table.to_pandas()
+        frame = table.to_pandas()
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, pa.ArrowException):
-        pass  # the metadata of pandas in the file are damaged
-    return table.replace_schema_metadata(None).to_pandas()
+        # the metadata of pandas in the file are damaged
+        frame = table.replace_schema_metadata(None).to_pandas()
+    levels = [frame.index.get_level_values(number) for number in range(frame.index.nlevels)]
+    frame = frame.reset_index(drop=True)
+    for level in reversed(levels):
+        if level.name is not None and level.name not in frame:
+            frame.insert(0, level.name, level)
+    return frame
 
 
 def records_of(frame: pd.DataFrame) -> list[dict[str, Any]]:

@@ -8,6 +8,7 @@ import re
 import socket
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from difflib import get_close_matches
 from pathlib import Path
 from stat import S_ISREG
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, NoReturn
@@ -216,6 +217,11 @@ def _check_rows(text: str) -> int:
     if header is None:
         raise ValueError("it is empty")
     names = [name.strip() for name in header]
+    if len(names) == 1 and (sign := next((sign for sign in ";\t" if sign in names[0]), "")):
+        raise ValueError(
+            f"its only column is {shortened(names[0])}, so it is separated by "
+            f"{'semicolons' if sign == ';' else 'tabs'}: write commas, and points in numbers"
+        )
     twice = next((name for name in names if name and names.count(name) > 1), None)
     if twice is not None:
         raise ValueError(f"the column {shortened(twice)} appears twice")
@@ -350,7 +356,19 @@ def _keys(schema: Mapping[str, Any], classes: Mapping[str, Any], above: str = ""
         name = branch.get("$ref", "").rsplit("/", 1)[-1]
         for key, inner in classes.get(name, branch).get("properties", {}).items():
             yield above + key
-            yield from _keys(inner, classes, f"{above}{key}.")
+            yield from _keys(inner.get("items", inner), classes, f"{above}{key}.")
+
+
+def _nearest_key(place: Sequence[str | int], keys: Sequence[str]) -> str:
+    """Return a suggestion for an unknown key: near it in its section, or in another section."""
+    *above, name = (str(part) for part in place if isinstance(part, str))
+    section = "".join(f"{part}." for part in above)
+    inside = [key.removeprefix(section) for key in keys if key.startswith(section)]
+    near = get_close_matches(name, [key for key in inside if "." not in key], n=1)
+    same = [key for key in keys if key.rpartition(".")[2] == name]
+    if near or same:
+        return f" (did you mean {section + near[0] if near else same[0]}?)"
+    return did_you_mean(name, keys)
 
 
 def _explain(finding: Any, keys: Sequence[str]) -> str:
@@ -358,7 +376,7 @@ def _explain(finding: Any, keys: Sequence[str]) -> str:
     where = ".".join(printable(str(part)[:LONGEST_SHOWN]) for part in finding["loc"])
     kind, given = finding["type"], finding["input"]
     if kind in _UNKNOWN:
-        words = f"unknown key{did_you_mean(where, keys)}"
+        words = f"unknown key{_nearest_key(finding['loc'], keys)}"
     elif kind in _MISSING:
         words = "is missing"
     elif kind in _NO_KEYS:

@@ -7,7 +7,7 @@ Hausman (1978), Econometrica 46(6):1251-1271; the variance is from the jackknife
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import zip_longest
 from math import inf, nan
 from typing import Any, Final, NamedTuple
@@ -32,6 +32,7 @@ from skewbridge.fragility.outcomes import (
     states_by_demand,
 )
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.union import UNION_COLUMNS, Union, correlation, reached_modes, residuals
 from skewbridge.statuses import COLLAPSE
 
 #: Methods in order of preference.
@@ -65,15 +66,25 @@ def fit_study(
 def _variant_rows(part: pd.DataFrame, *, states: States, settings: FitSettings) -> list[Row]:
     """Return the rows of one variant."""
     described = demand_table.variant_values(part)
-    return [
-        described | row
+    fits = [
+        (_UnionFits if group[0].modes else _DemandFits)(part, group, settings)
         for group in states_by_demand(states).values()
-        for row in _DemandFits(part, group, settings).rows()
     ]
+    known = {state: each for each in fits for state in each.states}
+    unions = [each for each in fits if isinstance(each, _UnionFits)]
+    for mode in dict.fromkeys(mode for each in unions for s in each.states for mode in s.modes):
+        known.setdefault(mode, _DemandFits(part, [mode], settings))
+    for union in unions:
+        union.known = known
+    rows = [row for each in fits for row in each.rows]
+    for state in (state for union in unions for state in union.states):
+        _prefer_one_method(rows, state)
+    return [described | row for row in rows]
 
 
-#: Median and dispersion for each treatment of unknown outcomes.
+#: Median and dispersion for each treatment of unknown outcomes; `_PEAKS` if a run collapsed.
 type _Bounds = dict[str, tuple[float, float]]
+_PEAKS: Final = "peaks"  # peaks of collapsed runs count as exact
 
 
 class _StateFits(NamedTuple):
@@ -88,65 +99,115 @@ class _StateFits(NamedTuple):
         return motion_means.exp_end(self.ln_theta[j, 0]), float(self.beta[0])
 
 
+class _Curve(NamedTuple):
+    """Curve of one state by one method; arrays are from all runs, then without each motion."""
+
+    fit: FragilityFit
+    ln_theta: Floats  # shape (1 + M,)
+    beta: Floats
+    total: Floats  # including the dispersion of the capacity
+    bounds: _Bounds
+    columns: Row  # `UNION_COLUMNS` of a union of two modes
+
+
 class _DemandFits:
     """The fits of one variant for all states of one demand."""
 
     def __init__(self, part: pd.DataFrame, states: States, settings: FitSettings) -> None:
-        self._part, self._states, self._settings = part, states, settings
+        self._part, self.states, self._settings = part, states, settings
         self._im = part[settings.im].to_numpy(dtype=np.float64)
         self._ln_im, self._motion = np.log(self._im), demand_table.motion_codes(part)
         self._weights = motion_means.motion_weights(self._motion)
         self._motions = int(np.max(self._motion)) + 1
-        self._outcomes = demand_outcomes(part, states, settings.im)
+        self.outcomes = demand_outcomes(part, states)
 
+    @cached_property
+    def lines(self) -> Lines:
+        """Lines from all runs, then without each motion."""
+        return self.outcomes.lines(self._ln_im, self._weights)
+
+    @cached_property
+    def _found(self) -> dict[str, _StateFits]:
+        found = {"cloud": self._clouds(self.lines), "exceedance": self._exceedance(self.outcomes)}
+        return found if (brackets := self._brackets()) is None else found | {METHODS[2]: brackets}
+
+    @cached_property
+    def curves(self) -> list[dict[str, _Curve]]:
+        """Curves of each state by method, before unknown outcomes are considered."""
+        bounds = self._bounds()
+        curves: list[dict[str, _Curve]] = []
+        for j, state in enumerate(self.states):
+            by_method: dict[str, _Curve] = {}
+            for method, found in self._found.items():
+                # capacity dispersion is divided by the slope b of the line
+                # ASSUME the capacity is independent of the demand
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    wide = np.hypot(found.beta, state.dispersion / self.lines.b)
+                total = wide if state.dispersion else found.beta
+                own = bounds[method][j] if method in bounds else {}
+                values = found.fits[j], found.ln_theta[j], found.beta, total
+                by_method[method] = _Curve(*values, own, {})
+            curves.append(by_method)
+        return curves
+
+    @cached_property
+    def printed(self) -> list[dict[str, FragilityFit]]:
+        """Fits of each state by method, without estimates that unknown outcomes may change."""
+        accept = self._settings.accept_bounds
+        printed: list[dict[str, FragilityFit]] = []
+        for state, curves in zip(self.states, self.curves, strict=True):
+            fits = {method: curve.fit for method, curve in curves.items()}
+            share = self.outcomes.counts(state)["n_unknown"] / self._im.size
+            names = ["unknown_above_5_percent"] if share > 0.05 else []
+            for method, curve in curves.items() if share else ():
+                if curve.bounds:
+                    fits[method] = fits[method].judged(curve.bounds, accept=accept, names=names)
+            # Large demands cause collapse, so censoring by collapse is not independent of the
+            # demand. A median is accepted only if it hardly depends on how these peaks are treated.
+            other = curves["cloud"].bounds.get(_PEAKS)
+            change = np.log(other[0]) - curves["cloud"].ln_theta[0] if other else 0.0
+            if fits["cloud"].status == FITTED and not abs(change) <= np.log(MAX_BOUNDS_RATIO):
+                fits["cloud"] = fits["cloud"].without_estimate(BOUNDS_TOO_WIDE)
+            printed.append(fits)
+        return printed
+
+    @property
     def rows(self) -> list[Row]:
-        """Return the rows of the table of curves, without the columns that describe the variant."""
-        outcomes, states = self._outcomes, self._states
+        """Rows of the table of curves, without the columns that describe the variant."""
+        outcomes, states = self.outcomes, self.states
         missing = outcomes.complete & np.isnan(outcomes.lower)
         counts = end_counts(self._part) | {"n_runs": self._im.size, "n_records": self._motions}
         counts |= {"n_censored": int(np.sum(outcomes.is_bound)), "n_missing": int(np.sum(missing))}
         if np.any(missing) and np.all(missing[outcomes.complete]):
             blank = FragilityFit(method="", status=fitting.NOT_APPLICABLE)
             return [self._row(m, state, blank, counts) for state in states for m in METHODS[:2]]
-        lines = outcomes.lines(self._ln_im, self._weights)
-        found = {"cloud": self._clouds(lines), "exceedance": self._exceedance(outcomes)}
-        bounds = self._bounds(found)
-        if (brackets := self._brackets()) is not None:
-            found["ida_interval"] = brackets
         rows: list[Row] = []
-        for j, state in enumerate(states):
+        for state, curves, fits in zip(states, self.curves, self.printed, strict=True):
             known = counts | outcomes.counts(state)
-            fits = {method: each.fits[j] for method, each in found.items()}
-            share = known["n_unknown"] / self._im.size
-            names = ["unknown_above_5_percent"] if share > 0.05 else []
-            for method, own in bounds.items() if share else ():
-                accept = self._settings.accept_bounds
-                fits[method] = fits[method].judged(own[j], accept=accept, names=names)
-            if fits["cloud"].status == FITTED and self._depends_on_collapses(lines, state):
-                fits["cloud"] = fits["cloud"].without_estimate(BOUNDS_TOO_WIDE)
-            difference = found["exceedance"].ln_theta[j] - found["cloud"].ln_theta[j]
+            difference = curves["exceedance"].ln_theta - curves["cloud"].ln_theta
             compared = _compared(fits, difference, known)
             for method, fit in fits.items():
                 row = self._row(method, state, fit, known) | compared.get(method, {})
-                row |= _total_dispersion(fit, state, found[method].beta, lines.b)
-                for name, (theta, beta) in bounds[method][j].items() if method in bounds else ():
-                    row |= {f"theta_{name}": theta, f"beta_{name}": beta}
+                row |= _total_dispersion(fit, curves[method].total)
+                row |= curves[method].columns if fit.status == FITTED else {}
+                for name in TREATMENTS if curves[method].bounds else ():
+                    row[f"theta_{name}"], row[f"beta_{name}"] = curves[method].bounds[name]
                 rows.append(row)
         return rows
 
     def _clouds(self, lines: Lines) -> _StateFits:
         """Return the cloud fits; a state that no run, or every run, exceeds has no estimate."""
-        outcomes, used = self._outcomes, self._outcomes.used
-        medians = np.stack([lines.ln_theta(state.threshold) for state in self._states])
+        outcomes, used = self.outcomes, self.outcomes.used
+        medians = np.stack([lines.ln_theta(state.threshold) for state in self.states])
         kept = np.any(self._weights[:, used] == 0.0, axis=1)
         without = Lines(lines.ln_a[kept], lines.b[kept], lines.sigma[kept])
         repeated = np.unique(self._motion[used]).size < np.sum(used)
-        own, capacities = without if repeated else None, [(s.threshold, 0.0) for s in self._states]
+        own, capacities = without if repeated else None, [(s.threshold, 0.0) for s in self.states]
         cloud = self._ln_im[used], *outcomes.ln_ends
         fits = fitting.fit_cloud_states(cloud, capacities, self._settings, own)
         refused = (
             fit if status == FITTED else fit.without_estimate(status)
-            for fit, status in zip(fits, map(outcomes.status, self._states), strict=True)
+            for fit, status in zip(fits, map(outcomes.status, self.states), strict=True)
         )
         return _StateFits(list(refused), medians, lines.beta())
 
@@ -154,8 +215,8 @@ class _DemandFits:
         """Fit the exceedance probabilities of all states with a common dispersion."""
         # Ordered probit: a run that exceeds state j but not state k has the probability
         # Phi(eta_j) - Phi(eta_k), with eta_j = a0_j + a1 ln x.
-        exceed = np.column_stack([outcomes.exceed(state) for state in self._states])
-        known = ~np.column_stack([outcomes.unknown(state) for state in self._states])
+        exceed = np.column_stack([outcomes.exceed(state) for state in self.states])
+        known = ~np.column_stack([outcomes.unknown(state) for state in self.states])
         maxima = fitting.exceedance_maxima(self._ln_im, known, exceed) if intervals else ()
         columns = zip_longest(known.T, exceed.T, maxima)
         fits = [self._alone(*column, whole=intervals) for column in columns]
@@ -202,9 +263,9 @@ class _DemandFits:
             return None
         fits: list[FragilityFit] = []
         ends: list[tuple[Floats, Floats, Index]] = []
-        for state in self._states:
-            known = np.flatnonzero(~self._outcomes.unknown(state))
-            exceed = self._outcomes.exceed(state)[known].astype(np.float64)
+        for state in self.states:
+            known = np.flatnonzero(~self.outcomes.unknown(state))
+            exceed = self.outcomes.exceed(state)[known].astype(np.float64)
             runs = self._im[known], exceed, motions[known]
             fit, low, high = fitting.fit_first_exceedances(*runs, self._settings)
             status = fitting.NO_EXCEEDANCE if fit.status == fitting.ALL_CENSORED else fit.status
@@ -269,12 +330,13 @@ class _DemandFits:
             fits[j] = fit.warned(*fitting.common_warnings(fit, self._im, self._motions))
         return common
 
-    def _bounds(self, found: Mapping[str, _StateFits]) -> dict[str, list[_Bounds]]:
+    def _bounds(self) -> dict[str, list[_Bounds]]:
         """Return (theta, beta) for each method, state and treatment of unknown outcomes."""
-        outcomes, states = self._outcomes, self._states
+        outcomes, states = self.outcomes, self.states
         bounds = {
             method: [dict.fromkeys(TREATMENTS, fits.median(j)) for j in range(len(states))]
-            for method, fits in found.items()
+            for method, fits in self._found.items()
+            if method in METHODS[:2]
         }
         unknown = [j for j, state in enumerate(states) if np.any(outcomes.unknown(state))]
         for name in TREATMENTS if unknown else ():
@@ -284,25 +346,22 @@ class _DemandFits:
             # the exceedance fit itself already excludes unknown outcomes
             common = None if name == "exclude" else self._exceedance(treated, intervals=False)
             for j in unknown:
-                own = outcomes.treated(states[j], name).lines(self._ln_im, self._weights[:1])
-                theta = motion_means.exp_end(own.ln_theta(states[j].threshold)[0])
-                bounds["cloud"][j][name] = theta, float(own.beta()[0])
+                bounds["cloud"][j][name] = self._end(outcomes.treated(states[j], name), j)
                 if common is not None:
                     bounds["exceedance"][j][name] = common.median(j)
+        ended = (self._part["status"] == COLLAPSE).to_numpy() & np.isposinf(outcomes.upper)
+        by_definition = any(each.collapse == COLLAPSE_EXCEEDS for each in states)
+        if np.any(ended) and not (by_definition or self._settings.accept_bounds):
+            final = replace(outcomes, upper=np.where(ended, outcomes.lower, outcomes.upper))
+            for j, each in enumerate(bounds["cloud"]):
+                each[_PEAKS] = self._end(final, j)
         return bounds
 
-    def _depends_on_collapses(self, lines: Lines, state: LimitState) -> bool:
-        """Return True if the median changes by over 15 % when peaks at collapse count as exact."""
-        # Large demands cause collapse, so censoring by collapse is not independent of the demand.
-        # The median is accepted only if it hardly depends on how these peaks are treated.
-        outcomes = self._outcomes.behind_line
-        ended = (self._part["status"] == COLLAPSE).to_numpy() & np.isposinf(outcomes.upper)
-        by_definition = any(each.collapse == COLLAPSE_EXCEEDS for each in self._states)
-        if by_definition or self._settings.accept_bounds or not np.any(ended):
-            return False
-        final = replace(outcomes, upper=np.where(ended, outcomes.lower, outcomes.upper))
-        other = final.lines(self._ln_im, self._weights[:1]).ln_theta(state.threshold)[0]
-        return not abs(other - lines.ln_theta(state.threshold)[0]) <= np.log(MAX_BOUNDS_RATIO)
+    def _end(self, outcomes: DemandOutcomes, j: int) -> tuple[float, float]:
+        """Return theta and beta of state j from the line through all runs."""
+        line = outcomes.lines(self._ln_im, self._weights[:1])
+        theta = motion_means.exp_end(line.ln_theta(self.states[j].threshold)[0])
+        return theta, float(line.beta()[0])
 
     def _row(
         self, method: str, state: LimitState, fit: FragilityFit, known: Mapping[str, Any]
@@ -318,15 +377,91 @@ class _DemandFits:
         row |= {"preferred": False, "methods_differ": False, "reach": "", **known}
         row |= {"method": method, "model": fit.method, "im": self._settings.im}
         row["warnings"] = ";".join(dict.fromkeys((*fit.warnings, *state.warnings)))
-        row["line_demand"] = self._outcomes.behind_line.demand
+        row["line_demand"] = state.demand
         beyond = motion_means.motions_beyond(np.log(fit.theta), self._ln_im, self._motion)
         row["extrapolated"] = fit.status == FITTED and beyond < motion_means.MIN_BEYOND
         row["n_motions_beyond"] = beyond if fit.status == FITTED else nan
+        row["im_low"], row["im_high"] = motion_means.covered_range(self._im, self._motion)
         if known.get("n_exceed") == 0:
-            largest = np.nanmax(self._outcomes.lower, initial=0.0)
+            largest = np.nanmax(self.outcomes.lower, initial=0.0)
             label = label_of(state.demand)
             row["reach"] = f"{label}: largest {largest:.2g}, state at {state.threshold:.2g}"
         return row
+
+
+class _UnionFits(_DemandFits):
+    """The fits of one variant for states that are the union of failure modes."""
+
+    #: Fits that include every mode.
+    known: Mapping[LimitState, _DemandFits]
+
+    @cached_property
+    def curves(self) -> list[dict[str, _Curve]]:
+        """Curves of each state by method: unions of the curves of the modes that runs exceed."""
+        return [
+            {method: self._union(method, curve, state) for method, curve in curves.items()}
+            if self.outcomes.status(state) == FITTED
+            else curves
+            for state, curves in zip(self.states, super().curves, strict=True)
+        ]
+
+    def _union(self, method: str, direct: _Curve, state: LimitState) -> _Curve:
+        """Return the union by one method; ``direct`` is the fit to the outcomes in any mode."""
+        if not (modes := reached_modes(self._part, state)):
+            return direct
+        fits = [self.known[mode] for mode in modes]
+        parts: list[_Curve] = []
+        reasons: list[str] = []
+        for mode, each in zip(modes, fits, strict=True):
+            # a mode without a curve by this method has its curve by another method; a mode that
+            # other failures censor too much for a curve of its own has its fit to the known runs
+            place, tried = each.states.index(mode), dict.fromkeys((method, *METHODS[:2]))
+            curves, printed = each.curves[place], each.printed[place]
+            good = [name for name in tried if printed[name].status == FITTED]
+            good += [name for name in tried if curves[name].fit.status == FITTED]
+            parts += [curves[name] for name in good[:1]]
+            reasons += [] if good[:1] == [method] else [printed[method].status]
+        if len(parts) < len(modes) or len(reasons) == len(modes):
+            is_fitted = direct.fit.status == FITTED
+            fit = direct.fit.without_estimate(reasons[0]) if is_fitted else direct.fit
+            return direct._replace(fit=fit)
+        if len(parts) == 1:
+            single = {"line_demand": modes[0].demand, "capacity_dispersion": modes[0].dispersion}
+            return parts[0]._replace(columns=single)
+        ln_theta, beta, total = (np.array([part[n] for part in parts]) for n in (1, 2, 3))
+        ln_theta[:, 0] = [np.log(part.fit.theta) for part in parts]
+        total = np.where(np.isnan(total), beta, total)
+        apart = [residuals(each.outcomes, each.lines, self._ln_im) for each in fits]
+        rho = correlation(apart[0], apart[1], self._weights)
+        union = Union.of(ln_theta, beta, total, rho)
+        (ln_any, wide), (_, records) = union.summary(), Union(ln_theta, beta, rho).summary()
+        fit = FragilityFit(method="union", status=FITTED, level=self._settings.confidence)
+        fit = replace(fit, theta=motion_means.exp_end(ln_any[0]), beta=float(records[0]))
+        fit = fitting.jackknifed(fit, ln_any[1:], records[1:])
+        fit = fit.warned(*fitting.common_warnings(fit, self._im, self._motions))
+        # ASSUME unknown outcomes change the median of the union as that of the direct fit
+        scale = float(np.exp(ln_any[0] - direct.ln_theta[0]))
+        bounds = {name: (scale * theta, b) for name, (theta, b) in direct.bounds.items()}
+        values = *np.column_stack([np.exp(ln_theta[:, 0]), total[:, 0]]).ravel(), union.rho[0]
+        columns = dict(zip(UNION_COLUMNS, map(float, values), strict=True)) | {"line_demand": ""}
+        return _Curve(fit, ln_any, records, wide, bounds, columns)
+
+
+def _prefer_one_method(rows: list[Row], union: LimitState) -> None:
+    """Prefer one method for both modes and their union if both methods have a curve of a mode."""
+    # ASSUME the modes use one method, because a union by one method may be below a mode by another
+    by_state: dict[LimitState, dict[str, Row]] = {}
+    for state in (*union.modes, union):
+        key = state.component, state.name, state.demand
+        own = (r for r in rows if (r["component"], r["limit_state"], r["demand"]) == key)
+        by_state[state] = {row["method"]: row for row in own if row["status"] == FITTED}
+    both = [own for s, own in by_state.items() if s != union and {*METHODS[:2]} <= {*own}]
+    if not both:
+        return
+    preferred = METHODS[any(own[METHODS[1]]["preferred"] for own in both)]
+    for own in (*both, by_state[union]):
+        for method, row in own.items():
+            row["preferred"] = method == preferred
 
 
 def _compared(
@@ -354,15 +489,13 @@ def _compared(
     return {method: shared | {"preferred": each} for method, each in preferred.items()}
 
 
-def _total_dispersion(fit: FragilityFit, state: LimitState, beta: Floats, b: Floats) -> Row:
+def _total_dispersion(fit: FragilityFit, total: Floats) -> Row:
     """Return the total dispersion (record-to-record and capacity) and its jackknife interval."""
-    # capacity dispersion is divided by the slope b of the line; `beta` is record-to-record
-    # ASSUME the capacity is independent of the demand
     with np.errstate(divide="ignore", invalid="ignore"):
-        total = np.log(np.hypot(beta, state.dispersion / b) if state.dispersion else beta)
-    if fit.status != FITTED or not np.isfinite(total[0]):
+        logs = np.log(total)
+    if fit.status != FITTED or not np.isfinite(logs[0]):
         return {}
-    middle, left_out = motion_means.exp_end(total[0]), total[1:][np.isfinite(total[1:])]
+    middle, left_out = motion_means.exp_end(logs[0]), logs[1:][np.isfinite(logs[1:])]
     factor = motion_means.jackknife_factors(left_out[:, None], fit.level)[0]
     ends = {"beta_total_low": middle / factor, "beta_total_high": middle * factor}
     return {"beta_total": middle} | ends

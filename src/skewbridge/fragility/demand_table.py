@@ -1,8 +1,10 @@
 """Import and check demands tables; describe the columns of results/fragility (`columns.csv`)."""
 
 import csv
+import re
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from difflib import get_close_matches
 from functools import cache
 from itertools import chain, islice
 from pathlib import Path
@@ -14,21 +16,24 @@ from joblib import Parallel, delayed
 from pydantic import BaseModel, ConfigDict
 
 from skewbridge.demands import validity
-from skewbridge.demands.columns import DEMAND_COLUMNS, SUITE
-from skewbridge.errors import InputError
-from skewbridge.files.tables import Index, Mask, as_column, read_any, require
-from skewbridge.files.text import OPTIONS
+from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS
+from skewbridge.errors import InputError, did_you_mean
+from skewbridge.files.tables import Floats, Index, Mask, as_column, read_any, require
+from skewbridge.files.text import OPTIONS, shortened
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.statuses import OK, STATUSES
-from skewbridge.variant.axes import AXES, Axis, axes_of
+from skewbridge.variant.axes import AXES, OPTION_AXES, Axis, axes_of
 
 BRIDGE_COLUMNS: Final = ("bridge", "abutment")
 IDENTITY_COLUMNS: Final = ("variant", *BRIDGE_COLUMNS)
 LOADING_COLUMNS: Final = ("motion_id", "scale", "incidence_deg")
 KEY_COLUMNS: Final = (*IDENTITY_COLUMNS, *LOADING_COLUMNS, "status")
-TEXT_COLUMNS: Final = (
-    *IDENTITY_COLUMNS, "motion_id", "status", "collapse_criterion", validity.BEYOND_MODEL, SUITE
-)  # fmt: skip
+TEXT_COLUMNS: Final = tuple(column.name for column in COLUMNS if column.kind == "text")
+
+#: Largest plausible drift ratio of a completed run.
+MAX_DRIFT: Final = 0.2
+#: Advice for a demand that is infinite because the run collapsed.
+WITHOUT_PEAK: Final = "give a collapsed run the status collapse"
 
 
 @cache
@@ -109,9 +114,45 @@ def need_columns(
     table: pd.DataFrame, columns: Iterable[str], what: str = "the demands table"
 ) -> None:
     """Check that a table has ``columns``; an `InputError` names the first missing one."""
+    names = list(map(str, table.columns))
     for column in columns:
         if column not in table.columns:
-            raise InputError(f"{what} has no column {column!r}", column=column)
+            problem = f"{what} has no column {column!r}{did_you_mean(column, names)}"
+            raise InputError(f"{problem}; its columns are {names_of(names)}", column=column)
+
+
+def names_of(columns: Iterable[object]) -> str:
+    """Return the names of up to 20 columns for a message."""
+    names = list(columns)
+    return ", ".join(map(shortened, names[:20])) + (", ..." if len(names) > 20 else "") or "none"
+
+
+def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None:
+    """Refuse columns whose names are almost those of an axis or key that the table lacks.
+
+    ``columns`` are not used; ``present`` are further columns of the table. An `InputError` names
+    the column. Capitals, blanks and hyphens do not distinguish names.
+    """
+    unused = list(columns)
+    known = {column.name for column in COLUMNS} | {axis.name for axis in OPTION_AXES}
+    wanted = (*(axis.name for axis in (*AXES, *OPTION_AXES)), *TEXT_COLUMNS, *KEY_COLUMNS)
+    missing = [name for name in dict.fromkeys(wanted) if name not in {*unused, *present}]
+    for name in unused:
+        plain = re.sub(r"[\s-]+", "_", name.strip().lower())
+        # ASSUME names as similar as motion and motion_id mean the same
+        near = get_close_matches(plain, missing, n=1, cutoff=0.8)
+        if name not in known and near:
+            text = f"column {shortened(name)} is not known: did you mean {near[0]}?"
+            raise InputError(f"{text} Rename it", column=name)
+
+
+def percent_notes(name: str, demands: Floats) -> list[str]:
+    """Return a warning if the demands of a drift ratio seem to be in per cent, else no text."""
+    is_drift = name.lower().endswith(("drift", "drift_ratio"))
+    largest = float(np.max(demands[np.isfinite(demands)], initial=0.0)) if is_drift else 0.0
+    # ASSUME no bridge completes a motion at a drift of 20 %
+    text = f"{name} is up to {largest:.3g} in completed runs: a ratio is needed, not per cent"
+    return [text] if largest > MAX_DRIFT else []
 
 
 class ColumnMap(BaseModel):
@@ -141,10 +182,14 @@ def read_foreign(
     NaN; `prepared` handles them. An `InputError` names row and column of an unusable value.
     """
     source, factors = read_any(path), factors or {}
+    unused = [str(name) for name in source if name not in columns.values()]
+    renamed = (name for name in columns if name not in source)
+    refuse_misspelt([*unused, *renamed], (*columns, *(constants or {})))
     need_columns(source, columns.values(), path.name)
     out = pd.DataFrame({ours: source[theirs] for ours, theirs in columns.items()})
     if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):
-        raise InputError("the column map needs motion_id and at least one im_ column")
+        text = "the column map needs motion_id and at least one im_ column"
+        raise InputError(f"{text}; the columns of {path.name} are {names_of(source)}")
     usual = {"scale": 1.0, "incidence_deg": 0.0, "status": OK, **dict(constants or {})}
     for name, value in {**dict.fromkeys(BRIDGE_COLUMNS, "foreign"), **usual}.items():
         if name not in out:
@@ -157,22 +202,27 @@ def read_foreign(
     if "variant" not in out:
         parts = [out[name].map(str).tolist() for name in variant_columns(out)[1:]]
         out["variant"] = ["_".join(values) for values in zip(*parts, strict=True)]
-    if validity.BEYOND_MODEL in out:
-        out[validity.BEYOND_MODEL] = out[validity.BEYOND_MODEL].fillna("")
-    out = out.astype(dict.fromkeys(set(TEXT_COLUMNS) & set(out.columns), str))
-    known = out["status"].isin(STATUSES).to_numpy()
-    wrong = repr(out["status"].iloc[int(np.argmin(known))]) if len(out) else ""
-    require(known, "status", f"{wrong} is not known")
+    texts = [name for name in TEXT_COLUMNS if name in out]
+    out[texts] = out[texts].astype(object).fillna("").astype(str)
+    require_statuses(out["status"])
     for name in map(str, out.filter(regex="^im_")):
         require((out[name].isna() | (out[name] > 0.0)).to_numpy(), name, "must be > 0 and finite")
     if (doubled := out.duplicated(["variant", *LOADING_COLUMNS])).any():
         row = int(np.argmax(doubled))
         text = f"row {row} repeats variant, motion_id, scale and incidence_deg of another row"
-        raise InputError(text, row=row)
+        raise InputError(f"{text}; columns that are not used: {names_of(unused)}", row=row)
     if validity.COMPLETE not in out:
         out[validity.COMPLETE] = validity.is_complete(out)
     first = [*variant_columns(out), *LOADING_COLUMNS, "status"]
     return out[[*first, *(name for name in out if name not in first)]].reset_index(drop=True)
+
+
+def require_statuses(status: pd.Series) -> None:
+    """Raise an `InputError` with the allowed words if a status is not known."""
+    known = status.isin(STATUSES).to_numpy()
+    if not known.all():
+        wrong = shortened(status.iloc[int(np.argmin(known))])
+        require(known, "status", f"must be one of {', '.join(STATUSES)}, got {wrong}")
 
 
 class Prepared(NamedTuple):
@@ -191,13 +241,14 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     """
     wanted = [name for name in columns if name != validity.COLUMN_FAILURE_RATIO]
     need_columns(demands, (*KEY_COLUMNS, settings.im, *wanted))
+    refuse_misspelt(name for name in map(str, demands) if name not in wanted)
     table = demands.reset_index(drop=True)
     status = table["status"].to_numpy(dtype=str)
     _require(table, np.isin(status, STATUSES), "status", f"must be one of {', '.join(STATUSES)}")
     for name in wanted:
         values = table[name].to_numpy(dtype=np.float64)
         bad = (status == OK) & (np.isinf(values) | (values < 0.0))
-        _require(table, ~bad, name, "must be >= 0 and finite where status is ok")
+        _require(table, ~bad, name, f"must be >= 0 and finite where status is ok ({WITHOUT_PEAK})")
     if settings.exclude_suspect and validity.SUSPECT in table:
         names = [column.name for column in DEMAND_COLUMNS if column.name in table]
         suspect = table[validity.SUSPECT] != ""
@@ -215,6 +266,10 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     ]
     table = table[usable]
     notes += [*_missing_demands(table, wanted), *_equal_motions(table, [settings.im, *wanted])]
+    complete = table[validity.is_complete(table)]
+    for name in wanted:
+        values = complete[name].to_numpy(dtype=np.float64)
+        notes += [("percent", -1, name, text) for text in percent_notes(name, values)]
     found = pd.DataFrame(notes, columns=list(described("input_notes")))
     return Prepared(table.reset_index(drop=True), found)
 

@@ -25,6 +25,7 @@ from skewbridge.fragility.limit_states import States
 from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
 from skewbridge.fragility.outcomes import demand_outcomes, end_counts, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.union import reached_modes, union_of_lines
 from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import axes_of
 
@@ -402,7 +403,7 @@ class _Medians:
         im: str,
         curves: pd.DataFrame | None,
     ) -> None:
-        self._part, self._states, self._im = part, states, im
+        self._part, self._states = part, states
         self._motion = demand_table.motion_codes(part)
         self._ln_im = np.log(part[im].to_numpy(dtype=np.float64))
         self._rows = [np.flatnonzero(variant == v) for v in range(int(variant.max()) + 1)]
@@ -453,15 +454,18 @@ class _Medians:
         rows = self._rows[variant]
         rows = rows[has[self._motion[rows]]]
         codes, ln_im, part = self._motion[rows], self._ln_im[rows], self._part.iloc[rows]
-        outcomes = demand_outcomes(part, self._states, self._im)
+        outcomes = demand_outcomes(part, self._states)
         used = outcomes.used
         ln_theta = np.full((len(self._states), 1 + motions), np.nan)
         if np.unique(codes[used]).size >= _MIN_MOTIONS:
             without = codes != np.arange(-1, motions)[:, None]
-            line = outcomes.lines(ln_im, without.astype(np.float64))
+            weights = without.astype(np.float64)
+            line = outcomes.lines(ln_im, weights)
             for j, state in enumerate(self._states):
                 if outcomes.status(state) == FITTED:
                     ln_theta[j] = line.ln_theta(state.threshold)
+                    if modes := reached_modes(part, state):
+                        ln_theta[j] = union_of_lines(part, modes, ln_im, weights).quantile(0.0)
         counts = end_counts(self._part.iloc[self._rows[variant]]) | {"n_pairs": rows.size}
         counts |= {"n_bounds": int(np.sum(outcomes.is_bound)), "n_left_out": int(np.sum(~used))}
         beyond = [motion_means.motions_beyond(median, ln_im, codes) for median in ln_theta[:, 0]]

@@ -9,7 +9,7 @@ frequencies, Cornell et al. (2002), J. Struct. Eng. 128(4):526-533.
 import json
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
@@ -24,12 +24,21 @@ from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.files.digests import digest_of
-from skewbridge.files.tables import Floats, positive, read_any, require, same_length, write_csv
+from skewbridge.files.tables import (
+    Floats,
+    positive,
+    read_any,
+    records_of,
+    require,
+    same_length,
+    write_csv,
+)
 from skewbridge.files.text import write_text
 from skewbridge.fragility.curves import METHODS
 from skewbridge.fragility.demand_table import axis_names, described, need_columns, variant_columns
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.paper_table import chosen_curves, latex_table, paper_table, with_ratios
+from skewbridge.fragility.union import UNION_COLUMNS, Union, curve_probability, union_curve
 
 FORMATS: Final = ("nrml", "pelicun", "dlml", "csv", "latex")
 _NEEDED: Final = (
@@ -41,7 +50,7 @@ PARAMETERS: Final = (
     "component", "limit_state", "method", "im", "theta", "theta_low", "theta_high", "beta_total",
     "beta_total_low", "beta_total_high", "beta", "beta_low", "beta_high", "ci_method", "level",
     "status", "warnings", "methods_ratio", "methods_differ", "n_exceed", "n_runs", "n_records",
-    "n_unknown",
+    "n_unknown", "extrapolated", *UNION_COLUMNS,
 )  # fmt: skip
 #: Columns that a hazard table adds: frequency (1/year) and probability of exceedance due to its
 #: intensities, bounds of the frequency due to stronger ones, and the curve at its first intensity.
@@ -54,7 +63,7 @@ FREQUENCY_COLUMNS: Final = (
 #: or independent (from the variances of both medians; 90 %, wider).
 SKEW_FACTOR_COLUMNS: Final = (
     "skew_deg", "im", "theta", "theta_straight", "factor", "factor_low", "factor_high", "interval",
-    "hazus_factor",
+    "hazus_factor", "extrapolated",
 )  # fmt: skip
 _NRML: Final = "http://openquake.org/xmlns/nrml/0.5"
 #: First letters of an intensity column: name and factor in OpenQuake, demand and unit in pelicun.
@@ -67,6 +76,9 @@ _MEASURES: Final = {
 #: Accepted characters and length of names; pelicun splits names at ``-`` and then finds no row.
 _PELICUN_ID: Final = ("A-Za-z0-9_.", 200)
 _PELICUN_PARAMETERS: Final = ("Family", "Theta_0", "Theta_1", "DamageStateWeights")
+_ABSENT: Final = pd.Series(dtype=np.bool_)  # replaces a missing column
+_STEPS: Final = 500  # between two points of a hazard table, to integrate over a union
+_LEVELS: Final = 800  # of a curve that is a union; linear interpolation errs by less than 5e-5
 
 
 def export_curves(
@@ -107,6 +119,10 @@ def export_curves(
         notes.append(f"{lacking} curves have no beta_total (no slope): beta is exported instead")
     if len(unfitted):
         notes.append(f"{len(unfitted)} limit states have no estimate (listed by --json)")
+    outside = curves.get("extrapolated", _ABSENT).eq(other=True)
+    if outside.any():
+        text = "fewer than three motions are as strong, or as weak"
+        notes.append(f"{outside.sum()} medians are extrapolated: {text}")
     report: dict[str, Any] = {"format": form, "files": [str(out)], "left_out": len(unfitted)}
     report |= {"curves": int(has_estimate.sum()), "notes": notes}
     try:
@@ -193,10 +209,15 @@ def _probabilities(curves: pd.DataFrame, intensities: Floats) -> pd.DataFrame:
     """Return exceedance probabilities, with one row per curve and intensity."""
     fitted = curves[curves["status"] == FITTED]
     names = [*variant_columns(fitted), "component", "limit_state", "method", "im"]
-    long = fitted[[*names, "theta", "curve_beta"]]
+    long = fitted.reindex(columns=[*names, "im_low", "im_high"])
     long = long.merge(pd.DataFrame({"intensity": intensities}), how="cross")
-    u = np.log(long["intensity"] / long["theta"]) / long["curve_beta"]
-    return long.assign(probability=special.ndtr(u))[[*names, "intensity", "probability"]]
+    curves_of = [curve_probability(intensities, row) for row in records_of(fitted)]
+    long["probability"] = np.concatenate(curves_of)
+    names += ["intensity", "probability"]
+    if "im_low" in fitted:  # tables of earlier versions have no range of intensities
+        long["extrapolated"] = ~long["intensity"].between(long["im_low"], long["im_high"])
+        names.append("extrapolated")
+    return long[names]
 
 
 def _frequencies(fitted: pd.DataFrame, path: Path) -> pd.DataFrame:
@@ -207,9 +228,26 @@ def _frequencies(fitted: pd.DataFrame, path: Path) -> pd.DataFrame:
         names = ", ".join(fitted["im"].unique())
         raise InputError(f"a hazard table is for one intensity measure; the curves use {names}")
     im, rate = hazard["im"].to_numpy(), hazard["rate"].to_numpy()
-    pairs = zip(fitted["theta"], fitted["curve_beta"], strict=True)
-    rows = [annual_frequency(theta, beta, im, rate) for theta, beta in pairs]
+    rows: list[dict[str, float]] = []
+    for row in records_of(fitted):
+        rows.append(annual_frequency(row["theta"], row["curve_beta"], im, rate))
+        if union_curve(row) is not None:
+            rows[-1] = _union_frequency(row, im, rate)
     return pd.DataFrame(rows, fitted.index, list(FREQUENCY_COLUMNS))
+
+
+def _union_frequency(row: Mapping[str, Any], im: Floats, rate: Floats) -> dict[str, float]:
+    """Return `FREQUENCY_COLUMNS` of a union, by the midpoint rule in ln intensity."""
+    places = np.linspace(0.0, im.size - 1.0, _STEPS * (im.size - 1) + 1)
+    ln_im, ln_rate = (np.interp(places, np.arange(im.size), np.log(each)) for each in (im, rate))
+    p = curve_probability(np.exp(0.5 * (ln_im[1:] + ln_im[:-1])), row)
+    total = float(np.sum(p * -np.diff(np.exp(ln_rate))))
+    return _frequency_columns(total, curve_probability(im, row), rate)
+
+
+def _frequency_columns(total: float, curve: Floats, rate: Floats) -> dict[str, float]:
+    values = (total, -np.expm1(-50.0 * total), curve[-1] * rate[-1], rate[-1], curve[0])
+    return dict(zip(FREQUENCY_COLUMNS, map(float, values), strict=True))
 
 
 def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
@@ -218,7 +256,8 @@ def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     skew, *columns = SKEW_FACTOR_COLUMNS
     others = [name for name in axis_names(fitted) if name != skew]
     keys = ["bridge", "abutment", *others, "component", "limit_state"]
-    own, ends = ["theta", "var_ln_theta", "variant"], ["skew_ratio_low", "skew_ratio_high"]
+    own = ["theta", "var_ln_theta", "variant", "extrapolated"]
+    ends = ["skew_ratio_low", "skew_ratio_high"]
     straight = fitted.loc[fitted[skew] == 0].reindex(columns=[*keys, *own])
     skewed = with_ratios(fitted.loc[fitted[skew] != 0], medians[medians["from_value"] == 0])
     skewed = skewed.reindex(columns=[*keys, skew, "im", *own, *ends])
@@ -226,6 +265,8 @@ def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     if both.empty:
         raise InputError("no limit state has an estimate both at skew 0 and at another skew")
     both["factor"] = both["theta"] / both["theta_straight"]
+    outside = both[["extrapolated", "extrapolated_straight"]].eq(other=True)
+    both["extrapolated"] = outside.any(axis=1)
     # ASSUME medians are independent if there is no paired interval: the interval is then too wide,
     # never too narrow, because the motions are the same at both skews
     variance = both["var_ln_theta"] + both["var_ln_theta_straight"]
@@ -280,8 +321,7 @@ def annual_frequency(theta: float, beta: float, im: ArrayLike, rate: ArrayLike) 
     scale = np.exp(np.log(h[:-1]) + k * beta * u[:-1] + 0.5 * (k * beta) ** 2)
     weight = special.ndtr(u[1:] + k * beta) - special.ndtr(u[:-1] + k * beta)
     total = float(np.sum(curve[:-1] * h[:-1] - curve[1:] * h[1:] + scale * weight))
-    values = (total, -np.expm1(-50.0 * total), curve[-1] * h[-1], h[-1], curve[0])
-    return dict(zip(FREQUENCY_COLUMNS, map(float, values), strict=True))
+    return _frequency_columns(total, curve, h)
 
 
 def identifier(name: str, signs: str, longest: int) -> str:
@@ -336,7 +376,10 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
     root = ElementTree.Element(f"{{{_NRML}}}nrml")
     kind = {"assetCategory": "bridges", "lossCategory": "structural"}
     model = add(root, "fragilityModel", id="skewbridge", **kind)
-    text = "skewbridge, lognormal fits; dispersion includes capacity dispersion"
+    text = "skewbridge, lognormal fits and unions; dispersion includes capacity dispersion"
+    outside = [part["variant"].iloc[0] for part in parts if part.get("extrapolated", _ABSENT).any()]
+    if outside := dict.fromkeys(map(str, outside)):
+        text += f"; medians extrapolated beyond the motions in: {', '.join(outside)}"
     add(model, "description", text)
     add(model, "limitStates", " ".join(states))
     crossing: list[str] = []
@@ -349,19 +392,36 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
         if not measure:
             advice = "fit with im_sa_1p000_rotd50_g or another Sa(T)"
             raise InputError(f"{column} has no name in OpenQuake: {advice}", column=column)
-        function = add(model, "fragilityFunction", id=name, format="continuous", shape="logncdf")
+        rows = records_of(part)
         # range: medians and 4 standard deviations; curves are checked for crossing within 2
         ends, side = np.log([theta.min(), theta.max()]), np.array([-1.0, 1.0]) * beta.max()
         low, high = factor * np.exp(ends + 4.0 * side)
-        limits = {"noDamageLimit": f"{low:.6g}", "minIML": f"{low:.6g}", "maxIML": f"{high:.6g}"}
-        add(function, "imls", imt=measure, **limits)
-        mean = factor * theta * np.exp(0.5 * beta**2)
-        deviation = mean * np.sqrt(np.expm1(beta**2))
-        for state, m, s in zip(part["limit_state"], mean, deviation, strict=True):
-            add(function, "params", ls=str(state), mean=f"{m:.15g}", stddev=f"{s:.15g}")
+        if unions := [union for row in rows if (union := union_curve(row)) is not None]:
+            reach = [
+                union.ln_theta + 4.0 * sign * union.beta for union in unions for sign in (-1, 1)
+            ]
+            reach = factor * np.exp([np.min(reach), np.max(reach)])
+            levels = np.geomspace(min(low, reach[0]), max(high, reach[1]), _LEVELS)
+            function = add(model, "fragilityFunction", id=name, format="discrete")
+            text = " ".join(f"{level:.6g}" for level in levels)
+            add(function, "imls", text, imt=measure, noDamageLimit=text.partition(" ")[0])
+            for state, row in zip(part["limit_state"], rows, strict=True):
+                p = curve_probability(levels / factor, row)
+                add(function, "poes", " ".join(f"{value:.8g}" for value in p), ls=str(state))
+        else:
+            function = add(
+                model, "fragilityFunction", id=name, format="continuous", shape="logncdf"
+            )
+            limits = dict.fromkeys(("noDamageLimit", "minIML"), f"{low:.6g}")
+            add(function, "imls", imt=measure, **limits, maxIML=f"{high:.6g}")
+            mean = factor * theta * np.exp(0.5 * beta**2)
+            deviation = mean * np.sqrt(np.expm1(beta**2))
+            for state, m, s in zip(part["limit_state"], mean, deviation, strict=True):
+                add(function, "params", ls=str(state), mean=f"{m:.15g}", stddev=f"{s:.15g}")
         start, stop = ends + 2.0 * side
-        grid = np.linspace(start, stop, 400)[:, None]
-        if (np.diff(special.ndtr((grid - np.log(theta)) / beta), axis=1) > 1e-3).any():
+        grid = np.exp(np.linspace(start, stop, 400))
+        curves = np.column_stack([curve_probability(grid, row) for row in rows])
+        if (np.diff(curves, axis=1) > 1e-3).any():
             crossing.append(name)
     tree = ElementTree.ElementTree(root)
     ElementTree.indent(tree)
@@ -383,7 +443,7 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
     holes: list[dict[str, Any]] = []
     names: dict[str, Any] = {}
     for variant, scale, states, part in _functions(curves):
-        of_state = {str(name): row for name, row in part.to_dict("index").items()}
+        of_state = {str(row["limit_state"]): row for row in records_of(part)}
         fitted = {name: row for name, row in of_state.items() if row["status"] == FITTED}
         if not fitted:
             continue
@@ -401,9 +461,15 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
             values: tuple[Any, ...] = ("", "", "", "")
             if curve := fitted.get(state):
                 values = ("lognormal", curve["theta"], curve["curve_beta"], "")
+                if union := union_curve(curve):
+                    values = ("multilinear_CDF", _multilinear(union), "", "")
                 dispersion = curve.get("capacity_dispersion", 0.0)
-                capacity = f"median {curve['threshold']:g}, dispersion {dispersion:g}"
+                capacity = f"median {curve['threshold']:g}"
+                if not pd.isna(dispersion):  # the modes of a union have their own
+                    capacity += f", dispersion {dispersion:g}"
                 text = f"{state}: {curve['demand']} above {capacity}"
+                if curve.get("extrapolated", False):
+                    text += "; median extrapolated beyond the motions"
                 source = {"Description": text, "Reference": str(curve.get("citation", ""))}
                 # pelicun numbers damage states by the limit states that have parameters
                 described[f"LS{number}"] = {f"DS{len(described) + 1}": source}
@@ -435,3 +501,13 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
     text = json.dumps({"_GeneralInformation": about, **names}, indent=1, allow_nan=False)
     write_text(names_file, f"{text}\n")
     return {"files": [str(out), str(names_file)], "holes": holes}
+
+
+def _multilinear(union: Union) -> str:
+    """Return a union as points of its distribution, from 0 to 1, in the notation of pelicun."""
+    # source: MultilinearCDFRandomVariable of pelicun/uq.py: strictly increasing, ends 0 and 1
+    ln_im = np.linspace(union.quantile(-4.0), union.quantile(4.0), _LEVELS)
+    im, p = np.exp(ln_im), np.round(union.probability(ln_im), 6)  # pelicun keeps 6 digits
+    p, places = np.unique(p, return_index=True)
+    points = np.array([[0.5 * im[0], *im[places], 1.1 * im[-1]], [0.0, *p, 1.0]])
+    return "|".join(",".join(f"{value:.8g}" for value in each) for each in points)

@@ -13,8 +13,8 @@ from pydantic.dataclasses import dataclass
 from skewbridge.demands.validity import BEYOND_MODEL, failure_kinds, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import as_column, positive, read_any, require, same_length
-from skewbridge.files.text import checked, read_json, read_yaml, shortened, shown_path
-from skewbridge.fragility import fits
+from skewbridge.files.text import checked, read_json, read_yaml, shown_path
+from skewbridge.fragility import demand_table, fits
 from skewbridge.fragility.demand_table import ColumnMap, motion_codes, need_columns, read_foreign
 from skewbridge.fragility.fits import FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import MAX_DISPERSION, LimitState
@@ -23,6 +23,8 @@ from skewbridge.fragility.outcomes import TREATMENTS, DemandOutcomes, demand_out
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.statuses import COLLAPSE, OK
 
+#: Note on a table without motions.
+_INDEPENDENT: Final = "there is no column motion_id: the runs are taken as independent"
 #: Other names of our columns in published data sets.
 _ALIASES: Final = {
     "right_censored": "censored", "bracket_lo": "lower", "bracket_hi": "upper",
@@ -84,9 +86,10 @@ def fit_file(path: Path, **given: Any) -> fits.FragilityFit:
 
 def read_data(path: Path) -> pd.DataFrame | Mapping[str, Any]:
     """Read a table from CSV, parquet or JSON (an object with columns, or a list of rows)."""
-    if path.suffix in {".csv", ".parquet"}:
+    suffix = path.suffix.lower()
+    if suffix in {".csv", ".parquet"}:
         return read_any(path)
-    if path.suffix != ".json":
+    if suffix != ".json":
         raise InputError(f"{shown_path(path)}: expected .json, .csv or .parquet", file=str(path))
     data: Any = read_json(path)
     if isinstance(data, list) and all(isinstance(row, dict) for row in data):
@@ -103,9 +106,8 @@ def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.Fragility
 
     def need(name: str) -> Any:
         if name not in columns:
-            present = ", ".join(map(shortened, list(columns)[:20])) or "none"
-            text = f"{options.method} data need a column {name!r}; found {present}"
-            raise InputError(text, column=name)
+            text = f"{options.method} data need a column {name!r}; found "
+            raise InputError(text + demand_table.names_of(columns), column=name)
         return columns[name]
 
     settings = options.settings
@@ -128,9 +130,16 @@ def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     threshold, none = float(positive(list(given[:1]), "threshold")[0]), np.zeros(im.size)
     censored, collapse = (as_column(columns.get(n, none), n) for n in ("censored", "collapse"))
     same_length(im=im, edp=edp, censored=censored, collapse=collapse)
-    edp = np.where(collapse > 0.0, np.fmax(edp, threshold), edp)  # collapse counts as exceedance
+    require(~np.isinf(edp) | (collapse > 0.0), "edp", "must be finite unless collapse is 1", edp)
+    known = np.nan_to_num(edp, posinf=0.0)  # collapse counts as exceedance
+    edp = np.where(collapse > 0.0, np.maximum(known, threshold), edp)
     upper = np.where((censored > 0.0) | (collapse > 0.0), np.inf, edp)
-    return _fit_cloud(im, edp, upper, threshold, options)
+    if "motion_id" not in columns:
+        fit = _fit_cloud(im, edp, upper, threshold, options)
+        return replace(fit, details={**fit.details, "notes": [_INDEPENDENT]})
+    motions = pd.DataFrame({"motion_id": columns["motion_id"]})
+    same_length(im=im, motion_id=motions)
+    return _fit_cloud(im, edp, upper, threshold, options, motion_codes(motions))
 
 
 def _fit_cloud(
@@ -154,15 +163,21 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     same_length(**lists)
     data = pd.DataFrame(lists)
     need_columns(data, (options.im, options.edp), "the table")
+    unused = set(map(str, data)) - {options.im, options.edp, "collapse"}
+    demand_table.refuse_misspelt(unused)
     im = positive(data[options.im].to_numpy(), options.im)
     demand = as_column(data[options.edp].to_numpy(), options.edp)
-    status = data["status"].to_numpy(str) if "status" in data else np.full(im.size, OK)
+    status = np.full(im.size, OK)
+    if "status" in data:
+        demand_table.require_statuses(data["status"])
+        status = data["status"].to_numpy(str)
     if "collapse" in data:
         collapsed = as_column(data["collapse"].to_numpy(), "collapse") > 0.0
         status = np.where(collapsed & (status == OK), COLLAPSE, status)
     runs = pd.DataFrame({options.edp: demand, "status": status, BEYOND_MODEL: failure_kinds(data)})
     good = (np.isfinite(demand) & (demand >= 0.0)) | ~is_complete(runs)
-    require(good, options.edp, "must be >= 0 and finite in runs that completed", demand)
+    rule = f"must be >= 0 and finite in runs that completed ({demand_table.WITHOUT_PEAK})"
+    require(good, options.edp, rule, demand)
     state = LimitState(
         component=options.edp,
         name="threshold",
@@ -170,12 +185,16 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
         threshold=float(positive([options.threshold], "threshold")[0]),
         dispersion=options.capacity_dispersion,
     )
-    motions = motion_codes(data) if "motion_id" in data else np.arange(im.size)
+    has_motions = "motion_id" in data
+    motions = motion_codes(data) if has_motions else np.arange(im.size)
+    notes = [] if has_motions else [_INDEPENDENT]
+    if state.threshold <= demand_table.MAX_DRIFT:
+        notes += demand_table.percent_notes(options.edp, demand[is_complete(runs)])
     outcomes = demand_outcomes(runs, [state])
     fit, unknown = _fit_outcomes(im, motions, outcomes, state, options), outcomes.unknown(state)
     bounds: dict[str, tuple[float, float]] = {}
     details: dict[str, Any] = {"n_records": int(np.unique(motions).size)}
-    details["n_unknown"] = int(np.sum(unknown))
+    details |= {"n_unknown": int(np.sum(unknown)), "notes": notes}
     if np.any(unknown):
         for name in TREATMENTS:
             bound = _fit_outcomes(im, motions, outcomes.treated(state, name), state, options)

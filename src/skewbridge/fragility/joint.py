@@ -18,7 +18,7 @@ Louis (1982), JRSS B 44(2):226-233; errors of left-out predictions, Allen (1974)
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import chain, combinations
 from math import nan
 from typing import Any, Final, NamedTuple
 
@@ -32,15 +32,17 @@ from skewbridge.fragility import demand_table
 from skewbridge.fragility.fits import FITTED, NON_INCREASING, NOT_APPLICABLE
 from skewbridge.fragility.likelihood import log_normal_tail, mills_ratio, row_products
 from skewbridge.fragility.limit_states import LimitState, States
-from skewbridge.fragility.motion_means import jackknife_covariance
+from skewbridge.fragility.motion_means import covered_range, jackknife_covariance
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.union import Union, correlation, reached_modes
 from skewbridge.variant.axes import AXES, axis
 from skewbridge.variant.variant import lacking_axes
 
 SKEW: Final = "skew_deg"
 _CLOUD_COLUMNS: Final = ["variant", "component", "limit_state", "theta", "var_ln_theta"]
 _FLATTEST_SLOPE: Final = 1e-3
+_STEP: Final = 1e-3  # change of a parameter, for derivatives
 
 # Nodes and weights for integration by panels, and for integrals with a normal density.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
@@ -410,18 +412,55 @@ class JointModel:
     def __init__(self, row: Mapping[str, Any]) -> None:
         limits = {name: (low, high) for name, (low, high) in json.loads(row["axis_ranges"]).items()}
         self.axis_range = AxisRange(limits=limits, signed_skew=bool(row["signed_skew"]))
-        self.beta, self.beta_total = float(row["beta"]), float(row["beta_total"])
         self.freedom, self.level = int(row["n_motions"]) - 2, float(row["level"])
-        self._terms = tuple(filter(None, str(row["terms"]).split(";")))
-        self._coefficients = np.asarray(row["coefficients"], dtype=np.float64)
-        size = self._coefficients.size + 2
-        #: Covariance of coefficients, ln beta and ln beta_total, shape (3 + q, 3 + q).
+        #: Terms of each failure mode; one mode if the state is not a union.
+        self._terms = [tuple(filter(None, part.split(";"))) for part in row["terms"].split("|")]
+        #: For each mode coefficients, ln beta and ln beta_total; for a union then the correlation.
+        self._parameters = np.asarray(row["coefficients"], dtype=np.float64)
+        if len(self._terms) == 1:
+            betas = np.log([float(row["beta"]), float(row["beta_total"])])
+            self._parameters = np.append(self._parameters, betas)
+        size = self._parameters.size
+        #: Covariance of these parameters.
         self.covariance = np.asarray(row["covariance"], dtype=np.float64).reshape(size, size)
 
     def interval(self, estimate: float, variance: float, level: float) -> tuple[float, float]:
         """Return the interval ends of exp(estimate), given the variance of the estimate."""
         half = special.stdtrit(self.freedom, 0.5 + 0.5 * level) * np.sqrt(variance)
         return float(np.exp(estimate - half)), float(np.exp(estimate + half))
+
+    def unions(
+        self, values: Mapping[str, float], parameters: Floats | None = None
+    ) -> tuple[Union, Union]:
+        """Return the curves at ``values`` with record-to-record and with total dispersion.
+
+        ``parameters`` (K, p) give K curves; the default is the estimate.
+        """
+        sets = self._parameters[None, :] if parameters is None else parameters
+        variables = self.axis_range.variables(values)
+        ln_theta: list[Floats] = []
+        betas: list[Floats] = []
+        start = 0
+        for terms in self._terms:
+            vector = term_matrix(terms, variables)[0]
+            stop = start + vector.size
+            ln_theta.append(sets[:, start:stop] @ vector)
+            betas.append(np.exp(sets[:, stop : stop + 2].T))
+            start = stop + 2
+        medians, (records, total) = np.array(ln_theta), np.swapaxes(betas, 0, 1)
+        rho = sets[:, -1] if len(betas) > 1 else np.zeros(len(sets))
+        return Union(medians, records, rho), Union.of(medians, records, total, rho)
+
+    def logs(self, values: Mapping[str, float], parameters: Floats | None = None) -> Floats:
+        """Return ln theta, ln beta and ln beta_total at ``values``, shape (K, 3)."""
+        records, total = (each.summary() for each in self.unions(values, parameters))
+        return np.column_stack([total[0], np.log(records[1]), np.log(total[1])])
+
+    def gradient(self, values: Mapping[str, float]) -> Floats:
+        """Return the derivatives of `logs` with respect to the parameters, shape (p, 3)."""
+        steps = _STEP * np.eye(self._parameters.size)
+        ends = (self.logs(values, self._parameters + sign * steps) for sign in (1.0, -1.0))
+        return np.subtract(*ends) / (2.0 * _STEP)
 
     def median(
         self,
@@ -430,11 +469,11 @@ class JointModel:
         level: float | None = None,
     ) -> tuple[float, float, float]:
         """Return theta at ``values`` with interval ends, divided by theta at ``over`` if given."""
-        points = values if over is None else {n: [values[n], over[n]] for n in values}
-        vectors = term_matrix(self._terms, self.axis_range.variables(points))
-        vector = vectors[0] if over is None else vectors[0] - vectors[1]
-        estimate = float(vector @ self._coefficients)
-        variance = float(vector @ self.covariance[:-2, :-2] @ vector)
+        estimate, slopes = self.logs(values)[0, 0], self.gradient(values)[:, 0]
+        if over is not None:
+            estimate = estimate - self.logs(over)[0, 0]
+            slopes = slopes - self.gradient(over)[:, 0]
+        variance = float(slopes @ self.covariance @ slopes)
         return (float(np.exp(estimate)), *self.interval(estimate, variance, level or self.level))
 
 
@@ -477,20 +516,31 @@ def _rows(item: tuple[dict[str, Any], pd.DataFrame, list[LimitState], pd.DataFra
     _, first, codes = np.unique(labels, return_index=True, return_inverse=True)
     variants = runs.iloc[first][["variant", *names]].reset_index(drop=True)
     axis_range = AxisRange.of_variants(variants, names)
-    outcomes = demand_outcomes(runs, states, str(model["im"]))
-    ln_im = np.log(runs[str(model["im"])].to_numpy(dtype=np.float64))
-    fit = _fit_demand(outcomes, ln_im, demand_table.motion_codes(runs), codes, axis_range, variants)
-    left_out = None if isinstance(fit, str) else without_each_motion(fit.data, fit.fit)
+    outcomes, im = demand_outcomes(runs, states), runs[str(model["im"])].to_numpy(dtype=np.float64)
+    motion, ln_im = demand_table.motion_codes(runs), np.log(im)
+    low, high = covered_range(im, motion)
+    modes = {state: reached_modes(runs, state) or [state] for state in states}
+    by_demand: dict[str, list[LimitState]] = {}
+    for mode in chain.from_iterable(modes.values()):
+        by_demand.setdefault(mode.demand, []).append(mode)
+    fits = {
+        demand: _fit_demand(demand_outcomes(runs, own), ln_im, motion, codes, axis_range, variants)
+        for demand, own in by_demand.items()
+    }
     rows: list[Row] = []
     for state in states:
         status = outcomes.status(state)
         row = model | state.columns | outcomes.counts(state) | {"n_variants": len(variants)}
-        row["status"] = fit if status == FITTED and isinstance(fit, str) else status
+        parts = [(fits[mode.demand], mode) for mode in modes[state]]
+        failed = [fit for fit, _ in parts if isinstance(fit, str)]
+        row["status"] = failed[0] if status == FITTED and failed else status
         row["axis_ranges"] = json.dumps(dict(axis_range.limits))
-        row["signed_skew"] = axis_range.signed_skew
-        if status == FITTED and left_out is not None and not isinstance(fit, str):
+        row |= {"signed_skew": axis_range.signed_skew, "im_low": low, "im_high": high}
+        if row["status"] == FITTED:
             own = clouds[clouds["limit_state"] == state.name].set_index("variant")
-            row |= _estimate(fit, left_out, state, row, own.reindex(variants["variant"]))
+            fitted = [(fit, mode) for fit, mode in parts if not isinstance(fit, str)]
+            row |= _estimate(fitted, row, own.reindex(variants["variant"]), motion)
+        row["extrapolated"] = row["status"] == FITTED and not low <= row["theta"] <= high
         rows.append(row)
     return rows
 
@@ -504,6 +554,9 @@ class _DemandFit(NamedTuple):
     matrix: Floats  # constant and terms of each variant, (V, 1 + q)
     left_out_variant: Floats  # coefficients of fits without one variant, (V, p)
     press: float  # RMS error of ln demand of left-out variants
+    motions: Index  # numbers of the G motions of the data
+    without: Floats  # parameters without each of these motions, (G, m)
+    residuals: Floats  # of all n runs, without each of all M motions; NaN for bounds, (1 + M, n)
 
 
 def _fit_demand(
@@ -519,7 +572,8 @@ def _fit_demand(
         return "no_axis_varies"
     used, (lower, upper) = outcomes.used, outcomes.ln_ends
     known, variant = lower == upper, variant[used]
-    motion = np.unique(motion[used], return_inverse=True)[1]
+    count = int(np.max(motion)) + 1
+    numbers, motion = np.unique(motion[used], return_inverse=True)
     if np.unique(motion[known]).size < 5:
         return "too_few_motions"
     values = {name: variants[name].to_numpy(dtype=np.float64) for name in axis_range.varying}
@@ -534,8 +588,15 @@ def _fit_demand(
         fit = fit_mixed(data)
         without, press = _without_each_variant(data, fit, variant, len(variants))
         if best is None or press < best.press * (1.0 - 1e-6):
-            best = _DemandFit(data, fit, terms, matrix, without, press)
-    return NOT_APPLICABLE if best is None else best
+            blank = np.full((1 + count, used.size), nan)
+            best = _DemandFit(data, fit, terms, matrix, without, press, numbers, blank, blank)
+    if best is None:
+        return NOT_APPLICABLE
+    left_out = without_each_motion(best.data, best.fit)
+    lines = np.tile(best.fit.delta, (1 + count, 1))
+    lines[1 + numbers] = left_out[:, :-2]
+    best.residuals[:, used] = np.where(known, lower, nan) - lines @ best.data.design.T
+    return best._replace(without=left_out)
 
 
 def _without_each_variant(
@@ -570,32 +631,52 @@ def _without_each_variant(
 
 
 def _estimate(
-    fit: _DemandFit, left_out: Floats, state: LimitState, row: Mapping[str, Any], own: pd.DataFrame
+    modes: Sequence[tuple[_DemandFit, LimitState]],
+    row: Mapping[str, Any],
+    own: pd.DataFrame,  # cloud fits of the V variants
+    motion: Index,  # number of the motion of each run, (n,)
 ) -> Row:
-    """Return the table columns of one state."""
-    # `left_out` (G, m) are parameters without each motion, `own` the cloud fits of the V variants
-    motions = len(left_out)
-    estimate = _state_parameters(fit.fit.parameters[None, :], motions, state)[0]
-    without = _state_parameters(left_out, motions - 1, state)
-    found: dict[str, Any] = {"slope": float(fit.fit.delta[1]), "press": fit.press}
-    found |= {"tau": fit.fit.tau, "sigma": fit.fit.sigma, "terms": ";".join(fit.terms)}
-    found |= {"n_runs": fit.data.motion.size, "n_motions": motions}
-    for side, ends in (("right", fit.data.upper), ("left", fit.data.lower)):
-        found[f"n_{side}_censored"] = int(np.sum(np.isinf(ends)))
+    """Return the table columns of one state, which is the union of one or two modes."""
+    fits, single = [fit for fit, _ in modes], len(modes) == 1
+    numbers = np.unique(np.concatenate([fit.motions for fit in fits]))
+    found: dict[str, Any] = {"terms": "|".join(";".join(fit.terms) for fit in fits)}
+    found |= {"n_runs": max(fit.data.motion.size for fit in fits), "n_motions": numbers.size}
+    for side, name in (("right", "upper"), ("left", "lower")):
+        censored = [np.sum(np.isinf(getattr(fit.data, name))) for fit in fits]
+        found[f"n_{side}_censored"] = int(max(censored))
+    if single:
+        found |= {"slope": float(fits[0].fit.delta[1]), "press": fits[0].press}
+        found["capacity_dispersion"] = modes[0][1].dispersion
+        found |= {"tau": fits[0].fit.tau, "sigma": fits[0].fit.sigma}
+    estimates: list[Floats] = []
+    for fit, state in modes:
+        motions = fit.motions.size
+        one = _state_parameters(fit.fit.parameters[None, :], motions, state)
+        each = np.tile(one, (1 + numbers.size, 1))
+        left_out = _state_parameters(fit.without, motions - 1, state)
+        each[1 + np.searchsorted(numbers, fit.motions)] = left_out
+        estimates.append(each)
+    if not single:
+        rows = np.append(0, 1 + numbers)
+        weights = (motion != rows[:, None] - 1).astype(np.float64)
+        first, second = (fit.residuals[rows] for fit in fits)
+        estimates.append(correlation(first, second, weights)[:, None])
+    estimate, *without = np.column_stack(estimates)
     if not (np.all(np.isfinite(estimate)) and np.all(np.isfinite(without))):
         return found | {"status": NON_INCREASING}
     found |= {"beta": float(np.exp(estimate[-2])), "beta_total": float(np.exp(estimate[-1]))}
-    found["coefficients"] = estimate[:-2].tolist()
-    found["covariance"] = jackknife_covariance(without).ravel().tolist()
+    found["coefficients"] = (estimate[:-2] if single else estimate).tolist()
+    found["covariance"] = jackknife_covariance(np.array(without)).ravel().tolist()
     model = JointModel({**row, **found})
-    found["theta"], found["theta_low"], found["theta_high"] = model.median(model.axis_range.middle)
-    for name, place in (("beta", -2), ("beta_total", -1)):
-        ends = model.interval(estimate[place], model.covariance[place, place], model.level)
+    middle = model.axis_range.middle
+    logs, slopes = model.logs(middle)[0], model.gradient(middle)
+    for name, value, slope in zip(("theta", "beta", "beta_total"), logs, slopes.T, strict=True):
+        found[name] = float(np.exp(value))
+        ends = model.interval(value, float(slope @ model.covariance @ slope), model.level)
         found[f"{name}_low"], found[f"{name}_high"] = ends
-    delta = fit.left_out_variant
-    slope = np.where(delta[:, 1] > _FLATTEST_SLOPE, delta[:, 1], nan)
-    level = delta[:, 0] + np.sum(delta[:, 2:] * fit.matrix[:, 1:], axis=1)
-    predicted = np.exp((np.log(state.threshold) - level) / slope)
+    ln_theta = np.array([_left_out_medians(*mode) for mode in modes])
+    union = model.unions(middle)[1]
+    predicted = np.exp(Union(ln_theta, union.beta, union.rho).quantile(0.0))
     error = np.abs(predicted / own["theta"].to_numpy(dtype=np.float64) - 1.0)
     if not (compared := int(np.sum(np.isfinite(error)))):
         return found | {"loo_variants": 0}
@@ -604,6 +685,14 @@ def _estimate(
     found |= {"loo_error_max": float(error[worst]), "loo_error_max_variant": str(own.index[worst])}
     found["loo_error_max_se"] = float(np.sqrt(own["var_ln_theta"].iloc[worst]))
     return found | ({"status": "prediction_error_above_25_percent"} if error[worst] > 0.25 else {})
+
+
+def _left_out_medians(fit: _DemandFit, state: LimitState) -> Floats:
+    """Return ln median of each variant, from the fit without that variant, shape (V,)."""
+    delta = fit.left_out_variant
+    slope = np.where(delta[:, 1] > _FLATTEST_SLOPE, delta[:, 1], nan)
+    level = delta[:, 0] + np.sum(delta[:, 2:] * fit.matrix[:, 1:], axis=1)
+    return (np.log(state.threshold) - level) / slope
 
 
 def _state_parameters(parameters: Floats, motions: int, state: LimitState) -> Floats:

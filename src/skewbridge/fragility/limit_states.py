@@ -2,15 +2,17 @@
 
 from collections import Counter
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
+from math import nan
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
 
 from skewbridge.demands.columns import column_of
+from skewbridge.demands.validity import COLUMN_FAILURE_RATIO, FAILURE_DEMANDS
 from skewbridge.errors import InputError, raise_all
 from skewbridge.files.text import checked, read_yaml, shortened, shown_path
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
@@ -19,17 +21,13 @@ COLLAPSE_EXCEEDS: Final = "exceeds"
 MAX_DISPERSION: Final = 2.0
 _STRICT: Final = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
-#: Dimension, and factor to the SI unit.
+#: Dimension, and factor to the SI unit, of units that are converted to the unit of the demand.
 _UNITS: Final[dict[str, tuple[str, float]]] = {
     "m": ("length", 1.0), "mm": ("length", MM), "in": ("length", INCH), "ft": ("length", FOOT),
     "kn": ("force", KN), "kip": ("force", KIP), "kj": ("energy", KJ), "rad": ("angle", 1.0),
     "mps": ("velocity", 1.0), "mps2": ("acceleration", 1.0), "g": ("gravity units", 1.0),
     "s": ("time", 1.0), "ratio": ("ratio", 1.0), "percent": ("ratio", 0.01),
 }  # fmt: skip
-# Units that the demands table spells differently, and last words of column names without unit.
-_SPELLINGS: Final = {"m/s": "mps", "m/s2": "mps2"} | dict.fromkeys(
-    ("-", "dcr", "ductility", "friction", "closures", "capacity"), "ratio"
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,12 +38,14 @@ class LimitState:
     name: str  # degree of damage, for example ``moderate``
     demand: str
     threshold: float  # median capacity in the unit of the demand column
-    dispersion: float  # standard deviation of ln capacity; 0 is a plain threshold
+    dispersion: float  # standard deviation of ln capacity; 0: plain threshold; NaN: see `modes`
     unit: str = ""  # unit of the demand column
     collapse: str = COLLAPSE_EXCEEDS
     citation: str = ""
     #: Degree of damage of the bridge in system curves; None: equal to `name`; empty: not used.
     degree: str | None = None
+    #: States of the failure modes of which this state is the union; empty for other states.
+    modes: "tuple[LimitState, ...]" = ()
 
     @property
     def system_degree(self) -> str:
@@ -93,11 +93,24 @@ def with_column_failure(states: States, columns: Collection[str]) -> list[LimitS
 
     A column fails in shear if its shear demand/capacity ratio exceeds 1, and in flexure if its
     drift/capacity ratio exceeds 1. The state ``any`` is exceeded if either ratio exceeds 1. A state
-    is added only if its demand is one of ``columns``.
+    is added only if its demand is one of ``columns``. A state of the larger ratio becomes the union
+    of both modes, each with the capacity dispersion of its own state, if there is one.
     """
     defined = any(state.component == COLUMN_FAILURE for state in states)
     failures = () if defined else _column_failures()
-    return [*states, *(state for state in failures if state.demand in columns)]
+    found = [*states, *(state for state in failures if state.demand in columns)]
+    return [_with_modes(state, found, columns) for state in found]
+
+
+def _with_modes(state: LimitState, states: States, columns: Collection[str]) -> LimitState:
+    """Return a state of the larger ratio with its failure modes; other states are unchanged."""
+    if state.demand != COLUMN_FAILURE_RATIO:
+        return state
+    key = state.component, state.threshold
+    own = {each.demand: each for each in states if (each.component, each.threshold) == key}
+    names = [name for name in FAILURE_DEMANDS.values() if name in columns]
+    modes = tuple(own.get(name, replace(state, demand=name)) for name in names)
+    return replace(state, modes=modes, dispersion=nan) if modes else state
 
 
 # Names of states become parts of file names and identifiers of other tools.
@@ -126,8 +139,9 @@ class LimitStateEntry(BaseModel):
     component: Name = Field(description="damaged component")
     demand: str = Field(min_length=1, max_length=100, description="column of the demands table")
     unit: str = Field(
-        description=f"unit of the medians: {', '.join(_UNITS)}",
-        json_schema_extra={"enum": list(_UNITS)},
+        description=f"unit of the medians: {', '.join(_UNITS)}, or the unit of the demand",
+        max_length=20,
+        json_schema_extra={"examples": list(_UNITS)},
     )
     dispersion: Dispersion | None = Field(
         None,
@@ -165,20 +179,19 @@ class LimitStateEntry(BaseModel):
     @field_validator("unit")
     @classmethod
     def _has_dimension_of_demand(cls, unit: str, info: ValidationInfo) -> str:
-        if unit not in _UNITS:
-            raise ValueError(f"must be one of {', '.join(_UNITS)}")
-        demand = info.data.get("demand")
-        if demand is None:
-            return unit
-        dimension, target = _UNITS[unit][0], _UNITS[demand_unit(demand)][0]
+        demand, spelled = info.data.get("demand"), _spelled(unit)
+        own = spelled if demand is None else demand_unit(demand, spelled)
+        if spelled not in _UNITS and spelled != own:
+            raise ValueError(f"must be one of {', '.join(dict.fromkeys((*_UNITS, own)))}")
+        dimension, target = (_UNITS.get(name, (name,))[0] for name in (spelled, own))
         if dimension != target:
             raise ValueError(f"is a {dimension}, but {demand} is a {target}")
-        return unit
+        return spelled
 
     def limit_states(self, where: str) -> list[LimitState]:
         """Return the limit states in the unit of their demand column; medians must increase."""
-        unit = demand_unit(self.demand)
-        factor = _UNITS[self.unit][1] / _UNITS[unit][1]
+        unit = demand_unit(self.demand, self.unit)
+        factor = 1.0 if unit == self.unit else _UNITS[self.unit][1] / _UNITS[unit][1]
         for (mild, before), (severe, state) in pairwise(self.states.items()):
             if state.median <= before.median:
                 text = f"median {state.median:g} must exceed {before.median:g} (state {mild})"
@@ -218,10 +231,24 @@ def limit_states_of(data: object, place: str = "") -> list[LimitState]:
     return out
 
 
-def demand_unit(column: str) -> str:
-    """Return the unit of a demand, such as ``m``. The name of a foreign column ends with it."""
-    known = column_of(column)
-    unit = column.rsplit("_", 1)[-1] if known is None else known.unit.lower()
-    if (unit := _SPELLINGS.get(unit, unit)) in _UNITS:
+def demand_unit(column: str, given: str = "ratio") -> str:
+    """Return the unit of a demand, such as ``m``; ``given`` is the unit of its limit states.
+
+    It is in `demands/columns.csv`, or ends the name of a foreign column.
+    """
+    if (known := column_of(column)) is not None:
+        return _spelled(known.unit)
+    if column.lower().endswith(f"_{given}"):
+        return given
+    if (unit := _spelled(column.rsplit("_", 1)[-1])) in _UNITS:
         return unit
-    raise InputError(f"column {shortened(column)} does not end with a unit", column=column)
+    if given in _UNITS and _UNITS[given][0] == "ratio":
+        return "ratio"
+    problem = f"column {shortened(column)} does not end with a unit"
+    raise InputError(f"{problem}; known units: {', '.join(_UNITS)}", column=column)
+
+
+def _spelled(unit: str) -> str:
+    """Return a unit as names of columns spell it: ``kN s`` as ``kns``, ``m/s2`` as ``mps2``."""
+    text = unit.lower().replace(" ", "").replace("/", "p")
+    return {"-": "ratio", "%": "percent"}.get(text, text)

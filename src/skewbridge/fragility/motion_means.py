@@ -48,6 +48,17 @@ def motions_beyond(ln_theta: float, ln_im: Floats, motions: Index) -> int:
     return min(np.unique(motions[side]).size for side in sides)
 
 
+def covered_range(im: Floats, motions: Index) -> tuple[float, float]:
+    """Return the smallest and largest median that is not extrapolated; low > high if none is."""
+    codes = np.unique(motions, return_inverse=True)[1]
+    least, most = np.full((2, codes.max() + 1), [[inf], [-inf]])
+    np.minimum.at(least, codes, im)
+    np.maximum.at(most, codes, im)
+    if least.size < MIN_BEYOND:
+        return inf, -inf
+    return float(np.sort(least)[MIN_BEYOND - 1]), float(np.sort(most)[-MIN_BEYOND])
+
+
 def motion_weights(motions: Index) -> Floats:
     """Return run weights 0 or 1 (1 + M, n): all runs, then all runs except those of each motion.
 

@@ -33,24 +33,16 @@ class DemandOutcomes:
     lower: Floats  # lower bound; 0 if left-censored, NaN if a complete run has no demand
     upper: Floats  # equal to ``lower`` if known, infinity if the run ended early
     complete: Mask  # True if the demand is a peak over the whole motion
-    demand: str  # column of the demands table
-    governing: "DemandOutcomes | None" = None  # outcomes of the governing failure mode, if any
-
-    @property
-    def behind_line(self) -> "DemandOutcomes":
-        """Outcomes to which the line is fitted: of the governing failure mode, if any, or these."""
-        return self if self.governing is None else self.governing
 
     @property
     def used(self) -> Mask:
         """Runs that the fit of the line uses, shape (n,)."""
-        lower, upper = self.behind_line.lower, self.behind_line.upper
-        return np.isfinite(lower) & ((lower > 0.0) | np.isfinite(upper))
+        return np.isfinite(self.lower) & ((self.lower > 0.0) | np.isfinite(self.upper))
 
     @property
     def is_bound(self) -> Mask:
         """Used runs whose demand is only a bound, shape (n,)."""
-        return self.used & (self.behind_line.lower != self.behind_line.upper)
+        return self.used & (self.lower != self.upper)
 
     def exceed(self, state: LimitState) -> Mask:
         """Return True for runs known to exceed a state, shape (n,)."""
@@ -77,9 +69,8 @@ class DemandOutcomes:
     @property
     def ln_ends(self) -> tuple[Floats, Floats]:
         """Logarithms of the lower and upper bounds of the used runs, shape (used,) each."""
-        used, data = self.used, self.behind_line
         with np.errstate(divide="ignore"):
-            return np.log(data.lower[used]), np.log(data.upper[used])
+            return np.log(self.lower[self.used]), np.log(self.upper[self.used])
 
     def lines(self, ln_im: Floats, weights: Floats) -> Lines:
         """Return R lines of ln demand on ln intensity (n,), one per set of run weights (R, n)."""
@@ -89,18 +80,13 @@ class DemandOutcomes:
     def treated(self, state: LimitState, treatment: str) -> "DemandOutcomes":
         """Return the outcomes after applying one of `TREATMENTS` to the unknown ones."""
         unknown, c = self.unknown(state), state.threshold
-
-        def changed(data: "DemandOutcomes") -> "DemandOutcomes":
-            lower, upper = {
-                "exclude": (np.nan, data.upper),
-                "all_exceed": (np.nextafter(c, np.inf), np.inf),
-                "none_exceed": (np.minimum(np.nan_to_num(data.lower), c), c),
-            }[treatment]
-            ends = np.where(unknown, lower, data.lower), np.where(unknown, upper, data.upper)
-            return replace(data, lower=ends[0], upper=ends[1])
-
-        governing = None if self.governing is None else changed(self.governing)
-        return replace(changed(self), governing=governing)
+        lower, upper = {
+            "exclude": (np.nan, self.upper),
+            "all_exceed": (np.nextafter(c, np.inf), np.inf),
+            "none_exceed": (np.minimum(np.nan_to_num(self.lower), c), c),
+        }[treatment]
+        ends = np.where(unknown, lower, self.lower), np.where(unknown, upper, self.upper)
+        return replace(self, lower=ends[0], upper=ends[1])
 
 
 def end_counts(table: pd.DataFrame) -> dict[str, int]:
@@ -111,30 +97,9 @@ def end_counts(table: pd.DataFrame) -> dict[str, int]:
     }
 
 
-def demand_outcomes(table: pd.DataFrame, states: States, im: str | None = None) -> DemandOutcomes:
-    """Return the outcomes of all runs of a table for the demand that ``states`` share.
-
-    For column failure in any mode, if ``im`` is given, lines are fitted to the ratio of each mode
-    and to the larger ratio. The line with the smallest median governs.
-    """
-    demand, state = states[0].demand, states[0]
-    outcomes = _outcomes(table, states, demand)
-    if im is None or demand != validity.COLUMN_FAILURE_RATIO:
-        return outcomes
-    # one ratio saturates and the other grows, so the larger of both does not follow a line: its
-    # fit alone could give failure in any mode a larger median than failure in one mode
-    modes = [name for name in validity.FAILURE_DEMANDS.values() if name in table]
-    data = [outcomes, *(_outcomes(table, states, name) for name in modes)]
-    data = [each for each in data if each.status(state) == FITTED]
-    ln_im, one = np.log(table[im].to_numpy(dtype=np.float64)), np.ones((1, len(table)))
-    medians = [each.lines(ln_im, one).ln_theta(state.threshold)[0] for each in data]
-    order = np.argsort(medians, kind="stable")  # NaN last
-    weakest = data[order[0]] if data else outcomes
-    return outcomes if weakest is outcomes else replace(outcomes, governing=weakest)
-
-
-def _outcomes(table: pd.DataFrame, states: States, demand: str) -> DemandOutcomes:
-    """Return the outcomes of the runs for one demand column and the thresholds of ``states``."""
+def demand_outcomes(table: pd.DataFrame, states: States) -> DemandOutcomes:
+    """Return the outcomes of all runs of a table for the demand that ``states`` share."""
+    demand = states[0].demand
     complete = validity.is_complete(table)
     peak = table[demand].to_numpy(dtype=np.float64)
     decided = np.zeros(peak.size)
@@ -149,14 +114,14 @@ def _outcomes(table: pd.DataFrame, states: States, demand: str) -> DemandOutcome
     modes = [kind for kind, name in names if demand in (name, validity.COLUMN_FAILURE_RATIO)]
     if failed and modes:
         decided[np.isin(validity.failure_kinds(table), modes)] = np.nextafter(max(failed), np.inf)
-    lower = np.where(complete, peak, np.maximum(np.nan_to_num(peak), decided))
+    lower = np.where(complete, peak, np.maximum(np.nan_to_num(peak, posinf=0.0), decided))
     upper = np.where(complete, peak, np.inf)
     if np.any(complete & (peak == 0.0)):
         positive, mildest = peak[complete & (peak > 0.0)], min(s.threshold for s in states)
         limit = min(max(np.min(positive, initial=np.inf), _SMALL_SHARE * mildest), mildest)
         small = complete & (peak < limit)
         lower, upper = np.where(small, 0.0, lower), np.where(small, limit, upper)
-    return DemandOutcomes(lower, upper, complete, demand)
+    return DemandOutcomes(lower, upper, complete)
 
 
 def states_by_demand(states: States) -> dict[tuple[str, str], list[LimitState]]:

@@ -22,6 +22,9 @@ JOINT: Final = "joint"
 _ENDS: Final = ("", "_low", "_high")
 _STATE: Final = ("bridge", "abutment", "component", "limit_state")
 _NONE: Final = "--"
+#: Column that is true, and mark of a printed median, if it is outside the range of the motions.
+EXTRAPOLATED: Final = "extrapolated"
+DAGGER: Final = "†"
 
 
 def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
@@ -115,14 +118,14 @@ def variant_in_words(row: Mapping[str, Any]) -> str:
 
 
 def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
-    """Return the rows as texts; an asterisk marks a median if the methods differ."""
+    """Return the rows as texts; * marks a median if the methods differ, † if it is extrapolated."""
     ratios = ratio_names(table)
     return [
         {
             "model": f"{row['bridge']} {row['abutment']}".replace("_", " "),
             "variant": "joint model" if row["row"] == JOINT else variant_in_words(row),
             "state": f"{row['component']}, {row['limit_state']}".replace("_", " "),
-            "theta": _interval(row, "theta") + (" *" if row["methods_differ"] is True else ""),
+            "theta": _interval(row, "theta") + _marks(row),
             "total": _interval(row, "beta_total"),
             "beta": _number(row["beta"]),
             "exceed": f"{row['n_exceed']:.0f} of {row['n_runs']:.0f}",
@@ -157,6 +160,8 @@ def latex_table(table: pd.DataFrame) -> str:
             "% beta_total: dispersion of the curve, including capacity dispersion;",
             "% beta_records: record-to-record dispersion",
             "% *: cloud and exceedance medians differ by more than 15 % or 2 standard errors",
+            f"% {DAGGER}: extrapolated, fewer than three motions are as strong or as weak",
+            "% failure in any mode: median and half of the ln range from 16 to 84 % of a union",
             rf"\begin{{longtable}}{{lll{'r' * (len(names) - 3)}}}",
             *(r"\toprule", head + r" \\", r"\midrule", r"\endhead"),
             *(" & ".join(texts) + r" \\" for texts in cells),
@@ -173,6 +178,11 @@ def with_interval(values: Sequence[float]) -> str:
 
 def _interval(row: Mapping[str, Any], name: str) -> str:
     return with_interval([row[f"{name}{end}"] for end in _ENDS])
+
+
+def _marks(row: Mapping[str, Any]) -> str:
+    names = {"methods_differ": " *", EXTRAPOLATED: f" {DAGGER}"}
+    return "".join(mark for name, mark in names.items() if row.get(name) is True)
 
 
 def _number(value: float) -> str:

@@ -6,7 +6,8 @@ interval follows Welch (1947), Biometrika 34, 28-35.
 """
 
 from collections.abc import Mapping, Sequence
-from itertools import combinations
+from dataclasses import replace
+from itertools import combinations, permutations
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,20 +15,23 @@ import numpy as np
 import pandas as pd
 from scipy import special
 
+from skewbridge.demands import validity
 from skewbridge.demands.columns import SUITE, demands_for
-from skewbridge.demands.validity import with_derived_columns
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import Row, records_of, write_frame
 from skewbridge.files.text import write_text
 from skewbridge.fragility import demand_table, paper_table, verdicts
-from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.curves import METHODS, fit_study
 from skewbridge.fragility.effects import effect_tables, median_effects
+from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, States, with_column_failure
 from skewbridge.fragility.measures import measure_table
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves
+from skewbridge.statuses import OK
 from skewbridge.variant.axes import axes_of
+from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.random_properties import RANDOM_PROPERTIES, drawn_properties
 
 PAPER_TABLE: Final = "table"
@@ -38,21 +42,19 @@ REFERENCE_STATES: Final = tuple(
     for component in ("column_curvature", "column_drift", "unseating")
 )
 ALL_SUITES: Final = "all"
+#: Status of medians that contradict the order of the capacities.
+NOT_ORDERED: Final = "not_ordered"
+_ESTIMATES: Final = "^((theta|beta|beta_total)(_low|_high)?|var_.*|cov_.*)$"
 DEPENDS: Final = "depends on the motions"
 NO_DIFFERENCE: Final = "no difference shown"
 #: Differences above this number of standard errors are reported; one in 20 exceeds it by chance.
 LARGEST_ERRORS: Final = 2.0
 _EFFECT: Final = ("bridge", "abutment", "axis", "from_value", "to_value", "quantity", "demand")
-SUITE_CURVE_COLUMNS: Final = (
-    *("variant", "bridge", "abutment", "component", "limit_state", SUITE),
-    *("method", "theta", "theta_low", "theta_high", "beta", "level", "n_records", "status"),
-)
-
 DESCRIPTIONS: Final = {
     name: demand_table.described(name)
     for name in (
         *("curves", "median_effects", "effects", "intensity_effects", "needed_motions", "joint"),
-        *("system", "measures", "input_notes", "suites", "suite_curves"),
+        *("system", "measures", "input_notes", "suites", "suite_curves", "shear_models"),
     )
 } | {PAPER_TABLE: paper_table.PAPER_COLUMNS}
 
@@ -67,7 +69,9 @@ def fragility_tables(
 ) -> dict[str, pd.DataFrame]:
     """Return a dict of all tables of results/fragility. An `InputError` names row and column."""
     demand_table.need_columns(demands, demand_table.KEY_COLUMNS)
-    states = with_column_failure(limit_states, with_derived_columns(demands.head(0)).columns)
+    states = with_column_failure(
+        limit_states, validity.with_derived_columns(demands.head(0)).columns
+    )
     wanted = list(dict.fromkeys(state.demand for state in states))
     checked = demand_table.prepared(demands, wanted, settings)
     rows = checked.table
@@ -91,11 +95,60 @@ def fragility_tables(
         "system": system_curves(rows, states, settings, jobs=jobs),
         PAPER_TABLE: paper_table.paper_table(curves, medians, joint, settings),
         "input_notes": checked.notes,
+        "shear_models": shear_model_curves(rows, settings, jobs=jobs),
         **suite_tables(rows, states, names, settings, together=(medians, effects), jobs=jobs),
     }
     for table in tables.values():
         table.attrs[RANDOM_PROPERTIES] = ", ".join(drawn_properties(map(str, demands))) or "none"
     return tables
+
+
+def shear_model_curves(rows: pd.DataFrame, settings: FitSettings, jobs: int = 1) -> pd.DataFrame:
+    """Return the fragility curves of column shear failure, one limit state per shear model.
+
+    ``rows`` is a checked demands table. The demand / capacity ratios are peaks over all steps, even
+    after a column failure, so a failure in one model does not censor the others. As in the study, a
+    failure in the model itself does: its ratio is a lower bound. Variants in which no model
+    predicts a failure are left out. Without these ratios the table is empty.
+    """
+    failure = with_column_failure([], validity.FAILURE_DEMANDS.values())[0]
+    models = {name: demand for name, demand in SHEAR_MODEL_DEMANDS.items() if demand in rows}
+    fails = (rows[[*models.values()]] > failure.threshold).any(axis=1)
+    rows = rows[rows["variant"].isin(rows.loc[fails, "variant"])]
+    if rows.empty:
+        return pd.DataFrame(columns=list(demand_table.described("shear_models")))
+    whole = validity.is_complete(rows) | validity.is_beyond_model(rows) & (rows["status"] == OK)
+    rows = rows.assign(**{validity.COMPLETE: whole})
+    curves: list[pd.DataFrame] = []
+    for name, demand in models.items():
+        failed = rows[demand] > failure.threshold
+        bounds = rows[demand].mask(failed, np.nextafter(failure.threshold, np.inf))
+        runs = rows.assign(**{validity.BEYOND_MODEL: np.where(failed, "shear", ""), demand: bounds})
+        state = replace(failure, component="column_shear", name=name, demand=demand)
+        curves.append(fit_study(runs, [state], settings, jobs=jobs))
+    parts = pd.concat(curves, ignore_index=True).groupby("variant", sort=False)
+    chosen = [_of_one_method(part, rows[rows["variant"] == name]) for name, part in parts]
+    return pd.concat(chosen, ignore_index=True)
+
+
+def _of_one_method(curves: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
+    """Return the curves of one variant by the exceedance fit if a model prefers it, else the cloud.
+
+    A demand at least as large as another one in every run cannot have the larger median. If it has,
+    no median is estimated.
+    """
+    prefers = curves["preferred"].to_numpy(dtype=bool) & (curves["method"] == "exceedance")
+    table = curves[curves["method"] == METHODS[int(prefers.any())]]
+    table = table.assign(preferred=table["status"] == FITTED)
+    if any(
+        one["theta"] > other["theta"] * (1.0 + 1.0e-9)
+        and ((runs[one["demand"]] - runs[other["demand"]]).dropna() >= 0.0).all()
+        for one, other in permutations(records_of(table[table["preferred"]]), 2)
+    ):
+        crossed = table["preferred"].copy()
+        table.loc[crossed, table.filter(regex=_ESTIMATES).columns] = np.nan
+        table.loc[crossed, ["status", "extrapolated", "preferred"]] = [NOT_ORDERED, False, False]
+    return table
 
 
 def suite_tables(
@@ -131,8 +184,8 @@ def suite_tables(
             found = found[found["ratio"].notna()]  # NaN if zero demands allow only a difference
             effects += [{**row, **shared, SUITE: name} for row in records_of(found)]
     if not effects:
-        empty = {"suites": effect_columns, "suite_curves": list(SUITE_CURVE_COLUMNS)}
-        return {name: pd.DataFrame(columns=columns) for name, columns in empty.items()}
+        empty = ("suites", "suite_curves")
+        return {name: pd.DataFrame(columns=list(demand_table.described(name))) for name in empty}
     compared: list[Row] = []
     for _, part in pd.DataFrame(effects).groupby(list(_EFFECT), sort=False):
         records = {row[SUITE]: row for row in records_of(part)}
@@ -140,7 +193,7 @@ def suite_tables(
         compared += [_compared(records[one], records[other]) for one, other in pairs]
     return {
         "suites": pd.DataFrame([*effects, *compared], columns=effect_columns),
-        "suite_curves": pd.concat(curves, ignore_index=True)[list(SUITE_CURVE_COLUMNS)],
+        "suite_curves": pd.concat(curves, ignore_index=True),
     }
 
 

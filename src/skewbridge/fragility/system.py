@@ -2,7 +2,7 @@
 
 Component i fails at ln x_i = ln theta_i + beta_i e_i, with correlated standard normal e_i. The
 system fails at the smallest of these intensities. The system curve is the distribution of this
-intensity over quasi-random e.
+intensity over quasi-random e. A component with several failure modes fails in the first of them.
 
 Sources: component demands as joint lognormals, Nielson and DesRoches (2007), EESD 36(6):823-839;
 scrambled Sobol points, Owen (1998), J. Complexity 14(4):466-489.
@@ -24,13 +24,18 @@ from skewbridge.fragility import demand_table
 from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_bound
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.lines import Lines
-from skewbridge.fragility.motion_means import exp_end, jackknife_factors, motion_weights
+from skewbridge.fragility.motion_means import (
+    covered_range,
+    exp_end,
+    jackknife_factors,
+    motion_weights,
+)
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, end_counts
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.union import MIN_COMPLETE, correlation, residuals
 
-#: Smallest number of runs of a variant, and of complete runs of a component, for a system curve.
+#: Smallest number of runs of a variant for a system curve; components need MIN_COMPLETE.
 MIN_RUNS: Final = 8
-MIN_COMPLETE: Final = 4
 _POINTS: Final = 2**13  # error of the median of the system below 0.1 %
 _POINTS_OF_REPLICATES: Final = 2**11
 
@@ -92,12 +97,13 @@ def _variant_rows(
 ) -> list[Row]:
     """Return the rows of one variant, one per degree of damage."""
     weights = motion_weights(demand_table.motion_codes(part))
-    ln_im = np.log(part[settings.im].to_numpy(dtype=np.float64))
+    im = part[settings.im].to_numpy(dtype=np.float64)
+    ln_im, (low, high) = np.log(im), covered_range(im, demand_table.motion_codes(part))
 
     @cache
     def member(state: LimitState) -> _Member | str:
         """Return a component with its lines, or the reason why it is left out."""
-        outcomes = demand_outcomes(part, [state], settings.im)
+        outcomes = demand_outcomes(part, [state])
         if np.sum(outcomes.complete & outcomes.used) < MIN_COMPLETE:
             return "too few complete runs"
         if (status := outcomes.status(state)) != FITTED:
@@ -113,17 +119,23 @@ def _variant_rows(
         names: list[str] = []
         left_out: list[str] = []
         for state in states:
-            if isinstance(each := member(state), str):
-                left_out.append(f"{state.component}: {each}")
-            else:
-                taking.append(each)
+            modes = [member(mode) for mode in state.modes or (state,)]
+            usable = [each for each in modes if isinstance(each, _Member)]
+            reasons = dict.fromkeys(each for each in modes if isinstance(each, str))
+            if usable:
                 other = "" if degree == state.name else f" ({state.name})"
                 names.append(state.component + other)
+                reasons.pop("not reached", None)  # another mode is
+            taking += usable
+            left_out += [f"{state.component}: {reason}" for reason in reasons]
         row = {name: nan for name in demand_table.described("system") if name not in variant}
         row |= {"limit_state": degree, "weakest": ""}
         row |= {"components": ";".join(names), "left_out": ";".join(left_out)}
         row |= {"level": settings.confidence, "n_runs": len(part), **end_counts(part)}
-        rows.append(variant | row | _system(taking, ln_im, weights, settings))
+        row |= _system(taking, ln_im, weights, settings) | {"im_low": low, "im_high": high}
+        theta = row["theta"]
+        outside = isinstance(theta, float) and not (np.isnan(theta) or low <= theta <= high)
+        rows.append(variant | row | {"extrapolated": outside})
     return rows
 
 
@@ -156,9 +168,11 @@ def _system(
     first = np.min(failures[:, 0], axis=0)
     empirical = (np.arange(_POINTS) + 0.5) / _POINTS
     distance = np.abs(special.ndtr((np.sort(first) - ln_median) / dispersion) - empirical)
-    leading = np.argmin(failures[:, 0], axis=0)[first <= ln_median]
-    shares = np.bincount(leading, minlength=size) / leading.size
+    names, component = np.unique([m.state.component for m in members], return_inverse=True)
+    leading = component[np.argmin(failures[:, 0], axis=0)[first <= ln_median]]
+    shares = np.bincount(leading, minlength=len(names)) / leading.size
     weakest = int(np.argmax(shares))
+    own = component == weakest
     independent = _failures(*one, np.eye(size)[None], _POINTS, settings.seed)
     good = np.all(np.isfinite(ln_theta) & np.isfinite(beta), axis=1)
     good[0] = False  # keep only the estimates without one motion
@@ -169,8 +183,9 @@ def _system(
     theta = exp_end(ln_median)
     row |= {"theta": theta, "theta_low": theta / of_theta, "theta_high": theta * of_theta}
     row |= {"beta": dispersion, "beta_low": dispersion / of_beta, "beta_high": dispersion * of_beta}
-    row |= {"weakest": members[weakest].state.component, "share_weakest": shares[weakest]}
-    row["theta_weakest"] = exp_end(ln_theta[0, weakest])
+    row |= {"weakest": str(names[weakest]), "share_weakest": shares[weakest]}
+    alone = ln_theta[0, own] if np.sum(own) == 1 else _quantiles(failures[own, :1])[0]
+    row["theta_weakest"] = exp_end(alone[0])
     row["theta_correlated"] = exp_end(np.min(ln_theta[0]))
     row["theta_independent"] = exp_end(_quantiles(independent)[0, 0])
     return row | {"status": FITTED, "max_dp": np.max(distance)}
@@ -181,25 +196,9 @@ def _correlation(members: Sequence[_Member], ln_im: Floats, weights: Floats) -> 
     # each pair from the runs in which both demands are known; then made positive semi-definite
     size = len(members)
     matrix = np.broadcast_to(np.eye(size), (len(weights), size, size)).copy()
-    data = [m.outcomes.behind_line for m in members]
-    known = [each.lower == each.upper for each in data]
-    residuals = [
-        np.log(np.where(rows, each.lower, 1.0))
-        - (m.lines.ln_a[:, None] + m.lines.b[:, None] * ln_im)
-        for rows, each, m in zip(known, data, members, strict=True)
-    ]
+    apart = [residuals(m.outcomes, m.lines, ln_im) for m in members]
     for i, j in combinations(range(size), 2):
-        if np.sum(both := known[i] & known[j]) < MIN_COMPLETE:
-            continue
-        w = weights[:, both]
-        count = np.maximum(np.sum(w, axis=1), 1.0)[:, None]
-        pair = (residuals[k][:, both] for k in (i, j))
-        first, second = (e - np.sum(w * e, axis=1)[:, None] / count for e in pair)
-        pairs = (first, second), (first, first), (second, second)
-        covariance, *variances = (np.sum(w * a * b, axis=1) for a, b in pairs)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            rho = covariance / np.sqrt(variances[0] * variances[1])
-        matrix[:, i, j] = matrix[:, j, i] = np.clip(np.nan_to_num(rho), -1.0, 1.0)
+        matrix[:, i, j] = matrix[:, j, i] = correlation(apart[i], apart[j], weights)
     values, vectors = np.linalg.eigh(matrix)
     root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
     root /= np.linalg.norm(root, axis=2, keepdims=True)

@@ -13,8 +13,10 @@ from skewbridge.motions.intensity import peak_g
 from skewbridge.motions.suite import read_entry
 
 #: ``warn``: usable, but doubtful; ``error``: unusable; ``needs_dt``: the file has no time step, so
-#: it must be given; ``pair_error``: the file does not match the second component of its motion.
-type FileVerdict = Literal["ok", "warn", "error", "needs_dt", "pair_error"]
+#: it must be given; ``pair_error``: the file does not match the second component of its motion;
+#: ``not_read``: another file of the folder; ``left_out``: the same for a note, velocity or
+#: displacement.
+type FileVerdict = Literal["ok", "warn", "error", "needs_dt", "pair_error", "not_read", "left_out"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,8 +33,8 @@ class FileCheck:
 
     @property
     def passes(self) -> bool:
-        """Whether the file can be used."""
-        return self.verdict in ("ok", "warn")
+        """Whether the file can be used, or need not be."""
+        return self.verdict in ("ok", "warn", "not_read", "left_out")
 
     def noted(self, message: str, verdict: FileVerdict | None = None) -> "FileCheck":
         """Return the check with one more message, and with a new verdict if one is given."""
@@ -44,7 +46,8 @@ def check_paths(
 ) -> list[FileCheck]:
     """Check files and folders; the two components of a motion are also checked together.
 
-    A folder with an `index.csv` is checked against it. If `strict` is true, warnings are errors.
+    A folder with an `index.csv` is checked against it. Other files of a folder are listed as not
+    read. If `strict` is true, warnings are errors.
     Raises `InputError` for a missing path, an unreadable index or a folder without motions.
     """
     doubtful: FileVerdict = "error" if strict else "warn"
@@ -56,16 +59,20 @@ def check_paths(
         elif not folder.is_folder(path):
             raise InputError(f"{shown_path(path)} does not exist", file=str(path))
         elif (path / folder.INDEX_NAME).is_file():
-            for entry in folder.list_motions(path):
+            entries = folder.list_motions(path)
+            for entry in entries:
                 own = [_check_file(*each, doubtful)[0] for each in entry.components]
                 made = FileCheck(file=str(path / entry.motion_id), verdict="ok")
                 checks += _check_entry(entry, own or [made], doubtful)
+            used = [file for entry in entries for file, _ in entry.components]
+            checks += _unread(path, used, f"not listed in {folder.INDEX_NAME}")
         elif files := folder.motion_files(path):
             # Velocity or displacement files next to the acceleration are not an error.
             stems, every = {file.stem.lower() for file in files}, folder.files_below(path)
             others = (file for file in every if file.suffix.lower() in {".vt2", ".dt2"})
             files += [file for file in others if file.stem.lower() not in stems]
             checks += _check_files(sorted(files), given, doubtful, of_study=True)
+            checks += _unread(path, files, "no format has this suffix or this text")
         else:
             raise file_fault(path, " has no motions")
     return checks + _check_files(loose, given, doubtful)
@@ -144,6 +151,20 @@ def _check_files(
     for path in alone if of_study else ():
         checks[path] = checks[path].noted("no second component found: a study needs pairs")
     return list(checks.values())
+
+
+def _unread(root: Path, used: list[Path], reason: str) -> list[FileCheck]:
+    """Return checks of the other files of a folder, without indexes and hidden files."""
+    read, checks = {path.resolve() for path in used}, list[FileCheck]()
+    for path in folder.files_below(root):
+        name, starts = path.name.lower(), {part[0] for part in path.relative_to(root).parts}
+        if path.resolve() in read or name == folder.INDEX_NAME or "." in starts:
+            continue
+        is_integral = name.endswith((".vt2", ".dt2")) and path.stem in {file.stem for file in read}
+        is_note = name in folder.NOT_MOTIONS or name.endswith(".md") or "_" in starts
+        verdict = "left_out" if is_integral or is_note else "not_read"
+        checks.append(FileCheck(file=str(path), verdict=verdict, messages=(f"not read: {reason}",)))
+    return checks
 
 
 def _check_entry(

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.files.text import checked, file_fault, no_formula, read_csv, shortened, shown_path
-from skewbridge.motions.formats import Given, Trace
+from skewbridge.motions.formats import MAX_HEADER_LINES, Given, Trace
 from skewbridge.motions.read import files_digest, is_vertical, read_trace, split_name
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion
 
@@ -23,13 +23,13 @@ INDEX_NAME: Final = "index.csv"
 MAX_MOTIONS: Final = 20_000
 MAX_FILES: Final = 50_000
 _REQUIRED: Final = ("motion_id", "file_1", "file_2")
-# Other files in a folder of motions (notes, tables) are ignored.
+# Other files in a folder of motions (notes, tables) are not read.
 SUFFIXES: Final = (
-    ".at2", ".v2", ".ew", ".ns", ".ew1", ".ns1", ".ew2", ".ns2", ".knet", ".acc", ".g3", ".th",
-    ".thf", ".dat", ".txt", ".csv",
+    ".at2", ".v2", ".v2a", ".v2c", ".asc", ".ew", ".ns", ".ud", ".ew1", ".ns1", ".ud1", ".ew2",
+    ".ns2", ".ud2", ".knet", ".bbp", ".acc", ".g3", ".th", ".thf", ".dat", ".txt", ".csv",
 )  # fmt: skip
 _NUMBERS: Final = re.compile(rb"\s*[-+.\d][-+.,;\seEdD\d]*")
-_NOT_MOTIONS: Final = frozenset({"index.csv", "manifest.csv", "expected.csv", "readme.txt"})
+NOT_MOTIONS: Final = frozenset({"index.csv", "manifest.csv", "expected.csv", "readme.txt"})
 
 _Cell = Annotated[float, Field(allow_inf_nan=False)]
 _Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
@@ -127,7 +127,7 @@ def motion_files(folder: Path) -> list[Path]:
         path
         for path in files_below(folder)
         if path.suffix.lower() in SUFFIXES
-        and path.name.lower() not in _NOT_MOTIONS
+        and path.name.lower() not in NOT_MOTIONS
         and not any(part.startswith(("_", ".")) for part in path.relative_to(folder).parts)
         and (path.suffix.lower() not in (".txt", ".csv", ".dat") or _starts_with_numbers(path))
     ]
@@ -152,10 +152,10 @@ def files_below(folder: Path) -> list[Path]:
 
 
 def _starts_with_numbers(path: Path) -> bool:
-    """Return whether one of the first ten lines has only numbers, or the file is unreadable."""
+    """Return whether one of the first lines has only numbers, or the file is unreadable."""
     try:
         with path.open("rb") as stream:
-            lines = stream.read(4096).splitlines()[:10]
+            lines = stream.read(4096).splitlines()[: MAX_HEADER_LINES + 1]
     except OSError:
         return True  # the reader will report the reason
     return any(_NUMBERS.fullmatch(line) for line in lines)

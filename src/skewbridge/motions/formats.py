@@ -1,4 +1,4 @@
-"""Readers of recorded motions: PEER, CSMIP/CESMD, K-NET/KiK-net, columns, values alone.
+"""Readers of recorded motions: PEER, CSMIP, COSMOS, GeoNet, ESM, K-NET, columns, values alone.
 
 Each format has a function that recognises its text and one that reads it. A new format is a pair
 of such functions and a row of `MOTION_FORMATS`.
@@ -6,26 +6,31 @@ of such functions and a row of `MOTION_FORMATS`.
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from itertools import takewhile
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from skewbridge.errors import InputError
 from skewbridge.files.text import writable_folder
 from skewbridge.motions.record import GroundMotion, Vector
-from skewbridge.units import G_MPS2, GAL
+from skewbridge.units import FOOT, G_MPS2, GAL, INCH, MM
 
-UNIT_FACTORS: Final = {"g": G_MPS2, "cm/s2": GAL, "m/s2": 1.0}
-_SPELLINGS: Final = {"sec": "s", "^": "", "/s/s": "/s2", "gal": "cm/s2"}
+UNIT_FACTORS: Final = {
+    "g": G_MPS2, "cm/s2": GAL, "m/s2": 1.0, "mm/s2": MM, "in/s2": INCH, "ft/s2": FOOT,
+    "mg": 1.0e-3 * G_MPS2,
+}  # fmt: skip
 # ASSUME values without a unit are in g, as in nearly all public files; a message states it.
 DEFAULT_UNIT: Final = "g"
 HEADER_WIDTH: Final = 300  # characters searched per header line; no format has longer lines
 MAX_TOKEN: Final = 400  # longer than any line of any format; keeps the pattern below fast
 MAX_MAGNITUDE: Final = 1.0e12  # counts of an instrument stay below 2^31
+MAX_HEADER_LINES: Final = 10  # before the numbers of a file without a known format
+DT_LIMITS_S: Final = (1.0e-4, 0.2)
 
 FLOAT: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?"
 
@@ -53,9 +58,7 @@ class Given:
     def __post_init__(self) -> None:
         for name in ("unit", "unit_if_missing"):
             if (unit := getattr(self, name)) is not None:
-                unit = unit.strip().lower()
-                for spelling, usual in _SPELLINGS.items():
-                    unit = unit.replace(spelling, usual)
+                unit = _usual_units(unit.strip())
                 if unit not in UNIT_FACTORS:
                     raise InputError(f"unit must be one of {', '.join(UNIT_FACTORS)}, got {unit!r}")
                 object.__setattr__(self, name, unit)
@@ -81,7 +84,7 @@ class Trace:
     sha256: str = ""  # SHA-256 of the bytes of the file
     event: str = ""
     station: str = ""
-    azimuth_deg: float = math.nan  # compass direction, nan if the header has none
+    direction: str = ""  # of the component, as in the header: an azimuth, N-S, HNE, Up
     warnings: tuple[str, ...] = ()  # doubts about the values; errors under strict checks
     notes: tuple[str, ...] = ()  # assumptions of the reader, such as the unit
 
@@ -89,6 +92,25 @@ class Trace:
     def messages(self) -> tuple[str, ...]:
         """Warnings and notes."""
         return (*self.warnings, *self.notes)
+
+    @property
+    def azimuth_deg(self) -> float:
+        """Compass direction in degrees; nan if the header has none."""
+        cleaned = self.direction.strip().upper().replace("-", "")
+        if match := re.fullmatch(r"([NS])(\d{1,2})([EW])", cleaned):  # S62W
+            start, turn, end = match.groups()
+            sign = 1.0 if (start == "N") == (end == "E") else -1.0
+            return ((0.0 if start == "N" else 180.0) + sign * float(turn)) % 360.0
+        if re.fullmatch("[A-Z]{2}[NE]", cleaned):  # HNE: band, instrument and direction
+            cleaned = cleaned[-1]
+        letters = {"N": "0", "E": "90", "S": "180", "W": "270", "NS": "0", "EW": "90"}
+        degrees = letters.get(cleaned, cleaned)
+        return float(degrees) if degrees.isdecimal() and int(degrees) <= 360 else math.nan
+
+    @property
+    def is_vertical(self) -> bool:
+        """Whether the header states a vertical direction."""
+        return bool(_VERTICAL.search(self.direction.replace("-", "").replace("_", " ")))
 
 
 def fault_in(path: Path, problem: str, line: int | None = None) -> InputError:
@@ -100,7 +122,7 @@ def fault_in(path: Path, problem: str, line: int | None = None) -> InputError:
 
 def trace_of(lines: list[str], path: Path, given: Given) -> Trace:
     """Return the component in m/s2 from the lines of a file; raises the errors of `read_trace`."""
-    read = next(read for recognises, read in MOTION_FORMATS if recognises(lines, path))
+    read = next(read for _, recognises, read in MOTION_FORMATS if recognises(lines, path))
     trace = read(lines, path, given)
     dt_s, warnings = trace.dt_s, trace.warnings
     if given.dt_s is not None:
@@ -134,26 +156,66 @@ def _unit(given: Given, in_file: str) -> tuple[str, list[str]]:
     return unit, [f"unit {unit} of the header is used"] if overrides else []
 
 
-def _channel(given: Given, count: int, path: Path) -> int:
+def _channel(given: Given, directions: Sequence[str], path: Path) -> int:
+    """Return the position (from 0) of the given channel of a file with these directions."""
+    count = len(directions)
     if given.channel is None and count > 1:
-        raise fault_in(path, f"the file has {count} channels: name one (channel 1 to {count})")
+        listed = ", ".join(f"{n} {text}".strip() for n, text in enumerate(directions, 1))
+        where = "channel_1 and channel_2 in index.csv"
+        raise fault_in(path, f"the file has {count} channels ({listed}): name two by {where}")
     channel = given.channel or 1
     if channel > count:
         raise fault_in(path, f"there is no channel {channel}; the file has {count}")
-    return channel
+    return channel - 1
 
 
-def _azimuth_deg(text: str) -> float:
-    """Return the compass direction in degrees from a number or letters; nan for other text."""
-    letters = {"N": "0", "E": "90", "S": "180", "W": "270", "NS": "0", "EW": "90"}
-    cleaned = text.strip().upper().replace("-", "")
-    degrees = letters.get(cleaned, cleaned)
-    return float(degrees) if degrees.isdecimal() and int(degrees) <= 360 else math.nan
+# ---- Units, quantities and directions in headers
+
+_LENGTH: Final = "(?:[cm]?m|in|ft)"
+_USUAL_UNITS: Final = (
+    (r"sec(?:ond)?s?", "s"), (r"inch(?:es)?", "in"), (r"\*\*|[\^{}]", ""), (r"\s*/\s*s", "/s"),
+    ("/s/s", "/s2"), (rf"(?<![a-z])({_LENGTH})[ .*_]?s-2", r"\1/s2"),
+    (rf"(?<![a-z])({_LENGTH})(?:p|_per_|_)s_?(2?)(?![a-z0-9])", r"\1/s\2"),  # cmps2, cm_s_2
+    (r"(?<![a-z])gals?(?![a-z])", "cm/s2"),
+)  # fmt: skip
+_STATED: Final = r"(?<![a-z0-9/.])(?<!\d )"  # not after a number, as in Vs30 = 760 m/s
+_ACCELERATION_UNIT = re.compile(rf"{_STATED}({_LENGTH}/s2|m?g)(?![a-z0-9/])")
+_VELOCITY_UNIT = re.compile(rf"{_STATED}(?:{_LENGTH}/s|kines?)(?![a-z0-9/])")
+_OTHER_QUANTITY = re.compile(
+    rf"{_STATED}[cm]m(?![a-z0-9/])|[(\[]\s*{_LENGTH}\s*[)\]]|_{_LENGTH}(?![a-z0-9/_])"
+    rf"|^\W*{_LENGTH}\W*$|units?\W*(?:of\W+)?(?:m|ft)(?![a-z0-9/])"
+    r"|(?<![a-z])(?:vel(?:oc\w*)?|disp(?:l\w*)?)(?![a-z])"
+)
+_ACCELERATION_WORD = re.compile(r"(?<![a-z])acc(?:n|el[a-z]*)?(?![a-z])")
+_VERTICAL = re.compile(
+    r"(?<![a-z])(?:up|down|dw?n|ud?|d|u d|v|vert?|vertical|z|az|acc?z|[a-z][ghln]z)(?![a-z])", re.I
+)
 
 
-def _first_unit(units: Sequence[tuple[re.Pattern[str], str]], text: str) -> str:
-    """Return the unit of the first pattern found in a text; empty if none is found."""
-    return next((unit for pattern, unit in units if pattern.search(text)), "")
+def _usual_units(text: str) -> str:
+    """Return a text in lower case with the usual spelling of units: cm/s2 for cm/sec/sec, gal."""
+    text = text.lower().translate(str.maketrans("²⁻·", "2-."))
+    for pattern, usual in _USUAL_UNITS:
+        text = re.sub(pattern, usual, text)
+    return text
+
+
+def _unit_in(texts: Iterable[str], path: Path) -> str:
+    """Return the unit of acceleration in header texts, the most specific first; empty if none.
+
+    Raises `InputError` if the first text with a quantity states a velocity or displacement.
+    """
+    is_acceleration = False
+    for text in texts:
+        plain = _usual_units(text)
+        if match := _ACCELERATION_UNIT.search(plain):
+            return match[1]
+        word = _ACCELERATION_WORD.search(plain)
+        other = _VELOCITY_UNIT.search(plain) or (word is None and _OTHER_QUANTITY.search(plain))
+        if other and not is_acceleration:
+            raise fault_in(path, f"not an acceleration: {text.strip()[:80]!r}")
+        is_acceleration |= word is not None
+    return ""
 
 
 def _fortran_float(text: str) -> float:
@@ -205,19 +267,15 @@ _PEER_SIZES = (
     ),
     re.compile(rf"^\s*(?P<npts>\d{{1,9}})\s+(?P<dt>{FLOAT})\s+NPTS\s*,\s*DT", re.IGNORECASE),
 )
-_NOT_ACCELERATION = re.compile(r"\b(VELOCITY|DISPLACEMENT)\b.*(UNITS|SERIES|HISTORY)", re.I)
-_PEER_UNITS = (
-    (re.compile(r"UNITS OF G\b|\bin g\b|\(g\)", re.IGNORECASE), "g"),
-    (re.compile(r"\bCM/S(EC)?(\*\*2|\^2|2|/S(EC)?)", re.IGNORECASE), "cm/s2"),
-    (re.compile(r"\bM/S(EC)?(\*\*2|\^2|2|/S(EC)?)", re.IGNORECASE), "m/s2"),
-)
 _PEER_TITLES = (
     re.compile(
-        r"(?P<event>[^,]+),\s*[\d/ ]+,\s*(?P<station>.*),\s*(?P<azimuth>-?\d{1,3}|[A-Z]{1,3})"
+        r"(?P<event>[^,]+),\s*[\d/ ]+,\s*(?P<station>.*),\s*"
+        r"(?P<azimuth>-?(?:\d{1,3}|[A-Z]{1,3}|(?i:u-?d|up|down|vert(?:ical)?)))"
     ),
     # the older database: EVENT 5/19/40 0439, STATION, 180 (USGS STATION 117)
     re.compile(
-        r"(?P<event>[^,]+?)\s+\d+/\d+/\d+[^,]*,\s*(?P<station>.*),\s*(?P<azimuth>\d{1,3})\b.*"
+        r"(?P<event>[^,]+?)\s+\d+/\d+/\d+[^,]*,\s*(?P<station>.*),\s*"
+        r"(?P<azimuth>\d{1,3}|(?i:up|ud|down|dwn|vert(?:ical)?))\b.*"
     ),
 )
 _PEER_FOOTER = re.compile(r"^\s*\*+\s*end\b", re.IGNORECASE)
@@ -233,10 +291,8 @@ def _read_peer(lines: list[str], path: Path, _given: Given) -> Trace:
         raise fault_in(path, "no header with NPTS and DT; rename bare values to .acc and give dt_s")
     row, npts, dt_s = sizes
     header = _head(lines, row)
-    if other := next(filter(_NOT_ACCELERATION.search, header), None):
-        raise fault_in(path, f"not an acceleration: {other.strip()!r}")
     # The title lines (event, station) may contain anything: units are in the last lines.
-    units = filter(None, (_first_unit(_PEER_UNITS, line) for line in reversed(header[1:])))
+    unit = _unit_in(reversed(header[1:]), path)
     rows = takewhile(lambda line: not _PEER_FOOTER.match(line[:HEADER_WIDTH]), lines[row + 1 :])
     data = list(rows)
     values = parse_numbers(data, path, first_line=row + 2)
@@ -259,11 +315,11 @@ def _read_peer(lines: list[str], path: Path, _given: Given) -> Trace:
         format="peer_at2",
         accel_mps2=values[:npts],
         dt_s=dt_s,
-        unit=next(units, ""),
+        unit=unit,
         warnings=warnings,
         event=event.strip(),
         station=station.strip(),
-        azimuth_deg=_azimuth_deg(azimuth),
+        direction=azimuth,
     )
 
 
@@ -304,17 +360,55 @@ def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
     return first, second
 
 
-# ---- CSMIP/CESMD corrected data (.V2): acceleration blocks of fixed-width columns. A file may hold
-# several channels, each with its own 45-line header; velocities and displacements are skipped.
+# ---- Blocks of fixed-width numbers, which may touch: CSMIP, COSMOS and GeoNet. A file may have
+# several channels. Velocities and displacements are skipped.
+
+
+class _Block(NamedTuple):
+    """Header of the acceleration block of one channel."""
+
+    row: int  # of the first values, from 0
+    npts: int
+    dt_s: float
+    layout: str  # Fortran format of the values
+    unit: str
+    event: str
+    station: str
+    direction: str
+
+
+def _trace_of_block(
+    blocks: list[_Block], lines: list[str], path: Path, given: Given, **fields: Any
+) -> Trace:
+    """Return the block of the given channel; `fields` are the format and whether it has a unit."""
+    row, npts, dt_s, layout, *texts = blocks[_channel(given, [b.direction for b in blocks], path)]
+    values = _fixed_width(lines, row, npts, layout, path)
+    missing = f"the header states {npts} points, the file has {values.size}: truncated?"
+    warnings = (missing,) if values.size < npts else ()
+    names = zip(("unit", "event", "station", "direction"), map(str.strip, texts), strict=True)
+    return Trace(
+        path=path, accel_mps2=values, dt_s=dt_s, warnings=warnings, **dict(names), **fields
+    )
+
+
+def _fixed_width(lines: list[str], row: int, count: int, layout: str, path: Path) -> Vector:
+    """Return `count` numbers from a row (from 0) on, with a Fortran format such as (8f10.3)."""
+    sizes = re.findall(r"(?i)\(\s*(\d{0,2})[a-z](\d{1,2})", layout + _CSMIP_LAYOUT)[0]
+    per_line, width = (max(int(size or 1), 1) for size in sizes)
+    rows = (line.rstrip() for line in lines[row : row + -(-count // per_line)])
+    spaced = [" ".join(text[i : i + width] for i in range(0, len(text), width)) for text in rows]
+    return parse_numbers(spaced, path, first_line=row + 1)[:count]
+
+
+# CSMIP/CESMD corrected data (.V2): each channel has its own 45-line header.
 
 _CSMIP_BLOCK = re.compile(
     r"^\s*(?P<npts>\d{1,9})\s+points\s+of\s+accel\w*\s+data\s+equally\s+spaced\s+at\s+"
     rf"(?P<dt>{FLOAT})\s*sec(?P<rest>.*)$",
     re.IGNORECASE,
 )
-_CSMIP_LAYOUT = re.compile(r"\((?P<per_line>\d{1,2})f(?P<width>\d{1,2})\.\d+\)", re.IGNORECASE)
-_CSMIP_CHANNEL = re.compile(r"CHAN\s*\d+:\s*(?P<direction>\w+)", re.IGNORECASE)
-_CSMIP_DEFAULT_LAYOUT: Final = (8, 10)  # source: CSMIP report OSMS 85-03, format 8F10.3
+_CSMIP_CHANNEL = re.compile(r"CHAN\s*\d+:\s*(-?\w+)", re.IGNORECASE)
+_CSMIP_LAYOUT: Final = "(8F10.3)"  # source: CSMIP report OSMS 85-03
 
 
 def _is_csmip(lines: list[str], path: Path) -> bool:
@@ -326,38 +420,137 @@ def _is_csmip(lines: list[str], path: Path) -> bool:
 
 
 def _read_csmip(lines: list[str], path: Path, given: Given) -> Trace:
-    blocks = [
-        (row, match)
-        for row, line in enumerate(lines)
-        if (match := _CSMIP_BLOCK.match(line[:HEADER_WIDTH]))
-    ]
+    blocks: list[_Block] = []
+    before = 0
+    for row, line in enumerate(lines):
+        if (match := _CSMIP_BLOCK.match(line[:HEADER_WIDTH])) is None:
+            continue
+        titles = (n for n in range(before, row) if "CORRECTED ACCELEROGRAM" in lines[n].upper())
+        text = _head(lines[next(titles, before) : row], 25)
+        direction = "".join(_CSMIP_CHANNEL.findall("\n".join(text))[:1])
+        unit = "cm/s2" if re.search("cm/sec", match["rest"], re.IGNORECASE) else ""
+        sizes = int(match["npts"]), _fortran_float(match["dt"]), match["rest"]
+        event, station = "".join(text[2:3]), "".join(text[6:7])
+        blocks.append(_Block(row + 1, *sizes, unit, event, station, direction))
+        before = row
     if not blocks:
         raise fault_in(path, "no acceleration block")
-    channel = _channel(given, len(blocks), path)
-    start, block = blocks[channel - 1]
-    npts = int(block["npts"])
-    layout = _CSMIP_LAYOUT.search(block["rest"])
-    sizes = map(int, layout.groups()) if layout else _CSMIP_DEFAULT_LAYOUT
-    per_line, width = (max(size, 1) for size in sizes)
-    rows = (line.rstrip() for line in lines[start + 1 : start + 1 + -(-npts // per_line)])
-    # The columns may touch: blanks are put between them.
-    spaced = [" ".join(row[i : i + width] for i in range(0, len(row), width)) for row in rows]
-    values = parse_numbers(spaced, path, first_line=start + 2)
-    header = lines[blocks[channel - 2][0] if channel > 1 else 0 : start]
-    titles = (n for n, line in enumerate(header) if "CORRECTED ACCELEROGRAM" in line.upper())
-    text = [line.strip() for line in _head(header[next(titles, 0) :], 25)]
-    direction = next(filter(None, map(_CSMIP_CHANNEL.search, text)), None)
-    truncated = f"the header states {npts} points, the file has {values.size}: truncated?"
+    return _trace_of_block(blocks, lines, path, given, format="csmip_v2")
+
+
+# COSMOS files of CESMD (.V2c): text, integers, reals, comments and a block of values.
+# source: COSMOS Strong Motion Data Format 1.20 (2001), headers and tables of units and orientations
+
+_COSMOS_HEADER = re.compile(r"^\s*(\d{1,4})\s+(?:integer|real)-header values.*format(.*)$", re.I)
+_COSMOS_BLOCK = re.compile(
+    r"^\s*(?P<npts>\d{1,9})\s+(?P<quantity>[a-z ]*?)\s*pts,\s*approx\s+(?P<length>[\d.]+)\s*secs?,"
+    r"\s*units\s*=(?P<unit>.*?),\s*format\s*=(?P<layout>.*)$",
+    re.IGNORECASE,
+)
+_COSMOS_CHANNEL = re.compile(r"sta cha[^:]*:\s*(\w+)|<scnl>[^.\s]*\.(\w+)", re.IGNORECASE)
+_COSMOS_UNITS: Final = {2: "g", 4: "cm/s2", 7: "in/s2", 10: "cm/s2", 11: "mg"}
+_COSMOS_VERTICAL: Final = {400: "Up", 401: "Down", 402: "Vertical"}
+
+
+def _is_cosmos(lines: list[str], _path: Path) -> bool:
+    return "(format v" in "".join(_head(lines, 1)).lower()
+
+
+def _read_cosmos(lines: list[str], path: Path, given: Given) -> Trace:
+    blocks: list[_Block] = []
+    title, unread = 0, "no block of values"
+    for row, line in enumerate(_head(lines, len(lines))):
+        title = row if "(format v" in line.lower() else title
+        if (match := _COSMOS_BLOCK.match(line)) is None:
+            continue
+        found = ((n, _COSMOS_HEADER.match(lines[n][:HEADER_WIDTH])) for n in range(title, row))
+        heads = [_fixed_width(lines, n + 1, int(m[1]), m[2], path) for n, m in found if m]
+        if len(heads) != 2 or heads[0].size < 54 or heads[1].size < 62:
+            raise fault_in(path, "the integer or real header is missing", row + 1)
+        parameter, code, azimuth = (int(heads[0][n]) for n in (1, 2, 53))
+        npts, dt_s = int(match["npts"]), float(heads[1][61]) * 1.0e-3
+        length_s = float(match["length"])  # rounded
+        if not match["quantity"].lower().startswith("accel") or parameter not in {1, -999}:
+            unread = f"not an acceleration: {line.strip()!r}"
+        elif not (unit := _COSMOS_UNITS.get(code) or _unit_in([match["unit"]], path)):
+            unread = f"unit {match['unit'].strip()!r} is not read"
+        elif abs(npts * dt_s - length_s) > 1.0 + 0.01 * length_s:
+            unread = f"{npts} points of {dt_s:g} s do not last {length_s:g} s"
+        else:
+            known = str(azimuth) if 1 <= azimuth <= 360 else _COSMOS_VERTICAL.get(azimuth, "")
+            names = _COSMOS_CHANNEL.findall("\n".join(lines[title:row]))
+            texts = [known, *(text for pair in names for text in pair if text)]
+            direction = next(filter(_VERTICAL.search, texts), known or texts[-1])
+            sizes, event, station = (
+                (npts, dt_s, match["layout"]),
+                lines[title + 1],
+                lines[title + 4],
+            )
+            blocks.append(_Block(row + 1, *sizes, unit, event, station, direction))
+    if not blocks:
+        raise fault_in(path, unread)
+    return _trace_of_block(blocks, lines, path, given, format="cosmos", is_calibrated=True)
+
+
+# GeoNet of GNS Science, New Zealand (.V2A): for each of three components 16 lines of text, 40
+# integers, 60 reals, and the accelerations (mm/s2), velocities and displacements, ten per line.
+# source: GNS Science, accelerogram data files, standard format (2008)
+
+
+def _is_geonet(lines: list[str], _path: Path) -> bool:
+    head = [line.strip().lower() for line in _head(lines, 13)]
+    starts = zip(head[9::3], ("number of points", "component"), strict=False)
+    return len(head) == 13 and "accelerogram" in head[0] and all(a.startswith(b) for a, b in starts)
+
+
+def _read_geonet(lines: list[str], path: Path, given: Given) -> Trace:
+    if lines[0].strip().lower().startswith("uncorrected"):
+        raise fault_in(path, "an uncorrected accelerogram: use the corrected one (.V2A)")
+    blocks: list[_Block] = []
+    start = 0
+    while any(line.strip() for line in lines[start : start + 20]):
+        sizes = _fixed_width(lines, start + 16, 40, "(10I8)", path)[33:36]
+        reals = _fixed_width(lines, start + 20, 60, "(10F8.0)", path)
+        is_valid = sizes.size == 3 and reals.size == 60 and sizes[0] > 0.0 <= sizes.min()
+        if not (is_valid and sizes.max() < 1.0e9 and _is_geonet(lines[start:], path)):
+            raise fault_in(path, "no header of a component: truncated?", start + 1)
+        station, direction = ("".join(lines[start + n].split()[1:2]) for n in (1, 12))
+        head = (int(sizes[0]), float(reals[25]), "(10F8.1)", "mm/s2", lines[start + 7])
+        blocks.append(_Block(start + 26, *head, station, direction))
+        start += 26 + sum(-(-int(size) // 10) for size in sizes)
+    return _trace_of_block(blocks, lines, path, given, format="geonet_v2a", is_calibrated=True)
+
+
+# ---- ESM and ITACA, Europe and Italy (.ASC): 64 header lines KEY: VALUE and one value per line.
+
+
+def _is_esm(lines: list[str], _path: Path) -> bool:
+    return "".join(_head(lines, 1)).startswith("EVENT_NAME:")
+
+
+def _read_esm(lines: list[str], path: Path, _given: Given) -> Trace:
+    header = list(takewhile(lambda line: ":" in line, _head(lines, 100)))
+    head = {key: text.strip() for key, _, text in (line.partition(":") for line in header)}
+    if (quantity := head.get("DATA_TYPE", "")) != "ACCELERATION":
+        raise fault_in(path, f"not an acceleration: DATA_TYPE is {quantity!r}")
+    step, count = (re.match(FLOAT, head.get(key, "")) for key in ("SAMPLING_INTERVAL_S", "NDATA"))
+    if step is None or count is None:
+        raise fault_in(path, "the header needs SAMPLING_INTERVAL_S and NDATA")
+    values = parse_numbers(lines[len(header) :], path, first_line=len(header) + 1)
+    npts = round(_fortran_float(count[0]))
+    differs = f"NDATA = {npts}, but the file has {values.size} values"
+    if values.size > npts:
+        raise fault_in(path, differs)
     return Trace(
         path=path,
-        format="csmip_v2",
-        accel_mps2=values[:npts],
-        dt_s=_fortran_float(block["dt"]),
-        unit="cm/s2" if re.search("cm/sec", block["rest"], re.IGNORECASE) else "",
-        event="".join(text[2:3]),
-        station="".join(text[6:7]),
-        azimuth_deg=_azimuth_deg(direction["direction"]) if direction else math.nan,
-        warnings=(truncated,) if values.size < npts else (),
+        format="esm",
+        accel_mps2=values,
+        dt_s=_fortran_float(step[0]),
+        unit=_unit_in([head.get("UNITS", "")], path),
+        event=head.get("EVENT_ID") or f"{head['EVENT_NAME']} {head.get('EVENT_DATE_YYYYMMDD')}",
+        station=f"{head.get('NETWORK', '')}.{head.get('STATION_CODE', '')}",
+        direction=head.get("STREAM", ""),
+        warnings=(f"{differs}: truncated?",) if values.size < npts else (),
     )
 
 
@@ -366,7 +559,7 @@ def _read_csmip(lines: list[str], path: Path, given: Given) -> Trace:
 
 _KNET_HEADER_LINES: Final = 17
 # source: NIED KiK-net manual: 1 to 3 borehole, 4 to 6 surface; N-S, E-W, U-D in turn
-_KNET_CHANNELS: Final = {"1": "N-S", "2": "E-W", "4": "N-S", "5": "E-W"}
+_KNET_CHANNELS: Final = dict(zip("123456", ("N-S", "E-W", "U-D") * 2, strict=True))
 _KNET_SCALE = re.compile(rf"({FLOAT})\(gal\)\s*/\s*({FLOAT})")
 
 
@@ -406,69 +599,160 @@ def _read_knet(lines: list[str], path: Path, _given: Given) -> Trace:
         is_calibrated=True,
         event=head.get("Origin Time", ""),
         station=head.get("Station Code", ""),
-        azimuth_deg=_azimuth_deg(_KNET_CHANNELS.get(direction, direction)),
+        direction=_KNET_CHANNELS.get(direction, direction),
         warnings=(truncated,) if is_truncated else (),
         notes=("the instrument offset (mean) was removed",),
     )
 
 
-# ---- Columns of text or CSV: time and accelerations, with or without header lines. The channel
-# selects one of several accelerations. The time step comes from the whole time column, so rounded
-# times do no harm; a gap or a step back in time is refused.
+# ---- Numbers below at most `MAX_HEADER_LINES` lines: columns with or without time, or one series
+# with any number of values per line. The header may state the unit, and a line the count and step.
+# The time step comes from the whole time column, so rounded times do no harm; a gap or a step back
+# is refused.
 
+_DATA = re.compile(r"(?=\D*\d)\s*[-+.\d][-+.,;\sEeDd\d]*")
 _COLUMNS_ROW = re.compile(rf"\s*(?P<time>{FLOAT})(?:(?:\s*[,;]\s*|\s+){FLOAT})+\s*[,;]?\s*")
 _COLUMNS_SEPARATOR = re.compile(r"[\s,;]+")
-_COLUMNS_UNITS: Final = (
-    (re.compile(r"cm\s*/\s*s|cm_s_?2\b|\bgals?\b|_cmps2\b|_gal\b", re.IGNORECASE), "cm/s2"),
-    (re.compile(r"m\s*/\s*s|m_s_?2\b|_mps2\b", re.IGNORECASE), "m/s2"),
-    (re.compile(r"\bg\b|_g\b", re.IGNORECASE), "g"),
+_CELL_SEPARATORS: Final = (r"\s*[,;\t]\s*", r"\s{2,}", r"[\s,;]+")
+_COUNT_AND_STEP = (  # 3500 0.01, perhaps followed by text; 0.01 3500; NPTS 3500 DT 0.01
+    re.compile(rf"\s*(?P<npts>\d{{2,9}})[\s,;]+(?P<dt>{FLOAT})(?:[\s,;].*)?"),
+    re.compile(rf"\s*(?P<dt>{FLOAT})[\s,;]+(?P<npts>\d{{2,9}})(?:[\s,;].*)?"),
+    re.compile(rf"(?i).*\b(?:npts?|points)\W+(?P<npts>\d{{2,9}})\W.*\bdt\W+(?P<dt>{FLOAT}).*"),
 )
+# ASSUME values of one series differ less from the next one than from those one line apart, by this
+# factor; values of several components the other way. Noise is within both limits.
+SERIES_RATIO: Final = 0.7
 
 
-def _is_columns(lines: list[str], _path: Path) -> bool:
-    # With two columns the times need only increase: a gap is reported later. With more columns the
-    # steps must be equal, because files of bare values would otherwise match.
-    start = _first_row_of_columns(lines)
-    if start is None:
+@dataclass(frozen=True, slots=True)
+class _Table:
+    """Lines of numbers and the header above them."""
+
+    header: list[str]
+    rows: list[tuple[int, str]]  # line number from 1 and text, without blank lines
+    npts: int | None = None  # number of values in the header
+    dt_s: float = math.nan
+
+    @property
+    def columns(self) -> int:
+        """Number of columns of the first row."""
+        return _column_count(self.rows[0][1])
+
+    def cells(self, column: int) -> list[str]:
+        """Return the header cells of a column, from the last header line on."""
+        texts: list[str] = []
+        for line in reversed(self.header):
+            line = re.sub(r"\s+([(\[])", r"\1", line.strip(" \t#%!\"'"))
+            splits = (re.split(separator, line) for separator in _CELL_SEPARATORS)
+            texts += next(([each[column]] for each in splits if len(each) == self.columns), [])
+        return texts
+
+
+def _table_of(lines: list[str]) -> _Table | None:
+    """Return the lines of numbers with their header; None if the header is too long."""
+    head = _head(lines, MAX_HEADER_LINES + 2)
+    rows = (n for n, line in enumerate(head[: MAX_HEADER_LINES + 1]) if _DATA.fullmatch(line))
+    if (start := next(rows, None)) is None:
+        return None
+    npts, dt_s = None, math.nan
+    # A row of two numbers is a count and a step if the next row is of another kind, or at time 0.
+    one, two = (_COLUMNS_SEPARATOR.split(line.strip()) for line in (*head, "")[start:][:2])
+    is_unlike = len(one) != len(two) or (
+        len(one) == 2 and ((one[0].isdigit() and not two[0].isdigit()) or not two[0].strip("0.+-"))
+    )
+    for row, line in enumerate(head[: start + is_unlike]):
+        match = next(filter(None, (each.fullmatch(line) for each in _COUNT_AND_STEP)), None)
+        if match and DT_LIMITS_S[0] <= _fortran_float(match["dt"]) <= DT_LIMITS_S[1]:
+            npts, dt_s, start = int(match["npts"]), _fortran_float(match["dt"]), max(start, row + 1)
+    rows = [(n, line) for n, line in enumerate(lines[start:], start + 1) if line.strip()]
+    return _Table(head[:start], rows, npts, dt_s) if rows else None
+
+
+def _has_time(table: _Table) -> bool:
+    """Return whether column 1 is named time, is evenly spaced, or rises with one other column.
+
+    A gap or a step back is reported later.
+    """
+    rows = [line[:HEADER_WIDTH] for _, line in table.rows[:1000]]
+    matches = [_COLUMNS_ROW.fullmatch(row) for row in rows]
+    if len(rows) < 3 or not all(matches[:8]) or len({*map(_column_count, rows[:8])}) > 1:
         return False
-    rows = [line for line in _head(lines[start:], 8) if line.strip()]
-    matches = [match for row in rows if (match := _COLUMNS_ROW.fullmatch(row))]
-    counts = {_column_count(row) for row in rows}
-    if len(rows) < 3 or len(matches) < len(rows) or len(counts) > 1:
-        return False
-    steps = np.diff([_fortran_float(match["time"]) for match in matches])
-    uneven = float(steps.max() - steps.min())
-    return bool((steps > 0.0).all()) and (counts == {2} or uneven <= 0.02 * float(steps.mean()))
+    times_s = np.array([_fortran_float(match["time"]) for match in matches if match])
+    steps_s, first_s = np.diff(times_s), times_s[:8]
+    if any(re.match(r"t(ime)?(?![a-z])", cell, re.IGNORECASE) for cell in table.cells(0)):
+        return bool((steps_s >= 0.0).mean() >= 0.9)
+    line_s = np.linspace(first_s[0], first_s[-1], first_s.size)
+    is_even = np.abs(first_s - line_s).max() <= 0.6 * (line_s[1] - line_s[0])
+    is_rising = (steps_s[:7] > 0.0).all() and (steps_s > 0.0).mean() >= 0.9
+    return bool(is_rising and (is_even or table.columns == 2))
 
 
-def _read_columns(lines: list[str], path: Path, given: Given) -> Trace:
-    start = _first_row_of_columns(lines) or 0
-    rows = [(number, line) for number, line in enumerate(lines[start:], start + 1) if line.strip()]
-    count = _column_count(rows[0][1])
-    values = parse_numbers([line for _, line in rows], path, first_line=start + 1)
-    if values.size != count * len(rows):
-        bad = next((n for n, line in rows if _column_count(line) != count), rows[-1][0])
-        raise fault_in(path, f"the row must have {count} columns", bad)
-    table = values.reshape(-1, count)
-    channel = _channel(given, count - 1, path)
-    dt_s, warnings = _step_of_times(table[:, 0], rows, path)
+def _read_numbers(lines: list[str], path: Path, given: Given) -> Trace:
+    if (table := _table_of(lines)) is None:
+        known = ", ".join(name for name, _, _ in MOTION_FORMATS)
+        text = f"unknown format: no numbers after at most {MAX_HEADER_LINES} header lines"
+        raise fault_in(path, f"{text}. Formats that are read: {known}")
+    rows, count, dt_s, npts = table.rows, table.columns, table.dt_s, table.npts
+    start = rows[0][0]
+    values, warnings, shift = parse_numbers(lines[start - 1 :], path, start), (), 0
+    has_time = _has_time(table)
+    if has_time or _are_channels(table, values, given, path):
+        if values.size != count * len(rows):
+            bad = next((n for n, line in rows if _column_count(line) != count), rows[-1][0])
+            raise fault_in(path, f"the row must have {count} columns", bad)
+        series = values.reshape(-1, count)
+    else:
+        series = values[:npts, None] if npts and values.size - npts < count else values[:, None]
+    if npts is None and series.shape[1] == 1 and series[0, 0] in {len(series) - 1, len(series) - 2}:
+        raise fault_in(path, "the first number is the count of the others: remove it", start)
+    if npts not in (None, len(series)):
+        raise fault_in(path, f"the header states {npts} values, the file has {len(series)}")
+    if has_time:
+        dt_s, warnings = _step_of_times(series[:, 0], rows, path)
+        if abs(table.dt_s / dt_s - 1.0) > 0.01:
+            raise fault_in(path, f"dt is {table.dt_s:g} s in the header, {dt_s:g} s in the times")
+        warnings, shift = warnings if given.dt_s is None else (), 1
+    shape = series.shape[1]
+    cells = [table.cells(column) if shape == count else [] for column in range(shift, shape)]
+    # The text above a single column may be a title.
+    names = ([each for each in texts if shape > 1 or len(each.split()) < 3] for texts in cells)
+    directions = [re.split(r"[(\[]", "".join(texts[:1]))[0].strip() for texts in names]
+    channel = _channel(given, directions, path)
     return Trace(
         path=path,
-        format="two_column" if count == 2 else f"{count}_columns",
-        accel_mps2=table[:, channel],
+        format={1 + shift: "two_column", 1: "values"}.get(shape, f"{shape}_columns"),
+        accel_mps2=series[:, channel + shift],
         dt_s=dt_s,
-        unit=_first_unit(_COLUMNS_UNITS, " ".join(_head(lines, start))),
-        warnings=warnings if given.dt_s is None else (),
+        unit=_unit_in([*cells[channel], *reversed(table.header)], path),
+        direction=directions[channel],
+        warnings=warnings,
     )
 
 
-def _first_row_of_columns(lines: list[str]) -> int | None:
-    head = enumerate(_head(lines, 10))
-    return next((n for n, line in head if _COLUMNS_ROW.fullmatch(line)), None)
+def _are_channels(table: _Table, values: Vector, given: Given, path: Path) -> bool:
+    """Return whether columns without a time column are channels, not parts of one series."""
+    count, rows = table.columns, table.rows
+    full = values[: values.size // count * count].reshape(-1, count)
+    if count == 1 or (table.npts and 0 <= values.size - table.npts < count):
+        return False
+    between = np.abs(np.diff(full, axis=0)).mean() if len(full) > 1 else math.inf
+    ratio = float(between / max(np.abs(np.diff(values)).mean(), 1.0e-300))
+    if given.channel is not None or table.npts == len(full):
+        if count > 3 and ratio > 1.0 / SERIES_RATIO:
+            raise fault_in(path, f"lines of {count} values of one series have no channels")
+        if (np.diff(full[:, 0]) >= 0.0).all() and full[0, 0] < full[-1, 0]:
+            raise fault_in(path, "column 1 rises: a time column with unequal steps?")
+        return True
+    is_table = {_column_count(line) for _, line in rows} == {count}
+    if table.npts is None and ((is_table and count <= 3) or ratio < SERIES_RATIO):
+        text = f"{count} numbers per line without time: components, or one series?"
+        how = "name channel_1 and channel_2 in index.csv, or write one value per line"
+        raise fault_in(path, f"{text} {how}")
+    return False
 
 
 def _column_count(line: str) -> int:
-    return len([cell for cell in _COLUMNS_SEPARATOR.split(line[:HEADER_WIDTH]) if cell])
+    return len([cell for cell in _COLUMNS_SEPARATOR.split(line) if cell])
 
 
 def _step_of_times(
@@ -477,7 +761,10 @@ def _step_of_times(
     """Return the time step of a time column, and a warning if the times are rounded."""
     steps_s = np.diff(time_s)
     mean_s = float(time_s[-1] - time_s[0]) / max(steps_s.size, 1)
-    decimals = max(_decimals_of_time(line) for _, line in rows[:100])
+    found = filter(None, (_NUMBER.match(line.lstrip()) for _, line in rows[:100]))
+    times = (match[0].upper() for match in found)
+    exponents = [Decimal(time.replace("D", "E")).as_tuple().exponent for time in times]
+    decimals = min(-min([0, *(each for each in exponents if isinstance(each, int))]), 15)
     quantum_s = 10.0**-decimals
     off_s = np.abs(steps_s - mean_s)
     # Rounding changes a time by up to half a unit of its last digit, a step by a whole one.
@@ -495,31 +782,16 @@ def _step_of_times(
     return step_s, ()
 
 
-def _decimals_of_time(line: str) -> int:
-    match = _COLUMNS_ROW.fullmatch(line[:HEADER_WIDTH])
-    if match is None:
-        return 0
-    mantissa, _, exponent = match["time"].upper().replace("D", "E").partition("E")
-    digits = len(mantissa.partition(".")[2]) - int(exponent or 0)
-    return min(max(digits, 0), 15)
-
-
-# ---- Values only: one column, or the OpenSees .acc/.g3 layout with any number per line. The time
-# step must be given; the unit is g unless given.
-
-
-def _read_values(lines: list[str], path: Path, _given: Given) -> Trace:
-    return Trace(path=path, format="values", accel_mps2=parse_numbers(lines, path))
-
-
 type _Recognise = Callable[[list[str], Path], bool]
 type _Read = Callable[[list[str], Path, Given], Trace]
-#: Functions that recognise and read each format. The first format that recognises a file is used;
-#: the last one accepts any text.
-MOTION_FORMATS: Final[tuple[tuple[_Recognise, _Read], ...]] = (
-    (_is_knet, _read_knet),
-    (_is_csmip, _read_csmip),
-    (_is_peer, _read_peer),
-    (_is_columns, _read_columns),
-    (lambda _lines, _path: True, _read_values),
+#: Name of each format, and the functions that recognise and read it. The first format that
+#: recognises a file is used; the last one accepts any text.
+MOTION_FORMATS: Final[tuple[tuple[str, _Recognise, _Read], ...]] = (
+    ("K-NET and KiK-net", _is_knet, _read_knet),
+    ("ESM and ITACA ASCII (.ASC)", _is_esm, _read_esm),
+    ("COSMOS (.V2c)", _is_cosmos, _read_cosmos),
+    ("GeoNet (.V2A)", _is_geonet, _read_geonet),
+    ("CSMIP (.V2)", _is_csmip, _read_csmip),
+    ("PEER (.AT2)", _is_peer, _read_peer),
+    ("columns of numbers", lambda _lines, _path: True, _read_numbers),
 )

@@ -10,7 +10,7 @@ import numpy as np
 
 from skewbridge.errors import InputError
 from skewbridge.files.text import read_bytes
-from skewbridge.motions.formats import Given, Trace, fault_in, trace_of
+from skewbridge.motions.formats import DT_LIMITS_S, Given, Trace, fault_in, trace_of
 from skewbridge.motions.intensity import peak_g
 from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.motions.spectrum import orbit_rotd50
@@ -18,7 +18,6 @@ from skewbridge.units import G_MPS2
 
 MAX_FILE_BYTES: Final = 64_000_000
 MIN_SAMPLES: Final = 10
-DT_LIMITS_S: Final = (1.0e-4, 0.2)
 # ASSUME no horizontal record exceeds 4 g (the largest published ones are near 3 g): more is a
 # unit error; a motion below 0.002 g does not matter for a bridge.
 PGA_LIMITS_G: Final = (0.002, 4.0)
@@ -162,8 +161,13 @@ def read_motion(
 def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     """Return the motion of two components; zeros are added at the end of the shorter one.
 
-    Raises `PairError` for different time steps, and the error of `refuse_false_waho`.
+    Raises `PairError` for different time steps, `InputError` for a vertical component, and the
+    error of `refuse_false_waho`.
     """
+    for trace in (first, second):
+        if trace.is_vertical:
+            text = f"the header states a vertical component ({trace.direction!r})"
+            raise fault_in(trace.path, f"{text}; a motion has two horizontal ones")
     if abs(first.dt_s / second.dt_s - 1.0) > 1.0e-6:
         raise PairError(
             f"motion {motion_id}: dt is {first.dt_s} s in {first.path.name} "

@@ -245,7 +245,6 @@ def read_suite(path: Path) -> list[SuiteMotion]:
         metadata: dict[str, Any] = {name: str(row[name]) for name in TEXT_FIELDS}
         metadata |= {name: float(row[name]) for name in NUMBER_FIELDS}
         metadata |= {name: row[name] for name in ("accel_1_mps2", "accel_2_mps2")}
-        measures = {name: float(row[name]) for name in intensity.IM_COLUMNS}
         scale, measures = float(row["scale"]), {n: float(row[n]) for n in intensity.IM_COLUMNS}
         motions.append(
             SuiteMotion(

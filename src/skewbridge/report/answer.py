@@ -18,6 +18,7 @@ from skewbridge.demands.validity import failure_kinds, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, axis_names, models_of
+from skewbridge.fragility.fits import NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES
 from skewbridge.fragility.study_tables import ALL_SUITES, DEPENDS, LARGEST_ERRORS
 from skewbridge.fragility.verdicts import (
@@ -26,7 +27,6 @@ from skewbridge.fragility.verdicts import (
     LOWER,
     MEDIAN_CAPACITY,
     NEGLIGIBLE,
-    NOT_ESTIMABLE,
     OK,
     UNDECIDED,
 )
@@ -53,7 +53,7 @@ _COUNTS: Final = ("n_cells", "n_without_curve", "n_extrapolated")
 ANSWER_COLUMNS: Final = (
     *(*_EFFECT[:-1], "quantity", "demand", "status", "ratio", "ci_low", "ci_high", "level"),
     *("margin", "claim", "im", "from_demand", "to_demand", "first_im", "last_im", "seat_m"),
-    *("im_low", "im_high", *_COUNTS),
+    *("im_low", "im_high", *_COUNTS, "n_exceed", "n_runs"),
 )
 NOT_REACHED: Final = "not_reached"
 #: Limit states on the first screen and in the README.
@@ -165,8 +165,9 @@ def answer_table(
     """Return the pooled headline effects of each axis, for the change to its largest value.
 
     The columns are `ANSWER_COLUMNS`. For each bridge, abutment model and axis, the states of
-    `HEADLINE_STATES` in ``curves`` come first, then the headline demands. The status of a state
-    that no run exceeds is `NOT_REACHED`.
+    `HEADLINE_STATES` in ``curves`` come first, then the headline demands. A state without a ratio
+    has the most frequent status of its variants without an estimate, or `NOT_REACHED` if no run
+    exceeds it.
     """
     headline = demands_for("headline")
     pooled = effects[(effects["scope"] == "pooled") & effects["demand"].isin(headline)]
@@ -177,15 +178,23 @@ def answer_table(
     demands = pd.DataFrame(map(_demand_row, records_of(pooled), map(lines.get, places)))
 
     states = curves.assign(demand=curves["component"] + "/" + curves["limit_state"])
-    states = states.groupby([*BRIDGE_COLUMNS, "demand"])["n_exceed"].max().reset_index()
+    states = states.drop_duplicates(["variant", "demand"])  # the first method: cloud
+
+    def reason(statuses: "pd.Series[str]") -> str:  # a ratio also needs five motions
+        return next(iter(statuses[statuses != OK].mode()), "too_few_motions")
+
+    states = states.groupby([*BRIDGE_COLUMNS, "demand"], as_index=False).agg(
+        n_exceed=("n_exceed", "sum"), n_runs=("n_runs", "sum"), missing=("status", reason)
+    )
     places = pooled[list(_EFFECT[:-1])].drop_duplicates()
     capacities = places.merge(states[states["demand"].isin(HEADLINE_STATES)])
     own = medians[medians["scope"] == "pooled"]
     capacities = capacities.merge(own, how="left", on=list(_EFFECT))
-    missing = np.where(capacities["n_exceed"] > 0, NOT_ESTIMABLE, NOT_REACHED)
+    unreached = (capacities["missing"] == NO_EXCEEDANCE) & (capacities["n_exceed"] == 0)
+    missing = capacities["missing"].mask(unreached, NOT_REACHED)
     capacities = capacities.assign(
         quantity=MEDIAN_CAPACITY,
-        status=capacities["status"].fillna(pd.Series(missing)),
+        status=capacities["status"].where(capacities["status"] == OK, missing),
         claim=capacities["verdict_family"],
         from_demand=capacities["from_mean"],
         to_demand=capacities["from_mean"] * capacities["ratio"],
@@ -227,6 +236,15 @@ def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, 
 
 
 # --- sentences
+
+
+def no_ratio_text(row: Mapping[str, Any]) -> str:
+    """Return why a state has no ratio of medians, and how many runs exceed the state."""
+    if row["status"] == NOT_REACHED:
+        return "no run reaches it"
+    some = " in some variants" if row["status"] == NO_EXCEEDANCE else ""
+    counts = f"{row['n_exceed']:.0f} of {row['n_runs']:.0f} runs exceed it"
+    return f"{in_words(row['status'])}{some}, {counts}"
 
 
 def extent_of_data(row: Mapping[str, Any]) -> str:
@@ -290,9 +308,17 @@ def title_of(table: pd.DataFrame) -> str:
     if table.empty:
         return "No comparison is possible: no two variants differ in one axis only"
     names = short_names(table)
-    estimated = table[(table["quantity"] == MEDIAN_CAPACITY) & (table["status"] == OK)]
+    capacities = table[table["quantity"] == MEDIAN_CAPACITY]
+    estimated = capacities[capacities["status"] == OK]
     if estimated.empty:
-        return "No run reaches a headline limit state, so no median capacities can be compared"
+        rows = capacities.drop_duplicates([*BRIDGE_COLUMNS, "demand"])
+        leads = rows["demand"].isin(LEADING_STATES)
+        reasons = [
+            f"{names[row['bridge'], row['abutment']]}, {effect_name(row['demand'])}: "
+            f"{no_ratio_text(row)}"
+            for row in records_of(rows[leads] if leads.any() else rows)
+        ]
+        return "; ".join(["No median capacities can be compared", *reasons])
     clear, unclear, small = list[str](), list[str](), list[str]()
     for name, part in estimated.groupby("axis", sort=False):
         title, claims = axis(str(name)).title, set(part["claim"])
@@ -387,13 +413,9 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
 
 def untested_skew_sentence(skews_deg: Iterable[float]) -> str:
     """Return a sentence if no test of a skewed wall has the largest skew; otherwise ``""``."""
-    largest = max(map(abs, skews_deg), default=0.0)
-    if largest <= LARGEST_TESTED_SKEW_DEG:
-        return ""
-    return (
-        f"No test of backfill has a skew above {LARGEST_TESTED_SKEW_DEG:g}°: the passive strength "
-        f"at {largest:g}° is extrapolated."
-    )
+    largest, tested = max(map(abs, skews_deg), default=0.0), LARGEST_TESTED_SKEW_DEG
+    text = f"No test of backfill has a skew above {tested:g}°: the passive strength at {largest:g}°"
+    return f"{text} is extrapolated." if largest > tested else ""
 
 
 def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]:

@@ -68,7 +68,7 @@ def write_archive(
     missing = [path for path in (folder.demands, folder.fragility("curves")) if not path.is_file()]
     if missing:
         raise InputError(f"{missing[0]} is missing: finish the study first")
-    stamp, doubts = read_stamp(folder.demands), _doubts(folder, config, base)
+    stamp, doubts = read_stamp(folder.demands), _doubts(folder, study)
     changed = " with local changes" if stamp.get("git_dirty") == "yes" else ""
     known = defaultdict(lambda: "unknown", stamp)
     crate = ROCrate()
@@ -142,14 +142,14 @@ def _files(
     }
 
 
-def _doubts(folder: StudyFolder, config: Path, base: Path) -> list[str]:
+def _doubts(folder: StudyFolder, study: StudyConfig) -> list[str]:
     """Return one sentence for each reason to doubt that the tables match the present study."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         load_results(folder.root)
     doubts = [str(warning.message) for warning in caught if warning.category is UserWarning]
     try:
-        origin = origin_of(folder.demands, config, base)
+        origin = origin_of(folder.demands, lambda: study)
     except (InputError, SolutionError) as error:
         return [*doubts, f"not compared with the present sources and configuration: {error}"]
     if not origin["current"]:

@@ -21,6 +21,7 @@ from skewbridge.files.tables import Floats, records_of
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.outcomes import demand_outcomes
 from skewbridge.fragility.paper_table import chosen_curves
+from skewbridge.fragility.union import curve_probability, union_curve
 from skewbridge.fragility.verdicts import CELL, DECIDED
 from skewbridge.report import appearance
 from skewbridge.report.answer import model_name
@@ -69,14 +70,17 @@ def curve_values(im: Floats, row: Mapping[Any, Any]) -> tuple[Floats, Floats]:
     The curve includes record-to-record and capacity dispersion. The band is the pointwise
     interval of ln(im/theta)/beta_total, transformed by the normal distribution function.
     """
-    # ASSUME dispersion of the capacity and slope are known, so beta_total varies with beta only
+    # ASSUME dispersion of the capacity and slope are known, so beta_total varies with beta only;
+    # near its curve, a union of failure modes varies like the lognormal curve of its row
     beta = float(row["beta_total"])
-    slope = row["beta"] / beta
+    slope, p = row["beta"] / beta, curve_probability(im, row)
     eta = np.log(im / row["theta"]) / beta
+    if union_curve(row) is not None:
+        eta = special.ndtri(np.clip(p, 1e-15, 1.0 - 1e-15))
     variance = row["var_ln_theta"] + 2.0 * eta * row["cov_ln_theta_beta"] * slope
     variance = np.maximum(variance + eta**2 * row["var_beta"] * slope**2, 0.0)
     reach = special.ndtri(0.5 + 0.5 * row["level"]) * np.sqrt(variance) / beta
-    return special.ndtr(eta), special.ndtr(eta + np.array([[-1.0], [1.0]]) * reach)
+    return p, special.ndtr(eta + np.array([[-1.0], [1.0]]) * reach)
 
 
 @mpl.rc_context(STYLE)
@@ -141,7 +145,7 @@ def states_out_of_reach(rows: pd.DataFrame, demands: pd.DataFrame) -> list[str]:
 def _curve_panel(
     axes: Axes, rows: pd.DataFrame, runs: dict[Any, pd.DataFrame], im: Floats, layout: VariantLayout
 ) -> list[str]:
-    """Draw the curves of a state in a panel; return the counts of missing curves by reason.
+    """Draw the curves of a state in a panel; return notes on missing and extrapolated curves.
 
     ``rows`` are the fits of the panel, ``runs`` maps variants to demands, ``im`` are abscissas.
     """
@@ -176,7 +180,10 @@ def _curve_panel(
         for reach, status in zip(missing["reach"], missing["status"], strict=True)
     )
     total = rows["variant"].nunique()
-    return [f"{n} of {total} without a curve: {reason}" for reason, n in reasons.most_common()]
+    notes = [f"{n} of {total} without a curve: {reason}" for reason, n in reasons.most_common()]
+    if outside := int((rows["preferred"] & rows["extrapolated"].eq(other=True)).sum()):
+        notes.append(f"{outside} of {total} medians extrapolated")
+    return notes
 
 
 def _outcomes(runs: pd.DataFrame, item: Mapping[Any, Any]) -> tuple[Any, Any]:

@@ -15,31 +15,31 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 import yaml
-from joblib import Parallel, delayed
+from joblib import Parallel, cpu_count, delayed
 from PIL import Image
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.demands.columns import KEY, Column, column_of, demands_for
 from skewbridge.demands.validity import is_complete, with_derived_columns
-from skewbridge.files.tables import read_frame, read_stamp, records_of
+from skewbridge.files.tables import read_frame, read_stamp, records_of, stamp
 from skewbridge.files.text import write_text
 from skewbridge.fragility import paper_table, verdicts
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES
+from skewbridge.fragility.limit_states import HEADLINE_STATES
+from skewbridge.fragility.union import UNION_COLUMNS
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, OK
 from skewbridge.report import answer, appearance
 from skewbridge.report.answer import change_name, counted, effect_name, model_name, number_word
 from skewbridge.report.appearance import groups_of, in_words, plain_label, shown_axes, variant_text
 from skewbridge.report.methods import STATE_HEADS, methods_of
-from skewbridge.report.study_figures import SECTIONS, Caption, read_captions
+from skewbridge.report.study_figures import SECTIONS, Caption, draw_study, read_captions
 from skewbridge.statuses import STATUSES
-from skewbridge.study.config import StudyConfig, parse_config
-from skewbridge.study.results import shear_model_medians
+from skewbridge.study.config import FigureSettings, StudyConfig
+from skewbridge.study.folder import StudyFolder
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of
-from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 
 _CHANGE: Final = ("axis", "from_value", "to_value")
 _WIDEST_BAR: Final = 2.5  # largest ratio that the interval bars of the first screen cover
@@ -53,59 +53,81 @@ _MEASURES: Final = (
 
 
 def write_report(
-    *, tables: Mapping[str, Path], figures: Path, config: Mapping[str, Any], output: Path
+    *, tables: Mapping[str, Path], figures: Path, study: StudyConfig | None, output: Path
 ) -> None:
     """Write the report to an HTML file.
 
     ``tables`` maps the names in `StudyFolder.report_inputs` to paths. It may also contain
-    check_predict and choices (modelling choices). ``figures`` is a folder. ``config`` contains
-    plain values only.
+    check_predict and choices (modelling choices). ``figures`` is a folder. ``study`` is None for
+    tables of `skewbridge statistics`, without a study.
     """
     frames = {name: read_frame(path) for name, path in tables.items() if path.suffix == ".parquet"}
-    demands, curves, medians = (frames[name] for name in ("demands", "curves", "medians"))
-    study = parse_config(config)
+    curves, medians = frames["curves"], frames["medians"]
     functions = (axes_of, model_name, shown_axes, variant_text)
     filters = (groups_of, in_words, median_text, number_text, records_of, shown_rows, unbroken)
+    config = study.model_dump(mode="json", exclude={"batches"}) if study else {}
+    units = study.figures.units if study else FigureSettings().units
     environment = appearance.templates(*functions, *filters)
     unreached = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
-    shear = curves[(curves["component"] == COLUMN_FAILURE) & (curves["limit_state"] == "shear")]
-    shear = paper_table.chosen_curves(shear)
-    shear_models = shear_model_medians(demands, study.fragility)
-    with appearance.shown_in(study.figures.units):
+    with appearance.shown_in(units):
         page = environment.get_template("report.html.j2").render(
-            **_first_screen(frames, study),
+            **_first_screen(frames),
+            **(_study_parts(frames, tables, study) if study else {"methods": None}),
             **_effect_parts(frames),
             gallery=pictures_of(read_captions(tables["captions"]), figures),
-            explorer=explorer_of(frames, study.figures.units),
+            explorer=explorer_of(frames, units),
             tables=frames,
             paper=paper_rows(curves, medians, frames["joint"]),
             compared=methods_compared(curves),
             unreached=groups_of(unreached, (*BRIDGE_COLUMNS, "component", "limit_state")),
             n_variants=curves.groupby(list(BRIDGE_COLUMNS))["variant"].nunique(),
             measure_columns=list(_MEASURES),
-            shear_models=shear_models,
             shear_heads=[
-                f"{appearance.shear_model_name(SHEAR_MODEL_DEMANDS[name])}, θ [interval]"
-                for name in shear_models["limit_state"].unique()
+                f"{appearance.shear_model_name(demand)}, θ [interval]"
+                for demand in frames["shear_models"]["demand"].unique()
             ],
-            shear_medians={row["variant"]: median_text(row) for row in records_of(shear)},
             choices=groups_of(frames["choices"], BRIDGE_COLUMNS) if "choices" in frames else [],
-            checks=json.loads(tables["checks"].read_text("utf-8")),
-            quality=quality(demands, frames["sensitivity"], frames.get("check_predict")),
-            exclude_suspect=study.fragility.exclude_suspect,
-            methods=methods_of(study, frames["suite"]),
-            state_heads=STATE_HEADS,
             provenance=dict(sorted(read_stamp(tables["demands"]).items())),
-            config=yaml.safe_dump(dict(config), sort_keys=False),
+            config=yaml.safe_dump(config, sort_keys=False),
         )
     write_text(output, page)
+
+
+def write_statistics_report(results: Path) -> Path:
+    """Draw the figures and write the page of tables written by `skewbridge statistics`."""
+    folder = StudyFolder(results)
+    paths = {name: path for name, path in folder.report_inputs.items() if path.is_file()}
+    origin, places = read_stamp(folder.demands), {"folder": folder.figures}
+    places["captions"] = paths["captions"] = folder.captions
+    draw_study(paths, **places, settings=FigureSettings(), provenance=origin, n_jobs=cpu_count())
+    write_report(tables=paths, figures=folder.figures, study=None, output=folder.report)
+    stamp(folder.report, origin)
+    return folder.report
+
+
+def _study_parts(
+    frames: Mapping[str, pd.DataFrame], tables: Mapping[str, Path], study: StudyConfig
+) -> dict[str, Any]:
+    """Return the parts of the page that need configuration, motions and bridges of a study."""
+    demands, key_gap_mm = frames["demands"], study.model.transverse_gap_mm
+    bridges = [load_bridge(name) for name in dict.fromkeys(study.grid.bridge)]
+    skews, gaps = (sorted(demands[name].unique()) for name in ("skew_deg", "gap_mm"))
+    return {
+        "sketch": sketch(bridges[0], skews, gaps, key_gap_mm),
+        "bridges": [(bridge, bridge_words(bridge)) for bridge in bridges],
+        "checks": json.loads(tables["checks"].read_text("utf-8")),
+        "quality": quality(demands, frames["sensitivity"], frames.get("check_predict")),
+        "exclude_suspect": study.fragility.exclude_suspect,
+        "methods": methods_of(study, frames["suite"]),
+        "state_heads": STATE_HEADS,
+    }
 
 
 # --- the first screen
 
 
-def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dict[str, Any]:
-    """Return the contents of the first screen: sketch, answer, failures and motions."""
+def _first_screen(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
+    """Return the contents of the first screen: answer, failures and motions."""
     demands, curves = frames["demands"], frames["curves"]
     table = answer.answer_table(
         medians=frames["medians"],
@@ -114,8 +136,10 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
         curves=curves,
     )
     counts, colours = answer.run_counts(demands), appearance.VARIANT_COLOURS[1:4]
-    key_gap_mm = study.model.transverse_gap_mm
-    bridges = [load_bridge(name) for name in dict.fromkeys(study.grid.bridge)]
+    motions = f"{demands['motion_id'].nunique()} motions."
+    if "suite" in frames:
+        motions = answer.motions_sentence(frames["suite"], table)
+        motions += f" {answer.properties_sentence(demands)}"
     on_suites, suites_text = answer.suites_summary(frames["suites"], table)
     values = {axis.name: sorted(demands[axis.name].unique()) for axis in axes_of(demands.columns)}
     with_backfill = demands[demands["abutment"] != "roller"]
@@ -126,15 +150,12 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], study: StudyConfig) -> dic
     return {
         "title": f"{answer.title_of(table)}{on_suites}",
         "subtitle": subtitle(demands, str(curves["im"].iloc[0]), texts),
-        "sketch": sketch(bridges[0], values["skew_deg"], values["gap_mm"], key_gap_mm),
         "sketch_colours": dict(zip(("skew", "gap", "friction"), colours, strict=True)),
         "axis_texts": texts,
-        "bridges": [(bridge, bridge_words(bridge)) for bridge in bridges],
         "answer": answer_rows(table, counts),
         "failures": answer.failure_sentences(counts),
         "shear_failures": answer.shear_model_sentence(demands),
-        "motions_line": f"{answer.motions_sentence(frames['suite'], table)} "
-        f"{answer.properties_sentence(demands)} {suites_text} "
+        "motions_line": f"{motions} {suites_text} "
         f"{answer.untested_skew_sentence(with_backfill['skew_deg'])}".rstrip(),
     }
 
@@ -183,15 +204,15 @@ def _answer_cell(row: Mapping[str, Any] | None, reach: float) -> dict[str, Any]:
 
     Positions on the bar are in per cent of its width, which covers ln ratios of -reach to reach.
     """
-    if row is None or row["status"] == answer.NOT_REACHED:
-        return {"text": "no run reaches it", "sizes": ""}
-    if row["status"] != OK:
-        return {"text": "not estimable", "sizes": ""}
+    if row is None or row["status"] != OK:
+        reason = "no comparison" if row is None else answer.no_ratio_text(row)
+        return {"text": reason, "sizes": ""}
+    outside = f", {answer.extent_of_data(row)}" if row["n_extrapolated"] > 0 else ""
     bar = [np.clip(np.log(row[end]) / reach, -1.0, 1.0) for end in ("ci_low", "ratio", "ci_high")]
     return {
         **_cell({**row, "verdict_family": row["claim"]}),
         "certainty": answer.CERTAINTY[row["claim"]],
-        "sizes": f"{row['from_demand']:.2f} → {row['to_demand']:.2f} g",
+        "sizes": f"{row['from_demand']:.2f} → {row['to_demand']:.2f} g{outside}",
         "bar": [round(50.0 + 49.0 * float(share), 1) for share in bar],
     }
 
@@ -364,7 +385,8 @@ _FIT_COLUMNS: Final = (
     *("variant", "component", "limit_state", "method", "demand", "preferred", "methods_differ"),
     *("theta", "theta_low", "theta_high", "beta", "beta_total", "threshold"),
     *("capacity_dispersion", "ln_a", "b", "sigma", "var_ln_theta", "cov_ln_theta_beta", "var_beta"),
-    *("level", "methods_ratio", "n_exceed", "n_runs"),
+    *("level", "methods_ratio", "n_exceed", "n_runs", "extrapolated", "im_low", "im_high"),
+    *UNION_COLUMNS,
 )
 _EFFECT_COLUMNS: Final = (
     *("model", "quantity", "demand", "axis", "from", "to", "values", "judged_by", "unit", "status"),
@@ -446,7 +468,7 @@ def explorer_data(frames: Mapping[str, pd.DataFrame], units: str = "si") -> str:
             "scale": demands["scale"].tolist(),
             "status": pd.Categorical(demands["status"], STATUSES).codes.tolist(),
             "complete": is_complete(demands).astype(int).tolist(),
-            "key": demands["run_key"].tolist(),
+            "key": demands.get("run_key", pd.Series("", demands.index)).tolist(),
             "im": _finite(demands[[im]])[im].tolist(),
             "demands": _finite(demands[columns]).to_dict("list"),
         },
@@ -498,7 +520,7 @@ def _effect_rows(
 
 
 def _rows(table: pd.DataFrame, columns: Sequence[str]) -> list[list[Any]]:
-    return _finite(table[list(columns)]).to_numpy().tolist()
+    return _finite(table.reindex(columns=list(columns))).to_numpy().tolist()
 
 
 def _finite(table: pd.DataFrame) -> pd.DataFrame:
@@ -589,10 +611,14 @@ def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
 
 
 def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
-    """Return a median with its interval; without a fit, ``otherwise`` or the status in words."""
+    """Return a median with its interval; without a fit, ``otherwise`` or the status in words.
+
+    † marks an extrapolated median.
+    """
     if row["status"] != FITTED:
         return otherwise or in_words(row["status"])
-    return paper_table.with_interval([row[f"theta{end}"] for end in ("", "_low", "_high")])
+    text = paper_table.with_interval([row[f"theta{end}"] for end in ("", "_low", "_high")])
+    return f"{text} {paper_table.DAGGER}" if row.get(paper_table.EXTRAPOLATED) is True else text
 
 
 def quality(

@@ -97,7 +97,8 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     tables = replace(tables, demands=with_derived_columns(tables.demands))
     models = tables.demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
-        start, model = f"{bridge}_{ABUTMENTS[abutment].code}_", model_name(bridge, abutment)
+        code = ABUTMENTS[abutment].code if abutment in ABUTMENTS else abutment
+        start, model = f"{bridge}_{code}_", model_name(bridge, abutment)
         own = {
             name: table[(table["bridge"] == bridge) & (table["abutment"] == abutment)]
             for name, table in vars(tables).items()
@@ -106,7 +107,8 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         for figures in (_curve_figures, _cloud_figures, _intensity_figures, _choice_figures):
             for caption, draw in figures(replace(tables, **own)):
                 title = f"{model}: {caption.title}"
-                yield replace(caption, name=start + caption.name, title=title, model=model), draw
+                name = re.sub(r"[^\w.-]+", "-", start + caption.name)  # part of file names
+                yield replace(caption, name=name, title=title, model=model), draw
     for figures in (_skew_figures, _round_figures, _history_figures):
         yield from figures(tables)
     if tables.suite:
@@ -258,12 +260,12 @@ def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 def read_tables(paths: Mapping[str, Path]) -> FigureTables:
     """Read the tables that the figures of a study are drawn from.
 
-    ``paths`` maps `_TABLES`, suite and friction_pair to files, also rounds and choices if made.
+    ``paths`` maps `_TABLES` to files, also suite, friction_pair, rounds and choices if made.
     """
     return FigureTables(
         **{name: read_frame(paths[name]) for name in _TABLES},
-        suite=read_suite(paths["suite"]),
-        pair=read_friction_pair(paths["friction_pair"]),
+        suite=read_suite(paths["suite"]) if "suite" in paths else (),
+        pair=read_friction_pair(paths["friction_pair"]) if "friction_pair" in paths else None,
         **{name: read_frame(paths[name]) for name in ("choices", "rounds") if name in paths},
     )
 
@@ -305,13 +307,12 @@ def finished_figures(results: Path) -> list[StudyFigure]:
     """
     folder = StudyFolder(results)
     paths = folder.report_inputs | {"friction_pair": folder.friction_pair}
-    for path in (paths[name] for name in (*_TABLES, "suite", "friction_pair")):
+    paths |= {"rounds": folder.rounds, "choices": folder.modelling_choices}
+    for path in (paths[name] for name in _TABLES):
         if not path.is_file():
             raise InputError(f"{path} is missing: finish the study first", file=str(path))
-    for name, path in (("rounds", folder.rounds), ("choices", folder.modelling_choices)):
-        if path.is_file():
-            paths[name] = path
-    return list(study_figures(read_tables(paths)))
+    made = {name: path for name, path in paths.items() if path.is_file()}
+    return list(study_figures(read_tables(made)))
 
 
 def draw_figures(

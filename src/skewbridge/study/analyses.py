@@ -5,14 +5,16 @@ The journals are a cache: an analysis that is in a journal of the study is not r
 
 import logging
 import time
+from collections import Counter
 from collections.abc import Mapping, Sequence, Sized
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
-from math import sqrt
+from math import inf, sqrt
 from pathlib import Path
 from typing import Any, Final, Self
 
+from skewbridge.analysis.settings import NUMERICS, AnalysisSettings
 from skewbridge.demands.tables import write_variant
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_table
@@ -34,12 +36,26 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import Row, open_journal, read_content
 from skewbridge.study.processes import PROGRESS_LOG
 from skewbridge.study.task import Task, run_key
+from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.random_properties import DIRECTION, with_draw
-from skewbridge.variant.variant import parse_slug
+from skewbridge.variant.variant import ABUTMENTS, parse_slug
 
 logger = logging.getLogger(__name__)
 
 progress_logger = logging.getLogger(PROGRESS_LOG)
+
+# Processor time (s) of an analysis of a two-column bridge with contacts.
+# source: 64 analyses of osb1 and osb1_fixed under motions of 10 to 90 s, on two processors
+STRONG_S: Final = 12.0  # duration of the strong part of a motion
+CPU_S_PER_STRONG_S: Final = 0.10  # per second of this part
+CPU_S_PER_LATER_S: Final = 0.03
+CPU_S_PER_STEP: Final = 1.5e-3  # constant steps: scheme paper and reference accuracy
+WITHOUT_CONTACTS: Final = 0.6  # ratio
+#: Share of the checks in the expected cost of the analyses. The strongest parts of motions cost up
+#: to 1.35 times as much as expected; the checks are then still below a quarter.
+CHECK_SHARE: Final = 0.18
+SHORTEST_PART_S: Final = 3.0
+REPEATS_AT_DEFAULT: Final = 5  # analyses of a checked row that are not at the reference accuracy
 
 LOG_INTERVAL_S: Final = 60.0
 PGV: Final = "im_pgv_rotd50_mps"
@@ -87,6 +103,11 @@ class StudySetup:
     def ida(self) -> MotionsConfig | None:
         """Section ``motions`` of an IDA; None for any other design."""
         return self.study.motions if self.study.motions.design == "ida" else None
+
+    @property
+    def durations_s(self) -> list[float]:
+        """Lengths of the motions of the suite."""
+        return [each.motion.duration_s for each in self.suite]
 
     @property
     def motion_ids(self) -> list[str]:
@@ -141,6 +162,56 @@ class StudySetup:
             low, high = search_limits(self.ida, replace(motion, scale=1.0, measures=at_1))
             scale = sqrt(low * high)
         return replace(motion, scale=scale, measures=scaled_measures(at_1, scale))
+
+
+# ---- Forecast of processor time
+
+
+def forecast_s(duration_s: float, abutment: str, settings: AnalysisSettings) -> float:
+    """Return the expected processor time (s) of an analysis of a two-column bridge."""
+    if settings.contact_dt_s is None:
+        return CPU_S_PER_STEP * duration_s / settings.dt_s
+    strong_s = min(duration_s, STRONG_S)
+    cpu_s = CPU_S_PER_STRONG_S * strong_s + CPU_S_PER_LATER_S * (duration_s - strong_s)
+    return cpu_s if ABUTMENTS[abutment].has_contacts else WITHOUT_CONTACTS * cpu_s
+
+
+def analyses_s(study: StudyConfig, durations_s: Sequence[float]) -> float:
+    """Return the expected processor time (s) of all analyses, given the lengths of the motions."""
+    longest_s, later_s = study.analysis.duration_s or inf, study.analysis.free_vibration_s
+    numbers = Counter(variant.abutment for variant in expand_grid(study.grid))
+    return len(study.motions.incidence_deg) * sum(
+        number * forecast_s(min(length_s, longest_s) + later_s, abutment, study.analysis)
+        for abutment, number in numbers.items()
+        for length_s in durations_s
+    )
+
+
+def check_plan(study: StudyConfig, durations_s: Sequence[float]) -> tuple[float, int, float, float]:
+    """Return the extent of the numerical checks, limited by the expected cost of the analyses.
+
+    These are the longest part of a motion (s) for the friction pair (0: no pair), the rows of the
+    sensitivity check, and the expected processor time (s) of the pair and of the rows.
+    """
+    variants, settings, check = expand_grid(study.grid), study.analysis, study.sensitivity
+    abutment = max((variant.abutment for variant in variants), key=list(ABUTMENTS).index)
+    counted = durations_s[: study.design.first] if study.design.until else durations_s
+    budget_s = CHECK_SHARE * analyses_s(study, counted)
+    longest_s = part_s = min(max(durations_s), settings.duration_s or inf)
+    pair_s = 2.0 * forecast_s(part_s, abutment, settings)
+    if pair_s > budget_s:
+        part_s = round(0.5 * budget_s / forecast_s(1.0, abutment, settings), 1)
+        pair_s = budget_s
+    is_pair = len({variant.friction_pct for variant in variants}) > 1
+    if not is_pair or part_s < min(SHORTEST_PART_S, longest_s):
+        part_s = pair_s = 0.0
+    window_s = min(check.window_s or inf, longest_s)
+    row_s = CPU_S_PER_STEP * window_s / NUMERICS["reference"]["analysis"]["dt_s"]
+    row_s += REPEATS_AT_DEFAULT * forecast_s(window_s, abutment, settings)
+    # the reference accuracy has settings that scheme paper refuses
+    most = check.rows if settings.scheme == "default" else 0
+    rows = min(most, int((budget_s - pair_s) / row_s))
+    return part_s, rows, pair_s, rows * row_s
 
 
 def sampled(tasks: Sequence[Task], count: int) -> list[Task]:

@@ -26,6 +26,7 @@ from skewbridge.demands.validity import (
     column_failure_ratio,
     completed,
 )
+from skewbridge.errors import InputError
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import LEVEL_MEASURE, MotionsConfig, bracket_capacity
 from skewbridge.motions.record import SuiteMotion
@@ -187,6 +188,8 @@ def run_tasks(
     With ``search``, all tasks run; a search skips the analyses that are in the journals.
     """
     rows = {key: [done[key]] for key in tasks if key in done and search is None}
+    if len(rows) == len(tasks):
+        return rows
     work = partial(_guarded, search, log_folder, workers.no_progress_s)
 
     def keep(key: str, new: list[Row]) -> None:
@@ -228,7 +231,7 @@ def run_tasks(
                         run_alone(key)
         finally:
             # by force: a worker that is stopped or hangs would never end
-            _loky().get_reusable_executor(reuse=True).shutdown(kill_workers=True)
+            _executor(reuse=True).shutdown(kill_workers=True)
     return rows
 
 
@@ -238,7 +241,7 @@ def in_workers(
     """Yield rows and keys of finished tasks; raise `BrokenProcessPool` if a worker died."""
     # one thread in each worker: more threads would compete with the other workers
     env = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    executor = _loky().get_reusable_executor(
+    executor = _executor(
         max_workers=min(count, len(tasks)),
         env=env | {PARENT_VARIABLE: str(os.getpid())},
         initializer=end_with_parent,
@@ -248,5 +251,12 @@ def in_workers(
         yield keys[future], future.result()
 
 
-def _loky() -> Any:
-    return import_module("joblib.externals.loky")  # by name, because it is untyped
+def _executor(**options: Any) -> Any:
+    """Return the pool of worker processes; its semaphores are files in shared memory."""
+    loky = import_module("joblib.externals.loky")  # by name, because it is untyped
+    try:
+        return loky.get_reusable_executor(**options)
+    except OSError as error:
+        problem = f"no semaphore can be created in shared memory, /dev/shm: {error.strerror}"
+        advice = "make /dev/shm writable and run the same command again"
+        raise InputError(f"cannot start worker processes: {problem}; {advice}") from None

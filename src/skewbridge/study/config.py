@@ -1,6 +1,8 @@
 """Configuration of a study: typed sections read from YAML, and the variants to run."""
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
+from functools import reduce
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
@@ -17,12 +19,14 @@ from skewbridge.files.text import (
     Whole,
     checked,
     merged,
+    read_json,
     read_mapping,
     shortened,
+    write_text,
 )
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.levels import MotionsConfig
-from skewbridge.study.folder import DEFAULT_ROOT, default_root
+from skewbridge.study.folder import DEFAULT_ROOT, StudyFolder, default_root
 from skewbridge.units import Units
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
@@ -43,7 +47,7 @@ class SensitivityConfig:
     """Numerical check: study rows repeated at the reference accuracy and with other penalties."""
 
     rows: Whole = Field(default=4, ge=0, le=10_000)
-    """rows repeated at the reference accuracy and with other penalties"""
+    """most rows to repeat; fewer if the checks would cost over a quarter of the analyses"""
     window_s: Number | None = Field(default=6.0, ge=3.0, le=1.0e4)
     """analyse only this strongest part of each motion; null: the whole motion"""
 
@@ -170,6 +174,35 @@ def load_config(path: Path, base: Path | None = None) -> StudyConfig:
     """Read a configuration file merged over a base file, like ``--configfile`` of Snakemake."""
     raw = read_mapping(base) if base is not None and base != path else {}
     return parse_config(merged(raw, read_mapping(path)), (path,), path)
+
+
+def store_configuration(
+    study: StudyConfig, files: Iterable[str | Path], given: Mapping[str, Any]
+) -> None:
+    """Write the configuration of a study into its results folder.
+
+    Each of its `files` is merged over the earlier ones; ``given`` has the values of `--config`.
+    """
+    paths = [Path(path).resolve() for path in files]
+    names = [str(p.relative_to(Path.cwd()) if p.is_relative_to(Path.cwd()) else p) for p in paths]
+    content = {"files": names, "given": dict(given), "configuration": study.model_dump(mode="json")}
+    write_text(StudyFolder(Path(study.results)).configuration, json.dumps(content, indent=1))
+
+
+def stored_configuration(folder: Path) -> StudyConfig | None:
+    """Return the configuration of the study in a results folder; None if none is stored.
+
+    Its files are read again to include later edits, unless one is missing.
+    """
+    path = StudyFolder(folder).configuration
+    if not path.is_file():
+        return None
+    stored = read_json(path)
+    files, raw = list(map(Path, stored["files"])), stored["configuration"]
+    if all(map(Path.is_file, files)):
+        results = {"results": raw["results"]}
+        raw = reduce(merged, (*map(read_mapping, files), stored["given"], results))
+    return parse_config(raw, where=path)
 
 
 def check_font(name: str) -> None:

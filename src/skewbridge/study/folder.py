@@ -43,6 +43,7 @@ class StudyFolder:
 
     def __init__(self, root: Path = Path(DEFAULT_ROOT)) -> None:
         self.root: Final = root
+        self.configuration: Final = root / "configuration.json"  # see `store_configuration`
         self.suite: Final = root / "motions/suite.parquet"  # motions with their factors
         self.intensities: Final = root / "motions/intensities.parquet"  # at factor 1, by bridge
         self.motions_digest: Final = root / "motions/digest.json"  # cache for unchanged files
@@ -93,9 +94,10 @@ class StudyFolder:
         """Input files of the page as a dictionary, without the figures in their separate folder."""
         own = ("captions", "demands", "suite", "contact_checks", "checks", "sensitivity")
         fits = ("curves", "effects", "needed_motions", "intensity_effects", "input_notes", "suites")
+        more = ("system", "measures", "joint", "shear_models")
         return {
             **{name: getattr(self, name) for name in own},
-            **{name: self.fragility(name) for name in (*fits, "system", "measures", "joint")},
+            **{name: self.fragility(name) for name in (*fits, *more)},
             "medians": self.fragility("median_effects"),
         }
 

@@ -3,7 +3,7 @@
 import errno
 import logging
 import sys
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,7 +24,7 @@ from skewbridge.files.digests import (
 from skewbridge.files.tables import read_stamp, stamp
 from skewbridge.files.text import read_yaml
 from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, load_config, parse_config
+from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import motions_digest
 from skewbridge.study.processes import PROGRESS_LOG, end_with_parent, hush_exit_message
@@ -121,20 +121,20 @@ def stamp_of(rule: str, made: Mapping[str, str], study: StudyConfig) -> dict[str
     )
 
 
-def origin_of(path: Path, config: Path, base: Path | None = None) -> dict[str, Any]:
+def origin_of(path: Path, find_study: Callable[[], StudyConfig]) -> dict[str, Any]:
     """Return the provenance of a file of a study or ``skewbridge run``, and whether it is current.
 
     An output of the workflow is current if its rule would now use the same sources, motions and
-    configuration sections. A result of ``skewbridge run`` is current if the engine sources and
-    OpenSees are the same. Keys: ``current`` (bool), ``provenance`` (as recorded), ``now`` (as it
-    would be recorded now) and ``differences`` (names). Raises `InputError` for a file without
-    provenance.
+    configuration sections (of `find_study`). A result of ``skewbridge run`` is current if the
+    engine sources and OpenSees are the same. Keys: ``current`` (bool), ``provenance`` (as
+    recorded), ``now`` (as it would be recorded now) and ``differences`` (names). Raises
+    `InputError` for a file without provenance.
     """
     recorded = read_stamp(path)
     now = {name: value for name, value in provenance().items() if name in recorded}
     decisive = ["openseespy_version"]
     if "rule" in recorded:
-        study = load_config(config, base=base)
+        study = find_study()
         made = made_from(study).get(recorded["rule"], {"motions": "unknown"})
         present = stamp_of(recorded["rule"], made, study)
         now |= {name: present[name] for name in ("rule_digest", "config_digest", "suite_digest")}
@@ -222,7 +222,9 @@ def script_session(snakemake: Any) -> Generator[Job]:
     except OSError as error:
         if error.errno not in _OF_THE_DISK:
             raise
-        logger.error("cannot write the results: %s; finished analyses are kept", error)
+        place = error.filename or f"the results in {snakemake.params.results}"
+        kept = "finished analyses are kept"
+        logger.error("cannot read or write %s: %s; %s", place, error.strerror or error, kept)
         raise SystemExit(EXIT_BAD_INPUT) from None
     finally:
         logger.removeHandler(to_terminal)

@@ -124,6 +124,8 @@ def check_predict(
         else:
             predicted, analysed = JointModel(model).median(cloud)[0], cloud["theta"]
             row |= {"theta_predicted": predicted, "theta_analysed": analysed}
+            inside = model["im_low"] <= predicted <= model["im_high"]
+            row |= {"extrapolated": bool(cloud["extrapolated"]) or not inside}
             row |= {"error": predicted / analysed - 1.0}
             row |= {"se_analysed": cloud["var_ln_theta"] ** 0.5}
         rows.append(row)

@@ -1,43 +1,40 @@
 """Progress and forecast of a study: analyses done, failed and remaining, and their cost."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from math import ceil
+from math import ceil, inf
 from pathlib import Path
 from typing import Any, Final
 
 import yte
 from yte.exceptions import YteError
 
+from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.validity import LIMITS, SuspectLimits, reasons
 from skewbridge.errors import InputError
-from skewbridge.motions.folder import list_motions
+from skewbridge.motions.folder import IndexEntry, list_motions
 from skewbridge.motions.levels import most_trials
-from skewbridge.motions.suite import suite_sources
+from skewbridge.motions.suite import read_entry, suite_sources
 from skewbridge.statuses import FAILED
-from skewbridge.study.analyses import StudySetup, run_command
+from skewbridge.study.analyses import StudySetup, analyses_s, check_plan, forecast_s, run_command
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.journal import JournalContent, read_content
+from skewbridge.study.journal import JournalContent, Row, read_content
 from skewbridge.study.task import run_key
 from skewbridge.variant.grid import expand_grid
 
 CRASH: Final = "crash"
-#: Processor seconds per second of motion where no analysis has been measured yet.
-#: source: docs/scaling.md, two-column bridge, default steps
-CPU_S_PER_MOTION_S: Final = 0.08
-TYPICAL_MOTION_S: Final = 25.0  # of the embedded suite
 CORES: Final = 2  # workers of a study
 DISK_KB_PER_ANALYSIS: Final = 6.0  # journal line, parquet row and solver log
 PROFILES: Final = Path("workflow/profiles")
-# Other work of a study, in seconds of motion whose analysis takes equally long: the measured rate
-# of the analyses then also forecasts this work on a slow or busy machine.
-# source: 24 variants under 12 and under 32 motions, two processors
-JOB_START_MOTION_S: Final = 40.0  # start of a job
-TAIL_MOTION_S: Final = 210.0  # tables, friction pair and page
-TAIL_MOTION_S_PER_VARIANT: Final = 47.0  # fits and figures; up to two processors share them
-CHECK_MOTION_S: Final = 55.0  # numerical check, per second of a checked row
+# Processor time of the other work of a study, on the processor of `forecast_s`.
+# source: 2 to 24 variants under 3 to 32 motions, two processors
+START_S: Final = 10.0  # Snakemake, motions and contact checks
+JOB_START_S: Final = 2.7  # start of a job
+TAIL_S: Final = 11.5  # tables, figures and page
+TAIL_S_PER_VARIANT: Final = 2.9  # fits and figures; up to two processors share them
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +48,7 @@ class StudyProgress:
 
     summary: dict[str, Any]
     failures: list[dict[str, Any]]  # failed analyses, each with the command that repeats it
-    cpu_s: float | None  # mean processor time of finished analyses, None if not measured
+    rows: list[Row]  # finished analyses
     variants: dict[str, int]  # number of analyses by variant
     variants_left: int  # variants with analyses left
     notes: tuple[str, ...]  # on crashed analyses and on unused journal lines
@@ -74,7 +71,6 @@ def study_progress(
     if crashes := sum(row["status"] == CRASH for row in rows):
         text = f"{crashes} analyses ended their workers (status {CRASH}); `skewbridge status "
         notes += (f"{text}--failed` lists them and `skewbridge study retry` repeats them.",)
-    times_s = [row["cpu_s"] for row in rows if row["cpu_s"] == row["cpu_s"]]
     ledger = {
         name: dict(sorted(Counter(row[column] for row in rows).items()))
         for name, column in (("status", "status"), ("recovery_step", "recovery_rung"))
@@ -85,7 +81,7 @@ def study_progress(
     return StudyProgress(
         summary=summary | {"ledger": ledger},
         failures=failures,
-        cpu_s=sum(times_s) / len(times_s) if times_s else None,
+        rows=rows,
         variants={slug: len(keys) for slug, keys in run_keys.items()},
         variants_left=sum(not done.keys() >= set(keys) for keys in run_keys.values()),
         notes=notes,
@@ -115,60 +111,92 @@ def forecast_study(config: StudyConfig, size: Mapping[str, int] | None = None) -
     """Return the progress of a study with its cost in the summary.
 
     An analysis is done if its key is in a journal. Before motions are prepared, no analysis counts
-    as done and the configured number of motions is used. With the `job_size` of a cluster, the
-    summary also has `jobs`, `job_cores` and, without queueing, the wall time of one job
-    (`job_hours`) and of all jobs (`hours`).
+    as done and the configured motions are used. The cost of analyses and checks follows from the
+    lengths of the motions and the measured cost of finished analyses. With the `job_size` of a
+    cluster, the summary also has `jobs`, `job_cores` and, without queueing, the wall time of one
+    job (`job_hours`) and of all jobs (`hours`).
     """
-    keys = analysis_keys(config)
-    if not keys:
-        sources = suite_sources(config.motions)
-        motions = sum(len(list_motions(source.folder)[: source.count]) for source in sources)
-        each = ("",) * (motions * len(config.motions.incidence_deg))
-        keys = {variant.slug: each for variant in expand_grid(config.grid)}
-    journals = StudyFolder(Path(config.results)).journals
-    state = study_progress(keys, read_content(journals), config.suspect)
+    keys, durations_s = analysis_keys(config)
+    folder = StudyFolder(Path(config.results))
+    state = study_progress(keys, read_content(folder.journals), config.suspect)
     notes, trials = state.notes, 1
     if config.motions.design == "ida":
         trials = most_trials(config.motions.level_range_g)
         notes = (*notes, f"Each count is a search of up to {trials} analyses; the cost covers all.")
-    cpu_s = TYPICAL_MOTION_S * CPU_S_PER_MOTION_S if state.cpu_s is None else state.cpu_s
-    every, left = (trials * state.summary[name] for name in ("analyses", "left"))
-    left_s = round(left * cpu_s / CORES, 1)
-    summary = state.summary | {"core_hours": round(every * cpu_s / 3600, 3), "eta_s": left_s}
-    summary["disk_mb"] = round(every * DISK_KB_PER_ANALYSIS / 1024, 1)
+    speed = measured_speed(state.rows, config.analysis)
+    parts_s = {
+        "analyses": trials * analyses_s(config, durations_s),
+        "checks": sum(check_plan(config, durations_s)[2:]),
+        "other": START_S + TAIL_S + (JOB_START_S + TAIL_S_PER_VARIANT) * len(keys),
+    }
+    cpu_s = {name: round(speed * part_s, 1) for name, part_s in parts_s.items()}
+    analyses, left = (trials * state.summary[name] for name in ("analyses", "left"))
+    left_s = cpu_s["analyses"] * left / max(analyses, 1)
+    is_made = not left and folder.report.is_file()
+    rest_s = 0.0 if is_made else cpu_s["checks"] + cpu_s["other"]
+    summary = state.summary | {"core_hours": round(sum(cpu_s.values()) / 3600, 4), "cpu_s": cpu_s}
+    summary["eta_s"] = round((left_s + rest_s) / CORES, 1)
+    summary["disk_mb"] = round(analyses * DISK_KB_PER_ANALYSIS / 1024, 1)
     if size is not None:
         jobs, cores = state.variants_left, size["cores"]
-        job_hours = left_s * CORES / 3600 / cores / max(jobs, 1)
+        job_hours = (left_s / cores / max(jobs, 1) + JOB_START_S * speed) / 3600
         summary |= {"jobs": jobs, "job_cores": cores, "job_hours": round(job_hours, 2)}
         summary["hours"] = round(job_hours * ceil(jobs / size["jobs"]), 2)
     return replace(state, summary=summary, notes=notes)
 
 
-def other_work_s(study: StudyConfig, per_s: float, cores: float) -> float:
+def measured_speed(rows: Iterable[Row], settings: AnalysisSettings, time: str = "cpu_s") -> float:
+    """Return the ratio of the measured to the expected time of analyses; 1 without any.
+
+    ``time`` is the column of the measured time; runs that did not start have none.
+    """
+    timed = [row for row in rows if row[time] == row[time] and row["duration_s"] > 0.0]
+    expected_s = sum(forecast_s(row["duration_s"], row["abutment"], settings) for row in timed)
+    return sum(row[time] for row in timed) / expected_s if timed else 1.0
+
+
+def other_work_s(
+    study: StudyConfig, durations_s: Sequence[float], speed: float, cores: float
+) -> float:
     """Return the wall time (s) of the work of a study other than the analyses of its variants.
 
-    It covers the numerical checks that are not yet done, fits, figures and page. `per_s` is the
-    wall time of an analysis per second of its motion.
+    It covers the numerical checks that are not yet done, fits, figures and page. `speed` is the
+    result of `measured_speed`.
     """
     folder, variants = StudyFolder(Path(study.results)), len(expand_grid(study.grid))
-    tail_s = TAIL_MOTION_S + TAIL_MOTION_S_PER_VARIANT * variants / min(cores, 2.0)
+    *_, pair_s, rows_s = check_plan(study, durations_s)
+    tail_s = TAIL_S + pair_s + TAIL_S_PER_VARIANT * variants / min(cores, 2.0)
     checks_s = 0.0
     if not folder.sensitivity.is_file():
-        checked_s = study.sensitivity.rows * (study.sensitivity.window_s or TYPICAL_MOTION_S)
         done = read_content([folder.journal("sensitivity")]).rows.values()
         spent_s = sum(row["wall_s"] for row in done if row["wall_s"] == row["wall_s"])
-        checks_s = max(CHECK_MOTION_S * checked_s * per_s - spent_s, 0.0)
-    return tail_s * per_s + checks_s / cores
+        checks_s = max(rows_s * speed - spent_s, 0.0)
+    return tail_s * speed + checks_s / cores
 
 
-def analysis_keys(config: StudyConfig) -> Mapping[str, Sequence[str]]:
-    """Return the run keys of each variant; empty before the motions are prepared."""
+def analysis_keys(config: StudyConfig) -> tuple[Mapping[str, Sequence[str]], Sequence[float]]:
+    """Return the run keys of each variant, and the lengths (s) of the motions.
+
+    Before the motions are prepared, the keys are empty texts.
+    """
     folder = StudyFolder(Path(config.results))
-    if not (folder.suite.is_file() and folder.intensities.is_file()):
-        return {}
     slugs = [variant.slug for variant in expand_grid(config.grid)]
-    try:
-        setup = StudySetup.of(config)
-        return {slug: [run_key(task) for task in setup.tasks(slug)] for slug in slugs}
-    except (InputError, KeyError):  # prepared by another version, or for other bridges
-        return {}
+    with suppress(InputError, KeyError):  # prepared by another version, or for other bridges
+        if folder.suite.is_file() and folder.intensities.is_file():
+            setup = StudySetup.of(config)
+            keys = {slug: [run_key(task) for task in setup.tasks(slug)] for slug in slugs}
+            return keys, setup.durations_s
+    durations_s = [
+        min(_length_s(each), config.motions.shaking_s or inf)
+        for source in suite_sources(config.motions)
+        for each in list_motions(source.folder)[: source.count]
+    ]
+    each = ("",) * (len(durations_s) * len(config.motions.incidence_deg))
+    return dict.fromkeys(slugs, each), durations_s
+
+
+def _length_s(entry: IndexEntry) -> float:
+    """Return the length of a listed motion; one without files is not generated for it."""
+    if entry.components or not (entry.dt_s and entry.npts.isdigit()):
+        return read_entry(entry).duration_s
+    return entry.dt_s * int(entry.npts)

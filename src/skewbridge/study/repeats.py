@@ -20,7 +20,6 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.statuses import RAN
-from skewbridge.study.config import SensitivityConfig
 from skewbridge.variant.variant import Variant, parse_slug
 
 if TYPE_CHECKING:  # processes that draw the figures do not import OpenSees
@@ -79,18 +78,17 @@ def in_window(task: "Task", window_s: float | None) -> "Task":
     return replace(task, motion=replace(task.motion, motion=replace(cut, motion_id=name)))
 
 
-def write_sensitivity(
-    setup: "StudySetup", slugs: Sequence[str], check: SensitivityConfig, output: Path
-) -> None:
+def write_sensitivity(setup: "StudySetup", slugs: Sequence[str], output: Path) -> None:
     """Run the repeated analyses that are not in a journal; write the changes of the demands.
 
     The file has one row per demand: the mean ratio of default to reference, the largest change of a
     row for each of `REPEATS`, and the longest analysed time (s). It is empty if no rows are
     repeated.
     """
-    from skewbridge.study.analyses import run_in_journal
+    from skewbridge.study.analyses import check_plan, run_in_journal
 
-    rows = sampled_rows(setup, slugs, check.rows, check.window_s)
+    _, count, *_ = check_plan(setup.study, setup.durations_s)
+    rows = sampled_rows(setup, slugs, count, setup.study.sensitivity.window_s)
     longest_first = sorted(REPEATS, key=lambda name: name != "reference")
     runs = [(number, name) for name in longest_first for number in range(len(rows))]
     tasks = [REPEATS[name](rows[number]) for number, name in runs]
@@ -155,18 +153,22 @@ def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:
 def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> None:
     """Repeat one analysis for both variants of `friction_pair` and write their histories.
 
-    Columns: variant, motion_id and the histories. The table is empty without a pair.
+    Columns: variant, motion_id and the histories. In a small study, they cover only the strongest
+    part of the motion. The table is empty without a pair.
     """
     from skewbridge.analysis.transient import analyse
+    from skewbridge.study.analyses import check_plan
 
     rows, runs = read_frame(demands), [pd.DataFrame()]
-    pair = friction_pair(rows)
+    part_s, *_ = check_plan(setup.study, setup.durations_s)
+    pair = friction_pair(rows) if part_s else None
     motion_id = typical_motion(rows, pair[-1]) if pair else ""
     for variant in pair or ():
         task = next(t for t in setup.tasks(variant.slug) if t.motion.motion.motion_id == motion_id)
+        task = in_window(task, part_s)
         result = analyse(task.variant, task.excitation, task.settings, task.options, histories=True)
         histories = pd.DataFrame(result.histories or {})
-        runs.append(histories.assign(variant=variant.slug, motion_id=motion_id))
+        runs.append(histories.assign(variant=variant.slug, motion_id=task.motion.motion.motion_id))
     write_frame(pd.concat(runs, ignore_index=True), output, provenance())
 
 

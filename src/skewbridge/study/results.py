@@ -10,34 +10,25 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import pandas as pd
 from joblib import cpu_count
-from scipy import special
 
-from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for, unit_of
-from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE, FAILURE_DEMANDS
+from skewbridge.demands.columns import COLUMNS, demands_for, label_of, unit_of
+from skewbridge.demands.validity import is_complete
 from skewbridge.errors import InputError
+from skewbridge.files.digests import provenance
 from skewbridge.files.tables import (
     Row,
     frame_of,
+    positive,
     read_any,
     read_frame,
+    read_stamp,
     read_table,
     records_of,
     texts_of,
+    write_frame,
 )
 from skewbridge.files.text import writable_folder
-from skewbridge.fragility import paper_table
-from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
-from skewbridge.fragility.demand_table import (
-    BRIDGE_COLUMNS,
-    KEY_COLUMNS,
-    LOADING_COLUMNS,
-    TEXT_COLUMNS,
-    axis_names,
-    models_of,
-    need_columns,
-    prepared,
-    read_foreign,
-)
+from skewbridge.fragility import demand_table, paper_table
 from skewbridge.fragility.effects import (
     Pairs,
     demand_effects,
@@ -47,20 +38,27 @@ from skewbridge.fragility.effects import (
 )
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import JointModel
-from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
+from skewbridge.fragility.limit_states import (
+    LimitState,
+    States,
+    load_limit_states,
+    with_column_failure,
+)
+from skewbridge.fragility.motion_means import Jackknifed, motion_weights
+from skewbridge.fragility.outcomes import demand_outcomes
+from skewbridge.fragility.paper_table import EXTRAPOLATED
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import PAPER_TABLE, fragility_tables, write_tables
-from skewbridge.study.folder import StudyFolder
-from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
+from skewbridge.study.folder import StudyFolder, starter_files
 from skewbridge.variant.random_properties import DRAW_PREFIX, RANDOM_PROPERTIES
 
-#: Table of joint models in the folder of a study, or in one written by `skewbridge statistics`.
-_JOINT_TABLES: Final = ("fragility/joint.parquet", "joint.parquet")
+#: Provenance of demands written by `skewbridge statistics`: the name of their source.
+_STATISTICS_OF: Final = "statistics_of"
 #: Columns of fits that have the unit of the intensity measure.
 _MEDIAN: Final = re.compile(r"theta(_(?!bound_beta)\w+)?")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Results:
     """Tables of a finished study.
 
@@ -71,6 +69,42 @@ class Results:
     folder: Path
     demands: pd.DataFrame  # one row per analysis
     fragility: dict[str, pd.DataFrame]  # by name: curves, effects, intensity_effects, joint ...
+
+    def __repr__(self) -> str:
+        """Return the folder, the numbers of runs, variants and motions, and names of tables."""
+        names = [name for name in ("variant", "motion_id") if name in self.demands]
+        counts = "".join(f", {self.demands[n].nunique()} {n.removesuffix('_id')}s" for n in names)
+        tables = ", ".join(self.fragility) or "no tables of fits"
+        return f"Results({self.folder}: {len(self.demands)} runs{counts}; {tables})"
+
+    def at(
+        self, demand: str, im: float, *, measure: str | None = None, **chosen: Any
+    ) -> pd.DataFrame:
+        """Return the median of a demand at one intensity, one row per variant.
+
+        ``chosen`` selects variants by bridge, abutment or axis, such as ``skew_deg=[0, 60]``. The
+        line of ln demand on ln intensity is fitted to all runs of a variant; demands of runs that
+        ended early are lower bounds. ``p16`` and ``p84`` are the range of single motions,
+        ``ci_low`` and ``ci_high`` the 95 % interval of the median (jackknife over motions).
+        ``note`` warns of an intensity outside the complete runs. ``measure`` is the intensity
+        column, by default that of the curves. `InputError` names a missing column or value.
+        """
+        positive([im], "im")
+        rows, curves = self.demands, self.fragility.get("curves", pd.DataFrame({"im": []}))
+        x = measure or next(iter(curves["im"]), DEFAULTS.im)
+        demand_table.need_columns(rows, (demand, x, *chosen))
+        for name, given in chosen.items():
+            values = given if isinstance(given, list | tuple | np.ndarray) else [given]
+            known = sorted(self.demands[name].unique())
+            if wrong := [value for value in values if value not in known]:
+                text = f"{name} must be one of {', '.join(map(str, known))}; got {wrong[0]}"
+                raise InputError(f"{text} (skewbridge predict interpolates)", column=name)
+            rows = rows[rows[name].isin(values)]
+        parts = demand_table.variants_of(rows, [demand, x])
+        table = pd.DataFrame([_at(part, demand, x, im) for part in parts])
+        units = dict.fromkeys(_AT, unit_of(demand)) | {"im": unit_of(x)}
+        table.attrs["units"] = {name: unit_of(str(name)) for name in table} | units
+        return table
 
 
 def load_results(folder: Path) -> Results:
@@ -99,6 +133,30 @@ def load_results(folder: Path) -> Results:
     return Results(folder=folder, demands=demands, fragility=fits)
 
 
+#: Columns of `Results.at` in the unit of the demand.
+_AT: Final = ("median", "p16", "p84", "ci_low", "ci_high")
+
+
+def _at(part: pd.DataFrame, demand: str, measure: str, im: float) -> Row:
+    """Return the row of `Results.at` for the runs of one variant."""
+    runs = part[(part[measure] > 0.0) & part[demand].notna()]
+    motions, complete = demand_table.motion_codes(runs), is_complete(runs)
+    x, least = runs[measure].to_numpy(np.float64), runs[demand][runs[demand] > 0.0].min()
+    capacity: Any = {"threshold": float(least), "dispersion": 0.0}  # zero demands are below it
+    state = LimitState(component="", name="", demand=demand, collapse="peak", **capacity)
+    lines = demand_outcomes(runs, [state]).lines(np.log(x), motion_weights(motions))
+    ln_median = lines.ln_a + lines.b * np.log(im)
+    exact = np.isin(np.arange(ln_median.size - 1), motions[complete])
+    jackknife = Jackknifed.of(ln_median, np.full(exact.size, fill_value=True), exact, 2)
+    ends = ln_median[0] + lines.sigma[0] * np.array([0.0, -1.0, 1.0])
+    ends = np.exp([*ends, *jackknife.interval(DEFAULTS.confidence)]).tolist()
+    row = demand_table.variant_values(part) | {"im": im, **dict(zip(_AT, ends, strict=True))}
+    row |= {"n_runs": len(runs), "n_motions": exact.size, "n_bounds": int(np.sum(~complete))}
+    inside = np.min(x[complete], initial=np.inf) <= im <= np.max(x[complete], initial=0.0)
+    note = "" if inside else "outside the intensities of the complete runs"
+    return row | {"note": note if np.isfinite(ends[0]) else "no line: too few runs, or no growth"}
+
+
 def demands_file(folder: Path) -> Path:
     """Return the path of the demands of a study; `InputError` if the folder has none."""
     if (path := folder / "demands.parquet").is_file():
@@ -119,47 +177,34 @@ def _frame(path: Path) -> pd.DataFrame:
     return frame
 
 
-def shear_model_medians(demands: pd.DataFrame, settings: FitSettings = DEFAULTS) -> pd.DataFrame:
-    """Return the fragility curves of column shear failure, one limit state per shear model.
-
-    The demand / capacity ratios are peaks over all steps, even after a column failure, so a failure
-    in one model does not censor the others. Variants in which no model predicts a failure are left
-    out. The result is empty if the demands do not include these ratios.
-    """
-    failure = with_column_failure([], FAILURE_DEMANDS.values())[0]
-    states = [
-        replace(failure, component="column_shear", name=name, demand=demand)
-        for name, demand in SHEAR_MODEL_DEMANDS.items()
-        if demand in demands
-    ]
-    fails = (demands[[state.demand for state in states]] >= 1.0).any(axis=1)
-    rows = demands[demands["variant"].isin(demands.loc[fails, "variant"])]
-    if rows.empty:
-        return pd.DataFrame(columns=[*CURVE_COLUMNS])
-    return paper_table.chosen_curves(fit_study(rows.assign(**{BEYOND_MODEL: ""}), states, settings))
-
-
 def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFrame, str]:
     """Return the table read by `read_foreign` (known columns only) and its intensity measure."""
     source = read_any(path)
-    need_columns(source, ["status"], path.name)
+    demand_table.need_columns(source, ["status"], path.name)
     measures = list(map(str, source.filter(regex="^im_")))
     chosen = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
     if measures and chosen not in source:
         problem = f"{path.name}: no column {im!r}; it has:" if im else "choose --im, one of:"
         raise InputError(f"{problem} {', '.join(measures)}", column=im or "im")
-    named = {*TEXT_COLUMNS, *KEY_COLUMNS, *axis_names(source), COMPLETE, chosen}
-    named |= {state.demand for state in states} | {column.name for column in DEMAND_COLUMNS}
+    named = {column.name for column in COLUMNS} | {*demand_table.axis_names(source), chosen}
+    named |= {state.demand for state in states}
     prefixes = ("im_", DRAW_PREFIX)
     kept = (name for name in map(str, source) if name in named or name.startswith(prefixes))
-    return read_foreign(path, {name: name for name in kept}), chosen
+    return demand_table.read_foreign(path, {name: name for name in kept}), chosen
+
+
+def _limit_states(path: Path) -> States:
+    """Return the limit states of a file; that of the package if a study folder has none."""
+    usual = Path("config/limit_states.yaml")
+    packaged = path == usual and not path.is_file()
+    return load_limit_states(starter_files() / usual if packaged else path)
 
 
 def _tables_of(
     demands: Path, limit_states: Path, im: str | None, margin: float | None = None
-) -> tuple[dict[str, pd.DataFrame], str, list[str]]:
-    """Return the tables, the intensity measure and the limit states whose demand is missing."""
-    states = load_limit_states(limit_states)
+) -> tuple[pd.DataFrame, dict[str, pd.DataFrame], str, list[str]]:
+    """Return demands, tables, intensity measure and limit states whose demand is missing."""
+    states = _limit_states(limit_states)
     table, chosen = _read_demands(demands, im, states)
     usable = [state for state in states if state.demand in table]
     if not usable:
@@ -167,7 +212,7 @@ def _tables_of(
         raise InputError(f"{demands.name} has none of the demands of the limit states: {names}")
     left_out = [f"{state.key} ({state.demand})" for state in states if state not in usable]
     tables = fragility_tables(table, usable, _settings(chosen, margin), jobs=cpu_count())
-    return tables, chosen, left_out
+    return table, tables, chosen, left_out
 
 
 def _settings(im: str, margin: float | None) -> FitSettings:
@@ -182,14 +227,18 @@ def _settings(im: str, margin: float | None) -> FitSettings:
 def statistics_of(
     demands: Path, out: Path, limit_states: Path, im: str | None = None, margin: float | None = None
 ) -> dict[str, Any]:
-    """Write every table of results/fragility from a table of demands, and return their summary.
+    """Write demands and fragility/ of a study from a table of demands; return their summary.
 
     The summary lists limit states whose demand is missing as ``left_out``. For an invalid value,
-    `InputError` gives its row and column.
+    `InputError` gives its row and column; a folder with a study is refused.
     """
-    tables, measure, left_out = _tables_of(demands, limit_states, im, margin)
-    write_tables(tables, writable_folder(out))
-    notes = tables["input_notes"]
+    folder = StudyFolder(writable_folder(out))
+    if folder.demands.is_file() and not is_from_statistics(out):
+        raise InputError(f"{out} has the demands of a study: choose another folder")
+    table, tables, measure, left_out = _tables_of(demands, limit_states, im, margin)
+    notes, texts = tables["input_notes"], {name: label_of(name) for name in map(str, table)}
+    write_frame(table, folder.demands, provenance(**{_STATISTICS_OF: demands.name}), texts)
+    write_tables(tables, folder.fragility("curves").parent)
     return {
         "tables": {name: len(rows) for name, rows in tables.items()},
         "status": tables["curves"]["status"].value_counts().to_dict(),
@@ -197,13 +246,20 @@ def statistics_of(
         "left_out": left_out,
         "rejected_rows": int((notes["kind"] == "rejected_row").sum()),
         "notes": notes["message"].tolist(),
+        "warnings": notes.loc[notes["kind"] == "percent", "message"].tolist(),
         **{"im": measure, "out": str(out)},
     }
 
 
+def is_from_statistics(folder: Path) -> bool:
+    """Return whether `statistics_of` wrote the demands in a folder."""
+    path = StudyFolder(folder).demands
+    return path.is_file() and _STATISTICS_OF in read_stamp(path)
+
+
 def paper_rows(demands: Path, limit_states: Path, im: str | None = None) -> dict[str, Any]:
     """Return the table for publication: numbers (``rows``), printed texts (``shown``), title."""
-    tables, measure, _ = _tables_of(demands, limit_states, im)
+    _, tables, measure, _ = _tables_of(demands, limit_states, im)
     rows, title = tables[PAPER_TABLE], f"medians in {measure}"
     return {"rows": records_of(rows), "shown": paper_table.printed_rows(rows), "title": title}
 
@@ -221,6 +277,7 @@ class StudyComparison(NamedTuple):
     medians: pd.DataFrame
     counts: dict[str, int]  # pairs, runs in one only, shared variants and motions, equal pairs
     other_motions: tuple[str, ...]  # left out: same name in both studies, different files
+    warnings: tuple[str, ...]  # demands that seem to be in per cent
 
 
 def compare_studies(
@@ -232,7 +289,7 @@ def compare_studies(
     agree by the digests of their files if both studies have a suite, otherwise by name. Pairs in
     which one run ended early count as bounds. `InputError` if a table, column or pair is missing.
     """
-    settings, states = _settings(im, margin), load_limit_states(limit_states)
+    settings, states = _settings(im, margin), _limit_states(limit_states)
     other = _other_motions(first, second)
     tables: list[pd.DataFrame] = []
     for number, study in enumerate((first, second)):
@@ -246,15 +303,15 @@ def compare_studies(
     both = pd.concat(tables, ignore_index=True)
     pairs = run_pairs(both, STUDY, columns)
     if pairs.empty:
-        raise InputError(_nothing_shared(tables[0], tables[1], axis_names(both)))
+        raise InputError(_nothing_shared(tables[0], tables[1], demand_table.axis_names(both)))
     change = {"axis": STUDY, "from_value": 0.0, "to_value": 1.0}
     effects: list[dict[str, Any]] = []
-    for model, part in models_of(pairs):
+    for model, part in demand_table.models_of(pairs):
         of_model = Pairs(model | change, part)
         effects += demand_effects(of_model, names=names, settings=settings, reference_im={})[0]
-    variant = [*BRIDGE_COLUMNS, *axis_names(both)]
-    paired = both.merge(pairs[[*variant, *LOADING_COLUMNS]].drop_duplicates())
-    runs = prepared(paired, [state.demand for state in states], settings).table
+    variant = [*demand_table.BRIDGE_COLUMNS, *demand_table.axis_names(both)]
+    paired = both.merge(pairs[[*variant, *demand_table.LOADING_COLUMNS]].drop_duplicates())
+    runs, notes = demand_table.prepared(paired, [state.demand for state in states], settings)
     top, bottom = (pairs[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
     equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
     return StudyComparison(
@@ -269,6 +326,7 @@ def compare_studies(
             "equal_pairs": int(equal.all(axis=1).sum()),
         },
         other_motions=other,
+        warnings=tuple(notes.loc[notes["kind"] == "percent", "message"]),
     )
 
 
@@ -285,9 +343,9 @@ def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
 def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[str]) -> str:
     """Return the message for studies without pairs, with the shared variants and motions."""
     kinds = {
-        "variants": [*BRIDGE_COLUMNS, *axes],
+        "variants": [*demand_table.BRIDGE_COLUMNS, *axes],
         "motions": ["motion_id"],
-        "motions with the same scale and incidence": [*LOADING_COLUMNS],
+        "motions with the same scale and incidence": [*demand_table.LOADING_COLUMNS],
     }
     distinct = {
         name: [table.reindex(columns=columns).drop_duplicates() for table in (first, second)]
@@ -310,13 +368,15 @@ def predict_states(
 ) -> list[Row]:
     """Return predictions at a point in the range of a study, one row per fitted limit state.
 
+    ``extrapolated`` and ``p_extrapolated`` are true if fewer than three motions are as strong, or
+    as weak, as the median or the intensity ``at``.
+
     `InputError` for a missing table, bridge, model or state, or a value outside the range.
     """
-    path = next((results / name for name in _JOINT_TABLES if (results / name).is_file()), None)
-    if path is None:
+    path = StudyFolder(results).fragility("joint")
+    if not path.is_file():
         advice = "run the study or skewbridge statistics, or name another folder (--study)"
-        text = f"{results} has neither {' nor '.join(_JOINT_TABLES)}: {advice}"
-        raise InputError(text, file=str(results))
+        raise InputError(f"{path} is missing: {advice}", file=str(path))
     if at is not None and not 0.0 < at < np.inf:
         raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
     stored = read_table(path)
@@ -335,9 +395,14 @@ def predict_states(
         model.axis_range.check(values)
         theta, *ends = model.median(values)
         found = {"component": row["component"], "state": row["limit_state"], "theta": theta}
-        found |= {"beta": model.beta, "beta_total": model.beta_total, "ci_theta": ends}
-        for name, beta in (("p", model.beta_total), ("p_records", model.beta)):
-            found[name] = None if at is None else float(special.ndtr(np.log(at / theta) / beta))
+        betas = np.exp(model.logs(values)[0, 1:]).tolist()
+        found |= dict(zip(("beta", "beta_total"), betas, strict=True)) | {"ci_theta": ends}
+        for name, union in zip(("p_records", "p"), model.unions(values), strict=True):
+            found[name] = None if at is None else float(union.probability(np.log(at))[0])
+        # tables of earlier versions have no range: their medians count as extrapolated
+        low, high = row.get("im_low", np.inf), row.get("im_high", -np.inf)
+        found[EXTRAPOLATED] = not low <= theta <= high
+        found[f"p_{EXTRAPOLATED}"] = None if at is None else not low <= at <= high
         found |= {"loo_error": row["loo_error"], "im": row["im"], RANDOM_PROPERTIES: drawn}
         rows.append(found)
     return rows

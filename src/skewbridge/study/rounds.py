@@ -22,7 +22,7 @@ import pandas as pd
 
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import with_derived_columns
-from skewbridge.files.tables import read_frame
+from skewbridge.files.tables import read_frame, records_of
 from skewbridge.files.text import read_json, write_text
 from skewbridge.fragility.demand_table import axis_names, prepared
 from skewbridge.fragility.effects import effect_tables, median_effects
@@ -41,11 +41,11 @@ from skewbridge.fragility.verdicts import (
     motions_to_decide,
     runs_per_motion,
 )
-from skewbridge.study.analyses import StudySetup
+from skewbridge.study.analyses import StudySetup, analyses_s
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.processes import PROGRESS_LOG
-from skewbridge.study.progress import CPU_S_PER_MOTION_S, JOB_START_MOTION_S, other_work_s
+from skewbridge.study.progress import JOB_START_S, measured_speed, other_work_s
 from skewbridge.variant.grid import expand_grid
 
 progress_logger = logging.getLogger(PROGRESS_LOG)
@@ -181,13 +181,14 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     motions = {slug: plans[-1]["motions"][slug][1] if plans else 0 for slug in slugs}
     tasks = setup.tasks(slugs[0])
     per_motion = len(tasks) / len(setup.motion_ids)
-    demands, per_s = pd.DataFrame(), CPU_S_PER_MOTION_S
-    own_s = dict.fromkeys(slugs, float(per_s * np.mean([task.analysed_s for task in tasks])))
+    demands, speed = pd.DataFrame(), 1.0
+    of_all_s = analyses_s(study, setup.durations_s)
+    own_s = dict.fromkeys(slugs, of_all_s / len(slugs) / len(tasks))
     if earlier:
         demands = pd.concat(map(read_frame, earlier), ignore_index=True)
         mean_s = demands.groupby("variant")["wall_s"].mean()
         own_s = {slug: float(mean_s[slug]) for slug in slugs}
-        per_s = float(demands["wall_s"].sum() / demands["duration_s"].sum())
+        speed = measured_speed(records_of(demands), study.analysis, "wall_s")
     began_s, cores = map(float, os.environ.get(CLOCK, f"{time.time()} 1").split())
     cost_s = {slug: own_s[slug] * per_motion / cores for slug in slugs}
     cells, wanted, ended = pd.DataFrame(), [], None
@@ -196,9 +197,9 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
         cells, wanted = _looked_at(study, demands, plans, motions, own_s)
     # the next plan takes as long as this one did
     planning_s = time.monotonic() - entered_s
-    starts_s = JOB_START_MOTION_S * per_s * (1.0 + len(slugs) / cores)
+    starts_s = JOB_START_S * speed * (1.0 + len(slugs) / cores)
     left_s = began_s + 3600.0 * design.hours - time.time() - planning_s - starts_s
-    left_s -= other_work_s(study, per_s, cores)
+    left_s -= other_work_s(study, setup.durations_s, speed, cores)
     decided = 0
     if is_first:
         # ASSUME analyses take at most ten times as long as forecast before any is measured

@@ -9,10 +9,11 @@ import logging
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from functools import lru_cache
-from math import inf
+from math import inf, nan
 from pathlib import Path
 from typing import Any
 
+from skewbridge.analysis.bridge_check import CAPACITIES
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.recovery import steps_as_text
 from skewbridge.analysis.settings import AnalysisSettings
@@ -120,6 +121,7 @@ def outcome_of(result: AnalysisResult) -> dict[str, Any]:
         "collapse_criterion": result.collapse_criterion or reason,
         "beyond_model": result.model_end.mode,
         "beyond_model_s": result.model_end.time_s,
+        **result.capacities,
         "time_reached_s": result.time_reached_s,
         "duration_s": result.duration_s,
         "recovery_rung": result.recovery_rung,
@@ -136,9 +138,10 @@ def no_result(status: str, reason: str) -> dict[str, Any]:
         "status": status,
         "collapse_criterion": reason,
         "beyond_model": "",
-        "beyond_model_s": float("nan"),
+        "beyond_model_s": nan,
+        **dict.fromkeys(CAPACITIES, nan),
         "time_reached_s": 0.0,
-        "duration_s": float("nan"),
+        "duration_s": nan,
         "recovery_rung": 0,
         "steps_by_rung": "",
         "loosened_ratio": 0.0,

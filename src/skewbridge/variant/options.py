@@ -72,9 +72,9 @@ class ModelOptions:
     # ASSUME a light key without any damping would rattle
     wall_dashpot_ratio: Number = Field(default=0.10, ge=0.0, le=1.0)
     """damping ratio of key dashpots, and of wall dashpots if backfill_vs_mps is null"""
-    # ASSUME a pushed backwall returns slowly: this adds 0.4 % to the backbone at 76 mm, 5e6 would
+    # ASSUME a pushed backwall returns slowly: this adds 0.04 % to the backbone at 76 mm, 5e6 would
     # add 7 %
-    wall_restoring_n_per_m: Number = Field(default=3.0e5, ge=1.0, le=1.0e9)
+    wall_restoring_n_per_m: Number = Field(default=3.0e4, ge=1.0, le=1.0e9)
     """stiffness of the spring returning a pushed backwall, at zero skew"""
     backfill: Literal["hyperbolic", "sdc"] = Field(default="hyperbolic")
     """hyperbolic curve, or bilinear curve of SDC 2.0"""

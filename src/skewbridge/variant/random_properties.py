@@ -7,9 +7,8 @@ analyses are added. The scatter of the properties becomes part of the scatter be
 Each property is the modelling option (a factor or an offset) of the same name. A draw is therefore
 part of the key of its analyses, and a property can be an axis of the grid instead.
 
-References:
-    Nielson and DesRoches (2007), Earthquake Eng. Struct. Dyn. 36:823-839: one sample of the
-    properties of a bridge per motion, from a Latin hypercube.
+Pan et al. (2007), Journal of Bridge Engineering 12(6):689, sample material strengths, mass, bearing
+friction and joint gap from a Latin hypercube.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -89,7 +88,9 @@ def _of(distribution: str, low: float, high: float, source: str, **shape: float)
     return Field(default=what, description="distribution; null: the value of the model")
 
 
-_NIELSON: Final = "Nielson and DesRoches (2007), from memory"
+# source: PyPBEE (commit 8b35e30), examples/Bridge_A/osb_info_Bridge_A.py
+_ASSUMED: Final = "assumed; PyPBEE has a coefficient of variation of"
+_Drawn = RandomProperty | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
@@ -103,41 +104,27 @@ class UncertaintyConfig:
     """random properties, one draw per motion for all variants"""
     seed: Whole = Field(default=1, ge=0, le=2**31)
     """seed of the draws"""
-    # 33.8 +- 4.3 MPa; two standard deviations, as in the other rows without limits in the source
-    concrete_strength_factor: RandomProperty | None = _of(
-        "normal", 0.75, 1.25, f"{_NIELSON}: 33.8 +- 4.3 MPa", spread=0.127
-    )
-    steel_strength_factor: RandomProperty | None = _of(
-        "lognormal", 0.85, 1.18, f"{_NIELSON}: mean 463 MPa, dispersion 0.08", spread=0.08
-    )
-    damping_factor: RandomProperty | None = _of(
-        "normal", 0.44, 1.56, f"{_NIELSON}: 4.5 +- 1.25 % of critical", spread=0.28
-    )
-    deck_mass_factor: RandomProperty | None = _of("uniform", 0.9, 1.1, f"{_NIELSON}: 0.9 to 1.1")
-    # ASSUME a friction angle known within 3 degrees changes the passive strength by 25 %
-    backfill_strength_factor: RandomProperty | None = _of(
-        "lognormal", 0.6, 1.65, "assumed: friction angle 38 +- 3 degrees", spread=0.25
-    )
-    backfill_stiffness_factor: RandomProperty | None = _of(
-        "uniform", 0.57, 1.43, f"{_NIELSON}: passive stiffness 11.5 to 28.8 kN/mm per m of wall"
-    )
-    pad_stiffness_factor: RandomProperty | None = _of(
-        "uniform", 0.48, 1.52, f"{_NIELSON}: shear modulus 0.66 to 2.07 MPa"
-    )
-    pad_strength_factor: RandomProperty | None = _of(
-        "lognormal", 0.82, 1.22, f"{_NIELSON}: friction of pads, dispersion 0.1", spread=0.1
-    )
+    # ASSUME the distributions below; normal and lognormal ones end near two standard deviations
+    concrete_strength_factor: _Drawn = _of("normal", 0.75, 1.25, f"{_ASSUMED} 0.16", spread=0.127)
+    steel_strength_factor: _Drawn = _of("lognormal", 0.85, 1.18, f"{_ASSUMED} 0.04", spread=0.08)
+    damping_factor: _Drawn = _of("normal", 0.44, 1.56, f"{_ASSUMED} 0.5", spread=0.28)
+    deck_mass_factor: _Drawn = _of("uniform", 0.9, 1.1, f"{_ASSUMED} 0.04")
+    # ASSUME a friction angle of 38 +- 3 degrees changes the passive strength by 25 %
+    backfill_strength_factor: _Drawn = _of("lognormal", 0.6, 1.65, f"{_ASSUMED} 0.2", spread=0.25)
+    backfill_stiffness_factor: _Drawn = _of("uniform", 0.57, 1.43, f"{_ASSUMED} 0.2")
+    pad_stiffness_factor: _Drawn = _of("uniform", 0.48, 1.52, "assumed")
+    pad_strength_factor: _Drawn = _of("lognormal", 0.82, 1.22, "assumed", spread=0.1)
     # ASSUME thermal movement of 4 mm (8 K over half of a 90 m deck) and 3 mm of construction
-    gap_offset_mm: RandomProperty | None = _of(
+    gap_offset_mm: _Drawn = _of(
         "normal", -10.0, 10.0, "assumed: temperature and construction", median=0.0, spread=5.0
     )
     # ASSUME the shear friction of a broken construction joint scatters by 20 %
-    key_strength_factor: RandomProperty | None = _of(
+    key_strength_factor: _Drawn = _of(
         "lognormal", 0.67, 1.5, "assumed: shear friction of the construction joint", spread=0.2
     )
     # null by default: the shipped suites already rotate every pair by a random angle, and a second
     # random angle adds no scatter
-    incidence_deg: RandomProperty | None = Field(default=None)
+    incidence_deg: _Drawn = Field(default=None)
     """added to motions.incidence_deg"""
 
     @model_validator(mode="after")

@@ -2,8 +2,9 @@
 
 A number is written with its source as ``{v: 5.64, src: "a: paper, section 5"}``. The source
 classes are a (the paper), b (a document at hand), c (a named report from memory), d (engineering
-rule) and calc (computed from other numbers). A list of numbers is one such mapping with a list as
-``v``. ``extends: NAME`` starts from another bridge: mappings are merged, other values are replaced.
+rule) and calc (computed from other numbers); without one it is b. A list of numbers is one such
+mapping with a list as ``v``. ``extends: NAME`` starts from another bridge: mappings are merged,
+other values are replaced.
 A fixed base without ``foundation`` gets the springs of `TYPICAL_FOUNDATION`, and ``foundation:
 null`` is rigid ground.
 
@@ -35,10 +36,12 @@ NAME_PATTERN: Final = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
 MAX_PARENTS: Final = 10
 #: Bridge with the foundation springs of fixed bases whose file has none: one column of 1.68 m.
 TYPICAL_FOUNDATION: Final = "bridge_a"
-SOURCE_PATTERN: Final = r"(a|b|c|d|calc): \S.*"
+# without a class; not a class without a text, nor another letter in its place
+_UNCLASSED: Final = r"(?!(\w|calc)\s*(:|$))\S.*"
+SOURCE_PATTERN: Final = rf"((a|b|c|d|calc): \S.*|{_UNCLASSED})"
 SOURCE_LETTERS: Final = (
     "a (the paper), b (a document at hand), c (a named report from memory), d (an engineering "
-    "rule) or calc (computed from the other numbers)"
+    "rule) or calc (computed from the other numbers), or a text of class b without a letter"
 )
 
 
@@ -143,13 +146,17 @@ def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
     if isinstance(node, dict):
         if "v" in node:
             source = node.get("src", "")
-            if set(node) - {"v", "src"} or not re.fullmatch(SOURCE_PATTERN, str(source)):
+            is_text = isinstance(source, str) and re.fullmatch(SOURCE_PATTERN, source)
+            if unknown := set(node) - {"v", "src"}:
+                key = f"{where}.{min(unknown)}"
+                raise InputError(f"{path.name}: {key}: unknown key; a number has v and src")
+            if not is_text:
                 raise InputError(
                     f"{path.name}: {where}: src must be 'LETTER: text', where LETTER is "
                     f"{SOURCE_LETTERS}; got {shortened(source)}",
                     file=path.name,
                 )
-            sources[where] = str(source)
+            sources[where] = f"b: {source}" if re.fullmatch(_UNCLASSED, source) else source
             return node["v"]
         return {
             key: _strip(value, f"{where}.{key}".lstrip("."), sources, path)

@@ -5,8 +5,9 @@ when it builds the model.
 """
 
 import math
+import re
 from itertools import accumulate
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
 
@@ -74,14 +75,26 @@ class FoundationData(_Part, frozen=True):
 
 
 class BentData(_Part, frozen=True):
-    """One bent: columns equally spaced about the centreline, under an integral cap."""
+    """One bent: columns equally spaced about the centreline, under an integral cap.
+
+    A bent of one column needs no ``column_spacing_m``.
+    """
 
     columns: Annotated[int, Field(ge=1, le=8)]
-    column_spacing_m: Distance
+    column_spacing_m: Distance = 0.0
     clear_height_m: Metres
     cap_width_m: Metres
     cap_depth_m: Metres
     cap_weight_kn: Weight
+
+    @model_validator(mode="after")
+    def _spaced(self) -> Self:
+        if self.columns > 1 and self.column_spacing_m == 0.0:
+            raise ValueError(f"column_spacing_m is missing or 0: {self.columns} columns need it")
+        return self
+
+
+_OTHER_SHAPE: Final = re.compile(r"width|depth|breadth|height|side|thick|shape|section|flare|taper")
 
 
 class ColumnData(_Part, frozen=True):
@@ -130,6 +143,15 @@ class ColumnData(_Part, frozen=True):
     def bar_circle_m(self) -> float:
         """Diameter of the circle through the longitudinal bars."""
         return self.hoop_circle_m - 1e-3 * (self.hoop_diameter_mm + self.bar_diameter_mm)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _is_circular(cls, raw: Any) -> Any:
+        keys = sorted(raw.keys() - cls.model_fields.keys()) if isinstance(raw, dict) else ()
+        if others := ", ".join(filter(_OTHER_SHAPE.search, keys)):
+            text = "the only shape is a circle with diameter_m; the height is in bents"
+            raise ValueError(f"unknown key {others}: {text}")
+        return raw
 
     @model_validator(mode="after")
     def _bars_fit(self) -> Self:

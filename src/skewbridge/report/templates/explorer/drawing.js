@@ -63,7 +63,7 @@
     pick("commands").replaceChildren(...rows.map((row) => {
       const line = element("p", ""), text = command(row), button = element("button", "copy", { type: "button", "aria-label": "copy " + text });
       button.addEventListener("click", () => navigator.clipboard.writeText(text).then(() => { button.textContent = "copied"; }));
-      line.append(element("code", text), " ", button, ` ${variants[runs.variant[row]].text}; ${loadingText(row)}`);
+      line.append(...(text ? [element("code", text), " ", button] : []), ` ${variants[runs.variant[row]].text}; ${loadingText(row)}`);
       return line;
     }));
   }

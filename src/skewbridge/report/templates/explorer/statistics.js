@@ -60,11 +60,28 @@
     return studentQuantiles.get(key);
   }
   const probability = (im, theta, beta) => phi(Math.log(im / theta) / beta);
+  // bivariate normal distribution: integral over the correlation (Plackett 1954), by Simpson's rule
+  function bothBelow(u, v, rho) {
+    const n = 200, step = Math.asin(Math.max(-1, Math.min(1, rho))) / n;
+    let sum = 0;
+    for (let i = 0; i <= n; i++) {
+      const s = Math.sin(i * step), c = Math.max(1e-12, 1 - s * s);
+      sum += (i === 0 || i === n ? 1 : i % 2 ? 4 : 2) * Math.exp((2 * u * v * s - u * u - v * v) / (2 * c));
+    }
+    return phi(u) * phi(v) + sum * step / (6 * Math.PI);
+  }
+  // the curve of a fit: lognormal, or the union of shear and flexure
+  const isUnion = (fit) => fit.theta_shear != null && fit.theta_flexure != null;
+  function exceedance(fit, im) {
+    if (!isUnion(fit)) return probability(im, fit.theta, fit.beta_total);
+    const u = Math.log(im / fit.theta_shear) / fit.beta_shear, v = Math.log(im / fit.theta_flexure) / fit.beta_flexure;
+    return Math.min(1, Math.max(phi(u), phi(v), phi(u) + phi(v) - bothBelow(u, v, fit.mode_correlation)));
+  }
   // the pointwise band: Wald on ln(im/theta)/beta, then phi; the dispersion of the capacity is known
   function bandOf(fit) {
     const beta = fit.beta_total, slope = fit.beta / beta, reach = quantile(0.5 + fit.level / 2);
     return (im, side) => {
-      const eta = Math.log(im / fit.theta) / beta;
+      const eta = isUnion(fit) ? quantile(exceedance(fit, im)) : Math.log(im / fit.theta) / beta;
       const variance = fit.var_ln_theta + 2 * eta * fit.cov_ln_theta_beta * slope + eta * eta * fit.var_beta * slope * slope;
       return phi(eta + side * reach * Math.sqrt(Math.max(0, variance)) / beta);
     };

@@ -32,7 +32,7 @@
     return { by: shown.by, label: shown.unit === "-" ? known.label : `${known.label} (${shown.unit})` };
   }
   const digits = (value) => String(+value.toPrecision(4));
-  const command = (row) => "skewbridge run --row " + runs.key[row];
+  const command = (row) => runs.key[row] && "skewbridge run --row " + runs.key[row];
   const loadingText = (row) => data.motions[runs.motion[row]] + (runs.status[row] ? ", " + words(data.statuses[runs.status[row]]) : "") + (runs.complete[row] ? "" : ", a lower bound");
 
   // pairs of runs under the same motion, of variants that differ in one axis only

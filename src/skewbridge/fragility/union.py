@@ -1,0 +1,162 @@
+"""Probability that a column fails in any mode, from the curves of its failure modes.
+
+Mode i fails at the intensity ln x_i = ln theta_i + beta_i e_i, with standard normal e_i. The column
+fails at the smaller of both intensities. With u_i = ln(x/theta_i)/beta_i,
+
+    P(any) = Phi(u_1) + Phi(u_2) - Phi_2(u_1, u_2; rho)
+
+is at least as large as each Phi(u_i), and at most their sum. This curve is not lognormal. The
+demands of both modes are correlated from motion to motion, and their capacities are independent, so
+rho = rho_demands s_1 s_2, with s_i = record-to-record / total dispersion.
+
+Source: the bivariate normal distribution by Owen (1956), Ann. Math. Stat. 27(4):1075-1090.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, NamedTuple, Self
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+from scipy import special
+
+from skewbridge.files.tables import Floats
+from skewbridge.fragility.fits import NO_EXCEEDANCE
+from skewbridge.fragility.limit_states import LimitState
+from skewbridge.fragility.lines import Lines
+from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes
+
+#: Columns of the curve of a union: median and dispersion of both modes, and their correlation.
+UNION_COLUMNS: Final = (
+    "theta_shear", "beta_shear", "theta_flexure", "beta_flexure", "mode_correlation",
+)  # fmt: skip
+#: Smallest number of runs with known demands of both modes for a correlation.
+MIN_COMPLETE: Final = 4
+_HALVINGS: Final = 60
+_TINY: Final = 1e-300  # replaces zero as a divisor
+_LARGEST_RHO: Final = 1.0 - 1e-12
+
+
+class Union(NamedTuple):
+    """R unions of k = 1 or 2 failure modes, for example from all runs and without each motion."""
+
+    ln_theta: Floats  # shape (k, R)
+    beta: Floats  # shape (k, R)
+    rho: Floats  # correlation of the intensities of failure, shape (R,)
+
+    @classmethod
+    def of(cls, ln_theta: Floats, records: Floats, total: Floats, rho: Floats) -> Self:
+        """Return unions of k modes with dispersions ``total`` (k, R).
+
+        ``rho`` (R,) is the correlation of the demands, whose dispersions are ``records`` (k, R).
+        """
+        # ASSUME the capacities of both modes are independent of each other and of the demands
+        shares = np.divide(records, total, out=np.zeros_like(total), where=total > 0.0)
+        return cls(ln_theta, total, rho * np.prod(shares, axis=0))
+
+    def probability(self, ln_im: Floats) -> Floats:
+        """Return P(any) at ln intensities whose shape broadcasts with (R,)."""
+        u = [(ln_im - mean) / beta for mean, beta in zip(self.ln_theta, self.beta, strict=True)]
+        p = [special.ndtr(each) for each in u]
+        if len(u) == 1:
+            return p[0]
+        total = p[0] + p[1]
+        return np.clip(total - _both(u[0], u[1], self.rho), np.maximum(*p), np.minimum(total, 1.0))
+
+    def quantile(self, z: float) -> Floats:
+        """Return ln of the intensity at which P(any) = Phi(z), shape (R,)."""
+        if len(self.beta) == 1:
+            return self.ln_theta[0] + z * self.beta[0]
+        p = float(special.ndtr(z))
+        # the larger of both probabilities is between p/2 and p
+        ends = (float(special.ndtri(share * p)) for share in (0.5, 1.0))
+        low, high = (np.min(self.ln_theta + end * self.beta, axis=0) for end in ends)
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            above = self.probability(middle) > p
+            low, high = np.where(above, low, middle), np.where(above, middle, high)
+        return 0.5 * (low + high)
+
+    def summary(self) -> tuple[Floats, Floats]:
+        """Return ln of the median and half of the ln range from 16 to 84 %, shape (R,) each."""
+        low, middle, high = (self.quantile(z) for z in (-1.0, 0.0, 1.0))
+        return middle, 0.5 * (high - low)
+
+
+def _both(u: Floats, v: Floats, rho: Floats) -> Floats:
+    """Return the bivariate normal probability Phi_2(u, v; rho)."""
+    u, v = (np.where(each == 0.0, _TINY, each) for each in (u, v))
+    rho = np.clip(rho, -_LARGEST_RHO, _LARGEST_RHO)
+    root = np.sqrt(1.0 - rho**2)
+    total = np.where((u > 0.0) == (v > 0.0), 0.0, -0.5)
+    for one, other in ((u, v), (v, u)):
+        with np.errstate(over="ignore"):
+            slope = (other - rho * one) / (one * root)
+        total = total + 0.5 * special.ndtr(one) - special.owens_t(one, slope)
+    return total
+
+
+def union_curve(row: Mapping[str, Any] | pd.DataFrame) -> Union | None:
+    """Return the union of a curve, or of n curves, from `UNION_COLUMNS`; None for lognormals."""
+    if any(name not in row for name in UNION_COLUMNS):
+        return None
+    one, beta, other, wide, rho = (np.asarray(row[n], dtype=np.float64) for n in UNION_COLUMNS)
+    if not np.all(np.isfinite(one + other)):
+        return None
+    return Union(np.log([one, other]), np.array([beta, wide]), rho)
+
+
+def curve_probability(im: ArrayLike, row: Mapping[str, Any]) -> Floats:
+    """Return P(exceeds | IM) of a row of curves, with the shape of ``im``.
+
+    The curve is lognormal with theta and beta_total (beta if there is no slope), or a union.
+    """
+    ln_im = np.log(np.asarray(im, dtype=np.float64))
+    if (union := union_curve(row)) is not None:
+        return union.probability(ln_im)
+    beta = row["beta"] if pd.isna(row["beta_total"]) else row["beta_total"]
+    return special.ndtr((ln_im - np.log(row["theta"])) / beta)
+
+
+def correlation(first: Floats, second: Floats, weights: Floats) -> Floats:
+    """Return R correlations of residuals (R, n) with run weights (R, n); NaN are unknown."""
+    both = np.isfinite(first[0]) & np.isfinite(second[0])
+    if np.sum(both) < MIN_COMPLETE:
+        return np.zeros(len(weights))
+    w = weights[:, both]
+    count = np.maximum(np.sum(w, axis=1), 1.0)[:, None]
+    a, b = (e[:, both] - np.sum(w * e[:, both], axis=1)[:, None] / count for e in (first, second))
+    covariance, *variances = (np.sum(w * x * y, axis=1) for x, y in ((a, b), (a, a), (b, b)))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rho = covariance / np.sqrt(variances[0] * variances[1])
+    return np.clip(np.nan_to_num(rho), -1.0, 1.0)
+
+
+def residuals(outcomes: DemandOutcomes, lines: Lines, ln_im: Floats) -> Floats:
+    """Return ln demand minus R lines, shape (R, n); NaN if the demand of a run is only a bound."""
+    known = outcomes.lower == outcomes.upper
+    ln_demand = np.where(known, np.log(np.where(known, outcomes.lower, 1.0)), np.nan)
+    return ln_demand - (lines.ln_a[:, None] + lines.b[:, None] * ln_im)
+
+
+def reached_modes(table: pd.DataFrame, state: LimitState) -> list[LimitState]:
+    """Return the failure modes of a state that some run exceeds."""
+    return [
+        mode for mode in state.modes if demand_outcomes(table, [mode]).status(mode) != NO_EXCEEDANCE
+    ]
+
+
+def union_of_lines(
+    table: pd.DataFrame, modes: Sequence[LimitState], ln_im: Floats, weights: Floats
+) -> Union:
+    """Return the union of failure modes from their lines, one per set of run weights (R, n)."""
+    outcomes = [demand_outcomes(table, [mode]) for mode in modes]
+    lines = [each.lines(ln_im, weights) for each in outcomes]
+    apart = [residuals(*each, ln_im) for each in zip(outcomes, lines, strict=True)]
+    both = list(zip(modes, lines, strict=True))
+    return Union.of(
+        np.array([line.ln_theta(mode.threshold) for mode, line in both]),
+        np.array([line.beta() for line in lines]),
+        np.array([line.beta(mode.dispersion) for mode, line in both]),
+        correlation(apart[0], apart[-1], weights),
+    )
