@@ -367,7 +367,9 @@ def test_no_pad_pulls_at_the_deck_and_a_deck_that_lifts_opens_its_bearings(
 
     monkeypatch.setattr(transient, "Watch", Watch)
     case, motion = variant(skew_deg, bridge=bridge, gap_mm=25), strong_motion(peak_g=1.6)
-    found = analysed(case, motion, ModelOptions(pads=pads), duration_s=4.0).whole_history
+    # bars that break within a step are a jump, which the work of end forces does not follow
+    options = ModelOptions(pads=pads, fiber_end="none")
+    found = analysed(case, motion, options, duration_s=4.0).whole_history
     # a skewed bearing line holds the deck against torsion and carries more than a straight one
     first, *_, last = deck_reactions_n(load_bridge(bridge))
     assert 0.95 < -sum(forces_n[0]) / (first + last) < 1.25

@@ -245,7 +245,7 @@ class Independent:
             wall, ground = self.facing(deck, (-nx, -ny), self.gap)
             place = ops.nodeCoord(wall)
             inner, outer = (self.node(*place, fix=(0, 0, 1, 1, 1, 1)) for _ in range(2))
-            self.springs(ground, inner, (-nx, -ny), (soil,), (stem,))
+            self.springs(ground, inner, (-nx, -ny), (soil,), (weakest,))
             self.springs(inner, outer, (-nx, -ny), (less,), ())
             self.springs(ground, outer, (-nx, -ny), (flow, weakest), (weakest,))
             self.springs(outer, wall, (-nx, -ny), (waves,), ())
@@ -344,9 +344,10 @@ class Independent:
 
 SECONDS = 4.0
 DT_S = 0.001
-# The friction of the native element is of first order in the step: the drift with friction
-# differs by 1.0 % at 1 ms and 0.5 % at 0.5 ms, without friction by 0.1 %.
-NATIVE_DT_S = {0: DT_S, 50: DT_S / 2}
+# The friction of the native element is of first order in the step: at skew 30, the drift with
+# friction differs by 1.0 % at 1 ms and 0.5 % at 0.5 ms, unseating by 0.4 % at 0.5 ms; without
+# friction they differ by 0.1 %.
+NATIVE_DT_S = {0: DT_S, 50: DT_S / 4}
 TOLERANCES = {"column_drift_ratio": 0.006, "unseating_m": 0.003}
 
 
@@ -361,7 +362,7 @@ def test_an_independent_model_with_native_contact_agrees(friction_pct, skew_deg)
     ops.wipe()
     settings = {"dt_s": DT_S, "contact_dt_s": None, "event_dt_s": None, "tolerance_j": 1e-7}
     found = analysed(case, motion, **settings, reuse_tangent=False).whole_history
-    assert expected["abutment_passive_m"] > 0.005  # a wall is pushed
+    assert expected["abutment_passive_m"] > 0.004  # a wall is pushed
     assert {name: found[name] for name in TOLERANCES} == {
         name: pytest.approx(expected[name], rel=tolerance) for name, tolerance in TOLERANCES.items()
     }

@@ -40,6 +40,7 @@ from skewbridge.study.config import FigureSettings, StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of
+from skewbridge.variant.variant import ABUTMENTS
 
 _CHANGE: Final = ("axis", "from_value", "to_value")
 _WIDEST_BAR: Final = 2.5  # largest ratio that the interval bars of the first screen cover
@@ -142,7 +143,8 @@ def _first_screen(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
         motions += f" {answer.properties_sentence(demands)}"
     on_suites, suites_text = answer.suites_summary(frames["suites"], table)
     values = {axis.name: sorted(demands[axis.name].unique()) for axis in axes_of(demands.columns)}
-    with_backfill = demands[demands["abutment"] != "roller"]
+    without_backfill = [name for name, traits in ABUTMENTS.items() if traits.backfill == "none"]
+    with_backfill = demands[~demands["abutment"].isin(without_backfill)]
     texts = {
         axis.name: ", ".join(appearance.value_text(axis, value) for value in values[axis.name])
         for axis in axes_of(values)
