@@ -131,7 +131,7 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
     options = ModelOptions(**changes)
     narrowing = 0.5 if options.gap_measured == "longitudinal" else 1.0  # cos(60)
     support_m = 0.914 - max(0.051 * narrowing + 1e-3 * options.gap_offset_mm, 0.0)
-    scaled = built_bridge(load_bridge(bridge), options)
+    scaled = built_bridge(load_bridge(bridge), options, 60.0)
     bents = [bent_capacity(scaled, at, options.hinge_rule) for at in range(len(scaled.bents))]
     disp_m = min(bent.capacity_m for bent in bents)
     p_delta_m = min(0.2 / bent.p_delta_ratio(1.0) for bent in bents)
