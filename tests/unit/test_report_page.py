@@ -34,6 +34,7 @@ from skewbridge.report.methods import methods_of
 from skewbridge.report.page import bridge_words, sketch
 from skewbridge.report.study_figures import SECTIONS
 from skewbridge.study.config import parse_config
+from skewbridge.variant.options import ModelOptions
 
 BEYOND = [STATES[0] | {"states": {"complete": 900.0}}]
 
@@ -248,11 +249,16 @@ def test_a_missing_exceedance_or_comparison_is_stated(render):
 
 def test_sketch_and_words_have_the_geometry_of_the_bridge():
     bridge = load_bridge("osb1")
-    drawn = sketch(bridge, [0, 60], [25, 51], 6.4)
+    drawn = sketch(bridge, [0, 60], [25, 51], ModelOptions())
     assert [2 * drawn["end"], 2 * drawn["half"]] == [bridge.length_m, bridge.deck.width_m]
     assert (drawn["skew"], drawn["others"], len(drawn["columns"])) == (60, [0], 2)
     gap_m = (drawn["face"] - drawn["end"]) * np.cos(np.pi / 3)
     assert gap_m == pytest.approx(drawn["factor"] * 0.051)
+    (x1, y1), (x2, y2) = drawn["columns"]
+    assert y2 - y1 == pytest.approx(7.32)
+    assert (x2 - x1) / (y2 - y1) == pytest.approx(-np.tan(np.pi / 3))
+    square = sketch(bridge, [0, 60], [25, 51], ModelOptions(bent_skew="square"))["columns"]
+    assert [x for x, _ in square] == pytest.approx([0.0, 0.0])
     reach = drawn["back"] + drawn["half"] * np.tan(np.pi / 3)
     assert drawn["scale"] * reach <= drawn["width"] / 2
     assert bridge_words(load_bridge("bridge_a")).endswith("single-column bent")

@@ -40,6 +40,7 @@ from skewbridge.study.config import FigureSettings, StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
 
 _CHANGE: Final = ("axis", "from_value", "to_value")
@@ -110,11 +111,11 @@ def _study_parts(
     frames: Mapping[str, pd.DataFrame], tables: Mapping[str, Path], study: StudyConfig
 ) -> dict[str, Any]:
     """Return the parts of the page that need configuration, motions and bridges of a study."""
-    demands, key_gap_mm = frames["demands"], study.model.transverse_gap_mm
+    demands = frames["demands"]
     bridges = [load_bridge(name) for name in dict.fromkeys(study.grid.bridge)]
     skews, gaps = (sorted(demands[name].unique()) for name in ("skew_deg", "gap_mm"))
     return {
-        "sketch": sketch(bridges[0], skews, gaps, key_gap_mm),
+        "sketch": sketch(bridges[0], skews, gaps, study.model),
         "bridges": [(bridge, bridge_words(bridge)) for bridge in bridges],
         "checks": json.loads(tables["checks"].read_text("utf-8")),
         "quality": quality(demands, frames["sensitivity"], frames.get("check_predict")),
@@ -253,13 +254,13 @@ _FACTORS: Final = (200, 100, 50, 20, 10, 5, 2, 1)
 
 
 def sketch(
-    bridge: BridgeData, skews_deg: Sequence[float], gaps_mm: Sequence[float], key_gap_mm: float
+    bridge: BridgeData, skews_deg: Sequence[float], gaps_mm: Sequence[float], model: ModelOptions
 ) -> dict[str, Any]:
-    """Return the dimensions (m) of a plan of a bridge without skew; the template skews it.
+    """Return the dimensions (m) of a plan of a bridge; the template skews deck, walls and keys.
 
     The deck is filled at the largest skew of the study and outlined at the other skews. Walls and
     keys are drawn at the largest gap, exaggerated ``factor`` times. Joint gaps are normal to the
-    walls; ``key_gap_mm`` is the gap between deck and shear keys.
+    walls. The columns have their places at the largest skew.
     """
     skew, gap_m = max(skews_deg, key=abs), max(gaps_mm) / 1000.0
     sine, cosine = sin(radians(skew)), cos(radians(skew))
@@ -269,6 +270,8 @@ def sketch(
     face = end + factor * gap_m / cosine
     back, arm = face + thickness / cosine, 0.8 * half
     reach = back + half * abs(sine / cosine)
+    bent_skew = radians(model.skew_of_bents_deg(skew))
+    stretch = 1.0 / cos(bent_skew) if model.column_spacing == "normal" else 1.0
     return {
         "width": _WIDTH,
         "height": _HEIGHT,
@@ -280,12 +283,13 @@ def sketch(
         "face": face,
         "back": back,
         "thickness": thickness,
-        "key": half + factor * key_gap_mm / 1000.0,
+        "key": half + factor * model.transverse_gap_m,
         "key_length": 2.2 * thickness / cosine,
         "columns": [
-            (x_m, (place - (bent.columns - 1) / 2) * bent.column_spacing_m)
+            (x_m - along_m * sin(bent_skew), along_m * cos(bent_skew))
             for x_m, bent in zip(bridge.bent_positions_m, bridge.bents, strict=True)
             for place in range(bent.columns)
+            for along_m in [(place - (bent.columns - 1) / 2) * bent.column_spacing_m * stretch]
         ],
         "radius": bridge.column.diameter_m / 2,
         "arm": arm,
