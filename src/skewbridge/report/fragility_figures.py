@@ -500,7 +500,8 @@ def skew_parts(rows: pd.DataFrame) -> Figure:
     panels[0].set_yticks(list(places.values()), [name for _, name in places], fontsize=7.5)
     panels[0].set_ylim(max(places.values()) + 0.7, -1.7)
     low, high = panels[0].get_xlim()
-    ticks = [tick for tick in _SKEW_TICKS_PCT if low <= 1.0 + tick / 100.0 <= high]
+    step = 10 if high < 2.5 * low else 50  # keep the labels apart
+    ticks = [t for t in _SKEW_TICKS_PCT if t % step == 0 and low <= 1.0 + t / 100.0 <= high]
     panels[0].set_xticks([1.0 + t / 100.0 for t in ticks], [f"{t:+d}" if t else "0" for t in ticks])
     panels[0].xaxis.set_minor_locator(NullLocator())
     return figure
