@@ -516,6 +516,8 @@ def headline_values(table, runs, motions):
             for row in part[part["demand"] == state].to_dict("records"):
                 if row["status"] == "ok":
                     yield from (100.0 * (row[n] - 1.0) for n in ("ratio", "ci_low", "ci_high"))
+                elif row["n_exceed"] > 0:
+                    yield from (row["n_exceed"], row["n_runs"])
                 yield from in_name(row["bridge"])
     whole = runs[runs["axis"] == ""].set_index("bridge")
     yield from whole[["n_failed", "n_runs"]].sum()

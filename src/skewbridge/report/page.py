@@ -21,7 +21,7 @@ from PIL import Image
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.demands.columns import KEY, Column, column_of, demands_for
-from skewbridge.demands.validity import is_complete, with_derived_columns
+from skewbridge.demands.validity import BEYOND_MODEL, is_complete, with_derived_columns
 from skewbridge.files.tables import read_frame, read_stamp, records_of, stamp
 from skewbridge.files.text import write_text
 from skewbridge.fragility import paper_table, verdicts
@@ -210,12 +210,12 @@ def _answer_cell(row: Mapping[str, Any] | None, reach: float) -> dict[str, Any]:
     if row is None or row["status"] != OK:
         reason = "no comparison" if row is None else answer.no_ratio_text(row)
         return {"text": reason, "sizes": ""}
-    outside = f", {answer.extent_of_data(row)}" if row["n_extrapolated"] > 0 else ""
     bar = [np.clip(np.log(row[end]) / reach, -1.0, 1.0) for end in ("ci_low", "ratio", "ci_high")]
     return {
         **_cell({**row, "verdict_family": row["claim"]}),
         "certainty": answer.CERTAINTY[row["claim"]],
-        "sizes": f"{row['from_demand']:.2f} → {row['to_demand']:.2f} g{outside}",
+        "sizes": f"{row['from_demand']:.2f} → {row['to_demand']:.2f} g",
+        "extent": answer.extent_of_data(row) if row["n_extrapolated"] > 0 else "",
         "bar": [round(50.0 + 49.0 * float(share), 1) for share in bar],
     }
 
@@ -636,8 +636,11 @@ def quality(
     """
     name, rubbed = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
     compared = None if check is None else check[check["status"] == OK]
+    # after the failure of a column its fibers lose their force in jumps, which the work of end
+    # forces does not follow; demands count up to the failure
+    standing = demands[~demands[BEYOND_MODEL].fillna("").astype(bool)]
     return {
-        "residuals": 100.0 * demands["energy_residual_ratio"].abs(),
+        "residuals": 100.0 * standing["energy_residual_ratio"].abs(),
         "changes": 100.0 * sensitivity.get("reference_largest_change", pd.Series(dtype=float)),
         "compared": sensitivity[["rows", "analysed_s"]].max() if len(sensitivity) else None,
         "excesses": 100.0 * rubbed.get(name, pd.Series(dtype=float)),
