@@ -15,6 +15,7 @@ import yaml
 
 from fragility_tables import IM, synthetic_demands
 from report_pages import NUMBER, STATES, assert_printed, tables_of, write_page, wrong_numbers
+from skewbridge.bridge.backfill import LARGEST_TESTED_SKEW_DEG
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
 from skewbridge.fragility.limit_states import load_limit_states
@@ -535,6 +536,9 @@ def headline_values(table, runs, motions):
             yield from [*in_name(bridge), part["im_low"].min(), part["im_high"].max()]
         elif part["n_without_curve"].sum() > 0:
             yield from in_name(bridge)
+    largest_skew = table.loc[table["axis"] == "skew_deg", "to_value"].max()
+    if largest_skew > LARGEST_TESTED_SKEW_DEG:
+        yield from (LARGEST_TESTED_SKEW_DEG, largest_skew)
 
 
 def assert_headline(text, stored):
