@@ -56,9 +56,9 @@ def ready(table, states):
     return prepared(table, list(dict.fromkeys(state.demand for state in states)), SETTINGS).table
 
 
-def curves_of(table, states):
+def curves_of(table, states, settings=SETTINGS):
     """Return the table of curves."""
-    return fit_study(ready(table, states), states, SETTINGS)
+    return fit_study(ready(table, states), states, settings)
 
 
 def several_models(motions: int = 16) -> pd.DataFrame:

@@ -16,7 +16,7 @@ from reference_pages import PAGES, ROOT
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
 from skewbridge.files.text import read_mapping, read_yaml
-from skewbridge.fragility.limit_states import load_limit_states
+from skewbridge.fragility.limit_states import limit_states_of, load_limit_states
 from skewbridge.motions.folder import list_motions
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import DEFAULT_ROOT
@@ -150,14 +150,17 @@ def test_pages_written_from_the_code_are_current(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["limit_states.yaml", "limit_states_template.yaml"])
 def test_limit_states_fit_their_schema_and_load(name: str) -> None:
+    """A demand brings its own unit, so the schema cannot list the units: loading checks them."""
     path = ROOT / "config" / name
     assert path.read_text().startswith("# yaml-language-server: $schema=limit_states.schema.json\n")
     schema = json.loads((ROOT / "config/limit_states.schema.json").read_text())
     entries = read_yaml(path)
     jsonschema.validate(entries, schema)
     with pytest.raises(jsonschema.ValidationError):
-        jsonschema.validate([entries[0] | {"unit": "furlong"}], schema)
+        jsonschema.validate([entries[0] | {"units": "m"}], schema)
     assert load_limit_states(path)
+    with pytest.raises(InputError, match="unit: must be one of m, mm, in, ft, kn"):
+        limit_states_of([entries[0] | {"unit": "furlong"}])
 
 
 # --- variants and their names

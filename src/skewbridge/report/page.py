@@ -431,6 +431,8 @@ def explorer_data(frames: Mapping[str, pd.DataFrame], units: str = "si") -> str:
     values = {axis: sorted(demands[axis.name].unique()) for axis in axes}
     fits = curves[curves["status"] == FITTED]
     fits = fits.assign(variant=fits["variant"].map(places))
+    # tables without failures in two modes have no columns of a union
+    fits = fits.reindex(columns=[*dict.fromkeys((*fits, *UNION_COLUMNS))])
     rows = [row for table in (effects, medians) for row in _effect_rows(table, models, names)]
     payload: dict[str, Any] = {
         "im": plain_label(im),
@@ -526,7 +528,7 @@ def _effect_rows(
 
 
 def _rows(table: pd.DataFrame, columns: Sequence[str]) -> list[list[Any]]:
-    return _finite(table.reindex(columns=list(columns))).to_numpy().tolist()
+    return _finite(table[list(columns)]).to_numpy().tolist()
 
 
 def _finite(table: pd.DataFrame) -> pd.DataFrame:

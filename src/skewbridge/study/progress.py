@@ -148,9 +148,10 @@ def forecast_study(config: StudyConfig, size: Mapping[str, int] | None = None) -
 def measured_speed(rows: Iterable[Row], settings: AnalysisSettings, time: str = "cpu_s") -> float:
     """Return the ratio of the measured to the expected time of analyses; 1 without any.
 
-    ``time`` is the column of the measured time; runs that did not start have none.
+    ``time`` is the column of the measured time. Runs that did not start have no times.
     """
-    timed = [row for row in rows if row[time] == row[time] and row["duration_s"] > 0.0]
+    names = (time, "duration_s")
+    timed = [row for row in rows if all((row[name] or 0.0) > 0.0 for name in names)]
     expected_s = sum(forecast_s(row["duration_s"], row["abutment"], settings) for row in timed)
     return sum(row[time] for row in timed) / expected_s if timed else 1.0
 
