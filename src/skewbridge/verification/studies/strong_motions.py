@@ -149,7 +149,8 @@ def _ending(task: Task) -> Row:
     }
 
 
-_HALF: Final = GridConfig(friction=(0.5,))
+# Columns of these bridges stand: after a shear failure the response is chaotic, not converged.
+_HALF: Final = GridConfig(bridge=("osb1", "osb1_fixed"), friction=(0.5,))
 # At 0.8 g all gaps close, keys break and columns yield.
 CONVERGENCE: Final = CaseSet(grid=_HALF, motion_count=4, pga_g=0.8, window_s=8.0)
 # Error budget of the default numerics: demands by the limit of their change, None for no limit. One
