@@ -105,8 +105,9 @@ def demand_outcomes(table: pd.DataFrame, states: States) -> DemandOutcomes:
     decided = np.zeros(peak.size)
     exceeding = [s.threshold for s in states if s.collapse == COLLAPSE_EXCEEDS]
     if exceeding:
-        # ASSUME a collapsed bridge exceeds every limit state without `collapse: peak`
-        collapsed = (table["status"] == COLLAPSE).to_numpy(dtype=np.bool_)
+        # ASSUME a collapsed bridge exceeds every limit state without `collapse: peak`. A collapse
+        # after the failure of a column decides nothing: the model is not valid after it
+        collapsed = (table["status"] == COLLAPSE).to_numpy() & ~validity.is_beyond_model(table)
         decided[collapsed & ~complete] = np.nextafter(max(exceeding), np.inf)
     # ASSUME a failed column has exceeded all states of its own mode with a threshold of at least 1
     failed = [s.threshold for s in states if s.threshold >= 1.0]
