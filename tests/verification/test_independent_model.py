@@ -26,6 +26,7 @@ from skewbridge.verification.studies.paper_runs import strongest_motions
 G = 9.80665
 PER_SPAN = 10
 SIMPSON = (1, 4, 2, 4, 1)
+ALGORITHMS = ("Newton", "NewtonLineSearch")  # of steps that failed
 
 
 class Independent:
@@ -288,7 +289,7 @@ class Independent:
 
     def retry(self, end, dt):
         """Make a step that failed in smaller parts."""
-        for parts, algorithm in product((4, 20, 100), ("Newton", "NewtonLineSearch")):
+        for parts, algorithm in product((4, 20, 100), ALGORITHMS):
             ops.domainChange()
             ops.algorithm(algorithm)
             if ops.analyze(round((end - ops.getTime()) / dt * parts), dt / parts) == 0:
@@ -346,19 +347,19 @@ SECONDS = 4.0
 DT_S = 0.001
 # The friction of the native element is of first order in the step: at skew 30, the drift with
 # friction differs by 1.0 % at 1 ms and 0.5 % at 0.5 ms, unseating by 0.4 % at 0.5 ms; without
-# friction they differ by 0.1 %.
-NATIVE_DT_S = {0: DT_S, 50: DT_S / 4}
+# friction they differ by 0.1 %. The iteration of the reference fails at some other steps (0.25 ms
+# at skew 30, 0.2 ms at skew 60).
+NATIVE_DT_S = {(0, 30): DT_S, (0, 60): DT_S, (50, 30): DT_S / 5, (50, 60): DT_S / 4}
 TOLERANCES = {"column_drift_ratio": 0.006, "unseating_m": 0.003}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("skew_deg", [30, 60])
-@pytest.mark.parametrize("friction_pct", NATIVE_DT_S)
+@pytest.mark.parametrize(("friction_pct", "skew_deg"), NATIVE_DT_S)
 def test_an_independent_model_with_native_contact_agrees(friction_pct, skew_deg):
     places = {"skew_deg": skew_deg, "gap_mm": 25, "friction_pct": friction_pct}
     case = variant(**places)
     motion = cut_to_strongest(strongest_motions(1, 0.8)[0], SECONDS, 0.0)
-    expected = Independent(case, ModelOptions()).peaks(motion, NATIVE_DT_S[friction_pct])
+    expected = Independent(case, ModelOptions()).peaks(motion, NATIVE_DT_S[friction_pct, skew_deg])
     ops.wipe()
     settings = {"dt_s": DT_S, "contact_dt_s": None, "event_dt_s": None, "tolerance_j": 1e-7}
     found = analysed(case, motion, **settings, reuse_tangent=False).whole_history
