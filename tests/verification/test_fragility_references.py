@@ -22,11 +22,11 @@ from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.exports import annual_frequency
 from skewbridge.fragility.fits import fit_brackets, fit_capacities, fit_cloud, fit_stripes
-from skewbridge.fragility.joint import MixedData, fit_mixed, without_each_motion
 from skewbridge.fragility.likelihood import NormalKernel, maximise
 from skewbridge.fragility.limit_states import LimitState, with_column_failure
 from skewbridge.fragility.lines import fit_lines, lilliefors
 from skewbridge.fragility.lines import tested_line as line_with_tests
+from skewbridge.fragility.mixed import MixedData, fit_mixed, predictive_loglik
 from skewbridge.fragility.motion_means import jackknife_covariance
 from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
 from skewbridge.fragility.system import _failures
@@ -241,13 +241,14 @@ def test_mixed_model_agrees_with_statsmodels():
     y = 0.3 + 1.1 * ln_im + 0.2 * skew + 0.3 * rng.normal(size=24)[motion]
     y += 0.1 * rng.normal(size=y.size)
     design = np.column_stack([np.ones(y.size), ln_im, skew])
-    fit = fit_mixed(MixedData(design=design, lower=y, upper=y, motion=motion))
+    free = {"precision": np.zeros(3), "growth": np.zeros(y.size)}
+    fit = fit_mixed(MixedData(design=design, lower=y, upper=y, motion=motion, **free))
     theirs = sm.MixedLM(y, design, groups=motion).fit(reml=False)
-    assert fit.delta == pytest.approx(theirs.fe_params, rel=1e-4)
-    assert fit.sigma**2 == pytest.approx(theirs.scale, rel=1e-3)
-    assert fit.tau**2 == pytest.approx(float(np.asarray(theirs.cov_re)[0, 0]), rel=1e-3)
-    information = np.linalg.inv(np.sum(fit.information, axis=0))
-    errors = np.sqrt(np.diag(information))[:3]
+    assert fit.parameters[:3] == pytest.approx(theirs.fe_params, rel=1e-4)
+    variances = np.exp(2.0 * fit.parameters[-2:])
+    assert variances[1] == pytest.approx(theirs.scale, rel=1e-3)
+    assert variances[0] == pytest.approx(float(np.asarray(theirs.cov_re)[0, 0]), rel=1e-3)
+    errors = np.sqrt(np.diag(np.linalg.inv(np.sum(fit.information, axis=0)[:3, :3])))
     assert errors == pytest.approx(np.asarray(theirs.bse_fe), rel=1e-3)
 
 
@@ -270,30 +271,36 @@ MOTIONS, VARIANTS = 14, 5
 
 
 def data(high, low=-np.inf, seed=3):
-    """Return runs of a known model, censored above ``high`` and below ``low``."""
+    """Return runs of a known model, censored above ``high`` and below ``low``.
+
+    The scatter grows with intensity; the last coefficient has a prior of 0.2.
+    """
     rng = np.random.default_rng(seed)
     motion = np.repeat(np.arange(MOTIONS), VARIANTS)
     ln_im = np.linspace(-2.0, 0.5, MOTIONS)[motion]
     axis = np.tile(np.arange(VARIANTS) / (VARIANTS - 1.0), MOTIONS)
-    y = 1.05 * ln_im + 0.3 * axis + 0.3 * rng.normal(size=MOTIONS)[motion]
-    y += 0.08 * rng.normal(size=y.size)
+    growth = ln_im - np.mean(ln_im)
+    scatter = 0.3 * rng.normal(size=MOTIONS)[motion] + 0.08 * rng.normal(size=ln_im.size)
+    y = 1.05 * ln_im + 0.3 * axis + np.exp(0.2 * growth) * scatter
     design = np.column_stack([np.ones(y.size), ln_im, axis])
     lower = np.where(y < low, -np.inf, np.minimum(y, high))
     upper = np.where(y > high, np.inf, np.maximum(y, low))
-    return MixedData(design=design, lower=lower, upper=upper, motion=motion)
+    further = {"precision": np.array([0.0, 0.0, 25.0]), "growth": growth}
+    return MixedData(design=design, lower=lower, upper=upper, motion=motion, **further)
 
 
 def log_likelihood(runs, parameters):
-    """Sum over motions of the integral over the random effect, on a fine grid."""
-    delta, (tau, sigma) = parameters[:-2], np.exp(parameters[-2:])
+    """Sum over motions of the integral over the random effect on a fine grid, and the prior."""
+    delta, gamma, (tau, sigma) = parameters[:-3], parameters[-3], np.exp(parameters[-2:])
     u, step = np.linspace(-10.0 * tau, 10.0 * tau, 8001, retstep=True)
-    total = 0.0
+    total = -0.5 * np.sum(runs.precision * delta**2)
     for motion in range(MOTIONS):
         own = runs.motion == motion
-        fitted = (runs.design[own] @ delta)[:, None] + u
+        scale = np.exp(gamma * runs.growth[own])[:, None]
+        fitted = (runs.design[own] @ delta)[:, None] + scale * u
         lower, upper = runs.lower[own][:, None], runs.upper[own][:, None]
-        z = (np.where(np.isinf(lower), upper, lower) - fitted) / sigma
-        density = -0.5 * z**2 - np.log(sigma) - 0.5 * np.log(2 * np.pi)
+        z = (np.where(np.isinf(lower), upper, lower) - fitted) / (scale * sigma)
+        density = -0.5 * z**2 - np.log(scale * sigma) - 0.5 * np.log(2 * np.pi)
         tail = special.log_ndtr(np.where(np.isinf(upper), -z, z))
         terms = np.sum(np.where(lower == upper, density, tail), axis=0)
         terms += -0.5 * (u / tau) ** 2 - np.log(tau) - 0.5 * np.log(2 * np.pi)
@@ -308,37 +315,41 @@ def test_estimate_is_the_maximum_of_the_brute_force_likelihood(high, low):
     """In the third case, all runs of some motions are right-censored."""
     runs = data(high, low)
     fit = fit_mixed(runs)
-    at, steps = fit.parameters, 1e-4 * np.eye(5)
-    middle = log_likelihood(runs, at)
-    assert np.sum(fit.logliks) == pytest.approx(middle, abs=1e-8)
+    at, steps = fit.parameters, 1e-4 * np.eye(6)
+    middle, prior = log_likelihood(runs, at), np.append(runs.precision, np.zeros(3))
+    assert np.sum(fit.logliks) - 0.5 * prior @ at**2 == pytest.approx(middle, abs=1e-8)
     pairs = [(log_likelihood(runs, at + h), log_likelihood(runs, at - h)) for h in steps]
     gradient = np.array([up - down for up, down in pairs]) / 2e-4
     curvature = np.array([up - 2 * middle + down for up, down in pairs]) / 1e-8
-    information = np.sum(fit.information, axis=0)
+    information = np.sum(fit.information, axis=0) + np.diag(prior)
     assert np.diag(information) == pytest.approx(-curvature, rel=1e-3)
     # within 0.1 % of a standard error of the maximum
     assert np.all(np.abs(gradient) < 1e-3 * np.sqrt(-curvature))
-    assert np.sum(fit.score, axis=0) == pytest.approx(0.0, abs=1e-5)
-    # expected values are beyond the bounds of censored demands
-    right, left = np.isinf(runs.upper), np.isinf(runs.lower)
-    assert np.all(fit.expected[right] > runs.lower[right])
-    assert np.all(fit.expected[left] < runs.upper[left])
-    assert fit.expected[~(right | left)] == pytest.approx(runs.lower[~(right | left)])
+    assert np.sum(fit.score, axis=0) == pytest.approx(prior * at, abs=1e-5)
 
 
-def test_jackknife_equals_independent_fits_without_each_motion():
-    runs = data(0.1, -1.5)
-    quick = without_each_motion(runs, fit_mixed(runs))
-    exact = []
+@pytest.mark.parametrize(("high", "grows", "error"), [(9.0, False, 0.03), (0.1, True, 0.15)])
+def test_jackknife_is_close_to_independent_fits_without_each_motion(high, grows, error):
+    """One step is exact for known values with constant scatter, but not with bounds and growth."""
+    runs = data(high)
+    runs = replace(runs, growth=runs.growth * grows)
+    each = np.arange(MOTIONS)
+    quick = fit_mixed(runs).without_groups(each)
+    exact, left_out = [], 0.0
     for motion in range(MOTIONS):
         kept, codes = runs.motion != motion, runs.motion - (runs.motion > motion)
         bounds = {"lower": runs.lower[kept], "upper": runs.upper[kept]}
-        others = MixedData(design=runs.design[kept], motion=codes[kept], **bounds)
+        further = {"precision": runs.precision, "growth": runs.growth[kept]}
+        others = MixedData(design=runs.design[kept], motion=codes[kept], **bounds, **further)
         exact.append(fit_mixed(others).parameters)
-    exact = np.stack(exact)
-    errors = [np.sqrt(np.diag(jackknife_covariance(values))) for values in (quick, exact)]
-    assert errors[0] == pytest.approx(errors[1], rel=1e-3)
-    assert quick == pytest.approx(exact, abs=0.02 * np.min(errors[1]))
+        whole, part = log_likelihood(runs, exact[-1]), fit_mixed(others)
+        left_out += whole - np.sum(part.logliks) + 0.5 * runs.precision @ exact[-1][:3] ** 2
+    errors = [
+        np.sqrt(np.diag(jackknife_covariance(values)))[:3] for values in (quick, np.stack(exact))
+    ]
+    assert errors[0] == pytest.approx(errors[1], rel=error)
+    # the predictive likelihood is that of all runs minus that of the others
+    assert predictive_loglik(runs, each, np.stack(exact)) == pytest.approx(left_out, abs=1e-6)
 
 
 # --- medians of synthetic studies with known truth, in which failures end runs early

@@ -31,6 +31,8 @@ LOADING_COLUMNS: Final = ("motion_id", "scale", "incidence_deg")
 KEY_COLUMNS: Final = (*IDENTITY_COLUMNS, *LOADING_COLUMNS, "status")
 TEXT_COLUMNS: Final = tuple(column.name for column in COLUMNS if column.kind == "text")
 
+#: Optional column: earthquake of the motion. Motions of one event are left out together.
+EVENT: Final = "event"
 #: Largest plausible drift ratio of a completed run.
 MAX_DRIFT: Final = 0.2
 #: Advice for a demand that is infinite because the run collapsed.
@@ -90,17 +92,11 @@ def variant_values(part: pd.DataFrame) -> dict[str, object]:
     return {name: part[name].iloc[0] for name in variant_columns(part)}
 
 
-def variants_of(demands: pd.DataFrame, columns: Sequence[str]) -> Iterator[pd.DataFrame]:
-    """Yield the rows of each variant, with only the columns from `demand_columns`."""
-    for _, part in demand_columns(demands, columns).groupby("variant", sort=True):
-        yield part
-
-
 def demand_columns(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
     """Return only key, axes, status and ``columns`` of the runs, to send to another process."""
     modes = validity.FAILURE_DEMANDS.values() if validity.COLUMN_FAILURE_RATIO in columns else ()
     ends = (validity.BEYOND_MODEL, validity.COMPLETE)
-    names = dict.fromkeys((*KEY_COLUMNS, *axis_names(demands), *ends, *columns, *modes))
+    names = dict.fromkeys((*KEY_COLUMNS, *axis_names(demands), *ends, EVENT, *columns, *modes))
     chosen = demands[[name for name in names if name in demands.columns]]
     # texts as Python objects: pandas takes 0.2 ms to compare a hundred of its own strings
     return chosen.astype(dict.fromkeys(set(TEXT_COLUMNS) & set(chosen), object))
@@ -109,6 +105,24 @@ def demand_columns(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFram
 def motion_codes(table: pd.DataFrame) -> Index:
     """Return the number of the motion of each run, 0 .. m - 1, shape (n,)."""
     return np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
+
+
+def block_codes(table: pd.DataFrame) -> Index:
+    """Return the number of the block of each run, shape (n,): its event if known, else its motion.
+
+    With more than 200 blocks, they are joined to 100 (Kott 2001).
+    """
+    column = EVENT if EVENT in table else "motion_id"
+    codes = np.unique(table[column].to_numpy(dtype=str), return_inverse=True)[1]
+    # ASSUME the jackknife variance from 100 groups of motions is close enough to that of all
+    return codes % 100 if codes.max(initial=0) >= 200 else codes
+
+
+def block_names(table: pd.DataFrame) -> list[str]:
+    """Return the name of each block: of its first motion, or of its event."""
+    column = EVENT if EVENT in table else "motion_id"
+    _, first = np.unique(block_codes(table), return_index=True)
+    return table[column].astype(str).iloc[first].tolist()
 
 
 def need_columns(

@@ -2,8 +2,9 @@
 
 Record-to-record scatter cancels in the ratio of two demands under one motion. Effects of a few per
 cent can therefore be detected with 16 motions; an unpaired comparison would need hundreds. The
-scatter also cancels in the ratio of two medians. The error of this ratio comes from a jackknife
-that leaves each motion out of all variants (Bell and McCaffrey 2002, see `fits`).
+scatter also cancels in the ratio of two medians, which is that of the demand model of the bridge
+(`demand_model`). Its error comes from a jackknife that leaves each motion, or all motions of an
+event, out of all variants (Bell and McCaffrey 2002, see `fits`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,12 +21,12 @@ from skewbridge.demands.validity import BEYOND_MODEL, is_beyond_model, is_comple
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row
 from skewbridge.fragility import demand_table, motion_means, verdicts
+from skewbridge.fragility.demand_model import BridgeModels, fit_models
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.limit_states import States
+from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
 from skewbridge.fragility.outcomes import demand_outcomes, end_counts, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.union import reached_modes, union_of_lines
 from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import axes_of
 
@@ -39,6 +40,7 @@ _INTENSITIES: Final = 9
 #: Smallest number of motions common to both variants for a ratio of medians.
 _MIN_MOTIONS: Final = 5
 _ENDS: Final = ("from", "to")
+_STEP: Final = ("from_value", "to_value")
 
 INTENSITY_COLUMNS: Final = demand_table.described("intensity_effects")
 
@@ -63,6 +65,7 @@ class Pairs:
         self.cells = list(zip(places, rows, strict=True))
         self.motions = demand_table.motion_codes(table)
         self.count = int(self.motions.max()) + 1
+        self.names = demand_table.block_names(table)
         (top, bottom), (status_to, status_from), (failed_to, failed_from) = (
             (table[f"{name}_to"].to_numpy(), table[f"{name}_from"].to_numpy())
             for name in ("complete", "status", BEYOND_MODEL)
@@ -195,6 +198,9 @@ def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd
         table[name] = table[name].astype(object).fillna(usual).astype(str)
     for name in ("n_cells", "n_bounds", *verdicts.MEDIAN_COUNTS):
         table[name] = table[name].astype("Int64")
+    for name in ("interaction", "largest_motion"):
+        table[name] = table[name].astype(object).fillna("").astype(str)
+    table["p_interaction"] = verdicts.adjusted(table, table["p_interaction"])
     return verdicts.judged(table)[columns].sort_values("scope", kind="stable", ignore_index=True)
 
 
@@ -202,6 +208,7 @@ def effect_row(
     estimate: Jackknifed,  # ln ratio, shape ()
     settings: FitSettings,
     *,
+    blocks: Sequence[str],  # names of the motions or events of the jackknife
     line: Jackknifed | None = None,  # line of ln ratio on ln intensity, shape (2,)
     difference: Jackknifed | None = None,  # for demands judged by the difference, shape ()
 ) -> dict[str, Any]:
@@ -216,8 +223,13 @@ def effect_row(
     if difference is not None:
         ends = (difference.estimate, *difference.interval(level))
         row |= dict(zip(verdicts.DIFFERENCES, map(float, ends), strict=True))
-    scatter = float(judged.error) * max(judged.dof + 1, 0) ** 0.5
-    return row | {"scatter": scatter, "dof": judged.dof}
+    dof, square = float(judged.dof), judged.influence**2
+    row |= {"scatter": float(judged.error) * max(dof + 1.0, 0.0) ** 0.5, "dof": dof}
+    row["n_effective_motions"] = float(motion_means.effective_number(judged.influence))
+    if (total := np.sum(square)) > 0.0:
+        first = int(np.argmax(square))
+        row |= {"largest_share": square[first] / total, "largest_motion": blocks[first]}
+    return row
 
 
 def demand_effects(
@@ -254,7 +266,8 @@ def demand_effects(
             positive = reference[known][reference[known] > 0.0]
             row = {**shared, **place, **pairs.counts(own, used, discordant)}
             judged = None if differences is None else differences[cell]
-            row |= effect_row(means[cell], settings, line=lines[cell], difference=judged)
+            further: Any = {"line": lines[cell], "difference": judged, "blocks": pairs.names}
+            row |= effect_row(means[cell], settings, **further)
             row["from_mean"] = float(np.exp(np.log(positive).mean())) if positive.size else nan
             if known.size:
                 row |= {"im_low": float(im[known].min()), "im_high": float(im[known].max())}
@@ -302,177 +315,173 @@ def median_effects(
     limit_states: States,
     settings: FitSettings = DEFAULTS,
     *,
+    models: Sequence[BridgeModels] | None = None,
     curves: pd.DataFrame | None = None,
-    axes: Sequence[str] | None = None,
+    axes: Sequence[str] = (),
     jobs: int = 1,
 ) -> pd.DataFrame:
-    """Return the paired ratios of median capacities along every axis, with pooled ratios first.
+    """Return the ratios of median capacities along every axis, with pooled ratios first.
 
-    Two variants of one bridge and abutment model that differ in one axis only form a pair. The
-    smallest value of the axis is the reference. A pair needs five common motions. In both variants,
-    some runs, but not all, must exceed the state. A pooled row is the average of ln ratio over the
-    pairs. ``im_low`` and ``im_high`` are the smallest and largest median of the pairs. If
-    ``curves`` are given, a ratio needs at least one variant that has a curve.
+    The medians are those of the demand models, which are fitted if not given. Two variants of one
+    bridge and abutment model that differ in one axis only form a pair (cell). The smallest value of
+    the axis is the reference. Each variant needs five motions, and some of its runs, but not all,
+    must exceed the state. A pooled row is the average of ln ratio over the pairs; rows with the
+    scope ``by_value`` are averages at one value of another axis. ``im_low`` and ``im_high`` are the
+    smallest and largest median of the pairs. If ``curves`` are given, a ratio needs at least one
+    variant that has a curve. ``axes`` are further columns whose values distinguish variants; only
+    their effects are then returned.
     """
-    items = (
-        (
-            model,
-            demand_table.demand_columns(part, [settings.im, demand, *(axes or ())]),
-            group,
-            None if curves is None else curves[curves["component"] == component],
-        )
-        for model, part in demand_table.models_of(demands)
-        for (component, demand), group in states_by_demand(limit_states).items()
-    )
-    rows = demand_table.spread(partial(_median_rows, settings=settings, axes=axes), items, jobs)
-    return effect_table(demands, [row for part in rows for row in part])
+    if models is None:
+        models = fit_models(demands, limit_states, settings, further=axes, jobs=jobs)
+    rows: list[Row] = []
+    for each in models:
+        medians = _Medians(each, limit_states, settings, curves)
+        along = axes or demand_table.varying_axes(each.variants)
+        for axis in along:
+            rows += medians.rows(axis, limit_states)
+    return effect_table(demands, rows)
 
 
 #: Columns of a pooled ratio that are geometric means over its pairs of variants.
 _MEANS: Final = ("from_mean", "ratio_all_exceed", "ratio_none_exceed")
 
 
-def _median_rows(
-    item: tuple[Mapping[str, Any], pd.DataFrame, States, pd.DataFrame | None],
-    *,
-    settings: FitSettings,
-    axes: Sequence[str] | None,
-) -> list[Row]:
-    """Return the rows of all states of one demand for one bridge and abutment model."""
-    description, part, states, curves = item
-    along = demand_table.varying_axes(part) if axes is None else axes
-    names = list(dict.fromkeys([*demand_table.axis_names(part), *along]))
-    if not along:
-        return []
-    number = part.groupby(names, dropna=False).ngroup()
-    variants = part[[*demand_table.IDENTITY_COLUMNS, *names]].assign(number=number)
-    variants = variants.drop_duplicates("number").sort_values("number")
-    medians = _Medians(part, np.asarray(number, dtype=np.intp), states, settings.im, curves)
-    shared = {"quantity": verdicts.MEDIAN_CAPACITY, "margin": settings.median_margin}
-
-    def estimate(ratio: Jackknifed, row: Row, medians: int) -> Row:
-        # ASSUME a ratio of medians is worth reporting if at least one of them has a curve
-        if row["n_without_curve"] == medians:
-            return row | {"status": verdicts.NO_CURVE, "level": settings.effect_confidence}
-        return row | effect_row(ratio, settings)
-
-    rows: list[Row] = []
-    for axis in along:
-        others = [name for name in names if name != axis]
-        pairs = _paired(variants, axis, others).groupby(["from_value", "to_value"])
-        for (_, cells), (j, state) in product(pairs, enumerate(states)):
-            place = {**description, **shared, "demand": state.key, "axis": axis}
-            place |= {n: float(cells[n].iloc[0]) for n in ("from_value", "to_value")}
-            ratios: list[Jackknifed] = []
-            found: list[Row] = []
-            for cell in cells.to_dict("records"):
-                if (ratio := medians.ratio(cell, j)) is not None:
-                    ratios.append(ratio[0])
-                    own = {name: float(cell[name]) for name in others}
-                    found.append({**own, **place, "scope": "variant", axis: nan, **ratio[1]})
-            if not found:
-                continue
-            pooled, columns = average(ratios), pd.DataFrame(found)
-            row: Row = {**place, "scope": "pooled", "n_cells": len(found)}
-            row |= {str(name): n for name, n in columns.filter(regex="^n_").sum().items()}
-            row |= {"im_low": columns["im_low"].min(), "im_high": columns["im_high"].max()}
-            row |= np.exp(np.log(columns[[*_MEANS]]).mean()).to_dict()
-            row["n_motions"] = int(np.count_nonzero(pooled.exact))
-            rows.append(estimate(pooled, row, 2 * len(found)))
-            rows += [estimate(ratio, own, 2) for ratio, own in zip(ratios, found, strict=True)]
-    return rows
-
-
-class _OfVariant(NamedTuple):
-    """Medians of a variant for J states of one demand, with counts of runs."""
-
-    ln_theta: Floats  # from all runs, then without each motion, (J, 1 + M); NaN: no median
-    counts: dict[str, int]  # counts of runs
-    outcomes: list[dict[str, int]]  # counts of outcomes, for each state
-    extrapolated: list[bool]  # for each state: too few motions above or below the median
-
-
 class _Medians:
-    """Medians of all variants of one bridge and abutment model for one demand."""
+    """Medians of all variants of one bridge and abutment model."""
 
     def __init__(
         self,
-        part: pd.DataFrame,
-        variant: Index,  # number of the variant of each run
+        models: BridgeModels,
         states: States,
-        im: str,
+        settings: FitSettings,
         curves: pd.DataFrame | None,
     ) -> None:
-        self._part, self._states = part, states
-        self._motion = demand_table.motion_codes(part)
-        self._ln_im = np.log(part[im].to_numpy(dtype=np.float64))
-        self._rows = [np.flatnonzero(variant == v) for v in range(int(variant.max()) + 1)]
-        self._has = np.zeros((len(self._rows), int(self._motion.max()) + 1), dtype=np.bool_)
-        self._has[variant, self._motion] = True
-        self._known: dict[tuple[int, int], _OfVariant] = {}
-        groups = () if curves is None else curves.groupby(["variant", "limit_state"])
+        self._models, self._settings = models, settings
+        runs = models.runs
+        self._blocks = demand_table.block_names(runs)
+        self._motion = demand_table.motion_codes(runs)
+        self._ln_im = np.log(runs[settings.im].to_numpy(dtype=np.float64))
+        self._rows = [np.flatnonzero(models.variant == v) for v in range(len(models.variants))]
+        self._counted: dict[tuple[LimitState, int], tuple[str, dict[str, int]]] = {}
+        self._outcomes = {
+            state: demand_outcomes(runs, group)
+            for group in states_by_demand(states).values()
+            for state in group
+        }
+        groups = () if curves is None else curves.groupby(["variant", "component", "limit_state"])
         bounds = ["theta_all_exceed", "theta_none_exceed"]  # from the first row: method cloud
         self._curves = {k: (rows["preferred"].any(), *rows[bounds].iloc[0]) for k, rows in groups}
 
-    def ratio(self, cell: Mapping[Any, Any], j: int) -> tuple[Jackknifed, Row] | None:
-        """Return the ln ratio of the medians of state j and table columns, or None if undefined."""
-        pair = cell["number_from"], cell["number_to"]
-        shared = self._has[pair[0]] & self._has[pair[1]]
-        if np.count_nonzero(shared) < _MIN_MOTIONS:
-            return None
-        first, other = self._of_variant(*pair), self._of_variant(*pair[::-1])
-        values = other.ln_theta[j] - first.ln_theta[j]
-        if not np.isfinite(values[0]):
-            return None
-        # ASSUME a motion has no influence if no line can be fitted without it
-        values = np.where(np.isfinite(values), values, values[0])
-        ends = np.exp([first.ln_theta[j, 0], other.ln_theta[j, 0]]).tolist()
-        columns: Row = {
-            **{"from_mean": ends[0], "im_low": min(ends), "im_high": max(ends)},
-            "n_motions": int(np.count_nonzero(shared)),
-            **{name: max(count, other.counts[name]) for name, count in first.counts.items()},
-            **{"n_pairs": first.counts["n_pairs"], "n_discordant": 0},
-            "n_extrapolated": first.extrapolated[j] + other.extrapolated[j],
-            **dict.fromkeys(("n_without_curve", *_MEANS[1:]), nan),
-        }
-        if self._curves:  # number of medians without a curve, and bounds of the ratio
-            named = (self._curves[cell[f"variant_{end}"], self._states[j].name] for end in _ENDS)
-            (has_first, *below), (has_other, *above) = named
-            columns["n_without_curve"] = 2 - int(has_first) - int(has_other)
-            columns |= dict(zip(_MEANS[1:], np.divide(above, below).tolist(), strict=True))
-        for end, each in zip(_ENDS, (first, other), strict=True):
-            columns[f"n_collapse_{end}"] = each.counts["n_collapse"]
-            columns |= {f"{name}_{end}": n for name, n in each.outcomes[j].items()}
-        return Jackknifed.of(values, shared, shared, 2), columns
+    def rows(self, axis: str, states: States) -> list[Row]:
+        """Return the rows of the effects of an axis on the medians of states."""
+        variants = self._models.variants
+        names = list(dict.fromkeys([*demand_table.axis_names(variants), axis]))
+        others = [name for name in names if name != axis]
+        table = variants[[*demand_table.BRIDGE_COLUMNS, *names]]
+        pairs = _paired(table.assign(number=np.arange(len(table))), axis, others)
+        groups = [(ends, part.to_dict("records")) for ends, part in pairs.groupby(list(_STEP))]
+        found: list[Row] = []
+        for (ends, cells), state in product(groups, states):
+            place = {**self._models.place, "quantity": verdicts.MEDIAN_CAPACITY, "axis": axis}
+            place |= {"demand": state.key, "margin": self._settings.median_margin}
+            place |= dict(zip(_STEP, map(float, ends), strict=True))
+            ratios: list[tuple[Jackknifed, Row]] = []
+            for cell in cells:
+                if (ratio := self._ratio(cell, state)) is not None:
+                    own = {name: float(cell[name]) for name in others}
+                    ratios.append((ratio[0], {**place, **own, axis: nan, **ratio[1]}))
+            if ratios:
+                found += self._effects(place, ratios, others)
+        return found
 
-    def _of_variant(self, variant: int, partner: int) -> _OfVariant:
-        """Return the medians of a variant under the motions that it shares with its partner."""
-        has, motions = self._has[partner], self._has.shape[1]
-        key = variant, -1 if np.all(has >= self._has[variant]) else partner
-        if key in self._known:
-            return self._known[key]
-        rows = self._rows[variant]
-        rows = rows[has[self._motion[rows]]]
-        codes, ln_im, part = self._motion[rows], self._ln_im[rows], self._part.iloc[rows]
-        outcomes = demand_outcomes(part, self._states)
-        used = outcomes.used
-        ln_theta = np.full((len(self._states), 1 + motions), np.nan)
-        if np.unique(codes[used]).size >= _MIN_MOTIONS:
-            without = codes != np.arange(-1, motions)[:, None]
-            weights = without.astype(np.float64)
-            line = outcomes.lines(ln_im, weights)
-            for j, state in enumerate(self._states):
-                if outcomes.status(state) == FITTED:
-                    ln_theta[j] = line.ln_theta(state.threshold)
-                    if modes := reached_modes(part, state):
-                        ln_theta[j] = union_of_lines(part, modes, ln_im, weights).quantile(0.0)
-        counts = end_counts(self._part.iloc[self._rows[variant]]) | {"n_pairs": rows.size}
-        counts |= {"n_bounds": int(np.sum(outcomes.is_bound)), "n_left_out": int(np.sum(~used))}
-        beyond = [motion_means.motions_beyond(median, ln_im, codes) for median in ln_theta[:, 0]]
-        self._known[key] = _OfVariant(
-            ln_theta,
-            counts,
-            outcomes=[outcomes.counts(state) for state in self._states],
-            extrapolated=[number < motion_means.MIN_BEYOND for number in beyond],
-        )
-        return self._known[key]
+    def _effects(
+        self, place: Row, ratios: list[tuple[Jackknifed, Row]], others: Sequence[str]
+    ) -> list[Row]:
+        """Return the pooled row of pairs of variants, their rows by value, and their own rows."""
+        pooled = self._average("pooled", place, ratios)
+        by_value: list[Row] = []
+        found = (1.0, "")
+        for name in others:
+            values = sorted({row[name] for _, row in ratios})
+            if len(values) < 2:
+                continue
+            parts = [[each for each in ratios if each[1][name] == value] for value in values]
+            means = [average([ratio for ratio, _ in part]) for part in parts]
+            tests = [float(mean.minus(means[0]).p_value()) for mean in means[1:]]
+            # several values are tested against the first: Bonferroni
+            found = min(found, (len(tests) * min(tests), name))
+            for value, part in zip(values, parts, strict=True):
+                by_value.append(self._average("by_value", place | {name: value}, part))
+        return [
+            pooled | {"p_interaction": min(found[0], 1.0), "interaction": found[1]},
+            *by_value,
+            *(self._row("variant", each, row, 2) for each, row in ratios),
+        ]
+
+    def _average(self, scope: str, place: Row, ratios: list[tuple[Jackknifed, Row]]) -> Row:
+        """Return the row of the average over pairs of variants."""
+        columns = pd.DataFrame([row for _, row in ratios])
+        row: Row = {**place, "n_cells": len(ratios)}
+        row |= {str(name): n for name, n in columns.filter(regex="^n_").sum().items()}
+        row |= {"im_low": columns["im_low"].min(), "im_high": columns["im_high"].max()}
+        row |= np.exp(np.log(columns[[*_MEANS]].astype(np.float64)).mean()).to_dict()
+        mean = average([ratio for ratio, _ in ratios])
+        row["n_motions"] = int(np.max(self._motion)) + 1
+        return self._row(scope, mean, row, 2 * len(ratios))
+
+    def _row(self, scope: str, ratio: Jackknifed, row: Row, medians: int) -> Row:
+        # ASSUME a ratio of medians is worth reporting if at least one of them has a curve
+        if row["n_without_curve"] == medians:
+            level = self._settings.effect_confidence
+            return row | {"scope": scope, "status": verdicts.NO_CURVE, "level": level}
+        return row | {"scope": scope} | effect_row(ratio, self._settings, blocks=self._blocks)
+
+    def _ratio(self, cell: Mapping[Any, Any], state: LimitState) -> tuple[Jackknifed, Row] | None:
+        """Return the ln ratio of two medians and table columns, or None if it is undefined."""
+        numbers = [cell["number_from"], cell["number_to"]]
+        medians: list[Floats] = []
+        for number in numbers:
+            curve = self._models.curve(state, self._models.variants.iloc[number])
+            motions = np.unique(self._motion[self._rows[number]])
+            fitted = self._counts(state, number)[0] == FITTED
+            if isinstance(curve, str) or motions.size < _MIN_MOTIONS or not fitted:
+                return None
+            medians.append(curve.ln_theta)
+        values = medians[1] - medians[0]
+        # ASSUME a motion has no influence if there is no median without it
+        values = np.where(np.isfinite(values), values, values[0])
+        every = np.ones(values.size - 1, dtype=np.bool_)
+        ends = np.exp([medians[0][0], medians[1][0]]).tolist()
+        both = [self._counts(state, number)[1] for number in numbers]
+        columns: Row = {"from_mean": ends[0], "im_low": min(ends), "im_high": max(ends)}
+        columns |= {name: max(both[0][name], both[1][name]) for name in ("n_bounds", "n_left_out")}
+        columns["n_beyond_model"] = max(each["n_beyond_model"] for each in both)
+        columns |= {name: min(each[name] for each in both) for name in ("n_motions", "n_pairs")}
+        columns |= {"n_discordant": 0} | dict.fromkeys(("n_without_curve", *_MEANS[1:]), nan)
+        columns["n_extrapolated"] = sum(each["is_extrapolated"] for each in both)
+        for end, each in zip(_ENDS, both, strict=True):
+            columns |= {f"{n}_{end}": each[n] for n in ("n_collapse", "n_exceed", "n_unknown")}
+        if self._curves:  # number of medians without a curve, and bounds of the ratio
+            names = (str(self._models.variants["variant"].iloc[number]) for number in numbers)
+            (has, *below), (has_to, *above) = (
+                self._curves[name, state.component, state.name] for name in names
+            )
+            columns["n_without_curve"] = 2 - int(has) - int(has_to)
+            columns |= dict(zip(_MEANS[1:], np.divide(above, below).tolist(), strict=True))
+        return Jackknifed.of(values, every, every, 2), columns
+
+    def _counts(self, state: LimitState, number: int) -> tuple[str, dict[str, int]]:
+        """Return the status of a state in a variant, and counts of its runs."""
+        key = state, number
+        if key not in self._counted:
+            rows, outcomes = self._rows[number], self._outcomes[state].of(self._rows[number])
+            counts = end_counts(self._models.runs.iloc[rows]) | outcomes.counts(state)
+            counts |= {"n_bounds": int(np.sum(outcomes.is_bound)), "n_pairs": rows.size}
+            counts["n_left_out"] = int(np.sum(~outcomes.used))
+            counts["n_motions"] = np.unique(self._motion[rows]).size
+            curve = self._models.curve(state, self._models.variants.iloc[number])
+            median = nan if isinstance(curve, str) else curve.ln_theta[0]
+            beyond = motion_means.motions_beyond(median, self._ln_im[rows], self._motion[rows])
+            counts["is_extrapolated"] = beyond < motion_means.MIN_BEYOND
+            self._counted[key] = outcomes.status(state), counts
+        return self._counted[key]

@@ -80,8 +80,29 @@ def jackknife_factors(logs: Floats, level: float, dof: int | None = None) -> lis
     """Return q ratios of upper end to estimate, given ln estimates without each motion, (M, q)."""
     if len(logs) < MIN_VALUES:
         return [nan] * logs.shape[1]
-    t = float(special.stdtrit(len(logs) - 2 if dof is None else dof, 0.5 + 0.5 * level))
-    return [exp_end(t * sd) for sd in np.sqrt(np.diag(jackknife_covariance(logs)))]
+    known = len(logs) - 2 if dof is None else dof
+    freedom = effective_dof(logs - np.mean(logs, axis=0), known)
+    errors = np.sqrt(np.diag(jackknife_covariance(logs)))
+    return [exp_end(reach) for reach in special.stdtrit(freedom, 0.5 + 0.5 * level) * errors]
+
+
+def effective_number(influence: Floats) -> Floats:
+    """Return the number of motions of equal influence with the same variance of the variance.
+
+    ``influence`` has the shape (M, ...). The number is 1 / sum of squared shares in the variance.
+    """
+    square = influence**2
+    with np.errstate(invalid="ignore"):
+        return np.sum(square, axis=0) ** 2 / np.sum(square**2, axis=0)
+
+
+def effective_dof(influence: Floats, dof: int) -> Floats:
+    """Return ``dof``, or less if a few motions have most of the variance.
+
+    For normal influences, E v^4 = 3 (E v^2)^2: three effective motions for each degree of freedom
+    of Satterthwaite's (1946) variance.
+    """
+    return np.fmin(3.0 * effective_number(influence), dof)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,9 +125,10 @@ class Jackknifed:
         return cls(np.asarray(values[0]), influence, present, exact, parameters)
 
     @property
-    def dof(self) -> int:
-        """Degrees of freedom: number of motions with an exact value minus number of parameters."""
-        return int(np.count_nonzero(self.exact)) - self.parameters
+    def dof(self) -> Floats:
+        """Degrees of freedom of the error, shape (...); see `effective_dof`."""
+        # at most the number of motions with an exact value minus the number of parameters
+        return effective_dof(self.influence, int(np.count_nonzero(self.exact)) - self.parameters)
 
     @property
     def error(self) -> Floats:
@@ -116,15 +138,20 @@ class Jackknifed:
 
     def interval(self, level: float) -> tuple[Floats, Floats]:
         """Return both ends of Student's t interval, (...) each; NaN below 2 degrees of freedom."""
-        t = special.stdtrit(self.dof, 0.5 + 0.5 * level) if self.dof >= 2 else np.nan
+        dof = self.dof
+        t = special.stdtrit(np.where(dof >= 2.0, dof, nan), 0.5 + 0.5 * level)
         return self.estimate - t * self.error, self.estimate + t * self.error
 
     def p_value(self) -> Floats:
         """Return the two-sided p-value for a true value of zero, shape (...)."""
-        if self.dof < 2:
-            return np.full_like(self.estimate, np.nan)
+        dof = np.where(self.dof >= 2.0, self.dof, nan)
         with np.errstate(divide="ignore", invalid="ignore"):
-            return 2.0 * special.stdtr(self.dof, -np.abs(self.estimate) / self.error)
+            return 2.0 * special.stdtr(dof, -np.abs(self.estimate) / self.error)
+
+    def minus(self, other: Self) -> Self:
+        """Return the difference to another estimate from the same motions."""
+        change = self.estimate - other.estimate
+        return replace(self, estimate=change, influence=self.influence - other.influence)
 
     def combined(self, weights: Floats) -> Self:
         """Return k linear combinations of an estimate of shape (p,), with ``weights`` (p, k)."""

@@ -13,10 +13,9 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.demands import validity
-from skewbridge.files.tables import Floats, Mask
+from skewbridge.files.tables import Floats, Index, Mask
 from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
-from skewbridge.fragility.lines import Lines, fit_lines
 from skewbridge.statuses import COLLAPSE
 
 #: Treatments of unknown outcomes: left out, all exceed, none exceeds.
@@ -43,6 +42,10 @@ class DemandOutcomes:
     def is_bound(self) -> Mask:
         """Used runs whose demand is only a bound, shape (n,)."""
         return self.used & (self.lower != self.upper)
+
+    def of(self, rows: Index) -> "DemandOutcomes":
+        """Return the outcomes of the runs with these numbers."""
+        return DemandOutcomes(self.lower[rows], self.upper[rows], self.complete[rows])
 
     def exceed(self, state: LimitState) -> Mask:
         """Return True for runs known to exceed a state, shape (n,)."""
@@ -72,14 +75,11 @@ class DemandOutcomes:
         with np.errstate(divide="ignore"):
             return np.log(self.lower[self.used]), np.log(self.upper[self.used])
 
-    def lines(self, ln_im: Floats, weights: Floats) -> Lines:
-        """Return R lines of ln demand on ln intensity (n,), one per set of run weights (R, n)."""
-        used = self.used
-        return fit_lines(ln_im[used], *self.ln_ends, weights[:, used])
-
-    def treated(self, state: LimitState, treatment: str) -> "DemandOutcomes":
-        """Return the outcomes after applying one of `TREATMENTS` to the unknown ones."""
-        unknown, c = self.unknown(state), state.threshold
+    def treated(
+        self, state: LimitState, treatment: str, where: Mask | bool = True
+    ) -> "DemandOutcomes":
+        """Return the outcomes after applying one of `TREATMENTS` to the unknown ones ``where``."""
+        unknown, c = self.unknown(state) & where, state.threshold
         lower, upper = {
             "exclude": (np.nan, self.upper),
             "all_exceed": (np.nextafter(c, np.inf), np.inf),

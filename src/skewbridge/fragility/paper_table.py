@@ -159,7 +159,7 @@ def latex_table(table: pd.DataFrame) -> str:
             f"% medians in {units}; ratios to the median at the smallest value of each axis",
             "% beta_total: dispersion of the curve, including capacity dispersion;",
             "% beta_records: record-to-record dispersion",
-            "% *: cloud and exceedance medians differ by more than 15 % or 2 standard errors",
+            "% *: cloud and exceedance medians differ by more than 2 standard errors",
             f"% {DAGGER}: extrapolated, fewer than three motions are as strong or as weak",
             "% failure in any mode: median and half of the ln range from 16 to 84 % of a union",
             rf"\begin{{longtable}}{{lll{'r' * (len(names) - 3)}}}",

@@ -22,6 +22,7 @@ from skewbridge.files.tables import Row, records_of, write_frame
 from skewbridge.files.text import write_text
 from skewbridge.fragility import demand_table, paper_table, verdicts
 from skewbridge.fragility.curves import METHODS, fit_study
+from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import joint_table
@@ -75,9 +76,10 @@ def fragility_tables(
     wanted = list(dict.fromkeys(state.demand for state in states))
     checked = demand_table.prepared(demands, wanted, settings)
     rows = checked.table
-    curves = fit_study(rows, states, settings, jobs=jobs)
-    medians = median_effects(rows, states, settings, curves=curves, jobs=jobs)
-    joint = joint_table(rows, states, curves, settings, jobs=jobs)
+    models = fit_models(rows, states, settings, jobs=jobs)
+    curves = fit_study(rows, states, settings, models=models, jobs=jobs)
+    medians = median_effects(rows, states, settings, models=models, curves=curves)
+    joint = joint_table(rows, states, settings, models=models, jobs=jobs)
     further = [state.demand for state in limit_states]
     names = list(dict.fromkeys((*demands_for("effect", rows.columns), *further)))
     reference = reference_intensities(curves)
@@ -92,7 +94,7 @@ def fragility_tables(
             pd.concat([effects, medians], ignore_index=True), rows
         ),
         "joint": joint,
-        "system": system_curves(rows, states, settings, jobs=jobs),
+        "system": system_curves(rows, states, settings, models=models, jobs=jobs),
         PAPER_TABLE: paper_table.paper_table(curves, medians, joint, settings),
         "input_notes": checked.notes,
         "shear_models": shear_model_curves(rows, settings, jobs=jobs),
@@ -175,8 +177,10 @@ def suite_tables(
         tables = together
         if name != ALL_SUITES:
             part = rows[rows[SUITE] == name].reset_index(drop=True)
-            fitted = fit_study(part, states, settings, jobs=jobs).assign(**{SUITE: name})
-            medians = median_effects(part, states, settings, curves=fitted, jobs=jobs)
+            models = fit_models(part, states, settings, jobs=jobs)
+            fitted = fit_study(part, states, settings, models=models, jobs=jobs)
+            fitted = fitted.assign(**{SUITE: name})
+            medians = median_effects(part, states, settings, models=models, curves=fitted)
             tables = medians, effect_tables(part, demands, settings, jobs=jobs).effects
             curves.append(fitted[fitted["preferred"].to_numpy(dtype=bool)])
         for table in tables:

@@ -9,7 +9,8 @@ scrambled Sobol points, Owen (1998), J. Complexity 14(4):466-489.
 """
 
 from collections.abc import Mapping, Sequence
-from functools import cache, lru_cache, partial
+from dataclasses import dataclass, field
+from functools import cache, lru_cache
 from itertools import chain, combinations
 from math import nan
 from typing import Final, NamedTuple
@@ -21,18 +22,13 @@ from scipy import special
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Row
 from skewbridge.fragility import demand_table
+from skewbridge.fragility.demand_model import TOO_FEW_RUNS, BridgeModels, StateCurve, fit_models
 from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_bound
 from skewbridge.fragility.limit_states import LimitState, States
-from skewbridge.fragility.lines import Lines
-from skewbridge.fragility.motion_means import (
-    covered_range,
-    exp_end,
-    jackknife_factors,
-    motion_weights,
-)
+from skewbridge.fragility.motion_means import covered_range, exp_end, jackknife_factors
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, end_counts
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.union import MIN_COMPLETE, correlation, residuals
+from skewbridge.fragility.union import MIN_COMPLETE
 
 #: Smallest number of runs of a variant for a system curve; components need MIN_COMPLETE.
 MIN_RUNS: Final = 8
@@ -41,18 +37,26 @@ _POINTS_OF_REPLICATES: Final = 2**11
 
 
 def system_curves(
-    demands: pd.DataFrame, limit_states: States, settings: FitSettings = DEFAULTS, *, jobs: int = 1
+    demands: pd.DataFrame,
+    limit_states: States,
+    settings: FitSettings = DEFAULTS,
+    *,
+    models: Sequence[BridgeModels] | None = None,
+    jobs: int = 1,
 ) -> pd.DataFrame:
     """Return the table `system`: one row per variant and degree of damage.
 
-    A component is included if some runs of the variant, but not all, exceed its state and its
-    demand increases with intensity. Demands of runs that ended early are censored (Tobit). An
-    `InputError` names a degree of damage that components rank differently.
+    The curves of the components are those of the demand models, which are fitted if not given. A
+    component is included if some runs of the variant, but not all, exceed its state and its demand
+    increases with intensity. An `InputError` names a degree of damage that components rank
+    differently.
     """
     members = system_members([state for state in limit_states if state.system_degree])
-    columns = [settings.im, *(state.demand for states in members.values() for state in states)]
-    rows_of = partial(_variant_rows, members=members, settings=settings)
-    rows = demand_table.spread(rows_of, demand_table.variants_of(demands, columns), jobs)
+    if models is None:
+        models = fit_models(demands, limit_states, settings, jobs=jobs)
+    systems = [_Systems(each, members, settings) for each in models]
+    items = ((each, number) for each in systems for number in range(len(each.models.variants)))
+    rows = demand_table.spread(_variant_rows, items, jobs)
     return pd.DataFrame([row for part in rows for row in part])
 
 
@@ -85,36 +89,54 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
 
 
 class _Member(NamedTuple):
-    """A component of the system; its lines are from all runs, then without each motion."""
+    """A component of the system; its curves are from all runs, then without each block."""
 
     state: LimitState
-    outcomes: DemandOutcomes
-    lines: Lines
+    outcomes: DemandOutcomes  # of the runs of the variant
+    curve: StateCurve
 
 
-def _variant_rows(
-    part: pd.DataFrame, *, members: Mapping[str, States], settings: FitSettings
-) -> list[Row]:
+@dataclass(frozen=True, slots=True)
+class _Systems:
+    """Members of the systems of one bridge for each degree of damage."""
+
+    models: BridgeModels
+    members: Mapping[str, States]
+    settings: FitSettings
+    correlations: dict[tuple[LimitState, LimitState], Floats] = field(default_factory=dict)
+
+    def correlation(self, one: LimitState, other: LimitState) -> Floats:
+        """Return the correlation of the demands of two states, shape (1 + B,)."""
+        if (one, other) not in self.correlations:
+            self.correlations[one, other] = self.models.correlation(one, other)
+        return self.correlations[one, other]
+
+
+def _variant_rows(item: tuple[_Systems, int]) -> list[Row]:
     """Return the rows of one variant, one per degree of damage."""
-    weights = motion_weights(demand_table.motion_codes(part))
+    systems, number = item
+    models, settings = systems.models, systems.settings
+    values = models.variants.iloc[number].to_dict()
+    own = np.flatnonzero(models.variant == number)
+    part = models.runs.iloc[own]
     im = part[settings.im].to_numpy(dtype=np.float64)
-    ln_im, (low, high) = np.log(im), covered_range(im, demand_table.motion_codes(part))
+    low, high = covered_range(im, demand_table.motion_codes(part))
 
     @cache
     def member(state: LimitState) -> _Member | str:
-        """Return a component with its lines, or the reason why it is left out."""
+        """Return a component with its curves, or the reason why it is left out."""
+        fit = models.fit(state)
         outcomes = demand_outcomes(part, [state])
-        if np.sum(outcomes.complete & outcomes.used) < MIN_COMPLETE:
+        if fit == TOO_FEW_RUNS or np.sum(outcomes.complete & outcomes.used) < MIN_COMPLETE:
             return "too few complete runs"
         if (status := outcomes.status(state)) != FITTED:
             return {NO_EXCEEDANCE: "not reached", ALL_EXCEED: "exceeded in every run"}[status]
-        lines = outcomes.lines(ln_im, weights)
-        rises = np.isfinite(lines.b[0])
-        return _Member(state, outcomes, lines) if rises else "demand does not grow"
+        curve = models.curve(state, values)
+        return "demand does not grow" if isinstance(curve, str) else _Member(state, outcomes, curve)
 
     rows: list[Row] = []
     variant = demand_table.variant_values(part)
-    for degree, states in members.items():
+    for degree, states in systems.members.items():
         taking: list[_Member] = []
         names: list[str] = []
         left_out: list[str] = []
@@ -132,17 +154,16 @@ def _variant_rows(
         row |= {"limit_state": degree, "weakest": ""}
         row |= {"components": ";".join(names), "left_out": ";".join(left_out)}
         row |= {"level": settings.confidence, "n_runs": len(part), **end_counts(part)}
-        row |= _system(taking, ln_im, weights, settings) | {"im_low": low, "im_high": high}
+        row |= _system(taking, np.log(im), systems) | {"im_low": low, "im_high": high}
         theta = row["theta"]
         outside = isinstance(theta, float) and not (np.isnan(theta) or low <= theta <= high)
         rows.append(variant | row | {"extrapolated": outside})
     return rows
 
 
-def _system(
-    members: Sequence[_Member], ln_im: Floats, weights: Floats, settings: FitSettings
-) -> Row:
+def _system(members: Sequence[_Member], ln_im: Floats, systems: _Systems) -> Row:
     """Return the table columns of one system: the estimate, or a status if there is none."""
+    settings = systems.settings
     none = np.zeros(ln_im.size, dtype=np.bool_)
     exceed = np.logical_or.reduce([none, *(m.outcomes.exceed(m.state) for m in members)])
     unknown = np.logical_or.reduce([none, *(m.outcomes.unknown(m.state) for m in members)])
@@ -154,12 +175,11 @@ def _system(
         each, beta, level = np.ones(exceed.sum()), settings.assumed_beta, settings.confidence
         bound = median_bound(ln_im[exceed], each, beta=beta, level=level, exceed=True)
         return row | {"status": ALL_EXCEED, "theta_bound": bound}
-    ln_theta = np.column_stack([m.lines.ln_theta(m.state.threshold) for m in members])
-    records = np.column_stack([m.lines.beta() for m in members])
-    beta = np.column_stack([m.lines.beta(m.state.dispersion) for m in members])
+    curves = [member.curve for member in members]
+    ln_theta, records, beta = (np.column_stack([curve[n] for curve in curves]) for n in range(3))
     # ASSUME component capacities are independent of each other and of the demands
     share = np.divide(records, beta, out=np.zeros_like(beta), where=beta > 0.0)
-    correlation = _correlation(members, ln_im, weights) * share[:, :, None] * share[:, None, :]
+    correlation = _correlation(members, systems) * share[:, :, None] * share[:, None, :]
     size = len(members)
     correlation[:, np.arange(size), np.arange(size)] = 1.0
     one = ln_theta[:1], beta[:1]
@@ -191,14 +211,14 @@ def _system(
     return row | {"status": FITTED, "max_dp": np.max(distance)}
 
 
-def _correlation(members: Sequence[_Member], ln_im: Floats, weights: Floats) -> Floats:
-    """Return the correlations of the residuals of ln demand in each replicate, (R, m, m)."""
+def _correlation(members: Sequence[_Member], systems: _Systems) -> Floats:
+    """Return the correlations of the demands in each replicate, (R, m, m)."""
     # each pair from the runs in which both demands are known; then made positive semi-definite
     size = len(members)
-    matrix = np.broadcast_to(np.eye(size), (len(weights), size, size)).copy()
-    apart = [residuals(m.outcomes, m.lines, ln_im) for m in members]
+    matrix = np.broadcast_to(np.eye(size), (members[0].curve.beta.size, size, size)).copy()
     for i, j in combinations(range(size), 2):
-        matrix[:, i, j] = matrix[:, j, i] = correlation(apart[i], apart[j], weights)
+        rho = systems.correlation(members[i].state, members[j].state)
+        matrix[:, i, j] = matrix[:, j, i] = rho
     values, vectors = np.linalg.eigh(matrix)
     root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
     root /= np.linalg.norm(root, axis=2, keepdims=True)

@@ -12,7 +12,7 @@ rho = rho_demands s_1 s_2, with s_i = record-to-record / total dispersion.
 Source: the bivariate normal distribution by Owen (1956), Ann. Math. Stat. 27(4):1075-1090.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
@@ -23,8 +23,7 @@ from scipy import special
 from skewbridge.files.tables import Floats
 from skewbridge.fragility.fits import NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import LimitState
-from skewbridge.fragility.lines import Lines
-from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes
+from skewbridge.fragility.outcomes import demand_outcomes
 
 #: Columns of the curve of a union: median and dispersion of both modes, and their correlation.
 UNION_COLUMNS: Final = (
@@ -132,31 +131,8 @@ def correlation(first: Floats, second: Floats, weights: Floats) -> Floats:
     return np.clip(np.nan_to_num(rho), -1.0, 1.0)
 
 
-def residuals(outcomes: DemandOutcomes, lines: Lines, ln_im: Floats) -> Floats:
-    """Return ln demand minus R lines, shape (R, n); NaN if the demand of a run is only a bound."""
-    known = outcomes.lower == outcomes.upper
-    ln_demand = np.where(known, np.log(np.where(known, outcomes.lower, 1.0)), np.nan)
-    return ln_demand - (lines.ln_a[:, None] + lines.b[:, None] * ln_im)
-
-
 def reached_modes(table: pd.DataFrame, state: LimitState) -> list[LimitState]:
     """Return the failure modes of a state that some run exceeds."""
     return [
         mode for mode in state.modes if demand_outcomes(table, [mode]).status(mode) != NO_EXCEEDANCE
     ]
-
-
-def union_of_lines(
-    table: pd.DataFrame, modes: Sequence[LimitState], ln_im: Floats, weights: Floats
-) -> Union:
-    """Return the union of failure modes from their lines, one per set of run weights (R, n)."""
-    outcomes = [demand_outcomes(table, [mode]) for mode in modes]
-    lines = [each.lines(ln_im, weights) for each in outcomes]
-    apart = [residuals(*each, ln_im) for each in zip(outcomes, lines, strict=True)]
-    both = list(zip(modes, lines, strict=True))
-    return Union.of(
-        np.array([line.ln_theta(mode.threshold) for mode, line in both]),
-        np.array([line.beta() for line in lines]),
-        np.array([line.beta(mode.dispersion) for mode, line in both]),
-        correlation(apart[0], apart[-1], weights),
-    )

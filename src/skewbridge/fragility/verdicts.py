@@ -88,14 +88,11 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
     margin, limit = (table[n].to_numpy(np.float64) for n in ("margin", "difference_margin"))
     below, above = (np.where(plain, sign * limit, np.log1p(sign * margin)) for sign in (-1, 1))
     possible, zero = may_be_negligible(table), np.zeros_like(value)
-    headline = table["demand"].isin((*demands_for("headline"), *HEADLINE_STATES))
-    keys = (*BRIDGE_COLUMNS, "axis", "scope", "quantity")
-    family = [*(table[name].astype(str) for name in keys), headline]
     tail = 1.0 - table["level"].to_numpy(dtype=np.float64)
     refused = "status" in table and (table["status"] == NO_CURVE).to_numpy()
     p_values = _p_values(table, value, low, high, below, above)
     outside, inside, direction = (
-        p.groupby(family, group_keys=False).transform(_holm).to_numpy() <= tail * share
+        adjusted(table, p).to_numpy() <= tail * share
         for p, share in zip(p_values, (0.5, 0.5, 1.0), strict=True)
     )
     claims = [outside & (value < 0.0), outside & (value > 0.0), inside & possible, direction]
@@ -105,6 +102,14 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
         direction=np.select([high < 0.0, low > 0.0], [-1, 1], default=0),
         verdict_family=np.select(claims, _IN_ORDER, default=UNDECIDED),
     )
+
+
+def adjusted(table: pd.DataFrame, p: "pd.Series[float]") -> "pd.Series[float]":
+    """Return the p-values of effects, adjusted for their families by Holm's method."""
+    headline = table["demand"].isin((*demands_for("headline"), *HEADLINE_STATES))
+    keys = (*BRIDGE_COLUMNS, "axis", "scope", "quantity")
+    family = [*(table[name].astype(str) for name in keys), headline]
+    return p.astype(np.float64).groupby(family, group_keys=False).transform(_holm)
 
 
 def may_be_negligible(table: pd.DataFrame) -> Mask:

@@ -249,8 +249,11 @@ def demand_clouds(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> F
             _cloud_points(axes, part, im_column, demand, least, look)
             line = fits[fits["variant"].isin(part["variant"])].head(1)
             if len(line) and np.isfinite(line["b"].iloc[0]):
-                x = np.geomspace(part[im_column].min(), part[im_column].max(), 2)
-                y = factor * np.exp(line["ln_a"].iloc[0]) * x ** line["b"].iloc[0]
+                x = np.geomspace(part[im_column].min(), part[im_column].max(), 41)
+                fit = line.iloc[0]
+                y = factor * np.exp(fit["ln_a"]) * x ** fit["b"]
+                if np.isfinite(fit["knot"]):
+                    y = y * np.maximum(x / fit["knot"], 1.0) ** (fit["b_above"] - fit["b"])
                 axes.plot(x, y, **style | _NO_MARKER)
         for threshold in thresholds.values():
             axes.axhline(threshold, color="#555555", lw=0.8, ls=(0, (1, 2)), zorder=1)

@@ -390,7 +390,8 @@ def _packed(path: Path) -> dict[str, Any]:
 _FIT_COLUMNS: Final = (
     *("variant", "component", "limit_state", "method", "demand", "preferred", "methods_differ"),
     *("theta", "theta_low", "theta_high", "beta", "beta_total", "threshold"),
-    *("capacity_dispersion", "ln_a", "b", "sigma", "var_ln_theta", "cov_ln_theta_beta", "var_beta"),
+    *("capacity_dispersion", "ln_a", "b", "knot", "b_above", "sigma", "growth"),
+    *("var_ln_theta", "cov_ln_theta_beta", "var_beta"),
     *("level", "methods_ratio", "n_exceed", "n_runs", "extrapolated", "im_low", "im_high"),
     *UNION_COLUMNS,
 )

@@ -108,7 +108,7 @@ def check_predict(
         raise InputError(f"the study has no runs of motion {', '.join(sorted(map(str, lacking)))}")
     key = [*BRIDGE_COLUMNS, "component", "limit_state"]
     status = joint.set_index(key)["status"].to_dict()
-    fitted = records_of(joint_table(same, limit_states, None, settings))
+    fitted = records_of(joint_table(same, limit_states, settings))
     models = {tuple(row[name] for name in key): row for row in fitted}
     rows: list[dict[str, Any]] = []
     for cloud in records_of(chosen_curves(fit_study(inner, limit_states, settings), "cloud")):

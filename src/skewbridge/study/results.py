@@ -29,6 +29,7 @@ from skewbridge.files.tables import (
 )
 from skewbridge.files.text import writable_folder
 from skewbridge.fragility import demand_table, paper_table
+from skewbridge.fragility.demand_model import BridgeModels, fit_models
 from skewbridge.fragility.effects import (
     Pairs,
     demand_effects,
@@ -37,15 +38,13 @@ from skewbridge.fragility.effects import (
     run_pairs,
 )
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.joint import JointModel
+from skewbridge.fragility.joint import JointModel, interval
 from skewbridge.fragility.limit_states import (
     LimitState,
     States,
     load_limit_states,
     with_column_failure,
 )
-from skewbridge.fragility.motion_means import Jackknifed, motion_weights
-from skewbridge.fragility.outcomes import demand_outcomes
 from skewbridge.fragility.paper_table import EXTRAPOLATED
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import PAPER_TABLE, fragility_tables, write_tables
@@ -83,11 +82,12 @@ class Results:
         """Return the median of a demand at one intensity, one row per variant.
 
         ``chosen`` selects variants by bridge, abutment or axis, such as ``skew_deg=[0, 60]``. The
-        line of ln demand on ln intensity is fitted to all runs of a variant; demands of runs that
-        ended early are lower bounds. ``p16`` and ``p84`` are the range of single motions,
-        ``ci_low`` and ``ci_high`` the 95 % interval of the median (jackknife over motions).
-        ``note`` warns of an intensity outside the complete runs. ``measure`` is the intensity
-        column, by default that of the curves. `InputError` names a missing column or value.
+        median is that of the demand model, fitted to the runs of all variants of a bridge; demands
+        of runs that ended early are lower bounds. ``p16`` and ``p84`` are the range of single
+        motions, ``ci_low`` and ``ci_high`` the 95 % interval of the median (jackknife over
+        motions). ``note`` warns of an intensity outside the complete runs. ``measure`` is the
+        intensity column, by default that of the curves. `InputError` names a missing column or
+        value.
         """
         positive([im], "im")
         rows, curves = self.demands, self.fragility.get("curves", pd.DataFrame({"im": []}))
@@ -100,8 +100,18 @@ class Results:
                 text = f"{name} must be one of {', '.join(map(str, known))}; got {wrong[0]}"
                 raise InputError(f"{text} (skewbridge predict interpolates)", column=name)
             rows = rows[rows[name].isin(values)]
-        parts = demand_table.variants_of(rows, [demand, x])
-        table = pd.DataFrame([_at(part, demand, x, im) for part in parts])
+        wanted, runs = set(rows["variant"]), self.demands
+        runs = runs[(runs[x] > 0.0) & runs[demand].notna()]
+        least = float(runs[demand][runs[demand] > 0.0].min())  # zero demands are below it
+        capacity: Any = {"threshold": least, "dispersion": 0.0}
+        state = LimitState(component="", name="", demand=demand, collapse="peak", **capacity)
+        rows_of = [
+            _at(models, demand, im, number)
+            for models in fit_models(runs, [state], replace(DEFAULTS, im=x))
+            for number, name in enumerate(models.variants["variant"])
+            if name in wanted
+        ]
+        table = pd.DataFrame(rows_of)
         units = dict.fromkeys(_AT, unit_of(demand)) | {"im": unit_of(x)}
         table.attrs["units"] = {name: unit_of(str(name)) for name in table} | units
         return table
@@ -137,24 +147,26 @@ def load_results(folder: Path) -> Results:
 _AT: Final = ("median", "p16", "p84", "ci_low", "ci_high")
 
 
-def _at(part: pd.DataFrame, demand: str, measure: str, im: float) -> Row:
-    """Return the row of `Results.at` for the runs of one variant."""
-    runs = part[(part[measure] > 0.0) & part[demand].notna()]
-    motions, complete = demand_table.motion_codes(runs), is_complete(runs)
-    x, least = runs[measure].to_numpy(np.float64), runs[demand][runs[demand] > 0.0].min()
-    capacity: Any = {"threshold": float(least), "dispersion": 0.0}  # zero demands are below it
-    state = LimitState(component="", name="", demand=demand, collapse="peak", **capacity)
-    lines = demand_outcomes(runs, [state]).lines(np.log(x), motion_weights(motions))
-    ln_median = lines.ln_a + lines.b * np.log(im)
-    exact = np.isin(np.arange(ln_median.size - 1), motions[complete])
-    jackknife = Jackknifed.of(ln_median, np.full(exact.size, fill_value=True), exact, 2)
-    ends = ln_median[0] + lines.sigma[0] * np.array([0.0, -1.0, 1.0])
-    ends = np.exp([*ends, *jackknife.interval(DEFAULTS.confidence)]).tolist()
-    row = demand_table.variant_values(part) | {"im": im, **dict(zip(_AT, ends, strict=True))}
-    row |= {"n_runs": len(runs), "n_motions": exact.size, "n_bounds": int(np.sum(~complete))}
-    inside = np.min(x[complete], initial=np.inf) <= im <= np.max(x[complete], initial=0.0)
-    note = "" if inside else "outside the intensities of the complete runs"
-    return row | {"note": note if np.isfinite(ends[0]) else "no line: too few runs, or no growth"}
+def _at(models: BridgeModels, demand: str, im: float, number: int) -> Row:
+    """Return the row of `Results.at` of one variant."""
+    fit, values = models.fits["", demand], models.variants.iloc[number]
+    own = models.variant == number
+    runs, level = models.runs[own], np.log(im)
+    row: Row = {name: values[name] for name in demand_table.variant_columns(models.variants)}
+    row |= {"im": im} | dict.fromkeys(_AT, np.nan)
+    complete = is_complete(runs)
+    row |= {"n_runs": len(runs), "n_motions": runs["motion_id"].nunique()}
+    row["n_bounds"] = int(np.sum(~complete))
+    if isinstance(fit, str):
+        return row | {"note": f"no model of the demand: {fit}"}
+    point = fit.model.at(values)
+    ln_median, scatter = point.ln_demand(np.array(level)), point.scatter(np.array(level))[0]
+    median, *ends = interval(ln_median, DEFAULTS.confidence)
+    spread = median * np.exp([-scatter, scatter])
+    row |= dict(zip(_AT, [median, *spread, *ends], strict=True))
+    x = runs[models.im].to_numpy(np.float64)[complete]
+    inside = np.min(x, initial=np.inf) <= im <= np.max(x, initial=0.0)
+    return row | {"note": "" if inside else "outside the intensities of the complete runs"}
 
 
 def demands_file(folder: Path) -> Path:
@@ -395,10 +407,11 @@ def predict_states(
         model.axis_range.check(values)
         theta, *ends = model.median(values)
         found = {"component": row["component"], "state": row["limit_state"], "theta": theta}
-        betas = np.exp(model.logs(values)[0, 1:]).tolist()
-        found |= dict(zip(("beta", "beta_total"), betas, strict=True)) | {"ci_theta": ends}
-        for name, union in zip(("p_records", "p"), model.unions(values), strict=True):
-            found[name] = None if at is None else float(union.probability(np.log(at))[0])
+        curve = model.curve(values)
+        found |= {"beta": float(curve.beta[0]), "beta_total": float(curve.total[0])}
+        found |= {"ci_theta": ends}
+        for name, total in (("p_records", False), ("p", True)):
+            found[name] = None if at is None else curve.probability(np.log(at), total=total)
         # tables of earlier versions have no range: their medians count as extrapolated
         low, high = row.get("im_low", np.inf), row.get("im_high", -np.inf)
         found[EXTRAPOLATED] = not low <= theta <= high

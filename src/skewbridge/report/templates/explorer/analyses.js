@@ -14,8 +14,9 @@
       const fit = data.fits.find((each) => each.variant === at && each.demand === demand && each.b !== null);
       const ims = own.map((row) => runs.im[row]);
       if (fit && ims.length) {
-        const ends = [Math.min(...ims), Math.max(...ims)];
-        traces.push({ x: ends, y: ends.map((im) => by * Math.exp(fit.ln_a) * im ** fit.b), mode: "lines", line: { color, dash, width: 1.4 }, hoverinfo: "skip" });
+        const ends = [Math.min(...ims), Math.max(...ims)], inside = fit.knot > ends[0] && fit.knot < ends[1];
+        if (inside) ends.splice(1, 0, fit.knot);
+        traces.push({ x: ends, y: ends.map((im) => by * Math.exp(fit.ln_a) * im ** fit.b * (fit.knot === null ? 1 : Math.max(im / fit.knot, 1) ** (fit.b_above - fit.b))), mode: "lines", line: { color, dash, width: 1.4 }, hoverinfo: "skip" });
       }
     });
     legend(entries);

@@ -16,7 +16,7 @@
     return threshold === null ? fit : { theta: Math.exp((Math.log(threshold) - fit.ln_a) / fit.b), beta_total: Math.hypot(fit.sigma, fit.capacity_dispersion) / fit.b };
   }
   function thresholdOf(chosen, fits, ends) {
-    const usable = ends !== null && fits.length > 0 && fits.every((fit) => fit.method === "cloud" && fit.sigma > 0 && fit.b > 0);
+    const usable = ends !== null && fits.length > 0 && fits.every((fit) => fit.method === "cloud" && fit.sigma > 0 && fit.b > 0 && fit.knot === null && fit.growth === 0);
     pick("threshold-box").hidden = !usable;
     noEffect.threshold = usable ? "" : fits.some(isUnion) ? "threshold: these curves are unions of shear and flexure, so they have no line of their own" : fits.length ? "threshold: these curves are fitted to exceedances of the limit state only, without a line of demand against intensity" : "";
     if (!usable) return null;

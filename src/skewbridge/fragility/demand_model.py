@@ -1,0 +1,630 @@
+"""Model of one demand of a bridge in all its variants; medians and dispersions follow from it.
+
+    ln D = level + slope x + bend max(x - knot, 0) + shift(v) + drift(v) x + exp(gamma x) (u + e)
+
+x is ln intensity minus its mean. The shift of a variant v is a sum over axes, with a value for each
+level of an axis, plus interactions with a prior about zero; the drift is an effect of an axis that
+changes with intensity, with a narrow prior. u is the effect of the motion, e the scatter of a run
+(`mixed`). Shape (straight or bent) and growth of the scatter are those that predict left-out
+motions best. Blocks (events, else motions) are left out in turn for the jackknife.
+
+Sources: choice by left-out groups, Stone (1974), J. R. Stat. Soc. B 36(2):111-147.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache, partial
+from itertools import combinations, product
+from math import nan
+from typing import Any, Final, NamedTuple, Self
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+from scipy import special
+
+from skewbridge.errors import InputError
+from skewbridge.files.tables import Floats, Index, Mask, Row
+from skewbridge.fragility import demand_table
+from skewbridge.fragility.fits import NO_EXCEEDANCE, NON_INCREASING, NOT_APPLICABLE, SINGLE_LEVEL
+from skewbridge.fragility.limit_states import LimitState, States
+from skewbridge.fragility.mixed import MixedData, MixedFit, fit_mixed, predictive_loglik
+from skewbridge.fragility.motion_means import jackknife_covariance
+from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, states_by_demand
+from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.union import Union, correlation, reached_modes
+from skewbridge.variant.axes import AXES
+from skewbridge.variant.variant import lacking_axes
+
+SKEW: Final = "skew_deg"
+#: Standard deviations of the priors of ln demand: effects of single axes (no prior, but axes that
+#: the variants cannot separate share their effect), interactions of two and of three axes at single
+#: levels, and the interaction of two axes that is proportional to both.
+_SHIFTS: Final = (30.0, 0.1, 0.05)
+_PROPORTIONAL: Final = 1.0
+#: Takes the place of a level in a term proportional to the axis, from 0 to 1 over its range.
+_LINEAR: Final = np.inf
+# ASSUME the effect of an axis on ln demand changes by some 3 % per unit of ln intensity
+_DRIFT: Final = 0.03
+_LOOSE: Final = 10.0  # factor of wide priors
+#: Largest number of levels of an axis with a value each; with more, the effect is a parabola.
+_MOST_LEVELS: Final = 6
+#: Possible places of the knot: shares of the runs below it.
+_KNOTS: Final = (0.25, 0.5, 0.75)
+#: Smallest number of motions with known demands on each side of the knot, and of a fit.
+_LEAST_BESIDE: Final = 5
+LEAST_MOTIONS: Final = 4
+# ASSUME a further parameter has to raise the log-likelihood of left-out motions by at least 3
+_LEAST_GAIN: Final = 3.0
+FLATTEST: Final = 1e-3
+TOO_FEW_RUNS: Final = "too_few_runs"
+_HALVINGS: Final = 34
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AxisRange:
+    """Axes of the variants of one bridge and abutment model, and their levels.
+
+    An effect of an axis has a value at each level and a cubic spline between them (a line for two
+    levels, a parabola for three). The absolute value of the skew counts unless the study has skews
+    of both signs.
+    """
+
+    levels: Mapping[str, Sequence[float]]
+    signed_skew: bool = False  # True if the study has skews of both signs
+
+    @classmethod
+    def of_variants(cls, variants: pd.DataFrame, names: Sequence[str]) -> Self:
+        """Return the axes of a table with one row per variant."""
+        skew = variants[SKEW].to_numpy(dtype=np.float64) if SKEW in variants else np.zeros(1)
+        blank = cls(levels={}, signed_skew=bool(np.any(skew > 0.0) and np.any(skew < 0.0)))
+        levels: dict[str, list[float]] = {}
+        for name in names:
+            values = np.unique(blank.counted(name, variants[name].to_numpy(dtype=np.float64)))
+            if values.size > _MOST_LEVELS:
+                values = np.linspace(values[0], values[-1], 3)
+            if np.all(np.isfinite(values)):
+                levels[name] = values.tolist()
+        return replace(blank, levels=levels)
+
+    @property
+    def limits(self) -> dict[str, tuple[float, float]]:
+        """Smallest and largest value of each axis."""
+        return {name: (values[0], values[-1]) for name, values in self.levels.items()}
+
+    @property
+    def varying(self) -> tuple[str, ...]:
+        """Axes that differ between the variants."""
+        return tuple(name for name, values in self.levels.items() if len(values) > 1)
+
+    @property
+    def middle(self) -> dict[str, float]:
+        """Middle of the range of each varying axis."""
+        return {name: 0.5 * sum(self.limits[name]) for name in self.varying}
+
+    @property
+    def terms(self) -> list[tuple[tuple[str, float], ...]]:
+        """Terms of the shift: levels of one axis, then products for two and three axes."""
+        single = [[(name, level) for level in self.levels[name][1:]] for name in self.varying]
+        linear = [
+            ((one, _LINEAR), (other, _LINEAR)) for one, other in combinations(self.varying, 2)
+        ]
+        at_levels = [
+            term
+            for order in range(1, len(_SHIFTS) + 1)
+            for axes in combinations(single, order)
+            for term in product(*axes)
+        ]
+        return [*at_levels, *linear]
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the terms of the shift, then of the drift."""
+        texts = {_LINEAR: ""}
+        shown = [
+            ":".join(f"{name}{texts.get(level, f'={level:g}')}" for name, level in term)
+            for term in self.terms
+        ]
+        return [*shown, *(f"{shown[i]}:ln_im" for i in range(self.drifts))]
+
+    @property
+    def drifts(self) -> int:
+        """Number of terms of the drift, which are the first of the terms of the shift."""
+        return sum(len(term) == 1 for term in self.terms)
+
+    @property
+    def deviations(self) -> Floats:
+        """Standard deviation of the prior of each coefficient of shift and drift."""
+        of_shift = [
+            _PROPORTIONAL if term[0][1] == _LINEAR else _SHIFTS[len(term) - 1]
+            for term in self.terms
+        ]
+        return np.array([*of_shift, *[_DRIFT] * self.drifts])
+
+    def matrix(self, values: Mapping[str, Any]) -> Floats:
+        """Return the terms of the shift at n values of the axes, shape (n, q)."""
+        columns: dict[tuple[str, float], Floats] = {}
+        for name in self.varying:
+            levels = self.levels[name]
+            value = np.atleast_1d(self.counted(name, np.asarray(values[name], dtype=np.float64)))
+            shares = _cardinal_spline(tuple(levels))(value)
+            columns |= {(name, level): shares[:, k] for k, level in enumerate(levels)}
+            columns[name, _LINEAR] = (value - levels[0]) / (levels[-1] - levels[0])
+        size = next((column.size for column in columns.values()), 1)
+        products = [np.prod([columns[factor] for factor in term], axis=0) for term in self.terms]
+        return np.column_stack([np.empty((size, 0)), *products])
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Check a point; an `InputError` names an axis that is missing, unknown or out of range."""
+        limits = self.limits
+        possible = {*limits, *(each.name for each in AXES)}
+        for name in (*self.varying, *values):
+            low, high = limits.get(name, (-np.inf, np.inf))
+            problem = "" if name in possible else "is not an axis of the study"
+            if name not in values:
+                problem = f"is missing; give a value within {low:g}..{high:g}"
+            elif not low - 1e-9 <= self.counted(name, values[name]) <= high + 1e-9:
+                problem = f"must be within {low:g}..{high:g}, the range of the study"
+                problem += f", got {values[name]:g}"
+            if problem:
+                raise InputError(f"{name} {problem}", column=name)
+
+    def counted(self, name: str, value: Any) -> Any:
+        """Return the value of an axis that counts: the size of a skew without sign."""
+        return abs(value) if name == SKEW and not self.signed_skew else value
+
+
+@lru_cache(maxsize=64)
+def _cardinal_spline(levels: tuple[float, ...]) -> Callable[[Floats], Floats]:
+    """Return the cubic spline that is 1 at each level in turn and 0 at the others."""
+    from scipy.interpolate import CubicSpline  # imported only when needed: it is slow to load
+
+    return CubicSpline(levels, np.eye(len(levels)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DemandModel:
+    """R models of one demand: of all runs, then without each block (the jackknife)."""
+
+    axes: AxisRange
+    #: Level, slope, bend, coefficients of shift and drift, gamma, ln tau, ln sigma; shape (R, m).
+    parameters: Floats
+    centre: float  # mean of ln intensity
+    knot: float  # x of the bend; infinite: straight
+    span: tuple[float, float]  # range of x, beyond which the scatter is constant
+    motions: int
+
+    @property
+    def deviation(self) -> Floats:
+        """Standard deviation of ln demand at x = 0, with the divisor of a sample, shape (R,)."""
+        variance = np.sum(np.exp(2.0 * self.parameters[:, -2:]), axis=1)
+        # level and slope, and a bend, were estimated
+        lost, count = 2 + bool(np.isfinite(self.knot)), np.full(len(variance), self.motions)
+        count[1:] -= 1
+        return np.sqrt(variance * count / np.maximum(count - lost, 1))
+
+    def at(self, values: Mapping[str, Any]) -> "PointModel":
+        """Return the models at one point, a mapping from axis to value."""
+        terms = self.axes.matrix(values)[0]
+        level, slope, bend = self.parameters[:, :3].T
+        shift, drift = np.split(self.parameters[:, 3:-3], [terms.size], axis=1)
+        slope = slope + drift @ terms[: drift.shape[1]]
+        return PointModel(self, level + shift @ terms, slope, slope + bend, self.deviation)
+
+
+class PointModel(NamedTuple):
+    """R models of one demand at one point of the axes; arrays of shape (R,)."""
+
+    model: DemandModel
+    level: Floats  # of ln demand at x = 0
+    slope: Floats  # below the knot
+    above: Floats  # slope above the knot
+    deviation: Floats  # of ln demand at x = 0
+
+    def ln_demand(self, ln_im: Floats) -> Floats:
+        """Return the median ln demand at intensities (..., R)."""
+        x = ln_im - self.model.centre
+        bent = np.maximum(x - self.model.knot, 0.0)
+        return self.level + self.slope * x + (self.above - self.slope) * bent
+
+    def scatter(self, ln_im: Floats) -> Floats:
+        """Return the standard deviation of ln demand at intensities (..., R)."""
+        x = np.clip(ln_im - self.model.centre, *self.model.span)
+        return self.deviation * np.exp(self.model.parameters[:, -3] * x)
+
+    def ln_theta(self, threshold: float) -> Floats:
+        """Return ln of the intensity at which the median demand is the threshold, shape (R,)."""
+        rises = (self.slope > FLATTEST) & (self.above > FLATTEST)
+        slope, knot = np.where(rises, self.slope, nan), self.model.knot
+        x = (np.log(threshold) - self.level) / slope
+        if np.isfinite(knot):
+            x = np.where(x > knot, knot + (x - knot) * slope / self.above, x)
+        return self.model.centre + x
+
+    def slope_at(self, ln_im: Floats) -> Floats:
+        """Return the slope of ln demand at one intensity of each model, shape (R,)."""
+        return np.where(ln_im - self.model.centre > self.model.knot, self.above, self.slope)
+
+    def score(self, threshold: float, dispersion: ArrayLike, ln_im: Floats) -> Floats:
+        """Return z of the probability Phi(z) that a state is exceeded, shape (..., R)."""
+        above = self.ln_demand(ln_im) - np.log(threshold)
+        return above / np.hypot(self.scatter(ln_im), dispersion)
+
+    def curves(self, threshold: float, dispersion: float) -> tuple[Floats, Floats, Floats]:
+        """Return ln theta, beta of records and beta_total of a state, shape (R,) each.
+
+        beta is half of the ln range in which the probability of the model rises from 16 to 84 %.
+        """
+        middle, ends = self.ln_theta(threshold), self.model.centre + np.array(self.model.span)
+        widest = np.max(self.scatter(ends[:, None]), axis=0)
+        with np.errstate(invalid="ignore"):
+            flattest = np.where(np.isnan(middle), nan, np.minimum(self.slope, self.above))
+        # both dispersions (records, total) and both sides (16 and 84 %): shape (2, 2, R)
+        capacity = np.array([0.0, dispersion])[:, None, None]
+        side = np.array([-1.0, 1.0])[:, None]
+        far = np.broadcast_to(np.hypot(widest, capacity) / flattest, (2, 2, middle.size))
+        near = np.zeros_like(far)
+        for _ in range(_HALVINGS):
+            half = 0.5 * (near + far)
+            inside = side * self.score(threshold, capacity, middle + side * half) < 1.0
+            near, far = np.where(inside, half, near), np.where(inside, far, half)
+        records, total = np.mean(0.5 * (near + far), axis=1)
+        return middle, records, total
+
+    def columns(self) -> Row:
+        """Return the columns of the table of curves that describe ln demand."""
+        model, level, slope, above = self.model, *(float(each[0]) for each in self[1:4])
+        growth = float(model.parameters[0, -3])
+        row: Row = {"ln_a": level - slope * model.centre, "b": slope, "growth": growth}
+        row["sigma"] = float(self.deviation[0] * np.exp(-growth * model.centre))
+        bent = np.isfinite(model.knot)
+        return row | ({"knot": np.exp(model.centre + model.knot), "b_above": above} if bent else {})
+
+    def largest_distance(self, state: LimitState, ln_theta: float, total: float) -> float:
+        """Return the largest difference of probability between model and lognormal curve.
+
+        The range is that of the intensities of the runs.
+        """
+        ln_im = self.model.centre + np.linspace(*self.model.span, 201)
+        z = self.score(state.threshold, state.dispersion, ln_im[:, None])[:, 0]
+        return float(np.max(np.abs(special.ndtr(z) - special.ndtr((ln_im - ln_theta) / total))))
+
+
+class StateCurve(NamedTuple):
+    """R curves of one state at one point, for all runs, then without each block."""
+
+    ln_theta: Floats  # shape (R,)
+    beta: Floats  # of records
+    total: Floats  # including the capacity
+    modes: Union | None = None  # if the state is a union of two failure modes, with total beta
+    records: Union | None = None  # the same union with beta of records
+
+    def probability(self, ln_im: float, *, total: bool = True) -> float:
+        """Return P(exceeds) from all runs, with or without the dispersion of the capacity."""
+        beta, modes = (self.total, self.modes) if total else (self.beta, self.records)
+        if modes is not None:
+            return float(modes.probability(np.array(ln_im))[0])
+        return float(special.ndtr((ln_im - self.ln_theta[0]) / beta[0]))
+
+
+@dataclass(frozen=True, kw_only=True)
+class DemandFit:
+    """The fitted model of a demand with its data."""
+
+    model: DemandModel
+    outcomes: DemandOutcomes  # of all n runs
+    #: Standardised ln demand minus that of each of R models; NaN for bounds; shape (R, n).
+    residuals: Floats
+    gain: float  # ln predictive density of left-out blocks minus that of the straight line
+    setup: "_Setup"
+
+    def treated(self, outcomes: DemandOutcomes, steps: int = 100) -> DemandModel:
+        """Return the model of other outcomes of the same runs, with the same shape (R = 1)."""
+        fit = fit_mixed(self.setup.data(outcomes, self.model), self.model.parameters[0], steps)
+        motions = self.setup.used_motions(outcomes)
+        return replace(self.model, parameters=fit.parameters[None], motions=motions)
+
+    def exceeds(self, state: LimitState) -> Floats:
+        """Return the probability that each run exceeds a state, given its lower bound, (n,)."""
+        model, setup = self.model, self.setup
+        delta, growth = model.parameters[0, :-3], model.parameters[0, -3]
+        x = np.clip(setup.ln_im - model.centre, *model.span)
+        scatter = model.deviation[0] * np.exp(growth * x)
+        mean = setup.design(model.centre, model.knot) @ delta
+        with np.errstate(divide="ignore"):
+            bound = np.log(np.nan_to_num(self.outcomes.lower))
+        tails = [
+            special.log_ndtr((mean - end) / scatter) for end in (np.log(state.threshold), bound)
+        ]
+        return np.exp(np.minimum(tails[0] - tails[1], 0.0))
+
+    @cached_property
+    def without_variants(self) -> list[DemandModel | str]:
+        """Models without the runs of each variant (R = 1); a text if others do not determine it."""
+        setup = self.setup
+        effects = np.column_stack(
+            [np.ones(len(setup.matrix)), setup.matrix[:, : setup.axes.drifts]]
+        )
+        rank, found = np.linalg.matrix_rank(effects), list[DemandModel | str]()
+        for variant in range(len(effects)):
+            others = np.delete(effects, variant, axis=0)
+            if len(others) < 1 or np.linalg.matrix_rank(others) < rank:
+                found.append(NOT_APPLICABLE)
+                continue
+            lower = np.where(setup.variant == variant, nan, self.outcomes.lower)
+            found.append(self.treated(replace(self.outcomes, lower=lower), steps=1))
+        return found
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Setup:
+    """Runs of one bridge and abutment model, arrays of shape (n,)."""
+
+    axes: AxisRange
+    ln_im: Floats
+    motion: Index
+    block: Index
+    variant: Index
+    matrix: Floats  # terms of the shift of each variant, shape (V, q)
+    precision: Floats  # of the priors of shift and drift
+
+    def used_motions(self, outcomes: DemandOutcomes) -> int:
+        """Return the number of motions with a usable run."""
+        return np.unique(self.motion[outcomes.used]).size
+
+    def design(self, centre: float, knot: float) -> Floats:
+        """Return X of all runs, shape (n, 3 + q + drifts)."""
+        x, shift = self.ln_im - centre, self.matrix[self.variant]
+        above = np.maximum(x - knot, 0.0)
+        drift = shift[:, : self.axes.drifts] * x[:, None]
+        return np.column_stack([np.ones(x.size), x, above, shift, drift])
+
+    def data(
+        self, outcomes: DemandOutcomes, model: DemandModel, growth: bool | None = None
+    ) -> MixedData:
+        """Return the data of a fit with the shape of a model; ``growth`` of scatter if given."""
+        used = outcomes.used
+        lower, upper = outcomes.ln_ends
+        x = self.ln_im[used] - model.centre
+        grows = bool(np.any(model.parameters[:, -3])) if growth is None else growth
+        bend = 0.0 if np.isfinite(model.knot) else 1.0
+        return MixedData(
+            design=self.design(model.centre, model.knot)[used],
+            lower=lower,
+            upper=upper,
+            motion=np.unique(self.motion[used], return_inverse=True)[1],
+            precision=np.concatenate([[0.0, 0.0, bend], self.precision]),
+            growth=x * grows,
+        )
+
+
+def fit_demand(
+    part: pd.DataFrame, states: States, im: str, further: Sequence[str] = ()
+) -> DemandFit | str:
+    """Return the model of the demand that ``states`` share, or the reason why there is none.
+
+    ``part`` has the runs of one bridge and abutment model. If it has a column ``event``, the
+    motions of an event are left out together.
+    """
+    axes, variants, variant = _variants_of(part, further)
+    outcomes, motion = demand_outcomes(part, states), demand_table.motion_codes(part)
+    block = demand_table.block_codes(part)
+    ln_im = np.log(part[im].to_numpy(dtype=np.float64))
+    used, known = outcomes.used, outcomes.used & ~outcomes.is_bound
+    if np.unique(motion[known]).size < LEAST_MOTIONS:
+        return TOO_FEW_RUNS
+    if np.ptp(ln_im[known]) == 0.0:
+        return SINGLE_LEVEL
+    if np.ptp(outcomes.lower[known]) == 0.0:
+        return NON_INCREASING
+    setup = _Setup(
+        axes=axes,
+        ln_im=ln_im,
+        motion=motion,
+        block=block,
+        variant=variant,
+        matrix=np.broadcast_to(axes.matrix(variants), (len(variants), len(axes.terms))),
+        precision=(_LOOSE * axes.deviations) ** -2.0,
+    )
+    centre = float(np.mean(ln_im[used]))
+    x = ln_im - centre
+    blank = DemandModel(
+        axes=axes,
+        parameters=np.zeros((1, 1)),
+        centre=centre,
+        knot=np.inf,
+        span=(float(np.min(x[used])), float(np.max(x[used]))),
+        motions=setup.used_motions(outcomes),
+    )
+    codes = np.unique(motion[used], return_index=True)[1]
+    blocks = block[used][codes]
+    present, group = np.unique(blocks, return_inverse=True)
+    setup = replace(setup, precision=_precision(setup, outcomes, blank, group))
+    best: tuple[float, DemandModel, MixedFit, Floats] | None = None
+    straight = 0.0
+    for grows in (False, True):
+        for knot in _knots(x, known, motion) if not grows or best is None else (best[1].knot,):
+            model = replace(blank, knot=knot)
+            start = best[2].parameters if best is not None and grows else None
+            data = setup.data(outcomes, model, grows)
+            fit = fit_mixed(data, start)
+            without = fit.without_groups(group)
+            predicted = predictive_loglik(data, group, without)
+            rises = np.all(np.cumsum(fit.parameters[1:3]) > FLATTEST)
+            straight = straight if best is not None else predicted
+            if best is None or (rises and predicted > best[0] + _LEAST_GAIN):
+                best = predicted, model, fit, without
+    assert best is not None
+    predicted, model, fit, without = best
+    if fit.parameters[1] <= FLATTEST:
+        return NON_INCREASING
+    parameters = np.tile(fit.parameters, (2 + int(np.max(block)), 1))
+    parameters[1 + present] = without
+    model = replace(model, parameters=parameters)
+    design = setup.design(centre, model.knot)
+    residuals = np.full((len(parameters), used.size), nan)
+    mean = parameters[:, :-3] @ design[known].T
+    growth = np.exp(-parameters[:, -3:-2] * x[known])
+    residuals[:, known] = (np.log(outcomes.lower[known]) - mean) * growth
+    return DemandFit(
+        model=model,
+        outcomes=outcomes,
+        residuals=residuals,
+        gain=predicted - straight,
+        setup=setup,
+    )
+
+
+def _precision(setup: _Setup, outcomes: DemandOutcomes, model: DemandModel, group: Index) -> Floats:
+    """Return the precision of the priors of shift and drift in units of the likelihood.
+
+    An effect of an axis scatters from motion to motion, equally in all cells of other axes, but
+    the likelihood takes the scatter of runs as independent. The precision of a prior is therefore
+    multiplied by the ratio of the jackknife variance of its coefficient to that of the likelihood,
+    both from a fit with wide priors.
+    """
+    fit = fit_mixed(setup.data(outcomes, model, growth=False))
+    held = ~np.isfinite(fit.precision)
+    information = np.sum(fit.information, axis=0) + np.diag(np.where(held, 1.0, fit.precision))
+    ours = np.diag(np.linalg.inv(information))[3:-3]
+    without = fit.without_groups(group)
+    theirs = np.diag(jackknife_covariance(without))[3:-3]
+    return setup.axes.deviations**-2.0 * np.maximum(theirs / ours, 1.0)
+
+
+def _knots(x: Floats, known: Mask, motion: Index) -> list[float]:
+    """Return the places of the knot to compare: infinite (straight), then inside the runs."""
+    places = [float(np.quantile(x[known], share)) for share in _KNOTS]
+    sides = [
+        (np.unique(motion[known & (x < k)]), np.unique(motion[known & (x > k)])) for k in places
+    ]
+    enough = [min(below.size, above.size) >= _LEAST_BESIDE for below, above in sides]
+    return [np.inf, *(k for k, good in zip(places, enough, strict=True) if good)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BridgeModels:
+    """Demand models of one bridge and abutment model, from which all its curves follow."""
+
+    place: dict[str, Any]  # bridge and abutment
+    im: str  # column of the intensity
+    runs: pd.DataFrame  # n runs
+    axes: AxisRange
+    variants: pd.DataFrame  # one row per variant, with its axes
+    variant: Index  # number of the variant of each run, shape (n,)
+    block: Index  # number of the block of each run, 0 .. B - 1
+    fits: Mapping[tuple[str, str], DemandFit | str]  # keys: component and demand
+    _curves: dict[tuple[Any, ...], StateCurve | str] = field(default_factory=dict)
+
+    def modes(self, state: LimitState) -> list[LimitState]:
+        """Return the failure modes of a state that some run exceeds; the state itself if none."""
+        return reached_modes(self.runs, state) or [state]
+
+    def fit(self, state: LimitState) -> DemandFit | str:
+        """Return the model of the demand of a state, or the reason why there is none."""
+        return self.fits.get((state.component, state.demand), NO_EXCEEDANCE)
+
+    def correlation(self, one: LimitState, other: LimitState) -> Floats:
+        """Return the correlation of the demands of two states without modes, shape (1 + B,)."""
+        first, second = self.fit(one), self.fit(other)
+        count = 2 + int(np.max(self.block))
+        if isinstance(first, str) or isinstance(second, str):
+            return np.zeros(count)
+        weights = (self.block != np.arange(-1, count - 1)[:, None]).astype(np.float64)
+        return correlation(first.residuals, second.residuals, weights)
+
+    def curve(self, state: LimitState, values: Mapping[str, Any]) -> StateCurve | str:
+        """Return the curves of a state at a point, or the reason why there are none."""
+        key = state, *(float(values[name]) for name in self.axes.varying)
+        if key not in self._curves:
+            modes = self.modes(state)
+            models = [fit if isinstance(fit, str) else fit.model for fit in map(self.fit, modes)]
+            rho = self.correlation(*modes) if len(modes) > 1 else None
+            self._curves[key] = state_curve(models, modes, values, rho)
+        return self._curves[key]
+
+
+def state_curve(
+    models: Sequence[DemandModel | str],
+    modes: Sequence[LimitState],
+    values: Mapping[str, Any],
+    rho: Floats | None = None,
+) -> StateCurve | str:
+    """Return the curves of the union of one or two modes at a point, or the reason for none.
+
+    ``rho`` (R,) is the correlation of the demands of two modes.
+    """
+    parts: list[StateCurve] = []
+    for model, mode in zip(models, modes, strict=True):
+        if isinstance(model, str):
+            return model
+        parts.append(StateCurve(*model.at(values).curves(mode.threshold, mode.dispersion)))
+        if np.isnan(parts[-1].ln_theta[0]):
+            return NON_INCREASING
+    if rho is None:
+        return parts[0]
+    medians, records, total = (np.array([part[n] for part in parts]) for n in range(3))
+    union = Union.of(medians, records, total, rho)
+    middle, wide = union.summary()
+    of_records = Union(medians, records, rho)
+    return StateCurve(middle, of_records.summary()[1], wide, union, of_records)
+
+
+def fit_models(
+    demands: pd.DataFrame,
+    limit_states: States,
+    settings: FitSettings,
+    *,
+    further: Sequence[str] = (),
+    jobs: int = 1,
+) -> list[BridgeModels]:
+    """Return the demand models of every bridge and abutment model of a checked demands table.
+
+    The columns ``further`` distinguish variants as axes do.
+    """
+    modes = [mode for state in limit_states for mode in state.modes]
+    single = [state for state in limit_states if not state.modes]
+    groups = states_by_demand(list(dict.fromkeys([*single, *modes])))
+    parts = list(demand_table.models_of(demands))
+    columns = {key: [settings.im, key[1], *further] for key in groups}
+    items = [
+        (demand_table.demand_columns(part, columns[key]), states)
+        for _, part in parts
+        for key, states in groups.items()
+    ]
+    # ASSUME a model takes about a third of a second
+    fits = iter(demand_table.spread(partial(_fit, im=settings.im, further=further), items, jobs))
+    models: list[BridgeModels] = []
+    for place, part in parts:
+        runs = part.reset_index(drop=True)
+        axes, variants, variant = _variants_of(runs, further)
+        models.append(
+            BridgeModels(
+                place=place,
+                im=settings.im,
+                runs=runs,
+                axes=axes,
+                variants=variants,
+                variant=variant,
+                block=demand_table.block_codes(runs),
+                fits={key: next(fits) for key in groups},
+            )
+        )
+    return models
+
+
+def _fit(item: tuple[pd.DataFrame, States], im: str, further: Sequence[str]) -> DemandFit | str:
+    return fit_demand(*item, im, further)
+
+
+def _variants_of(
+    part: pd.DataFrame, further: Sequence[str]
+) -> tuple[AxisRange, pd.DataFrame, Index]:
+    """Return the axes of the runs of a bridge, its variants and the variant of each run."""
+    lacking = lacking_axes(str(part["abutment"].iloc[0]))
+    names = [name for name in demand_table.axis_names(part) if name not in lacking]
+    number = part.groupby(["variant", *further], sort=True).ngroup().to_numpy(dtype=np.intp)
+    _, first, codes = np.unique(number, return_index=True, return_inverse=True)
+    columns = [*demand_table.variant_columns(part), *further]
+    variants = part.iloc[first].reset_index(drop=True)[columns]
+    return AxisRange.of_variants(variants, [*names, *further]), variants, codes

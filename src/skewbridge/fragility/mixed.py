@@ -1,0 +1,347 @@
+"""Likelihood of a linear model with random effects of motions and bounds instead of some values.
+
+    y = X delta + s (u_g + e),   s = exp(gamma w),   u_g ~ N(0, tau^2),   e ~ N(0, sigma^2)
+
+g is the motion of a run; the scatter grows with the variable w if gamma > 0. A value y is known,
+right-censored (larger than a bound) or left-censored (smaller). The likelihood of a motion is
+integrated over u_g by Gauss-Legendre panels. Newton's method maximises the product of these
+likelihoods and of normal priors about zero of some coefficients. Runs need not be balanced.
+
+Sources: the model, Laird and Ware (1982), Biometrics 38(4):963-974; information of incomplete data,
+Louis (1982), JRSS B 44(2):226-233; estimates without a group by one Newton step, Pregibon (1981),
+Ann. Stat. 9(4):705-724.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from skewbridge.files.tables import Floats, Index
+from skewbridge.fragility.likelihood import log_normal_tail, mills_ratio, row_products
+
+# Nodes and weights for integration by panels, and for integrals with a normal density.
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
+_NORMAL_NODES, _HERMITE = np.polynomial.hermite_e.hermegauss(5)
+_NORMAL_WEIGHTS: Final = _HERMITE * np.exp(0.5 * _NORMAL_NODES**2)
+_DECREMENT: Final = 1e-10  # the step with a smaller gain of log-likelihood is the last
+# smallest standard deviation / standard deviation of the least-squares residuals
+_SMALLEST_SHARE: Final = 0.01
+_THINNEST: Final = 1e-10  # smallest eigenvalue of a scaled matrix that counts as regular
+#: Range of the share of a variance that remains if a group is left out.
+_SHARES: Final = (0.2, 2.0)
+#: Largest change of gamma if a group is left out.
+_LARGEST_GROWTH: Final = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MixedData:
+    """Data of the n runs of a mixed model, arrays of shape (n,)."""
+
+    design: Floats  # X, shape (n, p)
+    lower: Floats  # lower bound of y; -inf if y is left-censored
+    upper: Floats  # upper bound; equal to `lower` if y is known, inf if it is right-censored
+    motion: Index  # number of the motion of each run, 0 .. G - 1
+    #: 1 / variance of the prior of each coefficient of X, shape (p,); 0: no prior.
+    precision: Floats
+    growth: Floats  # w; all zero: constant scatter
+
+    @property
+    def bound(self) -> Floats:
+        """Value of y, or its only finite bound, shape (n,)."""
+        return np.where(np.isfinite(self.lower), self.lower, self.upper)
+
+
+@dataclass(frozen=True, slots=True)
+class MixedFit:
+    """A fitted mixed model; the m = p + 3 parameters are delta, gamma, ln tau and ln sigma."""
+
+    parameters: Floats  # shape (m,)
+    score: Floats  # first derivatives of the log-likelihood of each motion, shape (G, m)
+    information: Floats  # negative second derivatives of it, shape (G, m, m)
+    logliks: Floats  # log-likelihood of each motion, shape (G,)
+    precision: Floats  # of the prior of each parameter, shape (m,); infinite if it is held
+
+    def without_groups(self, group: Index) -> Floats:
+        """Return the parameters without each group of motions, shape (B, m).
+
+        ``group`` (G,) is the number of the group of each motion, 0 .. B - 1. They are from one
+        Newton step, which is exact for delta if all values are known and the standard deviations do
+        not change.
+        """
+        count, size = int(np.max(group)) + 1, self.parameters.size
+        score, information = np.zeros((count, size)), np.zeros((count, size, size))
+        np.add.at(score, group, self.score)
+        np.add.at(information, group, self.information)
+        held = ~np.isfinite(self.precision)
+        score[:, held], information[:, held], information[:, :, held] = 0.0, 0.0, 0.0
+        total = np.sum(information, axis=0) + np.diag(np.where(held, 1.0, self.precision))
+        # delta and the scatter in separate steps: a motion far from the others changes both, but
+        # delta hardly depends on the scatter
+        left, delta = total - information, slice(0, size - 3)
+        steps = np.zeros((count, size))
+        pairs = zip(score[:, delta], left[:, delta, delta], strict=True)
+        steps[:, delta] = np.stack([_uphill(-own, rest) for own, rest in pairs])
+        of_growth = -score[:, -3] / left[:, -3, -3]
+        steps[:, -3] = np.clip(of_growth, -_LARGEST_GROWTH, _LARGEST_GROWTH)
+        # a variance is a mean over motions: its change is linear in the variance
+        mean = np.diag(total)[-2:] * (1.0 - 1.0 / count)
+        shares = 1.0 - 2.0 * score[:, -2:] / np.maximum(mean, count)
+        steps[:, -2:] = 0.5 * np.log(np.clip(shares, *_SHARES))
+        steps[:, held] = 0.0
+        return self.parameters + steps
+
+
+def predictive_loglik(data: MixedData, group: Index, without: Floats) -> float:
+    """Return the log-likelihood of each group of motions with the parameters without it, summed.
+
+    See `MixedFit.without_groups` for ``group`` (G,) and ``without`` (B, m).
+    """
+    of_run, total = group[data.motion], 0.0
+    for number, parameters in enumerate(without):
+        own = of_run == number
+        part = MixedData(
+            design=data.design[own],
+            lower=data.lower[own],
+            upper=data.upper[own],
+            motion=np.unique(data.motion[own], return_inverse=True)[1],
+            precision=data.precision,
+            growth=data.growth[own],
+        )
+        total += float(np.sum(_Likelihood(part).at(parameters)[2]))
+    return total
+
+
+def fit_mixed(data: MixedData, start: Floats | None = None, steps: int = 100) -> MixedFit:
+    """Fit the model by maximum likelihood; some values must be known.
+
+    ``start`` (m,) are the first parameters of at most ``steps`` Newton steps.
+    """
+    likelihood = _Likelihood(data)
+    first, floor = _first_parameters(data)
+    precision = np.append(data.precision, np.zeros(3))
+    if not np.any(data.growth):
+        precision[-3] = np.inf
+    if np.bincount(data.motion).max() == 1:  # scatter between motions is that of runs
+        precision[-2], first[-2] = np.inf, floor
+    held = ~np.isfinite(precision)
+    prior = np.where(held, 0.0, precision)
+
+    def at(parameters: Floats) -> MixedFit:
+        limited = parameters.copy()
+        limited[-2:] = np.maximum(parameters[-2:], floor)
+        return MixedFit(limited, *likelihood.at(limited), precision)
+
+    def value(fit: MixedFit) -> float:
+        return float(np.sum(fit.logliks) - 0.5 * prior @ fit.parameters**2)
+
+    fit = at(first if start is None else np.where(held, first, start))
+    for _ in range(steps):
+        score = np.sum(fit.score, axis=0) - prior * fit.parameters
+        information = np.sum(fit.information, axis=0) + np.diag(prior)
+        # a standard deviation stays at its floor if the data favour a smaller value
+        fixed = held.copy()
+        fixed[-2:] |= (fit.parameters[-2:] <= floor) & (score[-2:] <= 0.0)
+        score[fixed], information[fixed], information[:, fixed] = 0.0, 0.0, 0.0
+        information[fixed, fixed] = 1.0
+        step = np.where(fixed, 0.0, _uphill(score, information))
+        step /= max(1.0, float(np.max(np.abs(step[-3:]))))
+        gain, trial, now = float(score @ step), fit, value(fit)
+        for _ in range(30):
+            trial = at(fit.parameters + step)
+            if value(trial) >= now - _DECREMENT * max(1.0, abs(now)):
+                break
+            step = 0.5 * step
+        fit = trial
+        if gain < _DECREMENT:
+            break
+    at_floor = np.append(np.zeros(first.size - 2, dtype=np.bool_), fit.parameters[-2:] <= floor)
+    return replace(fit, precision=np.where(at_floor, np.inf, precision))
+
+
+def _first_parameters(data: MixedData) -> tuple[Floats, float]:
+    """Return start values (m,) from least squares, and the smallest ln tau and ln sigma."""
+    root, y = np.sqrt(data.precision), data.bound
+    rows = np.vstack([data.design, np.diag(root)[root > 0.0]])
+    known = np.append(y, np.zeros(np.count_nonzero(root)))
+    delta = np.linalg.lstsq(rows, known, rcond=None)[0]
+    residual = y - data.design @ delta
+    mean = np.bincount(data.motion, residual) / np.bincount(data.motion)
+    scatter = max(float(np.sqrt(np.mean(residual**2))), 1e-12)
+    tau = float(np.sqrt(np.mean(mean**2)))
+    sigma = float(np.sqrt(np.mean((residual - mean[data.motion]) ** 2)))
+    deviations = np.log(np.maximum([tau, sigma], _SMALLEST_SHARE * scatter))
+    return np.concatenate([delta, [0.0], deviations]), float(np.log(_SMALLEST_SHARE * scatter))
+
+
+def _uphill(score: Floats, information: Floats) -> Floats:
+    """Return Newton's step (m,), reversed in directions in which the log-likelihood is convex."""
+    scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(information)), 1e-300))
+    values, vectors = np.linalg.eigh(information * scale[:, None] * scale)
+    inverse = 1.0 / np.maximum(np.abs(values), _THINNEST)
+    return scale * (vectors @ (inverse * (vectors.T @ (scale * score))))
+
+
+@dataclass(slots=True)
+class _Likelihood:
+    """The likelihood of all motions and its derivatives."""
+
+    data: MixedData
+    _parts: list["_Integrals"] = field(init=False)
+
+    def __post_init__(self) -> None:
+        data = self.data
+        censored = np.bincount(data.motion, data.lower != data.upper) > 0.0
+        # integrals of motions without and with censored runs
+        kinds = [motions for motions in (~censored, censored) if np.any(motions)]
+        self._parts = [_Integrals(data, np.flatnonzero(motions)) for motions in kinds]
+
+    def at(self, parameters: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return score (G, m), information (G, m, m) and log-likelihood (G,) of each motion."""
+        count = int(np.max(self.data.motion)) + 1
+        shape = count, parameters.size
+        score, information, logliks = np.empty(shape), np.empty((*shape, shape[1])), np.empty(count)
+        for part in self._parts:
+            places = part.motions
+            score[places], information[places], logliks[places] = part.at(parameters)
+        return score, information, logliks
+
+
+class _Integrals:
+    """Integrals over the random effect u: for motions with censored runs, or for all others."""
+
+    def __init__(self, data: MixedData, motions: Index) -> None:
+        self.motions = motions
+        runs = np.isin(data.motion, motions)
+        known = runs & (data.lower == data.upper)
+        order = np.argsort(data.motion[known], kind="stable")
+        self._known = np.flatnonzero(known)[order]
+        motion = np.searchsorted(motions, data.motion)
+        self._count = np.bincount(motion[self._known], minlength=motions.size)
+        self._has = np.flatnonzero(self._count)
+        self._starts = np.append(0, np.cumsum(self._count))[:-1][self._has]
+        self._x, self._y = data.design[self._known], data.lower[self._known]
+        self._w = data.growth[self._known]
+        bounded = np.flatnonzero(runs & ~known)
+        self._design, self._bound = data.design[bounded], data.bound[bounded]
+        self._sign = np.where(np.isinf(data.upper[bounded]), 1.0, -1.0)
+        self._growth, self._motion = data.growth[bounded], motion[bounded]
+        #: Matrix (G, h) that sums the h censored runs by motion.
+        self._sum = (np.arange(motions.size)[:, None] == self._motion).astype(np.float64)
+
+    def _sums(self, rows: Floats) -> Floats:
+        """Return the sums by motion of known runs, shape (G, ...)."""
+        sums = np.zeros((self.motions.size, *rows.shape[1:]))
+        if rows.size:
+            sums[self._has] = np.add.reduceat(rows, self._starts, axis=0)
+        return sums
+
+    def at(self, parameters: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return score, information and log-likelihood of each motion."""
+        delta, gamma, (tau, sigma) = parameters[:-3], parameters[-3], np.exp(parameters[-2:])
+        scale = np.exp(-gamma * self._w)
+        r, w, n = scale * (self._y - self._x @ delta), self._w, self._count
+        # derivative of -r by (delta, gamma), and sums over the known runs of a motion
+        x = np.column_stack([scale[:, None] * self._x, w * r])
+        rows = np.column_stack(
+            [r, r**2, w, x, x * r[:, None], w[:, None] * x, (w * r)[:, None] * x]
+        )
+        size = x.shape[1]
+        residual, square, grown = (sums := self._sums(rows))[:, :3].T
+        of_x, of_xr, of_wx, of_wxr = np.split(sums[:, 3:], 4, axis=1)
+        products = self._sums(row_products(x, x)).reshape(-1, size, size)
+        variance = 1.0 / (1.0 / tau**2 + n / sigma**2)  # variance of u given the known values
+        mean = variance * residual / sigma**2
+        shrunk = np.exp(-gamma * self._growth)
+        above = shrunk * (self._design @ delta - self._bound)
+        u, weights = self._panels(mean, variance, above, sigma)
+        t = self._sign[:, None] * (above[:, None] + u[self._motion]) / sigma
+        tails, ratio = log_normal_tail(t)
+        log_p = self._sum @ tails - 0.5 * (u - mean[:, None]) ** 2 / variance[:, None]
+        highest = np.max(log_p, axis=1, keepdims=True)
+        weights = weights * np.exp(log_p - highest)
+        whole = np.sum(weights, axis=1, keepdims=True)
+        weights /= whole
+        loglik = np.log(whole[:, 0]) + highest[:, 0] - n * np.log(sigma) - np.log(tau)
+        loglik += 0.5 * (mean**2 / variance - square / sigma**2) - gamma * grown
+        loglik -= 0.5 * (n + 1.0) * np.log(2.0 * np.pi)
+
+        # score at each node, shape (G, m, Q), and the mean of the information there, (G, m, m)
+        middle = np.sum(weights * u, axis=1)
+        squares = square[:, None] - 2.0 * residual[:, None] * u + n[:, None] * u**2
+        at_node = np.empty((u.shape[0], parameters.size, u.shape[1]))
+        at_node[:, :-2] = (of_xr[:, :, None] - of_x[:, :, None] * u[:, None, :]) / sigma**2
+        held = np.zeros((u.shape[0], parameters.size, parameters.size))
+        held[:, :-2, :-2] = products / sigma**2
+        held[:, :-2, -1] = 2.0 * np.einsum("gmq,gq->gm", at_node[:, :-2], weights)
+        further = (of_wxr - middle[:, None] * of_wx) / sigma**2
+        held[:, -3, :-3] += further[:, :-1]
+        held[:, :-3, -3] += further[:, :-1]
+        held[:, -3, -3] += further[:, -1]
+        at_node[:, -3] -= grown[:, None]
+        at_node[:, -2] = (u / tau) ** 2 - 1.0
+        at_node[:, -1] = squares / sigma**2 - n[:, None]
+        held[:, -2, -2] = 2.0 * np.sum(weights * (u / tau) ** 2, axis=1)
+        held[:, -1, -1] = 2.0 * np.sum(weights * squares, axis=1) / sigma**2
+        if self._bound.size:
+            p, curve = weights[self._motion], ratio * (t + ratio)
+            signed = (self._sign * shrunk / sigma)[:, None] * self._design
+            turned = -self._growth * self._sign * above / sigma
+            signed = np.column_stack([signed, turned])  # derivative of t by (delta, gamma)
+            moved = np.einsum("hq,hq->h", p, ratio)  # mean of the derivative of ln P by t
+            for column, values in enumerate(signed.T):
+                at_node[:, column] += self._sum @ (values[:, None] * ratio)
+            at_node[:, -1] -= self._sum @ (t * ratio)
+            bent = np.sum(p * curve, axis=1)[:, None] * row_products(signed, signed)
+            held[:, :-2, :-2] += (self._sum @ bent).reshape(-1, size, size)
+            further = self._sum @ ((self._growth * moved)[:, None] * signed)
+            held[:, -3, :-3] += further[:, :-1]
+            held[:, :-3, -3] += further[:, :-1]
+            held[:, -3, -3] += further[:, -1]
+            cross = np.sum(p * (ratio - curve * t), axis=1)
+            held[:, :-2, -1] += self._sum @ (signed * cross[:, None])
+            held[:, -1, -1] += self._sum @ np.sum(p * (curve * t**2 - t * ratio), axis=1)
+        held[:, -1, :-2] = held[:, :-2, -1]
+        score = np.einsum("gmq,gq->gm", at_node, weights)
+        apart = (at_node - score[:, :, None]) * np.sqrt(weights)[:, None, :]
+        return score, held - apart @ np.swapaxes(apart, 1, 2), loglik
+
+    def _panels(
+        self, mean: Floats, variance: Floats, above: Floats, sigma: float
+    ) -> tuple[Floats, Floats]:
+        """Return nodes and weights of the integrals over u, shape (G, Q) each."""
+        # `above` (h,) is the fitted value of each censored run minus its bound
+        mode, prior, curve = mean.copy(), np.sqrt(variance), 1.0 / variance
+        if (
+            self._bound.size == 0
+        ):  # the integrand is a normal density times a polynomial of degree 4
+            return mode[:, None] + prior[:, None] * _NORMAL_NODES, prior[:, None] * _NORMAL_WEIGHTS
+        for _ in range(25):
+            t = self._sign * (above + mode[self._motion]) / sigma
+            ratio = mills_ratio(t)
+            slope = self._sum @ (self._sign * ratio) / sigma - (mode - mean) / variance
+            curve = self._sum @ (ratio * (t + ratio)) / sigma**2 + 1.0 / variance
+            step = np.clip(slope / curve, -4.0 * prior, 4.0 * prior)
+            mode = mode + step
+            if np.all(np.abs(step) < 0.01 * prior):
+                break
+        # Panels end at multiples of the width of the integrand about its mode, and at multiples of
+        # sigma about the extreme bounds of censored values, where the integrand changes fastest.
+        # The integrand is log-concave and more curved than the prior, so its tails are not wider.
+        near = 7.0 / np.sqrt(curve)
+        far = np.maximum(7.0 * prior, near)
+        ends = [mode, mode - far, mode + far]
+        for width in (near, near + (far - near) / 3.0, near * 2.5 / 7.0):
+            ends += [mode - width, mode + width]
+        for sign, extreme in ((1.0, np.maximum), (-1.0, np.minimum)):
+            censored = self._sign == sign
+            if np.any(censored):
+                edge = mode - sign * far
+                extreme.at(edge, self._motion[censored], -above[censored])
+                edges = [edge + share * sign * sigma for share in (-6.0, -1.0, 4.0)]
+                ends += [np.clip(each, mode - far, mode + far) for each in edges]
+        borders = np.sort(np.stack(ends, axis=1), axis=1)
+        half, middle = 0.5 * np.diff(borders), 0.5 * (borders[:, 1:] + borders[:, :-1])
+        u = middle[:, :, None] + half[:, :, None] * _NODES
+        shape = (mean.size, -1)
+        return u.reshape(shape), (half[:, :, None] * _WEIGHTS).reshape(shape)
