@@ -1,9 +1,9 @@
 """Coverage of intervals of pooled median effects and predictions in simulated studies.
 
 Studies have three skews, two gaps and two frictions. In incomplete blocks, each motion runs all
-skews in two of the four cells of gap and friction. The effect of skew scatters from motion to motion
-equally in all cells, drifts with ln intensity and, like all scatter, doubles over the range of
-intensities. Runs with the largest demands are censored. Usage: median_coverage.py [replicates]
+skews in two of the four cells of gap and friction. The effect of skew scatters from motion to
+motion equally in all cells, drifts with ln intensity and, like all scatter, doubles over the range
+of intensities. Runs with the largest demands are censored. Usage: median_coverage.py [replicates]
 """
 
 import json

@@ -300,6 +300,10 @@ class _DemandFits:
         theta, beta = motion_means.exp_end(curve.ln_theta[0]), float(curve.beta[0])
         fit = replace(blank, theta=theta, beta=beta)
         fit = fitting.jackknifed(fit, curve.ln_theta[1:], curve.beta[1:])
+        of_theta, of_beta = (
+            motion_means.interval(logs, level)[1:] for logs in (curve.ln_theta, np.log(curve.beta))
+        )
+        fit = replace(fit, ci_theta=of_theta, ci_beta=of_beta)
         names = fitting.common_warnings(fit, self._im, self._motions)
         bend, growth = (float(columns.get(name, 0.0)) for name in ("b_above", "growth"))
         if np.isfinite(columns.get("knot", nan)):
@@ -547,7 +551,5 @@ def _total_dispersion(fit: FragilityFit, total: Floats) -> Row:
         logs = np.log(total)
     if fit.status != FITTED or not np.isfinite(logs[0]):
         return {}
-    middle, left_out = motion_means.exp_end(logs[0]), logs[1:][np.isfinite(logs[1:])]
-    factor = motion_means.jackknife_factors(left_out[:, None], fit.level)[0]
-    ends = {"beta_total_low": middle / factor, "beta_total_high": middle * factor}
-    return {"beta_total": middle} | ends
+    names = ("beta_total", "beta_total_low", "beta_total_high")
+    return dict(zip(names, motion_means.interval(logs, fit.level), strict=True))

@@ -25,7 +25,7 @@ from skewbridge.fragility.demand_model import (
 )
 from skewbridge.fragility.fits import FITTED, NON_INCREASING
 from skewbridge.fragility.limit_states import LimitState, States
-from skewbridge.fragility.motion_means import Jackknifed, covered_range, exp_end
+from skewbridge.fragility.motion_means import covered_range, interval
 from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
@@ -76,14 +76,6 @@ class JointModel:
         logs = self.curve(values).ln_theta
         logs = logs if over is None else logs - self.curve(over).ln_theta
         return interval(logs, level or self.level)
-
-
-def interval(logs: Floats, level: float) -> tuple[float, float, float]:
-    """Return exp of an estimate with interval ends; ``logs`` are (1 + B,)."""
-    values = np.where(np.isfinite(logs), logs, logs[0])
-    every = np.ones(values.size - 1, dtype=np.bool_)
-    ends = Jackknifed.of(values, every, every, 2).interval(level)
-    return exp_end(values[0]), exp_end(float(ends[0])), exp_end(float(ends[1]))
 
 
 def joint_table(

@@ -158,6 +158,14 @@ class Jackknifed:
         return replace(self, estimate=self.estimate @ weights, influence=self.influence @ weights)
 
 
+def interval(logs: Floats, level: float) -> tuple[float, float, float]:
+    """Return exp of an estimate with interval ends; ``logs`` are (1 + B,)."""
+    values = np.where(np.isfinite(logs), logs, logs[0])
+    every = np.ones(values.size - 1, dtype=np.bool_)
+    ends = Jackknifed.of(values, every, every, 2).interval(level)
+    return exp_end(values[0]), exp_end(float(ends[0])), exp_end(float(ends[1]))
+
+
 def average(cells: Sequence[Jackknifed]) -> Jackknifed:
     """Return the unweighted average over the pairs of variants (cells) that have an estimate."""
     # all cells share the motions, so the error comes from the averaged influence of each motion

@@ -53,9 +53,12 @@ _COUNTS: Final = ("n_cells", "n_without_curve", "n_extrapolated")
 ANSWER_COLUMNS: Final = (
     *(*_EFFECT[:-1], "quantity", "demand", "status", "ratio", "ci_low", "ci_high", "level"),
     *("margin", "claim", "im", "from_demand", "to_demand", "first_im", "last_im", "seat_m"),
-    *("im_low", "im_high", *_COUNTS, "n_exceed", "n_runs"),
+    *("im_low", "im_high", *_COUNTS, "n_exceed", "n_runs", "largest_share", "largest_motion"),
+    "by_value",
 )
 NOT_REACHED: Final = "not_reached"
+#: Share of one motion in the variance of an effect above which the page warns.
+LARGEST_SHARE: Final = 0.3
 #: Limit states on the first screen and in the README.
 LEADING_STATES: Final = (f"{COLUMN_FAILURE}/any", "unseating/slight")
 #: Certainty of a claim in a few words.
@@ -159,6 +162,33 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows).astype(dict.fromkeys(names, int))
 
 
+def _values_text(medians: pd.DataFrame, row: Mapping[str, Any]) -> str:
+    """Return the effect by the value of the axis on which it depends, and the certain smaller step.
+
+    The text is empty if the effect depends on no other axis, and is certain over the whole range.
+    """
+    same = (medians[[*_EFFECT[:4], "demand"]] == [row[n] for n in (*_EFFECT[:4], "demand")]).all(1)
+    steps = medians[same & (medians["scope"] == "pooled") & (medians["status"] == OK)]
+    texts: list[str] = []
+    if row["claim"] not in (LOWER, HIGHER, NEGLIGIBLE):
+        certain = steps[steps["verdict_family"].isin((LOWER, HIGHER))]
+        texts += [
+            f"{change_name(step['axis'], step['from_value'], step['to_value'])}: certain, "
+            f"{change_text(step)} ({interval_text(step)})"
+            for step in records_of(certain.tail(1))
+        ]
+    own = steps[steps["to_value"] == row["to_value"]]
+    for other in own.loc[own["p_interaction"] < 0.05, "interaction"]:
+        parts = medians[same & (medians["scope"] == "by_value") & medians[other].notna()]
+        parts = parts[(parts["to_value"] == row["to_value"]) & (parts["status"] == OK)]
+        texts += [
+            f"{axis(other).label.lower()} {value_text(axis(other), part[other])}: "
+            f"{change_text(part)} ({interval_text(part)})"
+            for part in records_of(parts)
+        ]
+    return "; ".join(texts)
+
+
 def answer_table(
     *, medians: pd.DataFrame, effects: pd.DataFrame, intensities: pd.DataFrame, curves: pd.DataFrame
 ) -> pd.DataFrame:
@@ -199,6 +229,8 @@ def answer_table(
         from_demand=capacities["from_mean"],
         to_demand=capacities["from_mean"] * capacities["ratio"],
     )
+    texts = [_values_text(medians, row) for row in records_of(capacities)]
+    capacities = capacities.assign(by_value=texts)
 
     table = pd.concat([capacities, demands]).reindex(columns=list(ANSWER_COLUMNS))
     order = {"axis": [each.name for each in axes_of(table["axis"])]}
@@ -257,7 +289,7 @@ def extent_of_data(row: Mapping[str, Any]) -> str:
 
 
 def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
-    """Return a sentence for each leading state with extrapolated medians or missing curves.
+    """Return sentences for each leading state on its data and on effects that depend on an axis.
 
     The keys are bridge, abutment model and state.
     """
@@ -278,6 +310,19 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
                 f"{start}: some variants have no curve, because runs that ended early make the "
                 "median too uncertain; the ratios use the cloud fits of these variants."
             )
+        few = own[own["largest_share"] > LARGEST_SHARE]
+        if len(few):
+            texts = [
+                f"{change_name(row['axis'], row['from_value'], row['to_value'])} "
+                f"{row['largest_motion']} ({100 * row['largest_share']:.0f} %)"
+                for row in records_of(few)
+            ]
+            text = f"One motion decides most of the uncertainty: {listed(texts)}."
+            notes[place] = f"{notes[place]} {text}" if place in notes else f"{start}: {text}"
+        for row in records_of(own[own["by_value"] != ""]):
+            change = change_name(row["axis"], row["from_value"], row["to_value"])
+            text = f"{change} by value: {row['by_value']}."
+            notes[place] = f"{notes[place]} {text}" if place in notes else f"{start}: {text}"
     return notes
 
 

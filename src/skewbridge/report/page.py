@@ -511,6 +511,7 @@ def _effect_rows(
 
     Pooled rows have no values of other axes. The page computes verdicts for the margin set on it.
     """
+    effects = effects[effects["scope"] != "by_value"]
     is_ratio = effects["judged_by"] != verdicts.DIFFERENCE
     ratios, differences = (*verdicts.RATIOS, "margin"), (*verdicts.DIFFERENCES, "difference_margin")
     scaled = [

@@ -38,13 +38,14 @@ from skewbridge.fragility.effects import (
     run_pairs,
 )
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.joint import JointModel, interval
+from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import (
     LimitState,
     States,
     load_limit_states,
     with_column_failure,
 )
+from skewbridge.fragility.motion_means import interval
 from skewbridge.fragility.paper_table import EXTRAPOLATED
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import PAPER_TABLE, fragility_tables, write_tables

@@ -1,0 +1,165 @@
+"""Demand model of a bridge: known parameters, incomplete blocks, events, one value each."""
+
+import json
+from itertools import combinations, product
+
+import numpy as np
+import pandas as pd
+import pytest
+from median_coverage import CASES, covered
+
+from fragility_tables import IM, SETTINGS, ready, states_of, synthetic_demands
+from skewbridge.fragility.demand_model import fit_models
+from skewbridge.fragility.effects import median_effects
+from skewbridge.fragility.joint import JointModel
+from skewbridge.fragility.study_tables import fragility_tables
+
+DRIFT = states_of("column_drift")[:2]
+AXES = ["skew_deg", "gap_mm", "friction"]
+
+
+def study(motions=24, **options):
+    """Return demands in which skew 30 and 60 degrees change the drift by 0.05 and 0.15."""
+    table = synthetic_demands(motions=motions, skews=(0, 30, 60), **options)
+    shift = table["skew_deg"].map({0: 0.0, 30: 0.05, 60: 0.15})
+    return table.assign(column_drift_ratio=table["column_drift_ratio"] * np.exp(shift))
+
+
+def effects_of(table, scope="pooled"):
+    found = median_effects(ready(table, DRIFT), DRIFT, SETTINGS)
+    return found[(found["scope"] == scope) & (found["demand"] == "column_drift/slight")]
+
+
+def skew_60(table):
+    return effects_of(table).query("axis == 'skew_deg' and to_value == 60").iloc[0]
+
+
+def test_a_bend_and_growing_scatter_are_found_with_their_parameters():
+    rng = np.random.default_rng(3)
+    table = study(160)
+    x = np.log(table[IM]) - np.log(table[IM]).mean()
+    number = table["motion_id"].str[1:].astype(int)
+    scatter = np.exp(0.4 * x) * (
+        0.25 * rng.normal(size=160)[number] + 0.05 * rng.normal(size=len(x))
+    )
+    table["column_drift_ratio"] = np.exp(-4.0 + 1.2 * x - 0.7 * np.maximum(x, 0.0) + scatter)
+    (models,) = fit_models(ready(table, DRIFT), DRIFT, SETTINGS)
+    model = models.fit(DRIFT[0]).model
+    level, slope, bend, *_, growth, ln_tau, ln_sigma = model.parameters[0]
+    assert model.knot == pytest.approx(0.0, abs=0.1)
+    assert (level, slope, bend) == pytest.approx((-4.0, 1.2, -0.7), abs=0.15)
+    assert growth == pytest.approx(0.4, abs=0.1)
+    assert np.exp([ln_tau, ln_sigma]) == pytest.approx([0.25, 0.05], rel=0.2)
+    # the median is where the model reaches the threshold; beta_total is its range from 16 to 84 %
+    curve = models.curve(DRIFT[0], models.variants.iloc[0])
+    point = model.at(models.variants.iloc[0])
+    ends = curve.ln_theta[0] + np.array([0.0])
+    z = point.score(DRIFT[0].threshold, DRIFT[0].dispersion, ends[:, None])[0, 0]
+    assert z == pytest.approx(0.0, abs=1e-9)
+
+
+def test_incomplete_blocks_give_the_effects_of_the_complete_study():
+    """Each motion runs all skews in two of the four cells of gap and friction."""
+    table = study(24)
+    cells = list(combinations(product((25, 51), (0.0, 0.5)), 2))
+    number = table["motion_id"].str[1:].astype(int)
+    chosen = [
+        (gap, friction) in cells[m % 6]
+        for gap, friction, m in zip(table["gap_mm"], table["friction"], number, strict=True)
+    ]
+    part = table[chosen]
+    assert len(part) == len(table) / 2
+    whole, half = (effects_of(rows).set_index(["axis", "to_value"]) for rows in (table, part))
+    assert set(half.index) == set(whole.index)
+    assert np.log(half["ratio"] / whole["ratio"]).abs().max() < 0.02
+    assert np.log(half["ci_high"] / half["ci_low"]).max() < 0.08
+    mixed = effects_of(part.sample(frac=1.0, random_state=2)).set_index(["axis", "to_value"])
+    assert mixed["ratio"].to_numpy() == pytest.approx(half["ratio"].to_numpy(), rel=1e-6)
+
+
+def test_motions_of_one_event_are_one_block():
+    """Every motion twice: without the event, intervals would be narrower by the root of two."""
+    table = study(16, run_scatter=0.1)
+    twice = pd.concat([table, table.assign(motion_id=table["motion_id"] + "b")], ignore_index=True)
+    event = twice.assign(event=twice["motion_id"].str[:3])
+    alone, apart, together = (skew_60(rows) for rows in (table, twice, event))
+    widths = [np.log(row["ci_high"] / row["ci_low"]) for row in (alone, apart, together)]
+    assert apart["ratio"] == pytest.approx(together["ratio"], rel=1e-3)
+    assert widths[2] == pytest.approx(widths[0], rel=0.1)
+    assert widths[1] == pytest.approx(widths[0] / np.sqrt(2.0), rel=0.1)
+    assert together["n_effective_motions"] == pytest.approx(alone["n_effective_motions"], rel=0.2)
+
+
+def test_a_motion_with_most_of_the_variance_is_named():
+    table = study(24)
+    odd = (table["motion_id"] == "m07") & (table["skew_deg"] == 60)
+    table["column_drift_ratio"] *= np.where(odd, 1.8, 1.0)
+    row = skew_60(table)
+    assert row["largest_motion"] == "m07"
+    assert row["largest_share"] > 0.5
+    assert row["n_effective_motions"] < 3.0
+    assert row["dof"] == pytest.approx(3.0 * row["n_effective_motions"])
+
+
+def test_an_effect_that_depends_on_another_axis_is_given_by_its_value():
+    table = study(24)
+    assert (effects_of(table)["p_interaction"] > 0.05).all()
+    more = (table["gap_mm"] == 25) & (table["skew_deg"] == 60)
+    table["column_drift_ratio"] *= np.where(more, np.exp(0.1), 1.0)
+    row = skew_60(table)
+    assert row["interaction"] == "gap_mm"
+    assert row["p_interaction"] < 0.001
+    by_gap = effects_of(table, "by_value").query("axis == 'skew_deg' and to_value == 60")
+    by_gap = by_gap.dropna(subset="gap_mm").set_index("gap_mm")["ratio"]
+    assert np.log(by_gap[25] / by_gap[51]) == pytest.approx(-0.1, abs=0.02)
+    assert np.log(by_gap).mean() == pytest.approx(np.log(row["ratio"]), abs=1e-9)
+
+
+def test_no_two_tables_give_different_numbers_for_one_quantity():
+    table = study(16, run_scatter=0.1)
+    states = [*states_of("column_drift")[:2], *states_of("unseating")[:1]]
+    tables = fragility_tables(table, states, SETTINGS)
+    curves = tables["curves"].query("method == 'cloud' and status == 'ok'")
+    curves = curves.assign(demand=curves["component"] + "/" + curves["limit_state"])
+    theta = curves.set_index(["demand", *AXES])
+    assert set(tables["curves"].query("preferred")["method"]) == {"cloud"}
+    rows = tables["joint"].query("status == 'ok'").to_dict("records")
+    models = {f"{row['component']}/{row['limit_state']}": JointModel(row) for row in rows}
+    names = ["theta", "theta_low", "theta_high"]
+    for row in curves.to_dict("records"):
+        model = models[row["demand"]]
+        assert model.median(row, level=row["level"]) == pytest.approx([row[n] for n in names])
+        curve = model.curve(row)
+        assert (curve.beta[0], curve.total[0]) == pytest.approx((row["beta"], row["beta_total"]))
+    medians = tables["median_effects"].query("scope == 'variant'").to_dict("records")
+    assert len(medians) > 20
+    printed = tables["table"].set_index(["component", "limit_state", "row"])
+    for row in medians:
+        ends = [
+            tuple(value if name == row["axis"] else row[name] for name in AXES)
+            for value in (row["from_value"], row["to_value"])
+        ]
+        first, other = (theta.loc[(row["demand"], *end)] for end in ends)
+        assert row["from_mean"] == pytest.approx(first["theta"])
+        assert row["ratio"] == pytest.approx(other["theta"] / first["theta"])
+        point = [dict(zip(AXES, end, strict=True)) for end in ends]
+        ratio = models[row["demand"]].median(point[1], point[0], row["level"])
+        assert ratio == pytest.approx((row["ratio"], row["ci_low"], row["ci_high"]))
+        shown = printed.loc[(*row["demand"].split("/"), other["variant"])]
+        assert shown["theta"] == pytest.approx(other["theta"])
+        name = row["axis"].split("_")[0]
+        assert shown[f"{name}_ratio"] == pytest.approx(row["ratio"])
+    system = tables["system"].query("status == 'ok' and components == 'unseating'")
+    for row in system.to_dict("records"):
+        own = theta.loc[(f"unseating/{row['limit_state']}", *(row[name] for name in AXES))]
+        assert row["theta"] == pytest.approx(own["theta"], rel=5e-3)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_simulated_study_of_known_effects_has_intervals(case):
+    """The coverage of 500 studies is in benchmarks/median_coverage.json."""
+    found = covered(np.random.default_rng(2), case)
+    widths = {name: value for name, value in found.items() if name.endswith("width")}
+    assert len(widths) == 4
+    assert max(widths.values()) < 0.12
+    assert json.dumps(sorted(found)).count("width") == 4
