@@ -59,7 +59,7 @@ def answer_of(page):
 SHEAR = "Shear capacity models"
 TABLES = ("The answer", "Effects, all variants", "Effects, other states and demands")
 AXES, ENDS = ("skew_deg", "gap_mm", "friction"), ("", "_low", "_high")
-SHOWN = {"column_drift": 100.0, "bearing": 1000.0}  # capacities in per cent and mm
+SHOWN = {"column_drift": 100.0, "bearing": 1000.0, "column_failure": 1.0}  # capacities in per cent and mm
 MEDIAN, TOTAL = ([f"{name}{end}" for end in ENDS] for name in ("theta", "beta_total"))
 
 

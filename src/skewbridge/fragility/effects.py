@@ -19,7 +19,7 @@ import pandas as pd
 from skewbridge.demands.columns import Difference, column_of, demands_for
 from skewbridge.demands.validity import BEYOND_MODEL, is_beyond_model, is_complete
 from skewbridge.errors import InputError
-from skewbridge.files.tables import Floats, Index, Mask, Row
+from skewbridge.files.tables import Floats, Index, Mask, Row, records_of
 from skewbridge.fragility import demand_table, motion_means, verdicts
 from skewbridge.fragility.demand_model import BridgeModels, fit_models
 from skewbridge.fragility.fits import FITTED
@@ -357,7 +357,7 @@ class _Medians:
         curves: pd.DataFrame | None,
     ) -> None:
         self._models, self._settings = models, settings
-        runs = models.runs
+        runs, self._variants = models.runs, records_of(models.variants)
         self._blocks = demand_table.block_names(runs)
         self._motion = demand_table.motion_codes(runs)
         self._ln_im = np.log(runs[settings.im].to_numpy(dtype=np.float64))
@@ -379,12 +379,12 @@ class _Medians:
         others = [name for name in names if name != axis]
         table = variants[[*demand_table.BRIDGE_COLUMNS, *names]]
         pairs = _paired(table.assign(number=np.arange(len(table))), axis, others)
-        groups = [(ends, part.to_dict("records")) for ends, part in pairs.groupby(list(_STEP))]
+        groups = [part.to_dict("records") for _, part in pairs.groupby(list(_STEP))]
         found: list[Row] = []
-        for (ends, cells), state in product(groups, states):
+        for cells, state in product(groups, states):
             place = {**self._models.place, "quantity": verdicts.MEDIAN_CAPACITY, "axis": axis}
             place |= {"demand": state.key, "margin": self._settings.median_margin}
-            place |= dict(zip(_STEP, map(float, ends), strict=True))
+            place |= {name: float(cells[0][name]) for name in _STEP}
             ratios: list[tuple[Jackknifed, Row]] = []
             for cell in cells:
                 if (ratio := self._ratio(cell, state)) is not None:
@@ -441,7 +441,7 @@ class _Medians:
         numbers = [cell["number_from"], cell["number_to"]]
         medians: list[Floats] = []
         for number in numbers:
-            curve = self._models.curve(state, self._models.variants.iloc[number])
+            curve = self._models.curve(state, self._variants[number])
             motions = np.unique(self._motion[self._rows[number]])
             fitted = self._counts(state, number)[0] == FITTED
             if isinstance(curve, str) or motions.size < _MIN_MOTIONS or not fitted:
@@ -479,7 +479,7 @@ class _Medians:
             counts |= {"n_bounds": int(np.sum(outcomes.is_bound)), "n_pairs": rows.size}
             counts["n_left_out"] = int(np.sum(~outcomes.used))
             counts["n_motions"] = np.unique(self._motion[rows]).size
-            curve = self._models.curve(state, self._models.variants.iloc[number])
+            curve = self._models.curve(state, self._variants[number])
             median = nan if isinstance(curve, str) else curve.ln_theta[0]
             beyond = motion_means.motions_beyond(median, self._ln_im[rows], self._motion[rows])
             counts["is_extrapolated"] = beyond < motion_means.MIN_BEYOND

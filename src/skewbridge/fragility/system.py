@@ -20,7 +20,7 @@ import pandas as pd
 from scipy import special
 
 from skewbridge.errors import InputError
-from skewbridge.files.tables import Floats, Row
+from skewbridge.files.tables import Floats, Row, records_of
 from skewbridge.fragility import demand_table
 from skewbridge.fragility.demand_model import TOO_FEW_RUNS, BridgeModels, StateCurve, fit_models
 from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_bound
@@ -116,7 +116,7 @@ def _variant_rows(item: tuple[_Systems, int]) -> list[Row]:
     """Return the rows of one variant, one per degree of damage."""
     systems, number = item
     models, settings = systems.models, systems.settings
-    values = models.variants.iloc[number].to_dict()
+    values = records_of(models.variants)[number]
     own = np.flatnonzero(models.variant == number)
     part = models.runs.iloc[own]
     im = part[settings.im].to_numpy(dtype=np.float64)
@@ -176,7 +176,9 @@ def _system(members: Sequence[_Member], ln_im: Floats, systems: _Systems) -> Row
         bound = median_bound(ln_im[exceed], each, beta=beta, level=level, exceed=True)
         return row | {"status": ALL_EXCEED, "theta_bound": bound}
     curves = [member.curve for member in members]
-    ln_theta, records, beta = (np.column_stack([curve[n] for curve in curves]) for n in range(3))
+    ln_theta = np.column_stack([curve.ln_theta for curve in curves])
+    records = np.column_stack([curve.beta for curve in curves])
+    beta = np.column_stack([curve.total for curve in curves])
     # ASSUME component capacities are independent of each other and of the demands
     share = np.divide(records, beta, out=np.zeros_like(beta), where=beta > 0.0)
     correlation = _correlation(members, systems) * share[:, :, None] * share[:, None, :]

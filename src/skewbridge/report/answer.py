@@ -167,7 +167,9 @@ def _values_text(medians: pd.DataFrame, row: Mapping[str, Any]) -> str:
 
     The text is empty if the effect depends on no other axis, and is certain over the whole range.
     """
-    same = (medians[[*_EFFECT[:4], "demand"]] == [row[n] for n in (*_EFFECT[:4], "demand")]).all(1)
+    same = (medians[[*_EFFECT[:4], "demand"]] == [row[n] for n in (*_EFFECT[:4], "demand")]).all(
+        axis=1
+    )
     steps = medians[same & (medians["scope"] == "pooled") & (medians["status"] == OK)]
     texts: list[str] = []
     if row["claim"] not in (LOWER, HIGHER, NEGLIGIBLE):

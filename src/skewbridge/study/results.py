@@ -150,7 +150,7 @@ _AT: Final = ("median", "p16", "p84", "ci_low", "ci_high")
 
 def _at(models: BridgeModels, demand: str, im: float, number: int) -> Row:
     """Return the row of `Results.at` of one variant."""
-    fit, values = models.fits["", demand], models.variants.iloc[number]
+    fit, values = models.fits["", demand], records_of(models.variants)[number]
     own = models.variant == number
     runs, level = models.runs[own], np.log(im)
     row: Row = {name: values[name] for name in demand_table.variant_columns(models.variants)}
