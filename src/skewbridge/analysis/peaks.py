@@ -126,13 +126,27 @@ def column_drift(column: ColumnHandle, trace: ResponseTrace) -> Series:
 
     The rotation of the foundation under a fixed base is not part of it.
     """
+    return np.hypot(*_drifts(column, trace).T)
+
+
+def _drifts(column: ColumnHandle, trace: ResponseTrace) -> Series:
+    """Return the drift along x and y, shape (n, 2)."""
     relative = trace.disp(column.top)[:, :2] - trace.disp(column.foot)[:, :2]
-    return np.hypot(*relative.T) / column.clear_height_m
+    return relative / column.clear_height_m
+
+
+def _ratio(column: ColumnHandle, vectors: Series, limits: Sequence[float | Series]) -> Series:
+    """Return vectors along x and y over limits normal to the bent and along it, shape (n,)."""
+    # ASSUME an ellipse between the two directions, a circle for equal limits
+    # source: Umehara and Jirsa (1984), J. Struct. Eng. 110(3), 605-618, shear of rectangles
+    (x, y), (move_x, move_y) = column.normal, vectors.T
+    return np.hypot((move_x * x + move_y * y) / limits[0], (move_y * x - move_x * y) / limits[1])
 
 
 def drift_over_capacity(column: ColumnHandle, trace: ResponseTrace) -> Series:
     """Return the ratio of column drift to the drift capacity of its bent, shape (n,)."""
-    return column_drift(column, trace) / column.drift_capacity_ratio
+    limits = [capacity.drift_capacity_ratio for capacity in column.capacities]
+    return _ratio(column, _drifts(column, trace), limits)
 
 
 def column_shear_dcr(
@@ -143,25 +157,30 @@ def column_shear_dcr(
     The capacity follows ``model``, or the model of the column if None. It depends on the current
     axial force and the largest ductility so far, because dilated concrete does not recover.
     """
-    axial = trace.columns[column.element][:, 2]
+    axial, yields = (
+        trace.columns[column.element][:, 2],
+        [c.yield_drift_ratio for c in column.capacities],
+    )
     # ASSUME the hinge region governs over the whole height: these columns are short.
-    capacity = shear_strength(
-        column.shear,
-        model or column.shear_model,
-        axial,
-        np.maximum.accumulate(column_drift(column, trace)) / column.yield_drift_ratio,
+    ductilities = (
+        np.maximum.accumulate(_ratio(column, _drifts(column, trace), yields)),
         np.maximum.accumulate(curvature_ductility(column, trace)),
     )
-    return np.hypot(*column_shear_n(column, trace).T) / capacity
+    limits = [
+        shear_strength(capacity.shear, model or column.shear_model, axial, *ductilities)
+        for capacity in column.capacities
+    ]
+    return _ratio(column, column_shear_n(column, trace), limits)
 
 
 def curvature_ductility(column: ColumnHandle, trace: ResponseTrace) -> Series:
     """Return the largest resultant hinge curvature divided by yield curvature, shape (n,)."""
     largest = np.zeros(len(trace.time_s))
+    normal, along = (capacity.yield_curvature_per_m for capacity in column.capacities)
     for point in column.hinge_sections:
-        deformation = trace.sections[column.element, point]
-        largest = np.maximum(largest, np.hypot(deformation[:, 1], deformation[:, 2]))
-    return largest / column.yield_curvature_per_m
+        _, about_z, about_y, *_ = trace.sections[column.element, point].T
+        largest = np.maximum(largest, np.hypot(about_z / along, about_y / normal))
+    return largest
 
 
 def _deck_demands(model: BridgeModel, trace: ResponseTrace, ground: Series) -> dict[str, float]:

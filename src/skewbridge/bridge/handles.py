@@ -52,6 +52,23 @@ class SpringHandle:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ColumnCapacity:
+    """Capacity of a column in one horizontal direction.
+
+    Attributes:
+        yield_curvature_per_m: Idealised yield curvature under dead load.
+        yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
+            ductility in the shear capacity.
+        drift_capacity_ratio: Displacement capacity over clear height (Caltrans criteria).
+    """
+
+    yield_curvature_per_m: float
+    yield_drift_ratio: float
+    drift_capacity_ratio: float
+    shear: ShearSection
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnHandle:
     """One column.
 
@@ -62,10 +79,8 @@ class ColumnHandle:
         hinge_sections: 1-based integration points where plastic curvature is read, for
             ``eleResponse(element, "section", str(k), "deformation")`` = (axial, about z, about y,
             torsion); empty for elastic columns.
-        yield_curvature_per_m: Idealised yield curvature under dead load.
-        yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
-            ductility in the shear capacity.
-        drift_capacity_ratio: Displacement capacity over clear height (Caltrans criteria).
+        capacities: Capacity in the direction ``normal`` and at +90 degrees to it. Local z of the
+            element is ``normal``.
         is_pinned: Whether the column turns freely about its base.
         is_elastic: Whether the column is elastic, so that it never fails.
         loses_shear_strength: Whether the column of the model softens at its shear failure.
@@ -76,10 +91,8 @@ class ColumnHandle:
     top: Point
     clear_height_m: float
     hinge_sections: tuple[int, ...]
-    yield_curvature_per_m: float
-    yield_drift_ratio: float
-    drift_capacity_ratio: float
-    shear: ShearSection
+    capacities: tuple[ColumnCapacity, ColumnCapacity]
+    normal: PlanVector = (1.0, 0.0)
     shear_model: ShearModel = DEFAULT_SHEAR_MODEL
     is_pinned: bool = False
     is_elastic: bool = False

@@ -107,16 +107,21 @@ def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.
     spacing = stretch if options.column_spacing == "normal" else 1.0
     concrete, steel = options.concrete_strength_factor, options.steel_strength_factor
     mass, key = options.deck_mass_factor, {"force_kn": options.key_strength_factor}
+    column = {
+        "concrete_strength_mpa": concrete,
+        "expected_concrete_strength_mpa": concrete,
+        "elastic_modulus_gpa": sqrt(concrete),
+        "steel_strength_factor": steel,
+        "hoop_yield_mpa": steel,
+    }
     factors = {
-        "column": {
-            "concrete_strength_mpa": concrete,
-            "expected_concrete_strength_mpa": concrete,
-            "elastic_modulus_gpa": sqrt(concrete),
-            "steel_strength_factor": steel,
-            "hoop_yield_mpa": steel,
-        },
+        "column": column,
         "deck": {"line_load_kn_per_m": mass, "diaphragm_weight_kn": mass},
-        "bents": {"cap_weight_kn": mass * stretch, "column_spacing_m": spacing},
+        "bents": {
+            "cap_weight_kn": mass * stretch,
+            "column_spacing_m": spacing,
+            "column": column,
+        },
         "abutment": {
             # ASSUME a softer rubber keeps its vertical stiffness, which hardly affects demands
             "pads": {
@@ -132,6 +137,8 @@ def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.
 
 def _scaled(value: Any, factors: Any) -> Any:
     """Return a number, tuple items or the named fields of a part, multiplied by the factors."""
+    if value is None:
+        return None
     if isinstance(value, tuple):
         return tuple(_scaled(item, factors) for item in value)
     if isinstance(factors, dict):

@@ -240,11 +240,12 @@ def bridge_words(bridge: BridgeData) -> str:
     spans = (
         f"{counted(len(bridge.spans_m), 'span')}, {appearance.shown_length(bridge.length_m)} long"
     )
+    kinds = [(bridge.base_of(bent), bent.columns) for bent in bridge.bents]
     bents = [
-        f"{'single' if columns == 1 else number_word(columns)}-column bent{'s' * (count > 1)}"
-        for columns, count in Counter(bent.columns for bent in bridge.bents).items()
+        f"{base} {'single' if size == 1 else number_word(size)}-column bent{'s' * (count > 1)}"
+        for (base, size), count in Counter(kinds).items()
     ]
-    return f"{spans}, {bridge.base} {' and '.join(bents)}" if bents else f"{spans}, no bents"
+    return f"{spans}, {' and '.join(bents) or 'no bents'}"
 
 
 #: Size of the plan in units of the SVG, and margins around the bridge for walls and texts.
@@ -286,12 +287,17 @@ def sketch(
         "key": half + factor * model.transverse_gap_m,
         "key_length": 2.2 * thickness / cosine,
         "columns": [
-            (x_m - along_m * sin(bent_skew), along_m * cos(bent_skew))
+            [
+                (
+                    x_m + z_m * cos(bent_skew) - (along_m + y_m) * sin(bent_skew),
+                    z_m * sin(bent_skew) + (along_m + y_m) * cos(bent_skew),
+                )
+                for y_m, z_m in bridge.column_of(bent).outline.points(48)
+            ]
             for x_m, bent in zip(bridge.bent_positions_m, bridge.bents, strict=True)
             for place in range(bent.columns)
             for along_m in [(place - (bent.columns - 1) / 2) * bent.column_spacing_m * stretch]
         ],
-        "radius": bridge.column.diameter_m / 2,
         "arm": arm,
         "tip": (-end - arm * sine, arm * cosine),
         "factor": factor,
