@@ -271,7 +271,7 @@ def test_backfill_and_key_forces_count_while_the_deck_touches(trace):
 def watched(monkeypatch, moved, **changes):
     """Return the watch over a deck end whose nodes have moved along x."""
     parts = {"columns": (), "abutments": (abutment(**changes),), "contacts": None}
-    model = SimpleNamespace(weight_n=1e7, deck_centre_node=CENTRE, **parts)
+    model = SimpleNamespace(weight_n=1e7, frame=SimpleNamespace(centre_node=CENTRE), **parts)
     monkeypatch.setattr(transient.ops, "nodeDisp", lambda n: [moved.get(n, 0.0), *[0.0] * 5])
     return Watch(model, AnalysisSettings())
 

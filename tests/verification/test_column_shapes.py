@@ -11,7 +11,7 @@ from bridge_variants import analysed, static_steps, variant
 from skewbridge.bridge.bent import build_fiber_section
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_directions
-from skewbridge.bridge.deck import open_linear_pattern
+from skewbridge.bridge.gravity import open_linear_pattern
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.section import sdc_shear_strength, section_response, shear_strength
@@ -212,7 +212,7 @@ def test_a_wall_bends_about_the_axes_of_its_skewed_bent(wall, direction) -> None
         model = build(variant(30, "roller", wall).normalised(), ModelOptions(elastic_columns=True))
         open_linear_pattern(model.tags)
         push_n = 1e6 * np.array([np.cos(angle), np.sin(angle)])
-        ops.load(model.deck_centre_node, *push_n, 0.0, 0.0, 0.0, 0.0)
+        ops.load(model.frame.centre_node, *push_n, 0.0, 0.0, 0.0, 0.0)
         static_steps(5, "BandGeneral", 1e-9)
         column = model.columns[0]
         about_z, about_y = (

@@ -8,7 +8,6 @@ import numpy as np
 
 from skewbridge.bridge.catalogue.columns import ColumnData
 from skewbridge.bridge.catalogue.data import Base, BridgeData
-from skewbridge.bridge.deck import column_axial_n
 from skewbridge.bridge.section import (
     MomentCurvature,
     ShearSection,
@@ -18,6 +17,7 @@ from skewbridge.bridge.section import (
     shear_strength,
     steel_of,
 )
+from skewbridge.bridge.weights import column_axial_n
 from skewbridge.units import GPA, MM, MPA
 from skewbridge.variant.options import DEFAULT_SHEAR_MODEL, HingeRule, ShearModel
 

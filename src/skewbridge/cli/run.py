@@ -101,7 +101,7 @@ def run(out: Path, **given: Any) -> Answer:
 
 def _task(given: Mapping[str, Any]) -> "Task":
     """Return the analysis defined by the options; raise `InputError` if no motion is given."""
-    from skewbridge.bridge.catalogue import load_bridge
+    from skewbridge.bridge.structures import load_structure
     from skewbridge.motions.intensity import motion_measures, scaled_measures
     from skewbridge.motions.read import read_motion
     from skewbridge.motions.record import SuiteMotion
@@ -112,7 +112,7 @@ def _task(given: Mapping[str, Any]) -> "Task":
     variant, scale = variant_of(given).normalised(), given["scale"]
     settings, options = settings_and_model(given, "scheme", "dt_s", "duration_s")
     motion = read_motion(*given["motion"])
-    measures = scaled_measures(motion_measures(motion, load_bridge(variant.bridge).t1_s), scale)
+    measures = scaled_measures(motion_measures(motion, load_structure(variant.bridge).t1_s), scale)
     return Task(
         variant=variant,
         motion=SuiteMotion(motion=motion, scale=scale, measures=measures),
