@@ -224,16 +224,13 @@ def column(bridge: str, out: Path, bent: int, units: Units) -> Answer:
     if not 1 <= bent <= len(data.bents):
         raise InputError(f"bent must be between 1 and {len(data.bents)}, got {bent}")
     rows: list[dict[str, Any]] = []
-    for column in bent_capacities(data):
-        if column.bent != bent:
-            continue
-        curve, axial_n, words = column.curve, column.axial_n, {"direction": column.direction}
-        name, way = "", ""
-        if column.direction != "all":
-            name, way = f"_{column.direction}", f" {column.direction}"
+    for column in (each for each in bent_capacities(data) if each.bent == bent):
+        curve, axial_n = column.curve, column.axial_n
+        way = {} if column.direction == "all" else {"direction": column.direction}
+        name = "".join(f"_{each}" for each in way.values())
         table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / KN}
         _write(table, out, f"moment_curvature{name}")
-        title = f"{data.title}, bent {bent}{way}, {axial_n / KN:.0f} kN"
+        title = f"{data.title}, bent {bent}{name.replace('_', ' ')}, {axial_n / KN:.0f} kN"
         figure = column_figure(curve, column.shear, axial_n, title=title)
         figure.savefig(out / f"column{name}.png", dpi=150)
         values = {
@@ -244,7 +241,7 @@ def column(bridge: str, out: Path, bent: int, units: Units) -> Answer:
             "curvature_ductility": curve.ultimate_curvature_per_m / curve.yield_curvature_per_m,
             "plastic_shear_kn": curve.plastic_moment_nm / column.shear_span_m / KN,
         }
-        rows.append(values if column.direction == "all" else words | values)
+        rows.append(way | values)
     return Answer(rows[0] if len(rows) == 1 else {"directions": rows}, units=units)
 
 
