@@ -1,5 +1,6 @@
 """Commands for fragility curves: fit, export, statistics of a demands table, prediction."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -19,29 +20,34 @@ from skewbridge.files.text import Number, checked
 commands = new_group()
 
 
+@dataclass(frozen=True, kw_only=True)
+class FitCommand:
+    """Options of `skewbridge.fragility.fit_data.FitOptions`."""
+
+    method: Annotated[Literal["stripes", "ida", "cloud"] | None, opt("Kind of data.")] = None
+    model: Annotated[str | None, opt("Regression model of a cloud.", "[ols|tobit]")] = None
+    link: Annotated[str, opt("Link function of stripes.", "[probit]")] = "probit"
+    level: Annotated[float, opt("Confidence level.")] = 0.95
+    threshold: Annotated[float | None, opt("Median capacity.")] = None
+    im: Annotated[str | None, opt("Column with the intensities of the runs.", "COLUMN")] = None
+    edp: Annotated[str | None, opt("Column with the demands of the runs.", "COLUMN")] = None
+    capacity_dispersion: Annotated[float, opt("Dispersion of the capacity (cloud).")] = 0.0
+    censor_above: Annotated[float | None, opt("Censor demands from this value up (cloud).")] = None
+    columns: Annotated[Path | None, opt("YAML file on the columns of a foreign table.")] = None
+
+
 @command(commands)
 def fit(
-    data: Annotated[Path, arg("Data file: .json, .csv or .parquet.")],
-    method: Annotated[Literal["stripes", "ida", "cloud"] | None, opt("Kind of data.")] = None,
-    model: Annotated[str | None, opt("Regression model of a cloud.", "[ols|tobit]")] = None,
-    link: Annotated[str, opt("Link function of stripes.", "[probit]")] = "probit",
-    level: Annotated[float, opt("Confidence level.")] = 0.95,
-    threshold: Annotated[float | None, opt("Median capacity.")] = None,
-    im: Annotated[str | None, opt("Column with the intensities of the runs.", "COLUMN")] = None,
-    edp: Annotated[str | None, opt("Column with the demands of the runs.", "COLUMN")] = None,
-    capacity_dispersion: Annotated[float, opt("Dispersion of the capacity (cloud).")] = 0.0,
-    censor_above: Annotated[float | None, opt("Censor demands from this value up (cloud).")] = None,
-    columns: Annotated[Path | None, opt("YAML file on the columns of a foreign table.")] = None,
+    data: Annotated[Path, arg("Data file: .json, .csv or .parquet.")], options: FitCommand
 ) -> Answer:
     """Fit a fragility curve: theta, beta, their intervals and a status.
 
     Example: skewbridge fit demands.csv --method cloud --im im_pga --edp drift --threshold 0.02
     """
-    given = {**locals(), "method": method or ""}
     from skewbridge.fragility.fit_data import fit_file
 
     try:
-        result = fit_file(given.pop("data"), **given).as_json()
+        result = fit_file(data, **vars(options) | {"method": options.method or ""}).as_json()
     except InputError as error:
         error.details.setdefault("row", None)
         raise
@@ -51,18 +57,25 @@ def fit(
     return Answer(result, shown, missing=f"not determined by the data (status {result['status']})")
 
 
+@dataclass(frozen=True, kw_only=True)
+class ExportOptions:
+    """Curves and table to export."""
+
+    method: Annotated[str | None, opt("Method of the curves.", "[cloud|exceedance]")] = None
+    hazard: Annotated[Path | None, opt("Hazard curve (CSV: im, rate): adds frequencies.")] = None
+    im_range: Annotated[tuple[float, float] | None, opt("Intensities (csv).", "LOW HIGH")] = None
+    skew_factors: Annotated[
+        bool,
+        opt("Ratios to skew 0.", None, "--skew-factors"),
+    ] = False
+
+
 @command(commands)
 def export(
     curves: Annotated[Path, arg("Table of curves of a study (.parquet, .csv).")],
     form: Annotated[str, opt("File format.", "[nrml|pelicun|dlml|csv|latex]", "--format")],
     out: Annotated[Path, opt("File to write.")],
-    method: Annotated[str | None, opt("Method of the curves.", "[cloud|exceedance]")] = None,
-    hazard: Annotated[Path | None, opt("Hazard curve (CSV: im, rate): adds frequencies.")] = None,
-    im_range: Annotated[tuple[float, float] | None, opt("Intensities (csv).", "LOW HIGH")] = None,
-    skew_factors: Annotated[
-        bool,
-        opt("Ratios to skew 0.", None, "--skew-factors"),
-    ] = False,
+    options: ExportOptions,
 ) -> Answer:
     """Write fragility curves for other tools, spreadsheets and papers.
 
@@ -70,10 +83,7 @@ def export(
     """
     from skewbridge.fragility.exports import export_curves
 
-    report = export_curves(
-        curves, form, out,
-        method=method, hazard=hazard, im_range=im_range, skew_factors=skew_factors,
-    )  # fmt: skip
+    report = export_curves(curves, form, out, **vars(options))
     return Answer(report, {"files": report["files"]}, notes=report["notes"])
 
 

@@ -112,23 +112,33 @@ def plot(
     return Answer({"file": str(path)})
 
 
+@dataclass(frozen=True, kw_only=True)
+class ScenarioOptions:
+    """Earthquake, path and site."""
+
+    magnitude: Annotated[float, opt("Moment magnitude, 6.5 to 7.9.")]
+    distance_km: Annotated[float, opt("Distance to the rupture, up to 31 km.")]
+    vs30_mps: Annotated[float, opt("Mean shear-wave velocity of the upper 30 m.")]
+    mechanism: Annotated[Literal["strike_slip", "reverse"], opt("Mechanism.")] = "strike_slip"
+    ztor_km: Annotated[float, opt("Depth to the top of the rupture.")] = 0.0
+    rupture_to_site_km: Annotated[float, opt("Rupture towards the site.")] = 20.0
+    pulse: Annotated[Literal["none", "all"], opt("Motions that have a pulse.")] = "none"
+
+
+@dataclass(frozen=True, kw_only=True)
+class SynthesisOptions:
+    """Number, spectra and length of synthetic motions."""
+
+    count: Annotated[int, opt("Number of pairs.")] = 40
+    seed: Annotated[int, opt("Seed of the suite.")] = 1
+    calibrate: Annotated[Literal["bssa14", "none"], opt("Spectra to match.")] = "bssa14"
+    orientation: Annotated[Literal["random", "principal"], opt("Orientation.")] = "random"
+    shaking_s: Annotated[float | None, opt("Length of the strongest part to use, in s.")] = None
+    free_vibration_s: Annotated[float, opt("Length of zeros added at the end, in s.")] = 0.0
+
+
 @command(motions)
-def synthesize(
-    out: Out,
-    magnitude: Annotated[float, opt("Moment magnitude, 6.5 to 7.9.")],
-    distance_km: Annotated[float, opt("Distance to the rupture, up to 31 km.")],
-    vs30_mps: Annotated[float, opt("Mean shear-wave velocity of the upper 30 m.")],
-    count: Annotated[int, opt("Number of pairs.")] = 40,
-    seed: Annotated[int, opt("Seed of the suite.")] = 1,
-    mechanism: Annotated[Literal["strike_slip", "reverse"], opt("Mechanism.")] = "strike_slip",
-    ztor_km: Annotated[float, opt("Depth to the top of the rupture.")] = 0.0,
-    pulse: Annotated[Literal["none", "all"], opt("Motions that have a pulse.")] = "none",
-    rupture_to_site_km: Annotated[float, opt("Rupture towards the site.")] = 20.0,
-    calibrate: Annotated[Literal["bssa14", "none"], opt("Spectra to match.")] = "bssa14",
-    orientation: Annotated[Literal["random", "principal"], opt("Orientation.")] = "random",
-    shaking_s: Annotated[float | None, opt("Length of the strongest part to use, in s.")] = None,
-    free_vibration_s: Annotated[float, opt("Length of zeros added at the end, in s.")] = 0.0,
-) -> Answer:
+def synthesize(out: Out, scenario: ScenarioOptions, synthesis: SynthesisOptions) -> Answer:
     """Synthesize pairs of motions with the model of Dabaghi and Der Kiureghian (2018).
 
     Example: skewbridge motions synthesize --magnitude 7 --distance-km 10 --vs30-mps 400 --out mine
@@ -136,19 +146,8 @@ def synthesize(
     from skewbridge.motions.synthesis.ddk18 import Scenario
     from skewbridge.motions.synthesis.generate import write_synthetic_suite
 
-    scenario = Scenario(
-        magnitude=magnitude,
-        distance_km=distance_km,
-        vs30_mps=vs30_mps,
-        mechanism=mechanism,
-        ztor_km=ztor_km,
-        rupture_to_site_km=rupture_to_site_km,
-        pulse=pulse,
-    )
-    lengths = {"shaking_s": shaking_s, "free_vibration_s": free_vibration_s}
-    options = {"seed": seed, "calibrate": calibrate, "orientation": orientation}
-    index = write_synthetic_suite(out, scenario, count=count, **lengths, **options)
-    return Answer({"count": count, "index": str(index)})
+    index = write_synthetic_suite(out, Scenario(**vars(scenario)), **vars(synthesis))
+    return Answer({"count": synthesis.count, "index": str(index)})
 
 
 @command(motions)

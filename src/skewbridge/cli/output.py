@@ -89,15 +89,14 @@ def command(
     """
 
     def decorate(function: Callable[..., Answer]) -> Callable[..., None]:
-        declared = signature(function).parameters.values()
-        grouped = {p.name: p.annotation for p in declared if is_dataclass(p.annotation)}
-        options = [
-            option.replace(kind=Parameter.KEYWORD_ONLY)
-            for p in declared
-            for option in (
-                signature(grouped[p.name]).parameters.values() if p.name in grouped else [p]
-            )
-        ]
+        grouped: dict[str, Any] = {}
+        options: list[Parameter] = []
+        for option in signature(function).parameters.values():
+            kind, members = option.annotation, [option]
+            if isinstance(kind, type) and is_dataclass(kind):
+                grouped[option.name] = kind
+                members = list(signature(kind).parameters.values())
+            options += [member.replace(kind=Parameter.KEYWORD_ONLY) for member in members]
         as_json = Parameter("as_json", Parameter.KEYWORD_ONLY, annotation=_JSON, default=False)
 
         @wraps(function)

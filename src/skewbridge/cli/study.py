@@ -4,7 +4,7 @@ from contextlib import chdir
 from dataclasses import asdict
 from pathlib import Path
 from shlex import quote
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final
 
 from skewbridge.cli import COMMANDS, new_group
 from skewbridge.cli.options import (
@@ -222,7 +222,9 @@ def provenance(
 
 @command(study)
 def retry(
-    status: Annotated[Literal["failed", *FAILED], opt("Status to repeat; failed: any.")] = "failed",
+    status: Annotated[
+        str, opt("Status to repeat; failed: any.", f"[failed|{'|'.join(FAILED)}]")
+    ] = "failed",
     study: Study = None,
 ) -> Answer:
     """Forget failed analyses, so that the next run of the study repeats them.
@@ -232,6 +234,8 @@ def retry(
     from skewbridge.study.folder import StudyFolder
     from skewbridge.study.journal import forget
 
+    if status not in ("failed", *FAILED):
+        raise InputError(f"--status must be failed, {', '.join(FAILED)}, got {status!r}")
     statuses = FAILED if status == "failed" else (status,)
     rows = [
         {"variant": row["variant"], "motion": row["motion_id"], "status": row["status"]}
