@@ -43,7 +43,7 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     "motions/formats.py": ({"prepare_motions"}, {ANALYSES, "analyse", *FITS}),
     "motions/synthesis/ddk18.py": ({"prepare_motions", "verification"}, {ANALYSES, *FITS}),
     "contact/law.py": ({ANALYSES, *ANALYSING, *VERIFYING}, {"prepare_motions", "fit_fragility"}),
-    "bridge/deck.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
+    "bridge/weights.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
     "analysis/peaks.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
     "demands/columns.csv": ({"analyse", "collect_demands", *FITS, *PAGES}, {ANALYSES}),
     "fragility/effects.py": (

@@ -10,8 +10,9 @@ from scipy import special, stats
 
 from skewbridge.bridge.backfill import Passive
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.model import build, built_bridge, domain
+from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.section import core_concrete, steel_of
+from skewbridge.bridge.structures import built_bridge
 from skewbridge.demands.columns import columns_with
 from skewbridge.report.answer import properties_sentence
 from skewbridge.report.methods import REFERENCES, methods_of

@@ -13,7 +13,8 @@ import pytest
 
 from motions_files import index_of, make_pairs
 from skewbridge.analysis.settings import NUMERICS, AnalysisSettings
-from skewbridge.bridge.catalogue import FOLDER, bridge_digest
+from skewbridge.bridge.catalogue import FOLDER
+from skewbridge.bridge.structures import load_structure
 from skewbridge.demands.tables import join_variants, to_table
 from skewbridge.demands.validity import SUSPECT, reasons
 from skewbridge.errors import InputError
@@ -71,7 +72,7 @@ def test_only_numbers_of_a_bridge_and_its_parent_change_its_digest(tmp_path: Pat
         (tmp_path / name).mkdir()
         for stem, content in {"mine": text, **others}.items():
             (tmp_path / name / f"{stem}.yaml").write_text(content)
-        return bridge_digest(str(tmp_path / name / "mine.yaml"))
+        return load_structure(str(tmp_path / name / "mine.yaml")).digest
 
     plain = "extends: osb1\nbase: {v: fixed, src: 'd: test'}\n"
     before = digest("as it is", plain)

@@ -23,9 +23,9 @@ from skewbridge.bridge import springs
 from skewbridge.bridge.abutments import Joint
 from skewbridge.bridge.backfill import skew_reduction, wall_backfill
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
-from skewbridge.bridge.deck import deck_reactions_n
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.weights import deck_reactions_n
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.registry import run_study
 from strong_motion import strong_motion

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from skewbridge.analysis.modal import conditioning_period_s, periods_of_file, standing_bridge
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
 from skewbridge.bridge.column import BentCapacity, bent_capacities
-from skewbridge.bridge.handles import BridgeModel
+from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.section import sdc_shear_strength
 from skewbridge.units import FOOT, INCH, KN, MPA
-from skewbridge.variant.options import HingeRule
 from skewbridge.variant.variant import Variant
 
 if TYPE_CHECKING:
@@ -159,14 +158,14 @@ def capacities_of(model: BridgeModel, bents: Sequence[Mapping[str, Any]]) -> dic
     return {name: float(min(values[name], default=nan)) for name in CAPACITIES}
 
 
-def capacity_rows(bridge: BridgeData, hinge_rule: HingeRule = "sdc") -> list[dict[str, Any]]:
-    """Return the capacities of a bridge by the Caltrans SDC, one row per bent.
+def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:
+    """Return the capacities of bents by the Caltrans SDC, one row per bent.
 
     ``p_delta_ratio`` is taken at the displacement capacity. ``disp_at_p_delta_limit_m`` is the
     displacement at which the ratio reaches its limit.
     """
     rows: list[dict[str, Any]] = []
-    for bent in bent_capacities(bridge, hinge_rule):
+    for bent in bents:
         ratio = bent.p_delta_ratio(bent.capacity_m)
         rows.append(
             {

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.analysis.trace import ResponseTrace, Series
+from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.geometry import contact_column
-from skewbridge.bridge.handles import AbutmentHandle, BridgeModel, ColumnHandle, SpringHandle
+from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, SpringHandle
 from skewbridge.bridge.section import shear_strength
 from skewbridge.contact.law import UnitLedger
 from skewbridge.units import KJ, KN
@@ -165,7 +166,7 @@ def curvature_ductility(column: ColumnHandle, trace: ResponseTrace) -> Series:
 
 
 def _deck_demands(model: BridgeModel, trace: ResponseTrace, ground: Series) -> dict[str, float]:
-    x, y, *_, turn = trace.disp(model.deck_centre_node).T
+    x, y, *_, turn = trace.disp(model.frame.centre_node).T
     return {
         "deck_disp_x_m": peak([x]),
         "deck_disp_y_m": peak([y]),
@@ -369,7 +370,7 @@ def histories_of(
     The force of an abutment on the deck is the sum over contacts, springs and pads. It is positive
     when it opposes a positive displacement, so that it plots as a hysteresis loop.
     """
-    disp = trace.disp(model.deck_centre_node)
+    disp = trace.disp(model.frame.centre_node)
 
     def largest(of_column: Callable[[ColumnHandle, ResponseTrace], Series]) -> Series:
         """Return the largest value of all columns in each row; 0 for a bridge without columns."""

@@ -16,7 +16,8 @@ import numpy as np
 import openseespy.opensees as ops
 from numpy.typing import NDArray
 
-from skewbridge.bridge.handles import BridgeModel, Point, SpringHandle
+from skewbridge.bridge.frame import BridgeModel
+from skewbridge.bridge.handles import Point, SpringHandle
 
 type Series = NDArray[np.float64]
 
@@ -189,7 +190,7 @@ class Monitor:
         self._pads = tuple(pad.element for end in ends for pad in end.bearings if bearings)
         self._springs = {spring.element for end in ends for spring in end.springs}
         self._units = () if model.contacts is None else model.contacts.units
-        recorder.nodes((model.deck_centre_node,), "accel")
+        recorder.nodes((model.frame.centre_node,), "accel")
         recorder.nodes(self.nodes, "disp")
         for column in model.columns:
             recorder.elements((column.element,), "force")
@@ -230,7 +231,7 @@ class Monitor:
             contacts[:, at] = basic[unit.element][:, :3]
         return ResponseTrace(
             time_s=time_s,
-            centre_accel_mps2=read("Node", "accel")[1][model.deck_centre_node][:, :2],
+            centre_accel_mps2=read("Node", "accel")[1][model.frame.centre_node][:, :2],
             nodes=positions,
             columns={column.element: forces[column.element] for column in model.columns},
             sections={
@@ -248,8 +249,8 @@ class Monitor:
 
 
 def _nodes(model: BridgeModel) -> Iterable[int]:
-    yield model.deck_centre_node
-    yield from model.deck_masses_kg
+    yield model.frame.centre_node
+    yield from model.frame.loads.masses_kg
     for column in model.columns:
         yield from (column.base_node, column.top.node)
     for abutment in model.abutments:

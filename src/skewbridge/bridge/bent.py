@@ -12,8 +12,8 @@ import openseespy.opensees as ops
 
 from skewbridge.bridge.catalogue.data import BridgeData, ColumnData
 from skewbridge.bridge.column import RESIDUAL_SHEAR, BentCapacity, bent_capacity, shear_loss
-from skewbridge.bridge.deck import Deck, add_moment, add_weight, column_weight_n, deck_reactions_n
-from skewbridge.bridge.handles import ColumnHandle, PlanVector, Point, TagAllocator
+from skewbridge.bridge.handles import ColumnHandle, Point, TagAllocator
+from skewbridge.bridge.plan import PlanVector, turned
 from skewbridge.bridge.section import (
     Concrete,
     core_concrete,
@@ -21,7 +21,9 @@ from skewbridge.bridge.section import (
     shear_modulus_pa,
     steel_of,
 )
-from skewbridge.bridge.springs import elastic_material, grounded_node, turned
+from skewbridge.bridge.spine import Spine, add_moment, add_weight
+from skewbridge.bridge.springs import elastic_material, grounded_node
+from skewbridge.bridge.weights import column_weight_n, deck_reactions_n
 from skewbridge.contact.element import uniaxial
 from skewbridge.errors import InputError
 from skewbridge.units import G_MPS2, GPA, KN, MM
@@ -32,7 +34,7 @@ RIGID_BENDING = 1000.0  # factor on the vertical bending stiffness of a cap
 
 
 def build_bents(
-    bridge: BridgeData, spine: Deck, skew_deg: float, options: ModelOptions, tags: TagAllocator
+    bridge: BridgeData, spine: Spine, skew_deg: float, options: ModelOptions, tags: TagAllocator
 ) -> tuple[tuple[ColumnHandle, ...], tuple[int, ...]]:
     """Create caps, columns and bases with their weights; return columns and foundation springs.
 
@@ -87,7 +89,7 @@ def build_bents(
 def _build_cap(
     bridge: BridgeData,
     number: int,
-    spine: Deck,
+    spine: Spine,
     place: tuple[float, PlanVector],
     transformation: int,
     tags: TagAllocator,
@@ -139,7 +141,7 @@ def _along_cap(centre: int, joints: list[tuple[int, float]]) -> list[tuple[int, 
 def _spread_deck_load(
     bridge: BridgeData,
     number: int,
-    spine: Deck,
+    spine: Spine,
     joints: list[tuple[int, float]],
     normal: PlanVector,
 ) -> None:

@@ -6,7 +6,6 @@ from math import radians, tan
 import numpy as np
 
 from skewbridge.bridge.catalogue.data import BridgeData, ColumnData
-from skewbridge.bridge.deck import column_axial_n
 from skewbridge.bridge.section import (
     MomentCurvature,
     ShearSection,
@@ -16,6 +15,7 @@ from skewbridge.bridge.section import (
     shear_strength,
     steel_of,
 )
+from skewbridge.bridge.weights import column_axial_n
 from skewbridge.units import GPA, MM, MPA
 from skewbridge.variant.options import DEFAULT_SHEAR_MODEL, HingeRule, ShearModel
 

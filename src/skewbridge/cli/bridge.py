@@ -269,6 +269,7 @@ def sdc(
     """
     from skewbridge.analysis import bridge_check
     from skewbridge.bridge.catalogue import load_bridge
+    from skewbridge.bridge.column import bent_capacities
     from skewbridge.files.tables import read_frame, records_of
     from skewbridge.fragility.demand_table import need_columns
 
@@ -280,7 +281,8 @@ def sdc(
     kind = "checks"
     if source is None or str(source) in _known_bridges() or source.suffix in (".yaml", ".yml"):
         data = load_bridge(bridge or str(source or "osb1"))
-        kind, title, rows = "bents", data.title, bridge_check.capacity_rows(data)
+        kind, title = "bents", data.title
+        rows = bridge_check.capacity_rows(bent_capacities(data))
     else:
         demands = read_frame(source if source.is_file() else source / "demands.parquet")
         need_columns(demands, bridge_check.CAPACITIES, f"repeat the analyses: {source}")

@@ -160,9 +160,9 @@ def default_suite(
 
     Example: skewbridge motions default-suite --out suite
     """
-    from skewbridge.bridge.catalogue import load_bridge
+    from skewbridge.bridge.structures import load_structure
     from skewbridge.motions.synthesis.generate import write_default_suite
     from skewbridge.study.config import CONDITIONING_BRIDGE
 
-    period_s = load_bridge(CONDITIONING_BRIDGE).t1_s if t1_s is None else t1_s
+    period_s = load_structure(CONDITIONING_BRIDGE).t1_s if t1_s is None else t1_s
     return Answer({"count": write_default_suite(out, period_s, suite), "t1_s": period_s})

@@ -110,7 +110,7 @@ def run(
 
 def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
     """Return the analysis defined by the options; raise `InputError` if no motion is given."""
-    from skewbridge.bridge.catalogue import load_bridge
+    from skewbridge.bridge.structures import load_structure
     from skewbridge.motions.intensity import motion_measures, scaled_measures
     from skewbridge.motions.read import read_motion
     from skewbridge.motions.record import SuiteMotion
@@ -122,7 +122,7 @@ def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
     chosen = {name: getattr(loading, name) for name in ("scheme", "dt_s", "duration_s")}
     settings, options = case.settings_and_model(loading.accuracy, **chosen)
     motion = read_motion(*loading.motion)
-    measures = scaled_measures(motion_measures(motion, load_bridge(variant.bridge).t1_s), scale)
+    measures = scaled_measures(motion_measures(motion, load_structure(variant.bridge).t1_s), scale)
     return Task(
         variant=variant,
         motion=SuiteMotion(motion=motion, scale=scale, measures=measures),

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.structures import load_structure
 from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column
 from skewbridge.errors import InputError, raise_all
 from skewbridge.files.digests import digest_of, provenance
@@ -29,7 +29,7 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
     The file `cache` records which motions have been read. The `InputError` has one line per error.
     """
     checks: list[Callable[[], object]] = [
-        *(partial(load_bridge, name) for name in config.bridges_with_periods()),
+        *(partial(load_structure, name) for name in config.bridges_with_periods()),
         partial(_check_column, "fragility.im", config.fragility.im, INTENSITY_COLUMNS),
         partial(_check_limit_states, Path(config.fragility.limit_states)),
         partial(check_font, config.figures.font),
@@ -54,7 +54,7 @@ def motions_digest(config: StudyConfig, cache: Path | None) -> str:
         content_digest(
             source.folder,
             source.count,
-            t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s,
+            t1_s=load_structure(CONDITIONING_BRIDGE).t1_s,
             level_range_g=config.motions.level_range_g,
             cache=None if cache is None else cache.with_stem(f"{cache.stem}{number or ''}"),
         )
@@ -83,7 +83,7 @@ def prepare_motions(study: StudyConfig) -> None:
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
 
     folder, motions = StudyFolder(Path(study.results)), study.motions
-    suite = designed = prepare_suites(motions, t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s)
+    suite = designed = prepare_suites(motions, t1_s=load_structure(CONDITIONING_BRIDGE).t1_s)
     if motions.design == "cloud":
         designed = suite.assign(scale=1.0)
     elif motions.design == "stripes":
@@ -93,9 +93,10 @@ def prepare_motions(study: StudyConfig) -> None:
     logger.info("%d motions, %d rows, factors %.2f to %.2f", *counts, factors.min(), factors.max())
     write_suite(designed, folder.suite)
     distinct = {motion.motion.motion_id: motion.motion for motion in read_suite(folder.suite)}
+    periods_s = {name: load_structure(name).t1_s for name in study.grid.bridge}
     intensities = [
-        {"bridge": name, "motion_id": motion_id, **motion_measures(motion, load_bridge(name).t1_s)}
-        for name in study.grid.bridge
+        {"bridge": name, "motion_id": motion_id, **motion_measures(motion, t1_s)}
+        for name, t1_s in periods_s.items()
         for motion_id, motion in distinct.items()
     ]
     write_frame(pd.DataFrame(intensities), folder.intensities, provenance())

@@ -20,12 +20,10 @@ from typing import Any, Final
 
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.errors import InputError, did_you_mean
-from skewbridge.files.digests import digest_of
 from skewbridge.files.text import checked, read_mapping, shortened, shown_path
 
 __all__ = [
-    "BridgeData", "bridge_digest", "bridge_names", "bridge_schema", "load_bridge",
-    "own_bridge_files",
+    "BridgeData", "bridge_names", "bridge_schema", "load_bridge", "own_bridge_files",
 ]  # fmt: skip
 
 FOLDER: Final = Path(__file__).parent
@@ -53,12 +51,6 @@ def bridge_names() -> tuple[str, ...]:
 def load_bridge(name: str | Path) -> BridgeData:
     """Return a bridge from its name or file (cached); an `InputError` names file, key and limit."""
     return _loaded(_file(name))
-
-
-@cache
-def bridge_digest(name: str) -> str:
-    """Return the digest of a bridge's merged data, without title and sources."""
-    return digest_of(load_bridge(name).model_dump_json(exclude={"title", "sources"}))
 
 
 def _file(name: str | Path) -> Path:

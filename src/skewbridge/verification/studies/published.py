@@ -34,8 +34,8 @@ from matplotlib.figure import Figure
 
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.deck import column_axial_n
 from skewbridge.bridge.section import section_response
+from skewbridge.bridge.weights import column_axial_n
 from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.curves import fit_study
