@@ -121,7 +121,9 @@ def test_checks_of_a_run_name_every_corner(tmp_path: Path) -> None:
     def checks(variant: str, *options: object) -> list[dict]:
         row = {"variant": f"{variant}_cf_skew30_gap051_mu050", "deck_disp_m": 0.1}
         pd.DataFrame([row | CAPACITIES]).to_parquet(tmp_path / "demands.parquet")
-        bents = bridge_check.capacity_rows(load_bridge(own if options else variant))
+        bents = bridge_check.capacity_rows(
+            bent_capacities(load_bridge(own if options else variant))
+        )
         pd.DataFrame(bents).to_parquet(tmp_path / "capacities.parquet")
         return answer("sdc", tmp_path, *options)["checks"]
 
@@ -293,7 +295,7 @@ def test_seat_widths_agree_with_the_hand_values(skew_deg: int, seat_m: float) ->
 
 
 def test_the_table_names_what_fails() -> None:
-    bents = bridge_check.capacity_rows(load_bridge("osb1"))
+    bents = bridge_check.capacity_rows(bent_capacities(load_bridge("osb1")))
     moves_m = {"left acute": 0.2, "right acute": 0.9}
     rows = sdc_rows(VARIANT, {"deck_disp_m": 0.30} | CAPACITIES, bents, moves_m)
     failed = {row["check"] for row in rows if not row["ok"]}
