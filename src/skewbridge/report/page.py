@@ -513,10 +513,12 @@ def _effect_rows(
 
     Pooled rows have no values of other axes. ``styles`` names the style at each margin factor.
     """
-    own = {factor: factor * effects[["margin", "difference_margin"]] for factor in MARGIN_FACTORS}
+    names = ("margin", "difference_margin")
     tables = (
-        effects if factor == 1.0 else verdicts.judged(effects.assign(**margins))
-        for factor, margins in own.items()
+        effects
+        if factor == 1.0
+        else verdicts.judged(effects.assign(**{name: factor * effects[name] for name in names}))
+        for factor in MARGIN_FACTORS
     )
     styles = [[appearance.verdict_style(row).name for row in records_of(t)] for t in tables]
     is_ratio = effects["judged_by"] != verdicts.DIFFERENCE
