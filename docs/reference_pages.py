@@ -97,11 +97,7 @@ def config_page() -> str:
     page, single = CONFIG_HEAD, dict[str, Mapping[str, Any]]()
     for name, field in schema["properties"].items():
         details = _resolved(field, schema)
-        # model options used as grid axes have no default in `grid`; they are listed in `model`
-        keys = {
-            key: value for key, value in details.get("properties", {}).items() if "default" in value
-        }
-        if keys:
+        if keys := details.get("properties"):
             page += f"\n## {name}\n\n{_key_list(keys, schema)}"
         elif "default" in details:
             single[name] = details

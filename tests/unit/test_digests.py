@@ -60,6 +60,7 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     "report/page.py": (PAGES, ALL - PAGES),
     "report/templates/report.html.j2": (PAGES, ALL - PAGES),
     "verification/registry.py": (VERIFYING, ALL - VERIFYING),
+    "verification/studies/published.py": ({"verification"}, ALL - {"verification"}),
     "files/text.py": (ALL, set()),
     "cli/output.py": (set(), ALL),
 }

@@ -16,7 +16,7 @@ from skewbridge.analysis.settings import NUMERICS, AnalysisSettings
 from skewbridge.bridge.catalogue import FOLDER
 from skewbridge.bridge.structures import load_structure
 from skewbridge.demands.tables import join_variants, to_table
-from skewbridge.demands.validity import SUSPECT, SuspectLimits, reasons
+from skewbridge.demands.validity import SUSPECT, reasons
 from skewbridge.errors import InputError
 from skewbridge.files import tables
 from skewbridge.files.digests import provenance
@@ -194,10 +194,10 @@ def test_a_variant_that_another_process_analyses_is_refused(tmp_path, ran, monke
 def test_the_joined_table_is_that_of_all_rows_at_once(tmp_path, ran, monkeypatch):
     """However few rows are held at a time, the file has all of them in the order of the key."""
     monkeypatch.setattr(tables, "_GROUP_ROWS", 4)
-    setup, limits = setup_in(tmp_path), SuspectLimits()
+    setup = setup_in(tmp_path)
     join_variants([analyse(setup, slug) for slug in SLUGS], setup.folder.demands)
     rows = [row_of(task) for slug in reversed(SLUGS) for task in setup.tasks(slug)]
-    whole = to_table([{**row, SUSPECT: reasons(row, limits)} for row in rows], {})
+    whole = to_table([{**row, SUSPECT: reasons(row)} for row in rows], {})
     file = pq.ParquetFile(setup.folder.demands)
     assert file.num_row_groups == 2
     pd.testing.assert_frame_equal(file.read().to_pandas(), whole.to_pandas(), check_exact=True)

@@ -134,7 +134,7 @@ def test_the_schema_of_editors_accepts_every_shipped_configuration_and_no_bad_va
         if "limit" not in path.name:
             assert path.read_text().startswith("# yaml-language-server: $schema=schema.json\n")
             SCHEMA.validate(read_mapping(path))
-    grids = {"skew_degg": [0]}, {"skew_deg": [75]}, {"transverse_gap_mm": [-1]}
+    grids = {"skew_degg": [0]}, {"skew_deg": [75]}, {"transverse_gap_mm": ["wide"]}
     others = {"model": {"backfill": "clay"}}, {"analysis": {"dt_s": "fast"}}
     for raw in (*({"grid": grid} for grid in grids), *others):
         with pytest.raises(InputError):

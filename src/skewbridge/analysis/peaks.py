@@ -354,20 +354,10 @@ def _contact_demands(model: BridgeModel) -> dict[str, float]:
         "contact_max_penetration_m": max((unit.max_penetration_m for unit in units), default=0.0),
         "friction_impulse_kns": _sum(units, "friction_impulse_ns") / KN,
         "slip_work_kj": _sum(units, "slip_work_j") / KJ,
-        "friction_after_opening_ratio": _share(units, "opening_work_j"),
         "cone_violation_ratio": max((unit.cone_violation_ratio for unit in units), default=0.0),
         "cone_excess_wall_ratio": _share(walls, "excess_work_j"),
         "cone_excess_key_ratio": _share(keys, "excess_work_j"),
-        **{
-            f"cone_work_over_{percent}pct_ratio": _share(units, f"work_over_{percent}_j")
-            for percent in (1, 10, 50)
-        },
-        **{
-            f"cone_time_over_{percent}pct_ratio": _share(
-                units, f"time_over_{percent}_s", "contact_time_s"
-            )
-            for percent in (1, 10, 50)
-        },
+        "cone_work_over_10pct_ratio": _share(units, "work_over_10_j"),
     }
 
 
@@ -375,9 +365,9 @@ def _sum(units: Sequence[UnitLedger], field: str) -> float:
     return float(sum(getattr(unit, field) for unit in units))
 
 
-def _share(units: Sequence[UnitLedger], field: str, whole: str = "friction_work_j") -> float:
-    """Return the sum of one field divided by the sum of `whole`; 0 if the latter is 0."""
-    total = _sum(units, whole)
+def _share(units: Sequence[UnitLedger], field: str) -> float:
+    """Return the sum of one field divided by the friction work; 0 without friction work."""
+    total = _sum(units, "friction_work_j")
     return _sum(units, field) / total if total > 0.0 else 0.0
 
 

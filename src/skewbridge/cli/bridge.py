@@ -1,20 +1,20 @@
 """Commands for single bridges: catalogue, checks, modes, static pushes, columns, drawings."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import typer
 
 from skewbridge.cli import COMMANDS, new_group
-from skewbridge.cli.options import ABUTMENT, BRIDGE, OUT, VARIANT, model_of, variant_of
-from skewbridge.cli.output import UNITS, Answer, Arg, Opt, command, warn
+from skewbridge.cli.options import Abutment, Bridge, Out, VariantOptions
+from skewbridge.cli.output import Answer, UnitsOpt, arg, command, opt, warn
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder, write_text
-from skewbridge.units import KN, Units
+from skewbridge.units import KN
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS, Variant, parse_slug
 
@@ -22,17 +22,20 @@ if TYPE_CHECKING:
     from skewbridge.analysis.pushover import PushCurve
 
 LADDER_ANGLES_DEG: Final = (0.0, 30.0, 60.0, 90.0, 150.0, 180.0)
-_OPTIONAL_OUT: Final = Opt("out", Path | None, "Folder for the table.")
 _OF_RUN: Final = ("capacities", "histories")  # tables in a folder of `run` that `sdc` reads
-_MAX_DISP: Final = Opt("max_disp_m", float, "Final displacement of the push, in m.", 0.20)
-_PUSH: Final = (
-    *VARIANT,
-    OUT,
-    Opt("direction", Literal["x", "y"], "Direction: x longitudinal, y transverse.", "x"),
-    Opt("angle_deg", float | None, "Angle counter-clockwise from x; overrides --direction."),
-    _MAX_DISP,
-    UNITS,
-)
+OptionalOut = Annotated[Path | None, opt("Folder for the table.")]
+MaxDisp = Annotated[float, opt("Final displacement of the push, in m.")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PushOptions:
+    """Direction, output folder and units of a push."""
+
+    out: Out
+    direction: Annotated[Literal["x", "y"], opt("Direction: x longitudinal, y transverse.")] = "x"
+    angle_deg: Annotated[float | None, opt("Angle from x, counter-clockwise.")] = None
+    units: UnitsOpt = "si"
+
 
 commands = new_group()
 bridge = new_group(name="bridge", help=COMMANDS["bridge"][1])
@@ -60,7 +63,7 @@ def _known_bridges() -> list[str]:
     return [*bridge_names(), *(path.stem for path in sorted(OWN_FOLDER.glob("*.yaml")))]
 
 
-@command(bridge, name="list")
+@command(bridge, "list")
 def list_bridges() -> Answer:
     """List the bridges of the catalogue and those in config/bridges.
 
@@ -77,14 +80,13 @@ def list_bridges() -> Answer:
     return Answer({"bridges": rows})
 
 
-@command(
-    bridge,
-    Arg("name", str | None, "Bridge to check, instead of --bridge.", None, "[NAME|FILE]"),
-    BRIDGE,
-    Opt("out", Path | None, "Folder of model.png; by default results/bridges/NAME."),
-    UNITS,
-)
-def check(name: str | None, bridge: str, out: Path | None, units: Units) -> Answer:
+@command(bridge)
+def check(
+    name: Annotated[str | None, arg("Bridge to check, instead of --bridge.", "[NAME|FILE]")] = None,
+    bridge: Bridge = "osb1",
+    out: Annotated[Path | None, opt("Folder; by default results/bridges/NAME.")] = None,
+    units: UnitsOpt = "si",
+) -> Answer:
     """Check a bridge: keys, weight, axial loads, periods and capacities; draw its model.
 
     Everything that would stop or distort a study is reported; exits with 2 if the file is invalid.
@@ -107,8 +109,8 @@ def check(name: str | None, bridge: str, out: Path | None, units: Units) -> Answ
     return Answer(answer, shown, units, notes)
 
 
-@command(bridge, *VARIANT, _OPTIONAL_OUT, UNITS)
-def modal(out: Path | None, units: Units, **given: Any) -> Answer:
+@command(bridge)
+def modal(case: VariantOptions, out: OptionalOut = None, units: UnitsOpt = "si") -> Answer:
     """Compute weight, dead-load forces, periods and participating masses with open gaps.
 
     T1 is the conditioning period of the bridge: the period of its model with pads at zero skew.
@@ -117,8 +119,8 @@ def modal(out: Path | None, units: Units, **given: Any) -> Answer:
     """
     from skewbridge.analysis import modal as modes
 
-    variant = variant_of(given)
-    result = asdict(modes.modal_properties(variant, model_of(given)))
+    variant = case.variant
+    result = asdict(modes.modal_properties(variant, case.model))
     standing = modes.standing_bridge(variant.bridge)
     if out is not None:
         _write(result["modes"], out, "modal")
@@ -128,19 +130,26 @@ def modal(out: Path | None, units: Units, **given: Any) -> Answer:
     return Answer({"variant": slug, "t1_s": t1_s, **result}, units=units)
 
 
-@command(bridge, *_PUSH, ABUTMENT._replace(default="roller"), _MAX_DISP._replace(default=0.30))
-def pushover(**given: Any) -> Answer:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FreeVariantOptions(VariantOptions):
+    """Options of a variant that by default has no abutments."""
+
+    abutment: Abutment = "roller"
+
+
+@command(bridge)
+def pushover(case: FreeVariantOptions, push: PushOptions, max_disp_m: MaxDisp = 0.30) -> Answer:
     """Push a bridge with forces proportional to mass; write base shear against displacement.
 
     Example: skewbridge bridge pushover --bridge osb1 --direction y --out push
     """
     from skewbridge.analysis.pushover import push_bridge
 
-    return _pushed(partial(push_bridge, max_disp_m=given["max_disp_m"]), given)
+    return _pushed(partial(push_bridge, max_disp_m=max_disp_m), case, push)
 
 
-@command(bridge, *_PUSH)
-def static(**given: Any) -> Answer:
+@command(bridge)
+def static(case: VariantOptions, push: PushOptions, max_disp_m: MaxDisp = 0.20) -> Answer:
     """Push the deck end against one abutment.
 
     Direction x pushes into the backfill; an angle of 180 degrees pulls away from it.
@@ -150,28 +159,26 @@ def static(**given: Any) -> Answer:
     """
     from skewbridge.analysis.pushover import push_abutment
 
-    push = partial(push_abutment, max_disp_m=given["max_disp_m"], steps=400)
-    return _pushed(push, given)
+    return _pushed(partial(push_abutment, max_disp_m=max_disp_m, steps=400), case, push)
 
 
-def _pushed(push: "Callable[..., PushCurve]", given: Mapping[str, Any]) -> Answer:
+def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: PushOptions) -> Answer:
     """Push one model, or each model in each direction; exit code 1 if a push stopped early."""
     import pandas as pd
 
     from skewbridge.report.bridge_figures import ladder_figure
 
-    angle_deg = given["angle_deg"]
-    if angle_deg is None:
-        angle_deg = {"x": 0.0, "y": 90.0}[given["direction"]]
-    is_ladder = given["abutment"] == "all"
-    single = [(given["abutment"], angle_deg)]
+    angle_deg = {"x": 0.0, "y": 90.0}[push.direction] if push.angle_deg is None else push.angle_deg
+    is_ladder = case.abutment == "all"
+    single = [(case.abutment, angle_deg)]
     tables: list[pd.DataFrame] = []
     pushes: list[dict[str, Any]] = []
     for model, toward_deg in product(ABUTMENTS, LADDER_ANGLES_DEG) if is_ladder else single:
-        case = {"abutment": model, "angle_deg": toward_deg}
-        curve = push(variant_of({**given, **case}), model_of(given), angle_deg=toward_deg)
+        place = {"abutment": model, "angle_deg": toward_deg}
+        variant = replace(case, abutment=model).variant
+        curve = pushed(variant, case.model, angle_deg=toward_deg)
         columns = {"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}
-        tables.append(pd.DataFrame(case | columns if is_ladder else columns))
+        tables.append(pd.DataFrame(place | columns if is_ladder else columns))
         values = {
             "peak_kn": curve.peak_n / KN,
             "initial_stiffness_kn_per_m": curve.initial_stiffness_n_per_m / KN,
@@ -179,20 +186,20 @@ def _pushed(push: "Callable[..., PushCurve]", given: Mapping[str, Any]) -> Answe
             "last_disp_m": curve.disp_m[-1],
             "is_complete": curve.is_complete,
         }
-        pushes.append(case | values)
+        pushes.append(place | values)
     curves = pd.concat(tables, ignore_index=True)
-    _write(curves, given["out"], "curve")
+    _write(curves, push.out, "curve")
     if is_ladder:
-        title = f"{given['bridge']}, skew {given['skew_deg']:g} degrees, gap {given['gap_mm']:g} mm"
-        ladder_figure(curves, title=title).savefig(given["out"] / "ladder.png", dpi=150)
+        title = f"{case.bridge}, skew {case.skew_deg:g} degrees, gap {case.gap_mm:g} mm"
+        ladder_figure(curves, title=title).savefig(push.out / "ladder.png", dpi=150)
     answer = {"pushes": pushes} if is_ladder else pushes[0]
     is_done = all(each["is_complete"] for each in pushes)
     notes = [] if is_done else ["a push stopped at last_disp_m: no equilibrium beyond it"]
-    return Answer(answer, None, given["units"], notes, 0 if is_done else EXIT_FAILED)
+    return Answer(answer, None, push.units, notes, 0 if is_done else EXIT_FAILED)
 
 
-@command(bridge, *VARIANT, OUT)
-def model(out: Path, **given: Any) -> Answer:
+@command(bridge)
+def model(case: VariantOptions, out: Out) -> Answer:
     """Draw a model (model.png, model.html) and write it as an OpenSeesPy script (model.py).
 
     Example: skewbridge bridge model --skew-deg 45 --out model45
@@ -201,7 +208,7 @@ def model(out: Path, **given: Any) -> Answer:
     from skewbridge.bridge.geometry import model_geometry
     from skewbridge.report.bridge_figures import model_figure, model_page
 
-    variant, options = variant_of(given), model_of(given)
+    variant, options = case.variant, case.model
     geometry = model_geometry(variant, options)
     files = [writable_folder(out) / f"model.{ending}" for ending in ("png", "html", "py")]
     model_figure(geometry).savefig(files[0], dpi=150)
@@ -210,8 +217,13 @@ def model(out: Path, **given: Any) -> Answer:
     return Answer({"variant": geometry.title, "files": list(map(str, files))})
 
 
-@command(bridge, BRIDGE, OUT, Opt("bent", int, "Bent, counted from the left.", 1), UNITS)
-def column(bridge: str, out: Path, bent: int, units: Units) -> Answer:
+@command(bridge)
+def column(
+    out: Out,
+    bridge: Bridge = "osb1",
+    bent: Annotated[int, opt("Bent, counted from the left.")] = 1,
+    units: UnitsOpt = "si",
+) -> Answer:
     """Compute moment-curvature and shear strength of a column under dead load.
 
     Example: skewbridge bridge column --bridge osb2s --bent 2 --out column
@@ -245,14 +257,13 @@ def column(bridge: str, out: Path, bent: int, units: Units) -> Answer:
     return Answer(rows[0] if len(rows) == 1 else {"directions": rows}, units=units)
 
 
-@command(
-    bridge,
-    Arg("source", Path | None, "Folder of `run`, or demands.parquet.", None, "[RUN|DEMANDS]"),
-    BRIDGE._replace(kind=str | None, default=None, help="Bridge; for SOURCE, its bridge file."),
-    _OPTIONAL_OUT,
-    UNITS,
-)
-def sdc(source: Path | None, bridge: str | None, out: Path | None, units: Units) -> Answer:
+@command(bridge)
+def sdc(
+    source: Annotated[Path | None, arg("Folder of run, or demands.", "[RUN|DEMANDS]")] = None,
+    bridge: Annotated[str | None, opt("Bridge; for SOURCE, its bridge file.", "NAME|FILE")] = None,
+    out: OptionalOut = None,
+    units: UnitsOpt = "si",
+) -> Answer:
     """Check displacements, P-Delta ratio and seat width against the Caltrans criteria.
 
     A folder of `run` gives all checks of one analysis, for each corner. The demands of a study give

@@ -12,7 +12,7 @@ import pandas as pd
 
 from skewbridge.analysis.recovery import rung_shares, steps_from_text
 from skewbridge.demands.columns import DEMAND_COLUMNS, KEY, demands_for
-from skewbridge.demands.validity import LIMITS, SUSPECT, SuspectLimits, count_reasons
+from skewbridge.demands.validity import SUSPECT, count_reasons
 from skewbridge.errors import SolutionError
 from skewbridge.files.tables import Row
 from skewbridge.files.text import write_text
@@ -109,7 +109,7 @@ def _check(name: str, found: pd.DataFrame, named_by: Sequence[str], *share: floa
     return {"name": name, "value": value, "limit": limit, "passed": value <= limit, "rows": rows}
 
 
-def write_checks(tables: StudyTables, output: Path, suspect: SuspectLimits = LIMITS) -> None:
+def write_checks(tables: StudyTables, output: Path) -> None:
     """Check the tables of a study and write the checks as JSON.
 
     The file also lists the reasons of suspect rows and the steps of each recovery attempt.
@@ -129,7 +129,7 @@ def write_checks(tables: StudyTables, output: Path, suspect: SuspectLimits = LIM
         "suspect": [
             {name: found[name] for name in ("reason", "rows", "worst")}
             | demands.iloc[found["at"]][list(KEY)].to_dict()
-            for found in count_reasons(demands, suspect)
+            for found in count_reasons(demands)
         ],
         "rungs": rung_shares(map(steps_from_text, demands["steps_by_rung"])),
     }

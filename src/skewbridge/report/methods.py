@@ -14,6 +14,7 @@ import yaml
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.fragility.limit_states import load_limit_states
+from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.motions.levels import LEVEL_MEASURE
 from skewbridge.report.answer import counted
 from skewbridge.report.appearance import (
@@ -110,6 +111,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "analysis": config.analysis,
             "integrator": _INTEGRATORS[str(config.analysis.integrator_command[0])],
             "fits": config.fragility,
+            "effect_confidence": EFFECT_CONFIDENCE,
             "im": plain_label(config.fragility.im),
             "changed": _changed_settings(config),
         }

@@ -402,8 +402,10 @@ _FIT_COLUMNS: Final = (
 )
 _EFFECT_COLUMNS: Final = (
     *("model", "quantity", "demand", "axis", "from", "to", "values", "judged_by", "unit", "status"),
-    *("value", "low", "high", "margin", "level", "dof", "possible", "headline", "n_motions"),
+    *("value", "low", "high", "margin", "styles", "n_motions"),
 )
+#: Factors on the margins of the study, of which the reader of the page chooses one.
+MARGIN_FACTORS: Final = (0.5, 1.0, 2.0)
 
 
 def explorer_of(frames: Mapping[str, pd.DataFrame], units: str) -> dict[str, str]:
@@ -471,6 +473,7 @@ def explorer_data(frames: Mapping[str, pd.DataFrame], units: str = "si") -> str:
         "states": {str(name): effect_name(name) for name in medians["demand"].unique()},
         "fits": {"columns": _FIT_COLUMNS, "rows": _rows(fits, _FIT_COLUMNS)},
         "effects": {"columns": _EFFECT_COLUMNS, "rows": rows},
+        "factors": MARGIN_FACTORS,
         "styles": {name: style._asdict() for name, style in appearance.STYLES.items()},
         "motions": motions,
         "statuses": STATUSES,
@@ -514,8 +517,16 @@ def _effect_rows(
 ) -> list[list[Any]]:
     """Return rows of `_EFFECT_COLUMNS`, with the ratio or difference that the verdict uses.
 
-    Pooled rows have no values of other axes. The page computes verdicts for the margin set on it.
+    Pooled rows have no values of other axes. ``styles`` names the style at each margin factor.
     """
+    names = ("margin", "difference_margin")
+    tables = (
+        effects
+        if factor == 1.0
+        else verdicts.judged(effects.assign(**{name: factor * effects[name] for name in names}))
+        for factor in MARGIN_FACTORS
+    )
+    styles = [[appearance.verdict_style(row).name for row in records_of(t)] for t in tables]
     is_ratio = effects["judged_by"] != verdicts.DIFFERENCE
     ratios, differences = (*verdicts.RATIOS, "margin"), (*verdicts.DIFFERENCES, "difference_margin")
     scaled = [
@@ -527,8 +538,7 @@ def _effect_rows(
         **dict(zip(("value", "low", "high", "margin"), scaled, strict=True)),
         model=[models[model] for model in _models_of(effects)],
         values=others.where(effects["scope"] != "pooled", None),
-        possible=verdicts.may_be_negligible(effects),
-        headline=effects["demand"].isin({*demands_for("headline"), *HEADLINE_STATES}),
+        styles=pd.Series(list(map(list, zip(*styles, strict=True))), effects.index, dtype=object),
     )
     return _rows(table.rename(columns={"from_value": "from", "to_value": "to"}), _EFFECT_COLUMNS)
 

@@ -10,7 +10,6 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.analysis.settings import NUMERICS, Accuracy, AnalysisSettings, under_explicit_keys
-from skewbridge.demands.validity import SuspectLimits
 from skewbridge.errors import InputError, did_you_mean
 from skewbridge.files.text import (
     OPTIONS,
@@ -125,7 +124,6 @@ class StudyConfig(BaseModel):
     model: ModelOptions = Field(default_factory=ModelOptions)
     uncertainty: UncertaintyConfig = Field(default_factory=UncertaintyConfig)
     analysis: AnalysisSettings = Field(default_factory=AnalysisSettings)
-    suspect: SuspectLimits = Field(default_factory=SuspectLimits)
     fragility: FitSettings = Field(default_factory=FitSettings)
     sensitivity: SensitivityConfig = Field(default_factory=SensitivityConfig)
     checks: Literal["report", "strict"] = Field(default="report")

@@ -31,6 +31,7 @@ from skewbridge.fragility.limit_states import (
     load_limit_states,
     with_column_failure,
 )
+from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.fragility.verdicts import (
     CELL,
     DECIDED,
@@ -249,7 +250,7 @@ def _looked_at(
     effects = kept(at_looks(effects, looks, runs_per_motion(demands)), history)
     columns = ["bridge", "abutment", *axis_names(rows)]
     places = rows.drop_duplicates("variant").set_index("variant")[columns]
-    cells, wanted = targets(effects, motions, mean_s, places, looks, settings.effect_confidence)
+    cells, wanted = targets(effects, motions, mean_s, places, looks, EFFECT_CONFIDENCE)
     return cells[[name for name in ROUND_COLUMNS if name in cells]], wanted
 
 
