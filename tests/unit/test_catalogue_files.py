@@ -254,15 +254,12 @@ def test_an_own_bridge_is_found_by_its_name_before_the_catalogue(tmp_path, monke
         load_bridge("osb9")
 
 
-def test_template_has_every_key_and_the_schema_of_editors_knows_the_form_of_a_bridge() -> None:
-    template = load_bridge(ROOT / "config/bridges/template.yaml")
-    assert all(value is not None for value in template.model_dump().values())
-    assert set(template.sources) > set(load_bridge("osb1").sources)
+def test_the_schema_of_editors_knows_the_form_of_a_bridge() -> None:
     text = (ROOT / "config/bridge.schema.json").read_text()
     schema = jsonschema.Draft202012Validator(json.loads(text))
     for path in (*FOLDER.glob("*.yaml"), *(ROOT / "config/bridges").glob("*.yaml")):
         schema.validate(read_mapping(path))
-    for bad in ({"extends": "osb1", "deck": {"depth_m": 1.8}}, {"title": "one key only"}):
+    for bad in ({"extends": "osb1", "deck": {"depth_m": "six"}}, {"title": "one key only"}):
         with pytest.raises(jsonschema.ValidationError):
             schema.validate(bad)
 

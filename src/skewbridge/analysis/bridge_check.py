@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.analysis.modal import conditioning_period_s, periods_of_file, standing_bridge
-from skewbridge.bridge.catalogue import BridgeData, load_bridge
+from skewbridge.bridge.catalogue import BridgeData, load_bridge, read_bridge
+from skewbridge.bridge.catalogue.drawing import TABLES, Completed, Formula, Rule, value_at
 from skewbridge.bridge.column import BentCapacity, bent_capacities
 from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.section import sdc_shear_strength
@@ -34,6 +35,9 @@ _SUPPORT: Final = "support_length_m"
 _LEAST: Final = {"disp_capacity_m": "capacity_m", "p_delta_capacity_m": "disp_at_p_delta_limit_m"}
 #: Columns of the demands table with the capacities of the model of each analysis.
 CAPACITIES: Final = (_SUPPORT, *_LEAST)
+_USUAL: Final = [(Formula(text), limits) for text, limits in TABLES["usual"].items()]
+#: Change of a rule's value above which an inherited number is stale.
+_STALE: Final = 0.1
 DIRECTIONS: Final = {"x": "longitudinal", "y": "transverse", "z": "vertical", "rz": "in plan"}
 
 
@@ -43,9 +47,11 @@ def check_bridge(name: str) -> dict[str, Any]:
     Returns:
         Dictionary of weight, reactions, periods and sources of the input numbers; ``findings``:
         sentences on properties that would cause trouble in a study; ``modes``; ``bents``: one row
-        per bent with the loads and capacities of one column.
+        per bent with the loads and capacities of one column; ``derived``: one row per number that
+        the file does not give, with its rule; ``inherited``: numbers of its parents.
     """
-    data, standing = load_bridge(name), standing_bridge(name)
+    read, standing = read_bridge(name), standing_bridge(name)
+    data, inherited = read.bridge, sorted(read.inherited - read.derived.keys())
     periods_s = {direction: standing.period_s(direction) for direction in DIRECTIONS}
     left, right = standing.abutment_reaction_kn
     bents = [_bent_row(bent) for bent in bent_capacities(data)]
@@ -60,7 +66,9 @@ def check_bridge(name: str) -> dict[str, Any]:
         for side, force_kn in (("left", left), ("right", right))
         if force_kn <= 0.0
     ]
-    kinds = Counter(source.split(":", 1)[0] for source in data.sources.values())
+    findings += doubts(read) + list(_seat_findings(data))
+    own = data.sources.keys() - read.derived.keys() - read.inherited
+    kinds = Counter(data.sources[key].split(":", 1)[0] for key in own)
     return {
         "bridge": data.name,
         "title": data.title,
@@ -71,11 +79,88 @@ def check_bridge(name: str) -> dict[str, Any]:
         **{f"period_{direction}_s": period_s for direction, period_s in periods_s.items()},
         "t1_of_the_model_s": conditioning_period_s(standing),
         "t1_of_the_file_s": data.t1_s,
-        "sources": ", ".join(f"{kinds[kind]} {kind}" for kind in sorted(kinds)),
+        "sources": ", ".join(
+            [
+                *(f"{kinds[kind]} {kind}" for kind in sorted(kinds)),
+                f"{len(inherited)} inherited",
+                f"{len(read.derived)} by rule",
+            ]
+        ),
         "findings": findings + periods_of_file(name, standing),
         "modes": standing.modes,
         "bents": bents,
+        "inherited": inherited,
+        "derived": [
+            {"number": key, "value": value_at(data, key), "rule": rule.src}
+            for key, rule in read.derived.items()
+        ],
     }
+
+
+# --- doubts about numbers: swapped, mistyped, in another unit, or inherited
+
+
+def doubts(read: Completed) -> list[str]:
+    """Return a sentence for each number, or formula of numbers, outside its usual range."""
+    rules = read.by_rule()
+    return [*_outside_ranges(read), *_far_from_rules(read, rules), *_stale(read, rules)]
+
+
+def _outside_ranges(read: Completed) -> Iterator[str]:
+    bridge = read.bridge
+    for formula, limits in _USUAL:
+        values = {
+            float(value)
+            for number in range(len(bridge.bents) if "*" in formula.text else 1)
+            for value in np.ravel(formula.value(partial(_known, bridge, number)))
+            if value is not None
+        }
+        ranges = list(zip(limits[::2], limits[1::2], strict=True))
+        for value in sorted(values):
+            if not any(low <= value <= high for low, high in ranges):
+                usual = " or ".join(f"{low:g} to {high:g}" for low, high in ranges)
+                yield f"{formula.text} = {value:.3g} is outside the usual {usual}"
+
+
+def _known(bridge: Any, number: int, need: str) -> Any:
+    return bridge if need == "bridge" else value_at(bridge, need.replace("*", f"{number}"))
+
+
+def _factors(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[Any]:
+    """Yield key, value, rule and given value / rule's value of the numbers that a file gives."""
+    for key, (value, rule) in rules.items():
+        given = np.ravel(value_at(read.bridge, key))
+        # no weight, for example of a cap, is a choice
+        if key not in read.derived and rule.within and all(given) and np.all(value):
+            yield key, value, rule, given / np.ravel(value)
+
+
+def _far_from_rules(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
+    for key, value, rule, factors in _factors(read, rules):
+        worst = float(factors[np.abs(np.log(factors)).argmax()])
+        if not 1 / rule.within <= worst <= rule.within:
+            usual = ", ".join(f"{each:.4g}" for each in np.ravel(value))
+            yield f"{key} is {worst:.2g} times {usual} = {rule.formula.text} ({rule.src})"
+
+
+def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
+    """Yield a sentence on inherited numbers whose rules have other results with the own numbers."""
+    own = read.bridge.sources.keys() - read.inherited - read.derived.keys()
+    stale: list[str] = []
+    for key, value, rule, factors in _factors(read, rules):
+        is_changed = any(f"{each}.".startswith(f"{need}.") for need in rule.follows for each in own)
+        if key in read.inherited and is_changed and np.abs(factors - 1.0).max() > _STALE:
+            stale.append(f"{key} ({np.ravel(value).max():.4g} by its rule)")
+    if stale:
+        yield f"inherited although what they follow from is changed: {', '.join(stale)}"
+
+
+def _seat_findings(bridge: BridgeData) -> Iterator[str]:
+    least = {"SDC 7.8.3": MINIMUM_SEAT_M, "AASHTO 4.7.4.4": seat_demand_aashto_m(bridge, 0.0)}
+    seat_m = bridge.abutment.seat_width_m
+    for rule, least_m in least.items():
+        if seat_m < least_m:
+            yield f"abutment.seat_width_m = {seat_m:.3g} m is below {least_m:.3g} m ({rule})"
 
 
 def _bent_row(bent: BentCapacity) -> dict[str, Any]:

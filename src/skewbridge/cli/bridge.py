@@ -1,5 +1,6 @@
 """Commands for single bridges: catalogue, checks, modes, static pushes, columns, drawings."""
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -105,6 +106,8 @@ def check(
         warn(finding)
     answer |= {"picture": str(picture), "modes": [asdict(mode) for mode in answer["modes"]]}
     shown = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
+    sections = Counter(key.partition(".")[0] for key in answer["inherited"])
+    shown["inherited"] = ", ".join(f"{count} of {name}" for name, count in sections.items())
     notes = () if answer["findings"] else ("no findings",)
     return Answer(answer, shown, units, notes)
 

@@ -273,11 +273,14 @@ class ColumnData(Part, ABC, frozen=True):
     def _bars_fit(self) -> Self:
         line = self.bar_line
         if min(line.sizes_m) <= 0.0:
-            raise ValueError("cover_to_hoop_m leaves no room for the bars")
+            raise ValueError(
+                "cover_to_hoop_m, hoop_diameter_mm and bar_diameter_mm leave no room for the bars"
+            )
         needed_mm = self.bar_diameter_mm + 25.0  # source: 1 in clear between bars, ACI 318 25.2.1
         if self.bar_count > (limit := math.floor(1e3 * line.length_m / needed_mm)):
             raise ValueError(
                 f"bar_count {self.bar_count} is too large: at most {limit} bars fit along the hoop"
+                " (bar_diameter_mm, hoop_diameter_mm, cover_to_hoop_m, diameter_m)"
             )
         if self.bar_count % 2 and not line.is_round:
             raise ValueError(f"bar_count must be even, got {self.bar_count}")

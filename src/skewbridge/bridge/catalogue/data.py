@@ -256,7 +256,7 @@ class BridgeData(Part, frozen=True):
             if line_m > self.deck.width_m:
                 raise ValueError(
                     f"bents.{number}: the columns span {line_m:g} m, more than deck.width_m = "
-                    f"{self.deck.width_m:g}"
+                    f"{self.deck.width_m:g} (column_spacing_m, diameter_m)"
                 )
             if bent.columns > 1 and bent.column_spacing_m < width_m:
                 raise ValueError(
