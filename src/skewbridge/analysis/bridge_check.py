@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.analysis.modal import conditioning_period_s, periods_of_file, standing_bridge
-from skewbridge.bridge.catalogue import BridgeData, load_bridge
+from skewbridge.bridge.catalogue import BridgeData
 from skewbridge.bridge.column import BentCapacity, bent_capacities
-from skewbridge.bridge.frame import BridgeModel
+from skewbridge.bridge.frame import BridgeModel, Description
+from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.section import sdc_shear_strength
+from skewbridge.bridge.structures import CatalogueBridge
 from skewbridge.units import FOOT, INCH, KN, MPA
 from skewbridge.variant.variant import Variant
 
@@ -45,10 +47,11 @@ def check_bridge(name: str) -> dict[str, Any]:
         sentences on properties that would cause trouble in a study; ``modes``; ``bents``: one row
         per bent with the loads and capacities of one column.
     """
-    data, standing = load_bridge(name), standing_bridge(name)
+    structure, standing = load_structure(name), standing_bridge(name)
+    data = structure.data if isinstance(structure, CatalogueBridge) else None
     periods_s = {direction: standing.period_s(direction) for direction in DIRECTIONS}
     left, right = standing.abutment_reaction_kn
-    bents = [_bent_row(data, bent) for bent in bent_capacities(data)]
+    bents = [_bent_row(data, bent) for bent in bent_capacities(data)] if data else []
     findings = [finding for row in bents for finding in _bent_findings(row)]
     findings += [
         f"the bridge is a mechanism ({DIRECTIONS[direction]}): its period is infinite"
@@ -60,17 +63,18 @@ def check_bridge(name: str) -> dict[str, Any]:
         for side, force_kn in (("left", left), ("right", right))
         if force_kn <= 0.0
     ]
-    kinds = Counter(source.split(":", 1)[0] for source in data.sources.values())
+    sources = data.sources if data else {}
+    kinds = Counter(source.split(":", 1)[0] for source in sources.values())
     return {
-        "bridge": data.name,
-        "title": data.title,
-        "length_m": data.length_m,
+        "bridge": structure.name,
+        "title": structure.description.title,
+        "length_m": structure.description.length_m,
         "weight_kn": standing.weight_kn,
         "reaction_left_kn": left,
         "reaction_right_kn": right,
         **{f"period_{direction}_s": period_s for direction, period_s in periods_s.items()},
         "t1_of_the_model_s": conditioning_period_s(standing),
-        "t1_of_the_file_s": data.t1_s,
+        "t1_of_the_file_s": structure.t1_s,
         "sources": ", ".join(f"{kinds[kind]} {kind}" for kind in sorted(kinds)),
         "findings": findings + periods_of_file(name, standing),
         "modes": standing.modes,
@@ -119,7 +123,7 @@ def _bent_findings(row: Mapping[str, Any]) -> Iterator[str]:
         )
 
 
-def seat_demand_sdc_m(bridge: BridgeData, unseating_m: float) -> float:
+def seat_demand_sdc_m(bridge: Description, unseating_m: float) -> float:
     """Return the required support length normal to the bearing line, in m.
 
     References:
@@ -129,7 +133,7 @@ def seat_demand_sdc_m(bridge: BridgeData, unseating_m: float) -> float:
     return max(movement + unseating_m + SEAT_ALLOWANCE_M, MINIMUM_SEAT_M)
 
 
-def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
+def seat_demand_aashto_m(bridge: Description, skew_rad: float) -> float:
     """Return the required support length 1.5 N in m.
 
     N = (8 + 0.02 L + 0.08 H)(1 + 0.000125 S^2) inches. L is the length of deck to the next joint in
@@ -138,7 +142,7 @@ def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
     References:
         AASHTO LRFD Bridge Design Specifications 4.7.4.4.
     """
-    heights = [bent.clear_height_m for bent in bridge.bents]
+    heights = bridge.bent_heights_m
     height_ft = sum(heights) / len(heights) / FOOT if heights else 0.0
     length_ft = bridge.length_m / FOOT
     skew = 1.0 + 0.000125 * degrees(skew_rad) ** 2
@@ -197,7 +201,7 @@ def sdc_rows(
     ``bents`` has the capacities of its bents. ``corners_m`` has the outward displacements of the
     deck corners, from `corner_moves_m`.
     """
-    bridge, support = load_bridge(variant.bridge), float(run[_SUPPORT])
+    bridge, support = load_structure(variant.bridge).description, float(run[_SUPPORT])
     deck_disp_m = float(run["deck_disp_m"])
     rows: list[dict[str, object]] = []
 
@@ -226,7 +230,8 @@ def summary_row(variant: Variant, runs: "pd.DataFrame") -> dict[str, Any]:
     ``runs`` are its rows of the demands table. Each demand is divided by the capacity of the same
     analysis. The ratios of columns are nan for a bridge without bents.
     """
-    bridge, seats = load_bridge(variant.bridge), ["acute_corner_unseating_m", "unseating_m"]
+    bridge = load_structure(variant.bridge).description
+    seats = ["acute_corner_unseating_m", "unseating_m"]
     seats_m = runs[seats].map(partial(seat_demand_sdc_m, bridge))
     aashto_m, support_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg)), runs[_SUPPORT]
     ratios = {

@@ -85,7 +85,8 @@ class EnergyBalance:
         }
         self._elastic = {name: groups[name] for name in ("deck", "links")}
         recorder = monitor.recorder
-        recorder.elements(self._columns, "rayleighForces")
+        damped = model.frame.damping.elements
+        recorder.elements((e for e in self._columns if e in damped), "rayleighForces")
         recorder.elements(self._read_joints, "force")
         recorder.nodes(self._accelerated, "accel")
         self._start = self._end_state()

@@ -5,6 +5,7 @@ Displacements are relative to the ground and counted from the state under gravit
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,6 @@ from skewbridge.analysis.trace import ResponseTrace, Series
 from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.geometry import contact_column
 from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, SpringHandle
-from skewbridge.bridge.section import shear_strength
 from skewbridge.contact.law import UnitLedger
 from skewbridge.units import KJ, KN
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS, ShearModel
@@ -85,21 +85,23 @@ def column_demands(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> dic
     shears = [column_shear_n(column, trace) for column in columns]
     drifts = [column_drift(column, trace) for column in columns]
     bases = [column_base_shear_n(column, trace) for column in columns]
+
+    def stated(ratio: Callable[..., Series], *more: ShearModel) -> float:
+        """Return the peak over columns with a known capacity; nan if no column has one."""
+        ratios = [ratio(column, trace, *more) for column in columns]
+        known = [each for each in ratios if not np.isnan(each).all()]
+        return peak(known) if known or not ratios else nan
+
     return {
         "column_shear_x_kn": peak(shear[:, 0] for shear in shears) / KN,
         "column_shear_y_kn": peak(shear[:, 1] for shear in shears) / KN,
         "column_shear_kn": peak(np.hypot(*shear.T) for shear in shears) / KN,
         "column_base_shear_kn": peak(np.hypot(*base.T) for base in bases) / KN,
-        "column_shear_dcr": peak(column_shear_dcr(column, trace) for column in columns),
-        **{
-            name: peak(column_shear_dcr(column, trace, model) for column in columns)
-            for model, name in SHEAR_MODEL_DEMANDS.items()
-        },
+        "column_shear_dcr": stated(column_shear_dcr),
+        **{name: stated(column_shear_dcr, model) for model, name in SHEAR_MODEL_DEMANDS.items()},
         "column_drift_ratio": peak(drifts),
-        "drift_over_capacity": peak(drift_over_capacity(column, trace) for column in columns),
-        "column_curvature_ductility": peak(
-            curvature_ductility(column, trace) for column in columns
-        ),
+        "drift_over_capacity": stated(drift_over_capacity),
+        "column_curvature_ductility": stated(curvature_ductility),
         "column_residual_drift_ratio": peak(drift[-1:] for drift in drifts),
     }
 
@@ -127,13 +129,21 @@ def column_drift(column: ColumnHandle, trace: ResponseTrace) -> Series:
 
     The rotation of the foundation under a fixed base is not part of it.
     """
+    return np.hypot(*_drifts(column, trace).T)
+
+
+def _drifts(column: ColumnHandle, trace: ResponseTrace) -> Series:
+    """Return the drift along x and y, shape (n, 2)."""
     relative = trace.disp(column.top)[:, :2] - trace.disp(column.foot)[:, :2]
-    return np.hypot(*relative.T) / column.clear_height_m
+    return relative / column.clear_height_m
 
 
 def drift_over_capacity(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return the ratio of column drift to the drift capacity of its bent, shape (n,)."""
-    return column_drift(column, trace) / column.drift_capacity_ratio
+    """Return the ratio of column drift to drift capacity, shape (n,).
+
+    Between the capacities along x and y, the capacity is an ellipse.
+    """
+    return np.hypot(*(_drifts(column, trace) / column.drift_capacity_ratio).T)
 
 
 def column_shear_dcr(
@@ -146,8 +156,7 @@ def column_shear_dcr(
     """
     axial = trace.columns[column.element][:, 2]
     # ASSUME the hinge region governs over the whole height: these columns are short.
-    capacity = shear_strength(
-        column.shear,
+    capacity = column.shear_strength_n(
         model or column.shear_model,
         axial,
         np.maximum.accumulate(column_drift(column, trace)) / column.yield_drift_ratio,

@@ -4,12 +4,19 @@ Axes: x longitudinal, y transverse, z up, origin in plan at the middle of the de
 is valid only inside the `domain()` in which the model was built.
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import count
 
+import numpy as np
+
 from skewbridge.bridge.plan import PlanVector
-from skewbridge.bridge.section import ShearSection
+from skewbridge.bridge.section import FloatArray, ShearSection, shear_strength
 from skewbridge.variant.options import DEFAULT_SHEAR_MODEL, ShearModel
+
+#: Shear strength (N) of a column of a script at axial forces (N, compression positive) and
+#: ductilities of drift and curvature, shapes (n,).
+type Strength = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 
 class TagAllocator:
@@ -20,6 +27,11 @@ class TagAllocator:
         self.material, self.section, self.integration = (count(1).__next__ for _ in range(3))
         self.transformation, self.parameter = (count(1).__next__ for _ in range(2))
         self.series, self.pattern = (count(1).__next__ for _ in range(2))
+
+    def start_above(self, largest: Mapping[str, int]) -> None:
+        """Continue above the largest tags that a script has used, by kind of object."""
+        for kind, tag in largest.items():
+            setattr(self, kind, count(tag + 1).__next__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +71,9 @@ class ColumnHandle:
         yield_curvature_per_m: Idealised yield curvature under dead load.
         yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
             ductility in the shear capacity.
-        drift_capacity_ratio: Displacement capacity over clear height (Caltrans criteria).
+        drift_capacity_ratio: Displacement capacity over clear height (Caltrans criteria), the
+            same in all directions or along x and y; nan if it is not stated.
+        shear: Inputs of the shear strength, or a strength of its own; None if it is not stated.
         is_pinned: Whether the column turns freely about its base.
         is_elastic: Whether the column is elastic, so that it never fails.
         loses_shear_strength: Whether the column of the model softens at its shear failure.
@@ -72,12 +86,25 @@ class ColumnHandle:
     hinge_sections: tuple[int, ...]
     yield_curvature_per_m: float
     yield_drift_ratio: float
-    drift_capacity_ratio: float
-    shear: ShearSection
+    drift_capacity_ratio: float | PlanVector
+    shear: ShearSection | Strength | None
     shear_model: ShearModel = DEFAULT_SHEAR_MODEL
     is_pinned: bool = False
     is_elastic: bool = False
     loses_shear_strength: bool = False
+
+    def shear_strength_n(
+        self, model: ShearModel, axial_n: FloatArray, drift: FloatArray, curvature: FloatArray
+    ) -> FloatArray:
+        """Return the shear strength at axial forces and ductilities of drift and curvature, (n,).
+
+        It is nan if the capacity is not stated.
+        """
+        if self.shear is None:
+            return np.full_like(axial_n, np.nan)
+        if isinstance(self.shear, ShearSection):
+            return shear_strength(self.shear, model, axial_n, drift, curvature)
+        return self.shear(axial_n, drift, curvature)
 
     @property
     def foot(self) -> int | Point:

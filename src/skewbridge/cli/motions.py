@@ -145,7 +145,7 @@ def default_suite(out: Path, suite: str, t1_s: float | None) -> Answer:
 
     Example: skewbridge motions default-suite --out suite
     """
-    from skewbridge.bridge.structures import load_structure
+    from skewbridge.bridge.library import load_structure
     from skewbridge.motions.synthesis.generate import write_default_suite
     from skewbridge.study.config import CONDITIONING_BRIDGE
 

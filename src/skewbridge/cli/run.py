@@ -101,7 +101,7 @@ def run(out: Path, **given: Any) -> Answer:
 
 def _task(given: Mapping[str, Any]) -> "Task":
     """Return the analysis defined by the options; raise `InputError` if no motion is given."""
-    from skewbridge.bridge.structures import load_structure
+    from skewbridge.bridge.library import load_structure
     from skewbridge.motions.intensity import motion_measures, scaled_measures
     from skewbridge.motions.read import read_motion
     from skewbridge.motions.record import SuiteMotion

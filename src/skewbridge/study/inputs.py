@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from skewbridge.bridge.structures import load_structure
+from skewbridge.bridge.frame import require_options
+from skewbridge.bridge.library import load_structure
 from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column
 from skewbridge.errors import InputError, raise_all
 from skewbridge.files.digests import digest_of, provenance
@@ -30,6 +31,10 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
     """
     checks: list[Callable[[], object]] = [
         *(partial(load_structure, name) for name in config.bridges_with_periods()),
+        *(
+            partial(_check_options, name, {*config.uncertainty.drawn, *config.grid.values()})
+            for name in config.grid.bridge
+        ),
         partial(_check_column, "fragility.im", config.fragility.im, INTENSITY_COLUMNS),
         partial(_check_limit_states, Path(config.fragility.limit_states)),
         partial(check_font, config.figures.font),
@@ -46,6 +51,10 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
         except InputError as error:
             faults.append(error)
     raise_all(faults)
+
+
+def _check_options(bridge: str, names: set[str]) -> None:
+    require_options(load_structure(bridge), names)
 
 
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:
