@@ -11,16 +11,25 @@ from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.model_script import recording
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
+from skewbridge.bridge.backfill import wing_wall
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.library import load_structure
-from skewbridge.bridge.model import domain
+from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.structures import CatalogueBridge
+from skewbridge.cli.options import model_of
 from skewbridge.demands.columns import demands_for
+from skewbridge.errors import InputError
+from skewbridge.files.text import merged
 from skewbridge.motions.record import GroundMotion
-from skewbridge.units import INCH, KIP
+from skewbridge.study.config import parse_config
+from skewbridge.study.inputs import check_inputs
+from skewbridge.units import G_MPS2, INCH, KIP
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS, ModelOptions
 from skewbridge.variant.variant import Variant
+
+ROOT = Path(__file__).parents[2]
+USUAL = {"skew_deg": 0.0, "gap_mm": 25.0, "friction": 0.5}
 
 
 def osb1_as_script(path: Path, skew_deg: float) -> str:
@@ -175,7 +184,139 @@ def test_the_units_of_a_script_do_not_change_its_demands(tmp_path, pads):
     assert {name: in_us.demands[name] for name in names} == pytest.approx(
         expected, rel=1e-6, abs=1e-9
     )
-    share = 1e-4 * in_si.energy_kj["largest_input"]
+    share = 1e-3 * in_si.energy_kj["largest_input"]
     for part in ("input", "gravity", "columns", "deck", "damping", "links"):
         assert in_us.energy_kj[part] == pytest.approx(in_si.energy_kj[part], abs=share)
     assert abs(in_us.demands["energy_residual_ratio"]) < 0.02
+
+
+def made(tmp_path: Path, text: str) -> str:
+    """Write a script whose function has these lines before its `Frame`."""
+    path = tmp_path / "mine.py"
+    path.write_text(text)
+    return str(path)
+
+
+GOOD = two_spans(1.0, 1.0, "N-m")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("def bridge():", "def model():", r"mine\.py: .* must have a function bridge\(\)"),
+        (
+            "def bridge():",
+            "def bridge(depth):",
+            r"mine\.py:\d+: parameter depth .*must be skew_deg",
+        ),
+        ("return sb.Frame(", "dict(", r"bridge\(\) must return a skewbridge.Frame, got None"),
+        ("ends=(1, 5)", "ends=(1, 6)", "ends: the model has no node 6"),
+        ("ends=(1, 5)", "ends=(1, 11)", r"ends: node 11 must not be fixed"),
+        ("Column(20, 11", "Column(21, 11", r"columns.0.element: the model has no element 21"),
+        ("Column(20, 11, 10", "Column(20, 10, 11", r"element 20 must start at the base, node 10"),
+        ("width=13.0 * M", "width=-1.0", "width must be positive, got -1"),
+        ('units="N-m"', 'units="kip"', "units must be FORCE-LENGTH .* got 'kip'"),
+        ("damped=[1, 2", "damped=[1, 7", "damped: the model has no element 7"),
+        ("ops.mass(", "(lambda *_: 0)(", "no nodal masses"),
+        ("ops.fix(11, 1, 1, 1, 1, 1, 1)", "M.x", r"mine\.py:\d+: AttributeError: 'float'"),
+        ("ops.fix(11, 1, 1, 1, 1, 1, 1)", "ops.node(1, 0.0)", r"mine\.py:\d+: OpenSees refuses"),
+        (
+            "ops.fix(11, 1, 1, 1, 1, 1, 1)",
+            "ops.node(12, M, M, M)",
+            r"mine\.py: the gravity analysis did not conv",
+        ),
+        ("def bridge():", "def bridge()", r"mine\.py:\d+: expected ':'"),
+        (
+            "def bridge():",
+            'def bridge():\n    ops.wipe(); ops.model("basic", "-ndm", 2, "-ndf", 3)'
+            "\n    return sb.Frame(ends=(1, 5), width=1.0, soffit=1.0)",
+            "must have 3 dimensions and 6 degrees of freedom, got 2 and 3",
+        ),
+    ],
+)
+def test_errors_of_a_script_name_file_and_line_or_field(tmp_path, old, new, words):
+    assert old in GOOD
+    with pytest.raises(InputError, match=words):
+        load_structure(made(tmp_path, GOOD.replace(old, new))).build(
+            0.0, ModelOptions(), TagAllocator()
+        )
+
+
+def test_only_options_that_a_script_takes_act_on_its_elements(tmp_path):
+    script, words = made(tmp_path, GOOD), r"deck_mass_factor cannot act on .*mine\.py"
+    with pytest.raises(InputError, match=words):
+        model_of({"bridge": script, "changes": ["deck_mass_factor=1.1"]})
+    for section in ({"model": {"deck_mass_factor": 1.1}}, {"grid": {"deck_mass_factor": [1.1]}}):
+        config = parse_config(merged({"grid": {"bridge": [script]}}, section))
+        with pytest.raises(InputError, match=words):
+            check_inputs(config)
+    text = GOOD.replace("def bridge():", "def bridge(deck_mass_factor):")
+    text = text.replace("share * 4.0e5", "deck_mass_factor * share * 4.0e5")
+    weights = []
+    for factor in (1.0, 1.1):
+        with domain():
+            variant = Variant.at(made(tmp_path, text), "roller", USUAL)
+            weights.append(build(variant, ModelOptions(deck_mass_factor=factor)).weight_n)
+    assert weights[0] == pytest.approx(4 * 4.0e5 * G_MPS2)
+    assert weights[1] == pytest.approx(1.1 * weights[0])
+
+
+def test_the_digest_covers_local_modules_and_data(tmp_path):
+    text = "import parts.deck\nfrom parts import column\n" + GOOD.replace(
+        "M, N =", "DATA = 'a.csv'\nM, N ="
+    )
+    (tmp_path / "parts").mkdir()
+    files = [tmp_path / name for name in ("parts/deck.py", "parts/column.py", "a.csv", "other.py")]
+    for file in files:
+        file.write_text("one = 1\n")
+    path = made(tmp_path, text)
+    digests = [load_structure(path).digest]
+    for file in files:
+        file.write_text("one = 2\n")
+        digests.append(load_structure(path).digest)
+    assert len(set(digests)) == 4
+    assert digests[-1] == digests[-2]  # no one imports it
+
+
+def test_abutments_are_those_of_the_script_of_osb1_or_of_an_option(tmp_path):
+    osb1, other = load_bridge("osb1"), load_bridge("bridge_a")
+    wider = 2 * osb1.deck.width_m
+
+    def ends(own: str = "", **options):
+        text = GOOD.replace("width=13.0 * M", f"width={wider}{own}")
+        with domain():
+            frame = load_structure(made(tmp_path, text)).build(
+                0.0, ModelOptions(**options), TagAllocator()
+            )
+        return [end.abutment for end in frame.ends]
+
+    usual, same = ends()
+    assert usual == same
+    assert usual.pads.yield_force_kn == pytest.approx(2 * osb1.abutment.pads.yield_force_kn)
+    assert usual.wall_width_m == pytest.approx(2 * osb1.abutment.wall_width_m)
+    assert wing_wall(usual).ultimate_n == pytest.approx(wing_wall(osb1.abutment).ultimate_n)
+    (given, _) = ends(', abutment={"pads": {"count": 7}, "seat_width_m": {"v": 0.5}}')
+    assert (given.pads.count, given.seat_width_m) == (7, 0.5)
+    assert given.pads.height_m == usual.pads.height_m
+    for chosen in (ends(', abutment="bridge_a"'), ends(abutment_of="bridge_a")):
+        assert chosen[0].seat_width_m == other.abutment.seat_width_m
+        assert chosen[0].wall_width_m == pytest.approx(
+            other.abutment.wall_width_m * wider / other.deck.width_m
+        )
+
+
+@pytest.mark.parametrize(
+    "script",
+    [*sorted((ROOT / "docs").glob("bridges/*.py")), ROOT / "docs/own_bridge.py"],
+    ids=lambda path: path.stem,
+)
+def test_the_scripts_of_the_documentation_run(script):
+    result = run(str(script), "contact_friction", 20.0, 25.0, 4.0)
+    assert result.status == "ok"
+    assert abs(result.demands["energy_residual_ratio"]) < 0.01
+    is_stated = script.stem != "viaduct"
+    for name in ("column_shear_dcr", "drift_over_capacity", "column_curvature_ductility"):
+        assert np.isnan(result.demands[name]) != is_stated
+    assert result.demands["column_drift_ratio"] > 0.0
+    lines = script.read_text().splitlines()
+    assert len(lines) - next(n for n, line in enumerate(lines) if "sb.Frame(" in line) <= 30

@@ -184,7 +184,7 @@ class Structure(Protocol):
 
 
 def require_options(bridge: Structure, names: Iterable[str]) -> None:
-    """Raise an `InputError` for modelling options or random properties that do not act."""
+    """Raise an `InputError` for modelling options that do not act on a bridge."""
     if useless := sorted(bridge.ignored.intersection(names)):
         raise InputError(
             f"{', '.join(useless)} cannot act on the elements of the script {bridge.name}.py: add "

@@ -1,7 +1,7 @@
 """A user's own OpenSeesPy script as a bridge: its frame, checked and completed from the domain."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import pairwise
 from math import hypot, nan, sqrt
@@ -21,7 +21,6 @@ from skewbridge.bridge.frame import (
     Description,
     End,
     Frame,
-    require_options,
 )
 from skewbridge.bridge.gravity import GravityError
 from skewbridge.bridge.handles import ColumnHandle, Point, TagAllocator
@@ -61,7 +60,6 @@ from skewbridge.variant.variant import Variant
 #: Bridge of the catalogue with the default abutments.
 DEFAULT_ABUTMENT: Final = "osb1"
 _MODES: Final = 14
-_USUAL: Final = asdict(ModelOptions())
 #: Columns closer along the bridge than this share of its length belong to one bent, for texts.
 _BENT_SHARE: Final = 0.05
 _DRAWN_COLUMN_M: Final = 1.5  # width of a column in the sketch of the page
@@ -115,7 +113,6 @@ class ScriptBridge:
         values = {"skew_deg": skew_deg} | {
             name: getattr(options, name) for name in own if name != "skew_deg"
         }
-        require_options(self, {n for n in FRAME_OPTIONS if getattr(options, n) != _USUAL[n]})
         given = call_script(files, {name: values[name] for name in own})
         with lines_of(files):
             if not isinstance(given, Given):

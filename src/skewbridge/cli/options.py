@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from skewbridge.analysis.settings import AnalysisSettings, under_explicit_keys
+from skewbridge.bridge.frame import require_options
+from skewbridge.bridge.library import load_structure
 from skewbridge.cli.output import Opt
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, parse_yaml, read_yaml, shortened
@@ -125,7 +127,9 @@ def variant_of(given: Mapping[str, Any]) -> Variant:
 
 def model_of(given: Mapping[str, Any]) -> ModelOptions:
     """Return the options set by ``--set``; raise `InputError` for a wrong key or value."""
-    return checked(ModelOptions, keys_and_values("--set", given["changes"]), "--set")
+    values = keys_and_values("--set", given["changes"])
+    require_options(load_structure(given["bridge"]), values)
+    return checked(ModelOptions, values, "--set")
 
 
 def settings_and_model(
@@ -140,6 +144,7 @@ def settings_and_model(
     analysis, model = {name: given[name] for name in names if given[name] is not None}, {}
     for key, value in keys_and_values("--set", given["changes"]).items():
         (analysis if key in keys else model)[key] = value
+    require_options(load_structure(given["bridge"]), model)
     full = under_explicit_keys({"analysis": analysis, "model": model}, given["accuracy"])
     settings = checked(AnalysisSettings, full["analysis"], "the options")
     return settings, checked(ModelOptions, full["model"], "--set")
