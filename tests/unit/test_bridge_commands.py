@@ -107,6 +107,31 @@ def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:
     assert (tmp_path / "ladder.png").stat().st_size > 10_000
 
 
+WALL = """extends: osb1
+column:
+  shape: rectangular
+  width_m: {v: 2.4, src: "d: a test"}
+  depth_m: {v: 1.0, src: "d: a test"}
+  tie_legs: {v: [4, 8], src: "d: a test"}
+"""
+
+
+def test_a_wall_has_a_curve_and_a_row_of_capacities_in_each_direction(tmp_path: Path) -> None:
+    path = tmp_path / "wall.yaml"
+    path.write_text(WALL, encoding="utf-8")
+    normal, along = answer("column", "--bridge", path, "--out", tmp_path)["directions"]
+    assert (normal["direction"], along["direction"]) == ("normal", "along")
+    assert along["plastic_moment_knm"] > 2 * normal["plastic_moment_knm"]
+    for row in (normal, along):
+        end = f"_{row['direction']}"
+        curve = pd.read_parquet(tmp_path / f"moment_curvature{end}.parquet")
+        assert curve["curvature_per_m"].max() == pytest.approx(row["ultimate_curvature_per_m"])
+        assert (tmp_path / f"column{end}.png").stat().st_size > 10_000
+    found = answer("sdc", path)["bents"]
+    assert [(row["bent"], row["direction"]) for row in found] == [(1, "normal"), (1, "along")]
+    assert found[1]["capacity_m"] < found[0]["capacity_m"]
+
+
 #: Capacities of osb1 with the default options, as an analysis stores them.
 CAPACITIES = {"support_length_m": 0.863, "disp_capacity_m": 0.2154, "p_delta_capacity_m": 0.28}
 SIDES, CORNERS = ("left", "right"), ("acute", "obtuse")
@@ -122,7 +147,9 @@ def test_checks_of_a_run_name_every_corner(tmp_path: Path) -> None:
     def checks(variant: str, *options: object) -> list[dict]:
         row = {"variant": f"{variant}_cf_skew30_gap051_mu050", "deck_disp_m": 0.1}
         pd.DataFrame([row | CAPACITIES]).to_parquet(tmp_path / "demands.parquet")
-        bents = bridge_check.capacity_rows(load_bridge(own if options else variant))
+        bents = bridge_check.capacity_rows(
+            bent_capacities(load_bridge(own if options else variant))
+        )
         pd.DataFrame(bents).to_parquet(tmp_path / "capacities.parquet")
         return answer("sdc", tmp_path, *options)["checks"]
 
@@ -295,7 +322,7 @@ def test_seat_widths_agree_with_the_hand_values(skew_deg: int, seat_m: float) ->
 
 
 def test_the_table_names_what_fails() -> None:
-    bents = bridge_check.capacity_rows(load_bridge("osb1"))
+    bents = bridge_check.capacity_rows(bent_capacities(load_bridge("osb1")))
     moves_m = {"left acute": 0.2, "right acute": 0.9}
     rows = sdc_rows(VARIANT, {"deck_disp_m": 0.30} | CAPACITIES, bents, moves_m)
     failed = {row["check"] for row in rows if not row["ok"]}

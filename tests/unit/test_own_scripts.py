@@ -40,6 +40,7 @@ def osb1_as_script(path: Path, skew_deg: float) -> str:
         lines = [line for line in record if not re.match(r"ops\.(wipe|model)\(", line)]
         loads, moments = frame.loads.forces_n, frame.loads.moments_nm
     column = frame.columns[0]
+    capacity = column.capacities[0]
     columns = [(each.element, each.base_node, each.top.node) for each in frame.columns]
     text = "\n    ".join(lines)
     dead = "\n    ".join(
@@ -51,7 +52,7 @@ def osb1_as_script(path: Path, skew_deg: float) -> str:
 import skewbridge as sb
 from skewbridge.bridge.section import ShearSection, shear_strength
 
-SECTION = {column.shear!r}
+SECTION = {capacity.shear!r}
 
 
 def strength(axial, drift, curvature):
@@ -70,9 +71,9 @@ def bridge(skew_deg):
         damped={list(frame.damping.elements)},
         columns=[
             sb.Column(element, base, top, height=5.64,
-                      drift_capacity={column.drift_capacity_ratio!r},
-                      yield_drift={column.yield_drift_ratio!r},
-                      yield_curvature={column.yield_curvature_per_m!r},
+                      drift_capacity={capacity.drift_capacity_ratio!r},
+                      yield_drift={capacity.yield_drift_ratio!r},
+                      yield_curvature={capacity.yield_curvature_per_m!r},
                       hinges={column.hinge_sections}, shear_strength=strength)
             for element, base, top in {columns}
         ],

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.analysis.modal import conditioning_period_s, periods_of_file, standing_bridge
-from skewbridge.bridge.catalogue import BridgeData
 from skewbridge.bridge.column import BentCapacity, bent_capacities
 from skewbridge.bridge.frame import BridgeModel, Description
 from skewbridge.bridge.library import load_structure
@@ -51,7 +50,7 @@ def check_bridge(name: str) -> dict[str, Any]:
     data = structure.data if isinstance(structure, CatalogueBridge) else None
     periods_s = {direction: standing.period_s(direction) for direction in DIRECTIONS}
     left, right = standing.abutment_reaction_kn
-    bents = [_bent_row(data, bent) for bent in bent_capacities(data)] if data else []
+    bents = [_bent_row(bent) for bent in bent_capacities(data)] if data else []
     findings = [finding for row in bents for finding in _bent_findings(row)]
     findings += [
         f"the bridge is a mechanism ({DIRECTIONS[direction]}): its period is infinite"
@@ -82,13 +81,14 @@ def check_bridge(name: str) -> dict[str, Any]:
     }
 
 
-def _bent_row(bridge: BridgeData, bent: BentCapacity) -> dict[str, Any]:
+def _bent_row(bent: BentCapacity) -> dict[str, Any]:
     """Return column loads and capacities, with shear strength at the displacement capacity."""
-    column, plastic_moment_knm = bridge.column, bent.curve.plastic_moment_nm / KN
-    strength_kn = column.expected_concrete_strength_mpa * MPA * column.gross_area_m2 / KN
+    column, plastic_moment_knm = bent.column, bent.curve.plastic_moment_nm / KN
+    strength_kn = column.expected_concrete_strength_mpa * MPA * column.outline.area_m2 / KN
     ductility = bent.capacity_m / bent.yield_disp_m
     return {
         "bent": bent.bent,
+        "direction": bent.direction,
         "axial_kn": bent.axial_n / KN,
         "axial_load_ratio": bent.axial_n / KN / strength_kn,
         "axial_load_limit": AXIAL_LOAD_LIMIT,
@@ -103,7 +103,7 @@ def _bent_row(bridge: BridgeData, bent: BentCapacity) -> dict[str, Any]:
 
 
 def _bent_findings(row: Mapping[str, Any]) -> Iterator[str]:
-    bent = f"bent {row['bent']}"
+    bent = _name(row)
     if row["axial_load_ratio"] > AXIAL_LOAD_LIMIT:
         yield (
             f"{bent}: axial load ratio {row['axial_load_ratio']:.3f} is above "
@@ -121,6 +121,11 @@ def _bent_findings(row: Mapping[str, Any]) -> Iterator[str]:
             f"{bent}: P-Delta ratio {row['p_delta_ratio']:.2f} at the displacement "
             f"capacity is above {P_DELTA_LIMIT:g} (SDC 4.2)"
         )
+
+
+def _name(bent: Mapping[str, Any]) -> str:
+    direction = "" if bent["direction"] == "all" else f" ({bent['direction']})"
+    return f"bent {bent['bent']}{direction}"
 
 
 def seat_demand_sdc_m(bridge: Description, unseating_m: float) -> float:
@@ -174,6 +179,7 @@ def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:
         rows.append(
             {
                 "bent": bent.bent,
+                "direction": bent.direction,
                 "hinge_length_m": bent.hinge_length_m,
                 "hinge_length_by": bent.hinge_length_by,
                 "axial_kn": bent.axial_n / KN,
@@ -212,7 +218,7 @@ def sdc_rows(
         )
 
     for bent in bents:
-        name = f"bent {bent['bent']}"
+        name = _name(bent)
         hinge = f"{bent['hinge_length_m']:.3f} m by {bent['hinge_length_by']}"
         compare(f"{name} displacement, hinge {hinge} (m)", deck_disp_m, bent["capacity_m"])
         ratio = P_DELTA_LIMIT * deck_disp_m / bent["disp_at_p_delta_limit_m"]

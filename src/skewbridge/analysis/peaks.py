@@ -138,12 +138,18 @@ def _drifts(column: ColumnHandle, trace: ResponseTrace) -> Series:
     return relative / column.clear_height_m
 
 
-def drift_over_capacity(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return the ratio of column drift to drift capacity, shape (n,).
+def _ratio(column: ColumnHandle, vectors: Series, limits: Sequence[float | Series]) -> Series:
+    """Return vectors along x and y over limits normal to the bent and along it, shape (n,)."""
+    # ASSUME an ellipse between the two directions, a circle for equal limits
+    # source: Umehara and Jirsa (1984), J. Struct. Eng. 110(3), 605-618, shear of rectangles
+    (x, y), (move_x, move_y) = column.normal, vectors.T
+    return np.hypot((move_x * x + move_y * y) / limits[0], (move_y * x - move_x * y) / limits[1])
 
-    Between the capacities along x and y, the capacity is an ellipse.
-    """
-    return np.hypot(*(_drifts(column, trace) / column.drift_capacity_ratio).T)
+
+def drift_over_capacity(column: ColumnHandle, trace: ResponseTrace) -> Series:
+    """Return the ratio of column drift to the drift capacity of its bent, shape (n,)."""
+    limits = [capacity.drift_capacity_ratio for capacity in column.capacities]
+    return _ratio(column, _drifts(column, trace), limits)
 
 
 def column_shear_dcr(
@@ -154,24 +160,30 @@ def column_shear_dcr(
     The capacity follows ``model``, or the model of the column if None. It depends on the current
     axial force and the largest ductility so far, because dilated concrete does not recover.
     """
-    axial = trace.columns[column.element][:, 2]
+    axial, yields = (
+        trace.columns[column.element][:, 2],
+        [c.yield_drift_ratio for c in column.capacities],
+    )
     # ASSUME the hinge region governs over the whole height: these columns are short.
-    capacity = column.shear_strength_n(
-        model or column.shear_model,
-        axial,
-        np.maximum.accumulate(column_drift(column, trace)) / column.yield_drift_ratio,
+    ductilities = (
+        np.maximum.accumulate(_ratio(column, _drifts(column, trace), yields)),
         np.maximum.accumulate(curvature_ductility(column, trace)),
     )
-    return np.hypot(*column_shear_n(column, trace).T) / capacity
+    limits = [
+        capacity.shear_strength_n(model or column.shear_model, axial, *ductilities)
+        for capacity in column.capacities
+    ]
+    return _ratio(column, column_shear_n(column, trace), limits)
 
 
 def curvature_ductility(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return the largest resultant hinge curvature divided by yield curvature, shape (n,)."""
-    largest = np.zeros(len(trace.time_s))
+    """Return the largest resultant hinge curvature over yield curvature, shape (n,)."""
+    normal, along = (capacity.yield_curvature_per_m for capacity in column.capacities)
+    largest = np.full(len(trace.time_s), 0.0 * normal)  # nan if it is not stated
     for point in column.hinge_sections:
-        deformation = trace.sections[column.element, point]
-        largest = np.maximum(largest, np.hypot(deformation[:, 1], deformation[:, 2]))
-    return largest / column.yield_curvature_per_m
+        _, about_z, about_y, *_ = trace.sections[column.element, point].T
+        largest = np.maximum(largest, np.hypot(about_z / along, about_y / normal))
+    return largest
 
 
 def _deck_demands(model: BridgeModel, trace: ResponseTrace, ground: Series) -> dict[str, float]:

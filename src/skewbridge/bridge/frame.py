@@ -5,14 +5,14 @@ domain: everything except the joints at its deck ends, before dead load. `bridge
 the dead load, adds joints and contacts, and returns a `BridgeModel`.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from skewbridge.bridge.catalogue.data import AbutmentData
 from skewbridge.bridge.column import BentCapacity
 from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, TagAllocator
-from skewbridge.bridge.plan import DeckEnd
+from skewbridge.bridge.plan import DeckEnd, PlanVector
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
@@ -113,13 +113,13 @@ class Description:
         details: ``surrogate`` or ``published`` details, or a ``script``.
         bent_heights_m: Clear height of each bent.
         bent_columns: Number of columns of each bent.
+        bent_bases: How the columns of each bent stand; empty if it is not known.
         columns_m: Places of the columns at zero skew: along the bridge from its middle, and across.
-        column_size_m: Width of a column in drawings.
+        outlines_m: Points of the outline of each column: along its bent, and normal to it.
         seats_m: Seat width of each seat end by its name.
         wall_m: Thickness of the backwalls.
         backfill_rule: Rule of the backfill.
         damping_ratio: Ratio of the Rayleigh damping.
-        base: How columns stand; empty if it is not known.
         on_springs: Whether the columns stand on foundation springs.
     """
 
@@ -129,14 +129,19 @@ class Description:
     width_m: float
     bent_heights_m: tuple[float, ...]
     bent_columns: tuple[int, ...]
-    columns_m: tuple[tuple[float, float], ...]
-    column_size_m: float
+    bent_bases: tuple[str, ...]
+    columns_m: tuple[PlanVector, ...]
+    outlines_m: tuple[Sequence[PlanVector], ...]
     seats_m: Mapping[str, float]
     wall_m: float
     backfill_rule: str
     damping_ratio: float
-    base: str = ""
     on_springs: bool = False
+
+    @property
+    def bases(self) -> str:
+        """Bases of all bents in words."""
+        return " and ".join(sorted({*self.bent_bases} - {""}))
 
     @property
     def length_m(self) -> float:

@@ -58,6 +58,36 @@ class SpringHandle:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ColumnCapacity:
+    """Capacity of a column in one horizontal direction; what is not stated is nan or None.
+
+    Attributes:
+        yield_curvature_per_m: Idealised yield curvature under dead load.
+        yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
+            ductility in the shear capacity.
+        drift_capacity_ratio: Displacement capacity over clear height (Caltrans criteria).
+    """
+
+    yield_curvature_per_m: float
+    yield_drift_ratio: float
+    drift_capacity_ratio: float
+    shear: ShearSection | Strength | None
+
+    def shear_strength_n(
+        self, model: ShearModel, axial_n: FloatArray, drift: FloatArray, curvature: FloatArray
+    ) -> FloatArray:
+        """Return the shear strength at axial forces and ductilities of drift and curvature, (n,).
+
+        It is nan if it is not stated.
+        """
+        if self.shear is None:
+            return np.full_like(axial_n, np.nan)
+        if isinstance(self.shear, ShearSection):
+            return shear_strength(self.shear, model, axial_n, drift, curvature)
+        return self.shear(axial_n, drift, curvature)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnHandle:
     """One column.
 
@@ -68,12 +98,8 @@ class ColumnHandle:
         hinge_sections: 1-based integration points where plastic curvature is read, for
             ``eleResponse(element, "section", str(k), "deformation")`` = (axial, about z, about y,
             torsion); empty for elastic columns.
-        yield_curvature_per_m: Idealised yield curvature under dead load.
-        yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
-            ductility in the shear capacity.
-        drift_capacity_ratio: Displacement capacity over clear height (Caltrans criteria), the
-            same in all directions or along x and y; nan if it is not stated.
-        shear: Inputs of the shear strength, or a strength of its own; None if it is not stated.
+        capacities: Capacity in the direction ``normal`` and at +90 degrees to it. Local z of the
+            element is ``normal``.
         is_pinned: Whether the column turns freely about its base.
         is_elastic: Whether the column is elastic, so that it never fails.
         loses_shear_strength: Whether the column of the model softens at its shear failure.
@@ -84,27 +110,12 @@ class ColumnHandle:
     top: Point
     clear_height_m: float
     hinge_sections: tuple[int, ...]
-    yield_curvature_per_m: float
-    yield_drift_ratio: float
-    drift_capacity_ratio: float | PlanVector
-    shear: ShearSection | Strength | None
+    capacities: tuple[ColumnCapacity, ColumnCapacity]
+    normal: PlanVector = (1.0, 0.0)
     shear_model: ShearModel = DEFAULT_SHEAR_MODEL
     is_pinned: bool = False
     is_elastic: bool = False
     loses_shear_strength: bool = False
-
-    def shear_strength_n(
-        self, model: ShearModel, axial_n: FloatArray, drift: FloatArray, curvature: FloatArray
-    ) -> FloatArray:
-        """Return the shear strength at axial forces and ductilities of drift and curvature, (n,).
-
-        It is nan if the capacity is not stated.
-        """
-        if self.shear is None:
-            return np.full_like(axial_n, np.nan)
-        if isinstance(self.shear, ShearSection):
-            return shear_strength(self.shear, model, axial_n, drift, curvature)
-        return self.shear(axial_n, drift, curvature)
 
     @property
     def foot(self) -> int | Point:

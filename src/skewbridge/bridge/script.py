@@ -23,7 +23,7 @@ from skewbridge.bridge.frame import (
     Frame,
 )
 from skewbridge.bridge.gravity import GravityError
-from skewbridge.bridge.handles import ColumnHandle, Point, TagAllocator
+from skewbridge.bridge.handles import ColumnCapacity, ColumnHandle, Point, TagAllocator
 from skewbridge.bridge.modes import modes_of, period_s
 from skewbridge.bridge.plan import DeckEnd, PlanVector
 from skewbridge.bridge.script_files import (
@@ -62,7 +62,7 @@ DEFAULT_ABUTMENT: Final = "osb1"
 _MODES: Final = 14
 #: Columns closer along the bridge than this share of its length belong to one bent, for texts.
 _BENT_SHARE: Final = 0.05
-_DRAWN_COLUMN_M: Final = 1.5  # width of a column in the sketch of the page
+_DRAWN_M: Final = ((0.7, 0.7), (-0.7, 0.7), (-0.7, -0.7), (0.7, -0.7))  # columns of the sketch
 _BEAM: Final = 12  # components of the forces of an element with two nodes
 
 
@@ -184,7 +184,8 @@ def _description(name: str, frame: Frame, given: Given) -> Description:
         bent_heights_m=tuple(fmean(height for _, height in bent) for bent in bents),
         bent_columns=tuple(map(len, bents)),
         columns_m=tuple(places),
-        column_size_m=_DRAWN_COLUMN_M,
+        bent_bases=("",) * len(bents),
+        outlines_m=(_DRAWN_M,) * len(places),
         seats_m={end.plan.name: end.abutment.seat_width_m for end in frame.ends},
         wall_m=data.wall_thickness_m,
         backfill_rule=data.backfill.rule,
@@ -405,18 +406,24 @@ class _Reader:
             curvature is None or bool(column.hinges),
             f"{field}: yield_curvature needs hinges, the integration points of the hinges",
         )
+        drift, per_m = column.drift_capacity, self._units.si(PER_LENGTH)
+        drifts = drift if isinstance(drift, tuple) else (drift, drift)
+
+        def capacity(drift_ratio: float | None) -> ColumnCapacity:
+            return ColumnCapacity(
+                yield_curvature_per_m=nan if curvature is None else curvature * per_m,
+                yield_drift_ratio=nan if column.yield_drift is None else column.yield_drift,
+                drift_capacity_ratio=nan if drift_ratio is None else drift_ratio,
+                shear=self._strength(column.shear_strength),
+            )
+
         return ColumnHandle(
             element=column.element,
             base_node=column.base,
             top=Point(column.top, (0.0, 0.0, low + height - high)),
             clear_height_m=height,
             hinge_sections=tuple(column.hinges),
-            yield_curvature_per_m=nan
-            if curvature is None
-            else curvature * self._units.si(PER_LENGTH),
-            yield_drift_ratio=nan if column.yield_drift is None else column.yield_drift,
-            drift_capacity_ratio=nan if column.drift_capacity is None else column.drift_capacity,
-            shear=self._strength(column.shear_strength),
+            capacities=(capacity(drifts[0]), capacity(drifts[1])),
             is_pinned=is_pinned,
         )
 

@@ -57,8 +57,12 @@ class CatalogueBridge:
                 for x, bent in zip(data.bent_positions_m, data.bents, strict=True)
                 for place in range(bent.columns)
             ),
-            column_size_m=data.column.diameter_m,
-            base=data.base,
+            outlines_m=tuple(
+                data.column_of(bent).outline.points(48)
+                for bent in data.bents
+                for _ in range(bent.columns)
+            ),
+            bent_bases=tuple(map(data.base_of, data.bents)),
             on_springs=data.foundation is not None,
             wall_m=data.abutment.wall_thickness_m,
             backfill_rule=data.abutment.backfill.rule,
@@ -124,16 +128,18 @@ def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.
     spacing = stretch if options.column_spacing == "normal" else 1.0
     concrete, steel = options.concrete_strength_factor, options.steel_strength_factor
     mass = options.deck_mass_factor
+    column = {
+        "concrete_strength_mpa": concrete,
+        "expected_concrete_strength_mpa": concrete,
+        "elastic_modulus_gpa": sqrt(concrete),
+        "steel_strength_factor": steel,
+        "hoop_yield_mpa": steel,
+    }
+    bents = {"cap_weight_kn": mass * stretch, "column_spacing_m": spacing, "column": column}
     factors = {
-        "column": {
-            "concrete_strength_mpa": concrete,
-            "expected_concrete_strength_mpa": concrete,
-            "elastic_modulus_gpa": sqrt(concrete),
-            "steel_strength_factor": steel,
-            "hoop_yield_mpa": steel,
-        },
+        "column": column,
         "deck": {"line_load_kn_per_m": mass, "diaphragm_weight_kn": mass},
-        "bents": {"cap_weight_kn": mass * stretch, "column_spacing_m": spacing},
+        "bents": bents,
     }
     abutment = built_abutment(abutment_of(bridge.deck.width_m, options) or bridge.abutment, options)
     return _scaled(bridge, factors).model_copy(update={"abutment": abutment})
@@ -186,6 +192,8 @@ def widened(abutment: AbutmentData, ratio: float) -> AbutmentData:
 
 def _scaled(value: Any, factors: Any) -> Any:
     """Return a number, tuple items or the named fields of a part, multiplied by the factors."""
+    if value is None:
+        return None
     if isinstance(value, tuple):
         return tuple(_scaled(item, factors) for item in value)
     if isinstance(factors, dict):

@@ -28,8 +28,8 @@ def continuous_reactions_n(spans_m: tuple[float, ...], load_n_per_m: float) -> l
 
 def column_weight_n(bridge: BridgeData, bent: BentData) -> float:
     """Return the weight of one column in N."""
-    column = bridge.column
-    return column.gross_area_m2 * column.unit_weight_kn_per_m3 * KN * bent.clear_height_m
+    column = bridge.column_of(bent)
+    return column.outline.area_m2 * column.unit_weight_kn_per_m3 * KN * bent.clear_height_m
 
 
 def deck_reactions_n(bridge: BridgeData) -> list[float]:

@@ -218,27 +218,32 @@ def column(bridge: str, out: Path, bent: int, units: Units) -> Answer:
     Example: skewbridge bridge column --bridge osb2s --bent 2 --out column
     """
     from skewbridge.bridge.catalogue import load_bridge
-    from skewbridge.bridge.column import bent_capacity
+    from skewbridge.bridge.column import bent_capacities
     from skewbridge.report.bridge_figures import column_figure
 
     data = load_bridge(bridge)
     if not 1 <= bent <= len(data.bents):
         raise InputError(f"bent must be between 1 and {len(data.bents)}, got {bent}")
-    column = bent_capacity(data, bent - 1)
-    curve, axial_n = column.curve, column.axial_n
-    table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / KN}
-    _write(table, out, "moment_curvature")
-    title = f"{data.title}, bent {bent}, {axial_n / KN:.0f} kN"
-    column_figure(curve, column.shear, axial_n, title=title).savefig(out / "column.png", dpi=150)
-    summary = {
-        "axial_kn": axial_n / KN,
-        "plastic_moment_knm": curve.plastic_moment_nm / KN,
-        "yield_curvature_per_m": curve.yield_curvature_per_m,
-        "ultimate_curvature_per_m": curve.ultimate_curvature_per_m,
-        "curvature_ductility": curve.ultimate_curvature_per_m / curve.yield_curvature_per_m,
-        "plastic_shear_kn": curve.plastic_moment_nm / column.shear_span_m / KN,
-    }
-    return Answer(summary, units=units)
+    rows: list[dict[str, Any]] = []
+    for column in (each for each in bent_capacities(data) if each.bent == bent):
+        curve, axial_n = column.curve, column.axial_n
+        way = {} if column.direction == "all" else {"direction": column.direction}
+        name = "".join(f"_{each}" for each in way.values())
+        table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / KN}
+        _write(table, out, f"moment_curvature{name}")
+        title = f"{data.title}, bent {bent}{name.replace('_', ' ')}, {axial_n / KN:.0f} kN"
+        figure = column_figure(curve, column.shear, axial_n, title=title)
+        figure.savefig(out / f"column{name}.png", dpi=150)
+        values = {
+            "axial_kn": axial_n / KN,
+            "plastic_moment_knm": curve.plastic_moment_nm / KN,
+            "yield_curvature_per_m": curve.yield_curvature_per_m,
+            "ultimate_curvature_per_m": curve.ultimate_curvature_per_m,
+            "curvature_ductility": curve.ultimate_curvature_per_m / curve.yield_curvature_per_m,
+            "plastic_shear_kn": curve.plastic_moment_nm / column.shear_span_m / KN,
+        }
+        rows.append(way | values)
+    return Answer(rows[0] if len(rows) == 1 else {"directions": rows}, units=units)
 
 
 @command(

@@ -244,13 +244,12 @@ def bridge_words(bridge: Description) -> str:
     spans = (
         f"{counted(len(bridge.spans_m), 'span')}, {appearance.shown_length(bridge.length_m)} long"
     )
+    kinds = zip(bridge.bent_bases, bridge.bent_columns, strict=True)
     bents = [
-        f"{'single' if columns == 1 else number_word(columns)}-column bent{'s' * (count > 1)}"
-        for columns, count in Counter(bridge.bent_columns).items()
+        f"{base} {'single' if size == 1 else number_word(size)}-column bent{'s' * (count > 1)}"
+        for (base, size), count in Counter(kinds).items()
     ]
-    if not bents:
-        return f"{spans}, no bents"
-    return ", ".join((spans, f"{bridge.base} {' and '.join(bents)}".strip()))
+    return f"{spans}, {' and '.join(map(str.strip, bents)) or 'no bents'}"
 
 
 #: Size of the plan in units of the SVG, and margins around the bridge for walls and texts.
@@ -292,10 +291,15 @@ def sketch(
         "key": half + factor * model.transverse_gap_m,
         "key_length": 2.2 * thickness / cosine,
         "columns": [
-            (x_m - across_m * stretch * sin(bent_skew), across_m * stretch * cos(bent_skew))
-            for x_m, across_m in bridge.columns_m
+            [
+                (
+                    x_m + z_m * cos(bent_skew) - (along_m * stretch + y_m) * sin(bent_skew),
+                    z_m * sin(bent_skew) + (along_m * stretch + y_m) * cos(bent_skew),
+                )
+                for y_m, z_m in outline
+            ]
+            for (x_m, along_m), outline in zip(bridge.columns_m, bridge.outlines_m, strict=True)
         ],
-        "radius": bridge.column_size_m / 2,
         "arm": arm,
         "tip": (-end - arm * sine, arm * cosine),
         "factor": factor,

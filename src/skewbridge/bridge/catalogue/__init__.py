@@ -18,6 +18,7 @@ from functools import cache, reduce
 from pathlib import Path
 from typing import Any, Final
 
+from skewbridge.bridge.catalogue.columns import over_default
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.errors import InputError, did_you_mean
 from skewbridge.files.text import checked, read_mapping, shortened, shown_path
@@ -78,7 +79,7 @@ def _loaded(path: Path) -> BridgeData:
     sources: dict[str, str] = {}
     trees = (tree for _, tree in reversed(_with_parents(path)))
     merged = reduce(_overlay, trees)
-    if merged.get("base") == "fixed" and "foundation" not in merged:
+    if "foundation" not in merged and "fixed" in _bases(merged):
         # ASSUME a fixed base without springs of its own has the footing of a similar column: rigid
         # ground is too stiff
         typical = read_mapping(FOLDER / f"{TYPICAL_FOUNDATION}.yaml")
@@ -86,6 +87,13 @@ def _loaded(path: Path) -> BridgeData:
     plain = _strip(merged, "", sources, path)
     raw = {**plain, "name": path.stem, "sources": sources}
     return checked(BridgeData, raw, Path(path.name))
+
+
+def _bases(tree: Mapping[str, Any]) -> list[Any]:
+    """Return the bases of a bridge and of its bents in the raw content of a file."""
+    bents = tree.get("bents")
+    parts = [tree, *(bents if isinstance(bents, list) else ())]
+    return [part.get("base") for part in parts if isinstance(part, Mapping)]
 
 
 def own_bridge_files(name: str) -> list[Path]:
@@ -130,6 +138,9 @@ def _overlay(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
     merged = dict(base)
     for key, value in top.items():
         below = merged.get(key)
+        if key == "column" and isinstance(value, dict) and isinstance(below, dict):
+            merged[key] = over_default(below, value)
+            continue
         deeper = isinstance(value, dict) and "v" not in value and isinstance(below, dict)
         merged[key] = _overlay(below, value) if deeper and below is not None else value
     return merged

@@ -34,8 +34,7 @@ from matplotlib.figure import Figure
 
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.section import section_response
-from skewbridge.bridge.weights import column_axial_n
+from skewbridge.bridge.column import bent_capacity
 from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.curves import fit_study
@@ -204,7 +203,7 @@ def medians(
         demands = _with_whole_peaks(demands)
     if change.first_yield:
         data = load_bridge(change.bridges[era])
-        curve = section_response(data.column, column_axial_n(data, 0))
+        curve = bent_capacity(data, 0).curve
         name = DEMANDS["column_curvature"]
         factor = curve.yield_curvature_per_m / curve.first_yield_curvature_per_m
         demands = demands.assign(**{name: demands[name] * factor})
