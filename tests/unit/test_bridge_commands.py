@@ -146,6 +146,8 @@ def corner_histories() -> dict[str, np.ndarray]:
 def test_checks_of_a_run_name_every_corner(tmp_path: Path) -> None:
     def checks(variant: str, *options: object) -> list[dict]:
         row = {"variant": f"{variant}_cf_skew30_gap051_mu050", "deck_disp_m": 0.1}
+        row |= {"bridge": variant, "abutment": "contact_friction"}
+        row |= {"skew_deg": 30, "gap_mm": 51, "friction": 0.5}
         pd.DataFrame([row | CAPACITIES]).to_parquet(tmp_path / "demands.parquet")
         bents = bridge_check.capacity_rows(
             bent_capacities(load_bridge(own if options else variant))
