@@ -33,9 +33,9 @@ def test_opposite_skews_and_opposite_ends_mirror_each_other(skew_deg, width_m, t
     )
     assert np.dot(right.normal, right.tangent) == pytest.approx(0.0, abs=1e-12)
     for along in right.wall_stations(count):
-        x, y = right.point("outer", along)
-        assert left.point("outer", along) == pytest.approx((-x, -y), abs=1e-9)
-        assert mirrored.point("outer", -along) == pytest.approx((x, -y), abs=1e-9)
+        x, y, z = right.point("outer", along)
+        assert left.point("outer", along) == pytest.approx((-x, -y, z), abs=1e-9)
+        assert mirrored.point("outer", -along) == pytest.approx((x, -y, z), abs=1e-9)
     edges = [right.point("outer", along)[1] for along in right.wall_stations(count)]
     assert edges[0] == pytest.approx(-width_m / 2)
     assert edges[-1] == pytest.approx(width_m / 2)

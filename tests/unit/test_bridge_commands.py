@@ -19,6 +19,7 @@ from skewbridge.analysis import bridge_check, modal
 from skewbridge.analysis.bridge_check import sdc_rows
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacities, bent_capacity
+from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
 
@@ -145,6 +146,8 @@ def corner_histories() -> dict[str, np.ndarray]:
 def test_checks_of_a_run_name_every_corner(tmp_path: Path) -> None:
     def checks(variant: str, *options: object) -> list[dict]:
         row = {"variant": f"{variant}_cf_skew30_gap051_mu050", "deck_disp_m": 0.1}
+        row |= {"bridge": variant, "abutment": "contact_friction"}
+        row |= {"skew_deg": 30, "gap_mm": 51, "friction": 0.5}
         pd.DataFrame([row | CAPACITIES]).to_parquet(tmp_path / "demands.parquet")
         bents = bridge_check.capacity_rows(
             bent_capacities(load_bridge(own if options else variant))
@@ -183,7 +186,8 @@ def test_a_study_gets_one_row_of_checks_per_variant(tmp_path: Path) -> None:
     path = tmp_path / "demands.parquet"
     runs = product((f"osb1_cf_skew{skew}_gap051_mu050" for skew in ("00", "30")), (0.1, 0.2, 0.3))
     rows = pd.DataFrame(runs, columns=["variant", "deck_disp_m"])
-    rows = rows.assign(acute_corner_unseating_m=0.2, unseating_m=0.9)
+    rows = rows.assign(acute_corner_unseating_m=0.2, unseating_m=0.9, bridge="osb1", gap_mm=51)
+    rows = rows.assign(skew_deg=[0] * 3 + [30] * 3, friction=0.5, abutment="contact_friction")
     rows.to_parquet(path)
     refused = bridge("sdc", str(path))
     assert refused.exit_code == 2
@@ -197,7 +201,7 @@ def test_a_study_gets_one_row_of_checks_per_variant(tmp_path: Path) -> None:
     assert found[0]["disp_ratio"] == pytest.approx(0.2 / 0.2154, rel=0.01)
     assert found[0]["seat_acute_ratio"] < 1.0 < found[0]["seat_worst_ratio"]
     assert found[0]["seat_aashto_ratio"] < found[1]["seat_aashto_ratio"]
-    demand_m = bridge_check.seat_demand_sdc_m(load_bridge("osb1"), 0.9)
+    demand_m = bridge_check.seat_demand_sdc_m(load_structure("osb1").description, 0.9)
     assert found[1]["seat_worst_ratio"] == pytest.approx(demand_m / 0.8)
     assert found[0]["p_delta_ratio"] == pytest.approx(0.2 * 0.2 / 0.28)
 
@@ -311,7 +315,7 @@ def test_the_hinge_length_follows_from_height_and_base(name, bent, rule, length_
 
 @pytest.mark.parametrize(("skew_deg", "seat_m"), [(0, 0.59), (30, 0.66), (45, 0.74), (60, 0.86)])
 def test_seat_widths_agree_with_the_hand_values(skew_deg: int, seat_m: float) -> None:
-    bridge = load_bridge("osb1")
+    bridge = load_structure("osb1").description
     found = bridge_check.seat_demand_aashto_m(bridge, radians(skew_deg))
     assert found == pytest.approx(seat_m, abs=0.006)
     assert bridge_check.seat_demand_aashto_m(bridge, radians(-skew_deg)) == found

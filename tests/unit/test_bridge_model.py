@@ -189,7 +189,7 @@ def test_a_single_span_needs_no_bent(tmp_path: Path, monkeypatch: pytest.MonkeyP
     path = tmp_path / "single.yaml"
     path.write_text('extends: osb1\nspans_m: {v: [40.0], src: "d: test"}\nbents: []\n')
     single = load_bridge(str(path))
-    monkeypatch.setattr("skewbridge.bridge.structures.load_bridge", lambda _: single)
+    monkeypatch.setattr("skewbridge.bridge.library.load_bridge", lambda _: single)
     result = modal.modal_properties(variant(20))
     assert result.column_axial_kn == ()
     assert sum(result.abutment_reaction_kn) == pytest.approx(result.weight_kn)
@@ -445,7 +445,7 @@ def pad_reactions(options: ModelOptions, motion: dict[int, float], pads: PadData
         tags = TagAllocator()
         end = DeckEnd("right", (45.0, 0.0), (1.0, 0.0), 30.0, 14.0, 0.9)
         deck = tags.node()
-        ops.node(deck, *end.point("bearing", 0.0), 1.0)
+        ops.node(deck, *end.point("bearing", 0.0)[:2], 1.0)
         stations = bearing_stations(pads, end, options)
         points, _ = build_arms(end, deck, {"bearing": stations}, options, tags)
         bearings = build_bearings(end, points, pads, options, tags)

@@ -28,7 +28,7 @@ from skewbridge.study import task
 from skewbridge.study.batch import row_of_task
 from skewbridge.study.task import no_result, outcome_of
 from skewbridge.variant.axes import OPTION_AXES
-from skewbridge.variant.variant import parse_slug
+from skewbridge.variant.variant import Variant
 from skewbridge.verification.references.live_model import prepare_analysis
 from study_parts import task_of
 
@@ -384,12 +384,13 @@ def test_a_row_that_breaks_the_contract_is_named(rows: list[dict], words: str) -
 
 
 def test_axes_and_completeness_keep_their_values_types_and_order() -> None:
+    core = {"skew_deg": 30, "gap_mm": 51, "friction": 0.5}
     fine, plain, other = (
-        key_values(parse_slug(f"osb1_cf_{name}"), "syn001", 1.0, 0.0)
-        for name in (
-            "skew22p5_gap025p4_mu037p5",
-            "skew30_gap051_mu050",
-            "skew30_gap051_mu050_backwall-points9_transverse-gap-mm25p4",
+        key_values(Variant.at("osb1", "contact_friction", values), "syn001", 1.0, 0.0)
+        for values in (
+            {"skew_deg": 22.5, "gap_mm": 25.4, "friction": 0.375},
+            core,
+            core | {"backwall_points": 9, "transverse_gap_mm": 25.4},
         )
     )
     rows = [ROW | plain | {"complete": False}, ROW | fine]

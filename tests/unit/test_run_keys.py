@@ -14,7 +14,7 @@ import pytest
 from motions_files import index_of, make_pairs
 from skewbridge.analysis.settings import NUMERICS, AnalysisSettings
 from skewbridge.bridge.catalogue import FOLDER
-from skewbridge.bridge.structures import load_structure
+from skewbridge.bridge.library import load_structure
 from skewbridge.demands.tables import join_variants, to_table
 from skewbridge.demands.validity import SUSPECT, reasons
 from skewbridge.errors import InputError
@@ -31,7 +31,7 @@ from skewbridge.study.config import SensitivityConfig, parse_config
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.progress import forecast_study, study_progress
 from skewbridge.study.task import no_result, run_key
-from skewbridge.variant.grid import expand_grid
+from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
 from study_parts import row_of, study_of, task_of, wave, without_workers
 
@@ -133,7 +133,8 @@ SLUGS = (
 
 def setup_in(folder: Path, lengths_s: Sequence[float] = (1.0, 3.0, 2.0), **sections) -> StudySetup:
     waves = (wave(f"m{s:g}", duration_s=s, number=s) for s in lengths_s)
-    return study_of(folder, *waves, **sections)
+    grid = GridConfig(abutment=("contact_friction", "roller"))
+    return study_of(folder, *waves, grid=grid, **sections)
 
 
 def test_the_analysis_of_a_row_is_found_also_in_a_search(tmp_path: Path) -> None:
@@ -151,7 +152,7 @@ def test_the_analysis_of_a_row_is_found_also_in_a_search(tmp_path: Path) -> None
         assert run_key(found) == run_key(task)
         assert found.motion.measures == task.motion.measures
     assert plain.task_of(row_of(at_factor(first, 1.37))) is None
-    with pytest.raises(InputError, match=r"osb2s_.*: the study has only the bridges osb1"):
+    with pytest.raises(InputError, match=r"osb2s_.*: not a variant of the grid"):
         plain.tasks("osb2s_cf_skew30_gap025_mu050")
 
 
@@ -240,7 +241,7 @@ def test_values_on_axes_and_bridges_from_any_path_reach_the_analyses(tmp_path: P
     grid |= {"bridge": [str(path), "osb1"], "skew_deg": [30]}
     model = {"keys": "monolithic", "transverse_gap_mm": 3.0}
     study = parse_config({"grid": grid, "model": model})
-    setup = study_of("results", bridges=study.grid.bridge, model=study.model)
+    setup = study_of("results", bridges=study.grid.bridge, grid=study.grid, model=study.model)
     variants = expand_grid(study.grid)
     tasks = [setup.tasks(variant.slug)[0] for variant in variants]
     assert [task.variant for task in tasks] == variants

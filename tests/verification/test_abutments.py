@@ -323,7 +323,7 @@ def test_a_key_pushed_along_its_face_has_no_more_than_its_strength(option):
     options = ModelOptions(key_along_face=option)
     context = SimpleNamespace(key=key, key_mass_kg=6.0e3, options=options, tags=tags)
     with domain():
-        nodes = springs.grounded_node((0.0, 0.0), tags), springs.plane_node((0.0, 0.0), 0.0, tags)
+        nodes = springs.grounded_node((0.0,) * 3, tags), springs.plane_node((0.0,) * 3, 0.0, tags)
         Joint.key_spring(context, nodes, (0.0, 1.0))
         ops.timeSeries("Linear", 1)
         ops.pattern("Plain", 1, 1)

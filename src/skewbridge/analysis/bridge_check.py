@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
+from itertools import product
 from math import cos, degrees, inf, nan, radians, sin
 from typing import TYPE_CHECKING, Any, Final
 
@@ -10,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.analysis.modal import conditioning_period_s, periods_of_file, standing_bridge
-from skewbridge.bridge.catalogue import BridgeData, load_bridge, read_bridge
+from skewbridge.bridge.catalogue import read_bridge
 from skewbridge.bridge.catalogue.drawing import TABLES, Completed, Formula, Rule, value_at
 from skewbridge.bridge.column import BentCapacity, bent_capacities
-from skewbridge.bridge.frame import BridgeModel
+from skewbridge.bridge.frame import BridgeModel, Description
+from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.section import sdc_shear_strength
+from skewbridge.bridge.structures import CatalogueBridge
 from skewbridge.units import FOOT, INCH, KN, MPA
 from skewbridge.variant.variant import Variant
 
@@ -50,11 +53,12 @@ def check_bridge(name: str) -> dict[str, Any]:
         per bent with the loads and capacities of one column; ``derived``: one row per number that
         the file does not give, with its rule; ``inherited``: numbers of its parents.
     """
-    read, standing = read_bridge(name), standing_bridge(name)
-    data, inherited = read.bridge, sorted(read.inherited - read.derived.keys())
+    structure, standing = load_structure(name), standing_bridge(name)
+    read = read_bridge(name) if isinstance(structure, CatalogueBridge) else None
     periods_s = {direction: standing.period_s(direction) for direction in DIRECTIONS}
     left, right = standing.abutment_reaction_kn
-    bents = [_bent_row(bent) for bent in bent_capacities(data)]
+    inherited = sorted(read.inherited - read.derived.keys()) if read else []
+    bents = [_bent_row(bent) for bent in bent_capacities(read.bridge)] if read else []
     findings = [finding for row in bents for finding in _bent_findings(row)]
     findings += [
         f"the bridge is a mechanism ({DIRECTIONS[direction]}): its period is infinite"
@@ -66,35 +70,43 @@ def check_bridge(name: str) -> dict[str, Any]:
         for side, force_kn in (("left", left), ("right", right))
         if force_kn <= 0.0
     ]
-    findings += doubts(read) + list(_seat_findings(data))
-    own = data.sources.keys() - read.derived.keys() - read.inherited
-    kinds = Counter(data.sources[key].split(":", 1)[0] for key in own)
+    if read is not None:
+        findings += doubts(read)
+    findings += _seat_findings(structure.description)
     return {
-        "bridge": data.name,
-        "title": data.title,
-        "length_m": data.length_m,
+        "bridge": structure.name,
+        "title": structure.description.title,
+        "length_m": structure.description.length_m,
         "weight_kn": standing.weight_kn,
         "reaction_left_kn": left,
         "reaction_right_kn": right,
         **{f"period_{direction}_s": period_s for direction, period_s in periods_s.items()},
         "t1_of_the_model_s": conditioning_period_s(standing),
-        "t1_of_the_file_s": data.t1_s,
-        "sources": ", ".join(
-            [
-                *(f"{kinds[kind]} {kind}" for kind in sorted(kinds)),
-                f"{len(inherited)} inherited",
-                f"{len(read.derived)} by rule",
-            ]
-        ),
+        "t1_of_the_file_s": structure.t1_s,
+        "sources": "" if read is None else _sources(read, inherited),
         "findings": findings + periods_of_file(name, standing),
         "modes": standing.modes,
         "bents": bents,
         "inherited": inherited,
-        "derived": [
-            {"number": key, "value": value_at(data, key), "rule": rule.src}
-            for key, rule in read.derived.items()
-        ],
+        "derived": [] if read is None else _derived(read),
     }
+
+
+def _derived(read: Completed) -> list[dict[str, Any]]:
+    """Return number, value and rule of each number that the file does not give."""
+    return [
+        {"number": key, "value": value_at(read.bridge, key), "rule": rule.src}
+        for key, rule in read.derived.items()
+    ]
+
+
+def _sources(read: Completed, inherited: Sequence[str]) -> str:
+    """Return how many numbers have each class of source."""
+    sources = read.bridge.sources
+    own = sources.keys() - read.derived.keys() - read.inherited
+    kinds = Counter(sources[key].split(":", 1)[0] for key in own)
+    counts = [*(f"{kinds[kind]} {kind}" for kind in sorted(kinds)), f"{len(inherited)} inherited"]
+    return ", ".join([*counts, f"{len(read.derived)} by rule"])
 
 
 # --- doubts about numbers: swapped, mistyped, in another unit, or inherited
@@ -155,12 +167,11 @@ def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]
         yield f"inherited although what they follow from is changed: {', '.join(stale)}"
 
 
-def _seat_findings(bridge: BridgeData) -> Iterator[str]:
+def _seat_findings(bridge: Description) -> Iterator[str]:
     least = {"SDC 7.8.3": MINIMUM_SEAT_M, "AASHTO 4.7.4.4": seat_demand_aashto_m(bridge, 0.0)}
-    seat_m = bridge.abutment.seat_width_m
-    for rule, least_m in least.items():
+    for (end, seat_m), (rule, least_m) in product(bridge.seats_m.items(), least.items()):
         if seat_m < least_m:
-            yield f"abutment.seat_width_m = {seat_m:.3g} m is below {least_m:.3g} m ({rule})"
+            yield f"the {end} seat of {seat_m:.3g} m is narrower than {least_m:.3g} m ({rule})"
 
 
 def _bent_row(bent: BentCapacity) -> dict[str, Any]:
@@ -210,7 +221,7 @@ def _name(bent: Mapping[str, Any]) -> str:
     return f"bent {bent['bent']}{direction}"
 
 
-def seat_demand_sdc_m(bridge: BridgeData, unseating_m: float) -> float:
+def seat_demand_sdc_m(bridge: Description, unseating_m: float) -> float:
     """Return the required support length normal to the bearing line, in m.
 
     References:
@@ -220,7 +231,7 @@ def seat_demand_sdc_m(bridge: BridgeData, unseating_m: float) -> float:
     return max(movement + unseating_m + SEAT_ALLOWANCE_M, MINIMUM_SEAT_M)
 
 
-def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
+def seat_demand_aashto_m(bridge: Description, skew_rad: float) -> float:
     """Return the required support length 1.5 N in m.
 
     N = (8 + 0.02 L + 0.08 H)(1 + 0.000125 S^2) inches. L is the length of deck to the next joint in
@@ -229,7 +240,7 @@ def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
     References:
         AASHTO LRFD Bridge Design Specifications 4.7.4.4.
     """
-    heights = [bent.clear_height_m for bent in bridge.bents]
+    heights = bridge.bent_heights_m
     height_ft = sum(heights) / len(heights) / FOOT if heights else 0.0
     length_ft = bridge.length_m / FOOT
     skew = 1.0 + 0.000125 * degrees(skew_rad) ** 2
@@ -289,7 +300,7 @@ def sdc_rows(
     ``bents`` has the capacities of its bents. ``corners_m`` has the outward displacements of the
     deck corners, from `corner_moves_m`.
     """
-    bridge, support = load_bridge(variant.bridge), float(run[_SUPPORT])
+    bridge, support = load_structure(variant.bridge).description, float(run[_SUPPORT])
     deck_disp_m = float(run["deck_disp_m"])
     rows: list[dict[str, object]] = []
 
@@ -318,7 +329,8 @@ def summary_row(variant: Variant, runs: "pd.DataFrame") -> dict[str, Any]:
     ``runs`` are its rows of the demands table. Each demand is divided by the capacity of the same
     analysis. The ratios of columns are nan for a bridge without bents.
     """
-    bridge, seats = load_bridge(variant.bridge), ["acute_corner_unseating_m", "unseating_m"]
+    bridge = load_structure(variant.bridge).description
+    seats = ["acute_corner_unseating_m", "unseating_m"]
     seats_m = runs[seats].map(partial(seat_demand_sdc_m, bridge))
     aashto_m, support_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg)), runs[_SUPPORT]
     ratios = {

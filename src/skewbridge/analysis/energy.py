@@ -69,7 +69,10 @@ class EnergyBalance:
         }
         self._damped = tuple(node for node in self._masses if node in damped)
         self._columns = groups["columns"]
-        self._stiffness = {element: elastic_stiffness(element) for element in groups["deck"]}
+        # elastic beams do not report the forces of their Rayleigh damping
+        elastic = [e for e in self._columns if ops.eleType(e) == "ElasticBeam3d"]
+        damped_columns = set(self._columns).intersection(model.frame.damping.elements)
+        self._stiffness = {e: elastic_stiffness(e) for e in (*groups["deck"], *elastic)}
         self._at_walls = held_by_contacts(model)
         held = {element for elements in self._at_walls.values() for element in elements}
         self._joints = {
@@ -85,7 +88,7 @@ class EnergyBalance:
         }
         self._elastic = {name: groups[name] for name in ("deck", "links")}
         recorder = monitor.recorder
-        recorder.elements(self._columns, "rayleighForces")
+        recorder.elements(sorted(damped_columns.difference(elastic)), "rayleighForces")
         recorder.elements(self._read_joints, "force")
         recorder.nodes(self._accelerated, "accel")
         self._start = self._end_state()

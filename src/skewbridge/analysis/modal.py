@@ -2,9 +2,8 @@
 
 import logging
 from collections.abc import Iterable, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass
-from math import inf, pi, sqrt
+from math import pi, sqrt
 from typing import Final
 
 import openseespy.opensees as ops
@@ -13,8 +12,9 @@ from skewbridge.analysis.step_loop import solver_log
 from skewbridge.bridge.frame import BridgeModel, Damping
 from skewbridge.bridge.gravity import GravityError
 from skewbridge.bridge.handles import ColumnHandle
+from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, column_axial_forces_n, domain, support_reactions_n
-from skewbridge.bridge.structures import load_structure
+from skewbridge.bridge.modes import Mode, modes_of, period_s
 from skewbridge.errors import SolutionError
 from skewbridge.units import KN
 from skewbridge.variant.axes import AXES
@@ -32,17 +32,6 @@ SHARED: Final = 2.0 / 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Mode:
-    """Period of one mode, and its shares of the free mass along x, y, z and about z."""
-
-    period_s: float  # infinite for a mechanism
-    mass_x: float
-    mass_y: float
-    mass_z: float
-    mass_rz: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class ModalResult:
     """Dead-load state and modes of a variant."""
 
@@ -52,11 +41,8 @@ class ModalResult:
     modes: tuple[Mode, ...]
 
     def period_s(self, direction: str) -> float:
-        """Return the period of the mode with the most mass along ``x, y, z`` or ``rz``.
-
-        Modes couple and change order with skew, so their numbers do not identify them.
-        """
-        return max(self.modes, key=lambda mode: getattr(mode, f"mass_{direction}")).period_s
+        """Return the period of the mode with the most mass along ``x, y, z`` or ``rz``."""
+        return period_s(self.modes, direction)
 
 
 def modal_properties(
@@ -72,36 +58,6 @@ def modal_properties(
             abutment_reaction_kn=(left / KN, right / KN),
             modes=modes_of(model, count),
         )
-
-
-def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
-    """Return the modes of a model under dead load with open gaps; the model is left as it was.
-
-    Friction springs are made soft, and walls and keys are held in plan: they are not coupled to the
-    bridge while gaps are open, and their local modes would fill the list.
-    """
-    ends = model.abutments
-    held = {node for end in ends for node in end.key_nodes}
-    held |= {spring.nodes[1] for end in ends for spring in end.wing_springs}
-    free = [(node, dof) for node in held for dof in {1, 2}.difference(ops.getFixedDOFs(node))]
-    soft = nullcontext() if model.contacts is None else model.contacts.soft_tangents()
-    for node, dof in free:
-        ops.fix(node, *(int(dof == each) for each in range(1, 7)))
-    try:
-        with soft:
-            squares = [float(value) for value in ops.eigen(count)]
-            ratios = ops.modalProperties("-return")
-    finally:
-        for node, dof in free:
-            ops.remove("sp", node, dof)
-    names = {"mass_x": "MX", "mass_y": "MY", "mass_z": "MZ", "mass_rz": "RMZ"}
-    return tuple(
-        Mode(
-            period_s=2 * pi / sqrt(square) if square > 0.0 else inf,
-            **{name: ratios[f"partiMassRatios{key}"][i] / 100 for name, key in names.items()},
-        )
-        for i, square in enumerate(squares)
-    )
 
 
 def standing_bridge(bridge: str) -> ModalResult:

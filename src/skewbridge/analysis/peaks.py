@@ -5,6 +5,7 @@ Displacements are relative to the ground and counted from the state under gravit
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,6 @@ from skewbridge.analysis.trace import ResponseTrace, Series
 from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.geometry import contact_column
 from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, SpringHandle
-from skewbridge.bridge.section import shear_strength
 from skewbridge.contact.law import UnitLedger
 from skewbridge.units import KJ, KN
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS, ShearModel
@@ -85,21 +85,23 @@ def column_demands(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> dic
     shears = [column_shear_n(column, trace) for column in columns]
     drifts = [column_drift(column, trace) for column in columns]
     bases = [column_base_shear_n(column, trace) for column in columns]
+
+    def stated(ratio: Callable[..., Series], *more: ShearModel) -> float:
+        """Return the peak over columns with a known capacity; nan if no column has one."""
+        ratios = [ratio(column, trace, *more) for column in columns]
+        known = [each for each in ratios if not np.isnan(each).all()]
+        return peak(known) if known or not ratios else nan
+
     return {
         "column_shear_x_kn": peak(shear[:, 0] for shear in shears) / KN,
         "column_shear_y_kn": peak(shear[:, 1] for shear in shears) / KN,
         "column_shear_kn": peak(np.hypot(*shear.T) for shear in shears) / KN,
         "column_base_shear_kn": peak(np.hypot(*base.T) for base in bases) / KN,
-        "column_shear_dcr": peak(column_shear_dcr(column, trace) for column in columns),
-        **{
-            name: peak(column_shear_dcr(column, trace, model) for column in columns)
-            for model, name in SHEAR_MODEL_DEMANDS.items()
-        },
+        "column_shear_dcr": stated(column_shear_dcr),
+        **{name: stated(column_shear_dcr, model) for model, name in SHEAR_MODEL_DEMANDS.items()},
         "column_drift_ratio": peak(drifts),
-        "drift_over_capacity": peak(drift_over_capacity(column, trace) for column in columns),
-        "column_curvature_ductility": peak(
-            curvature_ductility(column, trace) for column in columns
-        ),
+        "drift_over_capacity": stated(drift_over_capacity),
+        "column_curvature_ductility": stated(curvature_ductility),
         "column_residual_drift_ratio": peak(drift[-1:] for drift in drifts),
     }
 
@@ -168,16 +170,16 @@ def column_shear_dcr(
         np.maximum.accumulate(curvature_ductility(column, trace)),
     )
     limits = [
-        shear_strength(capacity.shear, model or column.shear_model, axial, *ductilities)
+        capacity.shear_strength_n(model or column.shear_model, axial, *ductilities)
         for capacity in column.capacities
     ]
     return _ratio(column, column_shear_n(column, trace), limits)
 
 
 def curvature_ductility(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return the largest resultant hinge curvature divided by yield curvature, shape (n,)."""
-    largest = np.zeros(len(trace.time_s))
+    """Return the largest resultant hinge curvature over yield curvature, shape (n,)."""
     normal, along = (capacity.yield_curvature_per_m for capacity in column.capacities)
+    largest = np.full(len(trace.time_s), 0.0 * normal)  # nan if it is not stated
     for point in column.hinge_sections:
         _, about_z, about_y, *_ = trace.sections[column.element, point].T
         largest = np.maximum(largest, np.hypot(about_z / along, about_y / normal))

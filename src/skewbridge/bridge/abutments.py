@@ -106,7 +106,7 @@ def build_arms(
     for line, positions in stations.items():
         for along in positions:
             node, element = tags.node(), tags.element()
-            ops.node(node, *end.point(line, along), 0.0)
+            ops.node(node, *end.point(line, along))
             ops.fix(node, 0, 0, 0, 1, 1, 1)
             nodes = (element, deck_node, node)
             ops.element("elasticBeamColumn", *nodes, *section, transformation, *joint)
@@ -363,7 +363,7 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
     z_m = float(ops.nodeCoord(deck_node, 3))
 
     def seat(along_m: float) -> Point:
-        arm = along_m * plan.tangent[0], along_m * plan.tangent[1], -z_m
+        arm = along_m * plan.tangent[0], along_m * plan.tangent[1], plan.soffit_m - z_m
         return Point(deck_node, arm)
 
     is_square = options.seat_skew != "abutment"
@@ -382,7 +382,7 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
                 node=points["outer", along],
                 side=plan.name,
                 kind="acute" if along * plan.acute_sign > 0.0 else "obtuse",
-                plan_m=plan.point("outer", along),
+                plan_m=plan.point("outer", along)[:2],
             )
             for along in plan.wall_stations(2)
         ),
@@ -538,7 +538,7 @@ def _hold_wall_point(
         # spring and dashpot never exceeds the strength of the soil. Without tension in the plastic
         # part their sum is never tension.
         ground, wall = nodes
-        nodes = ground, plane_node(ops.nodeCoord(wall)[:2], 0.0, tags)
+        nodes = ground, plane_node(ops.nodeCoord(wall), 0.0, tags)
         elastic = [elastic_material(elastic_part_n_per_m(passive), tags, dashpot)]
         tie = [elastic_material(NORMAL_OVER_NEIGHBOUR * wing.stiffness_n_per_m, tags)]
         link, _ = spring_element((nodes[1], wall), end.inward, elastic, tie, tags)

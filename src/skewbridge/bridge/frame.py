@@ -5,18 +5,20 @@ domain: everything except the joints at its deck ends, before dead load. `bridge
 the dead load, adds joints and contacts, and returns a `BridgeModel`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from skewbridge.bridge.catalogue.data import AbutmentData
 from skewbridge.bridge.column import BentCapacity
 from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, TagAllocator
-from skewbridge.bridge.plan import DeckEnd
+from skewbridge.bridge.plan import DeckEnd, PlanVector
+from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
 if TYPE_CHECKING:
+    from skewbridge.bridge.script_units import UnitSystem
     from skewbridge.contact import ContactSet  # pages and digests need no OpenSees
 
 
@@ -87,7 +89,9 @@ class Frame:
         columns: All columns, in the order of the bents.
         damping: Rayleigh damping of deck and columns.
         elements: Elements of the energy-balance groups ``columns``, ``deck`` and ``links`` (stiff
-            connections and foundation springs).
+            connections and foundation springs). Elements of columns are recorded; those of deck
+            and links are elastic beams or springs.
+        units: Units of the domain behind its SI view; None if it has SI units.
         bents: Capacities of the bents under a rigid deck; empty if the bridge does not state them.
     """
 
@@ -98,21 +102,46 @@ class Frame:
     damping: Damping
     elements: Mapping[str, tuple[int, ...]]
     bents: tuple[BentCapacity, ...] = ()
+    units: "UnitSystem | None" = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Description:
     """What a bridge says about itself, for pages, answers and checks; lengths in m.
 
-    ``seats_m`` has the seat width of each seat end by its name; ``bent_heights_m`` the clear
-    height of each bent.
+    Attributes:
+        details: ``surrogate`` or ``published`` details, or a ``script``.
+        bent_heights_m: Clear height of each bent.
+        bent_columns: Number of columns of each bent.
+        bent_bases: How the columns of each bent stand; empty if it is not known.
+        columns_m: Places of the columns at zero skew: along the bridge from its middle, and across.
+        outlines_m: Points of the outline of each column: along its bent, and normal to it.
+        seats_m: Seat width of each seat end by its name.
+        wall_m: Thickness of the backwalls.
+        backfill_rule: Rule of the backfill.
+        damping_ratio: Ratio of the Rayleigh damping.
+        on_springs: Whether the columns stand on foundation springs.
     """
 
     title: str
+    details: str
     spans_m: tuple[float, ...]
     width_m: float
     bent_heights_m: tuple[float, ...]
+    bent_columns: tuple[int, ...]
+    bent_bases: tuple[str, ...]
+    columns_m: tuple[PlanVector, ...]
+    outlines_m: tuple[Sequence[PlanVector], ...]
     seats_m: Mapping[str, float]
+    wall_m: float
+    backfill_rule: str
+    damping_ratio: float
+    on_springs: bool = False
+
+    @property
+    def bases(self) -> str:
+        """Bases of all bents in words."""
+        return " and ".join(sorted({*self.bent_bases} - {""}))
 
     @property
     def length_m(self) -> float:
@@ -143,6 +172,11 @@ class Structure(Protocol):
         """What it says about itself."""
         ...
 
+    @property
+    def ignored(self) -> frozenset[str]:
+        """Modelling options that do not act on it."""
+        ...
+
     def build(self, skew_deg: float, options: ModelOptions, tags: TagAllocator) -> Frame:
         """Build the frame of the bridge in the open, empty domain.
 
@@ -152,6 +186,15 @@ class Structure(Protocol):
             tags: Tags of the domain.
         """
         ...
+
+
+def require_options(bridge: Structure, names: Iterable[str]) -> None:
+    """Raise an `InputError` for modelling options that do not act on a bridge."""
+    if useless := sorted(bridge.ignored.intersection(names)):
+        raise InputError(
+            f"{', '.join(useless)} cannot act on the elements of the script {bridge.name}.py: add "
+            "parameters of that name to its function, or leave the bridge or these options out"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

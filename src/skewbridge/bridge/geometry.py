@@ -7,11 +7,9 @@ import openseespy.opensees as ops
 from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.handles import CornerHandle
 from skewbridge.bridge.model import build, domain
-from skewbridge.bridge.plan import PlanVector
+from skewbridge.bridge.plan import PlanVector, Position
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
-
-type Position = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

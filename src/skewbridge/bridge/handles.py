@@ -4,12 +4,19 @@ Axes: x longitudinal, y transverse, z up, origin in plan at the middle of the de
 is valid only inside the `domain()` in which the model was built.
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import count
 
+import numpy as np
+
 from skewbridge.bridge.plan import PlanVector
-from skewbridge.bridge.section import ShearSection
+from skewbridge.bridge.section import FloatArray, ShearSection, shear_strength
 from skewbridge.variant.options import DEFAULT_SHEAR_MODEL, ShearModel
+
+#: Shear strength (N) of a column of a script at axial forces (N, compression positive) and
+#: ductilities of drift and curvature, shapes (n,).
+type Strength = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 
 class TagAllocator:
@@ -20,6 +27,11 @@ class TagAllocator:
         self.material, self.section, self.integration = (count(1).__next__ for _ in range(3))
         self.transformation, self.parameter = (count(1).__next__ for _ in range(2))
         self.series, self.pattern = (count(1).__next__ for _ in range(2))
+
+    def start_above(self, largest: Mapping[str, int]) -> None:
+        """Continue above the largest tags that a script has used, by kind of object."""
+        for kind, tag in largest.items():
+            setattr(self, kind, count(tag + 1).__next__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +59,7 @@ class SpringHandle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnCapacity:
-    """Capacity of a column in one horizontal direction.
+    """Capacity of a column in one horizontal direction; what is not stated is nan or None.
 
     Attributes:
         yield_curvature_per_m: Idealised yield curvature under dead load.
@@ -59,7 +71,20 @@ class ColumnCapacity:
     yield_curvature_per_m: float
     yield_drift_ratio: float
     drift_capacity_ratio: float
-    shear: ShearSection
+    shear: ShearSection | Strength | None
+
+    def shear_strength_n(
+        self, model: ShearModel, axial_n: FloatArray, drift: FloatArray, curvature: FloatArray
+    ) -> FloatArray:
+        """Return the shear strength at axial forces and ductilities of drift and curvature, (n,).
+
+        It is nan if it is not stated.
+        """
+        if self.shear is None:
+            return np.full_like(axial_n, np.nan)
+        if isinstance(self.shear, ShearSection):
+            return shear_strength(self.shear, model, axial_n, drift, curvature)
+        return self.shear(axial_n, drift, curvature)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

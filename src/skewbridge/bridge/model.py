@@ -1,74 +1,39 @@
-"""OpenSees domain and the model of a bridge variant, or of one abutment, built in it."""
+"""Model of a bridge variant, or of one abutment, built in the OpenSees domain."""
 
-from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import openseespy.opensees as ops
 
 from skewbridge.bridge.abutments import build_joint, support_deck_end
+from skewbridge.bridge.assembly import DomainError, assemble, blueprint_of, domain
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.frame import Blueprint, BridgeModel, End
 from skewbridge.bridge.gravity import hold_dead_load
 from skewbridge.bridge.handles import AbutmentHandle, TagAllocator
-from skewbridge.bridge.structures import built_bridge, deck_ends, load_structure
+from skewbridge.bridge.library import load_structure
+from skewbridge.bridge.structures import built_bridge, deck_ends
 from skewbridge.bridge.weights import deck_reactions_n
-from skewbridge.contact import ContactSet
 from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
-
-class DomainError(RuntimeError):
-    """The domain already contains a model."""
-
-
-@contextmanager
-def domain() -> Generator[None]:
-    """Open the only OpenSees domain of the process: empty on entry, wiped on exit."""
-    ops.wipe()
-    ops.model("basic", "-ndm", 3, "-ndf", 6)
-    try:
-        yield
-    finally:
-        ops.wipe()
+__all__ = [
+    "AbutmentModel", "DomainError", "build", "build_abutment", "column_axial_forces_n", "domain",
+    "support_reactions_n",
+]  # fmt: skip
 
 
 def build(variant: Variant, options: ModelOptions) -> BridgeModel:
-    """Build the model of a variant in the open domain, at rest under its dead load.
-
-    The joints are built after the dead load is applied, because the dead load rotates the deck ends
-    and gaps are openings at rest. Axes that the abutment model does not have are ignored.
+    """Build the model of a variant in the open domain, at rest under its dead load; see `assemble`.
 
     Returns:
         Handles of the model, valid until the domain closes.
 
     Raises:
         InputError: The bridge does not exist, or its file has invalid data.
-        DomainError: The domain already contains a model.
-        GravityError: The gravity analysis does not converge.
     """
-    blueprint = _blueprint(variant, options)
-    variant, tags = blueprint.variant, blueprint.tags
-    frame = load_structure(variant.bridge).build(variant.skew_deg, options, tags)
-    supported = [support_deck_end(end, blueprint) for end in frame.ends]
-    hold_dead_load(frame.loads.forces_n, frame.loads.moments_nm, tags)
-    abutments = tuple(map(build_joint, supported))
-    return BridgeModel(blueprint=blueprint, frame=frame, abutments=abutments)
-
-
-def _blueprint(variant: Variant, options: ModelOptions) -> Blueprint:
-    """Return the blueprint of a variant for the open domain.
-
-    Abutment model `contact` has the contact units of `contact_friction` but never updates them.
-    """
-    if ops.getNodeTags():
-        raise DomainError("call build() inside `with domain():`, once per domain")
-    variant, tags, contacts = variant.normalised(), TagAllocator(), None
-    if variant.traits.has_contacts:
-        is_updated = variant.traits.has_friction
-        contacts = ContactSet(tags, update=is_updated, coupling=options.coupling)
-    return Blueprint(variant=variant, options=options, tags=tags, contacts=contacts)
+    return assemble(load_structure(variant.bridge).build, variant, options)
 
 
 def column_axial_forces_n(model: BridgeModel) -> list[float]:
@@ -105,7 +70,7 @@ def build_abutment(
     ``guide`` is called with the connector and the tag allocator before the dead load is applied. It
     can restrain the deck end in plan in directions in which the abutment does not.
     """
-    blueprint = _blueprint(variant, options)
+    blueprint = blueprint_of(variant, options)
     tags, skew_deg = blueprint.tags, blueprint.variant.skew_deg
     bridge, connector = built_bridge(load_bridge(variant.bridge), options, skew_deg), tags.node()
     load_n = deck_reactions_n(bridge)[-1]

@@ -9,6 +9,7 @@ from math import cos, radians, sin
 from typing import Literal
 
 type PlanVector = tuple[float, float]
+type Position = tuple[float, float, float]
 #: Line of the pads, or outer face of the end diaphragm, where walls and keys touch it.
 type Line = Literal["bearing", "outer"]
 
@@ -29,6 +30,7 @@ class DeckEnd:
         skew_deg: Angle from ``outward`` to the normal of the end face, counter-clockwise.
         width_m: Width of the deck, square to the centreline.
         thickness_m: Thickness of the end diaphragm, normal to its faces.
+        soffit_m: Height z of the soffit, where all points of the joint are.
     """
 
     name: str
@@ -37,6 +39,7 @@ class DeckEnd:
     skew_deg: float
     width_m: float
     thickness_m: float
+    soffit_m: float = 0.0
 
     @property
     def skew_rad(self) -> float:
@@ -69,7 +72,7 @@ class DeckEnd:
         """+1 if the acute corner is at the end of the tangent, else -1; zero skew is positive."""
         return 1.0 if self.skew_rad < 0.0 else -1.0
 
-    def point(self, line: Line, along_m: float) -> PlanVector:
+    def point(self, line: Line, along_m: float) -> Position:
         """Return a point of the joint, ``along_m`` from the centreline along the wall."""
         # ASSUME the pads are under the middle of the end diaphragm
         faces, (x, y) = {"bearing": 0.0, "outer": 0.5}[line], self.tangent
@@ -78,6 +81,7 @@ class DeckEnd:
         return (
             middle[0] + offset * outward[0] + along_m * x,
             middle[1] + offset * outward[1] + along_m * y,
+            self.soffit_m,
         )
 
     def wall_stations(self, count: int) -> list[float]:

@@ -186,17 +186,17 @@ def spring_element(
 
 
 def grounded_node(place_m: Sequence[float], tags: TagAllocator) -> int:
-    """Create a fixed node at (x, y, z), or at (x, y) at the top of the pads (z = 0)."""
+    """Create a fixed node."""
     node = tags.node()
-    ops.node(node, *place_m, *[0.0] * (3 - len(place_m)))
+    ops.node(node, *place_m)
     ops.fix(node, 1, 1, 1, 1, 1, 1)
     return node
 
 
-def plane_node(plan_m: PlanVector, mass_kg: float, tags: TagAllocator) -> int:
-    """Create a node at the top of the pads that moves only in plan."""
+def plane_node(place_m: Sequence[float], mass_kg: float, tags: TagAllocator) -> int:
+    """Create a node that moves only in plan."""
     node = tags.node()
-    ops.node(node, *plan_m, 0.0)
+    ops.node(node, *place_m)
     ops.fix(node, 0, 0, 1, 1, 1, 1)
     if mass_kg > 0.0:
         ops.mass(node, mass_kg, mass_kg, 0.0, 0.0, 0.0, 0.0)

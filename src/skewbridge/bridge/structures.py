@@ -1,4 +1,4 @@
-"""Bridges that can be built, by name: files of the catalogue."""
+"""Bridges of the catalogue that can be built."""
 
 from dataclasses import dataclass
 from math import cos, radians, sqrt
@@ -7,7 +7,7 @@ from typing import Any
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
 from skewbridge.bridge.catalogue.data import AbutmentData
 from skewbridge.bridge.column import bent_capacities
-from skewbridge.bridge.frame import Damping, DeadLoad, Description, End, Frame, Structure
+from skewbridge.bridge.frame import Damping, DeadLoad, Description, End, Frame
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.plan import DeckEnd
 from skewbridge.files.digests import digest_of
@@ -36,15 +36,37 @@ class CatalogueBridge:
         return self.data.t1_s
 
     @property
+    def ignored(self) -> frozenset[str]:
+        """Modelling options that do not act: none."""
+        return frozenset()
+
+    @property
     def description(self) -> Description:
         """What pages say about it."""
         data = self.data
         seat_m = data.abutment.seat_width_m
         return Description(
             title=data.title,
+            details=data.details,
             spans_m=data.spans_m,
             width_m=data.deck.width_m,
             bent_heights_m=tuple(bent.clear_height_m for bent in data.bents),
+            bent_columns=tuple(bent.columns for bent in data.bents),
+            columns_m=tuple(
+                (x, (place - (bent.columns - 1) / 2) * bent.column_spacing_m)
+                for x, bent in zip(data.bent_positions_m, data.bents, strict=True)
+                for place in range(bent.columns)
+            ),
+            outlines_m=tuple(
+                data.column_of(bent).outline.points(48)
+                for bent in data.bents
+                for _ in range(bent.columns)
+            ),
+            bent_bases=tuple(map(data.base_of, data.bents)),
+            on_springs=data.foundation is not None,
+            wall_m=data.abutment.wall_thickness_m,
+            backfill_rule=data.abutment.backfill.rule,
+            damping_ratio=data.damping.ratio,
             seats_m={"left": seat_m, "right": seat_m},
         )
 
@@ -85,11 +107,6 @@ class CatalogueBridge:
         )
 
 
-def load_structure(name: str) -> Structure:
-    """Return the bridge with a name or file; an `InputError` names file, key and limit."""
-    return CatalogueBridge(load_bridge(name))
-
-
 def deck_ends(bridge: BridgeData, skew_deg: float) -> tuple[DeckEnd, DeckEnd]:
     """Return the left and the right end of the deck of a bridge in plan."""
     half, deck = bridge.length_m / 2, bridge.deck
@@ -124,7 +141,7 @@ def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.
         "deck": {"line_load_kn_per_m": mass, "diaphragm_weight_kn": mass},
         "bents": bents,
     }
-    abutment = built_abutment(bridge.abutment, options)
+    abutment = built_abutment(abutment_of(bridge.deck.width_m, options) or bridge.abutment, options)
     return _scaled(bridge, factors).model_copy(update={"abutment": abutment})
 
 
@@ -140,6 +157,36 @@ def built_abutment(abutment: AbutmentData, options: ModelOptions) -> AbutmentDat
         "sacrificial_key": key,
         "monolithic_key": key,
     }
+    return _scaled(abutment, factors)
+
+
+def abutment_of(width_m: float, options: ModelOptions) -> AbutmentData | None:
+    """Return the abutment of the bridge in the option ``abutment_of``, if set, for a deck width."""
+    if options.abutment_of is None:
+        return None
+    donor = load_bridge(options.abutment_of)
+    return widened(donor.abutment, width_m / donor.deck.width_m)
+
+
+def widened(abutment: AbutmentData, ratio: float) -> AbutmentData:
+    """Return the data of an abutment for a wider deck: the same per metre, and the same wings."""
+    # ASSUME dead load, and with it pads and keys, is proportional to the width of the deck
+    key = {"force_kn": ratio}
+    factors = {
+        "wall_width_m": ratio,
+        "key_mass_t": ratio,
+        "pads": {
+            "spacing_m": ratio,
+            "shear_stiffness_kn_per_m": ratio,
+            "yield_force_kn": ratio,
+            "vertical_stiffness_mn_per_m": ratio,
+        },
+        "sacrificial_key": key,
+        "monolithic_key": key,
+        "wing_length_ratio": 1.0 / ratio,
+    }
+    if abutment.backfill.rule == "k50":  # of the whole wall, the other rule is per metre
+        factors["backfill"] = {"stiffness_mn_per_m": ratio, "ultimate_kn": ratio}
     return _scaled(abutment, factors)
 
 

@@ -1,7 +1,7 @@
 """Commands for single bridges: catalogue, checks, modes, static pushes, columns, drawings."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import product
@@ -17,7 +17,7 @@ from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder, write_text
 from skewbridge.units import KN
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import ABUTMENTS, Variant, parse_slug
+from skewbridge.variant.variant import ABUTMENTS, Variant
 
 if TYPE_CHECKING:
     from skewbridge.analysis.pushover import PushCurve
@@ -100,7 +100,8 @@ def check(
 
     answer = check_bridge(name or bridge)
     picture = writable_folder(out or Path("results/bridges") / answer["bridge"]) / "model.png"
-    skewed = replace(parse_slug("osb1_cf_skew30_gap051_mu050"), bridge=name or bridge)
+    values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
+    skewed = Variant.at(name or bridge, "contact_friction", values)
     model_figure(model_geometry(skewed, ModelOptions())).savefig(picture, dpi=150)
     for finding in answer["findings"]:
         warn(finding)
@@ -281,8 +282,8 @@ def sdc(
     from skewbridge.files.tables import read_frame, records_of
     from skewbridge.fragility.demand_table import need_columns
 
-    def variant_named(slug: str) -> Variant:
-        variant = parse_slug(slug)
+    def variant_of_row(row: Mapping[str, Any]) -> Variant:
+        variant = Variant.of_row(row)
         is_own = bridge is not None and Path(bridge).stem == variant.bridge_name
         return replace(variant, bridge=bridge) if is_own else variant
 
@@ -298,13 +299,15 @@ def sdc(
             bents, table = (read_frame(source / f"{name}.parquet") for name in _OF_RUN)
             histories = {str(name): table[name].to_numpy() for name in table}
             row = records_of(demands)[0]
-            variant = variant_named(row["variant"])
+            variant = variant_of_row(row)
             title, moves_m = variant.slug, bridge_check.corner_moves_m(variant, histories)
             rows = bridge_check.sdc_rows(variant, row, records_of(bents), moves_m)
         else:
             title = f"median of {len(demands)} analyses"
-            groups = demands.groupby("variant")
-            rows = [bridge_check.summary_row(variant_named(str(name)), of) for name, of in groups]
+            rows = [
+                bridge_check.summary_row(variant_of_row(records_of(of.head(1))[0]), of)
+                for _, of in demands.groupby("variant")
+            ]
     if out is not None:
         _write(rows, out, "sdc")
     return Answer({"title": title, kind: rows}, units=units)

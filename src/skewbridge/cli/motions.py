@@ -160,7 +160,7 @@ def default_suite(
 
     Example: skewbridge motions default-suite --out suite
     """
-    from skewbridge.bridge.structures import load_structure
+    from skewbridge.bridge.library import load_structure
     from skewbridge.motions.synthesis.generate import write_default_suite
     from skewbridge.study.config import CONDITIONING_BRIDGE
 

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from skewbridge.analysis.settings import AnalysisSettings, under_explicit_keys
+from skewbridge.bridge.frame import require_options
+from skewbridge.bridge.library import load_structure
 from skewbridge.cli.output import opt
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, parse_yaml, read_yaml, shortened
@@ -122,7 +124,9 @@ class VariantOptions:
     @property
     def model(self) -> ModelOptions:
         """The options set by ``--set``; raises `InputError` for a wrong key or value."""
-        return checked(ModelOptions, keys_and_values("--set", self.changes), "--set")
+        values = keys_and_values("--set", self.changes)
+        require_options(load_structure(self.bridge), values)
+        return checked(ModelOptions, values, "--set")
 
     def settings_and_model(
         self, accuracy: str, **chosen: Any
@@ -137,6 +141,7 @@ class VariantOptions:
         model: dict[str, Any] = {}
         for key, value in keys_and_values("--set", self.changes).items():
             (analysis if key in keys else model)[key] = value
+        require_options(load_structure(self.bridge), model)
         full = under_explicit_keys({"analysis": analysis, "model": model}, accuracy)
         settings = checked(AnalysisSettings, full["analysis"], "the options")
         return settings, checked(ModelOptions, full["model"], "--set")

@@ -2,12 +2,15 @@
 
 import logging
 from collections.abc import Callable, Iterable
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 
 import pandas as pd
 
-from skewbridge.bridge.structures import load_structure
+from skewbridge.analysis.settings import NUMERICS
+from skewbridge.bridge.frame import require_options
+from skewbridge.bridge.library import load_structure
 from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column
 from skewbridge.errors import InputError, raise_all
 from skewbridge.files.digests import digest_of, provenance
@@ -19,6 +22,7 @@ from skewbridge.motions.suite import content_digest, suite_sources
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font, chosen_variants
 from skewbridge.study.folder import StudyFolder
 from skewbridge.variant.grid import expand_grid
+from skewbridge.variant.options import ModelOptions
 
 logger = logging.getLogger(__name__)
 
@@ -30,6 +34,7 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
     """
     checks: list[Callable[[], object]] = [
         *(partial(load_structure, name) for name in config.bridges_with_periods()),
+        *(partial(_check_options, name, config) for name in config.grid.bridge),
         partial(_check_column, "fragility.im", config.fragility.im, INTENSITY_COLUMNS),
         partial(_check_limit_states, Path(config.fragility.limit_states)),
         partial(check_font, config.figures.font),
@@ -46,6 +51,13 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
         except InputError as error:
             faults.append(error)
     raise_all(faults)
+
+
+def _check_options(bridge: str, config: StudyConfig) -> None:
+    """Refuse axes and modelling options that do not act on a bridge."""
+    usual = ModelOptions(**NUMERICS[config.accuracy]["model"])
+    changed = (n for n, value in asdict(config.model).items() if value != getattr(usual, n))
+    require_options(load_structure(bridge), (*config.grid.values(), *changed))
 
 
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:
@@ -83,6 +95,10 @@ def prepare_motions(study: StudyConfig) -> None:
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
 
     folder, motions = StudyFolder(Path(study.results)), study.motions
+    for name in study.grid.bridge:
+        if useless := load_structure(name).ignored.intersection(study.uncertainty.drawn):
+            listed = ", ".join(sorted(useless))
+            logger.warning("random properties without effect on the script %s: %s", name, listed)
     suite = designed = prepare_suites(motions, t1_s=load_structure(CONDITIONING_BRIDGE).t1_s)
     if motions.design == "cloud":
         designed = suite.assign(scale=1.0)

@@ -71,6 +71,8 @@ def _file(name: str | Path) -> Path:
         except (OSError, ValueError):
             raise InputError(f"{shown_path(Path(name))} is not a file name") from None
     found = _named(name, OWN_FOLDER)
+    if name.endswith(".py"):
+        raise InputError(f"{shortened(name)}: a script has no data of deck, columns and abutments")
     if found is None:
         own = sorted(path.stem for path in OWN_FOLDER.glob("*.yaml"))
         known = (*bridge_names(), *own)

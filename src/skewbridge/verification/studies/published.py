@@ -175,7 +175,7 @@ def analysed_demands[Key](
     tasks = [
         (key, replace(task, options=replace(task.options, **options)))
         for key, (variant, options) in cases.items()
-        for task in setup.tasks(variant.slug)
+        for task in setup.tasks(variant)
     ]
     rows = rows_of_tasks(study, [task for _, task in tasks], _peaks, len(os.sched_getaffinity(0)))
     tables: dict[Key, list[Row]] = {}
