@@ -131,7 +131,7 @@ class Description:
     bent_columns: tuple[int, ...]
     bent_bases: tuple[str, ...]
     columns_m: tuple[PlanVector, ...]
-    outlines_m: tuple[Sequence[PlanVector], ...]
+    outlines_m: tuple[Sequence[Sequence[float]], ...]
     seats_m: Mapping[str, float]
     wall_m: float
     backfill_rule: str

@@ -265,7 +265,7 @@ class _Reader:
         return Frame(
             centre_node=self._centre(masses, [*elastic, *others]),
             loads=DeadLoad(forces_n=loads[0], moments_nm=loads[1], masses_kg=masses),
-            ends=tuple(self._end(end, *pair) for end, *pair in self._sides(ends)),
+            ends=tuple(self._end(*side) for side in self._sides(ends)),
             columns=columns,
             damping=Damping(
                 ratio=given.damping_ratio,
@@ -454,7 +454,7 @@ def _strength_n(
     given: float | Callable[..., Any], newton: float, axial_n: Any, drift: Any, curvature: Any
 ) -> Any:
     """Return the shear strength (N) by a number or function in the units of the script."""
-    if isinstance(given, float):
+    if not callable(given):
         return np.full_like(axial_n, given * newton)
     return newton * np.asarray(given(axial_n / newton, drift, curvature), dtype=np.float64)
 

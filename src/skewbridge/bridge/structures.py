@@ -58,7 +58,7 @@ class CatalogueBridge:
                 for place in range(bent.columns)
             ),
             outlines_m=tuple(
-                data.column_of(bent).outline.points(48)
+                data.column_of(bent).outline.points(48).tolist()
                 for bent in data.bents
                 for _ in range(bent.columns)
             ),
