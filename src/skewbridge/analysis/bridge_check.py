@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from math import cos, degrees, inf, nan, radians, sin
+from math import degrees, inf, nan, radians
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -14,6 +14,7 @@ from skewbridge.bridge.catalogue import BridgeData, load_bridge
 from skewbridge.bridge.column import BentCapacity, bent_capacities
 from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.section import sdc_shear_strength
+from skewbridge.bridge.structures import deck_ends
 from skewbridge.units import FOOT, INCH, KN, MPA
 from skewbridge.variant.variant import Variant
 
@@ -148,13 +149,14 @@ def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
 def capacities_of(model: BridgeModel, bents: Sequence[Mapping[str, Any]]) -> dict[str, float]:
     """Return the capacity columns of an analysis from its model and the rows of `capacity_rows`.
 
-    The support length is at rest and normal to the seat. The others are nan without bents.
+    The support length is at rest and normal to the seat, nan without seats. The others are nan
+    without bents.
 
     References:
         AASHTO LRFD figure 4.7.4.4-1: N is the overlap of girder and seat.
     """
     values = {name: [bent[of] for bent in bents] for name, of in _LEAST.items()}
-    values[_SUPPORT] = [end.support_length_m for end in model.abutments]
+    values[_SUPPORT] = [end.support_length_m for end in model.seats]
     return {name: float(min(values[name], default=nan)) for name in CAPACITIES}
 
 
@@ -216,7 +218,8 @@ def sdc_rows(
     for corner, unseating_m in corners_m.items():
         compare(f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), support)
     aashto_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg))
-    compare("seat, AASHTO 1.5 N (m)", aashto_m, support)
+    if bridge.seats:
+        compare("seat, AASHTO 1.5 N (m)", aashto_m, support)
     return rows
 
 
@@ -246,11 +249,11 @@ def corner_moves_m(
 
     The histories come from a single analysis; a corner is named ``left acute``, for example.
     """
-    skew = radians(variant.skew_deg)
+    bridge = load_bridge(variant.bridge)
     moves: dict[str, float] = {}
-    for side, sign in (("left", -1.0), ("right", 1.0)):
-        for kind in ("acute", "obtuse"):
-            name = f"abutment_{side}_{kind}"
-            along = cos(skew) * histories[f"{name}_x_m"] + sin(skew) * histories[f"{name}_y_m"]
-            moves[f"{side} {kind}"] = max(0.0, float(np.max(-sign * along)))
+    for end in deck_ends(bridge, variant.skew_deg):
+        for kind in ("acute", "obtuse") if end.name in bridge.seats else ():
+            name, (x, y) = f"abutment_{end.name}_{kind}", end.normal
+            along = x * histories[f"{name}_x_m"] + y * histories[f"{name}_y_m"]
+            moves[f"{end.name} {kind}"] = max(0.0, float(np.max(-along)))
     return moves

@@ -5,6 +5,7 @@ Displacements are relative to the ground and counted from the state under gravit
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -190,10 +191,13 @@ def _abutment_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, flo
             for abutment in abutments
             for bearing in abutment.bearings
         ),
-        "unseating_m": highest(unseating_m(abutment, trace) for abutment in abutments),
-        "acute_corner_unseating_m": highest(
-            unseating_m(abutment, trace, "acute") for abutment in abutments
-        ),
+        # a bridge without seats cannot unseat
+        **{
+            name: highest(unseating_m(seat, trace, kind) for seat in model.seats)
+            if model.seats
+            else nan
+            for name, kind in (("unseating_m", None), ("acute_corner_unseating_m", "acute"))
+        },
     }
 
 
@@ -369,7 +373,7 @@ def peak(series: Iterable[Series]) -> float:
 
 def highest(series: Iterable[Series]) -> float:
     """Return the largest value of all series, at least 0."""
-    return max(0.0, *(float(values.max()) for values in series))
+    return max((0.0, *(float(values.max()) for values in series)))
 
 
 def histories_of(
@@ -410,8 +414,9 @@ def histories_of(
             **_plan(f"{name}_pads_{{}}_kn", pads_n / KN),
             f"{name}_wall_kn": wall_force_n(abutment, trace) / KN,
             f"{name}_backfill_kn": backfill_force_n(abutment, trace) / KN,
-            f"{name}_unseating_m": unseating_m(abutment, trace),
         }
+        if abutment.is_seat:
+            table[f"{name}_unseating_m"] = unseating_m(abutment, trace)
         for corner in abutment.corners:
             table |= _plan(f"{name}_{corner.kind}_{{}}_m", trace.disp(corner.node))
     for index, unit in enumerate(model.contacts.units if model.contacts else ()):
@@ -442,8 +447,9 @@ def _joint_force_n(
 ) -> Series:
     """Return the force of an abutment on the deck: pads plus contacts or springs, (n, 2)."""
     total = pads_n.copy()
-    if model.contacts is not None:
-        for index in (*abutment.wall_units, *abutment.key_units):
+    units = (*abutment.wall_units, *abutment.key_units)
+    if model.contacts is not None and units:
+        for index in units:
             unit = model.contacts.units[index]
             total -= np.outer(trace.normals_n[:, index], unit.normal[:2])
             for k, tangent in enumerate(unit.tangents):

@@ -245,11 +245,11 @@ class Watch:
         self.columns = tuple(Lean(column) for column in model.columns)
         self._corners = tuple(
             (_Moved(corner.node), abutment.normal, abutment.support_length_m)
-            for abutment in model.abutments
+            for abutment in model.seats
             for corner in abutment.corners
         )
         self._drift_ratio = self._disp_m = 0.0
-        for abutment in model.abutments:
+        for abutment in model.seats:
             if abutment.support_length_m <= 0.0:
                 raise InputError(
                     f"gap_mm must be below the seat width of {abutment.seat_width_m * 1e3:g} mm, "

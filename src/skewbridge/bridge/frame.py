@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from skewbridge.bridge.catalogue.data import AbutmentData
+from skewbridge.bridge.catalogue.data import EndData
 from skewbridge.bridge.column import BentCapacity
 from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, TagAllocator
 from skewbridge.bridge.plan import DeckEnd
@@ -68,12 +68,12 @@ class End:
     Attributes:
         node: End node at the centroid of the deck.
         plan: Position, skew and size in plan.
-        abutment: Data of its abutment.
+        abutment: Data of its abutment, of any kind in `skewbridge.bridge.ends`.
     """
 
     node: int
     plan: DeckEnd
-    abutment: AbutmentData
+    abutment: EndData
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,6 +186,11 @@ class BridgeModel:
     def columns(self) -> tuple[ColumnHandle, ...]:
         """All columns, in the order of the bents."""
         return self.frame.columns
+
+    @property
+    def seats(self) -> tuple[AbutmentHandle, ...]:
+        """Abutments with a seat, from which the deck can fall."""
+        return tuple(end for end in self.abutments if end.is_seat)
 
     @property
     def weight_n(self) -> float:

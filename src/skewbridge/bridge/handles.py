@@ -6,6 +6,7 @@ is valid only inside the `domain()` in which the model was built.
 
 from dataclasses import dataclass
 from itertools import count
+from math import nan
 
 from skewbridge.bridge.plan import PlanVector
 from skewbridge.bridge.section import ShearSection
@@ -123,6 +124,7 @@ class AbutmentHandle:
 
     Attributes:
         side: ``left`` (negative x) or ``right``.
+        is_seat: Whether the deck end rests on a seat behind a gap, from which it can fall.
         normal: Outward normal of the deck end (towards the backfill), in plan.
         tangent: ``normal`` turned by +90 degrees: along the wall.
         gap_m: Opening of the joint at rest, normal to the wall; the transverse gap is at the keys.
@@ -130,6 +132,7 @@ class AbutmentHandle:
         centre: Middle of the bearing line at the top of the pads.
         bearings: Elements of pads (each may represent several) or of supports.
         pads: Tops of all pads or supports.
+        holders: Fixed nodes whose vertical reactions are that of the abutment.
         links: Stiff arms from the end node of the deck to the points of the joint.
         wall_units: Indices of the backwall contacts in `BridgeModel.contacts`, in the direction of
             ``tangent``; empty in models without contact.
@@ -139,19 +142,21 @@ class AbutmentHandle:
         key_springs: Springs of the shear keys, from the ground (in `spring`: from the body) to the
             key node; in `simplified`, the transverse springs.
         wing_springs: Wing-wall springs.
-        other_springs: Gap elements at the keys of `spring`; no demand uses them.
+        other_springs: Gap elements at the keys of `spring`, and piles; no demand uses them.
     """
 
     side: str
     normal: PlanVector
     tangent: PlanVector
-    gap_m: float
-    transverse_gap_m: float
-    seat_width_m: float
     centre: Point
     corners: tuple[CornerHandle, ...]
-    bearings: tuple[BearingHandle, ...]
-    pads: tuple[Point, ...]
+    is_seat: bool = True
+    gap_m: float = 0.0
+    transverse_gap_m: float = 0.0
+    seat_width_m: float = nan
+    bearings: tuple[BearingHandle, ...] = ()
+    pads: tuple[Point, ...] = ()
+    holders: tuple[int, ...] = ()
     links: tuple[int, ...] = ()
     wall_units: tuple[int, ...] = ()
     key_units: tuple[int, ...] = ()

@@ -8,12 +8,15 @@ import openseespy.opensees as ops
 
 from skewbridge.bridge.abutments import build_joint, support_deck_end
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.catalogue.data import AbutmentData
+from skewbridge.bridge.ends import KINDS
 from skewbridge.bridge.frame import Blueprint, BridgeModel, End
 from skewbridge.bridge.gravity import hold_dead_load
 from skewbridge.bridge.handles import AbutmentHandle, TagAllocator
 from skewbridge.bridge.structures import built_bridge, deck_ends, load_structure
 from skewbridge.bridge.weights import deck_reactions_n
 from skewbridge.contact import ContactSet
+from skewbridge.errors import InputError
 from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
@@ -51,9 +54,10 @@ def build(variant: Variant, options: ModelOptions) -> BridgeModel:
     blueprint = _blueprint(variant, options)
     variant, tags = blueprint.variant, blueprint.tags
     frame = load_structure(variant.bridge).build(variant.skew_deg, options, tags)
-    supported = [support_deck_end(end, blueprint) for end in frame.ends]
+    kinds = [KINDS[end.abutment.type] for end in frame.ends]
+    supported = [kind.support(end, blueprint) for kind, end in zip(kinds, frame.ends, strict=True)]
     hold_dead_load(frame.loads.forces_n, frame.loads.moments_nm, tags)
-    abutments = tuple(map(build_joint, supported))
+    abutments = tuple(kind.build(end) for kind, end in zip(kinds, supported, strict=True))
     return BridgeModel(blueprint=blueprint, frame=frame, abutments=abutments)
 
 
@@ -80,7 +84,7 @@ def support_reactions_n(model: BridgeModel) -> list[float]:
     """Return the vertical reaction in N of each abutment, left to right."""
     ops.reactions()
     return [
-        sum(float(ops.nodeReaction(bearing.seat_node, 3)) for bearing in abutment.bearings)
+        sum(float(ops.nodeReaction(node, 3)) for node in abutment.holders)
         for abutment in model.abutments
     ]
 
@@ -108,14 +112,17 @@ def build_abutment(
     blueprint = _blueprint(variant, options)
     tags, skew_deg = blueprint.tags, blueprint.variant.skew_deg
     bridge, connector = built_bridge(load_bridge(variant.bridge), options, skew_deg), tags.node()
+    plan = deck_ends(bridge, skew_deg)[-1]
+    data = bridge.ends[plan.name]
+    if not isinstance(data, AbutmentData):
+        raise InputError(f"{bridge.name}: its {plan.name} end is {data.type}, not a seat abutment")
     load_n = deck_reactions_n(bridge)[-1]
     # ASSUME the deck mass at an abutment is the mass of the dead load on it
     mass_kg = load_n / G_MPS2
-    plan = deck_ends(bridge, skew_deg)[-1]
     ops.node(connector, *plan.middle_m, bridge.deck.centroid_above_soffit_m)
     ops.fix(connector, 0, 0, 0, 1, 1, 1)
     ops.mass(connector, mass_kg, mass_kg, mass_kg, 0.0, 0.0, 0.0)
-    end = End(node=connector, plan=plan, abutment=bridge.abutment)
+    end = End(node=connector, plan=plan, abutment=data)
     joint = support_deck_end(end, blueprint)
     if guide is not None:
         guide(connector, tags)

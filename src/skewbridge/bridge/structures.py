@@ -5,7 +5,7 @@ from math import cos, radians, sqrt
 from typing import Any
 
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
-from skewbridge.bridge.catalogue.data import AbutmentData
+from skewbridge.bridge.catalogue.data import AbutmentData, EndData
 from skewbridge.bridge.column import bent_capacities
 from skewbridge.bridge.frame import Damping, DeadLoad, Description, End, Frame, Structure
 from skewbridge.bridge.handles import TagAllocator
@@ -39,13 +39,12 @@ class CatalogueBridge:
     def description(self) -> Description:
         """What pages say about it."""
         data = self.data
-        seat_m = data.abutment.seat_width_m
         return Description(
             title=data.title,
             spans_m=data.spans_m,
             width_m=data.deck.width_m,
             bent_heights_m=tuple(bent.clear_height_m for bent in data.bents),
-            seats_m={"left": seat_m, "right": seat_m},
+            seats_m={name: seat.seat_width_m for name, seat in data.seats.items()},
         )
 
     def build(self, skew_deg: float, options: ModelOptions, tags: TagAllocator) -> Frame:
@@ -68,7 +67,7 @@ class CatalogueBridge:
                 masses_kg=spine.masses_kg(),
             ),
             ends=tuple(
-                End(node=node, plan=plan, abutment=bridge.abutment)
+                End(node=node, plan=plan, abutment=bridge.ends[plan.name])
                 for node, plan in zip(
                     (spine.nodes[0], spine.nodes[-1]), deck_ends(bridge, skew_deg), strict=True
                 )
@@ -93,11 +92,14 @@ def load_structure(name: str) -> Structure:
 def deck_ends(bridge: BridgeData, skew_deg: float) -> tuple[DeckEnd, DeckEnd]:
     """Return the left and the right end of the deck of a bridge in plan."""
     half, deck = bridge.length_m / 2, bridge.deck
-    size = skew_deg, deck.width_m, deck.diaphragm_thickness_m
-    return (
-        DeckEnd("left", (-half, 0.0), (-1.0, 0.0), *size),
-        DeckEnd("right", (half, 0.0), (1.0, 0.0), *size),
-    )
+
+    def end(name: str, sign: float) -> DeckEnd:
+        own_deg = bridge.ends[name].skew_deg
+        skew = skew_deg if own_deg is None else own_deg
+        size = skew, deck.width_m, deck.diaphragm_thickness_m
+        return DeckEnd(name, (sign * half, 0.0), (sign, 0.0), *size)
+
+    return end("left", -1.0), end("right", 1.0)
 
 
 def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.0) -> BridgeData:
@@ -122,12 +124,18 @@ def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.
         "deck": {"line_load_kn_per_m": mass, "diaphragm_weight_kn": mass},
         "bents": {"cap_weight_kn": mass * stretch, "column_spacing_m": spacing},
     }
-    abutment = built_abutment(bridge.abutment, options)
-    return _scaled(bridge, factors).model_copy(update={"abutment": abutment})
+    built = {name: built_end(end, options) for name, end in bridge.ends.items()}
+    if bridge.abutments is None:
+        ends = {"abutment": built["left"]}
+    else:
+        ends = {"abutments": bridge.abutments.model_copy(update=built)}
+    return _scaled(bridge, factors).model_copy(update=ends)
 
 
-def built_abutment(abutment: AbutmentData, options: ModelOptions) -> AbutmentData:
-    """Return the data of an abutment with pads and keys multiplied by the option factors."""
+def built_end(abutment: EndData, options: ModelOptions) -> EndData:
+    """Return the data of an end with its pads and keys multiplied by the option factors."""
+    if not isinstance(abutment, AbutmentData):
+        return abutment
     key = {"force_kn": options.key_strength_factor}
     factors = {
         # ASSUME a softer rubber keeps its vertical stiffness, which hardly affects demands

@@ -208,7 +208,8 @@ def answer_table(
     seats_m: dict[str, float] = {}
     for name in set(table["bridge"]):
         with suppress(InputError):  # the file of the bridge cannot be read
-            seats_m[name] = load_bridge(name).abutment.seat_width_m
+            seats = load_bridge(name).seats.values()
+            seats_m[name] = min((seat.seat_width_m for seat in seats), default=np.nan)
     own_m = table["bridge"].map(seats_m).where(table["demand"] == "unseating_m")
     table = table.assign(seat_m=own_m.astype(float))
     counts = table[list(_COUNTS)].apply(pd.to_numeric, errors="coerce").astype(np.float64)

@@ -266,7 +266,8 @@ def sketch(
     sine, cosine = sin(radians(skew)), cos(radians(skew))
     end, half = bridge.length_m / 2, bridge.deck.width_m / 2
     factor = next((f for f in _FACTORS if f * gap_m <= _GAP_SHARE * bridge.length_m), 1)
-    thickness = max(bridge.abutment.wall_thickness_m, 0.012 * bridge.length_m)
+    walls_m = [seat.wall_thickness_m for seat in bridge.seats.values()]
+    thickness = max([*walls_m, 0.012 * bridge.length_m])
     face = end + factor * gap_m / cosine
     back, arm = face + thickness / cosine, 0.8 * half
     reach = back + half * abs(sine / cosine)

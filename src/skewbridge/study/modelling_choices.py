@@ -105,7 +105,9 @@ _ACTS_ON: Final[Mapping[str, Callable[["Task"], bool]]] = {
     "contacts": lambda task: task.variant.traits.has_contacts,
     "friction": lambda task: task.variant.traits.has_friction and task.variant.friction > 0.0,
     "backfill": lambda task: "gap_mm" in task.variant.traits.axes,
-    "ucsd_rule": lambda task: load_bridge(task.variant.bridge).abutment.backfill.rule == "ucsd",
+    "ucsd_rule": lambda task: any(
+        end.backfill.rule == "ucsd" for end in load_bridge(task.variant.bridge).seats.values()
+    ),
     "body": lambda task: task.variant.traits.has_body,
     "pads": lambda task: task.variant.traits.has_pads,
     "skew": lambda task: task.variant.skew_deg != 0,

@@ -5,6 +5,8 @@ classes are a (the paper), b (a document at hand), c (a named report from memory
 rule) and calc (computed from other numbers); without one it is b. A list of numbers is one such
 mapping with a list as ``v``. ``extends: NAME`` starts from another bridge: mappings are merged,
 other values are replaced.
+``abutments`` has the data of each end, with its ``type``; in a file that extends another, an end of
+another type starts anew. An integral end gets the numbers of ``defaults/integral.yaml``.
 A fixed base without ``foundation`` gets the springs of `TYPICAL_FOUNDATION`, and ``foundation:
 null`` is rigid ground.
 
@@ -34,6 +36,7 @@ NAME_PATTERN: Final = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
 MAX_PARENTS: Final = 10
 #: Bridge with the foundation springs of fixed bases whose file has none: one column of 1.68 m.
 TYPICAL_FOUNDATION: Final = "bridge_a"
+PILE_SPACING_M: Final = 2.4  # ASSUME a pile of an integral end per 8 ft, as under usual girders
 # without a class; not a class without a text, nor another letter in its place
 _UNCLASSED: Final = r"(?!(\w|calc)\s*(:|$))\S.*"
 SOURCE_PATTERN: Final = rf"((a|b|c|d|calc): \S.*|{_UNCLASSED})"
@@ -74,16 +77,52 @@ def _file(name: str | Path) -> Path:
 @cache
 def _loaded(path: Path) -> BridgeData:
     sources: dict[str, str] = {}
-    trees = (tree for _, tree in reversed(_with_parents(path)))
-    merged = reduce(_overlay, trees)
+    merged = reduce(_overlay, reversed(_by_end(_with_parents(path))))
     if merged.get("base") == "fixed" and "foundation" not in merged:
         # ASSUME a fixed base without springs of its own has the footing of a similar column: rigid
         # ground is too stiff
         typical = read_mapping(FOLDER / f"{TYPICAL_FOUNDATION}.yaml")
         merged["foundation"] = typical["foundation"]
+    ends, deck = merged.get("abutments"), merged.get("deck")
+    if isinstance(ends, dict) and isinstance(deck, dict):
+        for name, end in ends.items():
+            if isinstance(end, dict) and end.get("type") == "integral":
+                ends[name] = _integral(end, deck)
     plain = _strip(merged, "", sources, path)
     raw = {**plain, "name": path.stem, "sources": sources}
     return checked(BridgeData, raw, Path(path.name))
+
+
+def _by_end(layers: list[tuple[Path, dict[str, Any]]]) -> list[dict[str, Any]]:
+    """Return the trees; if one has ``abutments``, ``abutment`` of the others becomes both ends."""
+    trees = [tree for _, tree in layers]
+    if any("abutments" in tree for tree in trees):
+        for path, tree in layers:
+            if {"abutment", "abutments"} <= tree.keys():
+                message = f"{path.name}: abutment and abutments: give only one of them"
+                raise InputError(message, file=path.name)
+            if "abutment" in tree:
+                both = {"type": "seat"} | tree.pop("abutment")
+                tree["abutments"] = {"left": both, "right": both}
+    return trees
+
+
+def _integral(given: dict[str, Any], deck: dict[str, Any]) -> dict[str, Any]:
+    """Return an integral end with the numbers that it does not give, for the deck of its file."""
+    end = read_mapping(FOLDER / "defaults" / "integral.yaml")
+    sizes = {"width": "width_m", "height": "depth_m", "thickness": "diaphragm_thickness_m"}
+    for size, key in sizes.items():
+        if key in deck:
+            end[f"wall_{size}_m"] = deck[key] | {"src": f"calc: deck.{key}"}
+    width_m = deck.get("width_m", {}).get("v")
+    if isinstance(width_m, int | float):
+        rule = {"v": max(2, round(width_m / PILE_SPACING_M)), "src": "d: about 8 ft apart"}
+        number = (given.get("piles") or {}).get("count", rule)
+        end["piles"]["count"] = number
+        end["piles"]["spacing_m"] = {
+            "v": round(width_m / max(2, int(number["v"])), 4), "src": "calc: deck.width_m / count"
+        }  # fmt: skip
+    return _overlay(end, given)
 
 
 def own_bridge_files(name: str) -> list[Path]:
@@ -128,8 +167,11 @@ def _overlay(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
     merged = dict(base)
     for key, value in top.items():
         below = merged.get(key)
-        deeper = isinstance(value, dict) and "v" not in value and isinstance(below, dict)
-        merged[key] = _overlay(below, value) if deeper and below is not None else value
+        merged[key] = value
+        if isinstance(value, dict) and "v" not in value and isinstance(below, dict):
+            usual = below.get("type", "seat")
+            if value.get("type", usual) == usual:  # a part of another type has other keys
+                merged[key] = _overlay(below, value)
     return merged
 
 

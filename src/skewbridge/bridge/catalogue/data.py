@@ -31,6 +31,8 @@ type Stiffness = Annotated[float, Field(ge=1.0e-3, le=1.0e9)]
 type Seconds = Annotated[float, Field(ge=1.0e-2, le=60.0)]
 type Factor = Annotated[float, Field(ge=1.0e-3, le=1.0e2)]
 type Ratio = Annotated[float, Field(ge=1.0e-4, le=1.0)]
+type Skew = Annotated[float, Field(ge=-60.0, le=60.0)]
+type Gap = Annotated[float, Field(ge=0.0, le=1.0e3)]
 
 
 class _Part(BaseModel, frozen=True, extra="forbid"):
@@ -209,23 +211,21 @@ class KeyData(_Part, frozen=True):
         return self
 
 
-class AbutmentData(_Part, frozen=True):
-    """Data of an abutment, the same at both ends of a bridge."""
+class WallData(_Part, frozen=True):
+    """Wall and fill at one end of a bridge.
 
+    Attributes:
+        skew_deg: Own skew of the end; None: the skew of the variant.
+    """
+
+    skew_deg: Skew | None = None
     wall_width_m: Metres
     wall_height_m: Metres
     wall_thickness_m: Metres
-    seat_width_m: Metres
-    key_mass_t: Tonnes
     backfill: BackfillData
-    pads: PadData
-    sacrificial_key: KeyData
-    monolithic_key: KeyData
     wing_length_ratio: Factor
     wing_participation: Factor
     wing_effectiveness: Factor
-    embankment_slope_ratio: Factor
-    embankment_height_m: Metres
 
     @model_validator(mode="after")
     def _backfill_softens(self) -> Self:
@@ -240,6 +240,70 @@ class AbutmentData(_Part, frozen=True):
                 f"got {soil.stiffness_mn_per_m:g}"
             )
         return self
+
+
+class AbutmentData(WallData, frozen=True):
+    """Seat abutment: pads, a gap to the backwall, and exterior shear keys.
+
+    ``gap_mm`` is the own gap of this end; None: the gap of the variant.
+    """
+
+    type: Literal["seat"] = "seat"
+    gap_mm: Gap | None = None
+    seat_width_m: Metres
+    key_mass_t: Tonnes
+    pads: PadData
+    sacrificial_key: KeyData
+    monolithic_key: KeyData
+    embankment_slope_ratio: Factor
+    embankment_height_m: Metres
+
+
+class PileData(_Part, frozen=True):
+    """Piles of an integral end, equally spaced across the deck; stiffnesses are of one head.
+
+    The lateral resistance is the same in all directions, elastic up to its strength.
+    """
+
+    count: Annotated[int, Field(ge=1, le=60)]
+    spacing_m: Metres
+    lateral_kn_per_m: Stiffness
+    lateral_strength_kn: Kilonewtons
+    vertical_mn_per_m: Stiffness
+    rotational_mnm_per_rad: Stiffness
+
+
+class IntegralData(WallData, frozen=True):
+    """End diaphragm cast with the deck, on piles, against the fill; the wall is the diaphragm."""
+
+    type: Literal["integral"]
+    piles: PileData
+
+
+class FixedData(_Part, frozen=True):
+    """Deck end that cannot move."""
+
+    type: Literal["fixed"]
+    skew_deg: Skew | None = None
+
+
+class RollerData(_Part, frozen=True):
+    """Deck end that is held vertically at both ends of its bearing line, and free in plan."""
+
+    type: Literal["roller"]
+    skew_deg: Skew | None = None
+
+
+type EndData = Annotated[
+    AbutmentData | IntegralData | FixedData | RollerData, Field(discriminator="type")
+]
+
+
+class EndsData(_Part, frozen=True):
+    """Ends of a bridge that differ."""
+
+    left: EndData
+    right: EndData
 
 
 class DampingData(_Part, frozen=True):
@@ -259,6 +323,7 @@ class BridgeData(_Part, frozen=True):
             the gap-open model with pads at zero skew.
         base: Column bases, ``pinned`` (torsion fixed) or ``fixed``.
         foundation: Springs under the bases; None is rigid ground.
+        abutment: Data of two equal seat abutments; otherwise ``abutments`` has both ends.
         sources: Source class and text of every number, keyed by the path of the number in the file.
     """
 
@@ -272,7 +337,8 @@ class BridgeData(_Part, frozen=True):
     bents: tuple[BentData, ...]
     column: ColumnData
     foundation: FoundationData | None = None
-    abutment: AbutmentData
+    abutment: AbutmentData | None = None
+    abutments: EndsData | None = None
     damping: DampingData
     sources: dict[str, str]
 
@@ -280,6 +346,18 @@ class BridgeData(_Part, frozen=True):
     def length_m(self) -> float:
         """Total length."""
         return math.fsum(self.spans_m)
+
+    @property
+    def ends(self) -> dict[str, EndData]:
+        """Data of the left and the right end, by name."""
+        both = self.abutments
+        left, right = (both.left, both.right) if both else (self.abutment, self.abutment)
+        return {name: end for name, end in (("left", left), ("right", right)) if end is not None}
+
+    @property
+    def seats(self) -> dict[str, AbutmentData]:
+        """Data of the seat ends, by name."""
+        return {name: end for name, end in self.ends.items() if isinstance(end, AbutmentData)}
 
     @property
     def bent_positions_m(self) -> list[float]:
@@ -310,7 +388,15 @@ class BridgeData(_Part, frozen=True):
                 raise ValueError(
                     f"column.hinge_length_m exceeds half of bents.{number}.clear_height_m"
                 )
-        pads = self.abutment.pads
-        if (pads.count - 1) * pads.spacing_m > self.deck.width_m:
-            raise ValueError("abutment.pads: (count - 1) x spacing_m exceeds deck.width_m")
+        if (self.abutment is None) == (self.abutments is None):
+            raise ValueError(
+                "abutment or abutments: give abutment for two equal seats, or abutments with left "
+                "and right"
+            )
+        for name, end in self.ends.items():
+            part = getattr(end, "pads", getattr(end, "piles", None))
+            if part is not None and (part.count - 1) * part.spacing_m > self.deck.width_m:
+                where = "abutment" if self.abutment else f"abutments.{name}"
+                kind = "pads" if end.type == "seat" else "piles"
+                raise ValueError(f"{where}.{kind}: (count - 1) x spacing_m exceeds deck.width_m")
         return self
