@@ -20,7 +20,7 @@ References:
     Mackie, section 4 of the paper (figure 9).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import cos, radians, sqrt
 from typing import Any, Final
@@ -94,25 +94,41 @@ def build_arms(
     Stations are the positions along the wall at which each line needs a node. Returns the nodes and
     the tags of the arms.
     """
-    transformation = tags.transformation()
-    geometry = "Corotational" if options.arrays == "corotational" else "Linear"
     # no arm is parallel to the normal of the wall
-    ops.geomTransf(geometry, transformation, *end.normal, 0.0)
-    # the nodes do not rotate: each arm has a ball joint there, and no torsion
-    section = (ARM_AREA_M2, ARM_MODULUS_PA, 1.0, 1.0, ARM_INERTIA_M4, ARM_INERTIA_M4)
-    joint = ("-releasez", 2, "-releasey", 2)
+    transformation = arm_transformation((*end.normal, 0.0), options, tags)
     points: Points = {}
     arms: list[int] = []
     for line, positions in stations.items():
         for along in positions:
-            node, element = tags.node(), tags.element()
-            ops.node(node, *end.point(line, along), 0.0)
-            ops.fix(node, 0, 0, 0, 1, 1, 1)
-            nodes = (element, deck_node, node)
-            ops.element("elasticBeamColumn", *nodes, *section, transformation, *joint)
-            points[line, along] = node
+            place = (*end.point(line, along), 0.0)
+            points[line, along], element = build_arm(deck_node, place, transformation, tags)
             arms.append(element)
     return points, arms
+
+
+def arm_transformation(
+    plane: tuple[float, float, float], options: ModelOptions, tags: TagAllocator
+) -> int:
+    """Create the transformation of arms that are not parallel to a vector."""
+    transformation = tags.transformation()
+    geometry = "Corotational" if options.arrays == "corotational" else "Linear"
+    ops.geomTransf(geometry, transformation, *plane)
+    return transformation
+
+
+def build_arm(
+    holder: int, place_m: Sequence[float], transformation: int, tags: TagAllocator
+) -> tuple[int, int]:
+    """Create a node at a place and a stiff arm to it from another node; return both tags."""
+    node, element = tags.node(), tags.element()
+    ops.node(node, *place_m)
+    ops.fix(node, 0, 0, 0, 1, 1, 1)
+    # the nodes do not rotate: each arm has a ball joint there, and no torsion
+    section = (ARM_AREA_M2, ARM_MODULUS_PA, 1.0, 1.0, ARM_INERTIA_M4, ARM_INERTIA_M4)
+    joint = ("-releasez", 2, "-releasey", 2)
+    nodes = (element, holder, node)
+    ops.element("elasticBeamColumn", *nodes, *section, transformation, *joint)
+    return node, element
 
 
 # ASSUME bending and twisting of a pad are too soft to matter
@@ -152,9 +168,11 @@ def build_bearings(
     tags: TagAllocator,
     *,
     has_pads: bool = True,
+    seat_at: Callable[[Sequence[float]], int] | None = None,
 ) -> tuple[BearingHandle, ...]:
-    """Create pads, or vertical supports, between fixed seat nodes and the bearing line.
+    """Create pads, or vertical supports, between seat nodes and the bearing line.
 
+    Seat nodes are fixed, unless ``seat_at`` creates them at their place.
     Vertical springs are elastic in compression and open in tension. The length of an element for
     one pad is the pad height. Elements for half of the pads or for a support have zero length.
     """
@@ -177,7 +195,9 @@ def build_bearings(
     handles: list[BearingHandle] = []
     for deck_node in (node for (line, _), node in points.items() if line == "bearing"):
         x, y, z = ops.nodeCoord(deck_node)
-        seat, element = grounded_node((x, y, z - height_m), tags), tags.element()
+        place = (x, y, z - height_m)
+        seat = grounded_node(place, tags) if seat_at is None else seat_at(place)
+        element = tags.element()
         ops.element(kind, element, seat, deck_node, *values)
         handles.append(BearingHandle(element=element, seat_node=seat, deck_node=deck_node))
     return tuple(handles)

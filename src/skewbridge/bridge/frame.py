@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from skewbridge.bridge.catalogue.data import EndData
+from skewbridge.bridge.catalogue.data import EndData, JointData
 from skewbridge.bridge.column import BentCapacity
-from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, TagAllocator
+from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, JointHandle, TagAllocator
 from skewbridge.bridge.plan import DeckEnd
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
@@ -77,6 +77,26 @@ class End:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class InnerJoint:
+    """Two deck ends that face each other.
+
+    Attributes:
+        name: ``joint 1`` and so on.
+        ends: End of the left deck and of the right deck, with outer faces at the same place.
+        nodes: End nodes of both decks at their centroid.
+        holders: Node that carries the pads of each end, or None for an end without pads.
+        axial_n_per_m: Axial stiffness of both decks in series.
+    """
+
+    name: str
+    ends: tuple[DeckEnd, DeckEnd]
+    nodes: tuple[int, int]
+    holders: tuple[int | None, int | None]
+    data: JointData
+    axial_n_per_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Frame:
     """A bridge in the open domain without joints, before dead load.
 
@@ -84,6 +104,7 @@ class Frame:
         centre_node: Node at the mass centre of the deck; its displacements are those of the deck.
         loads: Dead load and masses.
         ends: Deck ends at abutments, left to right.
+        joints: Joints inside the bridge, left to right.
         columns: All columns, in the order of the bents.
         damping: Rayleigh damping of deck and columns.
         elements: Elements of the energy-balance groups ``columns``, ``deck`` and ``links`` (stiff
@@ -97,6 +118,7 @@ class Frame:
     columns: tuple[ColumnHandle, ...]
     damping: Damping
     elements: Mapping[str, tuple[int, ...]]
+    joints: tuple[InnerJoint, ...] = ()
     bents: tuple[BentCapacity, ...] = ()
 
 
@@ -104,8 +126,8 @@ class Frame:
 class Description:
     """What a bridge says about itself, for pages, answers and checks; lengths in m.
 
-    ``seats_m`` has the seat width of each seat end by its name; ``bent_heights_m`` the clear
-    height of each bent.
+    ``seats_m`` has the seat width of each seat end and inner joint by its name; ``bent_heights_m``
+    the clear height of each bent.
     """
 
     title: str
@@ -161,6 +183,7 @@ class BridgeModel:
     blueprint: Blueprint
     frame: Frame
     abutments: tuple[AbutmentHandle, ...]
+    joints: tuple[JointHandle, ...] = ()
 
     @property
     def variant(self) -> Variant:
@@ -201,17 +224,19 @@ class BridgeModel:
     def energy_elements(self) -> dict[str, tuple[int, ...]]:
         """Element tags of each energy-balance group.
 
-        The groups are ``columns``, ``deck``, ``bearings``, ``backfill`` (wall, key, wing and
-        restoring springs with their dashpots), ``contact`` and ``links`` (stiff connections and
-        foundation springs).
+        The groups are ``columns``, ``deck``, ``bearings`` (with restrainers), ``backfill`` (wall,
+        key, wing and restoring springs with their dashpots), ``contact`` and ``links`` (stiff
+        connections and foundation springs).
         """
         ends, units = self.abutments, self.contacts.units if self.contacts else ()
         springs = {spring.element for end in ends for spring in end.springs}
         others = {element for end in ends for element in end.other_springs}
-        arms = (arm for end in ends for arm in end.links)
+        arms = (arm for end in (*ends, *self.joints) for arm in end.links)
+        pads = (bearing for end in (*ends, *self.joints) for bearing in end.bearings)
+        cables = (cable for joint in self.joints for cable in joint.restrainers)
         return {
             **self.frame.elements,
-            "bearings": tuple(bearing.element for end in ends for bearing in end.bearings),
+            "bearings": (*(pad.element for pad in pads), *cables),
             "backfill": tuple(sorted(springs | others)),
             "contact": tuple(unit.element for unit in units),
             "links": (*self.frame.elements.get("links", ()), *arms),

@@ -119,6 +119,48 @@ class BearingHandle:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SeatHandle:
+    """Corner of a deck end on a cap or a ledge; ``normal`` is out of this deck.
+
+    ``holder`` is the point below it that moves with the cap or the ledge.
+    """
+
+    corner: int
+    holder: Point
+    normal: PlanVector
+    support_length_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointHandle:
+    """One joint inside the bridge.
+
+    Attributes:
+        name: ``joint 1`` and so on, from left to right.
+        gap_m: Opening at rest, normal to the faces.
+        units: Indices of the contacts between the decks.
+        bearings: Pad elements, from the cap or ledge up to the deck.
+        pads: Top and bottom of each pad.
+        restrainers: Elements of the cables.
+        links: Stiff arms.
+    """
+
+    name: str
+    gap_m: float
+    seats: tuple[SeatHandle, ...]
+    units: tuple[int, ...]
+    bearings: tuple[BearingHandle, ...]
+    pads: tuple[tuple[Point, Point], ...]
+    restrainers: tuple[int, ...]
+    links: tuple[int, ...]
+
+    @property
+    def column(self) -> str:
+        """Prefix of its columns in tables and histories."""
+        return self.name.replace(" ", "")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class AbutmentHandle:
     """One abutment with the deck end it supports.
 

@@ -13,6 +13,7 @@ from skewbridge.bridge.ends import KINDS
 from skewbridge.bridge.frame import Blueprint, BridgeModel, End
 from skewbridge.bridge.gravity import hold_dead_load
 from skewbridge.bridge.handles import AbutmentHandle, TagAllocator
+from skewbridge.bridge.joints import build_inner_joint, support_joint
 from skewbridge.bridge.structures import built_bridge, deck_ends, load_structure
 from skewbridge.bridge.weights import deck_reactions_n
 from skewbridge.contact import ContactSet
@@ -51,25 +52,34 @@ def build(variant: Variant, options: ModelOptions) -> BridgeModel:
         DomainError: The domain already contains a model.
         GravityError: The gravity analysis does not converge.
     """
-    blueprint = _blueprint(variant, options)
-    variant, tags = blueprint.variant, blueprint.tags
+    _require_empty_domain()
+    tags = TagAllocator()
     frame = load_structure(variant.bridge).build(variant.skew_deg, options, tags)
+    blueprint = _blueprint(variant, options, tags, has_joints=bool(frame.joints))
     kinds = [KINDS[end.abutment.type] for end in frame.ends]
     supported = [kind.support(end, blueprint) for kind, end in zip(kinds, frame.ends, strict=True)]
+    on_pads = [support_joint(joint, blueprint) for joint in frame.joints]
     hold_dead_load(frame.loads.forces_n, frame.loads.moments_nm, tags)
+    joints = tuple(map(build_inner_joint, on_pads))
     abutments = tuple(kind.build(end) for kind, end in zip(kinds, supported, strict=True))
-    return BridgeModel(blueprint=blueprint, frame=frame, abutments=abutments)
+    return BridgeModel(blueprint=blueprint, frame=frame, abutments=abutments, joints=joints)
 
 
-def _blueprint(variant: Variant, options: ModelOptions) -> Blueprint:
-    """Return the blueprint of a variant for the open domain.
-
-    Abutment model `contact` has the contact units of `contact_friction` but never updates them.
-    """
+def _require_empty_domain() -> None:
     if ops.getNodeTags():
         raise DomainError("call build() inside `with domain():`, once per domain")
-    variant, tags, contacts = variant.normalised(), TagAllocator(), None
-    if variant.traits.has_contacts:
+
+
+def _blueprint(
+    variant: Variant, options: ModelOptions, tags: TagAllocator, *, has_joints: bool = False
+) -> Blueprint:
+    """Return the blueprint of a variant.
+
+    Abutment model `contact` has the contact units of `contact_friction` but never updates them.
+    Decks meet in contact units with every abutment model.
+    """
+    variant, contacts = variant.normalised(), None
+    if variant.traits.has_contacts or has_joints:
         is_updated = variant.traits.has_friction
         contacts = ContactSet(tags, update=is_updated, coupling=options.coupling)
     return Blueprint(variant=variant, options=options, tags=tags, contacts=contacts)
@@ -109,7 +119,8 @@ def build_abutment(
     ``guide`` is called with the connector and the tag allocator before the dead load is applied. It
     can restrain the deck end in plan in directions in which the abutment does not.
     """
-    blueprint = _blueprint(variant, options)
+    _require_empty_domain()
+    blueprint = _blueprint(variant, options, TagAllocator())
     tags, skew_deg = blueprint.tags, blueprint.variant.skew_deg
     bridge, connector = built_bridge(load_bridge(variant.bridge), options, skew_deg), tags.node()
     plan = deck_ends(bridge, skew_deg)[-1]

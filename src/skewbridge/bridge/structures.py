@@ -1,17 +1,31 @@
 """Bridges that can be built, by name: files of the catalogue."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from math import cos, radians, sqrt
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
 from skewbridge.bridge.catalogue.data import AbutmentData, EndData
 from skewbridge.bridge.column import bent_capacities
-from skewbridge.bridge.frame import Damping, DeadLoad, Description, End, Frame, Structure
+from skewbridge.bridge.frame import (
+    Damping,
+    DeadLoad,
+    Description,
+    End,
+    Frame,
+    InnerJoint,
+    Structure,
+)
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.plan import DeckEnd
 from skewbridge.files.digests import digest_of
+from skewbridge.units import GPA
 from skewbridge.variant.options import ModelOptions
+
+if TYPE_CHECKING:
+    from skewbridge.bridge.spine import Spine
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +58,8 @@ class CatalogueBridge:
             spans_m=data.spans_m,
             width_m=data.deck.width_m,
             bent_heights_m=tuple(bent.clear_height_m for bent in data.bents),
-            seats_m={name: seat.seat_width_m for name, seat in data.seats.items()},
+            seats_m={name: seat.seat_width_m for name, seat in data.seats.items()}
+            | {f"joint {i}": each.seat_width_m for i, each in enumerate(data.joints, start=1)},
         )
 
     def build(self, skew_deg: float, options: ModelOptions, tags: TagAllocator) -> Frame:
@@ -72,6 +87,7 @@ class CatalogueBridge:
                     (spine.nodes[0], spine.nodes[-1]), deck_ends(bridge, skew_deg), strict=True
                 )
             ),
+            joints=tuple(_inner_joints(bridge, spine, options, skew_deg)),
             columns=columns,
             damping=Damping(
                 ratio=damping.ratio,
@@ -100,6 +116,37 @@ def deck_ends(bridge: BridgeData, skew_deg: float) -> tuple[DeckEnd, DeckEnd]:
         return DeckEnd(name, (sign * half, 0.0), (sign, 0.0), *size)
 
     return end("left", -1.0), end("right", 1.0)
+
+
+def _inner_joints(
+    bridge: BridgeData, spine: "Spine", options: ModelOptions, skew_deg: float
+) -> Iterator[InnerJoint]:
+    """Yield the joints between the decks of a spine whose bents are built."""
+    deck, halves_m = bridge.deck, bridge.length_m / 2
+    stretches = pairwise((-halves_m, *bridge.joint_positions_m, halves_m))
+    axial = deck.elastic_modulus_gpa * GPA * deck.area_m2
+    # the stiffness of two decks in series, from the sum of their lengths
+    series = [axial / (left + right) for left, right in pairwise(b - a for a, b in stretches)]
+    for number, data in enumerate(bridge.joints):
+        usual_deg = skew_deg if data.bent is None else options.skew_of_bents_deg(skew_deg)
+        own_deg = usual_deg if data.skew_deg is None else data.skew_deg
+        name, x = f"joint {number + 1}", bridge.joint_positions_m[number]
+        back_m = deck.diaphragm_thickness_m / 2 / cos(radians(own_deg))
+        size = own_deg, deck.width_m, deck.diaphragm_thickness_m
+        left = DeckEnd(f"{name} left", (x - back_m, 0.0), (1.0, 0.0), *size)
+        right = DeckEnd(f"{name} right", (x + back_m, 0.0), (-1.0, 0.0), *size)
+        nodes = spine.decks[number][-1], spine.decks[number + 1][0]
+        holders = (None, nodes[0]) if data.ledge == "left" else (nodes[1], None)
+        if data.bent is not None:
+            holders = (spine.bent_nodes[data.bent], spine.bent_nodes[data.bent])
+        yield InnerJoint(
+            name=name,
+            ends=(left, right),
+            nodes=nodes,
+            holders=holders,
+            data=data,
+            axial_n_per_m=series[number],
+        )
 
 
 def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.0) -> BridgeData:

@@ -6,7 +6,7 @@ when it builds the model.
 
 import math
 import re
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
@@ -306,6 +306,44 @@ class EndsData(_Part, frozen=True):
     right: EndData
 
 
+class RestrainerData(_Part, frozen=True):
+    """Cables across a joint: elastic to yield, in tension only, after their slack."""
+
+    count: Annotated[int, Field(ge=2, le=100)]
+    stiffness_kn_per_m: Stiffness
+    yield_kn: Kilonewtons
+    slack_mm: Gap = 0.0
+
+
+class JointData(_Part, frozen=True):
+    """Joint inside a bridge, at a bent or in a span.
+
+    Attributes:
+        at: ``bent 1``, counted from the left: both decks rest on its cap.
+        from_left_m: Distance of an in-span hinge from the left end of the bridge.
+        ledge: Deck whose ledge carries the other one at a hinge.
+        skew_deg: Own skew; None: that of the bent, or of the variant at a hinge.
+        gap_mm: Own gap; None: the gap of the variant. The same for ``friction``.
+        seat_width_m: From the middle of the joint to the edge of the cap, or width of the ledge.
+        pads: Pads below one deck end.
+    """
+
+    at: Annotated[str, Field(pattern=r"^bent [1-9]\d?$")] | None = None
+    from_left_m: Span | None = None
+    ledge: Literal["left", "right"] = "left"
+    skew_deg: Skew | None = None
+    gap_mm: Gap | None = None
+    friction: Annotated[float, Field(ge=0.0, le=2.0)] | None = None
+    seat_width_m: Metres
+    pads: PadData
+    restrainers: RestrainerData | None = None
+
+    @property
+    def bent(self) -> int | None:
+        """Number of its bent (0, 1, ...), or None for a hinge."""
+        return int(self.at.split()[1]) - 1 if self.at else None
+
+
 class DampingData(_Part, frozen=True):
     """Rayleigh damping of deck and columns: one ratio at two periods."""
 
@@ -339,6 +377,7 @@ class BridgeData(_Part, frozen=True):
     foundation: FoundationData | None = None
     abutment: AbutmentData | None = None
     abutments: EndsData | None = None
+    joints: tuple[JointData, ...] = ()
     damping: DampingData
     sources: dict[str, str]
 
@@ -364,6 +403,47 @@ class BridgeData(_Part, frozen=True):
         """Positions of the bents along x, origin at the middle of the deck."""
         return list(accumulate(self.spans_m[:-1], initial=-self.length_m / 2))[1:]
 
+    @property
+    def joint_positions_m(self) -> list[float]:
+        """Positions of the inner joints along x, origin at the middle of the deck."""
+        bents, start = self.bent_positions_m, -self.length_m / 2
+        return [
+            start + (each.from_left_m or 0.0) if each.bent is None else bents[each.bent]
+            for each in self.joints
+        ]
+
+    @property
+    def jointed_bents(self) -> set[int]:
+        """Numbers (0, 1, ...) of the bents below a joint."""
+        return {each.bent for each in self.joints if each.bent is not None}
+
+    def _check_joints(self) -> None:
+        for number, joint in enumerate(self.joints):
+            where = f"joints.{number}"
+            if (joint.at is None) == (joint.from_left_m is None):
+                raise ValueError(f"{where}: give either at or from_left_m")
+            if joint.bent is not None and joint.bent >= len(self.bents):
+                raise ValueError(f"{where}.at: the bridge has {len(self.bents)} bents")
+            if joint.bent is not None and self.base == "pinned":
+                raise ValueError(f"{where}.at: a bent below a joint needs base: fixed")
+            if (joint.pads.count - 1) * joint.pads.spacing_m > self.deck.width_m:
+                raise ValueError(f"{where}.pads: (count - 1) x spacing_m exceeds deck.width_m")
+        for number in self.jointed_bents:
+            bent = self.bents[number]
+            if bent.clear_height_m + bent.cap_depth_m > self.deck.soffit_height_m:
+                raise ValueError(
+                    f"bents.{number}: column and cap below the joint are taller than the deck"
+                )
+        places = [-self.length_m / 2, *self.joint_positions_m, self.length_m / 2]
+        hinges = [x for x, joint in zip(places[1:], self.joints, strict=False) if not joint.at]
+        supports = [places[0], *self.bent_positions_m, places[-1]]
+        if any(b - a < 1.0 for a, b in pairwise(places)) or any(
+            abs(x - support) < 1.0 for x in hinges for support in supports
+        ):
+            raise ValueError(
+                "joints: list them from left to right, at least 1 m apart and from supports"
+            )
+
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if len(self.bents) != len(self.spans_m) - 1:
@@ -388,6 +468,7 @@ class BridgeData(_Part, frozen=True):
                 raise ValueError(
                     f"column.hinge_length_m exceeds half of bents.{number}.clear_height_m"
                 )
+        self._check_joints()
         if (self.abutment is None) == (self.abutments is None):
             raise ValueError(
                 "abutment or abutments: give abutment for two equal seats, or abutments with left "
