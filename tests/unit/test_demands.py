@@ -222,7 +222,8 @@ def test_unseating_is_positive_away_from_the_backwall_and_normal_to_the_seat(tra
 
 
 def movements(trace, handle):
-    return peaks._abutment_demands(SimpleNamespace(abutments=(handle,)), trace)
+    model = SimpleNamespace(abutments=(handle,), seats=(handle,), joints=())
+    return peaks._abutment_demands(model, trace)
 
 
 def test_passive_is_into_the_fill_and_active_is_out_of_it(trace):
@@ -271,7 +272,9 @@ def test_backfill_and_key_forces_count_while_the_deck_touches(trace):
 def watched(monkeypatch, moved, **changes):
     """Return the watch over a deck end whose nodes have moved along x."""
     parts = {"columns": (), "abutments": (abutment(**changes),), "contacts": None}
-    model = SimpleNamespace(weight_n=1e7, frame=SimpleNamespace(centre_node=CENTRE), **parts)
+    frame = SimpleNamespace(centre_node=CENTRE)
+    seats = parts["abutments"]
+    model = SimpleNamespace(weight_n=1e7, frame=frame, seats=seats, joints=(), **parts)
     monkeypatch.setattr(transient.ops, "nodeDisp", lambda n: [moved.get(n, 0.0), *[0.0] * 5])
     return Watch(model, AnalysisSettings())
 

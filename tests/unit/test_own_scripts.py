@@ -17,7 +17,7 @@ from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.structures import CatalogueBridge
-from skewbridge.cli.options import model_of
+from skewbridge.cli.options import VariantOptions
 from skewbridge.demands.columns import demands_for
 from skewbridge.errors import InputError
 from skewbridge.files.text import merged
@@ -246,7 +246,7 @@ def test_errors_of_a_script_name_file_and_line_or_field(tmp_path, old, new, word
 def test_only_options_that_a_script_takes_act_on_its_elements(tmp_path):
     script, words = made(tmp_path, GOOD), r"deck_mass_factor cannot act on .*mine\.py"
     with pytest.raises(InputError, match=words):
-        model_of({"bridge": script, "changes": ["deck_mass_factor=1.1"]})
+        _ = VariantOptions(bridge=script, changes=["deck_mass_factor=1.1"]).model
     for section in ({"model": {"deck_mass_factor": 1.1}}, {"grid": {"deck_mass_factor": [1.1]}}):
         config = parse_config(merged({"grid": {"bridge": [script]}}, section))
         with pytest.raises(InputError, match=words):

@@ -250,13 +250,14 @@ def seat_demand_aashto_m(bridge: Description, skew_rad: float) -> float:
 def capacities_of(model: BridgeModel, bents: Sequence[Mapping[str, Any]]) -> dict[str, float]:
     """Return the capacity columns of an analysis from its model and the rows of `capacity_rows`.
 
-    The support length is at rest and normal to the seat. The others are nan without bents.
+    The support length is at rest and normal to the seat, nan without seats. The others are nan
+    without bents.
 
     References:
         AASHTO LRFD figure 4.7.4.4-1: N is the overlap of girder and seat.
     """
     values = {name: [bent[of] for bent in bents] for name, of in _LEAST.items()}
-    values[_SUPPORT] = [end.support_length_m for end in model.abutments]
+    values[_SUPPORT] = [end.support_length_m for end in model.seats]
     return {name: float(min(values[name], default=nan)) for name in CAPACITIES}
 
 
@@ -319,7 +320,8 @@ def sdc_rows(
     for corner, unseating_m in corners_m.items():
         compare(f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), support)
     aashto_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg))
-    compare("seat, AASHTO 1.5 N (m)", aashto_m, support)
+    if bridge.seats_m:
+        compare("seat, AASHTO 1.5 N (m)", aashto_m, support)
     return rows
 
 
@@ -350,11 +352,12 @@ def corner_moves_m(
 
     The histories come from a single analysis; a corner is named ``left acute``, for example.
     """
-    skew = radians(variant.skew_deg)
+    bridge = load_structure(variant.bridge).description
     moves: dict[str, float] = {}
-    for side, sign in (("left", -1.0), ("right", 1.0)):
-        for kind in ("acute", "obtuse"):
-            name = f"abutment_{side}_{kind}"
+    for end, outward in (("left", -1.0), ("right", 1.0)):
+        skew = radians(bridge.skews_deg.get(end, variant.skew_deg))
+        for kind in ("acute", "obtuse") if end in bridge.seats_m else ():
+            name = f"abutment_{end}_{kind}"
             along = cos(skew) * histories[f"{name}_x_m"] + sin(skew) * histories[f"{name}_y_m"]
-            moves[f"{side} {kind}"] = max(0.0, float(np.max(-sign * along)))
+            moves[f"{end} {kind}"] = max(0.0, float(np.max(-outward * along)))
     return moves

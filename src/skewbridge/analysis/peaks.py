@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from skewbridge.analysis.trace import ResponseTrace, Series
 from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.geometry import contact_column
-from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, SpringHandle
+from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, JointHandle, SpringHandle
 from skewbridge.contact.law import UnitLedger
 from skewbridge.units import KJ, KN
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS, ShearModel
@@ -34,6 +34,7 @@ def demands(
         **column_demands(model.columns, trace),
         **_deck_demands(model, trace, ground_accel_mps2),
         **_abutment_demands(model, trace),
+        **_joint_demands(model, trace),
         **_force_demands(model, trace),
         **_contact_demands(model),
         **energy_ratios,
@@ -201,21 +202,49 @@ def _abutment_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, flo
     abutments = model.abutments
     pushes = [_wall_push_m(abutment, trace) for abutment in abutments]
     pads = [trace.disp(pad) for abutment in abutments for pad in abutment.pads]
+    pads += [
+        trace.disp(top) - trace.disp(bottom) for joint in model.joints for top, bottom in joint.pads
+    ]
     return {
         "abutment_passive_m": highest(pushes),
         "abutment_active_m": highest(-push for push in pushes),
         "abutment_transverse_m": peak(_transverse_m(abutment, trace) for abutment in abutments),
         "bearing_disp_m": peak(np.hypot(pad[:, 0], pad[:, 1]) for pad in pads),
         "bearing_uplift_m": highest(
-            trace.position(bearing.deck_node)[:, 2]
-            for abutment in abutments
-            for bearing in abutment.bearings
+            (trace.position(bearing.deck_node) - trace.position(bearing.seat_node))[:, 2]
+            for end in (*abutments, *model.joints)
+            for bearing in end.bearings
         ),
-        "unseating_m": highest(unseating_m(abutment, trace) for abutment in abutments),
-        "acute_corner_unseating_m": highest(
-            unseating_m(abutment, trace, "acute") for abutment in abutments
-        ),
+        # a bridge without seats cannot unseat
+        **{
+            name: highest(unseating_m(seat, trace, kind) for seat in model.seats)
+            if model.seats
+            else nan
+            for name, kind in (("unseating_m", None), ("acute_corner_unseating_m", "acute"))
+        },
     }
+
+
+def _joint_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, float]:
+    """Return unseating and closures of the inner joints, and the worst unseating of all."""
+    found: dict[str, float] = {}
+    ledger = model.contacts.ledger() if model.contacts else []
+    for joint in model.joints:
+        found[f"{joint.column}_unseating_m"] = highest([joint_unseating_m(joint, trace)])
+        own = [ledger[unit] for unit in joint.units]
+        found[f"{joint.column}_closures"] = _sum(own, "closures")
+    worst = [value for name, value in found.items() if name.endswith("_m")]
+    return {"joint_unseating_m": max(worst), **found} if worst else {}
+
+
+def joint_unseating_m(joint: JointHandle, trace: ResponseTrace) -> Series:
+    """Return the largest outward displacement of a deck corner on its cap or ledge, shape (n,)."""
+    return np.maximum.reduce(
+        [
+            -_along(seat.normal, trace.disp(seat.corner) - trace.disp(seat.holder))
+            for seat in joint.seats
+        ]
+    )
 
 
 def _transverse_m(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
@@ -380,7 +409,7 @@ def peak(series: Iterable[Series]) -> float:
 
 def highest(series: Iterable[Series]) -> float:
     """Return the largest value of all series, at least 0."""
-    return max(0.0, *(float(values.max()) for values in series))
+    return max((0.0, *(float(values.max()) for values in series)))
 
 
 def histories_of(
@@ -421,10 +450,13 @@ def histories_of(
             **_plan(f"{name}_pads_{{}}_kn", pads_n / KN),
             f"{name}_wall_kn": wall_force_n(abutment, trace) / KN,
             f"{name}_backfill_kn": backfill_force_n(abutment, trace) / KN,
-            f"{name}_unseating_m": unseating_m(abutment, trace),
         }
+        if abutment.is_seat:
+            table[f"{name}_unseating_m"] = unseating_m(abutment, trace)
         for corner in abutment.corners:
             table |= _plan(f"{name}_{corner.kind}_{{}}_m", trace.disp(corner.node))
+    for joint in model.joints:
+        table[f"{joint.column}_unseating_m"] = joint_unseating_m(joint, trace)
     for index, unit in enumerate(model.contacts.units if model.contacts else ()):
         name = contact_column(unit.name)
         moved = trace.disp(unit.node_j) - trace.disp(unit.node_i)
@@ -453,8 +485,9 @@ def _joint_force_n(
 ) -> Series:
     """Return the force of an abutment on the deck: pads plus contacts or springs, (n, 2)."""
     total = pads_n.copy()
-    if model.contacts is not None:
-        for index in (*abutment.wall_units, *abutment.key_units):
+    units = (*abutment.wall_units, *abutment.key_units)
+    if model.contacts is not None and units:
+        for index in units:
             unit = model.contacts.units[index]
             total -= np.outer(trace.normals_n[:, index], unit.normal[:2])
             for k, tangent in enumerate(unit.tangents):

@@ -267,6 +267,10 @@ def _nodes(model: BridgeModel) -> Iterable[int]:
             yield from spring.nodes
         for element in abutment.other_springs:
             yield from ops.eleNodes(element)
+    for joint in model.joints:
+        for bearing in joint.bearings:
+            yield from (bearing.seat_node, bearing.deck_node)
+        yield from (seat.holder.node for seat in joint.seats)
     if model.contacts is not None:
         for unit in model.contacts.units:
             yield from (unit.node_i, unit.node_j)

@@ -245,15 +245,26 @@ class Watch:
         self.columns = tuple(Lean(column) for column in model.columns)
         self._corners = tuple(
             (_Moved(corner.node), abutment.normal, abutment.support_length_m)
-            for abutment in model.abutments
+            for abutment in model.seats
             for corner in abutment.corners
         )
+        self._seats = tuple(
+            (_Moved(seat.corner), _Moved(seat.holder), seat.normal, seat.support_length_m)
+            for joint in model.joints
+            for seat in joint.seats
+        )
         self._drift_ratio = self._disp_m = 0.0
-        for abutment in model.abutments:
+        for abutment in model.seats:
             if abutment.support_length_m <= 0.0:
                 raise InputError(
                     f"gap_mm must be below the seat width of {abutment.seat_width_m * 1e3:g} mm, "
                     f"got {abutment.gap_m * 1e3:g}"
+                )
+        for joint in model.joints:
+            if min(seat.support_length_m for seat in joint.seats) <= 0.0:
+                raise InputError(
+                    f"gap_mm of {joint.name} must be below its seat width, "
+                    f"got {joint.gap_m * 1e3:g}"
                 )
 
     def diverged(self) -> str:
@@ -286,6 +297,10 @@ class Watch:
             x, y = corner.disp_m()
             if -(x * normal[0] + y * normal[1]) > support_m:
                 return "unseating_m"
+        for corner, holder, normal, support_m in self._seats:
+            (x, y), (below_x, below_y) = corner.disp_m(), holder.disp_m()
+            if -((x - below_x) * normal[0] + (y - below_y) * normal[1]) > support_m:
+                return "joint_unseating_m"
         if self._disp_m > self._settings.collapse_deck_disp_m:
             return "deck_disp_m"
         return ""

@@ -20,10 +20,10 @@ References:
     Mackie, section 4 of the paper (figure 9).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import radians, sqrt
-from typing import Final
+from math import cos, radians, sqrt
+from typing import Any, Final
 
 import openseespy.opensees as ops
 
@@ -39,7 +39,7 @@ from skewbridge.bridge.backfill import (
     wing_share,
     wing_wall,
 )
-from skewbridge.bridge.catalogue.data import AbutmentData, KeyData, PadData
+from skewbridge.bridge.catalogue.data import AbutmentData, KeyData, PadData, PileData, WallData
 from skewbridge.bridge.frame import Blueprint, End
 from skewbridge.bridge.handles import (
     AbutmentHandle,
@@ -94,25 +94,41 @@ def build_arms(
     Stations are the positions along the wall at which each line needs a node. Returns the nodes and
     the tags of the arms.
     """
-    transformation = tags.transformation()
-    geometry = "Corotational" if options.arrays == "corotational" else "Linear"
     # no arm is parallel to the normal of the wall
-    ops.geomTransf(geometry, transformation, *end.normal, 0.0)
-    # the nodes do not rotate: each arm has a ball joint there, and no torsion
-    section = (ARM_AREA_M2, ARM_MODULUS_PA, 1.0, 1.0, ARM_INERTIA_M4, ARM_INERTIA_M4)
-    joint = ("-releasez", 2, "-releasey", 2)
+    transformation = arm_transformation((*end.normal, 0.0), options, tags)
     points: Points = {}
     arms: list[int] = []
     for line, positions in stations.items():
         for along in positions:
-            node, element = tags.node(), tags.element()
-            ops.node(node, *end.point(line, along))
-            ops.fix(node, 0, 0, 0, 1, 1, 1)
-            nodes = (element, deck_node, node)
-            ops.element("elasticBeamColumn", *nodes, *section, transformation, *joint)
-            points[line, along] = node
+            place = end.point(line, along)
+            points[line, along], element = build_arm(deck_node, place, transformation, tags)
             arms.append(element)
     return points, arms
+
+
+def arm_transformation(
+    plane: tuple[float, float, float], options: ModelOptions, tags: TagAllocator
+) -> int:
+    """Create the transformation of arms that are not parallel to a vector."""
+    transformation = tags.transformation()
+    geometry = "Corotational" if options.arrays == "corotational" else "Linear"
+    ops.geomTransf(geometry, transformation, *plane)
+    return transformation
+
+
+def build_arm(
+    holder: int, place_m: Sequence[float], transformation: int, tags: TagAllocator
+) -> tuple[int, int]:
+    """Create a node at a place and a stiff arm to it from another node; return both tags."""
+    node, element = tags.node(), tags.element()
+    ops.node(node, *place_m)
+    ops.fix(node, 0, 0, 0, 1, 1, 1)
+    # the nodes do not rotate: each arm has a ball joint there, and no torsion
+    section = (ARM_AREA_M2, ARM_MODULUS_PA, 1.0, 1.0, ARM_INERTIA_M4, ARM_INERTIA_M4)
+    joint = ("-releasez", 2, "-releasey", 2)
+    nodes = (element, holder, node)
+    ops.element("elasticBeamColumn", *nodes, *section, transformation, *joint)
+    return node, element
 
 
 # ASSUME bending and twisting of a pad are too soft to matter
@@ -121,7 +137,7 @@ PAD_ROTATION_NM_PER_RAD = 1.0e5
 PAD_HARDENING = (0.0, 3.0)  # ratio of the nonlinear hardening, and its exponent
 
 
-def pad_stations(pads: PadData, end: DeckEnd) -> list[float]:
+def pad_stations(pads: PadData | PileData, end: DeckEnd) -> list[float]:
     """Return positions of the pads along the wall in m, equally spaced across the deck."""
     stretch = end.wall_length_m / end.width_m
     middle = (pads.count - 1) / 2
@@ -129,7 +145,7 @@ def pad_stations(pads: PadData, end: DeckEnd) -> list[float]:
 
 
 def bearing_stations(
-    pads: PadData, end: DeckEnd, options: ModelOptions, *, has_pads: bool = True
+    pads: PadData | PileData, end: DeckEnd, options: ModelOptions, *, has_pads: bool = True
 ) -> list[float]:
     """Return the positions along the wall (m) of the pad elements, or of the two supports.
 
@@ -152,9 +168,11 @@ def build_bearings(
     tags: TagAllocator,
     *,
     has_pads: bool = True,
+    seat_at: Callable[[Sequence[float]], int] | None = None,
 ) -> tuple[BearingHandle, ...]:
-    """Create pads, or vertical supports, between fixed seat nodes and the bearing line.
+    """Create pads, or vertical supports, between seat nodes and the bearing line.
 
+    Seat nodes are fixed, unless ``seat_at`` creates them at their place.
     Vertical springs are elastic in compression and open in tension. The length of an element for
     one pad is the pad height. Elements for half of the pads or for a support have zero length.
     """
@@ -177,7 +195,9 @@ def build_bearings(
     handles: list[BearingHandle] = []
     for deck_node in (node for (line, _), node in points.items() if line == "bearing"):
         x, y, z = ops.nodeCoord(deck_node)
-        seat, element = grounded_node((x, y, z - height_m), tags), tags.element()
+        place = (x, y, z - height_m)
+        seat = grounded_node(place, tags) if seat_at is None else seat_at(place)
+        element = tags.element()
         ops.element(kind, element, seat, deck_node, *values)
         handles.append(BearingHandle(element=element, seat_node=seat, deck_node=deck_node))
     return tuple(handles)
@@ -203,20 +223,18 @@ CONCRETE_KG_PER_M3 = 2400.0  # source: usual density of reinforced concrete
 
 
 @dataclass(frozen=True, kw_only=True)
-class Joint:
-    """Deck end on its supports, at rest: what the builders of walls and keys need.
+class Wall:
+    """Supported deck end at rest in front of a fill; ``handle`` has no walls and keys yet.
 
-    The keys are at the corners of `key_end`, which is `end` unless options skew keys and seats
-    differently. ``handle`` has no walls and keys yet.
+    ``skew_deg`` is the skew of the abutment, also where options do not skew its seat or keys.
     """
 
     blueprint: Blueprint
-    data: AbutmentData
+    data: WallData
     end: DeckEnd
     points: Points
-    key_end: DeckEnd
-    key_points: Points
     handle: AbutmentHandle
+    skew_deg: float
 
     @property
     def options(self) -> ModelOptions:
@@ -229,20 +247,9 @@ class Joint:
         return self.blueprint.tags
 
     @property
-    def friction(self) -> float:
-        """Friction coefficient of the variant."""
-        return self.blueprint.variant.friction
-
-    @property
     def skew_rad(self) -> float:
-        """Skew of the abutment, also where options do not skew its seat or keys."""
-        return radians(self.blueprint.variant.skew_deg)
-
-    @property
-    def key(self) -> KeyData:
-        """Backbone of the shear keys, selected by the option ``keys``."""
-        is_monolithic = self.options.keys == "monolithic"
-        return self.data.monolithic_key if is_monolithic else self.data.sacrificial_key
+        """Skew of the abutment."""
+        return radians(self.skew_deg)
 
     @property
     def wing(self) -> Passive:
@@ -268,6 +275,48 @@ class Joint:
             for along, share, factor in zip(stations, shares, factors, strict=True)
         ]
 
+    def dashpot_n_s_per_m(self, stiffness_n_per_m: float, mass_kg: float, share: float) -> float:
+        """Return the dashpot coefficient (N s/m) between a share of the wall and the backfill."""
+        vs_mps = self.options.backfill_vs_mps
+        if vs_mps is None:
+            return damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness_n_per_m, mass_kg)
+        return share * radiation_n_s_per_m(self.data, vs_mps)
+
+    def moving_mass_kg(self, mass_kg: float) -> float:
+        """Return the mass of a wall or key node: the given mass, or zero without ``wall_mass``."""
+        return mass_kg if self.options.wall_mass else 0.0
+
+    @property
+    def wall_mass_kg(self) -> float:
+        """Mass of the backwall."""
+        data = self.data
+        volume = self.end.wall_length_m * data.wall_height_m * data.wall_thickness_m
+        return volume * CONCRETE_KG_PER_M3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Joint(Wall):
+    """Deck end on the pads of a seat.
+
+    The keys are at the corners of `key_end`, which is `end` unless options skew keys and seats
+    differently.
+    """
+
+    data: AbutmentData
+    key_end: DeckEnd
+    key_points: Points
+
+    @property
+    def friction(self) -> float:
+        """Friction coefficient of the variant."""
+        return self.blueprint.variant.friction
+
+    @property
+    def key(self) -> KeyData:
+        """Backbone of the shear keys, selected by the option ``keys``."""
+        is_monolithic = self.options.keys == "monolithic"
+        return self.data.monolithic_key if is_monolithic else self.data.sacrificial_key
+
     def key_inward_normal(self, sign: float) -> PlanVector:
         """Return the normal of a key's face, from the key towards the deck.
 
@@ -292,24 +341,6 @@ class Joint:
         else:
             along = [elastic_material(stiffness, self.tags, dashpot)]
         return spring_element(nodes, inward, across, along, self.tags)[0]
-
-    def dashpot_n_s_per_m(self, stiffness_n_per_m: float, mass_kg: float, share: float) -> float:
-        """Return the dashpot coefficient (N s/m) between a share of the wall and the backfill."""
-        vs_mps = self.options.backfill_vs_mps
-        if vs_mps is None:
-            return damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness_n_per_m, mass_kg)
-        return share * radiation_n_s_per_m(self.data, vs_mps)
-
-    def moving_mass_kg(self, mass_kg: float) -> float:
-        """Return the mass of a wall or key node: the given mass, or zero without ``wall_mass``."""
-        return mass_kg if self.options.wall_mass else 0.0
-
-    @property
-    def wall_mass_kg(self) -> float:
-        """Mass of the backwall."""
-        data = self.data
-        volume = self.end.wall_length_m * data.wall_height_m * data.wall_thickness_m
-        return volume * CONCRETE_KG_PER_M3
 
     @property
     def key_mass_kg(self) -> float:
@@ -347,6 +378,8 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
     """Build arms and bearings at an end node of a deck; return the joint without walls."""
     variant, options, tags = blueprint.variant, blueprint.options, blueprint.tags
     traits, data, deck_node = variant.traits, end.abutment, end.node
+    if not isinstance(data, AbutmentData):
+        raise TypeError(f"{data.type} is not a seat")
     # the opening of a square joint is measured along the bridge
     plan = end.plan if options.seat_skew == "abutment" else replace(end.plan, skew_deg=0.0)
     key_end = end.plan if options.key_skew == "abutment" else replace(end.plan, skew_deg=0.0)
@@ -360,34 +393,17 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
         key_points, key_arms = build_arms(key_end, deck_node, corners, options, tags)
         arms += key_arms
     bearings = build_bearings(plan, points, data.pads, options, tags, has_pads=traits.has_pads)
-    z_m = float(ops.nodeCoord(deck_node, 3))
-
-    def seat(along_m: float) -> Point:
-        arm = along_m * plan.tangent[0], along_m * plan.tangent[1], plan.soffit_m - z_m
-        return Point(deck_node, arm)
-
-    is_square = options.seat_skew != "abutment"
-    seated = replace(variant, skew_deg=0) if is_square else variant
-    gap_m = seated.normal_gap_m(options.gap_measured) + options.gap_offset_mm * MM
+    pads = pad_stations(data.pads, plan) if traits.has_pads else bearing_line
+    own_mm = data.gap_mm if "gap_mm" in traits.axes else None
+    gap_mm = variant.gap_mm if own_mm is None else own_mm
     handle = AbutmentHandle(
-        side=plan.name,
-        normal=plan.normal,
-        tangent=plan.tangent,
-        gap_m=max(gap_m, 0.0),
+        **placed(plan, deck_node, points),
+        gap_m=normal_gap_m(gap_mm, plan, options),
         transverse_gap_m=options.transverse_gap_m,
         seat_width_m=data.seat_width_m,
-        centre=seat(0.0),
-        corners=tuple(
-            CornerHandle(
-                node=points["outer", along],
-                side=plan.name,
-                kind="acute" if along * plan.acute_sign > 0.0 else "obtuse",
-                plan_m=plan.point("outer", along)[:2],
-            )
-            for along in plan.wall_stations(2)
-        ),
         bearings=bearings,
-        pads=tuple(map(seat, pad_stations(data.pads, plan) if traits.has_pads else bearing_line)),
+        pads=tuple(bearing_point(plan, deck_node, along) for along in pads),
+        holders=tuple(bearing.seat_node for bearing in bearings),
         links=tuple(arms),
     )
     return Joint(
@@ -395,10 +411,47 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
         data=data,
         end=plan,
         points=points,
+        handle=handle,
+        skew_deg=end.plan.skew_deg,
         key_end=key_end,
         key_points=key_points,
-        handle=handle,
     )
+
+
+def normal_gap_m(gap_mm: float, end: DeckEnd, options: ModelOptions) -> float:
+    """Return the opening of a joint at rest, normal to its faces, with the offset of the options.
+
+    If the gap is measured along the bridge, the opening is smaller by cos(skew).
+    """
+    narrowing = cos(end.skew_rad) if options.gap_measured == "longitudinal" else 1.0
+    return max(gap_mm * MM * narrowing + options.gap_offset_mm * MM, 0.0)
+
+
+def bearing_point(end: DeckEnd, deck_node: int, along_m: float) -> Point:
+    """Return a point of the bearing line at the soffit, rigidly connected to the deck."""
+    z_m = float(ops.nodeCoord(deck_node, 3))
+    x, y = end.tangent
+    return Point(deck_node, (along_m * x, along_m * y, end.soffit_m - z_m))
+
+
+def placed(end: DeckEnd, deck_node: int, points: Points) -> dict[str, Any]:
+    """Return the place of an end as fields of its handle; without points the end is rigid."""
+    corners = tuple(
+        CornerHandle(
+            node=points.get(("outer", along), deck_node),
+            side=end.name,
+            kind="acute" if along * end.acute_sign > 0.0 else "obtuse",
+            plan_m=end.point("outer", along)[:2],
+        )
+        for along in end.wall_stations(2)
+    )
+    return {
+        "side": end.name,
+        "normal": end.normal,
+        "tangent": end.tangent,
+        "centre": bearing_point(end, deck_node, 0.0),
+        "corners": corners,
+    }
 
 
 def build_joint(joint: Joint) -> AbutmentHandle:
@@ -490,7 +543,7 @@ def _build_contact(joint: Joint) -> AbutmentHandle:
         stiffness = penalties(passive.stiffness_n_per_m, mass_kg, options)
         wall = plane_node(end.point("outer", along), mass_kg, tags)
         ground = grounded_node(end.point("outer", along), tags)
-        held.append(_hold_wall_point(joint, (ground, wall), share, passive))
+        held.append(hold_wall_point(joint, (ground, wall), share, passive))
         nodes, name = (wall, joint.points["outer", along]), f"backwall {number}"
         cohesion_n = options.cohesion_n * share
         units.append(
@@ -509,8 +562,8 @@ def _build_contact(joint: Joint) -> AbutmentHandle:
     return _build_keys(joint, handle, body=None)
 
 
-def _hold_wall_point(
-    joint: Joint, nodes: tuple[int, int], share: float, passive: Passive
+def hold_wall_point(
+    joint: Wall, nodes: tuple[int, int], share: float, passive: Passive, *, has_stem: bool = True
 ) -> tuple[SpringHandle, SpringHandle, tuple[int, ...]]:
     """Create the backfill, stem and wing-wall springs between ground and a wall node.
 
@@ -529,7 +582,8 @@ def _hold_wall_point(
     along = [plastic_material(wing, tags), elastic_material(weak, tags, wing_dashpot)]
     is_parallel = joint.options.backfill_dashpot == "parallel"
     leaning_n_s_per_m = dashpot if is_parallel else 0.0
-    leaning = elastic_material(stiffness + weak, tags, leaning_n_s_per_m, compression_n_per_m=weak)
+    stem = stiffness if has_stem else 0.0
+    leaning = elastic_material(stem + weak, tags, leaning_n_s_per_m, compression_n_per_m=weak)
     links: tuple[int, ...] = ()
     if is_parallel:
         across = [passive_material(passive, 0.0, tags), leaning]

@@ -5,10 +5,11 @@ from contextlib import contextmanager
 
 import openseespy.opensees as ops
 
-from skewbridge.bridge.abutments import build_joint, support_deck_end
+from skewbridge.bridge.ends import KINDS
 from skewbridge.bridge.frame import Blueprint, BridgeModel, Frame
 from skewbridge.bridge.gravity import hold_dead_load
 from skewbridge.bridge.handles import TagAllocator
+from skewbridge.bridge.joints import build_inner_joint, support_joint
 from skewbridge.bridge.script_units import end_view
 from skewbridge.contact import ContactSet
 from skewbridge.variant.options import ModelOptions
@@ -44,24 +45,35 @@ def assemble(build_frame: FrameBuilder, variant: Variant, options: ModelOptions)
         DomainError: The domain already contains a model.
         GravityError: The gravity analysis does not converge.
     """
-    blueprint = blueprint_of(variant, options)
-    variant, tags = blueprint.variant, blueprint.tags
+    require_empty_domain()
+    tags = TagAllocator()
     frame = build_frame(variant.skew_deg, options, tags)
-    supported = [support_deck_end(end, blueprint) for end in frame.ends]
+    blueprint = blueprint_of(variant, options, tags, has_joints=bool(frame.joints))
+    kinds = [KINDS[end.abutment.type] for end in frame.ends]
+    supported = [kind.support(end, blueprint) for kind, end in zip(kinds, frame.ends, strict=True)]
+    on_pads = [support_joint(joint, blueprint) for joint in frame.joints]
     hold_dead_load(frame.loads.forces_n, frame.loads.moments_nm, tags)
-    abutments = tuple(map(build_joint, supported))
-    return BridgeModel(blueprint=blueprint, frame=frame, abutments=abutments)
+    joints = tuple(map(build_inner_joint, on_pads))
+    abutments = tuple(kind.build(end) for kind, end in zip(kinds, supported, strict=True))
+    return BridgeModel(blueprint=blueprint, frame=frame, abutments=abutments, joints=joints)
 
 
-def blueprint_of(variant: Variant, options: ModelOptions) -> Blueprint:
-    """Return the blueprint of a variant for the open domain.
-
-    Abutment model `contact` has the contact units of `contact_friction` but never updates them.
-    """
+def require_empty_domain() -> None:
+    """Raise `DomainError` if the open domain already has a model."""
     if ops.getNodeTags():
         raise DomainError("call build() inside `with domain():`, once per domain")
-    variant, tags, contacts = variant.normalised(), TagAllocator(), None
-    if variant.traits.has_contacts:
+
+
+def blueprint_of(
+    variant: Variant, options: ModelOptions, tags: TagAllocator, *, has_joints: bool = False
+) -> Blueprint:
+    """Return the blueprint of a variant.
+
+    Abutment model `contact` has the contact units of `contact_friction` but never updates them.
+    Decks meet in contact units with every abutment model.
+    """
+    variant, contacts = variant.normalised(), None
+    if variant.traits.has_contacts or has_joints:
         is_updated = variant.traits.has_friction
         contacts = ContactSet(tags, update=is_updated, coupling=options.coupling)
     return Blueprint(variant=variant, options=options, tags=tags, contacts=contacts)

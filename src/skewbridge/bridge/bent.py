@@ -44,23 +44,37 @@ def build_bents(
     of the skewed bents (`skewbridge.bridge.model.built_bridge`).
     """
     normal = (cos(radians(skew_deg)), sin(radians(skew_deg)))
-    upright, level = tags.transformation(), tags.transformation()
+    within, level = tags.transformation(), tags.transformation()
     # a column ends at the soffit, rigidly connected to its node at the deck's centroid
-    below = (0.0, 0.0, -bridge.deck.centroid_above_soffit_m)
-    ops.geomTransf("PDelta", upright, *normal, 0.0, "-jntOffset", 0.0, 0.0, 0.0, *below)
+    soffit = (0.0, 0.0, -bridge.deck.centroid_above_soffit_m)
+    offset = ("-jntOffset", 0.0, 0.0, 0.0)
+    ops.geomTransf("PDelta", within, *normal, 0.0, *offset, *soffit)
     ops.geomTransf("Linear", level, 0.0, 0.0, 1.0)
     columns: list[ColumnHandle] = []
     foundations: list[int] = []
     for number, (bent, x) in enumerate(zip(bridge.bents, bridge.bent_positions_m, strict=True)):
         both = bent_directions(bridge, number, options.hinge_rule)
-        integration, hinges = build_integration(both, options, tags)
         is_pinned = bridge.base_of(bent) == "pinned"
+        upright, below, height_m = within, soffit, bent.clear_height_m
+        if number in bridge.jointed_bents:
+            # the cap is a line at its top, where the bearings are; the column ends at its soffit
+            upright, below = tags.transformation(), (0.0, 0.0, -bent.cap_depth_m)
+            height_m += bent.cap_depth_m
+            ops.geomTransf("PDelta", upright, *normal, 0.0, *offset, *below)
+            spine.bent_nodes[number] = cap = tags.node()
+            ops.node(cap, x, 0.0, 0.0)
+            # inertia about its own axis, below the bearings: without it, the trapezoidal rule is
+            # unstable in this rotation when decks collide
+            turning = bent.cap_weight_kn * KN / G_MPS2
+            turning *= bent.cap_width_m**2 / 12 + bent.cap_depth_m**2 / 3
+            ops.mass(cap, 0.0, 0.0, 0.0, turning, turning, turning)
+        integration, hinges = build_integration(both, options, tags)
         joints = _build_cap(bridge, number, spine, (x, normal), level, tags)
         if options.cap_load == "spread" and len(joints) > 1:
             _spread_deck_load(bridge, number, spine, joints, normal)
         for joint, _ in joints:
             base = tags.node()
-            ops.node(base, *ops.nodeCoord(joint)[:2], -bent.clear_height_m)
+            ops.node(base, *ops.nodeCoord(joint)[:2], -height_m)
             foundations.extend(_support(bridge, base, is_pinned, normal, options, tags))
             element = tags.element()
             numerics = (upright, integration, "-iter", *COLUMN_ITERATIONS)
@@ -124,7 +138,7 @@ def _build_cap(
     for x, y, along in column_places_m(bridge, number, *place):
         node = centre if along == 0.0 else tags.node()
         if node != centre:
-            ops.node(node, x, y, deck.centroid_above_soffit_m)
+            ops.node(node, x, y, float(ops.nodeCoord(centre, 3)))
         joints.append((node, along))
     inertias = (torsion, upright, depth * width**3 / 12)
     section = (width * depth, modulus, shear_modulus_pa(modulus), *inertias)

@@ -6,12 +6,12 @@ the dead load, adds joints and contacts, and returns a `BridgeModel`.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
-from skewbridge.bridge.catalogue.data import AbutmentData
+from skewbridge.bridge.catalogue.data import EndData, JointData
 from skewbridge.bridge.column import BentCapacity
-from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, TagAllocator
+from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, JointHandle, TagAllocator
 from skewbridge.bridge.plan import DeckEnd, PlanVector
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
@@ -70,12 +70,32 @@ class End:
     Attributes:
         node: End node at the centroid of the deck.
         plan: Position, skew and size in plan.
-        abutment: Data of its abutment.
+        abutment: Data of its abutment, of any kind in `skewbridge.bridge.ends`.
     """
 
     node: int
     plan: DeckEnd
-    abutment: AbutmentData
+    abutment: EndData
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InnerJoint:
+    """Two deck ends that face each other.
+
+    Attributes:
+        name: ``joint 1`` and so on.
+        ends: End of the left deck and of the right deck, with outer faces at the same place.
+        nodes: End nodes of both decks at their centroid.
+        holders: Node that carries the pads of each end, or None for an end without pads.
+        axial_n_per_m: Axial stiffness of both decks in series.
+    """
+
+    name: str
+    ends: tuple[DeckEnd, DeckEnd]
+    nodes: tuple[int, int]
+    holders: tuple[int | None, int | None]
+    data: JointData
+    axial_n_per_m: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,6 +106,7 @@ class Frame:
         centre_node: Node at the mass centre of the deck; its displacements are those of the deck.
         loads: Dead load and masses.
         ends: Deck ends at abutments, left to right.
+        joints: Joints inside the bridge, left to right.
         columns: All columns, in the order of the bents.
         damping: Rayleigh damping of deck and columns.
         elements: Elements of the energy-balance groups ``columns``, ``deck`` and ``links`` (stiff
@@ -101,6 +122,7 @@ class Frame:
     columns: tuple[ColumnHandle, ...]
     damping: Damping
     elements: Mapping[str, tuple[int, ...]]
+    joints: tuple[InnerJoint, ...] = ()
     bents: tuple[BentCapacity, ...] = ()
     units: "UnitSystem | None" = None
 
@@ -116,7 +138,9 @@ class Description:
         bent_bases: How the columns of each bent stand; empty if it is not known.
         columns_m: Places of the columns at zero skew: along the bridge from its middle, and across.
         outlines_m: Points of the outline of each column: along its bent, and normal to it.
-        seats_m: Seat width of each seat end by its name.
+        seats_m: Seat width of each seat end and inner joint by its name.
+        end_kinds: Kind of each end by its name, such as ``seat`` or ``integral``.
+        skews_deg: Own skew of the ends that have one.
         wall_m: Thickness of the backwalls.
         backfill_rule: Rule of the backfill.
         damping_ratio: Ratio of the Rayleigh damping.
@@ -133,10 +157,12 @@ class Description:
     columns_m: tuple[PlanVector, ...]
     outlines_m: tuple[Sequence[Sequence[float]], ...]
     seats_m: Mapping[str, float]
+    end_kinds: Mapping[str, str]
     wall_m: float
     backfill_rule: str
     damping_ratio: float
     on_springs: bool = False
+    skews_deg: Mapping[str, float] = field(default_factory=dict[str, float])
 
     @property
     def bases(self) -> str:
@@ -204,6 +230,7 @@ class BridgeModel:
     blueprint: Blueprint
     frame: Frame
     abutments: tuple[AbutmentHandle, ...]
+    joints: tuple[JointHandle, ...] = ()
 
     @property
     def variant(self) -> Variant:
@@ -231,6 +258,11 @@ class BridgeModel:
         return self.frame.columns
 
     @property
+    def seats(self) -> tuple[AbutmentHandle, ...]:
+        """Abutments with a seat, from which the deck can fall."""
+        return tuple(end for end in self.abutments if end.is_seat)
+
+    @property
     def weight_n(self) -> float:
         """Total dead load."""
         return sum(self.frame.loads.forces_n.values())
@@ -239,17 +271,19 @@ class BridgeModel:
     def energy_elements(self) -> dict[str, tuple[int, ...]]:
         """Element tags of each energy-balance group.
 
-        The groups are ``columns``, ``deck``, ``bearings``, ``backfill`` (wall, key, wing and
-        restoring springs with their dashpots), ``contact`` and ``links`` (stiff connections and
-        foundation springs).
+        The groups are ``columns``, ``deck``, ``bearings`` (with restrainers), ``backfill`` (wall,
+        key, wing and restoring springs with their dashpots), ``contact`` and ``links`` (stiff
+        connections and foundation springs).
         """
         ends, units = self.abutments, self.contacts.units if self.contacts else ()
         springs = {spring.element for end in ends for spring in end.springs}
         others = {element for end in ends for element in end.other_springs}
-        arms = (arm for end in ends for arm in end.links)
+        arms = (arm for end in (*ends, *self.joints) for arm in end.links)
+        pads = (bearing for end in (*ends, *self.joints) for bearing in end.bearings)
+        cables = (cable for joint in self.joints for cable in joint.restrainers)
         return {
             **self.frame.elements,
-            "bearings": tuple(bearing.element for end in ends for bearing in end.bearings),
+            "bearings": (*(pad.element for pad in pads), *cables),
             "backfill": tuple(sorted(springs | others)),
             "contact": tuple(unit.element for unit in units),
             "links": (*self.frame.elements.get("links", ()), *arms),

@@ -7,6 +7,7 @@ is valid only inside the `domain()` in which the model was built.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import count
+from math import nan
 
 import numpy as np
 
@@ -156,11 +157,54 @@ class BearingHandle:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SeatHandle:
+    """Corner of a deck end on a cap or a ledge; ``normal`` is out of this deck.
+
+    ``holder`` is the point below it that moves with the cap or the ledge.
+    """
+
+    corner: int
+    holder: Point
+    normal: PlanVector
+    support_length_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointHandle:
+    """One joint inside the bridge.
+
+    Attributes:
+        name: ``joint 1`` and so on, from left to right.
+        gap_m: Opening at rest, normal to the faces.
+        units: Indices of the contacts between the decks.
+        bearings: Pad elements, from the cap or ledge up to the deck.
+        pads: Top and bottom of each pad.
+        restrainers: Elements of the cables.
+        links: Stiff arms.
+    """
+
+    name: str
+    gap_m: float
+    seats: tuple[SeatHandle, ...]
+    units: tuple[int, ...]
+    bearings: tuple[BearingHandle, ...]
+    pads: tuple[tuple[Point, Point], ...]
+    restrainers: tuple[int, ...]
+    links: tuple[int, ...]
+
+    @property
+    def column(self) -> str:
+        """Prefix of its columns in tables and histories."""
+        return self.name.replace(" ", "")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class AbutmentHandle:
     """One abutment with the deck end it supports.
 
     Attributes:
         side: ``left`` (negative x) or ``right``.
+        is_seat: Whether the deck end rests on a seat behind a gap, from which it can fall.
         normal: Outward normal of the deck end (towards the backfill), in plan.
         tangent: ``normal`` turned by +90 degrees: along the wall.
         gap_m: Opening of the joint at rest, normal to the wall; the transverse gap is at the keys.
@@ -168,6 +212,7 @@ class AbutmentHandle:
         centre: Middle of the bearing line at the top of the pads.
         bearings: Elements of pads (each may represent several) or of supports.
         pads: Tops of all pads or supports.
+        holders: Fixed nodes whose vertical reactions are that of the abutment.
         links: Stiff arms from the end node of the deck to the points of the joint.
         wall_units: Indices of the backwall contacts in `BridgeModel.contacts`, in the direction of
             ``tangent``; empty in models without contact.
@@ -177,19 +222,21 @@ class AbutmentHandle:
         key_springs: Springs of the shear keys, from the ground (in `spring`: from the body) to the
             key node; in `simplified`, the transverse springs.
         wing_springs: Wing-wall springs.
-        other_springs: Gap elements at the keys of `spring`; no demand uses them.
+        other_springs: Gap elements at the keys of `spring`, and piles; no demand uses them.
     """
 
     side: str
     normal: PlanVector
     tangent: PlanVector
-    gap_m: float
-    transverse_gap_m: float
-    seat_width_m: float
     centre: Point
     corners: tuple[CornerHandle, ...]
-    bearings: tuple[BearingHandle, ...]
-    pads: tuple[Point, ...]
+    is_seat: bool = True
+    gap_m: float = 0.0
+    transverse_gap_m: float = 0.0
+    seat_width_m: float = nan
+    bearings: tuple[BearingHandle, ...] = ()
+    pads: tuple[Point, ...] = ()
+    holders: tuple[int, ...] = ()
     links: tuple[int, ...] = ()
     wall_units: tuple[int, ...] = ()
     key_units: tuple[int, ...] = ()

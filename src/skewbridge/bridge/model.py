@@ -6,14 +6,22 @@ from dataclasses import dataclass
 import openseespy.opensees as ops
 
 from skewbridge.bridge.abutments import build_joint, support_deck_end
-from skewbridge.bridge.assembly import DomainError, assemble, blueprint_of, domain
+from skewbridge.bridge.assembly import (
+    DomainError,
+    assemble,
+    blueprint_of,
+    domain,
+    require_empty_domain,
+)
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.catalogue.data import AbutmentData
 from skewbridge.bridge.frame import Blueprint, BridgeModel, End
 from skewbridge.bridge.gravity import hold_dead_load
 from skewbridge.bridge.handles import AbutmentHandle, TagAllocator
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.structures import built_bridge, deck_ends
 from skewbridge.bridge.weights import deck_reactions_n
+from skewbridge.errors import InputError
 from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
@@ -45,7 +53,7 @@ def support_reactions_n(model: BridgeModel) -> list[float]:
     """Return the vertical reaction in N of each abutment, left to right."""
     ops.reactions()
     return [
-        sum(float(ops.nodeReaction(bearing.seat_node, 3)) for bearing in abutment.bearings)
+        sum(float(ops.nodeReaction(node, 3)) for node in abutment.holders)
         for abutment in model.abutments
     ]
 
@@ -70,17 +78,21 @@ def build_abutment(
     ``guide`` is called with the connector and the tag allocator before the dead load is applied. It
     can restrain the deck end in plan in directions in which the abutment does not.
     """
-    blueprint = blueprint_of(variant, options)
+    require_empty_domain()
+    blueprint = blueprint_of(variant, options, TagAllocator())
     tags, skew_deg = blueprint.tags, blueprint.variant.skew_deg
     bridge, connector = built_bridge(load_bridge(variant.bridge), options, skew_deg), tags.node()
+    plan = deck_ends(bridge, skew_deg)[-1]
+    data = bridge.ends[plan.name]
+    if not isinstance(data, AbutmentData):
+        raise InputError(f"{bridge.name}: its {plan.name} end is {data.type}, not a seat abutment")
     load_n = deck_reactions_n(bridge)[-1]
     # ASSUME the deck mass at an abutment is the mass of the dead load on it
     mass_kg = load_n / G_MPS2
-    plan = deck_ends(bridge, skew_deg)[-1]
     ops.node(connector, *plan.middle_m, bridge.deck.centroid_above_soffit_m)
     ops.fix(connector, 0, 0, 0, 1, 1, 1)
     ops.mass(connector, mass_kg, mass_kg, mass_kg, 0.0, 0.0, 0.0)
-    end = End(node=connector, plan=plan, abutment=bridge.abutment)
+    end = End(node=connector, plan=plan, abutment=data)
     joint = support_deck_end(end, blueprint)
     if guide is not None:
         guide(connector, tags)

@@ -31,7 +31,8 @@ _RIGID: Final = 1.0e3  # factor on stiffnesses of a cap that the webs prevent fr
 def bridge_period_s(bridge: BridgeData, which: Literal["t1", "long", "short"]) -> float:
     """Return the conditioning period, or the long or short period of Rayleigh damping, in s.
 
-    A bridge without columns has no longitudinal stiffness without its pads.
+    A bridge without columns has no longitudinal stiffness without its pads. Raises `ValueError`
+    for a bridge with inner joints or without two seats.
     """
     if which == "t1":
         periods = frame_periods_s(bridge, "pads")
@@ -45,8 +46,10 @@ def bridge_period_s(bridge: BridgeData, which: Literal["t1", "long", "short"]) -
 
 def frame_periods_s(bridge: BridgeData, supports: Supports) -> dict[str, float]:
     """Return the period of the mode with the most mass along x, y and z: open joints, no skew."""
-    frame, deck, pads = _Frame(), bridge.deck, bridge.abutment.pads
-    points = spine_points_m(bridge, ELEMENTS_PER_SPAN)
+    if bridge.joints or len(bridge.seats) < 2:
+        raise ValueError("the frame has no inner joints and two seats")
+    frame, deck, pads = _Frame(), bridge.deck, bridge.seat.pads
+    (points,) = spine_points_m(bridge, ELEMENTS_PER_SPAN)
     spine = [frame.node((x, 0.0, deck.centroid_above_soffit_m)) for x in points]
     modulus = deck.elastic_modulus_gpa * GPA
     torsion_nm2 = shear_modulus_pa(modulus) * deck.torsion_constant_m4

@@ -48,7 +48,7 @@ from skewbridge.bridge.script_units import (
     UnitSystem,
     view_constraints,
 )
-from skewbridge.bridge.structures import abutment_of, built_abutment, widened
+from skewbridge.bridge.structures import abutment_of, built_end, widened
 from skewbridge.contact.element import FIRST_FREE_MATERIAL
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked
@@ -164,7 +164,8 @@ def _standing(bridge: ScriptBridge) -> _Standing:
 
 def _description(name: str, frame: Frame, given: Given) -> Description:
     left, right = (end.plan.middle_m[0] for end in frame.ends)
-    middle_m, data = (left + right) / 2, frame.ends[0].abutment
+    middle_m = (left + right) / 2
+    seats = [(e, e.abutment) for e in frame.ends if isinstance(e.abutment, AbutmentData)]
     bents: list[list[tuple[float, float]]] = []
     places: list[tuple[float, float]] = []
     for column in frame.columns:
@@ -186,9 +187,10 @@ def _description(name: str, frame: Frame, given: Given) -> Description:
         columns_m=tuple(places),
         bent_bases=("",) * len(bents),
         outlines_m=(_DRAWN_M,) * len(places),
-        seats_m={end.plan.name: end.abutment.seat_width_m for end in frame.ends},
-        wall_m=data.wall_thickness_m,
-        backfill_rule=data.backfill.rule,
+        seats_m={end.plan.name: seat.seat_width_m for end, seat in seats},
+        end_kinds={end.plan.name: seat.type for end, seat in seats},
+        wall_m=max(seat.wall_thickness_m for _, seat in seats),
+        backfill_rule="".join({seat.backfill.rule for _, seat in seats}),
         damping_ratio=frame.damping.ratio,
     )
 
@@ -371,7 +373,7 @@ class _Reader:
             thickness_m,
             place[2] - soffit,
         )
-        return End(node=node, plan=plan, abutment=built_abutment(data, self._options))
+        return End(node=node, plan=plan, abutment=built_end(data, self._options))
 
     def _outward(self, node: int, away: PlanVector) -> PlanVector:
         """Return the direction of the element at an end that points most out of the deck."""
@@ -462,7 +464,7 @@ def _strength_n(
 def _abutment(own: str | Mapping[str, Any] | None, width_m: float) -> tuple[AbutmentData, float]:
     """Return data of an abutment for a deck width, and the thickness of the end diaphragm (m)."""
     donor = load_bridge(own if isinstance(own, str) else DEFAULT_ABUTMENT)
-    data = widened(donor.abutment, width_m / donor.deck.width_m)
+    data = widened(donor.seat, width_m / donor.deck.width_m)
     if isinstance(own, Mapping):
         data = checked(AbutmentData, _merged(data.model_dump(), own), "abutment")
     return data, donor.deck.diaphragm_thickness_m

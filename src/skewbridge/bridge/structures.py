@@ -1,17 +1,30 @@
 """Bridges of the catalogue that can be built."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from math import cos, radians, sqrt
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
-from skewbridge.bridge.catalogue.data import AbutmentData
+from skewbridge.bridge.catalogue.data import AbutmentData, EndData
 from skewbridge.bridge.column import bent_capacities
-from skewbridge.bridge.frame import Damping, DeadLoad, Description, End, Frame
+from skewbridge.bridge.frame import (
+    Damping,
+    DeadLoad,
+    Description,
+    End,
+    Frame,
+    InnerJoint,
+)
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.plan import DeckEnd
 from skewbridge.files.digests import digest_of
+from skewbridge.units import GPA
 from skewbridge.variant.options import ModelOptions
+
+if TYPE_CHECKING:
+    from skewbridge.bridge.spine import Spine
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +57,6 @@ class CatalogueBridge:
     def description(self) -> Description:
         """What pages say about it."""
         data = self.data
-        seat_m = data.abutment.seat_width_m
         return Description(
             title=data.title,
             details=data.details,
@@ -64,10 +76,15 @@ class CatalogueBridge:
             ),
             bent_bases=tuple(map(data.base_of, data.bents)),
             on_springs=data.foundation is not None,
-            wall_m=data.abutment.wall_thickness_m,
-            backfill_rule=data.abutment.backfill.rule,
+            end_kinds={name: end.type for name, end in data.ends.items()},
+            skews_deg={
+                name: end.skew_deg for name, end in data.ends.items() if end.skew_deg is not None
+            },
+            wall_m=max((seat.wall_thickness_m for seat in data.seats.values()), default=0.0),
+            backfill_rule="".join({seat.backfill.rule for seat in data.seats.values()}),
             damping_ratio=data.damping.ratio,
-            seats_m={"left": seat_m, "right": seat_m},
+            seats_m={name: seat.seat_width_m for name, seat in data.seats.items()}
+            | {f"joint {i}": each.seat_width_m for i, each in enumerate(data.joints, start=1)},
         )
 
     def build(self, skew_deg: float, options: ModelOptions, tags: TagAllocator) -> Frame:
@@ -90,11 +107,12 @@ class CatalogueBridge:
                 masses_kg=spine.masses_kg(),
             ),
             ends=tuple(
-                End(node=node, plan=plan, abutment=bridge.abutment)
+                End(node=node, plan=plan, abutment=bridge.ends[plan.name])
                 for node, plan in zip(
                     (spine.nodes[0], spine.nodes[-1]), deck_ends(bridge, skew_deg), strict=True
                 )
             ),
+            joints=tuple(_inner_joints(bridge, spine, options, skew_deg)),
             columns=columns,
             damping=Damping(
                 ratio=damping.ratio,
@@ -110,11 +128,45 @@ class CatalogueBridge:
 def deck_ends(bridge: BridgeData, skew_deg: float) -> tuple[DeckEnd, DeckEnd]:
     """Return the left and the right end of the deck of a bridge in plan."""
     half, deck = bridge.length_m / 2, bridge.deck
-    size = skew_deg, deck.width_m, deck.diaphragm_thickness_m
-    return (
-        DeckEnd("left", (-half, 0.0), (-1.0, 0.0), *size),
-        DeckEnd("right", (half, 0.0), (1.0, 0.0), *size),
-    )
+
+    def end(name: str, sign: float) -> DeckEnd:
+        own_deg = bridge.ends[name].skew_deg
+        skew = skew_deg if own_deg is None else own_deg
+        size = skew, deck.width_m, deck.diaphragm_thickness_m
+        return DeckEnd(name, (sign * half, 0.0), (sign, 0.0), *size)
+
+    return end("left", -1.0), end("right", 1.0)
+
+
+def _inner_joints(
+    bridge: BridgeData, spine: "Spine", options: ModelOptions, skew_deg: float
+) -> Iterator[InnerJoint]:
+    """Yield the joints between the decks of a spine whose bents are built."""
+    deck, halves_m = bridge.deck, bridge.length_m / 2
+    stretches = pairwise((-halves_m, *bridge.joint_positions_m, halves_m))
+    axial = deck.elastic_modulus_gpa * GPA * deck.area_m2
+    # the stiffness of two decks in series, from the sum of their lengths
+    series = [axial / (left + right) for left, right in pairwise(b - a for a, b in stretches)]
+    for number, data in enumerate(bridge.joints):
+        usual_deg = skew_deg if data.bent is None else options.skew_of_bents_deg(skew_deg)
+        own_deg = usual_deg if data.skew_deg is None else data.skew_deg
+        name, x = f"joint {number + 1}", bridge.joint_positions_m[number]
+        back_m = deck.diaphragm_thickness_m / 2 / cos(radians(own_deg))
+        size = own_deg, deck.width_m, deck.diaphragm_thickness_m
+        left = DeckEnd(f"{name} left", (x - back_m, 0.0), (1.0, 0.0), *size)
+        right = DeckEnd(f"{name} right", (x + back_m, 0.0), (-1.0, 0.0), *size)
+        nodes = spine.decks[number][-1], spine.decks[number + 1][0]
+        holders = (None, nodes[0]) if data.ledge == "left" else (nodes[1], None)
+        if data.bent is not None:
+            holders = (spine.bent_nodes[data.bent], spine.bent_nodes[data.bent])
+        yield InnerJoint(
+            name=name,
+            ends=(left, right),
+            nodes=nodes,
+            holders=holders,
+            data=data,
+            axial_n_per_m=series[number],
+        )
 
 
 def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.0) -> BridgeData:
@@ -141,12 +193,22 @@ def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.
         "deck": {"line_load_kn_per_m": mass, "diaphragm_weight_kn": mass},
         "bents": bents,
     }
-    abutment = built_abutment(abutment_of(bridge.deck.width_m, options) or bridge.abutment, options)
-    return _scaled(bridge, factors).model_copy(update={"abutment": abutment})
+    donor = abutment_of(bridge.deck.width_m, options)
+    built = {
+        name: built_end(donor if donor and end.type == "seat" else end, options)
+        for name, end in bridge.ends.items()
+    }
+    if bridge.abutments is None:
+        ends = {"abutment": built["left"]}
+    else:
+        ends = {"abutments": bridge.abutments.model_copy(update=built)}
+    return _scaled(bridge, factors).model_copy(update=ends)
 
 
-def built_abutment(abutment: AbutmentData, options: ModelOptions) -> AbutmentData:
-    """Return the data of an abutment with pads and keys multiplied by the option factors."""
+def built_end(abutment: EndData, options: ModelOptions) -> EndData:
+    """Return the data of an end with its pads and keys multiplied by the option factors."""
+    if not isinstance(abutment, AbutmentData):
+        return abutment
     key = {"force_kn": options.key_strength_factor}
     factors = {
         # ASSUME a softer rubber keeps its vertical stiffness, which hardly affects demands
@@ -165,7 +227,7 @@ def abutment_of(width_m: float, options: ModelOptions) -> AbutmentData | None:
     if options.abutment_of is None:
         return None
     donor = load_bridge(options.abutment_of)
-    return widened(donor.abutment, width_m / donor.deck.width_m)
+    return widened(donor.seat, width_m / donor.deck.width_m)
 
 
 def widened(abutment: AbutmentData, ratio: float) -> AbutmentData:

@@ -3,21 +3,42 @@
 Heights are measured from the soffit; x is from the middle of the deck.
 """
 
+from collections.abc import Sequence
+from itertools import pairwise
+
 import numpy as np
 
 from skewbridge.bridge.catalogue.data import BentData, BridgeData
 from skewbridge.units import KN
 
+# A spine node within this distance of the mass centre is used as the node there.
+NEAR_M = 0.05
 
-def continuous_reactions_n(spans_m: tuple[float, ...], load_n_per_m: float) -> list[float]:
-    """Return the reactions in N of a continuous beam under uniform load (three-moment equation)."""
+
+def continuous_reactions_n(
+    spans_m: tuple[float, ...], load_n_per_m: float, hinges_m: Sequence[float] = ()
+) -> list[float]:
+    """Return the reactions in N of a beam under uniform load (three-moment equation).
+
+    Hinges are at distances from the left end, also at supports; their rotations are unknowns.
+    """
     count = len(spans_m)
     moments = np.zeros(count + 1)
     if count > 1:
         left, right = np.array(spans_m[:-1]), np.array(spans_m[1:])
         matrix = np.diag(2 * (left + right))
         matrix += np.diag(right[:-1], 1) + np.diag(right[:-1], -1)
-        moments[1:-1] = np.linalg.solve(matrix, load_n_per_m * (left**3 + right**3) / 4)
+        turns = load_n_per_m * (left**3 + right**3) / 4
+        for hinge in hinges_m:
+            starts = np.cumsum((0.0, *spans_m))
+            i = min(int(np.searchsorted(starts, hinge - NEAR_M)), count) - 1
+            share = (hinge - starts[i]) / spans_m[i]
+            row = np.zeros(count + 1)
+            row[i : i + 2] = 1.0 - share, share  # of the support moments at the hinge
+            row = np.pad(row[1:-1], (0, len(turns) - count + 1))
+            matrix = np.block([[matrix, row[:, None]], [row, 0.0]])
+            turns = np.append(turns, load_n_per_m * spans_m[i] ** 2 * share * (1.0 - share) / 2)
+        moments[1:-1] = np.linalg.solve(matrix, turns)[: count - 1]
     reactions = np.zeros(count + 1)
     for i, span in enumerate(spans_m):
         tilt = (moments[i + 1] - moments[i]) / span
@@ -34,8 +55,12 @@ def column_weight_n(bridge: BridgeData, bent: BentData) -> float:
 
 def deck_reactions_n(bridge: BridgeData) -> list[float]:
     """Return the reactions in N of abutments and bents to the deck's weight, left to right."""
-    reactions = continuous_reactions_n(bridge.spans_m, bridge.deck.line_load_kn_per_m * KN)
-    for end in (0, -1):
+    # ASSUME bearings are in the middle of a joint
+    hinges_m = [x + bridge.length_m / 2 for x in bridge.joint_positions_m]
+    line_n_per_m = bridge.deck.line_load_kn_per_m * KN
+    reactions = continuous_reactions_n(bridge.spans_m, line_n_per_m, hinges_m)
+    # ASSUME a hinge in a span has no heavier diaphragm than the deck
+    for end in (0, -1, *(number + 1 for number in bridge.jointed_bents for _ in range(2))):
         reactions[end] += bridge.deck.diaphragm_weight_kn * KN
     return reactions
 
@@ -55,40 +80,45 @@ def total_weight_n(bridge: BridgeData) -> float:
     return sum(deck_reactions_n(bridge)) + bents
 
 
-# A spine node within this distance of the mass centre is used as the node there.
-NEAR_M = 0.05
-
-
 def mass_centre_m(bridge: BridgeData) -> float:
     """Return x in m of the mass centre of deck, caps and upper halves of the columns."""
     line = bridge.deck.line_load_kn_per_m * KN * bridge.length_m
     total, moment = line + 2 * bridge.deck.diaphragm_weight_kn * KN, 0.0
     for x, bent in zip(bridge.bent_positions_m, bridge.bents, strict=True):
         weight = bent.cap_weight_kn * KN + bent.columns * column_weight_n(bridge, bent) / 2
+        if x in bridge.joint_positions_m:
+            weight += 2 * bridge.deck.diaphragm_weight_kn * KN
         total += weight
         moment += weight * x
     return moment / total
 
 
-def spine_points_m(bridge: BridgeData, elements_per_span: int) -> dict[float, float]:
+def spine_points_m(bridge: BridgeData, elements_per_span: int) -> list[dict[float, float]]:
     """Return the deck length lumped at each spine node, keyed by increasing x coordinate.
 
-    Every span has equal elements. A node added at the mass centre has no mass.
+    There is one dictionary for each deck between joints. Every span has equal elements, also on
+    both sides of a hinge. A node added at the mass centre has no mass.
     """
-    points: dict[float, float] = {}
-    start = -bridge.length_m / 2
+    decks: list[dict[float, float]] = [{}]
+    start, joints = -bridge.length_m / 2, bridge.joint_positions_m
     shares = lumping_shares(elements_per_span)
     for span in bridge.spans_m:
-        element = span / elements_per_span
-        for i, share in enumerate(shares):
-            # the last point of a span must equal the first of the next exactly
-            x = start + span if i == elements_per_span else start + i * element
-            points[x] = points.get(x, 0.0) + share * element
-        start += span
+        end = start + span
+        hinges = [x for x in joints if start + NEAR_M < x < end - NEAR_M]
+        for first, last in pairwise((start, *hinges, end)):
+            length = last - first if hinges else span
+            element = length / elements_per_span
+            for i, share in enumerate(shares):
+                # the last point of a span must equal the first of the next exactly
+                x = last if i == elements_per_span else first + i * element
+                decks[-1][x] = decks[-1].get(x, 0.0) + share * element
+            if any(abs(x - last) < NEAR_M for x in joints):
+                decks.append({})
+        start = end
     centre = mass_centre_m(bridge)
-    if min(abs(x - centre) for x in points) > NEAR_M:
-        points[centre] = 0.0
-    return dict(sorted(points.items()))
+    if min(abs(x - centre) for deck in decks for x in deck) > NEAR_M:
+        next(deck for deck in decks if max(deck) > centre)[centre] = 0.0
+    return [dict(sorted(deck.items())) for deck in decks]
 
 
 def lumping_shares(elements: int) -> list[float]:

@@ -212,9 +212,10 @@ def answer_table(
     ranks = {f"_{name}": table[name].map(values.index) for name, values in order.items()}
     table = table.assign(**ranks).sort_values([*BRIDGE_COLUMNS, "_axis", "from_value", "_demand"])
     seats_m, files = dict[str, float](), {Path(name).stem: name for name in bridges}
-    for name in set(table["bridge"]):
+    for name in map(str, set(table["bridge"])):
         with suppress(InputError):  # the file of the bridge cannot be read
-            seats_m[name] = min(load_structure(files.get(name, name)).description.seats_m.values())
+            description = load_structure(files.get(name, name)).description
+            seats_m[name] = min(description.seats_m.values(), default=np.nan)
     own_m = table["bridge"].map(seats_m).where(table["demand"] == "unseating_m")
     table = table.assign(seat_m=own_m.astype(float))
     counts = table[list(_COUNTS)].apply(pd.to_numeric, errors="coerce").astype(np.float64)

@@ -64,6 +64,9 @@ def check_tables(tables: StudyTables) -> list[Row]:
     per_variant = demands.drop_duplicates(planned)["variant"].value_counts()
     uneven = (demands["variant"].map(per_variant) != per_variant.max()) & (not tables.in_rounds)
     numbers = ok[[column.name for column in DEMAND_COLUMNS if column.name in ok]]
+    if "support_length_m" in ok:  # empty for a bridge without a seat, which cannot unseat
+        seatless, moves = ok["support_length_m"].isna(), ["unseating_m", "acute_corner_unseating_m"]
+        numbers = numbers.assign(**{name: numbers[name].mask(seatless, 0.0) for name in moves})
     components = ok[["column_shear_x_kn", "column_shear_y_kn"]].max(axis=1)
     cohesion_n = ok.get("cohesion_n", pd.Series(tables.cohesion_n, index=ok.index))
     loose = (ok["friction"] == 0.0) & (cohesion_n == 0.0)

@@ -11,7 +11,7 @@ import pandas as pd
 from skewbridge.analysis.settings import NUMERICS
 from skewbridge.bridge.frame import require_options
 from skewbridge.bridge.library import load_structure
-from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column
+from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column, joint_columns
 from skewbridge.errors import InputError, raise_all
 from skewbridge.files.digests import digest_of, provenance
 from skewbridge.files.tables import write_frame
@@ -83,7 +83,9 @@ def _check_column(key: str, name: str, columns: Iterable[Column]) -> None:
 
 def _check_limit_states(path: Path) -> None:
     names = {column.name for column in DEMAND_COLUMNS}
-    lacking = [state for state in load_limit_states(path) if state.demand not in names]
+    states = load_limit_states(path)
+    names |= {column.name for column in joint_columns(state.demand for state in states)}
+    lacking = [state for state in states if state.demand not in names]
     text = f"{path}: limit state %s/%s: the demands table has no column %r"
     raise_all(InputError(text % (each.component, each.name, each.demand)) for each in lacking)
 

@@ -2,14 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import cos, radians
 from pathlib import Path
 from typing import Any, Final, Literal, Self
 
 from skewbridge.errors import InputError, did_you_mean
-from skewbridge.units import MM
 from skewbridge.variant.axes import AXES, axes_of, axis
-from skewbridge.variant.options import GapMeasured
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,7 +101,7 @@ class Variant:
         bridge: Name of a bridge, for example ``osb1``, or the path of its file.
         abutment: Abutment model, a key of `ABUTMENTS`.
         skew_deg: Skew of the abutment line from the transverse axis, in degrees.
-        gap_mm: Opening of the joint at rest, in millimetres (`normal_gap_m`).
+        gap_mm: Opening of the joint at rest, in millimetres (option ``gap_measured``).
         friction_pct: Coulomb coefficient at the contacts, in hundredths.
         options: Modelling options that are axes of the grid, with their values, sorted.
 
@@ -158,14 +155,6 @@ class Variant:
         """Return the variant of a row of the demands table; the bridge has its name there."""
         values = {each.name: row[each.name] for each in axes_of(row)}
         return cls.at(str(row["bridge"]), str(row["abutment"]), values)
-
-    def normal_gap_m(self, measured: GapMeasured = "normal") -> float:
-        """Return the opening of the joint at rest in m, normal to the wall.
-
-        If ``gap_mm`` is measured along the bridge, the opening is smaller by cos(skew).
-        """
-        narrowing = cos(radians(self.skew_deg)) if measured == "longitudinal" else 1.0
-        return self.gap_mm * MM * narrowing
 
     @property
     def friction(self) -> float:

@@ -6,6 +6,8 @@ classes are a (the paper), b (a document at hand), c (a named report from memory
 rule) and calc (computed from other numbers); without one it is b. A list of numbers is one such
 mapping with a list as ``v``. ``extends: NAME`` starts from another bridge: mappings are merged,
 other values are replaced. Rules give what is missing (`skewbridge.bridge.catalogue.drawing`).
+``abutments`` has the data of each end, with its ``type``; in a file that extends another, an end of
+another type starts anew. An integral end gets the numbers of ``defaults/integral.yaml``.
 A fixed base without ``foundation`` gets the springs of bridge_a, and ``foundation: null`` is rigid
 ground.
 
@@ -44,6 +46,7 @@ OWN_FOLDER: Final = Path("config/bridges")
 #: Pattern of the name of a bridge; its file in these folders has the same name.
 NAME_PATTERN: Final = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
 MAX_PARENTS: Final = 10
+PILE_SPACING_M: Final = 2.4  # ASSUME a pile of an integral end per 8 ft, as under usual girders
 # without a class; not a class without a text, nor another letter in its place
 _UNCLASSED: Final = r"(?!(\w|calc)\s*(:|$))\S.*"
 SOURCE_PATTERN: Final = rf"((a|b|c|d|calc): \S.*|{_UNCLASSED})"
@@ -91,18 +94,56 @@ def read_bridge(name: str | Path) -> Completed:
 @cache
 def _loaded(path: Path) -> Completed:
     sources: dict[str, str] = {}
-    (_, own), *_ = files = _with_parents(path)
+    files = _with_parents(path)
+    own, *_ = trees = _by_end(files)
     merged: dict[str, Any] = {}
-    for _, tree in reversed(files):
+    for tree in reversed(trees):
         for key in overruled(tree):
             above, _, last = key.rpartition(".")
             if isinstance(section := value_at(merged, above), dict):
                 section.pop(last, None)
         merged = _overlay(merged, tree)
+    ends, deck = merged.get("abutments"), merged.get("deck")
+    if isinstance(ends, dict) and isinstance(deck, dict):
+        for name, end in ends.items():
+            if isinstance(end, dict) and end.get("type") == "integral":
+                ends[name] = _integral(end, deck)
     plain = _strip(merged, "", sources, path)
     raw = {**plain, "name": path.stem, "sources": sources}
     inherited = frozenset(key for key in sources if value_at(own, key) is None)
     return completed(raw, path)._replace(inherited=inherited)
+
+
+def _by_end(layers: list[tuple[Path, dict[str, Any]]]) -> list[dict[str, Any]]:
+    """Return the trees; if one has ``abutments``, ``abutment`` of the others becomes both ends."""
+    trees = [tree for _, tree in layers]
+    if any("abutments" in tree for tree in trees):
+        for path, tree in layers:
+            if {"abutment", "abutments"} <= tree.keys():
+                message = f"{path.name}: abutment and abutments: give only one of them"
+                raise InputError(message, file=path.name)
+            if "abutment" in tree:
+                both = {"type": "seat"} | tree.pop("abutment")
+                tree["abutments"] = {"left": both, "right": both}
+    return trees
+
+
+def _integral(given: dict[str, Any], deck: dict[str, Any]) -> dict[str, Any]:
+    """Return an integral end with the numbers that it does not give, for the deck of its file."""
+    end = read_mapping(FOLDER / "defaults" / "integral.yaml")
+    sizes = {"width": "width_m", "height": "depth_m", "thickness": "diaphragm_thickness_m"}
+    for size, key in sizes.items():
+        if key in deck:
+            end[f"wall_{size}_m"] = deck[key] | {"src": f"calc: deck.{key}"}
+    width_m = deck.get("width_m", {}).get("v")
+    if isinstance(width_m, int | float):
+        rule = {"v": max(2, round(width_m / PILE_SPACING_M)), "src": "d: about 8 ft apart"}
+        number = (given.get("piles") or {}).get("count", rule)
+        end["piles"]["count"] = number
+        end["piles"]["spacing_m"] = {
+            "v": round(width_m / max(2, int(number["v"])), 4), "src": "calc: deck.width_m / count"
+        }  # fmt: skip
+    return _overlay(end, given)
 
 
 def own_bridge_files(name: str) -> list[Path]:
@@ -165,11 +206,14 @@ def _overlay(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
     merged = dict(base)
     for key, value in top.items():
         below = merged.get(key)
-        if key == "column" and isinstance(value, dict) and isinstance(below, dict):
-            merged[key] = over_default(below, value)
+        merged[key] = value
+        if not isinstance(value, dict) or "v" in value or not isinstance(below, dict):
             continue
-        deeper = isinstance(value, dict) and "v" not in value and isinstance(below, dict)
-        merged[key] = _overlay(below, value) if deeper and below is not None else value
+        usual = below.get("type", "seat")
+        if key == "column":
+            merged[key] = over_default(below, value)
+        elif value.get("type", usual) == usual:  # a part of another type has other keys
+            merged[key] = _overlay(below, value)
     return merged
 
 
@@ -261,7 +305,8 @@ def _shapes(field: dict[str, Any], kinds: dict[str, Any]) -> list[dict[str, Any]
     """Return the mappings that a field may have, for example one per shape of a column."""
     if "$ref" in field:
         return _shapes(kinds[field["$ref"].rsplit("/", 1)[1]], kinds)
-    return [shape for each in field.get("anyOf", ()) for shape in _shapes(each, kinds)] or [field]
+    options = [each for each in field.get("anyOf", ()) if each.get("type") != "null"]
+    return [shape for each in options for shape in _shapes(each, kinds)] or [field]
 
 
 def _in_file(number: dict[str, Any]) -> dict[str, Any]:

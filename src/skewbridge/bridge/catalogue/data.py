@@ -5,7 +5,7 @@ when it builds the model.
 """
 
 import math
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
@@ -29,7 +29,10 @@ from skewbridge.bridge.catalogue.quantities import (
     Tonnes,
     Weight,
 )
+from skewbridge.errors import InputError
 
+type Skew = Annotated[float, Field(ge=-60.0, le=60.0)]
+type Gap = Annotated[float, Field(ge=0.0, le=1.0e3)]
 type Base = Literal["pinned", "fixed"]
 
 
@@ -135,23 +138,21 @@ class KeyData(Part, frozen=True):
         return self
 
 
-class AbutmentData(Part, frozen=True):
-    """Data of an abutment, the same at both ends of a bridge."""
+class WallData(Part, frozen=True):
+    """Wall and fill at one end of a bridge.
 
+    Attributes:
+        skew_deg: Own skew of the end; None: the skew of the variant.
+    """
+
+    skew_deg: Skew | None = None
     wall_width_m: Metres
     wall_height_m: Metres
     wall_thickness_m: Metres
-    seat_width_m: Metres
-    key_mass_t: Tonnes
     backfill: BackfillData
-    pads: PadData
-    sacrificial_key: KeyData
-    monolithic_key: KeyData
     wing_length_ratio: Factor
     wing_participation: Factor
     wing_effectiveness: Factor
-    embankment_slope_ratio: Factor
-    embankment_height_m: Metres
 
     @model_validator(mode="after")
     def _backfill_softens(self) -> Self:
@@ -166,6 +167,108 @@ class AbutmentData(Part, frozen=True):
                 f"got {soil.stiffness_mn_per_m:g}"
             )
         return self
+
+
+class AbutmentData(WallData, frozen=True):
+    """Seat abutment: pads, a gap to the backwall, and exterior shear keys.
+
+    ``gap_mm`` is the own gap of this end; None: the gap of the variant.
+    """
+
+    type: Literal["seat"] = "seat"
+    gap_mm: Gap | None = None
+    seat_width_m: Metres
+    key_mass_t: Tonnes
+    pads: PadData
+    sacrificial_key: KeyData
+    monolithic_key: KeyData
+    embankment_slope_ratio: Factor
+    embankment_height_m: Metres
+
+
+class PileData(Part, frozen=True):
+    """Piles of an integral end, equally spaced across the deck; stiffnesses are of one head.
+
+    The lateral resistance is the same in all directions, elastic up to its strength.
+    """
+
+    count: Annotated[int, Field(ge=1, le=60)]
+    spacing_m: Metres
+    lateral_kn_per_m: Stiffness
+    lateral_strength_kn: Kilonewtons
+    vertical_mn_per_m: Stiffness
+    rotational_mnm_per_rad: Stiffness
+
+
+class IntegralData(WallData, frozen=True):
+    """End diaphragm cast with the deck, on piles, against the fill; the wall is the diaphragm."""
+
+    type: Literal["integral"]
+    piles: PileData
+
+
+class FixedData(Part, frozen=True):
+    """Deck end that cannot move."""
+
+    type: Literal["fixed"]
+    skew_deg: Skew | None = None
+
+
+class RollerData(Part, frozen=True):
+    """Deck end that is held vertically at both ends of its bearing line, and free in plan."""
+
+    type: Literal["roller"]
+    skew_deg: Skew | None = None
+
+
+type EndData = Annotated[
+    AbutmentData | IntegralData | FixedData | RollerData, Field(discriminator="type")
+]
+
+
+class EndsData(Part, frozen=True):
+    """Ends of a bridge that differ."""
+
+    left: EndData
+    right: EndData
+
+
+class RestrainerData(Part, frozen=True):
+    """Cables across a joint: elastic to yield, in tension only, after their slack."""
+
+    count: Annotated[int, Field(ge=2, le=100)]
+    stiffness_kn_per_m: Stiffness
+    yield_kn: Kilonewtons
+    slack_mm: Gap = 0.0
+
+
+class JointData(Part, frozen=True):
+    """Joint inside a bridge, at a bent or in a span.
+
+    Attributes:
+        at: ``bent 1``, counted from the left: both decks rest on its cap.
+        from_left_m: Distance of an in-span hinge from the left end of the bridge.
+        ledge: Deck whose ledge carries the other one at a hinge.
+        skew_deg: Own skew; None: that of the bent, or of the variant at a hinge.
+        gap_mm: Own gap; None: the gap of the variant. The same for ``friction``.
+        seat_width_m: From the middle of the joint to the edge of the cap, or width of the ledge.
+        pads: Pads below one deck end.
+    """
+
+    at: Annotated[str, Field(pattern=r"^bent [1-9]\d?$")] | None = None
+    from_left_m: Span | None = None
+    ledge: Literal["left", "right"] = "left"
+    skew_deg: Skew | None = None
+    gap_mm: Gap | None = None
+    friction: Annotated[float, Field(ge=0.0, le=2.0)] | None = None
+    seat_width_m: Metres
+    pads: PadData
+    restrainers: RestrainerData | None = None
+
+    @property
+    def bent(self) -> int | None:
+        """Number of its bent (0, 1, ...), or None for a hinge."""
+        return int(self.at.split()[1]) - 1 if self.at else None
 
 
 class DampingData(Part, frozen=True):
@@ -186,6 +289,7 @@ class BridgeData(Part, frozen=True):
         base: Column bases, ``pinned`` (torsion fixed) or ``fixed``, unless a bent has its own.
         column: Column of all bents that have none of their own.
         foundation: Springs under the bases; None is rigid ground.
+        abutment: Data of two equal seat abutments; otherwise ``abutments`` has both ends.
         sources: Source class and text of every number, keyed by the path of the number in the file.
     """
 
@@ -199,7 +303,9 @@ class BridgeData(Part, frozen=True):
     bents: tuple[BentData, ...]
     column: AnyColumn
     foundation: FoundationData | None = None
-    abutment: AbutmentData
+    abutment: AbutmentData | None = None
+    abutments: EndsData | None = None
+    joints: tuple[JointData, ...] = ()
     damping: DampingData
     sources: dict[str, str]
 
@@ -207,6 +313,25 @@ class BridgeData(Part, frozen=True):
     def length_m(self) -> float:
         """Total length."""
         return math.fsum(self.spans_m)
+
+    @property
+    def ends(self) -> dict[str, EndData]:
+        """Data of the left and the right end, by name."""
+        both = self.abutments
+        left, right = (both.left, both.right) if both else (self.abutment, self.abutment)
+        return {name: end for name, end in (("left", left), ("right", right)) if end is not None}
+
+    @property
+    def seats(self) -> dict[str, AbutmentData]:
+        """Data of the seat ends, by name."""
+        return {name: end for name, end in self.ends.items() if isinstance(end, AbutmentData)}
+
+    @property
+    def seat(self) -> AbutmentData:
+        """Data of the first seat abutment; raises `InputError` if there is none."""
+        for seat in self.seats.values():
+            return seat
+        raise InputError(f"{self.name} has no seat abutment")
 
     @property
     def bent_positions_m(self) -> list[float]:
@@ -240,6 +365,47 @@ class BridgeData(Part, frozen=True):
         ]
         return {**raw, "bents": filled}
 
+    @property
+    def joint_positions_m(self) -> list[float]:
+        """Positions of the inner joints along x, origin at the middle of the deck."""
+        bents, start = self.bent_positions_m, -self.length_m / 2
+        return [
+            start + (each.from_left_m or 0.0) if each.bent is None else bents[each.bent]
+            for each in self.joints
+        ]
+
+    @property
+    def jointed_bents(self) -> set[int]:
+        """Numbers (0, 1, ...) of the bents below a joint."""
+        return {each.bent for each in self.joints if each.bent is not None}
+
+    def _check_joints(self) -> None:
+        for number, joint in enumerate(self.joints):
+            where = f"joints.{number}"
+            if (joint.at is None) == (joint.from_left_m is None):
+                raise ValueError(f"{where}: give either at or from_left_m")
+            if joint.bent is not None and joint.bent >= len(self.bents):
+                raise ValueError(f"{where}.at: the bridge has {len(self.bents)} bents")
+            if joint.bent is not None and self.base_of(self.bents[joint.bent]) == "pinned":
+                raise ValueError(f"{where}.at: a bent below a joint needs base: fixed")
+            if (joint.pads.count - 1) * joint.pads.spacing_m > self.deck.width_m:
+                raise ValueError(f"{where}.pads: (count - 1) x spacing_m exceeds deck.width_m")
+        for number in self.jointed_bents:
+            bent = self.bents[number]
+            if bent.clear_height_m + bent.cap_depth_m > self.deck.soffit_height_m:
+                raise ValueError(
+                    f"bents.{number}: column and cap below the joint are taller than the deck"
+                )
+        places = [-self.length_m / 2, *self.joint_positions_m, self.length_m / 2]
+        hinges = [x for x, joint in zip(places[1:], self.joints, strict=False) if not joint.at]
+        supports = [places[0], *self.bent_positions_m, places[-1]]
+        if any(b - a < 1.0 for a, b in pairwise(places)) or any(
+            abs(x - support) < 1.0 for x in hinges for support in supports
+        ):
+            raise ValueError(
+                "joints: list them from left to right, at least 1 m apart and from supports"
+            )
+
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if len(self.bents) != len(self.spans_m) - 1:
@@ -266,7 +432,16 @@ class BridgeData(Part, frozen=True):
                 raise ValueError(
                     f"column.hinge_length_m exceeds half of bents.{number}.clear_height_m"
                 )
-        pads = self.abutment.pads
-        if (pads.count - 1) * pads.spacing_m > self.deck.width_m:
-            raise ValueError("abutment.pads: (count - 1) x spacing_m exceeds deck.width_m")
+        self._check_joints()
+        if (self.abutment is None) == (self.abutments is None):
+            raise ValueError(
+                "abutment or abutments: give abutment for two equal seats, or abutments with left "
+                "and right"
+            )
+        for name, end in self.ends.items():
+            part = getattr(end, "pads", getattr(end, "piles", None))
+            if part is not None and (part.count - 1) * part.spacing_m > self.deck.width_m:
+                where = "abutment" if self.abutment else f"abutments.{name}"
+                kind = "pads" if end.type == "seat" else "piles"
+                raise ValueError(f"{where}.{kind}: (count - 1) x spacing_m exceeds deck.width_m")
         return self

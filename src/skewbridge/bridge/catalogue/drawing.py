@@ -5,6 +5,7 @@ A formula uses keys of the bridge file, intermediate results and the functions o
 
 import re
 from collections.abc import Callable, Iterator, Mapping
+from itertools import product
 from math import isfinite, pi, sqrt
 from pathlib import Path
 from typing import Any, Final, NamedTuple, cast
@@ -234,6 +235,26 @@ def value_at(tree: Any, key: str) -> Any:
     return tree
 
 
+def _seats(tree: Any) -> list[str]:
+    """Return the keys of the sections of seat abutments: one for both, or one for each end."""
+    ends = value_at(tree, "abutments")
+    if not isinstance(ends, Mapping):
+        return ["abutment"]
+    return [f"abutments.{name}" for name in ends if value_at(ends, f"{name}.type") == "seat"]
+
+
+def _placed(key: str, seat: str, number: int = 0) -> str:
+    """Return the key in the section of an abutment, and for the number of a bent."""
+    return re.sub(r"^abutment\b", seat, key).replace("*", f"{number}")
+
+
+def _keys(key: str, tree: Any) -> list[str]:
+    """Return the keys of a rule in the sections of a file: of each seat, or the key itself."""
+    if not key.startswith("abutment."):
+        return [key]
+    return [_placed(key, seat) for seat in _seats(tree)]
+
+
 def _put(tree: Any, key: str, value: Any) -> None:
     """Set a value in nested mappings and lists, unless a section is something else."""
     *above, last = key.split(".")
@@ -265,13 +286,16 @@ def values_by_rule(known: Mapping[str, Any], tree: Any) -> Iterator[tuple[str, A
     ``known`` has the numbers of the drawing, and the whole ``bridge`` if it is complete.
     """
     found = dict(known)
-    bents = value_at(tree, "bents")
+    bents, seats = value_at(tree, "bents"), _seats(tree)
     numbers = range(len(bents) if isinstance(bents, list | tuple) else 0)
     for rule in RULES:
-        for number in numbers if "*" in rule.key else (0,):
-            key = rule.key.replace("*", f"{number}")
+        is_seat = rule.key.startswith("abutment.")
+        for seat, number in product(
+            seats if is_seat else seats[:1] or ["abutment"], numbers if "*" in rule.key else (0,)
+        ):
+            key = _placed(rule.key, seat, number)
             value = rule.formula.value(
-                lambda need, n=number: _lookup(tree, found, need.replace("*", f"{n}"))
+                lambda need, place=(seat, number): _lookup(tree, found, _placed(need, *place))
             )
             if key not in found and value is not None:
                 found[key] = value
@@ -294,7 +318,8 @@ class Completed(NamedTuple):
 
 
 def _is_of_bridge(key: str) -> bool:
-    return key not in DRAWN and ("." in key or key in BridgeData.model_fields)
+    usual = re.sub(r"^abutments\.\w+", "abutment", key)
+    return usual not in DRAWN and ("." in key or key in BridgeData.model_fields)
 
 
 def completed(tree: dict[str, Any], path: Path) -> Completed:
@@ -310,21 +335,26 @@ def completed(tree: dict[str, Any], path: Path) -> Completed:
             _put(tree, key, _rounded(value, 10))
             if value_at(tree, key) is not None:  # a null section stays
                 derived[key] = rule
-    late = [rule for rule in RULES if rule.any is not None and value_at(tree, rule.key) is None]
-    for rule in late:
-        _put(tree, rule.key, rule.any)
-        derived[rule.key] = rule
+    late = {
+        key: rule
+        for rule in RULES
+        for key in _keys(rule.key, tree)
+        if rule.any is not None and value_at(tree, key) is None
+    }
+    for key, rule in late.items():
+        _put(tree, key, rule.any)
+        derived[key] = rule
     tree["sources"] |= {key: rule.src for key, rule in derived.items()}
     try:
         bridge = checked(BridgeData, tree, where)
     except InputError as error:
         raise _explained(error) from None
-    for rule in late:
+    for key, rule in late.items():
         value = rule.formula.value({"bridge": bridge}.get)
         if value is None:
             text = "cannot be computed from the other numbers; check them or give it"
-            raise InputError(f"{path.name}: {rule.key}: {text}", file=path.name)
-        _put(tree, rule.key, _rounded(value, 4))
+            raise InputError(f"{path.name}: {key}: {text}", file=path.name)
+        _put(tree, key, _rounded(value, 4))
         bridge = checked(BridgeData, tree, where)
     return Completed(bridge, drawn, derived)
 
@@ -332,7 +362,7 @@ def completed(tree: dict[str, Any], path: Path) -> Completed:
 def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
     """Remove the keys of a drawing from a tree with plain values; return them, checked."""
     drawn: dict[str, Any] = {}
-    for key, limits in DRAWN.items():
+    for key, limits in ((key, limits) for of, limits in DRAWN.items() for key in _keys(of, tree)):
         above, _, last = key.rpartition(".")
         section = value_at(tree, above) if above else tree
         if not isinstance(section, dict) or last not in section:
@@ -352,10 +382,13 @@ def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
 
 def overruled(tree: Mapping[str, Any]) -> set[str]:
     """Return the inherited keys that no longer count because a file draws what they follow from."""
-    drawn = {_part(key) for key in DRAWN if value_at(tree, key) is not None}
-    keys = {rule.key for rule in RULES if drawn.intersection(_parts(rule.key))}
-    keys |= set[str]() if drawn.isdisjoint(_DECK_TYPES) else {*_DECK_TYPES}
-    return {key for key in keys if value_at(tree, key) is None}
+    found: set[str] = set()
+    for seat in _seats(tree):
+        drawn = {_part(key) for key in DRAWN if value_at(tree, _placed(key, seat)) is not None}
+        keys = {rule.key for rule in RULES if drawn.intersection(_parts(rule.key))}
+        keys |= set[str]() if drawn.isdisjoint(_DECK_TYPES) else {*_DECK_TYPES}
+        found |= {_placed(key, seat) if "*" not in key else key for key in keys}
+    return {key for key in found if value_at(tree, key) is None}
 
 
 def _explained(error: InputError) -> InputError:

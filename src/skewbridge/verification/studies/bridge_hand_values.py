@@ -109,7 +109,7 @@ def _shear_strength_kn(row: Values) -> float:
 def _passive_kn(row: Values) -> float:
     """Return the force (kN) of a backfill pushed normal to its wall, without the pad forces."""
     end_m = float(row["end_m"])
-    pads = load_bridge(row["bridge"]).abutment.pads
+    pads = load_bridge(row["bridge"]).seats["right"].pads
     ratio, shear_kn_per_m = pads.hardening_ratio, pads.shear_stiffness_kn_per_m
     plastic_kn = min((1 - ratio) * shear_kn_per_m * end_m, pads.yield_force_kn)
     pads_kn = pads.count * (plastic_kn + ratio * shear_kn_per_m * end_m)
