@@ -29,7 +29,7 @@ _SHOWN: Final = (
     commands,
     *VARIANT,
     OUT,
-    Opt("motion", tuple[Path, Path] | None, "Files of the components along x and y."),
+    Opt("motion", tuple[Path, Path] | None, "Components along x and y, or p695 and record number."),
     Opt("figures", bool, "Draw the figures.", True, flags="--figures/--no-figures"),
     Opt("row", str | None, "Repeat the analysis with this key in --study.", None, "RUN_KEY"),
     STUDY,

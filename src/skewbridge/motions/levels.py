@@ -48,7 +48,7 @@ class MotionsConfig:
     folder: FileName = Field(default="motions")
     """folder with an index.csv or with motion files"""
     suites: tuple[FileName, ...] = Field(default=("near",), min_length=1, max_length=20)
-    """near (folder), far, pulse (motions/README.md), records (SKEWBRIDGE_RECORDS), other folders"""
+    """near (folder), far, pulse, p695[_far|_near], records (SKEWBRIDGE_RECORDS), other folders"""
     count: Whole | None = Field(default=32, ge=1, le=100_000)
     """number of motions of each suite, starting with the first; null: all"""
     design: Literal["scaled_cloud", "cloud", "stripes", "ida"] = Field(default="scaled_cloud")

@@ -17,7 +17,7 @@ from skewbridge.errors import InputError, raise_all
 from skewbridge.files.digests import digest_of, layer_digest, provenance
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.files.text import file_fault, read_json, write_text
-from skewbridge.motions import intensity, levels
+from skewbridge.motions import intensity, levels, p695
 from skewbridge.motions.folder import IndexEntry, files_below, list_motions
 from skewbridge.motions.read import files_digest, join_traces, read_trace, refuse_false_waho
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
@@ -35,13 +35,14 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
     Raises `InputError` for unreadable files, a digest that differs from the index, or a motion that
     is named as the WAHO record but is a different one.
     """
-    if entry.made_from_number is not None:
+    number, suite = entry.made_from_number, entry.made_from_suite
+    if number is not None and suite in p695.SUITES:
+        motion = replace(p695.read_record(suite, number), motion_id=entry.motion_id)
+    elif number is not None:
         # Here: a suite of files does not need the stochastic model.
         from skewbridge.motions.synthesis.generate import made_motion
 
-        motion = replace(
-            made_motion(entry.made_from_number, entry.made_from_suite), motion_id=entry.motion_id
-        )
+        motion = replace(made_motion(number, suite), motion_id=entry.motion_id)
     else:
         one, two = (read_trace(path, given) for path, given in entry.components)
         motion = join_traces(one, two, motion_id=entry.motion_id)
@@ -112,22 +113,32 @@ class SuiteSource:
     name: str
     folder: Path
     count: int | None  # number of motions used; None: all
+    note: str = ""  # follows the source of its motions
 
 
 def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
     """Return the suites of a study in the order of the configuration.
 
     `records` is the first folder in the environment variable SKEWBRIDGE_RECORDS; if it is not set,
-    the suite is skipped. Suites after the first may have fewer motions than `motions.count`.
-    Raises `InputError` if such a suite has no motions, names are repeated or all are skipped.
+    the suite is skipped. The recorded suites of `p695` are replaced by the first shipped suite if
+    their package is not installed. They and all suites after the first may have fewer motions than
+    `motions.count`. Raises `InputError` if such a suite has no motions, names are repeated or all
+    are skipped.
     """
     own, records = Path(motions.folder), os.environ.get(RECORDS_VARIABLE, "").split(os.pathsep)[0]
     first, *others = levels.SHIPPED_SUITES
     named = {name: (name, levels.SHIPPED_FOLDER / name) for name in others}
     named[first] = (first if own == levels.SHIPPED_FOLDER else own.name, own)
     named[levels.RECORDS] = (levels.RECORDS, Path(records))
+    named |= {name: (name, Path(name)) for name in p695.SUITES}
     found: list[SuiteSource] = []
+    lacking = [] if p695.package_folder() else [n for n in motions.suites if n in p695.SUITES]
+    if lacking:
+        named[lacking[0]] = (first, levels.SHIPPED_FOLDER)
+        logger.warning("%s", p695.missing_text(f"the synthetic suite {first} is used", lacking[0]))
     for entry in motions.suites:
+        if entry in lacking[1:]:
+            continue
         if entry == levels.RECORDS and not records:
             logger.warning(
                 "suite %s is skipped: environment variable %s is not set", entry, RECORDS_VARIABLE
@@ -135,9 +146,9 @@ def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
             continue
         name, folder = named.get(entry, (Path(entry).name, Path(entry)))
         count = motions.count
-        if found and count is not None:
+        if (found or entry in p695.SUITES) and count is not None:
             count = min(count, len(list_motions(folder)))
-        found.append(SuiteSource(name, folder, count))
+        found.append(SuiteSource(name, folder, count, p695.REPLACED if entry in lacking else ""))
     names = [source.name for source in found]
     if len(set(names)) < len(names) or not names:
         raise InputError(f"motions.suites must name different suites, got {', '.join(names)}")
@@ -146,17 +157,18 @@ def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
 
 def prepare_suites(motions: levels.MotionsConfig, *, t1_s: float) -> pd.DataFrame:
     """Return the rows of all suites with the columns `suite` and `number` (position from 0)."""
-    tables = [
-        prepare_suite(
+    tables: list[pd.DataFrame] = []
+    for source in suite_sources(motions):
+        table = prepare_suite(
             source.folder,
             count=source.count,
             t1_s=t1_s,
             level_range_g=motions.level_range_g,
             shaking_s=motions.shaking_s,
-        ).assign(suite=source.name)
-        for source in suite_sources(motions)
-    ]
-    table = pd.concat([each.assign(number=range(len(each))) for each in tables], ignore_index=True)
+        )
+        table["source"] += f"; {source.note}" if source.note else ""
+        tables.append(table.assign(suite=source.name, number=range(len(table))))
+    table = pd.concat(tables, ignore_index=True)
     doubled = table["motion_id"][table["motion_id"].duplicated()]
     if len(doubled):
         raise InputError(f"motion {doubled.iloc[0]} is in two suites of motions.suites: rename one")
@@ -211,6 +223,8 @@ def content_digest(
     entries, stored = _entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
     read_entries(entry for entry in entries if entry.components)  # not the generated ones
     parts: list[object] = [len(stored)]
+    if str(folder) in p695.SUITES:
+        parts.append(files_digest(*files_below(folder)))
     for entry in entries:
         files = [(path.relative_to(folder).as_posix(), given) for path, given in entry.components]
         digest = files_digest(*(path for path, _ in entry.components))
