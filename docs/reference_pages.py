@@ -101,6 +101,11 @@ def config_page() -> str:
         keys = {
             key: value for key, value in details.get("properties", {}).items() if "default" in value
         }
+        for key in list(keys):  # a section in a section
+            parts = [_resolved(part, schema) for part in keys[key].get("anyOf", ())]
+            own = next((part["properties"] for part in parts if "properties" in part), {})
+            if all("default" in value for value in own.values()):
+                keys |= {f"{key}.{name}": value for name, value in own.items()}
         if keys:
             page += f"\n## {name}\n\n{_key_list(keys, schema)}"
         elif "default" in details:

@@ -114,7 +114,7 @@ def test_suites_list_the_pairs_of_their_files_in_turn(package) -> None:
 
 
 def test_the_digest_of_the_motions_follows_the_files(package, tmp_path: Path) -> None:
-    given = {"t1_s": 0.7, "level_range_g": (0.1, 1.0), "cache": None}
+    given = {"t1_s": 0.7, "bands_g": ((0.1, 1.0),), "cache": None}
     before = content_digest(Path("p695_far"), None, **given)
     with h5py.File(tmp_path / "farfield.hdf5", "a") as file:
         file["_timeseries/1/a/RecordedAcceleration"][0] = 0.123

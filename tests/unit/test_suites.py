@@ -356,14 +356,14 @@ def test_more_motions_preserve_keys_and_generate_only_new_ones(folder, tmp_path,
 
 def test_other_levels_preserve_the_factors_of_full_blocks(made: list[int]) -> None:
     """Without a factor in the index for these levels, whole blocks are measured, and no more."""
-    levels = {"t1_s": T1_S, "level_range_g": (0.2, 1.0)}
+    levels = {"t1_s": T1_S, "bands_g": ((0.2, 1.0),)}
     few, many = (prepare_suite(MOTIONS, count=count, **levels) for count in (1, 9))
     assert few["scale"][0] == many["scale"][0]
     assert made == []
 
 
 def test_digest_of_the_suite_needs_no_generated_motion(folder, tmp_path, made):
-    given = {"t1_s": T1_S, "level_range_g": LEVEL_RANGE_G, "cache": tmp_path / "digest.json"}
+    given = {"t1_s": T1_S, "bands_g": (LEVEL_RANGE_G,), "cache": tmp_path / "digest.json"}
 
     def digest() -> str:
         return content_digest(folder, 3, **given)

@@ -4,7 +4,7 @@ import json
 import logging
 import math
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -77,8 +77,9 @@ def prepare_suite(
     *,
     count: int | None = None,  # number of motions, starting with the first; None: all
     t1_s: float,  # conditioning period of the bridge, for Sa(T1) and Sa_avg
-    #: Sa_avg range of the scaled motions; factors in the index for a different range are not used.
-    level_range_g: tuple[float, float] = levels.LEVEL_RANGE_G,
+    #: Sa_avg of the scaled motions; factors in the index for a different range are not used.
+    bands_g: levels.Bands = (levels.LEVEL_RANGE_G,),
+    first_g: levels.Bands | None = None,  # other bands of the first block
     shaking_s: float | None = None,  # length of the strongest part to keep; None: the whole motion
 ) -> pd.DataFrame:
     """Read, measure and scale the motions of a folder.
@@ -86,12 +87,13 @@ def prepare_suite(
     Returns one row per motion in suite order, with metadata, scale, npts and messages (JSON). The
     intensity measures and accelerations (arrays accel_1_mps2, accel_2_mps2) are unscaled.
     """
-    entries, stored = _entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
+    entries, stored = _entries_to_read(folder, count, t1_s=t1_s, bands_g=bands_g)
     motions = read_entries(entries)
     if shaking_s is not None:
         motions = [intensity.strongest_part(motion, shaking_s) for motion in motions]
     measures = [intensity.motion_measures(motion, t1_s) for motion in motions]
-    computed = levels.block_factors([row[levels.LEVEL_MEASURE] for row in measures], level_range_g)
+    at_1_g = [row[levels.LEVEL_MEASURE] for row in measures]
+    computed = levels.block_factors(at_1_g, bands_g, first_g)
     low, high = levels.FACTOR_LIMITS
     rows: list[dict[str, Any]] = []
     for motion, kept, factor, values in zip(motions, stored, computed, measures, strict=False):
@@ -155,15 +157,24 @@ def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
     return found
 
 
-def prepare_suites(motions: levels.MotionsConfig, *, t1_s: float) -> pd.DataFrame:
-    """Return the rows of all suites with the columns `suite` and `number` (position from 0)."""
+def prepare_suites(
+    motions: levels.MotionsConfig, *, t1_s: float, medians_g: Sequence[float] = ()
+) -> pd.DataFrame:
+    """Return the rows of all suites with the columns `suite` and `number` (position from 0).
+
+    With `motions.bands`, levels are around ``medians_g``. If these are from a pilot, the first
+    block of each suite keeps the levels of the pilot.
+    """
+    bands_g = levels.bands_around(motions, medians_g)
+    first_g = (motions.level_range_g,) if levels.has_pilot(motions) else None
     tables: list[pd.DataFrame] = []
     for source in suite_sources(motions):
         table = prepare_suite(
             source.folder,
             count=source.count,
             t1_s=t1_s,
-            level_range_g=motions.level_range_g,
+            bands_g=bands_g,
+            first_g=first_g,
             shaking_s=motions.shaking_s,
         )
         table["source"] += f"; {source.note}" if source.note else ""
@@ -176,7 +187,7 @@ def prepare_suites(motions: levels.MotionsConfig, *, t1_s: float) -> pd.DataFram
 
 
 def _entries_to_read(
-    folder: Path, count: int | None, *, t1_s: float, level_range_g: tuple[float, float]
+    folder: Path, count: int | None, *, t1_s: float, bands_g: levels.Bands
 ) -> tuple[list[IndexEntry], list[float]]:
     """Return the motions to read, and the factors of the first `count` in the index (or nan).
 
@@ -190,9 +201,9 @@ def _entries_to_read(
     stored: list[float] = []
     for entry in entries[:wanted]:
         made_for = (entry.scale_low_g, entry.scale_high_g, entry.scale_t1_s)
-        fits = all(
+        fits = len(bands_g) == 1 and all(
             math.isnan(kept) or math.isclose(kept, asked, rel_tol=1e-6)
-            for kept, asked in zip(made_for, (*level_range_g, t1_s), strict=True)
+            for kept, asked in zip(made_for, (*bands_g[0], t1_s), strict=True)
         )
         stored.append(entry.scale if fits else math.nan)
     blocks = any(map(math.isnan, stored))
@@ -204,7 +215,7 @@ def content_digest(
     count: int | None,
     *,
     t1_s: float,
-    level_range_g: tuple[float, float],
+    bands_g: levels.Bands,
     cache: Path | None,
 ) -> str:
     """Return the digest of the index entries and files that `prepare_suite` uses.
@@ -214,13 +225,13 @@ def content_digest(
     motions with files are read, and a faulty one raises `InputError`.
     """
     readers = layer_digest(("errors.py", "units.py", "files", "motions"))
-    state = digest_of(str(folder.resolve()), count, t1_s, level_range_g, readers, _state_of(folder))
+    state = digest_of(str(folder.resolve()), count, t1_s, bands_g, readers, _state_of(folder))
     kept: Any = None
     with suppress(InputError):
         kept = None if cache is None else read_json(cache)
     if isinstance(kept, dict) and kept.get("state") == state:
         return kept["digest"]
-    entries, stored = _entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
+    entries, stored = _entries_to_read(folder, count, t1_s=t1_s, bands_g=bands_g)
     read_entries(entry for entry in entries if entry.components)  # not the generated ones
     parts: list[object] = [len(stored)]
     if str(folder) in p695.SUITES:

@@ -1,20 +1,27 @@
 """Inputs of a study: checks before the first analysis, and preparation of the motions."""
 
+import json
 import logging
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column
+from skewbridge.demands.validity import with_derived_columns
 from skewbridge.errors import InputError, raise_all
 from skewbridge.files.digests import digest_of, provenance
-from skewbridge.files.tables import write_frame
-from skewbridge.files.text import shortened
-from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.motions.levels import striped
+from skewbridge.files.tables import read_frame, write_frame
+from skewbridge.files.text import read_json, shortened, write_text
+from skewbridge.fragility.limit_states import (
+    HEADLINE_STATES,
+    load_limit_states,
+    with_column_failure,
+)
+from skewbridge.motions.levels import BLOCK, LEVEL_MEASURE, bands_around, has_pilot, striped
 from skewbridge.motions.suite import content_digest, suite_sources
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font, chosen_variants
 from skewbridge.study.folder import StudyFolder
@@ -50,12 +57,15 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
 
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:
     """Return the digest of the motions of a study, see `content_digest`."""
-    digests = [
+    # a pilot has its medians after its motions are read
+    medians_g = () if has_pilot(config.motions) else band_medians(config)
+    digests: list[str] = [digest_of(medians_g)] if medians_g else []
+    digests += [
         content_digest(
             source.folder,
             source.count,
             t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s,
-            level_range_g=config.motions.level_range_g,
+            bands_g=bands_around(config.motions, medians_g),
             cache=None if cache is None else cache.with_stem(f"{cache.stem}{number or ''}"),
         )
         for number, source in enumerate(suite_sources(config.motions))
@@ -76,14 +86,92 @@ def _check_limit_states(path: Path) -> None:
     raise_all(InputError(text % (each.component, each.name, each.demand)) for each in lacking)
 
 
-def prepare_motions(study: StudyConfig) -> None:
-    """Read and scale the motions, and write the tables of motions and intensity measures."""
+def band_medians(study: StudyConfig) -> tuple[float, ...]:
+    """Return the medians (Sa_avg in g) around which the levels are, or () if they are not known.
+
+    They are those of the configuration, of an earlier study, or of a finished pilot. Raises
+    `InputError` if the earlier study has no curves of headline states in Sa_avg.
+    """
+    bands, pilot = study.motions.bands, StudyFolder(Path(study.results)).pilot
+    if bands is None:
+        return ()
+    if has_pilot(study.motions):
+        return tuple(read_json(pilot)) if pilot.is_file() else ()
+    return bands.medians_g or medians_of_curves(StudyFolder(Path(str(bands.study))))
+
+
+def medians_of_curves(folder: StudyFolder) -> tuple[float, ...]:
+    """Return the mean median of each bridge and headline state of a study, in g."""
+    curves = read_frame(folder.fragility("curves"))
+    states = curves["component"] + "/" + curves["limit_state"]
+    usable = curves["preferred"] & (curves["status"] == "ok") & (curves["im"] == LEVEL_MEASURE)
+    curves = curves[usable & states.isin(HEADLINE_STATES)]
+    if curves.empty:
+        raise InputError(f"{folder.root} has no curves of headline states for {LEVEL_MEASURE}")
+    logs = np.log(curves["theta"]).groupby([curves["bridge"], states]).mean()
+    return tuple(round(float(median), 4) for median in np.exp(logs))
+
+
+def medians_of_pilot(demands: pd.DataFrame, limit_states: Path) -> tuple[float, ...]:
+    """Return the median of each bridge and headline state by a line in logarithms, in g.
+
+    A state without a rising line is left out. Peaks of analyses that ended early are included.
+    """
+    demands = with_derived_columns(demands)
+    states = with_column_failure(load_limit_states(limit_states), demands.columns)
+    medians: list[float] = []
+    for _, rows in demands.groupby("bridge"):
+        for state in (each for each in states if each.key in HEADLINE_STATES):
+            own = rows[rows[state.demand] > 0.0]
+            levels, values = np.log(own[LEVEL_MEASURE]), np.log(own[state.demand])
+            slope = levels.cov(values) / levels.var() if len(own) > 2 else 0.0
+            if slope > 0.0:
+                away = (np.log(state.threshold) - values.mean()) / slope
+                medians.append(round(float(np.exp(levels.mean() + away)), 4))
+    return tuple(medians)
+
+
+def run_pilot(study: StudyConfig, workers: int) -> tuple[float, ...]:
+    """Run the analyses of the study under its first motions; store and return their medians.
+
+    The motions of the folder must be prepared. The rows are in the journals of the variants, so
+    the jobs of the variants do not repeat these analyses.
+    """
+    from skewbridge.study.analyses import StudySetup, run_in_journal
+
+    setup = StudySetup.of(study, workers).of_motions(0, BLOCK)
+    rows = [
+        row
+        for variant in expand_grid(study.grid)
+        for row in run_in_journal(
+            setup, variant.slug, setup.planned_tasks(variant.slug), of_variant=True
+        )
+    ]
+    medians_g = medians_of_pilot(pd.DataFrame(rows), Path(study.fragility.limit_states))
+    write_text(setup.folder.pilot, json.dumps(medians_g))
+    logger.info("pilot: medians %s g", ", ".join(f"{median:g}" for median in medians_g))
+    return medians_g
+
+
+def prepare_motions(study: StudyConfig, workers: int = 1) -> None:
+    """Read and scale the motions, and write the tables of motions and intensity measures.
+
+    If the levels need a pilot, it runs here; its medians are kept in the folder of the study.
+    """
+    medians_g = band_medians(study)
+    _write_motions(study, medians_g)
+    if has_pilot(study.motions) and not medians_g:
+        _write_motions(study, run_pilot(study, workers))
+
+
+def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
     # Imported here: they load scipy.signal, and every job imports this module.
     from skewbridge.motions.intensity import motion_measures
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
 
     folder, motions = StudyFolder(Path(study.results)), study.motions
-    suite = designed = prepare_suites(motions, t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s)
+    t1_s = load_bridge(CONDITIONING_BRIDGE).t1_s
+    suite = designed = prepare_suites(motions, t1_s=t1_s, medians_g=medians_g)
     if motions.design == "cloud":
         designed = suite.assign(scale=1.0)
     elif motions.design == "stripes":

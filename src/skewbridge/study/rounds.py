@@ -47,6 +47,7 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.study.processes import PROGRESS_LOG
 from skewbridge.study.progress import JOB_START_S, measured_speed, other_work_s
 from skewbridge.variant.grid import expand_grid
+from skewbridge.variant.variant import parse_slug
 
 progress_logger = logging.getLogger(PROGRESS_LOG)
 
@@ -124,6 +125,16 @@ def _keys(table: pd.DataFrame, axes: Sequence[str]) -> list[tuple[Any, ...]]:
     return list(table[columns].itertuples(index=False, name=None))
 
 
+def whole_blocks(wanted: Mapping[str, int], slugs: Iterable[str]) -> dict[str, int]:
+    """Return the motions that decide one effect, equal for all variants of a bridge (blocks)."""
+    bridges: dict[str, int] = {}
+    for slug, number in wanted.items():
+        bridge = parse_slug(slug).bridge
+        bridges[bridge] = max(number, bridges.get(bridge, 0))
+    names = {slug: parse_slug(slug).bridge for slug in slugs}
+    return {slug: bridges[name] for slug, name in names.items() if name in bridges}
+
+
 def next_motions(
     wanted: Iterable[Mapping[str, int]],  # motions by variant that decide each cell
     motions: Mapping[str, int],  # motions of each variant so far
@@ -179,15 +190,14 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     plans = [read_json(setup.folder.round(n)) for n in range(1, number)]
     slugs = sorted(variant.slug for variant in expand_grid(study.grid))
     motions = {slug: plans[-1]["motions"][slug][1] if plans else 0 for slug in slugs}
-    tasks = setup.tasks(slugs[0])
-    per_motion = len(tasks) / len(setup.motion_ids)
+    analyses = sum(len(setup.planned_tasks(slug)) for slug in slugs)
+    per_motion = analyses / len(slugs) / len(setup.motion_ids)
     demands, speed = pd.DataFrame(), 1.0
-    of_all_s = analyses_s(study, setup.durations_s)
-    own_s = dict.fromkeys(slugs, of_all_s / len(slugs) / len(tasks))
+    own_s = dict.fromkeys(slugs, analyses_s(study, setup.durations_s) / analyses)
     if earlier:
         demands = pd.concat(map(read_frame, earlier), ignore_index=True)
         mean_s = demands.groupby("variant")["wall_s"].mean()
-        own_s = {slug: float(mean_s[slug]) for slug in slugs}
+        own_s = {slug: float(mean_s.get(slug, mean_s.mean())) for slug in slugs}
         speed = measured_speed(records_of(demands), study.analysis, "wall_s")
     began_s, cores = map(float, os.environ.get(CLOCK, f"{time.time()} 1").split())
     cost_s = {slug: own_s[slug] * per_motion / cores for slug in slugs}
@@ -195,6 +205,8 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     is_first = min(motions.values()) < design.first
     if not is_first:
         cells, wanted = _looked_at(study, demands, plans, motions, own_s)
+        if study.motions.blocks:
+            wanted = [whole_blocks(cell, slugs) for cell in wanted]
     # the next plan takes as long as this one did
     planning_s = time.monotonic() - entered_s
     starts_s = JOB_START_S * speed * (1.0 + len(slugs) / cores)
