@@ -49,7 +49,8 @@ of `config/NAME.yaml` go to `results/NAME`.
 | file | study |
 |---|---|
 | `smoke.yaml`, `demo.yaml` | small studies for tests and `skewbridge demo` |
-| `real.yaml` | recorded motions |
+| `p695.yaml` | recorded motions of FEMA P-695, in blocks |
+| `real.yaml` | recorded motions of a folder |
 | `full.yaml` | finer grid |
 | `stripes.yaml`, `ida.yaml` | every motion at every level; incremental dynamic analysis |
 | `suites.yaml` | three suites of motions and a folder of records |

@@ -10,12 +10,11 @@ References:
     Neyman (1934), J. R. Stat. Soc. 97(4):558-625: allocation in proportion to the scatter.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from itertools import combinations, product
 from math import floor
-from typing import Final, Self
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,25 +25,20 @@ from skewbridge.variant.grid import GridConfig, cells_of
 
 #: Motion, scale factor and incidence of an analysis.
 type Run = tuple[str, float, float]
+#: Suite, motion, scale factor and level (Sa_avg in g) of a row of a suite.
+type Placed = tuple[str, str, float, float]
 
 _ROUNDING: Final = 1e-9
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LevelOfMotion:
-    """One motion of a suite with its scale factor and the level that it is scaled to."""
+def placed(suite: Iterable[SuiteMotion]) -> list[Placed]:
+    """Return the rows of a prepared suite for `planned_runs`."""
+    return [(m.suite, m.motion.motion_id, m.scale, m.measures[LEVEL_MEASURE]) for m in suite]
 
-    suite: str
-    motion_id: str
-    scale: float
-    level_g: float
 
-    @classmethod
-    def of(cls, each: SuiteMotion) -> Self:
-        """Return the level of a motion as scaled."""
-        level_g = each.measures[LEVEL_MEASURE]
-        name = each.motion.motion_id
-        return cls(suite=each.suite, motion_id=name, scale=each.scale, level_g=level_g)
+def unread(count: int, suite: str = "") -> list[Placed]:
+    """Return rows of motions with unknown levels, for forecasts."""
+    return [(suite, f"{suite}{number}", 1.0, float(number)) for number in range(count)]
 
 
 class _Counts:
@@ -112,16 +106,8 @@ def assign(
     return runs
 
 
-def unscaled(count: int, suite: str = "") -> list[LevelOfMotion]:
-    """Return as many motions of one suite as counted, for forecasts before motions are read."""
-    return [
-        LevelOfMotion(suite=suite, motion_id=f"{suite}{number}", scale=1.0, level_g=number)
-        for number in range(count)
-    ]
-
-
 def planned_runs(
-    grid: GridConfig, motions: MotionsConfig, rows: Sequence[LevelOfMotion]
+    grid: GridConfig, motions: MotionsConfig, rows: Sequence[Placed]
 ) -> dict[str, set[Run]]:
     """Return the analyses of each variant (by name): all, or those of the blocks.
 
@@ -131,12 +117,13 @@ def planned_runs(
     blocks, angles = motions.blocks, motions.incidence_deg
     count, cells = cells_of(grid, blocks.within if blocks else ())
     runs = np.ones((len(rows), len(angles), count), dtype=np.bool_)
-    for suite in {row.suite for row in rows} if blocks else ():
-        own = [number for number, row in enumerate(rows) if row.suite == suite]
-        runs[own] = assign([rows[n].level_g for n in own], count, len(angles), blocks)
+    for suite in {row[0] for row in rows}:
+        own = [number for number, row in enumerate(rows) if row[0] == suite]
+        if blocks:
+            runs[own] = assign([rows[number][3] for number in own], count, len(angles), blocks)
     return {
         slug: {
-            (rows[row].motion_id, rows[row].scale, angles[angle])
+            (*rows[row][1:3], angles[angle])
             for row, angle in np.argwhere(runs[:, :, numbers].any(axis=2)).tolist()
         }
         for slug, numbers in cells.items()

@@ -95,9 +95,10 @@ def list_motions(folder: Path) -> list[IndexEntry]:
     folder, a folder without motions, an unpaired file or an invalid index.
     """
     if (suite := str(folder)) in p695.SUITES:
-        rows = [row | {"made_from_suite": suite} for row in p695.list_records(suite)]
-        columns = [name for name in IndexEntry.model_fields if name in rows[0]]
-        return [IndexEntry.model_construct(**{name: row[name] for name in columns}) for row in rows]
+        rows = p695.list_records(suite)
+        names = [name for name in IndexEntry.model_fields if name in rows[0]]
+        cells = [{name: row[name] for name in names} for row in rows]
+        return [IndexEntry.model_validate(own | {"made_from_suite": suite}) for own in cells]
     if not is_folder(folder):
         raise InputError(f"motions folder {shown_path(folder)} does not exist", folder=str(folder))
     index = folder / INDEX_NAME

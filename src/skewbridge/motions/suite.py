@@ -137,7 +137,7 @@ def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
     lacking = [] if p695.package_folder() else [n for n in motions.suites if n in p695.SUITES]
     if lacking:
         named[lacking[0]] = (first, levels.SHIPPED_FOLDER)
-        logger.warning("%s", p695.missing_text(f"the synthetic suite {first} is used", lacking[0]))
+        logger.warning("%s", p695.missing_text(lacking[0], f"the synthetic suite {first} is used"))
     for entry in motions.suites:
         if entry in lacking[1:]:
             continue
@@ -201,8 +201,8 @@ def _entries_to_read(
     stored: list[float] = []
     for entry in entries[:wanted]:
         made_for = (entry.scale_low_g, entry.scale_high_g, entry.scale_t1_s)
-        fits = len(bands_g) == 1 and all(
-            math.isnan(kept) or math.isclose(kept, asked, rel_tol=1e-6)
+        fits = all(
+            math.isnan(kept) or (len(bands_g) == 1 and math.isclose(kept, asked, rel_tol=1e-6))
             for kept, asked in zip(made_for, (*bands_g[0], t1_s), strict=True)
         )
         stored.append(entry.scale if fits else math.nan)

@@ -18,7 +18,7 @@ from skewbridge.analysis.settings import NUMERICS, AnalysisSettings
 from skewbridge.demands.tables import write_variant
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_table
-from skewbridge.motions.blocks import LevelOfMotion, Run, planned_runs, unscaled
+from skewbridge.motions.blocks import Run, placed, planned_runs, unread
 from skewbridge.motions.intensity import IM_COLUMNS, scaled_measures
 from skewbridge.motions.levels import MotionsConfig
 from skewbridge.motions.record import SuiteMotion
@@ -95,14 +95,13 @@ class StudySetup:
             (row["bridge"], row["motion_id"]): {name: row[name] for name in IM_COLUMNS}
             for row in read_table(folder.intensities).to_pylist()
         }
-        rows = list(map(LevelOfMotion.of, suite))
-        planned = planned_runs(study.grid, study.motions, rows) if study.motions.blocks else {}
+        runs = planned_runs(study.grid, study.motions, placed(suite))
         return cls(
             study=study,
             suite=suite,
             measures=measures,
             draws=draws,
-            planned=planned,
+            planned=runs if study.motions.blocks else {},
             workers=workers,
         )
 
@@ -204,7 +203,7 @@ def analyses_s(study: StudyConfig, durations_s: Sequence[float]) -> float:
     """
     per_motion = float(len(study.motions.incidence_deg))
     if study.motions.blocks:
-        runs = planned_runs(study.grid, study.motions, unscaled(len(durations_s)))
+        runs = planned_runs(study.grid, study.motions, unread(len(durations_s)))
         per_motion = sum(map(len, runs.values())) / len(runs) / len(durations_s)
     longest_s, later_s = study.analysis.duration_s or inf, study.analysis.free_vibration_s
     numbers = Counter(variant.abutment for variant in expand_grid(study.grid))

@@ -5,6 +5,7 @@ import logging
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -28,6 +29,9 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.variant.grid import expand_grid
 
 logger = logging.getLogger(__name__)
+
+# ASSUME a state is within the levels of a study if a demand of the pilot has half of its threshold
+NEAR: Final = 0.5
 
 
 def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
@@ -89,45 +93,38 @@ def _check_limit_states(path: Path) -> None:
 def band_medians(study: StudyConfig) -> tuple[float, ...]:
     """Return the medians (Sa_avg in g) around which the levels are, or () if they are not known.
 
-    They are those of the configuration, of an earlier study, or of a finished pilot. Raises
-    `InputError` if the earlier study has no curves of headline states in Sa_avg.
+    They are those of the configuration, of an earlier study, or of a finished pilot.
     """
     bands, pilot = study.motions.bands, StudyFolder(Path(study.results)).pilot
-    if bands is None:
-        return ()
-    if has_pilot(study.motions):
+    if bands is None or bands.medians_g:
+        return bands.medians_g if bands else ()
+    if bands.study is None:
         return tuple(read_json(pilot)) if pilot.is_file() else ()
-    return bands.medians_g or medians_of_curves(StudyFolder(Path(str(bands.study))))
+    return medians_of(study, read_frame(StudyFolder(Path(bands.study)).demands))
 
 
-def medians_of_curves(folder: StudyFolder) -> tuple[float, ...]:
-    """Return the mean median of each bridge and headline state of a study, in g."""
-    curves = read_frame(folder.fragility("curves"))
-    states = curves["component"] + "/" + curves["limit_state"]
-    usable = curves["preferred"] & (curves["status"] == "ok") & (curves["im"] == LEVEL_MEASURE)
-    curves = curves[usable & states.isin(HEADLINE_STATES)]
-    if curves.empty:
-        raise InputError(f"{folder.root} has no curves of headline states for {LEVEL_MEASURE}")
-    logs = np.log(curves["theta"]).groupby([curves["bridge"], states]).mean()
-    return tuple(round(float(median), 4) for median in np.exp(logs))
+def medians_of(study: StudyConfig, demands: pd.DataFrame) -> tuple[float, ...]:
+    """Return the level (Sa_avg in g) that best separates exceedance, by bridge and headline state.
 
-
-def medians_of_pilot(demands: pd.DataFrame, limit_states: Path) -> tuple[float, ...]:
-    """Return the median of each bridge and headline state by a line in logarithms, in g.
-
-    A state without a rising line is left out. Peaks of analyses that ended early are included.
+    Below it, the fewest analyses exceed the state, and above it the fewest do not. This is a
+    median for the choice of levels: it ignores that variants differ. A state that all analyses
+    exceed is left out; one that is exceeded too rarely has the highest level if a demand is `NEAR`.
     """
-    demands = with_derived_columns(demands)
-    states = with_column_failure(load_limit_states(limit_states), demands.columns)
+    demands = with_derived_columns(demands).sort_values(LEVEL_MEASURE)
+    states = load_limit_states(Path(study.fragility.limit_states))
+    states = with_column_failure(states, list(map(str, demands)))
     medians: list[float] = []
     for _, rows in demands.groupby("bridge"):
+        levels_g = rows[LEVEL_MEASURE].to_numpy(np.float64)
         for state in (each for each in states if each.key in HEADLINE_STATES):
-            own = rows[rows[state.demand] > 0.0]
-            levels, values = np.log(own[LEVEL_MEASURE]), np.log(own[state.demand])
-            slope = levels.cov(values) / levels.var() if len(own) > 2 else 0.0
-            if slope > 0.0:
-                away = (np.log(state.threshold) - values.mean()) / slope
-                medians.append(round(float(np.exp(levels.mean() + away)), 4))
+            ratios = np.nan_to_num(rows[state.demand].to_numpy(np.float64) / state.threshold)
+            exceeds = ratios >= 1.0
+            below = np.concatenate([[0], np.cumsum(exceeds)])
+            errors = below + np.concatenate([np.cumsum(~exceeds[::-1])[::-1], [0]])
+            place = int(errors.argmin())
+            if place and (place < len(rows) or ratios.max() >= NEAR):
+                around = levels_g[place - 1 : place + 1]
+                medians.append(round(float(np.exp(np.log(around).mean())), 4))
     return tuple(medians)
 
 
@@ -147,7 +144,7 @@ def run_pilot(study: StudyConfig, workers: int) -> tuple[float, ...]:
             setup, variant.slug, setup.planned_tasks(variant.slug), of_variant=True
         )
     ]
-    medians_g = medians_of_pilot(pd.DataFrame(rows), Path(study.fragility.limit_states))
+    medians_g = medians_of(study, pd.DataFrame(rows))
     write_text(setup.folder.pilot, json.dumps(medians_g))
     logger.info("pilot: medians %s g", ", ".join(f"{median:g}" for median in medians_g))
     return medians_g
