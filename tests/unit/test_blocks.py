@@ -188,9 +188,9 @@ def test_a_pilot_finds_the_medians_and_counts_in_the_study(tmp_path, monkeypatch
     medians = band_medians(study)
     levels_g = levels_of(tmp_path / "results")
     steps = (np.arange(8) + 0.5) / 8
-    assert sorted(levels_g[:8]) == pytest.approx(0.01 * 100**steps)
+    assert sorted(levels_g[:8]) == pytest.approx(0.01 * 100**steps, rel=1e-5)  # 6 digits
     assert medians == pytest.approx([0.25, 0.05], rel=0.34)  # between two of these levels
-    away = np.abs(np.log(np.divide.outer(levels_g[8:], medians))) <= np.log(1.5) + 1e-9
+    away = np.abs(np.log(np.divide.outer(levels_g[8:], medians))) <= np.log(1.5) + 1e-5
     assert (away.sum(axis=0) == [8, 8]).all()
     assert away.any(axis=1).all()
     prepare_motions(study)  # with the medians found

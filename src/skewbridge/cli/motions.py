@@ -138,16 +138,12 @@ def synthesize(out: Path, **given: Any) -> Answer:
     motions,
     OUT,
     Opt("suite", Literal["near", "far", "pulse"], "Shipped suite to write.", "near"),
-    Opt("t1_s", float | None, "Conditioning period in s; by default the period of osb1."),
 )
-def default_suite(out: Path, suite: str, t1_s: float | None) -> Answer:
-    """Regenerate a shipped suite of motions and their scale factors.
+def default_suite(out: Path, suite: str) -> Answer:
+    """Regenerate a shipped suite of motions.
 
     Example: skewbridge motions default-suite --out suite
     """
-    from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.motions.synthesis.generate import write_default_suite
-    from skewbridge.study.config import CONDITIONING_BRIDGE
 
-    period_s = load_bridge(CONDITIONING_BRIDGE).t1_s if t1_s is None else t1_s
-    return Answer({"count": write_default_suite(out, period_s, suite), "t1_s": period_s})
+    return Answer({"count": write_default_suite(out, suite)})

@@ -35,7 +35,6 @@ IDA_TOLERANCE: Final = 0.01
 #: Shipped suites in `SHIPPED_FOLDER`; the first one is the folder itself.
 SHIPPED_SUITES: Final = ("near", "far", "pulse")
 SHIPPED_FOLDER: Final = Path("motions")
-RECORDS: Final = "records"
 
 #: Lowest and highest Sa_avg in g of each band of levels.
 type Bands = tuple[tuple[float, float], ...]
@@ -75,7 +74,7 @@ class MotionsConfig:
     folder: FileName = Field(default="motions")
     """folder with an index.csv or with motion files"""
     suites: tuple[FileName, ...] = Field(default=("near",), min_length=1, max_length=20)
-    """near (folder), far, pulse, p695[_far|_near], records (SKEWBRIDGE_RECORDS), other folders"""
+    """near (folder), far, pulse, p695[_far|_near] (motions/README.md), other folders"""
     count: Whole | None = Field(default=32, ge=1, le=100_000)
     """number of motions of each suite, starting with the first; null: all"""
     design: Literal["scaled_cloud", "cloud", "stripes", "ida"] = Field(default="scaled_cloud")
@@ -120,12 +119,12 @@ class MotionsConfig:
 def bands_around(motions: MotionsConfig, medians_g: Sequence[float]) -> Bands:
     """Return the bands of Sa_avg in g around medians, cut at the ends of the range.
 
-    Without `motions.bands` or medians, the range is the band; before a pilot it is given twice, so
-    that factors stored in an index are not used. Raises `InputError` if no band is in the range.
+    Without `motions.bands` or medians, the range is the band. Raises `InputError` if no band is in
+    the range.
     """
     low, high = motions.level_range_g
     if motions.bands is None or not medians_g:
-        return (motions.level_range_g,) * (1 if motions.bands is None else 2)
+        return (motions.level_range_g,)
     ratio = motions.bands.ratio
     bands = [(max(median / ratio, low), min(median * ratio, high)) for median in sorted(medians_g)]
     if kept := tuple((first, last) for first, last in bands if first < last):

@@ -3,12 +3,11 @@
 import json
 import logging
 import math
-import os
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -25,8 +24,6 @@ from skewbridge.motions.spectrum import SPECTRUM_PERIODS_S, pair_psa
 from skewbridge.units import G_MPS2
 
 logger = logging.getLogger(__name__)
-
-RECORDS_VARIABLE: Final = "SKEWBRIDGE_RECORDS"
 
 
 def read_entry(entry: IndexEntry) -> GroundMotion:
@@ -77,7 +74,7 @@ def prepare_suite(
     *,
     count: int | None = None,  # number of motions, starting with the first; None: all
     t1_s: float,  # conditioning period of the bridge, for Sa(T1) and Sa_avg
-    #: Sa_avg of the scaled motions; factors in the index for a different range are not used.
+    #: Sa_avg of the scaled motions; a factor in the index is kept.
     bands_g: levels.Bands = (levels.LEVEL_RANGE_G,),
     first_g: levels.Bands | None = None,  # other bands of the first block
     shaking_s: float | None = None,  # length of the strongest part to keep; None: the whole motion
@@ -87,7 +84,7 @@ def prepare_suite(
     Returns one row per motion in suite order, with metadata, scale, npts and messages (JSON). The
     intensity measures and accelerations (arrays accel_1_mps2, accel_2_mps2) are unscaled.
     """
-    entries, stored = _entries_to_read(folder, count, t1_s=t1_s, bands_g=bands_g)
+    entries, stored = _entries_to_read(folder, count)
     motions = read_entries(entries)
     if shaking_s is not None:
         motions = [intensity.strongest_part(motion, shaking_s) for motion in motions]
@@ -97,7 +94,8 @@ def prepare_suite(
     low, high = levels.FACTOR_LIMITS
     rows: list[dict[str, Any]] = []
     for motion, kept, factor, values in zip(motions, stored, computed, measures, strict=False):
-        scale = float(factor if math.isnan(kept) else kept)
+        # six digits, which do not depend on the processor
+        scale = float(f"{factor:.6g}") if math.isnan(kept) else kept
         far = f"factor {scale:.3g} is outside {low:g} to {high:g}"
         for message in (*motion.messages, *([] if low <= scale <= high else [far])):
             logger.warning("motion %s: %s", motion.motion_id, message)
@@ -121,38 +119,28 @@ class SuiteSource:
 def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
     """Return the suites of a study in the order of the configuration.
 
-    `records` is the first folder in the environment variable SKEWBRIDGE_RECORDS; if it is not set,
-    the suite is skipped. The recorded suites of `p695` are replaced by the first shipped suite if
-    their package is not installed. They and all suites after the first may have fewer motions than
-    `motions.count`. Raises `InputError` if such a suite has no motions, names are repeated or all
-    are skipped.
+    The recorded suites of `p695` are replaced by the first shipped suite if their package is not
+    installed. They and all suites after the first may have fewer motions than `motions.count`.
+    Raises `InputError` if such a suite has no motions or names are repeated.
     """
-    own, records = Path(motions.folder), os.environ.get(RECORDS_VARIABLE, "").split(os.pathsep)[0]
+    own = Path(motions.folder)
     first, *others = levels.SHIPPED_SUITES
     named = {name: (name, levels.SHIPPED_FOLDER / name) for name in others}
     named[first] = (first if own == levels.SHIPPED_FOLDER else own.name, own)
-    named[levels.RECORDS] = (levels.RECORDS, Path(records))
     named |= {name: (name, Path(name)) for name in p695.SUITES}
     found: list[SuiteSource] = []
     lacking = [] if p695.package_folder() else [n for n in motions.suites if n in p695.SUITES]
     if lacking:
         named[lacking[0]] = (first, levels.SHIPPED_FOLDER)
         logger.warning("%s", p695.missing_text(lacking[0], f"the synthetic suite {first} is used"))
-    for entry in motions.suites:
-        if entry in lacking[1:]:
-            continue
-        if entry == levels.RECORDS and not records:
-            logger.warning(
-                "suite %s is skipped: environment variable %s is not set", entry, RECORDS_VARIABLE
-            )
-            continue
+    for entry in (name for name in motions.suites if name not in lacking[1:]):
         name, folder = named.get(entry, (Path(entry).name, Path(entry)))
         count = motions.count
         if (found or entry in p695.SUITES) and count is not None:
             count = min(count, len(list_motions(folder)))
         found.append(SuiteSource(name, folder, count, p695.REPLACED if entry in lacking else ""))
     names = [source.name for source in found]
-    if len(set(names)) < len(names) or not names:
+    if len(set(names)) < len(names):
         raise InputError(f"motions.suites must name different suites, got {', '.join(names)}")
     return found
 
@@ -186,9 +174,7 @@ def prepare_suites(
     return table
 
 
-def _entries_to_read(
-    folder: Path, count: int | None, *, t1_s: float, bands_g: levels.Bands
-) -> tuple[list[IndexEntry], list[float]]:
+def _entries_to_read(folder: Path, count: int | None) -> tuple[list[IndexEntry], list[float]]:
     """Return the motions to read, and the factors of the first `count` in the index (or nan).
 
     A computed factor must not depend on the count, so full blocks of motions are then read.
@@ -198,26 +184,12 @@ def _entries_to_read(
     if not 1 <= wanted <= len(entries):
         text = f"motions.count = {wanted}, but {folder} has {len(entries)} motions"
         raise InputError(text, folder=str(folder))
-    stored: list[float] = []
-    for entry in entries[:wanted]:
-        made_for = (entry.scale_low_g, entry.scale_high_g, entry.scale_t1_s)
-        fits = all(
-            math.isnan(kept) or (len(bands_g) == 1 and math.isclose(kept, asked, rel_tol=1e-6))
-            for kept, asked in zip(made_for, (*bands_g[0], t1_s), strict=True)
-        )
-        stored.append(entry.scale if fits else math.nan)
+    stored = [entry.scale for entry in entries[:wanted]]
     blocks = any(map(math.isnan, stored))
     return entries[: math.ceil(wanted / levels.BLOCK) * levels.BLOCK if blocks else wanted], stored
 
 
-def content_digest(
-    folder: Path,
-    count: int | None,
-    *,
-    t1_s: float,
-    bands_g: levels.Bands,
-    cache: Path | None,
-) -> str:
+def content_digest(folder: Path, count: int | None, cache: Path | None) -> str:
     """Return the digest of the index entries and files that `prepare_suite` uses.
 
     Other files and file times do not affect it. If the file `cache` has a digest for the same
@@ -225,13 +197,13 @@ def content_digest(
     motions with files are read, and a faulty one raises `InputError`.
     """
     readers = layer_digest(("errors.py", "units.py", "files", "motions"))
-    state = digest_of(str(folder.resolve()), count, t1_s, bands_g, readers, _state_of(folder))
+    state = digest_of(str(folder.resolve()), count, readers, _state_of(folder))
     kept: Any = None
     with suppress(InputError):
         kept = None if cache is None else read_json(cache)
     if isinstance(kept, dict) and kept.get("state") == state:
         return kept["digest"]
-    entries, stored = _entries_to_read(folder, count, t1_s=t1_s, bands_g=bands_g)
+    entries, stored = _entries_to_read(folder, count)
     read_entries(entry for entry in entries if entry.components)  # not the generated ones
     parts: list[object] = [len(stored)]
     if str(folder) in p695.SUITES:

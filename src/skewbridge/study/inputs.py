@@ -22,7 +22,7 @@ from skewbridge.fragility.limit_states import (
     load_limit_states,
     with_column_failure,
 )
-from skewbridge.motions.levels import BLOCK, LEVEL_MEASURE, bands_around, has_pilot, striped
+from skewbridge.motions.levels import BLOCK, LEVEL_MEASURE, has_pilot, striped
 from skewbridge.motions.suite import content_digest, suite_sources
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font, chosen_variants
 from skewbridge.study.folder import StudyFolder
@@ -68,9 +68,7 @@ def motions_digest(config: StudyConfig, cache: Path | None) -> str:
         content_digest(
             source.folder,
             source.count,
-            t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s,
-            bands_g=bands_around(config.motions, medians_g),
-            cache=None if cache is None else cache.with_stem(f"{cache.stem}{number or ''}"),
+            None if cache is None else cache.with_stem(f"{cache.stem}{number or ''}"),
         )
         for number, source in enumerate(suite_sources(config.motions))
     ]
