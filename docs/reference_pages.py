@@ -98,10 +98,7 @@ def config_page() -> str:
     page, single = CONFIG_HEAD, dict[str, Mapping[str, Any]]()
     for name, field in schema["properties"].items():
         details = _resolved(field, schema)
-        # model options used as grid axes have no default in `grid`; they are listed in `model`
-        keys = {
-            key: value for key, value in details.get("properties", {}).items() if "default" in value
-        }
+        keys = dict(details.get("properties", {}))
         for key in list(keys):  # a section in a section
             parts = [_resolved(part, schema) for part in keys[key].get("anyOf", ())]
             own = next((part["properties"] for part in parts if "properties" in part), {})

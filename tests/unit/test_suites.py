@@ -10,7 +10,7 @@ from scipy import stats
 from cli_json import answer
 from fragility_tables import states_of, synthetic_demands
 from motions_files import index_of, make_pairs
-from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.library import load_structure
 from skewbridge.errors import InputError
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import ALL_SUITES, DEPENDS, NO_DIFFERENCE, fragility_tables
@@ -295,7 +295,7 @@ def test_every_generated_motion_has_the_digest_of_the_index():
         read_entry(entry)
 
 
-T1_S = load_bridge(CONDITIONING_BRIDGE).t1_s
+T1_S = load_structure(CONDITIONING_BRIDGE).t1_s
 
 
 @pytest.fixture

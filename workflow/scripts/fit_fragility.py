@@ -35,4 +35,4 @@ if __name__ == "__main__":
             searched=study.motions.design == "ida",
             in_rounds="rounds" in paths,
         )
-        write_checks(checked, paths["checks"], study.suspect)
+        write_checks(checked, paths["checks"])

@@ -2,18 +2,15 @@
 
 from dataclasses import dataclass, replace
 from math import atan, degrees, exp, sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from skewbridge.bridge.catalogue.data import AbutmentData
+from skewbridge.bridge.plan import DeckEnd
 from skewbridge.bridge.section import FloatArray
 from skewbridge.units import FOOT, INCH, KIP, KN
 from skewbridge.variant.options import BackfillSkew
-
-if TYPE_CHECKING:
-    from skewbridge.bridge.deck import DeckEnd  # the page needs the tested skews but not OpenSees
 
 # source: Shamsabadi, Khalili-Tehrani, Stewart and Taciroglu (2010), J. Bridge Eng. 15(3):233-246:
 # 1.56 for granular backfill, 1.05 for cohesive; 1.57 for SDC 2.0 at 1.7 m
@@ -150,7 +147,7 @@ def reduced_for_skew(passive: Passive, skew_rad: float, rule: BackfillSkew) -> P
     return replace(passive, ultimate_n=passive.ultimate_n * reduction, failure_ratio=ratio)
 
 
-def variation_factors(end: "DeckEnd", stations: list[float], variation: float) -> list[float]:
+def variation_factors(end: DeckEnd, stations: list[float], variation: float) -> list[float]:
     """Return linear factors along the wall: 1 in the middle, largest at the acute deck corner.
 
     References:

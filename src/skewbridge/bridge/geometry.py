@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import openseespy.opensees as ops
 
-from skewbridge.bridge.handles import BridgeModel, CornerHandle, PlanVector
+from skewbridge.bridge.frame import BridgeModel
+from skewbridge.bridge.handles import CornerHandle
 from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.plan import PlanVector, Position
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
-
-type Position = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

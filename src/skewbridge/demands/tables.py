@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from skewbridge.demands.columns import COLUMNS, KEY, Column, columns_with
-from skewbridge.demands.validity import SUSPECT, SuspectLimits, reasons
+from skewbridge.demands.validity import SUSPECT, reasons
 from skewbridge.files.digests import digest_of, provenance
 from skewbridge.files.tables import read_table, write_joined, write_table
 from skewbridge.statuses import STATUSES
@@ -55,11 +55,11 @@ def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -
     return table.replace_schema_metadata(dict(provenance))
 
 
-def write_variant(rows: Sequence[Mapping[str, Any]], path: Path, limits: SuspectLimits) -> None:
+def write_variant(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     """Write the demands of one variant; the column `suspect` states why a row is suspect."""
-    judged = [{**row, SUSPECT: reasons(row, limits)} for row in rows]
+    checked = [{**row, SUSPECT: reasons(row)} for row in rows]
     digest = digest_of(*sorted(row["run_key"] for row in rows))
-    write_table(to_table(judged, provenance(analyses_digest=digest)), path)
+    write_table(to_table(checked, provenance(analyses_digest=digest)), path)
 
 
 def join_variants(paths: Sequence[Path], output: Path) -> None:

@@ -353,8 +353,9 @@ def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 def _keys(schema: Mapping[str, Any], classes: Mapping[str, Any], above: str = "") -> Iterator[str]:
     """Yield all keys of a JSON schema as paths such as `motions.count`."""
     for branch in (schema, *schema.get("anyOf", ()), *schema.get("allOf", ())):
-        name = branch.get("$ref", "").rsplit("/", 1)[-1]
-        for key, inner in classes.get(name, branch).get("properties", {}).items():
+        if named := classes.get(branch.get("$ref", "").rsplit("/", 1)[-1]):
+            yield from _keys(named, classes, above)
+        for key, inner in branch.get("properties", {}).items():
             yield above + key
             yield from _keys(inner.get("items", inner), classes, f"{above}{key}.")
 
@@ -367,7 +368,7 @@ def _nearest_key(place: Sequence[str | int], keys: Sequence[str]) -> str:
     near = get_close_matches(name, [key for key in inside if "." not in key], n=1)
     same = [key for key in keys if key.rpartition(".")[2] == name]
     if near or same:
-        return f" (did you mean {section + near[0] if near else same[0]}?)"
+        return f" (did you mean {section + near[0] if near else min(same, key=len)}?)"
     return did_you_mean(name, keys)
 
 

@@ -153,7 +153,6 @@ class _DemandFits:
     @cached_property
     def printed(self) -> list[dict[str, FragilityFit]]:
         """Fits of each state by method, without estimates that unknown outcomes may change."""
-        accept = self._settings.accept_bounds
         printed: list[dict[str, FragilityFit]] = []
         for state, curves in zip(self.states, self.curves, strict=True):
             fits = {method: curve.fit for method, curve in curves.items()}
@@ -161,7 +160,7 @@ class _DemandFits:
             names = ["unknown_above_5_percent"] if share > 0.05 else []
             for method, curve in curves.items() if share else ():
                 if curve.bounds:
-                    fits[method] = fits[method].judged(curve.bounds, accept=accept, names=names)
+                    fits[method] = fits[method].judged(curve.bounds, names=names)
             # Large demands cause collapse, so censoring by collapse is not independent of the
             # demand. A median is accepted only if it hardly depends on how these peaks are treated.
             other = curves["cloud"].bounds.get(_PEAKS)
@@ -351,7 +350,7 @@ class _DemandFits:
                     bounds["exceedance"][j][name] = common.median(j)
         ended = (self._part["status"] == COLLAPSE).to_numpy() & np.isposinf(outcomes.upper)
         by_definition = any(each.collapse == COLLAPSE_EXCEEDS for each in states)
-        if np.any(ended) and not (by_definition or self._settings.accept_bounds):
+        if np.any(ended) and not by_definition:
             final = replace(outcomes, upper=np.where(ended, outcomes.lower, outcomes.upper))
             for j, each in enumerate(bounds["cloud"]):
                 each[_PEAKS] = self._end(final, j)

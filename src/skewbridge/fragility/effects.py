@@ -24,7 +24,7 @@ from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import States
 from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
 from skewbridge.fragility.outcomes import demand_outcomes, end_counts, states_by_demand
-from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.settings import DEFAULTS, EFFECT_CONFIDENCE, FitSettings
 from skewbridge.fragility.union import reached_modes, union_of_lines
 from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import axes_of
@@ -206,7 +206,7 @@ def effect_row(
     difference: Jackknifed | None = None,  # for demands judged by the difference, shape ()
 ) -> dict[str, Any]:
     """Return the columns of an effect: ratio, slope and difference with intervals, scatter, dof."""
-    level, judged = settings.effect_confidence, difference or estimate
+    level, judged = EFFECT_CONFIDENCE, difference or estimate
     ends = np.exp([estimate.estimate, *estimate.interval(level)])
     row = dict(zip(verdicts.RATIOS, ends.tolist(), strict=True)) | {"level": level}
     if line is not None:
@@ -348,12 +348,12 @@ def _median_rows(
     variants = part[[*demand_table.IDENTITY_COLUMNS, *names]].assign(number=number)
     variants = variants.drop_duplicates("number").sort_values("number")
     medians = _Medians(part, np.asarray(number, dtype=np.intp), states, settings.im, curves)
-    shared = {"quantity": verdicts.MEDIAN_CAPACITY, "margin": settings.median_margin}
+    shared = {"quantity": verdicts.MEDIAN_CAPACITY, "margin": settings.margin}
 
     def estimate(ratio: Jackknifed, row: Row, medians: int) -> Row:
         # ASSUME a ratio of medians is worth reporting if at least one of them has a curve
         if row["n_without_curve"] == medians:
-            return row | {"status": verdicts.NO_CURVE, "level": settings.effect_confidence}
+            return row | {"status": verdicts.NO_CURVE, "level": EFFECT_CONFIDENCE}
         return row | effect_row(ratio, settings)
 
     rows: list[Row] = []

@@ -31,7 +31,7 @@ from skewbridge.fragility.motion_means import (
     motion_weights,
 )
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, end_counts
-from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.settings import ASSUMED_BETA, DEFAULTS, FitSettings
 from skewbridge.fragility.union import MIN_COMPLETE, correlation, residuals
 
 #: Smallest number of runs of a variant for a system curve; components need MIN_COMPLETE.
@@ -151,7 +151,7 @@ def _system(
     if not members or ln_im.size < MIN_RUNS:
         return row | {"status": "too_few_runs" if members else "no_component"}
     if np.all(exceed | unknown):
-        each, beta, level = np.ones(exceed.sum()), settings.assumed_beta, settings.confidence
+        each, beta, level = np.ones(exceed.sum()), ASSUMED_BETA, settings.confidence
         bound = median_bound(ln_im[exceed], each, beta=beta, level=level, exceed=True)
         return row | {"status": ALL_EXCEED, "theta_bound": bound}
     ln_theta = np.column_stack([m.lines.ln_theta(m.state.threshold) for m in members])

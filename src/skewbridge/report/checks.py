@@ -12,7 +12,7 @@ import pandas as pd
 
 from skewbridge.analysis.recovery import rung_shares, steps_from_text
 from skewbridge.demands.columns import DEMAND_COLUMNS, KEY, demands_for
-from skewbridge.demands.validity import LIMITS, SUSPECT, SuspectLimits, count_reasons
+from skewbridge.demands.validity import SUSPECT, count_reasons
 from skewbridge.errors import SolutionError
 from skewbridge.files.tables import Row
 from skewbridge.files.text import write_text
@@ -73,6 +73,9 @@ def check_tables(tables: StudyTables) -> list[Row]:
     fitted = curves[curves["status"] == "ok"]
     bounded = effects[effects["ci_low"].notna()]
     within = bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])
+    # a bridge without a stated capacity of its columns has no such demand in any row
+    known = numbers.notna().groupby(ok["bridge"]).transform("any")
+    lacking = numbers.isna() & known
     lower, work_kj = ok[ok["column_shear_kn"] < components], ok["slip_work_kj"]
     share = len(unfinished) / max(len(demands), 1)
     # states of the same variant, component, demand and method
@@ -87,7 +90,7 @@ def check_tables(tables: StudyTables) -> list[Row]:
         ("analyses listed twice", demands[demands.duplicated(list(KEY))], KEY),
         ("rows without a known status", demands[~demands["status"].isin(STATUSES)], KEY),
         ("rows of variants with fewer analyses than planned", demands[uneven], KEY),
-        ("finished rows with a demand that is not a number", ok[numbers.isna().any(axis=1)], KEY),
+        ("finished rows with a demand that is not a number", ok[lacking.any(axis=1)], KEY),
         ("finished rows whose resultant shear is below a component", lower, KEY),
         ("rows with negative friction work", ok[work_kj < -_ROUNDING_KJ], KEY),
         ("rows with friction work but without friction",
@@ -112,7 +115,7 @@ def _check(name: str, found: pd.DataFrame, named_by: Sequence[str], *share: floa
     return {"name": name, "value": value, "limit": limit, "passed": value <= limit, "rows": rows}
 
 
-def write_checks(tables: StudyTables, output: Path, suspect: SuspectLimits = LIMITS) -> None:
+def write_checks(tables: StudyTables, output: Path) -> None:
     """Check the tables of a study and write the checks as JSON.
 
     The file also lists the reasons of suspect rows and the steps of each recovery attempt.
@@ -132,7 +135,7 @@ def write_checks(tables: StudyTables, output: Path, suspect: SuspectLimits = LIM
         "suspect": [
             {name: found[name] for name in ("reason", "rows", "worst")}
             | demands.iloc[found["at"]][list(KEY)].to_dict()
-            for found in count_reasons(demands, suspect)
+            for found in count_reasons(demands)
         ],
         "rungs": rung_shares(map(steps_from_text, demands["steps_by_rung"])),
     }

@@ -39,7 +39,7 @@ from skewbridge.study.processes import PROGRESS_LOG
 from skewbridge.study.task import Task, run_key
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.random_properties import DIRECTION, with_draw
-from skewbridge.variant.variant import ABUTMENTS, parse_slug
+from skewbridge.variant.variant import ABUTMENTS, Variant
 
 logger = logging.getLogger(__name__)
 
@@ -130,17 +130,26 @@ class StudySetup:
         names = self.motion_ids[first:end]
         return replace(self, suite=tuple(m for m in self.suite if m.motion.motion_id in names))
 
-    def tasks(self, slug: str) -> list[Task]:
-        """Return the tasks of one variant; `InputError` if no motions are prepared for its bridge.
+    def named(self, slug: str) -> Variant:
+        """Return the variant of the grid with a name; `InputError` if there is none."""
+        variants = {variant.slug: variant for variant in expand_grid(self.study.grid)}
+        if slug not in variants:
+            raise InputError(f"{slug}: not a variant of the grid")
+        return variants[slug]
+
+    def tasks(self, of: Variant | str) -> list[Task]:
+        """Return the tasks of a variant, or of the variant of the grid with a name.
+
+        Raises `InputError` if no motions are prepared for its bridge.
 
         In an IDA, each motion has the first factor of its search. A modelling option that is an
         axis of the grid has the value of the variant.
         """
-        variant = parse_slug(slug)
+        variant = self.named(of) if isinstance(of, str) else of
         files = {Path(bridge).stem: bridge for bridge, _ in self.measures}
-        if variant.bridge not in files:
-            raise InputError(f"{slug}: the study has only the bridges {', '.join(files)}")
-        variant = replace(variant, bridge=files[variant.bridge])
+        if variant.bridge_name not in files:
+            raise InputError(f"{variant.slug}: the study has only the bridges {', '.join(files)}")
+        variant = replace(variant, bridge=files[variant.bridge_name])
         options = replace(self.study.model, **dict(variant.options))
         tasks: list[Task] = []
         for motion, angle in product(self.suite, self.study.motions.incidence_deg):
@@ -168,7 +177,7 @@ class StudySetup:
     def task_of(self, row: Mapping[str, Any]) -> Task | None:
         """Return the task of a row of the demands table; None if the study does not have it."""
         wanted = row["motion_id"], row["scale"], row["incidence_deg"]
-        for task in self.tasks(row["variant"]):
+        for task in self.tasks(Variant.of_row(row)):
             # the search of an IDA chooses its factors
             trial = at_factor(task, row["scale"]) if self.ida else task
             motion = trial.motion
@@ -256,7 +265,7 @@ def sampled(tasks: Sequence[Task], count: int) -> list[Task]:
 def analyse_variant(setup: StudySetup, slug: str, output: Path) -> None:
     """Run the analyses of a variant that are not in its journals, and write its demands table."""
     rows = run_in_journal(setup, slug, setup.planned_tasks(slug), of_variant=True)
-    write_variant(rows, output, setup.study.suspect)
+    write_variant(rows, output)
 
 
 def run_in_journal(

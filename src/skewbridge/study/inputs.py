@@ -3,6 +3,7 @@
 import json
 import logging
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -10,7 +11,9 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.analysis.settings import NUMERICS
+from skewbridge.bridge.frame import require_options
+from skewbridge.bridge.library import load_structure
 from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column
 from skewbridge.demands.validity import with_derived_columns
 from skewbridge.errors import InputError, raise_all
@@ -27,6 +30,7 @@ from skewbridge.motions.suite import content_digest, suite_sources
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font, chosen_variants
 from skewbridge.study.folder import StudyFolder
 from skewbridge.variant.grid import expand_grid
+from skewbridge.variant.options import ModelOptions
 
 logger = logging.getLogger(__name__)
 
@@ -40,7 +44,8 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
     The file `cache` records which motions have been read. The `InputError` has one line per error.
     """
     checks: list[Callable[[], object]] = [
-        *(partial(load_bridge, name) for name in config.bridges_with_periods()),
+        *(partial(load_structure, name) for name in config.bridges_with_periods()),
+        *(partial(_check_options, name, config) for name in config.grid.bridge),
         partial(_check_column, "fragility.im", config.fragility.im, INTENSITY_COLUMNS),
         partial(_check_limit_states, Path(config.fragility.limit_states)),
         partial(check_font, config.figures.font),
@@ -57,6 +62,13 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
         except InputError as error:
             faults.append(error)
     raise_all(faults)
+
+
+def _check_options(bridge: str, config: StudyConfig) -> None:
+    """Refuse axes and modelling options that do not act on a bridge."""
+    usual = ModelOptions(**NUMERICS[config.accuracy]["model"])
+    changed = (n for n, value in asdict(config.model).items() if value != getattr(usual, n))
+    require_options(load_structure(bridge), (*config.grid.values(), *changed))
 
 
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:
@@ -165,7 +177,11 @@ def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
 
     folder, motions = StudyFolder(Path(study.results)), study.motions
-    t1_s = load_bridge(CONDITIONING_BRIDGE).t1_s
+    for name in study.grid.bridge:
+        if useless := load_structure(name).ignored.intersection(study.uncertainty.drawn):
+            listed = ", ".join(sorted(useless))
+            logger.warning("random properties without effect on the script %s: %s", name, listed)
+    t1_s = load_structure(CONDITIONING_BRIDGE).t1_s
     suite = designed = prepare_suites(motions, t1_s=t1_s, medians_g=medians_g)
     if motions.design == "cloud":
         designed = suite.assign(scale=1.0)
@@ -176,9 +192,10 @@ def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
     logger.info("%d motions, %d rows, factors %.2f to %.2f", *counts, factors.min(), factors.max())
     write_suite(designed, folder.suite)
     distinct = {motion.motion.motion_id: motion.motion for motion in read_suite(folder.suite)}
+    periods_s = {name: load_structure(name).t1_s for name in study.grid.bridge}
     intensities = [
-        {"bridge": name, "motion_id": motion_id, **motion_measures(motion, load_bridge(name).t1_s)}
-        for name in study.grid.bridge
+        {"bridge": name, "motion_id": motion_id, **motion_measures(motion, t1_s)}
+        for name, t1_s in periods_s.items()
         for motion_id, motion in distinct.items()
     ]
     write_frame(pd.DataFrame(intensities), folder.intensities, provenance())

@@ -12,7 +12,7 @@ import yte
 from yte.exceptions import YteError
 
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.demands.validity import LIMITS, SuspectLimits, reasons
+from skewbridge.demands.validity import reasons
 from skewbridge.errors import InputError
 from skewbridge.motions.blocks import Placed, planned_runs, unread
 from skewbridge.motions.folder import IndexEntry, list_motions
@@ -55,9 +55,7 @@ class StudyProgress:
     notes: tuple[str, ...]  # on crashed analyses and on unused journal lines
 
 
-def study_progress(
-    run_keys: Mapping[str, Sequence[str]], content: JournalContent, limits: SuspectLimits = LIMITS
-) -> StudyProgress:
+def study_progress(run_keys: Mapping[str, Sequence[str]], content: JournalContent) -> StudyProgress:
     """Return the progress of a study, given the `run_keys` of each variant and the journals."""
     done, analyses = content.rows, sum(map(len, run_keys.values()))
     rows = [done[key] for keys in run_keys.values() for key in keys if key in done]
@@ -76,7 +74,7 @@ def study_progress(
         name: dict(sorted(Counter(row[column] for row in rows).items()))
         for name, column in (("status", "status"), ("recovery_step", "recovery_rung"))
     }
-    suspect = sum(bool(reasons(row, limits)) for row in rows)
+    suspect = sum(bool(reasons(row)) for row in rows)
     summary: dict[str, Any] = {"variants": len(run_keys), "analyses": analyses, "done": len(rows)}
     summary |= {"failed": len(failures), "suspect": suspect, "left": analyses - len(rows)}
     return StudyProgress(
@@ -119,7 +117,7 @@ def forecast_study(config: StudyConfig, size: Mapping[str, int] | None = None) -
     """
     keys, durations_s = analysis_keys(config)
     folder = StudyFolder(Path(config.results))
-    state = study_progress(keys, read_content(folder.journals), config.suspect)
+    state = study_progress(keys, read_content(folder.journals))
     notes, trials = state.notes, 1
     if config.motions.design == "ida":
         trials = most_trials(config.motions.level_range_g)

@@ -31,6 +31,7 @@ from skewbridge.fragility.limit_states import (
     load_limit_states,
     with_column_failure,
 )
+from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.fragility.verdicts import (
     CELL,
     DECIDED,
@@ -47,7 +48,6 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.study.processes import PROGRESS_LOG
 from skewbridge.study.progress import JOB_START_S, measured_speed, other_work_s
 from skewbridge.variant.grid import expand_grid
-from skewbridge.variant.variant import parse_slug
 
 progress_logger = logging.getLogger(PROGRESS_LOG)
 
@@ -125,14 +125,15 @@ def _keys(table: pd.DataFrame, axes: Sequence[str]) -> list[tuple[Any, ...]]:
     return list(table[columns].itertuples(index=False, name=None))
 
 
-def whole_blocks(wanted: Mapping[str, int], slugs: Iterable[str]) -> dict[str, int]:
-    """Return the motions that decide one effect, equal for all variants of a bridge (blocks)."""
-    bridges: dict[str, int] = {}
+def whole_blocks(wanted: Mapping[str, int], bridges: Mapping[str, str]) -> dict[str, int]:
+    """Return the motions that decide one effect, equal for all variants of a bridge (blocks).
+
+    ``bridges`` are the bridges of all variants.
+    """
+    most: dict[str, int] = {}
     for slug, number in wanted.items():
-        bridge = parse_slug(slug).bridge
-        bridges[bridge] = max(number, bridges.get(bridge, 0))
-    names = {slug: parse_slug(slug).bridge for slug in slugs}
-    return {slug: bridges[name] for slug, name in names.items() if name in bridges}
+        most[bridges[slug]] = max(number, most.get(bridges[slug], 0))
+    return {slug: most[bridge] for slug, bridge in bridges.items() if bridge in most}
 
 
 def next_motions(
@@ -206,7 +207,8 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     if not is_first:
         cells, wanted = _looked_at(study, demands, plans, motions, own_s)
         if study.motions.blocks:
-            wanted = [whole_blocks(cell, slugs) for cell in wanted]
+            bridges = {each.slug: each.bridge for each in expand_grid(study.grid)}
+            wanted = [whole_blocks(cell, bridges) for cell in wanted]
     # the next plan takes as long as this one did
     planning_s = time.monotonic() - entered_s
     starts_s = JOB_START_S * speed * (1.0 + len(slugs) / cores)
@@ -261,7 +263,7 @@ def _looked_at(
     effects = kept(at_looks(effects, looks, runs_per_motion(demands)), history)
     columns = ["bridge", "abutment", *axis_names(rows)]
     places = rows.drop_duplicates("variant").set_index("variant")[columns]
-    cells, wanted = targets(effects, motions, mean_s, places, looks, settings.effect_confidence)
+    cells, wanted = targets(effects, motions, mean_s, places, looks, EFFECT_CONFIDENCE)
     return cells[[name for name in ROUND_COLUMNS if name in cells]], wanted
 
 

@@ -45,16 +45,12 @@ def _different_names(values: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _with_axes(schema: dict[str, Any]) -> None:
-    """Add the limits of every axis to the JSON schema, and forbid other keys."""
-    for axis in (*AXES, *OPTION_AXES):
-        number = {"type": "integer" if axis.is_whole else "number"}
-        schema["properties"].setdefault(axis.name, {}).update(
-            type="array",
-            minItems=1,
-            description=axis.description,
-            items=number | {"minimum": axis.low, "maximum": axis.high},
-        )
-    schema["additionalProperties"] = False
+    """Add the limits of the core axes to the JSON schema, and the names of the other axes."""
+    for axis in AXES:
+        items = {"type": "number", "minimum": axis.low, "maximum": axis.high}
+        schema["properties"][axis.name] |= {"description": axis.description, "items": items}
+    schema["propertyNames"] = {"enum": [*schema["properties"], *(a.name for a in OPTION_AXES)]}
+    schema["additionalProperties"] = {"type": "array", "minItems": 1, "items": {"type": "number"}}
 
 
 MAX_VARIANTS: Final = 20_000

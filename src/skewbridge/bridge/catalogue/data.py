@@ -5,39 +5,35 @@ when it builds the model.
 """
 
 import math
-import re
 from itertools import accumulate
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
-# These limits are wider than any real bridge. They detect wrong units, and numbers so large that
-# their powers would overflow in the solver.
-type Metres = Annotated[float, Field(ge=1.0e-3, le=1.0e3)]
-type Distance = Annotated[float, Field(ge=0.0, le=1.0e3)]
-type Span = Annotated[float, Field(ge=1.0, le=500.0)]
-type SquareMetres = Annotated[float, Field(ge=1.0e-3, le=1.0e3)]
-type Inertia = Annotated[float, Field(ge=1.0e-6, le=1.0e6)]
-type Millimetres = Annotated[float, Field(ge=0.1, le=1.0e4)]
-type SquareMillimetres = Annotated[float, Field(ge=1.0, le=1.0e5)]
-type Gigapascals = Annotated[float, Field(ge=0.1, le=1.0e3)]
-type Megapascals = Annotated[float, Field(ge=1.0, le=2.0e3)]
-type Kilonewtons = Annotated[float, Field(ge=1.0e-3, le=1.0e7)]
-type Weight = Annotated[float, Field(ge=0.0, le=1.0e6)]
-type LineLoad = Annotated[float, Field(ge=0.1, le=1.0e5)]
-type UnitWeight = Annotated[float, Field(ge=1.0, le=100.0)]
-type Tonnes = Annotated[float, Field(ge=1.0e-3, le=1.0e4)]
-type Stiffness = Annotated[float, Field(ge=1.0e-3, le=1.0e9)]
-type Seconds = Annotated[float, Field(ge=1.0e-2, le=60.0)]
-type Factor = Annotated[float, Field(ge=1.0e-3, le=1.0e2)]
-type Ratio = Annotated[float, Field(ge=1.0e-4, le=1.0)]
+from skewbridge.bridge.catalogue.columns import AnyColumn, ColumnData, over_default
+from skewbridge.bridge.catalogue.quantities import (
+    Distance,
+    Factor,
+    Gigapascals,
+    Inertia,
+    Kilonewtons,
+    LineLoad,
+    Metres,
+    Millimetres,
+    Part,
+    Ratio,
+    Seconds,
+    Span,
+    SquareMetres,
+    Stiffness,
+    Tonnes,
+    Weight,
+)
 
-
-class _Part(BaseModel, frozen=True, extra="forbid"):
-    """Frozen model that rejects unknown keys."""
+type Base = Literal["pinned", "fixed"]
 
 
-class DeckData(_Part, frozen=True):
+class DeckData(Part, frozen=True):
     """Superstructure: a prismatic spine at the centroid.
 
     ``inertia_vertical_m4`` is for vertical bending, ``inertia_transverse_m4`` for bending in plan.
@@ -63,7 +59,7 @@ class DeckData(_Part, frozen=True):
         return self
 
 
-class FoundationData(_Part, frozen=True):
+class FoundationData(Part, frozen=True):
     """Springs under every column base; rotational springs act about the global axes."""
 
     kx_mn_per_m: Stiffness
@@ -74,10 +70,11 @@ class FoundationData(_Part, frozen=True):
     krz_mnm_per_rad: Stiffness
 
 
-class BentData(_Part, frozen=True):
+class BentData(Part, frozen=True):
     """One bent: columns equally spaced about the centreline, under an integral cap.
 
-    A bent of one column needs no ``column_spacing_m``.
+    A bent of one column needs no ``column_spacing_m``. ``column`` and ``base`` are those of the
+    bridge if None; in the file, keys of ``column`` replace single keys of the bridge's column.
     """
 
     columns: Annotated[int, Field(ge=1, le=8)]
@@ -86,6 +83,8 @@ class BentData(_Part, frozen=True):
     cap_width_m: Metres
     cap_depth_m: Metres
     cap_weight_kn: Weight
+    column: AnyColumn | None = None
+    base: Base | None = None
 
     @model_validator(mode="after")
     def _spaced(self) -> Self:
@@ -94,80 +93,7 @@ class BentData(_Part, frozen=True):
         return self
 
 
-_OTHER_SHAPE: Final = re.compile(r"width|depth|breadth|height|side|thick|shape|section|flare|taper")
-
-
-class ColumnData(_Part, frozen=True):
-    """Circular reinforced concrete column, the same in all bents of a bridge.
-
-    ``hinge_length_m`` sets the length of the plastic hinges of all bents; by default it is computed
-    from their height and base (`skewbridge.bridge.column`). ``steel_strength_factor`` multiplies
-    the yield strength of ``steel``.
-    """
-
-    diameter_m: Metres
-    cover_to_hoop_m: Metres
-    bar_count: Annotated[int, Field(ge=6, le=200)]
-    bar_area_mm2: SquareMillimetres
-    bar_diameter_mm: Millimetres
-    hoop_area_mm2: SquareMillimetres
-    hoop_diameter_mm: Millimetres
-    hoop_spacing_mm: Millimetres
-    concrete_strength_mpa: Megapascals
-    expected_concrete_strength_mpa: Megapascals
-    elastic_modulus_gpa: Gigapascals
-    steel: Literal["a706", "grade40", "kaviani"]
-    steel_strength_factor: Factor = 1.0
-    hoop_yield_mpa: Megapascals
-    hinge_length_m: Metres | None = None
-    cracked_stiffness_ratio: Ratio
-    torsion_ratio: Ratio
-    unit_weight_kn_per_m3: UnitWeight
-
-    @property
-    def gross_area_m2(self) -> float:
-        """Area of the concrete section."""
-        return math.pi * self.diameter_m**2 / 4
-
-    @property
-    def gross_inertia_m4(self) -> float:
-        """Second moment of area of the gross section."""
-        return math.pi * self.diameter_m**4 / 64
-
-    @property
-    def hoop_circle_m(self) -> float:
-        """Diameter of the hoop centre line."""
-        return self.diameter_m - 2 * self.cover_to_hoop_m - 1e-3 * self.hoop_diameter_mm
-
-    @property
-    def bar_circle_m(self) -> float:
-        """Diameter of the circle through the longitudinal bars."""
-        return self.hoop_circle_m - 1e-3 * (self.hoop_diameter_mm + self.bar_diameter_mm)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _is_circular(cls, raw: Any) -> Any:
-        keys = sorted(raw.keys() - cls.model_fields.keys()) if isinstance(raw, dict) else ()
-        if others := ", ".join(filter(_OTHER_SHAPE.search, keys)):
-            text = "the only shape is a circle with diameter_m; the height is in bents"
-            raise ValueError(f"unknown key {others}: {text}")
-        return raw
-
-    @model_validator(mode="after")
-    def _bars_fit(self) -> Self:
-        if self.bar_circle_m <= 0.0:
-            raise ValueError("cover_to_hoop_m leaves no room for the bars in diameter_m")
-        pitch_mm = 1e3 * math.pi * self.bar_circle_m / self.bar_count
-        needed_mm = self.bar_diameter_mm + 25.0  # source: 1 in clear between bars, ACI 318 25.2.1
-        if pitch_mm < needed_mm:
-            limit = math.floor(1e3 * math.pi * self.bar_circle_m / needed_mm)
-            raise ValueError(
-                f"bar_count {self.bar_count} is too large: at most {limit} bars fit on the circle"
-            )
-        return self
-
-
-class BackfillData(_Part, frozen=True):
+class BackfillData(Part, frozen=True):
     """Passive resistance behind one backwall, at zero skew.
 
     With ``rule: ucsd`` the values are per metre of wall at ``reference_height_m``; stiffness is
@@ -183,7 +109,7 @@ class BackfillData(_Part, frozen=True):
     ultimate_closure_ratio: Factor
 
 
-class PadData(_Part, frozen=True):
+class PadData(Part, frozen=True):
     """Elastomeric pads of one abutment, equally spaced across the deck."""
 
     count: Annotated[int, Field(ge=2, le=30)]
@@ -195,7 +121,7 @@ class PadData(_Part, frozen=True):
     height_m: Metres
 
 
-class KeyData(_Part, frozen=True):
+class KeyData(Part, frozen=True):
     """Backbone of one exterior shear key at three points; the last force is residual strength."""
 
     displacement_mm: tuple[Millimetres, Millimetres, Millimetres]
@@ -209,7 +135,7 @@ class KeyData(_Part, frozen=True):
         return self
 
 
-class AbutmentData(_Part, frozen=True):
+class AbutmentData(Part, frozen=True):
     """Data of an abutment, the same at both ends of a bridge."""
 
     wall_width_m: Metres
@@ -242,7 +168,7 @@ class AbutmentData(_Part, frozen=True):
         return self
 
 
-class DampingData(_Part, frozen=True):
+class DampingData(Part, frozen=True):
     """Rayleigh damping of deck and columns: one ratio at two periods."""
 
     ratio: Annotated[float, Field(gt=0.0, lt=0.5)]
@@ -250,14 +176,15 @@ class DampingData(_Part, frozen=True):
     short_period_s: Seconds
 
 
-class BridgeData(_Part, frozen=True):
+class BridgeData(Part, frozen=True):
     """One bridge of the catalogue.
 
     Attributes:
         details: ``surrogate`` if deck or reinforcement are not published, else ``published``.
         t1_s: Conditioning period: geometric mean of the longitudinal and transverse periods of
             the gap-open model with pads at zero skew.
-        base: Column bases, ``pinned`` (torsion fixed) or ``fixed``.
+        base: Column bases, ``pinned`` (torsion fixed) or ``fixed``, unless a bent has its own.
+        column: Column of all bents that have none of their own.
         foundation: Springs under the bases; None is rigid ground.
         sources: Source class and text of every number, keyed by the path of the number in the file.
     """
@@ -267,10 +194,10 @@ class BridgeData(_Part, frozen=True):
     details: Literal["surrogate", "published"]
     t1_s: Seconds
     spans_m: Annotated[tuple[Span, ...], Field(min_length=1, max_length=12)]
-    base: Literal["pinned", "fixed"]
+    base: Base
     deck: DeckData
     bents: tuple[BentData, ...]
-    column: ColumnData
+    column: AnyColumn
     foundation: FoundationData | None = None
     abutment: AbutmentData
     damping: DampingData
@@ -286,6 +213,33 @@ class BridgeData(_Part, frozen=True):
         """Positions of the bents along x, origin at the middle of the deck."""
         return list(accumulate(self.spans_m[:-1], initial=-self.length_m / 2))[1:]
 
+    def column_of(self, bent: BentData) -> ColumnData:
+        """Return the column of a bent."""
+        return bent.column or self.column
+
+    def base_of(self, bent: BentData) -> Base:
+        """Return the base of the columns of a bent."""
+        return bent.base or self.base
+
+    @property
+    def bases(self) -> str:
+        """Bases of all bents in words."""
+        return " and ".join(sorted({self.base_of(bent) for bent in self.bents} or {self.base}))
+
+    @model_validator(mode="before")
+    @classmethod
+    def _columns_of_bents(cls, raw: Any) -> Any:
+        """Complete the column of a bent from that of the bridge."""
+        bents = raw.get("bents") if isinstance(raw, dict) else None
+        if not isinstance(bents, list) or not isinstance(raw.get("column"), dict):
+            return raw
+        own = [isinstance(bent, dict) and isinstance(bent.get("column"), dict) for bent in bents]
+        filled = [
+            {**bent, "column": over_default(raw["column"], bent["column"])} if has_own else bent
+            for bent, has_own in zip(bents, own, strict=True)
+        ]
+        return {**raw, "bents": filled}
+
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if len(self.bents) != len(self.spans_m) - 1:
@@ -296,17 +250,19 @@ class BridgeData(_Part, frozen=True):
                     f"bents.{number}.clear_height_m {bent.clear_height_m:g} is taller than the "
                     f"deck: soffit_height_m is {self.deck.soffit_height_m:g}"
                 )
-            line_m = (bent.columns - 1) * bent.column_spacing_m + self.column.diameter_m
+            column = self.column_of(bent)
+            width_m = column.outline.sizes_m[1]
+            line_m = (bent.columns - 1) * bent.column_spacing_m + width_m
             if line_m > self.deck.width_m:
                 raise ValueError(
                     f"bents.{number}: the columns span {line_m:g} m, more than deck.width_m = "
-                    f"{self.deck.width_m:g}"
+                    f"{self.deck.width_m:g} (column_spacing_m, diameter_m)"
                 )
-            if bent.columns > 1 and bent.column_spacing_m < self.column.diameter_m:
+            if bent.columns > 1 and bent.column_spacing_m < width_m:
                 raise ValueError(
-                    f"bents.{number}.column_spacing_m must exceed the column diameter_m"
+                    f"bents.{number}.column_spacing_m must exceed the column width {width_m:g}"
                 )
-            if (self.column.hinge_length_m or 0.0) > bent.clear_height_m / 2:
+            if (column.hinge_length_m or 0.0) > bent.clear_height_m / 2:
                 raise ValueError(
                     f"column.hinge_length_m exceeds half of bents.{number}.clear_height_m"
                 )

@@ -18,9 +18,9 @@ from skewbridge.analysis.modal import ModalResult, modal_properties, modes_of
 from skewbridge.analysis.pushover import push_abutment, push_bridge
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import BentCapacity, bent_capacity, shear_section
-from skewbridge.bridge.deck import column_axial_n, total_weight_n
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.section import sdc_shear_strength, section_response
+from skewbridge.bridge.weights import column_axial_n, total_weight_n
 from skewbridge.units import KN
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.registry import Study
