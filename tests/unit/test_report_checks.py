@@ -92,10 +92,13 @@ def test_a_fault_of_the_demands_is_named_with_its_row(changed, name):
 
 
 def test_a_variant_with_an_analysis_too_few_is_found_but_searches_take_what_they_need():
-    name = "rows of variants with fewer analyses than others"
+    name = "rows of variants with fewer analyses than planned"
     other = demands().assign(variant="osb1_cf_skew30_gap025_mu000", skew_deg=30)
     fewer = pd.concat([demands(), other.head(1)])
     assert failed(fewer) == {name: ["osb1_cf_skew30_gap025_mu000, m00, 1, 0"]}
+    numbers = fewer["variant"].value_counts().to_dict()  # blocks: unequal numbers are planned
+    assert failed(fewer, planned=numbers) == {}
+    assert list(failed(fewer, planned=dict.fromkeys(numbers, 3))) == [name]
     further = demands().head(1).assign(scale=1.1)
     table = pd.concat([demands(), further, other])
     assert failed(table, searched=True) == {}

@@ -95,8 +95,7 @@ def test_values_and_index_of_the_motions_in_use_change_the_digest_of_their_folde
     index = index_of(folder, make_pairs(folder, 3), scale=[1.0, 1.0, 1.0])
 
     def digest(cache: str = "digest.json", count: int | None = 2, folder: Path = folder) -> str:
-        given = {"t1_s": 0.7, "level_range_g": (0.1, 1.5), "cache": tmp_path / cache}
-        return content_digest(folder, count, **given)
+        return content_digest(folder, count, tmp_path / cache)
 
     def changed(path: Path, text: str, **options: int | None) -> bool:
         """Whether another text of a file changes the digest; the file stays as it was."""

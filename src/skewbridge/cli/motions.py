@@ -154,15 +154,11 @@ def synthesize(out: Out, scenario: ScenarioOptions, synthesis: SynthesisOptions)
 def default_suite(
     out: Out,
     suite: Annotated[Literal["near", "far", "pulse"], opt("Shipped suite to write.")] = "near",
-    t1_s: Annotated[float | None, opt("Conditioning period in s; by default of osb1.")] = None,
 ) -> Answer:
-    """Regenerate a shipped suite of motions and their scale factors.
+    """Regenerate a shipped suite of motions.
 
     Example: skewbridge motions default-suite --out suite
     """
-    from skewbridge.bridge.library import load_structure
     from skewbridge.motions.synthesis.generate import write_default_suite
-    from skewbridge.study.config import CONDITIONING_BRIDGE
 
-    period_s = load_structure(CONDITIONING_BRIDGE).t1_s if t1_s is None else t1_s
-    return Answer({"count": write_default_suite(out, period_s, suite), "t1_s": period_s})
+    return Answer({"count": write_default_suite(out, suite)})

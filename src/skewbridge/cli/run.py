@@ -29,9 +29,9 @@ _SHOWN: Final = (
 class LoadingOptions:
     """Motion and numerical settings of an analysis."""
 
-    motion: Annotated[tuple[Path, Path] | None, opt("Files of the components along x and y.")] = (
-        None
-    )
+    motion: Annotated[
+        tuple[Path, Path] | None, opt("Components along x and y, or p695 and record number.")
+    ] = None
     scale: Annotated[float, opt("Scale factor of both components.")] = 1.0
     incidence_deg: Annotated[float, opt("Angle from bridge x to component 1.")] = 0.0
     scheme: Annotated[Literal["default", "paper"], opt("Integration scheme.")] = "default"

@@ -69,9 +69,11 @@ def join_variants(paths: Sequence[Path], output: Path) -> None:
     """Join the demands of all variants of a study into one file, one variant in memory at a time.
 
     ``paths`` are files that `write_variant` wrote, sorted by variant: all rounds of one variant
-    are adjacent. Raises `ValueError` if the files have different columns.
+    are adjacent; those without a row are left out. Raises `ValueError` if the files have different
+    columns.
     """
-    keys: list[Any] = []
+    own = {path: pq.read_table(path, columns=["run_key"])["run_key"].to_pylist() for path in paths}
+    keys: list[Any] = [key for of_file in own.values() for key in of_file]
     present = dict.fromkeys(name for path in paths for name in pq.read_schema(path).names)
     joints = demands_schema(joint_columns(present))
     order = [column.name for column in columns_with(present)]
@@ -84,9 +86,7 @@ def join_variants(paths: Sequence[Path], output: Path) -> None:
                 table = table.append_column(field, pa.nulls(len(table), field.type))
         return table.select(order) if len(joints) else table
 
-    for path in paths:
-        keys += pq.read_table(path, columns=["run_key"])["run_key"].to_pylist()
-    rounds = groupby(paths, key=lambda path: path.name)
+    rounds = groupby((path for path in paths if own[path]), key=lambda path: path.name)
     tables = (
         pa.concat_tables(map(filled, of_variant)).sort_by([(name, "ascending") for name in KEY])
         for _, of_variant in rounds

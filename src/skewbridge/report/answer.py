@@ -31,6 +31,7 @@ from skewbridge.fragility.verdicts import (
     OK,
     UNDECIDED,
 )
+from skewbridge.motions.p695 import REPLACED
 from skewbridge.report.appearance import (
     change_text,
     demand_name,
@@ -404,7 +405,13 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
     """Return a sentence on the kind, scenario and intensity range of the motions."""
     sources = suite.get("source", pd.Series(dtype=str)).astype(str)
     synthetic = len(sources) > 0 and sources.str.contains("synthetic|simulated", case=False).all()
-    text = f"The {len(suite)} motions are {'synthetic' if synthetic else 'recorded or mixed'}"
+    recorded = len(sources) > 0 and sources.str.startswith("recorded").all()
+    kind = "synthetic" if synthetic else "recorded" if recorded else "recorded or mixed"
+    if recorded and "event" in suite:
+        kind += f" in {suite['event'].nunique()} earthquakes"
+    if sources.str.contains(REPLACED).any():
+        kind += f", {REPLACED},"
+    text = f"The {len(suite)} motions are {kind}"
     if {"magnitude", "distance_km"} <= set(suite.columns) and suite["magnitude"].notna().any():
         magnitude, distance = (
             " to ".join(dict.fromkeys(map(number, (suite[name].min(), suite[name].max()))))

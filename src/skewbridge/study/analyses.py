@@ -6,7 +6,7 @@ The journals are a cache: an analysis that is in a journal of the study is not r
 import logging
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence, Sized
+from collections.abc import Mapping, Sequence, Set, Sized
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
@@ -18,6 +18,7 @@ from skewbridge.analysis.settings import NUMERICS, AnalysisSettings
 from skewbridge.demands.tables import write_variant
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_table
+from skewbridge.motions.blocks import Run, placed, planned_runs, unread
 from skewbridge.motions.intensity import IM_COLUMNS, scaled_measures
 from skewbridge.motions.levels import MotionsConfig
 from skewbridge.motions.record import SuiteMotion
@@ -75,6 +76,8 @@ class StudySetup:
     measures: Mapping[tuple[str, str], dict[str, float]]
     #: Random properties of each motion; empty if none are drawn.
     draws: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    #: Analyses of each variant; empty: all.
+    planned: Mapping[str, Set[Run]] = field(default_factory=dict)
     workers: int = 1
 
     @classmethod
@@ -92,7 +95,15 @@ class StudySetup:
             (row["bridge"], row["motion_id"]): {name: row[name] for name in IM_COLUMNS}
             for row in read_table(folder.intensities).to_pylist()
         }
-        return cls(study=study, suite=suite, measures=measures, draws=draws, workers=workers)
+        runs = planned_runs(study.grid, study.motions, placed(suite))
+        return cls(
+            study=study,
+            suite=suite,
+            measures=measures,
+            draws=draws,
+            planned=runs if study.motions.blocks else {},
+            workers=workers,
+        )
 
     @property
     def folder(self) -> StudyFolder:
@@ -154,6 +165,15 @@ class StudySetup:
             tasks.append(task)
         return tasks
 
+    def planned_tasks(self, slug: str) -> list[Task]:
+        """Return the `tasks` of one variant that the study runs: all, or those of its blocks."""
+        runs = [
+            (motion.motion.motion_id, motion.scale, angle)
+            for motion, angle in product(self.suite, self.study.motions.incidence_deg)
+        ]
+        tasks = zip(self.tasks(slug), runs, strict=True)
+        return [task for task, run in tasks if not self.planned or run in self.planned[slug]]
+
     def task_of(self, row: Mapping[str, Any]) -> Task | None:
         """Return the task of a row of the demands table; None if the study does not have it."""
         wanted = row["motion_id"], row["scale"], row["incidence_deg"]
@@ -186,10 +206,17 @@ def forecast_s(duration_s: float, abutment: str, settings: AnalysisSettings) -> 
 
 
 def analyses_s(study: StudyConfig, durations_s: Sequence[float]) -> float:
-    """Return the expected processor time (s) of all analyses, given the lengths of the motions."""
+    """Return the expected processor time (s) of all analyses, given the lengths of the motions.
+
+    With blocks, it is the same share of the cost as of the number of all analyses.
+    """
+    per_motion = float(len(study.motions.incidence_deg))
+    if study.motions.blocks:
+        runs = planned_runs(study.grid, study.motions, unread(len(durations_s)))
+        per_motion = sum(map(len, runs.values())) / len(runs) / len(durations_s)
     longest_s, later_s = study.analysis.duration_s or inf, study.analysis.free_vibration_s
     numbers = Counter(variant.abutment for variant in expand_grid(study.grid))
-    return len(study.motions.incidence_deg) * sum(
+    return per_motion * sum(
         number * forecast_s(min(length_s, longest_s) + later_s, abutment, study.analysis)
         for abutment, number in numbers.items()
         for length_s in durations_s
@@ -237,7 +264,7 @@ def sampled(tasks: Sequence[Task], count: int) -> list[Task]:
 
 def analyse_variant(setup: StudySetup, slug: str, output: Path) -> None:
     """Run the analyses of a variant that are not in its journals, and write its demands table."""
-    rows = run_in_journal(setup, slug, setup.tasks(slug), of_variant=True)
+    rows = run_in_journal(setup, slug, setup.planned_tasks(slug), of_variant=True)
     write_variant(rows, output)
 
 

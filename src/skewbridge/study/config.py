@@ -141,6 +141,9 @@ class StudyConfig(BaseModel):
             raise ValueError("design.until: an IDA cannot run in rounds; use scaled_cloud")
         if self.design.until and len(self.motions.suites) > 1:
             raise ValueError("design.until: rounds need exactly one suite in motions.suites")
+        within, axes = self.motions.blocks and self.motions.blocks.within, self.grid.values()
+        if unknown := set(within or ()) - axes.keys():
+            raise ValueError(f"motions.blocks.within: {', '.join(sorted(unknown))} is not an axis")
         return self
 
     def bridges_with_periods(self) -> tuple[str, ...]:

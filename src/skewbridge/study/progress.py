@@ -14,6 +14,7 @@ from yte.exceptions import YteError
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.validity import reasons
 from skewbridge.errors import InputError
+from skewbridge.motions.blocks import Placed, planned_runs, unread
 from skewbridge.motions.folder import IndexEntry, list_motions
 from skewbridge.motions.levels import most_trials
 from skewbridge.motions.suite import read_entry, suite_sources
@@ -183,15 +184,16 @@ def analysis_keys(config: StudyConfig) -> tuple[Mapping[str, Sequence[str]], Seq
     with suppress(InputError, KeyError):  # prepared by another version, or for other bridges
         if folder.suite.is_file() and folder.intensities.is_file():
             setup = StudySetup.of(config)
-            keys = {slug: [run_key(task) for task in setup.tasks(slug)] for slug in slugs}
+            keys = {slug: [run_key(task) for task in setup.planned_tasks(slug)] for slug in slugs}
             return keys, setup.durations_s
-    durations_s = [
-        min(_length_s(each), config.motions.shaking_s or inf)
-        for source in suite_sources(config.motions)
-        for each in list_motions(source.folder)[: source.count]
-    ]
-    each = ("",) * (len(durations_s) * len(config.motions.incidence_deg))
-    return dict.fromkeys(slugs, each), durations_s
+    durations_s: list[float] = []
+    rows: list[Placed] = []
+    for source in suite_sources(config.motions):
+        entries = list_motions(source.folder)[: source.count]
+        durations_s += [min(_length_s(each), config.motions.shaking_s or inf) for each in entries]
+        rows += unread(len(entries), source.name)
+    runs = planned_runs(config.grid, config.motions, rows)
+    return {slug: ("",) * len(runs[slug]) for slug in slugs}, durations_s
 
 
 def _length_s(entry: IndexEntry) -> float:

@@ -62,7 +62,7 @@ def sampled_rows(
     numbers = np.linspace(0, len(slugs) - 1, count).round().tolist() if slugs else []
     rows: list[Task] = []
     for row, number in enumerate(numbers):
-        tasks = setup.tasks(slugs[int(number)])
+        tasks = setup.planned_tasks(slugs[int(number)])
         tasks.sort(key=lambda task: -task.motion.measures[PGV])
         rows.append(in_window(tasks[row % len(tasks)], window_s))
     return rows

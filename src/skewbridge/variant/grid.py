@@ -1,7 +1,7 @@
 """Grid of a study (section ``grid``) and its expansion into variants."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from math import prod
 from pathlib import Path
@@ -121,11 +121,27 @@ def expand_grid(grid: GridConfig) -> list[Variant]:
     Axes that an abutment model lacks are set to zero first (a roller has no gap), so that the
     same bridge is never analysed twice.
     """
+    return sorted({variant for variant, _ in _points(grid)})
+
+
+def cells_of(grid: GridConfig, within: Sequence[str]) -> tuple[int, dict[str, list[int]]]:
+    """Return the number of cells of a grid, and the cells of each variant by its name.
+
+    A cell is a combination of the axes that are not ``within``. Bridges and abutment models do not
+    form cells. A variant without some axes belongs to several cells.
+    """
+    outer = [name for name in grid.values() if name not in within]
+    numbers: dict[tuple[float, ...], int] = {}
+    cells: dict[str, set[int]] = {}
+    for variant, point in _points(grid):
+        cell = numbers.setdefault(tuple(point[name] for name in outer), len(numbers))
+        cells.setdefault(variant.slug, set()).add(cell)
+    return len(numbers), {slug: sorted(cells[slug]) for slug in sorted(cells)}
+
+
+def _points(grid: GridConfig) -> Iterator[tuple[Variant, dict[str, float]]]:
+    """Yield the variant and the values of the axes at every point of a grid."""
     axes = grid.values()
-    points = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
-    return sorted(
-        {
-            Variant.at(bridge, abutment, point).normalised()
-            for bridge, abutment, point in product(grid.bridge, grid.abutment, points)
-        }
-    )
+    for bridge, abutment, values in product(grid.bridge, grid.abutment, product(*axes.values())):
+        point = dict(zip(axes, values, strict=True))
+        yield Variant.at(bridge, abutment, point).normalised(), point
