@@ -50,7 +50,7 @@ help:
 setup: $(STAMP)
 
 # ASSUME a Python 3 with venv; uv brings Python $(PYTHON_VERSION) if the machine has none.
-$(STAMP): requirements.lock pyproject.toml .python-version
+$(STAMP): requirements.lock workflow/recorded.txt pyproject.toml .python-version
 	@bash workflow/setup.sh "$(PYTHON_VERSION)" "$(VENV)"
 	@touch $@
 

@@ -33,7 +33,7 @@ SEED: Final = 20261122
 BOUNDS: Final = (0.0, 0.05, 0.2)
 MOTIONS: Final = (16, 32)
 LEVELS: Final = (0.90, 0.95)
-SETTINGS: Final = FitSettings(effect_confidence=LEVELS[0])
+SETTINGS: Final = FitSettings()
 GRID: Final = {"skew_deg": (0.0, 60.0), "gap_mm": (25.0, 51.0), "friction": (0.0, 0.5)}
 DRIFT: Final = "column_drift_ratio"
 #: Scatter of a run within its motion, by demand.

@@ -7,7 +7,6 @@ import json
 import sys
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -140,12 +139,10 @@ def _study(motions: int, method: str, repeats: int = 1) -> Plan:
     return simulate
 
 
-def _medians(motions: int, cells: int = 12, level: float = 0.90) -> Plan:
-    settings = replace(SETTINGS, effect_confidence=level)
-
+def _medians(motions: int, cells: int = 12) -> Plan:
     def simulate(rng: np.random.Generator) -> Hits:
         table = median_effects(
-            _runs(rng, motions, 1, cells), STATES[:1], settings, axes=["friction"]
+            _runs(rng, motions, 1, cells), STATES[:1], SETTINGS, axes=["friction"]
         )
         row = table[table["scope"] == "pooled"].iloc[0]
         return {"ratio": row["ci_low"] <= RATIO <= row["ci_high"]}

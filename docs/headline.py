@@ -51,7 +51,7 @@ MOTIONS: Final = Path("docs/data/headline_motions.csv")
 PICTURE: Final = Path("docs/images/readme.png")
 BEGIN: Final = "<!-- headline: written by make headline -->"
 END: Final = "<!-- end of the headline -->"
-_MOTION_COLUMNS: Final = ("motion_id", "source", "magnitude", "distance_km")
+_MOTION_COLUMNS: Final = ("motion_id", "source", "event", "magnitude", "distance_km")
 
 
 def headline_text(table: pd.DataFrame, runs: pd.DataFrame, motions: pd.DataFrame) -> str:

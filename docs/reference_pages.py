@@ -49,7 +49,8 @@ of `config/NAME.yaml` go to `results/NAME`.
 | file | study |
 |---|---|
 | `smoke.yaml`, `demo.yaml` | small studies for tests and `skewbridge demo` |
-| `real.yaml` | recorded motions |
+| `p695.yaml` | recorded motions of FEMA P-695, in blocks |
+| `real.yaml` | recorded motions of a folder |
 | `full.yaml` | finer grid |
 | `stripes.yaml`, `ida.yaml` | every motion at every level; incremental dynamic analysis |
 | `suites.yaml` | three suites of motions and a folder of records |
@@ -97,10 +98,12 @@ def config_page() -> str:
     page, single = CONFIG_HEAD, dict[str, Mapping[str, Any]]()
     for name, field in schema["properties"].items():
         details = _resolved(field, schema)
-        # model options used as grid axes have no default in `grid`; they are listed in `model`
-        keys = {
-            key: value for key, value in details.get("properties", {}).items() if "default" in value
-        }
+        keys = dict(details.get("properties", {}))
+        for key in list(keys):  # a section in a section
+            parts = [_resolved(part, schema) for part in keys[key].get("anyOf", ())]
+            own = next((part["properties"] for part in parts if "properties" in part), {})
+            if all("default" in value for value in own.values()):
+                keys |= {f"{key}.{name}": value for name, value in own.items()}
         if keys:
             page += f"\n## {name}\n\n{_key_list(keys, schema)}"
         elif "default" in details:

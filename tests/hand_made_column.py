@@ -1,12 +1,16 @@
 """The section of a column whose strengths and demands are worked out by hand."""
 
+from math import pi
+
 from skewbridge.bridge.section import ShearSection
 
 SECTION = ShearSection(
-    diameter_m=1.676,
-    core_diameter_m=1.549,
+    depth_m=1.676,
+    gross_area_m2=pi * 1.676**2 / 4,
     cover_m=0.064,
-    hoop_area_m2=510e-6,
+    hoop_area_m2=pi / 2 * 510e-6,
+    hoop_depth_m=1.549,
+    hoop_ratio=4 * 510e-6 / (1.549 * 0.127),
     hoop_spacing_m=0.127,
     hoop_yield_pa=414e6,
     expected_hoop_yield_pa=469e6,

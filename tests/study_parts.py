@@ -15,6 +15,7 @@ from skewbridge.study.analyses import StudySetup
 from skewbridge.study.batch import row_of_task
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.task import Task, no_result, run_key
+from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
 
 
@@ -39,7 +40,8 @@ def study_of(
     measures = {
         (bridge, each.motion.motion_id): dict(each.measures) for bridge in bridges for each in suite
     }
-    study = StudyConfig(results=str(folder), **sections)
+    grid = sections.pop("grid", GridConfig(bridge=bridges))
+    study = StudyConfig(results=str(folder), grid=grid, **sections)
     return StudySetup(study=study, suite=suite, measures=measures, draws=draws or {})
 
 

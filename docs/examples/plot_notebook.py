@@ -33,10 +33,11 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.study.task import Task, analyse_task
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import parse_slug
+from skewbridge.variant.variant import Variant
 
+values = {"skew_deg": 30, "gap_mm": 25, "friction": 0.5}
 task = Task(
-    variant=parse_slug("osb1_cf_skew30_gap025_mu050"),
+    variant=Variant.at("osb1", "contact_friction", values),
     motion=SuiteMotion(motion=motion, scale=1.0, measures=measures),
     incidence_deg=0.0,
     settings=AnalysisSettings(duration_s=4.0),

@@ -22,3 +22,10 @@ def load(folder: str | Path = "results") -> Any:
     """
     # Imported by name: modules imported above would count as sources of every analysis.
     return import_module(".study.results", __name__).load_results(Path(folder))
+
+
+def __getattr__(name: str) -> Any:
+    """Return `Frame`, `End` or `Column`, which the script of an own bridge returns."""
+    if name in ("Frame", "End", "Column"):
+        return getattr(import_module(".bridge.script_frame", __name__), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

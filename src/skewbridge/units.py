@@ -4,6 +4,8 @@ Multiply by the factor on input and divide by it on output: ``gap_m = gap_mm * M
 signs are defined in docs/assumptions.md.
 """
 
+import re
+from math import isclose
 from typing import Final, Literal
 
 #: Unit system of the output.
@@ -42,3 +44,70 @@ def split_unit(name: str) -> tuple[str, str]:
     """Return a name without its unit ending, and the unit (``-`` if the name has none)."""
     ending = next((ending for ending in _IN_NAMES if name.endswith(ending)), "")
     return name.removesuffix(ending), _IN_NAMES.get(ending, "-")
+
+
+# --- quantities as text, such as "5 ksi"
+
+# a prime for each of force, length and time: the product of their powers identifies a dimension
+_N, _M, _S = 2.0, 3.0, 5.0
+_FACTORS: Final = {
+    _M: {"m": 1.0, "mm": MM, "cm": 10 * MM, "ft": FOOT, "in": INCH},
+    _N: {"n": 1.0, "kn": KN, "mn": MN, "kip": KIP, "kips": KIP, "lb": KIP / 1000},
+    _N / _M: {"plf": KIP / 1000 / FOOT, "klf": KIP / FOOT},
+    _N / _M**2: {"pa": 1.0, "kpa": KN, "mpa": MPA, "gpa": GPA, "psi": PSI, "ksi": KSI,
+                 "psf": PSI / 144, "ksf": KSI / 144},
+    _N / _M**3: {"pcf": KIP / 1000 / FOOT**3},
+    _N * _M: {"mnm": MN},
+    _N / _M * _S**2: {"t": TONNE, "kg": 1.0, "lbm": KIP / 1000 / G_MPS2},
+    _S: {"s": 1.0},
+    1.0: {"rad": 1.0},
+}  # fmt: skip
+_UNITS: Final = {
+    name: (factor, kind) for kind, units in _FACTORS.items() for name, factor in units.items()
+}
+_NUMBER: Final = re.compile(r"(\d{1,15}(?:\.\d{0,15})?(?:e[-+]?\d{1,3})?)\s*(\S.{0,30})", re.I)
+_FEET_AND_INCHES: Final = re.compile(
+    r"(?:(\d{1,6}(?:\.\d{1,9})?)'[ -]*)?(?:(\d{1,6}(?:\.\d{1,9})?)?(?: ?(\d{1,3})/(\d{1,3}))?\")?"
+)
+_NAME_UNIT: Final = re.compile(r"_((?:mnm|[mk]?n|mm|m|[mgk]?pa|t|s)\d?(?:_per_(?:m|rad)\d?)?)$")
+
+
+def unit_in_name(name: str) -> str | None:
+    """Return the unit at the end of a name: ``kn/m3`` for ``weight_kn_per_m3``; None without."""
+    found = _NAME_UNIT.search(name)
+    return found[1].replace("_per_", "/") if found else None
+
+
+def quantity(text: str, unit: str) -> float:
+    """Return a quantity such as ``150 ft``, ``5'-6"`` or ``50 kip/in`` in another unit.
+
+    Raises:
+        ValueError: The text is not a number and a unit, or the unit is of another quantity.
+    """
+    into, needed = _factor(unit)
+    found = _FEET_AND_INCHES.fullmatch(text.strip())
+    if found and any(found.groups()):
+        feet, inches, over, under = (float(part or 0.0) for part in found.groups())
+        value, kind = feet * FOOT + (inches + over / max(under, 1.0)) * INCH, _M
+    elif plain := _NUMBER.fullmatch(text.strip()):
+        factor, kind = _factor(plain[2])
+        value = float(plain[1]) * factor
+    else:
+        raise ValueError(f"must be a valid number, or one with a unit such as {unit}")
+    if not isclose(kind, needed):
+        raise ValueError(f"has the unit of another quantity: it must be a unit such as {unit}")
+    return float(f"{value / into:.12g}")
+
+
+def _factor(unit: str) -> tuple[float, float]:
+    """Return factor and dimension of a unit such as ``kip/in/ft``, ``in^4`` or ``kip-ft``."""
+    total, kind = 1.0, 1.0
+    for number, part in enumerate(unit.lower().split("/")):
+        for name in re.split(r"[-* ]+", part.strip()):
+            found = re.fullmatch(r"([a-z]+)\^?([1-4]?)", name)
+            if found is None or found[1] not in _UNITS:
+                raise ValueError("must be a valid number, or one with a known unit")
+            power = int(found[2] or 1) * (-1 if number else 1)
+            total *= _UNITS[found[1]][0] ** power
+            kind *= _UNITS[found[1]][1] ** power
+    return total, kind

@@ -92,14 +92,11 @@ def test_cells_have_the_verdicts_of_the_tables_in_words(opened, study, csv_of, q
     assert csv_of(page)["verdict"].tolist() == effects["verdict_family"].tolist()
 
 
-@pytest.mark.parametrize("factor", [0.4, 3.0])
+@pytest.mark.parametrize("factor", [0.5, 2.0])
 def test_verdicts_follow_the_margin(opened, study, csv_of, factor):
     page = opened(view="grid", scope="variant", model=MODEL, quantity="demand")
     before = csv_of(page)["verdict"]
-    page.locator("#ex-margin").evaluate(
-        "(slider, value) => { slider.value = value; slider.dispatchEvent(new Event('input')); }",
-        factor,
-    )
+    page.select_option("#ex-margin", f"{factor:g}")
     page.wait_for_function("value => location.hash.includes('margin=' + value)", arg=f"{factor:g}")
     saved = csv_of(page)
     margins = factor * study.effects[["margin", "difference_margin"]]

@@ -109,7 +109,7 @@ def test_a_too_strict_tolerance_is_loosened_and_reported_and_changes_no_later_an
     assert result.loosened_ratio > 0.0
     assert run(duration_s=1.0).demands == clean.demands
     # without further attempts it is a failure
-    monkeypatch.setitem(Stepper.__init__.__kwdefaults__, "ladder", LADDER[:1])
+    monkeypatch.setattr(Stepper, "ladder", LADDER[:1])
     result = run(**TOO_STRICT)
     assert result.status == "numerical_failure"
     assert result.messages[0] == "no attempt at a step converged"

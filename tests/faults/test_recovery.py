@@ -10,7 +10,14 @@ import openseespy.opensees as ops
 import pytest
 
 from bridge_variants import analysed, variant
-from skewbridge.analysis.recovery import HELD_STEPS, LADDER, MAX_HALVINGS, Attempt, Stepper
+from skewbridge.analysis.recovery import (
+    HELD_STEPS,
+    LADDER,
+    MAX_HALVINGS,
+    Attempt,
+    NoConvergenceError,
+    Stepper,
+)
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import Watch
 
@@ -73,15 +80,13 @@ def prepare():
     set_test()
 
 
-def stepper(integrator=NEWMARK, **changes):
-    """Return a stepper of the model in the domain."""
-    given = {
-        "dt_s": DT_S, "halvings": lambda least: least, "is_far": lambda: False,
-        "set_far": lambda _: None, "set_test": lambda _: None, "max_iterations": 10,
-        "before": lambda _: None, "after": lambda _: True,
-    }  # fmt: skip
-    made = Stepper(integrator=integrator, **given | changes)
-    ops.analysis("Transient", "-noWarnings")
+def stepper(integrator=NEWMARK, max_iterations=10, **policy):
+    """Return a stepper of the model in the domain, with some methods of its policy replaced."""
+    given = {"contact_dt_s": None, "event_dt_s": None, "max_iterations": max_iterations}
+    made = Stepper(AnalysisSettings(dt_s=DT_S, integrator=integrator, **given))
+    for name, value in policy.items():
+        setattr(made, name, value)
+    made.start()
     return made
 
 
@@ -103,25 +108,24 @@ def test_a_successful_rung_is_held_for_some_steps():
 
     steps = stepper(ladder=ladder, set_test=test_of)
     test_of(ladder[0])
-    assert all(steps.step() for _ in range(HELD_STEPS))
+    assert len(list(steps.committed(HELD_STEPS))) == HELD_STEPS
     assert asked == [0.0, 1e3]  # one failure, and no other: the loose test is still in force
-    assert steps.step()
+    assert list(steps.committed(1)) == [DT_S]
     assert asked == [0.0, 1e3, 0.0]
     assert (steps.effort.failed_attempts, steps.effort.highest_rung) == (1, 1)
 
 
 @pytest.mark.usefixtures("oscillator")
 def test_parts_of_several_lengths_fill_the_regular_step():
-    sizes, least_given, wanted = [], [], iter((2, 0, 3, 1, 0))
+    least_given, wanted = [], iter((2, 0, 3, 1, 0))
 
     def halvings(least):
         least_given.append(least)
         return max(least, next(wanted))
 
-    steps = stepper(HHT, after=lambda size: sizes.append(size) or True, halvings=halvings)
-    assert steps.step()
+    steps = stepper(HHT, halvings=halvings)
     # a quarter, then the next quarter although more was allowed, an eighth, its like, a quarter
-    assert sizes == [DT_S / 4, DT_S / 4, DT_S / 8, DT_S / 8, DT_S / 4]
+    assert list(steps.committed(1)) == [DT_S / 4, DT_S / 4, DT_S / 8, DT_S / 8, DT_S / 4]
     assert least_given == [0, 2, 1, 3, 2]
     assert ops.getTime() == pytest.approx(DT_S, rel=1e-12)
     assert (steps.effort.substeps, steps.effort.highest_rung) == (5, 0)
@@ -129,12 +133,14 @@ def test_parts_of_several_lengths_fill_the_regular_step():
 
 @pytest.mark.usefixtures("oscillator")
 def test_a_change_of_the_step_size_is_announced_and_no_step_follows_the_end():
-    announced, goes_on = [], [True, True, True, False]
-    steps = stepper(HHT, before=announced.append, after=lambda _: goes_on.pop(0))
-    assert steps.step()
-    assert steps.step()
+    announced = []
+    steps = stepper(HHT, prepare=announced.append)
+    assert list(steps.committed(2)) == [DT_S] * 2
     steps.halvings = lambda least: max(least, 1)
-    assert not steps.step()
+    for number, size_s in enumerate(steps.committed(9)):
+        assert size_s == DT_S / 2
+        if number == 1:
+            break
     assert announced == [DT_S, DT_S / 2]
     assert ops.getTime() == pytest.approx(3 * DT_S)
 
@@ -146,12 +152,8 @@ def test_the_finest_step_of_the_settings_is_possible_and_every_rung_divides_the_
     assert parts == sorted(parts)
     finest = AnalysisSettings(dt_s=0.02, contact_dt_s=0.02, event_dt_s=1e-5).event_halvings
     assert finest <= MAX_HALVINGS
-    sizes = []
-    steps = stepper(
-        after=lambda size: sizes.append(size) or True, halvings=lambda least: max(least, finest)
-    )
-    assert steps.step()
-    assert len(sizes) == 2**finest
+    steps = stepper(halvings=lambda least: max(least, finest))
+    assert len(list(steps.committed(1))) == 2**finest
     assert ops.getTime() == pytest.approx(DT_S)
 
 
@@ -228,14 +230,17 @@ def driven(monkeypatch, model, integrator, failing, parts=lambda _: 1):
         halvings=lambda fits: max(fits, parts(len(values)).bit_length() - 1),
         set_test=lambda _: set_test(),
         max_iterations=ITERATIONS,
-        after=lambda size_s: sizes.append(size_s) or attempts.check(),
     )
     while len(values) < STEPS:
         attempts.number = 0
-        ended.append(steps.step())
-        if ended[-1]:
+        try:
+            for size_s in steps.committed(1):
+                sizes.append(size_s)
+                attempts.check()
+            ended.append(True)
             values.append(ops.nodeDisp(node, 1))
-        else:
+        except NoConvergenceError:
+            ended.append(False)
             failing = {}
     monkeypatch.undo()
     return sizes, values, ended, steps.effort
@@ -335,7 +340,7 @@ def response(monkeypatch, failing):
     diverged = Watch.diverged
     attempts = FailingAttempts(monkeypatch, lambda number: number + 1 in failing)
     monkeypatch.setattr(Watch, "diverged", lambda watch: attempts.check() and diverged(watch))
-    monkeypatch.setitem(Stepper.__init__.__kwdefaults__, "ladder", STRICT)
+    monkeypatch.setattr(Stepper, "ladder", STRICT)
     result = analysed(variant(gap_mm=25), **SETTINGS)
     monkeypatch.undo()
     return result

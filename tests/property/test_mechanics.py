@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from skewbridge.bridge.backfill import Passive
-from skewbridge.bridge.deck import DeckEnd, tributary_shares
+from skewbridge.bridge.plan import DeckEnd, tributary_shares
 from skewbridge.contact import ContactLaw
 from skewbridge.contact.law import advance_pair, yields_on_cone
 from skewbridge.verification.references.driven_unit import drive_unit, follow_law, path_work_j
@@ -28,14 +28,14 @@ def test_passive_force_grows_below_its_initial_stiffness(stiffness, ultimate, ra
 @given(SKEWS, st.floats(5.0, 30.0), st.floats(0.2, 2.0), st.integers(2, 12))
 def test_opposite_skews_and_opposite_ends_mirror_each_other(skew_deg, width_m, thickness_m, count):
     right, left, mirrored = (
-        DeckEnd(side, 80.0, sign * skew_deg, width_m, thickness_m)
-        for side, sign in (("right", 1), ("left", 1), ("right", -1))
+        DeckEnd("end", (40.0 * x, 0.0), (x, 0.0), sign * skew_deg, width_m, thickness_m)
+        for x, sign in ((1.0, 1), (-1.0, 1), (1.0, -1))
     )
     assert np.dot(right.normal, right.tangent) == pytest.approx(0.0, abs=1e-12)
     for along in right.wall_stations(count):
-        x, y = right.point("outer", along)
-        assert left.point("outer", along) == pytest.approx((-x, -y), abs=1e-9)
-        assert mirrored.point("outer", -along) == pytest.approx((x, -y), abs=1e-9)
+        x, y, z = right.point("outer", along)
+        assert left.point("outer", along) == pytest.approx((-x, -y, z), abs=1e-9)
+        assert mirrored.point("outer", -along) == pytest.approx((x, -y, z), abs=1e-9)
     edges = [right.point("outer", along)[1] for along in right.wall_stations(count)]
     assert edges[0] == pytest.approx(-width_m / 2)
     assert edges[-1] == pytest.approx(width_m / 2)

@@ -18,7 +18,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacity
-from skewbridge.bridge.model import built_bridge
+from skewbridge.bridge.structures import built_bridge
 from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS
 from skewbridge.demands.tables import to_table
 from skewbridge.files.tables import write_table

@@ -13,14 +13,13 @@ import numpy as np
 import openseespy.opensees as ops
 import pandas as pd
 import pytest
-from scipy.optimize import brentq
 
 from hand_made_column import SECTION
 from reference_data import reference_table
 from skewbridge.bridge import section as sections
 from skewbridge.bridge.bent import build_fiber_section
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
-from skewbridge.bridge.catalogue.data import ColumnData
+from skewbridge.bridge.catalogue.columns import ColumnData
 from skewbridge.bridge.column import bent_capacities, shear_section
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import domain
@@ -103,7 +102,7 @@ def test_concrete_shear_follows_ductility_and_axial_force(axial_n, ductility, fa
 def test_no_small_change_of_the_axial_force_moves_the_shear_capacity_much(bridge, model):
     """0.1 MN moves it by at most 2 %, from full tension to half of the squash load."""
     data = load_bridge(bridge)
-    squash_n = data.column.expected_concrete_strength_mpa * 1e6 * data.column.gross_area_m2
+    squash_n = data.column.expected_concrete_strength_mpa * 1e6 * data.column.outline.area_m2
     axial_n = np.arange(-0.2 * squash_n, 0.5 * squash_n, 1.0e4)
     for bent in bent_capacities(data):
         for ductility in (1.0, 2.5, 4.0, 15.0):
@@ -199,22 +198,6 @@ def test_default_shear_strength_is_the_mean_of_tests():
     assert design.std(ddof=1) / design.mean() > scatter
 
 
-@pytest.mark.parametrize(
-    ("function", "low", "high"),
-    [
-        (lambda x: x**3 - 2.0, 0.0, 3.0),
-        (lambda x: np.tanh(400.0 * (x - 0.3)) + 0.2 * x, -1.0, 1.0),
-        (lambda x: np.sin(9.0 * x), 0.1, 1.9),  # five roots: the same one
-        (lambda x: max(x, 0.0) - 1e-4, -0.5, 0.5),
-        (lambda x: x, -1.0, 1.0),
-    ],
-)
-def test_the_root_of_a_section_is_that_of_brents_method(function, low, high) -> None:
-    """Bit by bit: the yield curvature and the shear capacity follow from it."""
-    expected = brentq(function, low, high, xtol=sections.STRAIN_TOLERANCE)
-    assert sections.bracketed_root(function, low, high) == expected
-
-
 # --- fibers of a section
 
 
@@ -238,13 +221,13 @@ def test_every_mesh_keeps_area_and_second_moment_of_the_section(monkeypatch, bri
         for material in dict.fromkeys(fiber[-1] for fiber in fibers)
     ]
     steel_m2 = column.bar_count * column.bar_area_mm2 * MM**2
-    core_m = column.hoop_circle_m
+    core_m = column.core.corner_m
     # the core twice: the part that ends and the part that is kept
     core_m2, core_m4 = pi * core_m**2 / 4, pi * core_m**4 / 64
-    inertia_m4 = (core_m4, core_m4, column.gross_inertia_m4 - core_m4)
-    area_m2 = (core_m2, core_m2, column.gross_area_m2 - core_m2)
+    inertia_m4 = (core_m4, core_m4, column.outline.inertia_m4(0) - core_m4)
+    area_m2 = (core_m2, core_m2, column.outline.area_m2 - core_m2)
     parts = (*zip(concrete, area_m2, inertia_m4, strict=True),)
-    steel_m4 = steel_m2 * (column.bar_circle_m / 2) ** 2 / 2
+    steel_m4 = steel_m2 * (column.bar_line.corner_m / 2) ** 2 / 2
     for part, total_m2, second_m4 in (*parts, (bars, steel_m2, steel_m4)):
         y, z, area = part.T
         assert area.sum() == pytest.approx(total_m2)

@@ -19,6 +19,7 @@ from skewbridge.analysis import bridge_check, modal
 from skewbridge.analysis.bridge_check import sdc_rows
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacities, bent_capacity
+from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
 
@@ -106,6 +107,31 @@ def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:
     assert (tmp_path / "ladder.png").stat().st_size > 10_000
 
 
+WALL = """extends: osb1
+column:
+  shape: rectangular
+  width_m: {v: 2.4, src: "d: a test"}
+  depth_m: {v: 1.0, src: "d: a test"}
+  tie_legs: {v: [4, 8], src: "d: a test"}
+"""
+
+
+def test_a_wall_has_a_curve_and_a_row_of_capacities_in_each_direction(tmp_path: Path) -> None:
+    path = tmp_path / "wall.yaml"
+    path.write_text(WALL, encoding="utf-8")
+    normal, along = answer("column", "--bridge", path, "--out", tmp_path)["directions"]
+    assert (normal["direction"], along["direction"]) == ("normal", "along")
+    assert along["plastic_moment_knm"] > 2 * normal["plastic_moment_knm"]
+    for row in (normal, along):
+        end = f"_{row['direction']}"
+        curve = pd.read_parquet(tmp_path / f"moment_curvature{end}.parquet")
+        assert curve["curvature_per_m"].max() == pytest.approx(row["ultimate_curvature_per_m"])
+        assert (tmp_path / f"column{end}.png").stat().st_size > 10_000
+    found = answer("sdc", path)["bents"]
+    assert [(row["bent"], row["direction"]) for row in found] == [(1, "normal"), (1, "along")]
+    assert found[1]["capacity_m"] < found[0]["capacity_m"]
+
+
 #: Capacities of osb1 with the default options, as an analysis stores them.
 CAPACITIES = {"support_length_m": 0.863, "disp_capacity_m": 0.2154, "p_delta_capacity_m": 0.28}
 SIDES, CORNERS = ("left", "right"), ("acute", "obtuse")
@@ -120,8 +146,12 @@ def corner_histories() -> dict[str, np.ndarray]:
 def test_checks_of_a_run_name_every_corner(tmp_path: Path) -> None:
     def checks(variant: str, *options: object) -> list[dict]:
         row = {"variant": f"{variant}_cf_skew30_gap051_mu050", "deck_disp_m": 0.1}
+        row |= {"bridge": variant, "abutment": "contact_friction"}
+        row |= {"skew_deg": 30, "gap_mm": 51, "friction": 0.5}
         pd.DataFrame([row | CAPACITIES]).to_parquet(tmp_path / "demands.parquet")
-        bents = bridge_check.capacity_rows(load_bridge(own if options else variant))
+        bents = bridge_check.capacity_rows(
+            bent_capacities(load_bridge(own if options else variant))
+        )
         pd.DataFrame(bents).to_parquet(tmp_path / "capacities.parquet")
         return answer("sdc", tmp_path, *options)["checks"]
 
@@ -156,7 +186,8 @@ def test_a_study_gets_one_row_of_checks_per_variant(tmp_path: Path) -> None:
     path = tmp_path / "demands.parquet"
     runs = product((f"osb1_cf_skew{skew}_gap051_mu050" for skew in ("00", "30")), (0.1, 0.2, 0.3))
     rows = pd.DataFrame(runs, columns=["variant", "deck_disp_m"])
-    rows = rows.assign(acute_corner_unseating_m=0.2, unseating_m=0.9)
+    rows = rows.assign(acute_corner_unseating_m=0.2, unseating_m=0.9, bridge="osb1", gap_mm=51)
+    rows = rows.assign(skew_deg=[0] * 3 + [30] * 3, friction=0.5, abutment="contact_friction")
     rows.to_parquet(path)
     refused = bridge("sdc", str(path))
     assert refused.exit_code == 2
@@ -170,7 +201,7 @@ def test_a_study_gets_one_row_of_checks_per_variant(tmp_path: Path) -> None:
     assert found[0]["disp_ratio"] == pytest.approx(0.2 / 0.2154, rel=0.01)
     assert found[0]["seat_acute_ratio"] < 1.0 < found[0]["seat_worst_ratio"]
     assert found[0]["seat_aashto_ratio"] < found[1]["seat_aashto_ratio"]
-    demand_m = bridge_check.seat_demand_sdc_m(load_bridge("osb1"), 0.9)
+    demand_m = bridge_check.seat_demand_sdc_m(load_structure("osb1").description, 0.9)
     assert found[1]["seat_worst_ratio"] == pytest.approx(demand_m / 0.8)
     assert found[0]["p_delta_ratio"] == pytest.approx(0.2 * 0.2 / 0.28)
 
@@ -284,7 +315,7 @@ def test_the_hinge_length_follows_from_height_and_base(name, bent, rule, length_
 
 @pytest.mark.parametrize(("skew_deg", "seat_m"), [(0, 0.59), (30, 0.66), (45, 0.74), (60, 0.86)])
 def test_seat_widths_agree_with_the_hand_values(skew_deg: int, seat_m: float) -> None:
-    bridge = load_bridge("osb1")
+    bridge = load_structure("osb1").description
     found = bridge_check.seat_demand_aashto_m(bridge, radians(skew_deg))
     assert found == pytest.approx(seat_m, abs=0.006)
     assert bridge_check.seat_demand_aashto_m(bridge, radians(-skew_deg)) == found
@@ -293,7 +324,7 @@ def test_seat_widths_agree_with_the_hand_values(skew_deg: int, seat_m: float) ->
 
 
 def test_the_table_names_what_fails() -> None:
-    bents = bridge_check.capacity_rows(load_bridge("osb1"))
+    bents = bridge_check.capacity_rows(bent_capacities(load_bridge("osb1")))
     moves_m = {"left acute": 0.2, "right acute": 0.9}
     rows = sdc_rows(VARIANT, {"deck_disp_m": 0.30} | CAPACITIES, bents, moves_m)
     failed = {row["check"] for row in rows if not row["ok"]}

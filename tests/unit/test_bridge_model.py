@@ -21,19 +21,18 @@ from skewbridge.bridge.backfill import variation_factors
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import PadData
 from skewbridge.bridge.column import bent_capacities
-from skewbridge.bridge.deck import (
-    DeckEnd,
-    column_axial_forces_n,
-    lumping_shares,
-    mass_centre_m,
-    open_linear_pattern,
-    spine_points_m,
-    support_reactions_n,
-    tributary_shares,
-)
+from skewbridge.bridge.gravity import open_linear_pattern
 from skewbridge.bridge.handles import TagAllocator
-from skewbridge.bridge.model import DomainError, build, domain
+from skewbridge.bridge.model import (
+    DomainError,
+    build,
+    column_axial_forces_n,
+    domain,
+    support_reactions_n,
+)
+from skewbridge.bridge.plan import DeckEnd, tributary_shares
 from skewbridge.bridge.springs import NORMAL_OVER_TANGENT, penalties
+from skewbridge.bridge.weights import lumping_shares, mass_centre_m, spine_points_m
 from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.references.live_model import prepare_analysis
@@ -47,7 +46,7 @@ def test_the_points_of_a_joint_move_rigidly_with_the_deck_end(arrays: str) -> No
         options = ModelOptions(arrays=arrays, transverse_gap_mm=1000.0)
         model = build(variant(30), options)
         open_linear_pattern(model.tags)
-        ops.load(model.deck_nodes[-1], 1.0e5, 1.0e6, 0.0, 0.0, 0.0, 1.0e7)
+        ops.load(model.frame.ends[-1].node, 1.0e5, 1.0e6, 0.0, 0.0, 0.0, 1.0e7)
         configure_solver(AnalysisSettings())
         ops.algorithm("Newton")
         ops.integrator("LoadControl", 1.0)
@@ -75,7 +74,7 @@ def test_pads_are_under_the_deck_nodes(pads, count: int) -> None:
             for bearing in abutment.bearings:
                 # bearing elements have the height of a pad
                 x, y, z = ops.nodeCoord(bearing.deck_node)
-                height_m = model.bridge.abutment.pads.height_m if pads == "each" else 0.0
+                height_m = model.frame.ends[0].abutment.pads.height_m if pads == "each" else 0.0
                 assert ops.nodeCoord(bearing.seat_node) == pytest.approx([x, y, z - height_m])
 
 
@@ -190,7 +189,7 @@ def test_a_single_span_needs_no_bent(tmp_path: Path, monkeypatch: pytest.MonkeyP
     path = tmp_path / "single.yaml"
     path.write_text('extends: osb1\nspans_m: {v: [40.0], src: "d: test"}\nbents: []\n')
     single = load_bridge(str(path))
-    monkeypatch.setattr("skewbridge.bridge.model.load_bridge", lambda _: single)
+    monkeypatch.setattr("skewbridge.bridge.library.load_bridge", lambda _: single)
     result = modal.modal_properties(variant(20))
     assert result.column_axial_kn == ()
     assert sum(result.abutment_reaction_kn) == pytest.approx(result.weight_kn)
@@ -245,7 +244,7 @@ def test_modes_within_a_history_do_not_change_it() -> None:
                 if step == modes_at:
                     modal.modes_of(model, 6)
                 assert ops.analyze(1, settings.dt_s) == 0
-            return ops.nodeDisp(model.deck_centre_node)
+            return ops.nodeDisp(model.frame.centre_node)
 
     usual = moved_m(modes_at=None)
     assert max(map(abs, usual)) > 0.01
@@ -274,14 +273,14 @@ def test_lumped_masses_keep_the_total_and_the_moment_of_inertia(elements: int) -
 
 def test_non_uniform_backfill_is_largest_at_the_acute_corner_of_either_sign() -> None:
     for skew_deg in (60, -60):
-        end = DeckEnd("left", 90.0, skew_deg, 14.0, 0.9)
+        end = DeckEnd("left", (-45.0, 0.0), (-1.0, 0.0), skew_deg, 14.0, 0.9)
         stations = end.wall_stations(5)
         factors = variation_factors(end, stations, 0.3)
         assert max(factors) == pytest.approx(1.3)
         assert sum(factors) == pytest.approx(5.0)
         acute_first = end.acute_sign < 0
         assert (factors[0] > factors[-1]) == acute_first
-    straight = DeckEnd("left", 90.0, 0.0, 14.0, 0.9)
+    straight = DeckEnd("left", (-45.0, 0.0), (-1.0, 0.0), 0.0, 14.0, 0.9)
     assert variation_factors(straight, [-1.0, 1.0], 0.3) == [1.0, 1.0]
 
 
@@ -319,7 +318,7 @@ def test_a_spine_node_is_within_5_cm_of_the_mass_centre(shift_m: float) -> None:
     bridge = load_bridge("osb1")
     first, *others, last = bridge.spans_m
     moved = bridge.model_copy(update={"spans_m": (first + shift_m, *others, last - shift_m)})
-    points = spine_points_m(moved, 8)
+    (points,) = spine_points_m(moved, 8)
     away = min(abs(x - mass_centre_m(moved)) for x in points)
     assert away <= 0.05
 
@@ -332,12 +331,12 @@ def test_masses_and_loads_add_up() -> None:
         model = build(variant(30), ModelOptions())
         columns_n = 2 * 23.56e3 * np.pi * 1.676**2 / 4 * 5.64
         # the ground carries the lower half of every column
-        deck_n = sum(model.deck_masses_kg.values()) * G_MPS2
+        deck_n = sum(model.frame.loads.masses_kg.values()) * G_MPS2
         assert deck_n == pytest.approx(model.weight_n - columns_n / 2)
-        for node, mass in model.deck_masses_kg.items():
+        for node, mass in model.frame.loads.masses_kg.items():
             assert ops.nodeMass(node, 1) == pytest.approx(mass)
-        deck = model.bridge.deck
-        node = model.deck_nodes[2]  # in a span, away from caps and diaphragms
+        deck = load_bridge("osb1").deck
+        node = model.frame.ends[0].node + 2  # in a span, away from caps and diaphragms
         # rotational inertia of a box
         square_m2 = [deck.width_m**2 + deck.depth_m**2, deck.depth_m**2, deck.width_m**2]
         found = [ops.nodeMass(node, dof) for dof in (4, 5, 6)]
@@ -345,8 +344,8 @@ def test_masses_and_loads_add_up() -> None:
 
 
 def test_rayleigh_damping_of_deck_and_columns_meets_its_ratio_at_both_periods() -> None:
-    bridge = load_bridge("osb1")
-    a0, a1 = modal.rayleigh_factors(bridge, modal.damping_ratio(bridge, ModelOptions()))
+    file = load_bridge("osb1").damping
+    a0, a1 = modal.rayleigh_factors(file, modal.damping_ratio(file, ModelOptions()))
     assert (a0, a1) == pytest.approx((0.487, 0.00406), rel=0.01)
     for period_s in (0.94, 0.35):
         omega = 2 * np.pi / period_s
@@ -355,7 +354,7 @@ def test_rayleigh_damping_of_deck_and_columns_meets_its_ratio_at_both_periods() 
         model = build(variant(30), ModelOptions(damping_ratio=0.02))
         assert modal.apply_rayleigh(model) == pytest.approx((0.4 * a0, 0.4 * a1))
         groups = model.energy_elements
-        assert set(model.damping_elements) == {*groups["deck"], *groups["columns"]}
+        assert set(model.frame.damping.elements) == {*groups["deck"], *groups["columns"]}
 
 
 @pytest.mark.parametrize("arrays", ["rigid", "corotational"])
@@ -388,9 +387,9 @@ def test_abutments_have_mass_only_on_request(abutment: str, option: str, least_k
 def test_the_mass_centre_is_that_of_the_masses(bridge: str) -> None:
     with domain():
         model = build(variant(0, "roller", bridge), ModelOptions())
-        masses = model.deck_masses_kg
+        masses = model.frame.loads.masses_kg
         moment = sum(mass * ops.nodeCoord(node)[0] for node, mass in masses.items())
-        found = mass_centre_m(model.bridge)
+        found = mass_centre_m(load_bridge(bridge))
         assert found == pytest.approx(moment / sum(masses.values()), abs=1e-4)
         assert abs(found) > 0.1
 
@@ -444,9 +443,9 @@ def pad_reactions(options: ModelOptions, motion: dict[int, float], pads: PadData
     """
     with domain():
         tags = TagAllocator()
-        end = DeckEnd("right", 90.0, 30.0, 14.0, 0.9)
+        end = DeckEnd("right", (45.0, 0.0), (1.0, 0.0), 30.0, 14.0, 0.9)
         deck = tags.node()
-        ops.node(deck, *end.point("bearing", 0.0), 1.0)
+        ops.node(deck, *end.point("bearing", 0.0)[:2], 1.0)
         stations = bearing_stations(pads, end, options)
         points, _ = build_arms(end, deck, {"bearing": stations}, options, tags)
         bearings = build_bearings(end, points, pads, options, tags)

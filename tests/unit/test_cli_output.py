@@ -1,12 +1,14 @@
 """How commands answer and fail: one JSON object or one table, one message and its exit code."""
 
 import json
+from dataclasses import asdict, dataclass
+from typing import Annotated
 
 import pytest
 from typer.testing import CliRunner
 
 from skewbridge.cli import new_group
-from skewbridge.cli.output import Answer, Opt, command, in_units, rounded
+from skewbridge.cli.output import Answer, command, in_units, opt, rounded
 from skewbridge.errors import InputError, SolutionError
 
 
@@ -67,14 +69,20 @@ def test_a_table_lists_values_noise_missing_ones_and_long_texts():
 def test_an_option_of_two_values_does_not_take_the_next_option():
     app = new_group()
 
-    @command(app, Opt("pair", tuple[str, str], "Two.", ...), Opt("out", str, "One.", ""))
-    def given(pair: tuple[str, str], out: str) -> Answer:
-        return Answer({"pair": pair, "out": out})
+    @dataclass(frozen=True, kw_only=True)
+    class Places:
+        pair: Annotated[tuple[str, str], opt("Two.")]
+        out: Annotated[str, opt("One.")] = ""
+
+    @command(app)
+    def given(places: Places) -> Answer:
+        return Answer(asdict(places))
 
     refused = CliRunner().invoke(app, ["--pair", "a", "--out", "b", "--json"])
     assert refused.exit_code == 2
     assert "--pair takes two values, got 1 before --out" in json.loads(refused.stdout)["message"]
-    assert CliRunner().invoke(app, ["--pair", "a", "b", "--out", "c"]).exit_code == 0
+    taken = CliRunner().invoke(app, ["--pair", "a", "b", "--out", "c", "--json"])
+    assert json.loads(taken.stdout) == {"pair": ["a", "b"], "out": "c"}
 
 
 @pytest.mark.parametrize(

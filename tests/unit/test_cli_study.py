@@ -99,7 +99,7 @@ def test_journals_are_counted_and_compacted_and_failures_forgotten(tmp_path: Pat
     assert retried["analyses"] == [{"variant": "v", "motion": "m", "status": "crash"}]
     assert answer("study", "retry", *config)["forgotten"] == 0
     refused = answer("study", "retry", "--status", "ok", code=2)
-    assert "'ok' is not one of 'failed'" in refused["message"]
+    assert "--status must be failed, numerical_failure" in refused["message"]
 
 
 def test_a_study_is_named_by_its_folder_or_its_configuration(tmp_path, monkeypatch):

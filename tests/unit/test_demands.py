@@ -28,7 +28,7 @@ from skewbridge.study import task
 from skewbridge.study.batch import row_of_task
 from skewbridge.study.task import no_result, outcome_of
 from skewbridge.variant.axes import OPTION_AXES
-from skewbridge.variant.variant import parse_slug
+from skewbridge.variant.variant import Variant
 from skewbridge.verification.references.live_model import prepare_analysis
 from study_parts import task_of
 
@@ -63,6 +63,11 @@ def trace():
     )
 
 
+CAPACITY = handles.ColumnCapacity(
+    yield_curvature_per_m=0.0034, yield_drift_ratio=0.01, drift_capacity_ratio=0.04, shear=SECTION
+)
+
+
 @pytest.fixture
 def column():
     return handles.ColumnHandle(
@@ -71,10 +76,7 @@ def column():
         top=Point(TOP),
         clear_height_m=5.0,
         hinge_sections=(6,),
-        yield_curvature_per_m=0.0034,
-        yield_drift_ratio=0.01,
-        drift_capacity_ratio=0.04,
-        shear=SECTION,
+        capacities=(CAPACITY, CAPACITY),
     )
 
 
@@ -130,6 +132,43 @@ def test_the_axial_force_adds_to_the_shear_of_a_leaning_column(trace, column):
     assert peaks.column_base_shear_n(column, trace)[:, 0].tolist() == [-2.0e6] * STEPS
 
 
+WEAK = replace(
+    CAPACITY,
+    yield_curvature_per_m=0.0017,
+    drift_capacity_ratio=0.02,
+    shear=replace(SECTION, hoop_area_m2=SECTION.hoop_area_m2 / 4),
+)
+NORMAL = np.array([np.cos(np.radians(30)), np.sin(np.radians(30))])
+ALONG = np.array([-NORMAL[1], NORMAL[0]])
+
+
+def test_drift_and_curvature_over_capacity_follow_an_ellipse_in_the_axes_of_a_bent(trace, column):
+    column = replace(column, capacities=(WEAK, CAPACITY), normal=tuple(NORMAL))
+    # of 0.10 m normal to the bent and 0.20 m along it
+    trace.nodes[TOP][1:, :2] = 0.05 * NORMAL, 0.15 * ALONG, 0.03 * NORMAL + 0.16 * ALONG
+    expected = [0.0, 0.5, 0.75, np.hypot(0.3, 0.8)]
+    assert peaks.drift_over_capacity(column, trace).tolist() == pytest.approx(expected)
+    # curvature about z moves the column along the bent, about y normal to it
+    trace.sections[COLUMN, 6][1, 1:3] = 0.0034 * 3.0, 0.0
+    trace.sections[COLUMN, 6][2, 1:3] = 0.0034 * 3.0, 0.0017 * 4.0
+    assert peaks.curvature_ductility(column, trace).tolist() == pytest.approx([0.0, 3.0, 5.0, 0.0])
+
+
+def test_shear_over_capacity_follows_an_ellipse_in_the_axes_of_a_bent(trace, column):
+    column = replace(column, capacities=(WEAK, CAPACITY), normal=tuple(NORMAL))
+    strengths_n = [
+        float(shear_strength(each.shear, column.shear_model, 0.0, 0.0, 0.0))
+        for each in column.capacities
+    ]
+    weak, strong = (
+        0.6 * strength * axis for strength, axis in zip(strengths_n, (NORMAL, ALONG), strict=True)
+    )
+    trace.columns[COLUMN][1:, :2] = weak, 0.5 * strong, weak + 0.8 / 0.6 * strong
+    expected = [0.0, 0.6, 0.3, 1.0]
+    assert peaks.column_shear_dcr(column, trace).tolist() == pytest.approx(expected)
+    assert strengths_n[0] < 0.5 * strengths_n[1]
+
+
 @pytest.mark.parametrize("model", ["ucsd_tests", "sdc_expected"])
 def test_shear_capacity_follows_the_largest_ductility_and_the_axial_force(trace, column, model):
     trace.columns[COLUMN][:, 0] = 2.0e6, 2.3e6, 2.0e6, 2.0e6  # the section's is 2 MN throughout
@@ -183,7 +222,8 @@ def test_unseating_is_positive_away_from_the_backwall_and_normal_to_the_seat(tra
 
 
 def movements(trace, handle):
-    return peaks._abutment_demands(SimpleNamespace(abutments=(handle,)), trace)
+    model = SimpleNamespace(abutments=(handle,), seats=(handle,), joints=())
+    return peaks._abutment_demands(model, trace)
 
 
 def test_passive_is_into_the_fill_and_active_is_out_of_it(trace):
@@ -232,7 +272,9 @@ def test_backfill_and_key_forces_count_while_the_deck_touches(trace):
 def watched(monkeypatch, moved, **changes):
     """Return the watch over a deck end whose nodes have moved along x."""
     parts = {"columns": (), "abutments": (abutment(**changes),), "contacts": None}
-    model = SimpleNamespace(weight_n=1e7, deck_centre_node=CENTRE, **parts)
+    frame = SimpleNamespace(centre_node=CENTRE)
+    seats = parts["abutments"]
+    model = SimpleNamespace(weight_n=1e7, frame=frame, seats=seats, joints=(), **parts)
     monkeypatch.setattr(transient.ops, "nodeDisp", lambda n: [moved.get(n, 0.0), *[0.0] * 5])
     return Watch(model, AnalysisSettings())
 
@@ -345,12 +387,13 @@ def test_a_row_that_breaks_the_contract_is_named(rows: list[dict], words: str) -
 
 
 def test_axes_and_completeness_keep_their_values_types_and_order() -> None:
+    core = {"skew_deg": 30, "gap_mm": 51, "friction": 0.5}
     fine, plain, other = (
-        key_values(parse_slug(f"osb1_cf_{name}"), "syn001", 1.0, 0.0)
-        for name in (
-            "skew22p5_gap025p4_mu037p5",
-            "skew30_gap051_mu050",
-            "skew30_gap051_mu050_backwall-points9_transverse-gap-mm25p4",
+        key_values(Variant.at("osb1", "contact_friction", values), "syn001", 1.0, 0.0)
+        for values in (
+            {"skew_deg": 22.5, "gap_mm": 25.4, "friction": 0.375},
+            core,
+            core | {"backwall_points": 9, "transverse_gap_mm": 25.4},
         )
     )
     rows = [ROW | plain | {"complete": False}, ROW | fine]

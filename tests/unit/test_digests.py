@@ -43,7 +43,7 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     "motions/formats.py": ({"prepare_motions"}, {ANALYSES, "analyse", *FITS}),
     "motions/synthesis/ddk18.py": ({"prepare_motions", "verification"}, {ANALYSES, *FITS}),
     "contact/law.py": ({ANALYSES, *ANALYSING, *VERIFYING}, {"prepare_motions", "fit_fragility"}),
-    "bridge/deck.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
+    "bridge/weights.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
     "analysis/peaks.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
     "demands/columns.csv": ({"analyse", "collect_demands", *FITS, *PAGES}, {ANALYSES}),
     "fragility/effects.py": (
@@ -60,6 +60,7 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     "report/page.py": (PAGES, ALL - PAGES),
     "report/templates/report.html.j2": (PAGES, ALL - PAGES),
     "verification/registry.py": (VERIFYING, ALL - VERIFYING),
+    "verification/studies/published.py": ({"verification"}, ALL - {"verification"}),
     "files/text.py": (ALL, set()),
     "cli/output.py": (set(), ALL),
 }
@@ -208,10 +209,11 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study.task import Task, analyse_task
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import parse_slug
+from skewbridge.variant.variant import Variant
 still = np.full(4, 0.01)
 motion = GroundMotion(motion_id="m", dt_s=0.01, accel_1_mps2=still, accel_2_mps2=still)
-task = Task(variant=parse_slug("osb1_cf_skew30_gap051_mu050"), incidence_deg=0.0,
+values = {"skew_deg": 30, "gap_mm": 51, "friction": 0.5}
+task = Task(variant=Variant.at("osb1", "contact_friction", values), incidence_deg=0.0,
     motion=SuiteMotion(motion=motion, scale=1.0, measures={}),
     settings=AnalysisSettings(), options=ModelOptions())
 row = analyse_task(task, Path("/dev/null"), lambda *_: None)

@@ -40,7 +40,6 @@ from skewbridge.report.fragility_figures import (
     least_shown,
     shown_curves,
 )
-from skewbridge.report.run_figures import frequency_figure, moving_columns
 from skewbridge.report.study_figures import (
     FigureTables,
     draw_study,
@@ -315,19 +314,6 @@ def test_captions_and_findings_have_the_numbers_of_the_tables(study):
     assert f") to {mild.max():.3g} (skew" in of_curves.finding
 
 
-def test_frequency_figure_has_an_amplitude_and_a_ratio_per_direction():
-    t_s = np.arange(0, 20, 0.01)
-    histories = {}
-    for name, period_s in (("friction 0", 1.0), ("friction 0.5", 0.8)):
-        wave = np.sin(2 * np.pi * t_s / period_s) * np.exp(-0.1 * t_s)
-        histories[name] = pd.DataFrame({"t_s": t_s, "deck_ux_m": wave, "deck_uy_m": 0.0 * wave})
-    assert moving_columns(histories) == ["deck_ux_m"]
-    figure = frequency_figure(histories)
-    assert len(figure.axes) == 2
-    labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
-    assert labels[1].startswith("friction 0.5, $T_m$ = 0.8")
-
-
 def test_figures_in_us_units_have_inches(study):
     with shown_in("us"):
         captions = {caption.name: caption for caption, _ in study_figures(study)}
@@ -458,7 +444,7 @@ def test_a_figure_is_drawn_alone_as_configured_or_with_the_options_given(written
     listed = {row["name"] for row in json.loads(plot("--json").stdout)["figures"]}
     assert cloud in listed
     assert "suite_spectra" not in listed  # there is no motion to draw
-    assert plot(cloud, "--width-mm", "80", "--font", "serif").exit_code == 0
+    assert plot(cloud, "--set", "width_mm=80", "--set", "font=serif").exit_code == 0
     svg = (written / f"{cloud}.svg").read_text("utf-8")
     assert size_pt(svg)[0] == pytest.approx(80 * PT_PER_MM, rel=1e-4)
     assert "serif" in re.search(r"<text[^>]*>", svg)[0]
@@ -468,8 +454,11 @@ def test_a_figure_is_drawn_alone_as_configured_or_with_the_options_given(written
     ("arguments", "message"),
     [
         (["osb1_cf_cloud_column"], "similar names: osb1_cf_cloud_column_drift_ratio"),
-        (["osb1_cf_cloud_*", "--font", "STIXGenerl"], "(did you mean STIXGeneral?)"),
-        (["osb1_cf_cloud_*", "--width-mm", "4"], "width_mm: must be greater than or equal to 40"),
+        (["osb1_cf_cloud_*", "--set", "font=STIXGenerl"], "(did you mean STIXGeneral?)"),
+        (
+            ["osb1_cf_cloud_*", "--set", "width_mm=4"],
+            "width_mm: must be greater than or equal to 40",
+        ),
         (["suite_spectra"], "curves.parquet is missing: finish the study first"),
     ],
 )

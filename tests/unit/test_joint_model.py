@@ -534,11 +534,3 @@ def test_joint_rows_compare_the_ends_of_an_axis_at_the_middle_of_the_others(writ
     assert row["friction_ratio"] == pytest.approx(medians[1] / medians[0], rel=1e-5)
     # the generator: demands grow by exp(0.02 x 30 x 0.5), medians fall as much
     assert row["friction_ratio"] == pytest.approx(np.exp(-0.3), rel=0.1)
-
-
-def test_fit_prints_the_table_of_a_paper(written, tmp_path):
-    DEMANDS.query("gap_mm == 51")[NEEDED].to_parquet(tmp_path / "demands.parquet")
-    states = ("--limit-states", written[0] / "states.yaml")
-    found = answer("fit", tmp_path / "demands.parquet", "--paper-table", *states)
-    assert {row["row"] for row in found["rows"]} >= {"joint"}
-    assert set(found["rows"][0]) == set(PAPER_COLUMNS)

@@ -716,17 +716,11 @@ def test_a_suite_is_limited_to_a_count_that_changes_no_factor_and_cut(tmp_path):
     assert cut["sha256"][0] != three["sha256"][0]
 
 
-def test_factor_of_the_index_overrides_the_computed_one_at_its_period(tmp_path):
-    pairs = make_pairs(tmp_path, 2)
-    index_of(tmp_path, pairs, scale=[1.25, ""])
-    scales = prepare_suite(tmp_path, t1_s=0.7)["scale"]
-    assert scales[0] == 1.25 != scales[1]
-    index_of(tmp_path, pairs, scale=[1.25, 1.5], scale_t1_s=[0.7, 0.7])
-    assert list(prepare_suite(tmp_path, t1_s=0.7)["scale"]) == [1.25, 1.5]
-    other = prepare_suite(tmp_path, t1_s=0.8)
-    reached_g = other["scale"] * other["im_saavg_rotd50_g"]
-    assert not set(other["scale"]) & {1.25, 1.5}
-    assert reached_g.between(*levels.LEVEL_RANGE_G).all()
+def test_factor_of_the_index_overrides_the_computed_one(tmp_path):
+    index_of(tmp_path, make_pairs(tmp_path, 2), scale=[1.25, ""])
+    scales = prepare_suite(tmp_path, t1_s=0.7, bands_g=((0.3, 0.3001),))
+    assert scales["scale"][0] == 1.25
+    assert (scales["scale"] * scales["im_saavg_rotd50_g"])[1] == pytest.approx(0.3, rel=1e-3)
 
 
 def test_index_metadata_reaches_the_table(tmp_path):
@@ -746,17 +740,40 @@ def test_index_metadata_reaches_the_table(tmp_path):
 
 def test_two_blocks_interleave_and_an_incomplete_block_fills_the_range_alone():
     own_g = np.random.default_rng(1).lognormal(-1.0, 0.5, 20)
-    factors = levels.block_factors(own_g, (0.1, 1.5))
+    factors = levels.block_factors(own_g, ((0.1, 1.5),))
     shares = np.log(own_g * factors / 0.1) / np.log(15.0)
     for block, offset in ((slice(0, 8), 1 / 2), (slice(8, 16), 1 / 4)):
         np.testing.assert_allclose(np.sort(shares[block]), (np.arange(8) + offset) / 8)
         assert (np.argsort(shares[block]) == np.argsort(own_g[block])).all()
     np.testing.assert_allclose(np.sort(shares[16:]), (np.arange(4) + 3 / 4) / 4)
-    np.testing.assert_array_equal(levels.block_factors(own_g[:16], (0.1, 1.5)), factors[:16])
+    np.testing.assert_array_equal(levels.block_factors(own_g[:16], ((0.1, 1.5),)), factors[:16])
     # the sequence of van der Corput
-    blocks_g = levels.block_factors([1.0] * 56, (0.1, 1.5)).reshape(7, 8)
+    blocks_g = levels.block_factors([1.0] * 56, ((0.1, 1.5),)).reshape(7, 8)
     offsets = np.array([[0.5, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875]]).T
-    np.testing.assert_array_equal(blocks_g, 0.1 * 15.0 ** ((np.arange(8) + offsets) / 8))
+    expected_g = 0.1 * 15.0 ** ((np.arange(8) + offsets) / 8)
+    np.testing.assert_allclose(blocks_g, expected_g, rtol=1e-14)  # by way of logarithms
+
+
+def test_levels_lie_in_bands_around_medians() -> None:
+    """Two thirds of the levels of three bands are where two of them overlap."""
+    motions = levels.MotionsConfig(bands=levels.BandsConfig(medians_g=(0.4, 0.4, 1.6), ratio=1.5))
+    bands_g = levels.bands_around(motions, motions.bands.medians_g)
+    assert bands_g == ((0.4 / 1.5, 0.4 * 1.5), (0.4 / 1.5, 0.4 * 1.5), (1.6 / 1.5, 2.25))
+    own_g = np.random.default_rng(1).lognormal(-0.5, 0.4, 48)
+    levels_g = own_g * levels.block_factors(own_g, bands_g)
+    low = np.sort(levels_g[levels_g < 1.0])
+    assert (low.size, levels_g.size) == (32, 48)
+    assert (low.min() >= 0.4 / 1.5, low.max() <= 0.6) == (True, True)
+    assert levels_g[levels_g > 1.0].min() >= 1.6 / 1.5
+    assert levels_g.max() <= 2.25
+    for start in range(0, 48, 8):  # strong motions have the high levels
+        part = slice(start, start + 8)
+        assert (np.argsort(levels_g[part]) == np.argsort(own_g[part])).all()
+    first_g = own_g * levels.block_factors(own_g, bands_g, ((0.1, 1.0),))
+    np.testing.assert_array_equal(first_g[8:], levels_g[8:])
+    np.testing.assert_allclose(np.sort(first_g[:8]), 0.1 * 10 ** ((np.arange(8) + 0.5) / 8))
+    with pytest.raises(InputError, match="no median"):
+        levels.bands_around(motions, (0.01,))
 
 
 def test_pairs_are_found_in_sub_folders_among_other_files_and_ordered_by_the_index(tmp_path):

@@ -10,8 +10,9 @@ from scipy import special, stats
 
 from skewbridge.bridge.backfill import Passive
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.model import build, built_bridge, domain
+from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.section import core_concrete, steel_of
+from skewbridge.bridge.structures import built_bridge
 from skewbridge.demands.columns import columns_with
 from skewbridge.report.answer import properties_sentence
 from skewbridge.report.methods import REFERENCES, methods_of
@@ -21,7 +22,7 @@ from skewbridge.study.task import run_key
 from skewbridge.variant import random_properties
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.random_properties import RandomProperty, UncertaintyConfig, with_draw
-from skewbridge.variant.variant import parse_slug
+from skewbridge.variant.variant import Variant
 from study_parts import row_of, study_of, wave
 
 ANY_DIRECTION = RandomProperty(distribution="uniform", low=0.0, high=360.0, source="test")
@@ -29,6 +30,7 @@ ON = UncertaintyConfig(enabled=True, incidence_deg=ANY_DIRECTION)
 NAMES = list(ON.properties)
 IDS = [f"m{number:04d}" for number in range(2000)]
 SLUG = "osb1_cf_skew30_gap025_mu050"
+AT = {"skew_deg": 30, "gap_mm": 25, "friction": 0.5}
 
 
 def expected(what: RandomProperty, value: float) -> float:
@@ -144,7 +146,7 @@ def test_factors_act_on_the_model() -> None:
     weights_n = []
     for each in (ModelOptions(), options):
         with domain():
-            model = build(parse_slug(SLUG), each)
+            model = build(Variant.at("osb1", "contact_friction", AT), each)
             weights_n.append(model.weight_n)
             gaps_m = [side.gap_m for side in model.abutments]
     assert 0.9 < weights_n[1] / weights_n[0] < 0.92  # columns keep their weight

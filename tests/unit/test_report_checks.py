@@ -12,14 +12,13 @@ from fragility_tables import paired_effects, states_of, synthetic_demands
 from skewbridge.analysis.recovery import rung_shares, steps_as_text, steps_from_text
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.tables import write_variant
-from skewbridge.demands.validity import LIMITS, SuspectLimits, count_reasons, reasons
+from skewbridge.demands.validity import count_reasons, reasons
 from skewbridge.errors import SolutionError
 from skewbridge.files.tables import read_frame
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.report.checks import StudyTables, check_tables, require_passed, write_checks
-from skewbridge.study.config import parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.progress import study_progress
@@ -93,10 +92,13 @@ def test_a_fault_of_the_demands_is_named_with_its_row(changed, name):
 
 
 def test_a_variant_with_an_analysis_too_few_is_found_but_searches_take_what_they_need():
-    name = "rows of variants with fewer analyses than others"
+    name = "rows of variants with fewer analyses than planned"
     other = demands().assign(variant="osb1_cf_skew30_gap025_mu000", skew_deg=30)
     fewer = pd.concat([demands(), other.head(1)])
     assert failed(fewer) == {name: ["osb1_cf_skew30_gap025_mu000, m00, 1, 0"]}
+    numbers = fewer["variant"].value_counts().to_dict()  # blocks: unequal numbers are planned
+    assert failed(fewer, planned=numbers) == {}
+    assert list(failed(fewer, planned=dict.fromkeys(numbers, 3))) == [name]
     further = demands().head(1).assign(scale=1.1)
     table = pd.concat([demands(), further, other])
     assert failed(table, searched=True) == {}
@@ -193,8 +195,8 @@ NAN = float("nan")
     ],
 )
 def test_each_reason_is_named_with_its_number_and_unknown_values_give_none(change, text) -> None:
-    assert reasons(HEALTHY | change, LIMITS) == text
-    assert reasons({"status": "crash"}, LIMITS) == ""
+    assert reasons(HEALTHY | change) == text
+    assert reasons({"status": "crash"}) == ""
 
 
 def test_reasons_and_rungs_are_counted_with_their_worst_row() -> None:
@@ -205,11 +207,11 @@ def test_reasons_and_rungs_are_counted_with_their_worst_row() -> None:
         {"energy_residual_ratio": 0.12},
     ]
     table = pd.DataFrame([HEALTHY | change for change in changes])
-    assert count_reasons(table, LIMITS) == [
+    assert count_reasons(table) == [
         {"reason": "recovery step", "rows": 2, "worst": "6", "at": 2},
         {"reason": "energy residual", "rows": 2, "worst": "12.0%", "at": 3},
     ]
-    assert count_reasons(table.drop(columns=["energy_residual_ratio"]), LIMITS)[1:] == []
+    assert count_reasons(table.drop(columns=["energy_residual_ratio"]))[1:] == []
     shares = pd.DataFrame(rung_shares([[90, 0, 5], [100, 0, 0], [5], []])).set_index("rung")
     assert shares["steps"].tolist()[:3] == [195, 0, 5]
     assert shares["steps_share"][2] == pytest.approx(0.025)
@@ -229,28 +231,25 @@ def row(**changed: object) -> dict[str, object]:
 
 
 def test_the_checks_list_the_suspect_rows_and_the_rungs(tmp_path: Path) -> None:
-    rows = [row(motion_id="a"), row(motion_id="b", recovery_rung=2)]
-    limits = SuspectLimits(max_rung=1)
-    write_variant(rows, tmp_path / "demands.parquet", limits)
+    rows = [row(motion_id="a"), row(motion_id="b", recovery_rung=5)]
+    write_variant(rows, tmp_path / "demands.parquet")
     demands = read_frame(tmp_path / "demands.parquet")
-    write_checks(tables(demands), tmp_path / "checks.json", suspect=limits)
+    write_checks(tables(demands), tmp_path / "checks.json")
     checks = json.loads((tmp_path / "checks.json").read_text())
     assert checks["suspect_rows"] == 1
     (worst,) = checks["suspect"]
     found = [worst[name] for name in ("reason", "rows", "worst", "motion_id")]
-    assert found == ["recovery step", 1, "2", "b"]
+    assert found == ["recovery step", 1, "5", "b"]
     assert [rung["steps"] for rung in checks["rungs"][:3]] == [20, 0, 2]
 
 
-def test_the_state_of_a_study_counts_them_by_the_limits_of_its_configuration(tmp_path) -> None:
+def test_the_state_of_a_study_counts_suspect_rows(tmp_path) -> None:
     folder = StudyFolder(tmp_path)
     with open_journal(folder.journal("v")) as journal:
         for number in range(3):
-            journal.append(row(run_key=str(number), recovery_rung=number))
+            journal.append(row(run_key=str(number), recovery_rung=3 + number))
     keys, content = {"v": ["0", "1", "2"]}, read_content(folder.journals)
-    assert study_progress(keys, content).summary["suspect"] == 0
-    limits = parse_config({"suspect": {"max_rung": 0}}).suspect
-    assert study_progress(keys, content, limits).summary["suspect"] == 2
+    assert study_progress(keys, content).summary["suspect"] == 1
 
 
 def test_excluded_rows_are_unknown_in_the_fits_and_have_no_ratio() -> None:

@@ -13,9 +13,10 @@ import pytest
 
 from motions_files import index_of, make_pairs
 from skewbridge.analysis.settings import NUMERICS, AnalysisSettings
-from skewbridge.bridge.catalogue import FOLDER, bridge_digest
+from skewbridge.bridge.catalogue import FOLDER
+from skewbridge.bridge.library import load_structure
 from skewbridge.demands.tables import join_variants, to_table
-from skewbridge.demands.validity import SUSPECT, SuspectLimits, reasons
+from skewbridge.demands.validity import SUSPECT, reasons
 from skewbridge.errors import InputError
 from skewbridge.files import tables
 from skewbridge.files.digests import provenance
@@ -30,7 +31,7 @@ from skewbridge.study.config import SensitivityConfig, parse_config
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.progress import forecast_study, study_progress
 from skewbridge.study.task import no_result, run_key
-from skewbridge.variant.grid import expand_grid
+from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
 from study_parts import row_of, study_of, task_of, wave, without_workers
 
@@ -71,7 +72,7 @@ def test_only_numbers_of_a_bridge_and_its_parent_change_its_digest(tmp_path: Pat
         (tmp_path / name).mkdir()
         for stem, content in {"mine": text, **others}.items():
             (tmp_path / name / f"{stem}.yaml").write_text(content)
-        return bridge_digest(str(tmp_path / name / "mine.yaml"))
+        return load_structure(str(tmp_path / name / "mine.yaml")).digest
 
     plain = "extends: osb1\nbase: {v: fixed, src: 'd: test'}\n"
     before = digest("as it is", plain)
@@ -94,8 +95,7 @@ def test_values_and_index_of_the_motions_in_use_change_the_digest_of_their_folde
     index = index_of(folder, make_pairs(folder, 3), scale=[1.0, 1.0, 1.0])
 
     def digest(cache: str = "digest.json", count: int | None = 2, folder: Path = folder) -> str:
-        given = {"t1_s": 0.7, "level_range_g": (0.1, 1.5), "cache": tmp_path / cache}
-        return content_digest(folder, count, **given)
+        return content_digest(folder, count, tmp_path / cache)
 
     def changed(path: Path, text: str, **options: int | None) -> bool:
         """Whether another text of a file changes the digest; the file stays as it was."""
@@ -132,7 +132,8 @@ SLUGS = (
 
 def setup_in(folder: Path, lengths_s: Sequence[float] = (1.0, 3.0, 2.0), **sections) -> StudySetup:
     waves = (wave(f"m{s:g}", duration_s=s, number=s) for s in lengths_s)
-    return study_of(folder, *waves, **sections)
+    grid = GridConfig(abutment=("contact_friction", "roller"))
+    return study_of(folder, *waves, grid=grid, **sections)
 
 
 def test_the_analysis_of_a_row_is_found_also_in_a_search(tmp_path: Path) -> None:
@@ -150,7 +151,7 @@ def test_the_analysis_of_a_row_is_found_also_in_a_search(tmp_path: Path) -> None
         assert run_key(found) == run_key(task)
         assert found.motion.measures == task.motion.measures
     assert plain.task_of(row_of(at_factor(first, 1.37))) is None
-    with pytest.raises(InputError, match=r"osb2s_.*: the study has only the bridges osb1"):
+    with pytest.raises(InputError, match=r"osb2s_.*: not a variant of the grid"):
         plain.tasks("osb2s_cf_skew30_gap025_mu050")
 
 
@@ -193,10 +194,10 @@ def test_a_variant_that_another_process_analyses_is_refused(tmp_path, ran, monke
 def test_the_joined_table_is_that_of_all_rows_at_once(tmp_path, ran, monkeypatch):
     """However few rows are held at a time, the file has all of them in the order of the key."""
     monkeypatch.setattr(tables, "_GROUP_ROWS", 4)
-    setup, limits = setup_in(tmp_path), SuspectLimits()
+    setup = setup_in(tmp_path)
     join_variants([analyse(setup, slug) for slug in SLUGS], setup.folder.demands)
     rows = [row_of(task) for slug in reversed(SLUGS) for task in setup.tasks(slug)]
-    whole = to_table([{**row, SUSPECT: reasons(row, limits)} for row in rows], {})
+    whole = to_table([{**row, SUSPECT: reasons(row)} for row in rows], {})
     file = pq.ParquetFile(setup.folder.demands)
     assert file.num_row_groups == 2
     pd.testing.assert_frame_equal(file.read().to_pandas(), whole.to_pandas(), check_exact=True)
@@ -239,7 +240,7 @@ def test_values_on_axes_and_bridges_from_any_path_reach_the_analyses(tmp_path: P
     grid |= {"bridge": [str(path), "osb1"], "skew_deg": [30]}
     model = {"keys": "monolithic", "transverse_gap_mm": 3.0}
     study = parse_config({"grid": grid, "model": model})
-    setup = study_of("results", bridges=study.grid.bridge, model=study.model)
+    setup = study_of("results", bridges=study.grid.bridge, grid=study.grid, model=study.model)
     variants = expand_grid(study.grid)
     tasks = [setup.tasks(variant.slug)[0] for variant in variants]
     assert [task.variant for task in tasks] == variants

@@ -23,9 +23,9 @@ from skewbridge.bridge import springs
 from skewbridge.bridge.abutments import Joint
 from skewbridge.bridge.backfill import skew_reduction, wall_backfill
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
-from skewbridge.bridge.deck import deck_reactions_n
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.weights import deck_reactions_n
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.registry import run_study
 from strong_motion import strong_motion
@@ -323,7 +323,7 @@ def test_a_key_pushed_along_its_face_has_no_more_than_its_strength(option):
     options = ModelOptions(key_along_face=option)
     context = SimpleNamespace(key=key, key_mass_kg=6.0e3, options=options, tags=tags)
     with domain():
-        nodes = springs.grounded_node((0.0, 0.0), tags), springs.plane_node((0.0, 0.0), 0.0, tags)
+        nodes = springs.grounded_node((0.0,) * 3, tags), springs.plane_node((0.0,) * 3, 0.0, tags)
         Joint.key_spring(context, nodes, (0.0, 1.0))
         ops.timeSeries("Linear", 1)
         ops.pattern("Plain", 1, 1)

@@ -14,9 +14,10 @@ import pytest
 from bridge_variants import analysed, variant
 from skewbridge.analysis.modal import modal_properties
 from skewbridge.analysis.pushover import push_bridge
-from skewbridge.bridge import deck
+from skewbridge.bridge import weights
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
-from skewbridge.bridge.model import build, built_bridge, domain
+from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.structures import built_bridge
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
 from skewbridge.verification.registry import run_study
@@ -29,9 +30,9 @@ def test_study_of_hand_values_agrees_and_reactions_of_two_spans_are_3_and_10_eig
     study = run_study("bridges")
     assert len(study.comparisons) == 57
     assert [row["quantity"] for row in study.comparisons if not row["pass"]] == []
-    assert deck.continuous_reactions_n((8.0, 8.0), 1.0) == pytest.approx([3.0, 10.0, 3.0])
-    assert deck.continuous_reactions_n((5.0,), 2.0) == pytest.approx([5.0, 5.0])
-    assert sum(deck.continuous_reactions_n((3.0, 4.0, 6.0), 7.0)) == pytest.approx(7.0 * 13.0)
+    assert weights.continuous_reactions_n((8.0, 8.0), 1.0) == pytest.approx([3.0, 10.0, 3.0])
+    assert weights.continuous_reactions_n((5.0,), 2.0) == pytest.approx([5.0, 5.0])
+    assert sum(weights.continuous_reactions_n((3.0, 4.0, 6.0), 7.0)) == pytest.approx(7.0 * 13.0)
 
 
 @pytest.mark.parametrize("name", bridge_names())
@@ -45,9 +46,9 @@ def test_dead_load_and_conditioning_period_of_every_bridge(name):
     axial_kn = iter(rigid.column_axial_kn)
     for number, bent in enumerate(bridge.bents):
         mean_kn = sum(next(axial_kn) for _ in range(bent.columns)) / bent.columns
-        assert mean_kn == pytest.approx(deck.column_axial_n(bridge, number) / 1e3, rel=0.01)
+        assert mean_kn == pytest.approx(weights.column_axial_n(bridge, number) / 1e3, rel=0.01)
     # the rigid-bent reactions of the end spans ignore column stiffness and pad compression
-    first, *_, last = deck.deck_reactions_n(bridge)
+    first, *_, last = weights.deck_reactions_n(bridge)
     assert rigid.abutment_reaction_kn == pytest.approx((first / 1e3, last / 1e3), rel=0.03)
     # The conditioning period is that of the model with open gaps.
     period_s = math.sqrt(result.period_s("x") * result.period_s("y"))
@@ -94,7 +95,7 @@ CARRYING = [*ALL[::3], variant(0, bridge="osb1_era1"), variant(0, bridge="osb1_f
 def test_every_variant_carries_its_weight_and_has_sane_modes(case):
     result = modal_properties(case)
     bridge = built_bridge(load_bridge(case.bridge), ModelOptions(), case.skew_deg)
-    weight_kn = deck.total_weight_n(bridge) / 1e3
+    weight_kn = weights.total_weight_n(bridge) / 1e3
     assert result.weight_kn == pytest.approx(weight_kn, rel=1e-6)
     carried = sum(result.column_axial_kn) + sum(result.abutment_reaction_kn)
     assert carried == pytest.approx(result.weight_kn, rel=1e-6)

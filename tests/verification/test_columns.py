@@ -13,7 +13,7 @@ from skewbridge.analysis.trace import Monitor
 from skewbridge.bridge.bent import bar_material, core_materials
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import axial_failure_drift, bent_capacity, shear_loss
-from skewbridge.bridge.deck import open_linear_pattern
+from skewbridge.bridge.gravity import open_linear_pattern
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.section import core_concrete
@@ -156,7 +156,7 @@ def pushed(bridge, options, push_n=(3.0e6, 1.5e6)):
         monitor = Monitor(model)
         monitor.start()
         open_linear_pattern(model.tags)
-        ops.load(model.deck_centre_node, *push_n, 0.0, 0.0, 0.0, 0.0)
+        ops.load(model.frame.centre_node, *push_n, 0.0, 0.0, 0.0, 0.0)
         static_steps(10, "BandGeneral", 1e-9)
         return model.columns, monitor.trace().at([0, -1])
 

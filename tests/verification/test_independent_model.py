@@ -170,10 +170,12 @@ class Independent:
         gross = pi * c.diameter_m**4 / 64
         torsion = c.torsion_ratio * 2 * gross
         hinge = self.made(ops.section, "Fiber", "-GJ", torsion * e / 2.4)
-        r = c.hoop_circle_m / 2
+        r = c.core.corner_m / 2
         ops.patch("circ", confined, 24, 10, 0.0, 0.0, 0.0, r, 0.0, 360.0)
         ops.patch("circ", spalls, 24, 2, 0.0, 0.0, r, c.diameter_m / 2, 0.0, 360.0)
-        ops.layer("circ", bar, c.bar_count, c.bar_area_mm2 * 1e-6, 0.0, 0.0, c.bar_circle_m / 2)
+        ops.layer(
+            "circ", bar, c.bar_count, c.bar_area_mm2 * 1e-6, 0.0, 0.0, c.bar_line.corner_m / 2
+        )
         inertia = c.cracked_stiffness_ratio * gross
         area = pi * c.diameter_m**2 / 4
         flexible = (e, area, inertia, inertia, e / 2.4, torsion)

@@ -17,9 +17,9 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.bent import build_integration
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacity
-from skewbridge.bridge.deck import column_axial_n
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.weights import column_axial_n
 from skewbridge.variant.options import ModelOptions
 from strong_motion import strong_motion
 

@@ -19,14 +19,11 @@ from skewbridge.analysis.pushover import push_abutment
 from skewbridge.bridge.backfill import wall_backfill
 from skewbridge.bridge.bent import build_bents
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.deck import (
-    Deck,
-    column_axial_forces_n,
-    support_reactions_n,
-    total_weight_n,
-)
 from skewbridge.bridge.handles import TagAllocator
-from skewbridge.bridge.model import build, built_bridge, domain
+from skewbridge.bridge.model import build, column_axial_forces_n, domain, support_reactions_n
+from skewbridge.bridge.spine import Spine
+from skewbridge.bridge.structures import built_bridge
+from skewbridge.bridge.weights import total_weight_n
 from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.studies.paper_runs import strongest_motions
@@ -63,7 +60,7 @@ def plan_stiffness(name, skew_deg, **given):
             centre = tags.node()
             ops.node(centre, bridge.bent_positions_m[0], 0.0, bridge.deck.centroid_above_soffit_m)
             ops.fix(centre, 0, 0, 0, 1, 1, 1)
-            spine = Deck(nodes=[centre], bent_nodes=[centre], centre_node=centre, elements=[])
+            spine = Spine(nodes=[centre], bent_nodes=[centre], centre_node=centre, elements=[])
             build_bents(bridge, spine, skew_deg, options, tags)
             ops.timeSeries("Linear", 1)
             ops.pattern("Plain", 1, 1)

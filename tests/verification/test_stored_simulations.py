@@ -4,7 +4,6 @@ import json
 from itertools import product
 from pathlib import Path
 
-import numpy as np
 import pytest
 from effect_simulations import BOUNDS, MOTIONS, STUDIES
 from fragility_coverage import SAMPLING_PLANS, measure_coverage

@@ -127,7 +127,10 @@ def test_folder_configuration_and_motions_may_have_names_that_a_shell_would_spli
     for path in (ROOT / "motions/synthetic").glob("syn001_*"):
         shutil.copy(path, motions)
     variables = (f"CONFIG={config.name}", f"MOTIONS={motions}", "CORES=1")
-    listed = done(["make", "--no-print-directory", "-n", "-o", ".venv/.installed", "choices", *variables], folder).stdout
+    listed = done(
+        ["make", "--no-print-directory", "-n", "-o", ".venv/.installed", "choices", *variables],
+        folder,
+    ).stdout
     command = shlex.split(listed.splitlines()[-1].removeprefix("@"))
     assert command[2:] == [".venv/bin", "1", config.name, str(motions), "choices", "", ""]
     # as installed there: Python with a path that has the name of the folder

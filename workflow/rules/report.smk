@@ -43,7 +43,6 @@ rule report:
         captions=rules.figures.output.captions,
         demands=rules.collect_demands.output.demands,
         suite=rules.prepare_motions.output.suite,
-        intensities=rules.prepare_motions.output.intensities,
         contact_checks=rules.verify_contact.output.table,
         curves=rules.fit_fragility.output.curves,
         effects=rules.fit_fragility.output.effects,

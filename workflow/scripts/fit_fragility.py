@@ -7,6 +7,8 @@ if __name__ == "__main__":
         from skewbridge.files.tables import read_frame
         from skewbridge.fragility.limit_states import load_limit_states
         from skewbridge.fragility.study_tables import fragility_tables, valid_tables, write_tables
+        from skewbridge.motions.blocks import placed, planned_runs
+        from skewbridge.motions.suite import read_suite
         from skewbridge.report.checks import StudyTables, write_checks
         from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 
@@ -20,6 +22,8 @@ if __name__ == "__main__":
             rounds = read_frame(paths["rounds"])
             tables = valid_tables(tables, demands, rounds, study.design.looks, study.fragility)
         write_tables(tables, paths["curves"].parent)
+        rows = placed(read_suite(paths["suite"]))
+        runs = planned_runs(study.grid, study.motions, rows)
         checked = StudyTables(
             demands=demands,
             curves=tables["curves"],
@@ -27,7 +31,8 @@ if __name__ == "__main__":
             suite=suite,
             max_unfinished_share=study.max_unfinished_share,
             cohesion_n=study.model.cohesion_n,
+            planned={slug: len(of_variant) for slug, of_variant in runs.items()},
             searched=study.motions.design == "ida",
             in_rounds="rounds" in paths,
         )
-        write_checks(checked, paths["checks"], study.suspect)
+        write_checks(checked, paths["checks"])

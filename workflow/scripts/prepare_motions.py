@@ -7,5 +7,5 @@ if __name__ == "__main__":
         from skewbridge.analysis.modal import warn_of_periods
         from skewbridge.study.inputs import prepare_motions
 
-        prepare_motions(job.study)
+        prepare_motions(job.study, job.threads)
         warn_of_periods(job.study.grid.bridge)

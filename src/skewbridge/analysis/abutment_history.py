@@ -56,8 +56,8 @@ def abutment_history(
     rows: list[list[float]] = []
     with solver_log(None), domain():
         abutment = build_abutment(variant, settings.model_options(options))
-        ground.apply(abutment.tags)
-        contacts = abutment.contacts
+        ground.apply(abutment.blueprint.tags)
+        contacts = abutment.blueprint.contacts
 
         def read() -> Ending | None:
             moved_m = ops.nodeDisp(abutment.connector)[:2]
@@ -92,7 +92,7 @@ def abutment_history(
 
 def _resisting_force_n(abutment: AbutmentModel) -> list[float]:
     """Return the force on the deck along x and y (N), positive if it opposes displacement."""
-    handle, contacts = abutment.handle, abutment.contacts
+    handle, contacts = abutment.handle, abutment.blueprint.contacts
     total = np.zeros(2)
     for bearing in handle.bearings:
         total += ops.eleForce(bearing.element)[6:8]

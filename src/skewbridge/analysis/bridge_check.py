@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
+from itertools import product
 from math import cos, degrees, inf, nan, radians, sin
 from typing import TYPE_CHECKING, Any, Final
 
@@ -10,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skewbridge.analysis.modal import conditioning_period_s, periods_of_file, standing_bridge
-from skewbridge.bridge.catalogue import BridgeData, load_bridge
+from skewbridge.bridge.catalogue import read_bridge
+from skewbridge.bridge.catalogue.drawing import TABLES, Completed, Formula, Rule, value_at
 from skewbridge.bridge.column import BentCapacity, bent_capacities
-from skewbridge.bridge.handles import BridgeModel
+from skewbridge.bridge.frame import BridgeModel, Description
+from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.section import sdc_shear_strength
+from skewbridge.bridge.structures import CatalogueBridge
 from skewbridge.units import FOOT, INCH, KN, MPA
-from skewbridge.variant.options import HingeRule
 from skewbridge.variant.variant import Variant
 
 if TYPE_CHECKING:
@@ -35,6 +38,9 @@ _SUPPORT: Final = "support_length_m"
 _LEAST: Final = {"disp_capacity_m": "capacity_m", "p_delta_capacity_m": "disp_at_p_delta_limit_m"}
 #: Columns of the demands table with the capacities of the model of each analysis.
 CAPACITIES: Final = (_SUPPORT, *_LEAST)
+_USUAL: Final = [(Formula(text), limits) for text, limits in TABLES["usual"].items()]
+#: Change of a rule's value above which an inherited number is stale.
+_STALE: Final = 0.1
 DIRECTIONS: Final = {"x": "longitudinal", "y": "transverse", "z": "vertical", "rz": "in plan"}
 
 
@@ -44,12 +50,15 @@ def check_bridge(name: str) -> dict[str, Any]:
     Returns:
         Dictionary of weight, reactions, periods and sources of the input numbers; ``findings``:
         sentences on properties that would cause trouble in a study; ``modes``; ``bents``: one row
-        per bent with the loads and capacities of one column.
+        per bent with the loads and capacities of one column; ``derived``: one row per number that
+        the file does not give, with its rule; ``inherited``: numbers of its parents.
     """
-    data, standing = load_bridge(name), standing_bridge(name)
+    structure, standing = load_structure(name), standing_bridge(name)
+    read = read_bridge(name) if isinstance(structure, CatalogueBridge) else None
     periods_s = {direction: standing.period_s(direction) for direction in DIRECTIONS}
     left, right = standing.abutment_reaction_kn
-    bents = [_bent_row(data, bent) for bent in bent_capacities(data)]
+    inherited = sorted(read.inherited - read.derived.keys()) if read else []
+    bents = [_bent_row(bent) for bent in bent_capacities(read.bridge)] if read else []
     findings = [finding for row in bents for finding in _bent_findings(row)]
     findings += [
         f"the bridge is a mechanism ({DIRECTIONS[direction]}): its period is infinite"
@@ -61,31 +70,118 @@ def check_bridge(name: str) -> dict[str, Any]:
         for side, force_kn in (("left", left), ("right", right))
         if force_kn <= 0.0
     ]
-    kinds = Counter(source.split(":", 1)[0] for source in data.sources.values())
+    if read is not None:
+        findings += doubts(read)
+    findings += _seat_findings(structure.description)
     return {
-        "bridge": data.name,
-        "title": data.title,
-        "length_m": data.length_m,
+        "bridge": structure.name,
+        "title": structure.description.title,
+        "length_m": structure.description.length_m,
         "weight_kn": standing.weight_kn,
         "reaction_left_kn": left,
         "reaction_right_kn": right,
         **{f"period_{direction}_s": period_s for direction, period_s in periods_s.items()},
         "t1_of_the_model_s": conditioning_period_s(standing),
-        "t1_of_the_file_s": data.t1_s,
-        "sources": ", ".join(f"{kinds[kind]} {kind}" for kind in sorted(kinds)),
+        "t1_of_the_file_s": structure.t1_s,
+        "sources": "" if read is None else _sources(read, inherited),
         "findings": findings + periods_of_file(name, standing),
         "modes": standing.modes,
         "bents": bents,
+        "inherited": inherited,
+        "derived": [] if read is None else _derived(read),
     }
 
 
-def _bent_row(bridge: BridgeData, bent: BentCapacity) -> dict[str, Any]:
+def _derived(read: Completed) -> list[dict[str, Any]]:
+    """Return number, value and rule of each number that the file does not give."""
+    return [
+        {"number": key, "value": value_at(read.bridge, key), "rule": rule.src}
+        for key, rule in read.derived.items()
+    ]
+
+
+def _sources(read: Completed, inherited: Sequence[str]) -> str:
+    """Return how many numbers have each class of source."""
+    sources = read.bridge.sources
+    own = sources.keys() - read.derived.keys() - read.inherited
+    kinds = Counter(sources[key].split(":", 1)[0] for key in own)
+    counts = [*(f"{kinds[kind]} {kind}" for kind in sorted(kinds)), f"{len(inherited)} inherited"]
+    return ", ".join([*counts, f"{len(read.derived)} by rule"])
+
+
+# --- doubts about numbers: swapped, mistyped, in another unit, or inherited
+
+
+def doubts(read: Completed) -> list[str]:
+    """Return a sentence for each number, or formula of numbers, outside its usual range."""
+    rules = read.by_rule()
+    return [*_outside_ranges(read), *_far_from_rules(read, rules), *_stale(read, rules)]
+
+
+def _outside_ranges(read: Completed) -> Iterator[str]:
+    bridge = read.bridge
+    for formula, limits in _USUAL:
+        values = {
+            float(value)
+            for number in range(len(bridge.bents) if "*" in formula.text else 1)
+            for value in np.ravel(formula.value(partial(_known, bridge, number)))
+            if value is not None
+        }
+        ranges = list(zip(limits[::2], limits[1::2], strict=True))
+        for value in sorted(values):
+            if not any(low <= value <= high for low, high in ranges):
+                usual = " or ".join(f"{low:g} to {high:g}" for low, high in ranges)
+                yield f"{formula.text} = {value:.3g} is outside the usual {usual}"
+
+
+def _known(bridge: Any, number: int, need: str) -> Any:
+    return bridge if need == "bridge" else value_at(bridge, need.replace("*", f"{number}"))
+
+
+def _factors(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[Any]:
+    """Yield key, value, rule and given value / rule's value of the numbers that a file gives."""
+    for key, (value, rule) in rules.items():
+        given = np.ravel(value_at(read.bridge, key))
+        # no weight, for example of a cap, is a choice
+        if key not in read.derived and rule.within and all(given) and np.all(value):
+            yield key, value, rule, given / np.ravel(value)
+
+
+def _far_from_rules(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
+    for key, value, rule, factors in _factors(read, rules):
+        worst = float(factors[np.abs(np.log(factors)).argmax()])
+        if not 1 / rule.within <= worst <= rule.within:
+            usual = ", ".join(f"{each:.4g}" for each in np.ravel(value))
+            yield f"{key} is {worst:.2g} times {usual} = {rule.formula.text} ({rule.src})"
+
+
+def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
+    """Yield a sentence on inherited numbers whose rules have other results with the own numbers."""
+    own = read.bridge.sources.keys() - read.inherited - read.derived.keys()
+    stale: list[str] = []
+    for key, value, rule, factors in _factors(read, rules):
+        is_changed = any(f"{each}.".startswith(f"{need}.") for need in rule.follows for each in own)
+        if key in read.inherited and is_changed and np.abs(factors - 1.0).max() > _STALE:
+            stale.append(f"{key} ({np.ravel(value).max():.4g} by its rule)")
+    if stale:
+        yield f"inherited although what they follow from is changed: {', '.join(stale)}"
+
+
+def _seat_findings(bridge: Description) -> Iterator[str]:
+    least = {"SDC 7.8.3": MINIMUM_SEAT_M, "AASHTO 4.7.4.4": seat_demand_aashto_m(bridge, 0.0)}
+    for (end, seat_m), (rule, least_m) in product(bridge.seats_m.items(), least.items()):
+        if seat_m < least_m:
+            yield f"the {end} seat of {seat_m:.3g} m is narrower than {least_m:.3g} m ({rule})"
+
+
+def _bent_row(bent: BentCapacity) -> dict[str, Any]:
     """Return column loads and capacities, with shear strength at the displacement capacity."""
-    column, plastic_moment_knm = bridge.column, bent.curve.plastic_moment_nm / KN
-    strength_kn = column.expected_concrete_strength_mpa * MPA * column.gross_area_m2 / KN
+    column, plastic_moment_knm = bent.column, bent.curve.plastic_moment_nm / KN
+    strength_kn = column.expected_concrete_strength_mpa * MPA * column.outline.area_m2 / KN
     ductility = bent.capacity_m / bent.yield_disp_m
     return {
         "bent": bent.bent,
+        "direction": bent.direction,
         "axial_kn": bent.axial_n / KN,
         "axial_load_ratio": bent.axial_n / KN / strength_kn,
         "axial_load_limit": AXIAL_LOAD_LIMIT,
@@ -100,7 +196,7 @@ def _bent_row(bridge: BridgeData, bent: BentCapacity) -> dict[str, Any]:
 
 
 def _bent_findings(row: Mapping[str, Any]) -> Iterator[str]:
-    bent = f"bent {row['bent']}"
+    bent = _name(row)
     if row["axial_load_ratio"] > AXIAL_LOAD_LIMIT:
         yield (
             f"{bent}: axial load ratio {row['axial_load_ratio']:.3f} is above "
@@ -120,7 +216,12 @@ def _bent_findings(row: Mapping[str, Any]) -> Iterator[str]:
         )
 
 
-def seat_demand_sdc_m(bridge: BridgeData, unseating_m: float) -> float:
+def _name(bent: Mapping[str, Any]) -> str:
+    direction = "" if bent["direction"] == "all" else f" ({bent['direction']})"
+    return f"bent {bent['bent']}{direction}"
+
+
+def seat_demand_sdc_m(bridge: Description, unseating_m: float) -> float:
     """Return the required support length normal to the bearing line, in m.
 
     References:
@@ -130,7 +231,7 @@ def seat_demand_sdc_m(bridge: BridgeData, unseating_m: float) -> float:
     return max(movement + unseating_m + SEAT_ALLOWANCE_M, MINIMUM_SEAT_M)
 
 
-def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
+def seat_demand_aashto_m(bridge: Description, skew_rad: float) -> float:
     """Return the required support length 1.5 N in m.
 
     N = (8 + 0.02 L + 0.08 H)(1 + 0.000125 S^2) inches. L is the length of deck to the next joint in
@@ -139,7 +240,7 @@ def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
     References:
         AASHTO LRFD Bridge Design Specifications 4.7.4.4.
     """
-    heights = [bent.clear_height_m for bent in bridge.bents]
+    heights = bridge.bent_heights_m
     height_ft = sum(heights) / len(heights) / FOOT if heights else 0.0
     length_ft = bridge.length_m / FOOT
     skew = 1.0 + 0.000125 * degrees(skew_rad) ** 2
@@ -149,28 +250,30 @@ def seat_demand_aashto_m(bridge: BridgeData, skew_rad: float) -> float:
 def capacities_of(model: BridgeModel, bents: Sequence[Mapping[str, Any]]) -> dict[str, float]:
     """Return the capacity columns of an analysis from its model and the rows of `capacity_rows`.
 
-    The support length is at rest and normal to the seat. The others are nan without bents.
+    The support length is at rest and normal to the seat, nan without seats. The others are nan
+    without bents.
 
     References:
         AASHTO LRFD figure 4.7.4.4-1: N is the overlap of girder and seat.
     """
     values = {name: [bent[of] for bent in bents] for name, of in _LEAST.items()}
-    values[_SUPPORT] = [end.support_length_m for end in model.abutments]
+    values[_SUPPORT] = [end.support_length_m for end in model.seats]
     return {name: float(min(values[name], default=nan)) for name in CAPACITIES}
 
 
-def capacity_rows(bridge: BridgeData, hinge_rule: HingeRule = "sdc") -> list[dict[str, Any]]:
-    """Return the capacities of a bridge by the Caltrans SDC, one row per bent.
+def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:
+    """Return the capacities of bents by the Caltrans SDC, one row per bent.
 
     ``p_delta_ratio`` is taken at the displacement capacity. ``disp_at_p_delta_limit_m`` is the
     displacement at which the ratio reaches its limit.
     """
     rows: list[dict[str, Any]] = []
-    for bent in bent_capacities(bridge, hinge_rule):
+    for bent in bents:
         ratio = bent.p_delta_ratio(bent.capacity_m)
         rows.append(
             {
                 "bent": bent.bent,
+                "direction": bent.direction,
                 "hinge_length_m": bent.hinge_length_m,
                 "hinge_length_by": bent.hinge_length_by,
                 "axial_kn": bent.axial_n / KN,
@@ -198,7 +301,7 @@ def sdc_rows(
     ``bents`` has the capacities of its bents. ``corners_m`` has the outward displacements of the
     deck corners, from `corner_moves_m`.
     """
-    bridge, support = load_bridge(variant.bridge), float(run[_SUPPORT])
+    bridge, support = load_structure(variant.bridge).description, float(run[_SUPPORT])
     deck_disp_m = float(run["deck_disp_m"])
     rows: list[dict[str, object]] = []
 
@@ -209,7 +312,7 @@ def sdc_rows(
         )
 
     for bent in bents:
-        name = f"bent {bent['bent']}"
+        name = _name(bent)
         hinge = f"{bent['hinge_length_m']:.3f} m by {bent['hinge_length_by']}"
         compare(f"{name} displacement, hinge {hinge} (m)", deck_disp_m, bent["capacity_m"])
         ratio = P_DELTA_LIMIT * deck_disp_m / bent["disp_at_p_delta_limit_m"]
@@ -217,7 +320,8 @@ def sdc_rows(
     for corner, unseating_m in corners_m.items():
         compare(f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), support)
     aashto_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg))
-    compare("seat, AASHTO 1.5 N (m)", aashto_m, support)
+    if bridge.seats_m:
+        compare("seat, AASHTO 1.5 N (m)", aashto_m, support)
     return rows
 
 
@@ -227,7 +331,8 @@ def summary_row(variant: Variant, runs: "pd.DataFrame") -> dict[str, Any]:
     ``runs`` are its rows of the demands table. Each demand is divided by the capacity of the same
     analysis. The ratios of columns are nan for a bridge without bents.
     """
-    bridge, seats = load_bridge(variant.bridge), ["acute_corner_unseating_m", "unseating_m"]
+    bridge = load_structure(variant.bridge).description
+    seats = ["acute_corner_unseating_m", "unseating_m"]
     seats_m = runs[seats].map(partial(seat_demand_sdc_m, bridge))
     aashto_m, support_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg)), runs[_SUPPORT]
     ratios = {
@@ -247,11 +352,12 @@ def corner_moves_m(
 
     The histories come from a single analysis; a corner is named ``left acute``, for example.
     """
-    skew = radians(variant.skew_deg)
+    bridge = load_structure(variant.bridge).description
     moves: dict[str, float] = {}
-    for side, sign in (("left", -1.0), ("right", 1.0)):
-        for kind in ("acute", "obtuse"):
-            name = f"abutment_{side}_{kind}"
+    for end, outward in (("left", -1.0), ("right", 1.0)):
+        skew = radians(bridge.skews_deg.get(end, variant.skew_deg))
+        for kind in ("acute", "obtuse") if end in bridge.seats_m else ():
+            name = f"abutment_{end}_{kind}"
             along = cos(skew) * histories[f"{name}_x_m"] + sin(skew) * histories[f"{name}_y_m"]
-            moves[f"{side} {kind}"] = max(0.0, float(np.max(-sign * along)))
+            moves[f"{end} {kind}"] = max(0.0, float(np.max(-outward * along)))
     return moves

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from skewbridge.analysis.settings import OpenSeesCommand
 from skewbridge.analysis.trace import DISP, Monitor, ResponseTrace
-from skewbridge.bridge.handles import BridgeModel
+from skewbridge.bridge.frame import BridgeModel
 from skewbridge.units import KJ
 
 type Matrix = NDArray[np.float64]
@@ -64,10 +64,15 @@ class EnergyBalance:
         self._integrator = integrator
         masses = {node: np.array(ops.nodeMass(node), dtype=np.float64) for node in monitor.nodes}
         self._masses = {node: mass for node, mass in masses.items() if mass.any()}
-        damped = {node for element in model.damping_elements for node in ops.eleNodes(element)}
+        damped = {
+            node for element in model.frame.damping.elements for node in ops.eleNodes(element)
+        }
         self._damped = tuple(node for node in self._masses if node in damped)
         self._columns = groups["columns"]
-        self._stiffness = {element: elastic_stiffness(element) for element in groups["deck"]}
+        # elastic beams do not report the forces of their Rayleigh damping
+        elastic = [e for e in self._columns if ops.eleType(e) == "ElasticBeam3d"]
+        damped_columns = set(self._columns).intersection(model.frame.damping.elements)
+        self._stiffness = {e: elastic_stiffness(e) for e in (*groups["deck"], *elastic)}
         self._at_walls = held_by_contacts(model)
         held = {element for elements in self._at_walls.values() for element in elements}
         self._joints = {
@@ -83,7 +88,7 @@ class EnergyBalance:
         }
         self._elastic = {name: groups[name] for name in ("deck", "links")}
         recorder = monitor.recorder
-        recorder.elements(self._columns, "rayleighForces")
+        recorder.elements(sorted(damped_columns.difference(elastic)), "rayleighForces")
         recorder.elements(self._read_joints, "force")
         recorder.nodes(self._accelerated, "accel")
         self._start = self._end_state()
@@ -190,8 +195,8 @@ class EnergyBalance:
             for node, mass in self._masses.items()
         )
         # the dead load of deck and caps acts at nodes; its fixed-end moments work on rotations
-        gravity, moments_nm = 0.0, self._model.dead_moments_nm
-        for node, load_n in self._model.dead_loads_n.items():
+        gravity, moments_nm = 0.0, self._model.frame.loads.moments_nm
+        for node, load_n in self._model.frame.loads.forces_n.items():
             moved = ops.nodeDisp(node)
             about_x_nm, about_y_nm = moments_nm.get(node, (0.0, 0.0))
             gravity += about_x_nm * moved[3] + about_y_nm * moved[4] - load_n * moved[2]

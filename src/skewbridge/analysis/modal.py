@@ -2,18 +2,19 @@
 
 import logging
 from collections.abc import Iterable, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass
-from math import inf, pi, sqrt
+from math import pi, sqrt
 from typing import Final
 
 import openseespy.opensees as ops
 
 from skewbridge.analysis.step_loop import solver_log
-from skewbridge.bridge.catalogue import BridgeData, load_bridge
-from skewbridge.bridge.deck import GravityError, column_axial_forces_n, support_reactions_n
-from skewbridge.bridge.handles import BridgeModel, ColumnHandle
-from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.frame import BridgeModel, Damping
+from skewbridge.bridge.gravity import GravityError
+from skewbridge.bridge.handles import ColumnHandle
+from skewbridge.bridge.library import load_structure
+from skewbridge.bridge.model import build, column_axial_forces_n, domain, support_reactions_n
+from skewbridge.bridge.modes import Mode, modes_of, period_s
 from skewbridge.errors import SolutionError
 from skewbridge.units import KN
 from skewbridge.variant.axes import AXES
@@ -31,17 +32,6 @@ SHARED: Final = 2.0 / 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Mode:
-    """Period of one mode, and its shares of the free mass along x, y, z and about z."""
-
-    period_s: float  # infinite for a mechanism
-    mass_x: float
-    mass_y: float
-    mass_z: float
-    mass_rz: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class ModalResult:
     """Dead-load state and modes of a variant."""
 
@@ -51,11 +41,8 @@ class ModalResult:
     modes: tuple[Mode, ...]
 
     def period_s(self, direction: str) -> float:
-        """Return the period of the mode with the most mass along ``x, y, z`` or ``rz``.
-
-        Modes couple and change order with skew, so their numbers do not identify them.
-        """
-        return max(self.modes, key=lambda mode: getattr(mode, f"mass_{direction}")).period_s
+        """Return the period of the mode with the most mass along ``x, y, z`` or ``rz``."""
+        return period_s(self.modes, direction)
 
 
 def modal_properties(
@@ -73,36 +60,6 @@ def modal_properties(
         )
 
 
-def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
-    """Return the modes of a model under dead load with open gaps; the model is left as it was.
-
-    Friction springs are made soft, and walls and keys are held in plan: they are not coupled to the
-    bridge while gaps are open, and their local modes would fill the list.
-    """
-    ends = model.abutments
-    held = {node for end in ends for node in end.key_nodes}
-    held |= {spring.nodes[1] for end in ends for spring in end.wing_springs}
-    free = [(node, dof) for node in held for dof in {1, 2}.difference(ops.getFixedDOFs(node))]
-    soft = nullcontext() if model.contacts is None else model.contacts.soft_tangents()
-    for node, dof in free:
-        ops.fix(node, *(int(dof == each) for each in range(1, 7)))
-    try:
-        with soft:
-            squares = [float(value) for value in ops.eigen(count)]
-            ratios = ops.modalProperties("-return")
-    finally:
-        for node, dof in free:
-            ops.remove("sp", node, dof)
-    names = {"mass_x": "MX", "mass_y": "MY", "mass_z": "MZ", "mass_rz": "RMZ"}
-    return tuple(
-        Mode(
-            period_s=2 * pi / sqrt(square) if square > 0.0 else inf,
-            **{name: ratios[f"partiMassRatios{key}"][i] / 100 for name, key in names.items()},
-        )
-        for i, square in enumerate(squares)
-    )
-
-
 def standing_bridge(bridge: str) -> ModalResult:
     """Return dead-load state and modes of a bridge with pads and open gaps, at zero skew."""
     usual = {axis.name: axis.usual for axis in AXES}
@@ -111,7 +68,7 @@ def standing_bridge(bridge: str) -> ModalResult:
         with solver_log(None):
             return modal_properties(variant)
     except GravityError as error:
-        raise SolutionError(f"{load_bridge(bridge).name}: {error}") from error
+        raise SolutionError(f"{load_structure(bridge).name}: {error}") from error
 
 
 def conditioning_period_s(modes: ModalResult) -> float:
@@ -132,14 +89,14 @@ def warn_of_periods(bridges: Iterable[str]) -> None:
 
 def periods_of_file(bridge: str, modes: ModalResult) -> list[str]:
     """Return findings about T1 in a bridge file; ``modes`` comes from `standing_bridge`."""
-    data, model_s = load_bridge(bridge), conditioning_period_s(modes)
+    structure, model_s = load_structure(bridge), conditioning_period_s(modes)
     findings: list[str] = []
-    change = data.t1_s / model_s - 1.0
+    change = structure.t1_s / model_s - 1.0
     if abs(change) > TOLERANCE:
         findings.append(
-            f"{data.name}: t1_s = {data.t1_s:.4g} s differs by {change:+.1%} from T1 of its model, "
-            f"{model_s:.4g} s; Sa(T1) and Sa_avg of every motion use t1_s: correct it in the file "
-            "of the bridge"
+            f"{structure.name}: t1_s = {structure.t1_s:.4g} s differs by {change:+.1%} from T1 of "
+            f"its model, {model_s:.4g} s; Sa(T1) and Sa_avg of every motion use t1_s: correct it "
+            "in the file of the bridge"
         )
     for direction, adjective in (("x", "longitudinal"), ("y", "transverse")):
         shares = [
@@ -148,23 +105,22 @@ def periods_of_file(bridge: str, modes: ModalResult) -> list[str]:
         (first, first_s), (second, second_s), *_ = sorted(shares, reverse=True)
         if second > SHARED * first:
             findings.append(
-                f"{data.name}: the {adjective} motion is shared by modes of {first_s:.3g} s "
+                f"{structure.name}: the {adjective} motion is shared by modes of {first_s:.3g} s "
                 f"({first:.0%} of the mass) and {second_s:.3g} s ({second:.0%}): small "
                 "changes of the bridge can switch T1 between them; use Sa(1 s), Sa_avg or PGV"
             )
     return findings
 
 
-def damping_ratio(bridge: BridgeData, options: ModelOptions) -> float:
+def damping_ratio(damping: Damping, options: ModelOptions) -> float:
     """Return the damping ratio times ``damping_factor``; the option overrides the bridge file."""
-    ratio = bridge.damping.ratio if options.damping_ratio is None else options.damping_ratio
+    ratio = damping.ratio if options.damping_ratio is None else options.damping_ratio
     return ratio * options.damping_factor
 
 
-def rayleigh_factors(bridge: BridgeData, ratio: float) -> tuple[float, float]:
-    """Return a0 (1/s) and a1 (s) that give a damping ratio at the two periods of a bridge."""
-    data = bridge.damping
-    low, high = 2 * pi / data.long_period_s, 2 * pi / data.short_period_s
+def rayleigh_factors(damping: Damping, ratio: float) -> tuple[float, float]:
+    """Return a0 (1/s) and a1 (s) that give a damping ratio at its two periods."""
+    low, high = 2 * pi / damping.long_period_s, 2 * pi / damping.short_period_s
     return 2 * ratio * low * high / (low + high), 2 * ratio / (low + high)
 
 
@@ -177,14 +133,13 @@ def apply_rayleigh(model: BridgeModel) -> tuple[float, float]:
     Returns:
         The mass factor a0 (1/s) and the stiffness factor a1 (s).
     """
-    a0, a1 = rayleigh_factors(model.bridge, damping_ratio(model.bridge, model.options))
+    damping, region = model.frame.damping, model.tags.region
+    a0, a1 = rayleigh_factors(damping, damping_ratio(damping, model.options))
     damped = dict.fromkeys(
-        int(node) for element in model.damping_elements for node in ops.eleNodes(element)
+        int(node) for element in damping.elements for node in ops.eleNodes(element)
     )
-    ops.region(model.tags.region(), "-nodeOnly", *damped, "-rayleigh", a0, 0.0, 0.0, 0.0)
-    ops.region(
-        model.tags.region(), "-eleOnly", *model.damping_elements, "-rayleigh", 0.0, 0.0, 0.0, a1
-    )
+    ops.region(region(), "-nodeOnly", *damped, "-rayleigh", a0, 0.0, 0.0, 0.0)
+    ops.region(region(), "-eleOnly", *damping.elements, "-rayleigh", 0.0, 0.0, 0.0, a1)
     return a0, a1
 
 

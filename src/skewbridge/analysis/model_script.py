@@ -8,7 +8,7 @@ from typing import Any, Final
 import openseespy.opensees as ops
 
 from skewbridge.analysis.modal import apply_rayleigh
-from skewbridge.bridge.handles import BridgeModel
+from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.model import build, domain
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant

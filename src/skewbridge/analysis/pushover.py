@@ -9,9 +9,10 @@ import numpy as np
 import openseespy.opensees as ops
 
 from skewbridge.analysis.trace import Series
-from skewbridge.bridge.deck import open_linear_pattern
-from skewbridge.bridge.handles import PlanVector, TagAllocator
+from skewbridge.bridge.gravity import open_linear_pattern
+from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, build_abutment, domain
+from skewbridge.bridge.plan import PlanVector
 from skewbridge.bridge.springs import elastic_material, grounded_node
 from skewbridge.contact import ContactSet
 from skewbridge.errors import InputError
@@ -71,18 +72,18 @@ def push_bridge(
     with domain():
         model = build(variant, options)
         open_linear_pattern(model.tags)
-        total = sum(model.deck_masses_kg.values())
-        for node, mass in model.deck_masses_kg.items():
+        total = sum(model.frame.loads.masses_kg.values())
+        for node, mass in model.frame.loads.masses_kg.items():
             share = mass / total
             ops.load(node, share * direction[0], share * direction[1], 0.0, 0.0, 0.0, 0.0)
-        start = _along(model.deck_centre_node, direction)
+        start = _along(model.frame.centre_node, direction)
 
         def read() -> tuple[float, float]:
             # unit loads: the load factor is the base shear
-            return _along(model.deck_centre_node, direction) - start, float(ops.getTime())
+            return _along(model.frame.centre_node, direction) - start, float(ops.getTime())
 
         control = int(abs(direction[0]) < abs(direction[1]))  # the larger component
-        integrator = ("DisplacementControl", model.deck_centre_node, control + 1)
+        integrator = ("DisplacementControl", model.frame.centre_node, control + 1)
         return _march(model.contacts, max_disp_m * direction[control], steps, read, integrator)
 
 
@@ -108,7 +109,7 @@ def push_abutment(
             variant, options, guide=lambda node, tags: ties.append(_tie(node, direction, tags))
         )
         ((tie, driver),) = ties
-        open_linear_pattern(abutment.tags)
+        open_linear_pattern(abutment.blueprint.tags)
         for dof, component in enumerate(direction, start=1):
             # the driver moves one metre per unit of time
             ops.remove("sp", driver, dof)
@@ -119,7 +120,7 @@ def push_abutment(
             moved = _along(abutment.connector, direction) - start
             return moved, float(ops.basicForce(tie)[0])
 
-        return _march(abutment.contacts, max_disp_m, steps, read, ("LoadControl",))
+        return _march(abutment.blueprint.contacts, max_disp_m, steps, read, ("LoadControl",))
 
 
 def _tie(connector: int, direction: PlanVector, tags: TagAllocator) -> tuple[int, int]:

@@ -1,13 +1,13 @@
 """Recovery of steps that do not converge: the sequence of solution attempts."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
 import openseespy.opensees as ops
 
-from skewbridge.analysis.settings import OpenSeesCommand
+from skewbridge.analysis.settings import AnalysisSettings, OpenSeesCommand
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,142 +81,153 @@ class Effort:
         return max(self.steps_by_rung, default=0)
 
 
-@dataclass(slots=True, kw_only=True)
+class NoConvergenceError(Exception):
+    """All recovery steps failed at a part of a step."""
+
+
 class Stepper:
     """Advances the domain by regular steps, and by recovery steps if one does not converge.
 
-    A step in which contacts change is divided into halves, quarters, and so on.
-
-    Attributes:
-        integrator: Arguments of the integrator command.
-        dt_s: Regular step.
-        halvings: Called before each (sub-)step with the smallest number of halvings that keeps
-            sub-steps at multiples of their size and inside the regular step; returns the number to
-            use, at least as large.
-        is_far: Called before each (sub-)step of at most `coarse` halvings; returns whether it is
-            far from contact, so that it may use the tangent of an earlier step.
-        set_far: Called with True when steps far from contact begin, with False when they end.
-        set_test: Called at the start of each attempt to set its convergence test.
-        max_iterations: Iterations counted for a failed attempt without its own limit.
-        before: Called with the size of the next (sub-)step when the size changes, and before
-            each retry.
-        after: Called with the size of each converged (sub-)step; returns whether to continue.
-        coarse: Largest number of halvings of a step that may use an earlier tangent.
-        together: Called with the size of the next step if it is unchanged; returns how many such
-            steps may be made before `after` is called.
-        ladder: The attempts, in order.
-        effort: Cost of the steps so far.
+    A step in which contacts change is divided into halves, quarters, and so on. The methods without
+    an underscore are the policy: here that of a model without contacts, other policies override
+    them.
     """
 
-    integrator: OpenSeesCommand
-    dt_s: float
-    halvings: Callable[[int], int]
-    is_far: Callable[[], bool]
-    set_far: Callable[[bool], None]
-    set_test: Callable[[Attempt], None]
-    max_iterations: int
-    before: Callable[[float], None]
-    after: Callable[[float], bool]
-    coarse: int = 0
-    together: Callable[[float], int] = lambda _: 1
     ladder: Sequence[Attempt] = LADDER
-    effort: Effort = field(default_factory=Effort, init=False)
-    # Number of next steps that keep the attempt that solved the last difficult step.
-    _held: int = field(default=0, init=False)
-    _rung: int = field(default=0, init=False)  # recovery step in use
-    _size_s: float = field(default=0.0, init=False)  # size of the last (sub-)step
-    _reuses: bool = field(default=False, init=False)  # REUSE is in use
-    _is_fresh: bool = field(default=False, init=False)  # its tangent need not be renewed
 
-    def __post_init__(self) -> None:
-        ops.algorithm(*self.ladder[0].algorithm)
-        ops.integrator(*self.integrator)
+    def __init__(
+        self, settings: AnalysisSettings, set_far: Callable[[bool], None] = lambda _: None
+    ) -> None:
+        """Take a function to call when steps far from contact begin (True) or end (False)."""
+        self.effort = Effort()
+        self._settings, self._set_far = settings, set_far
+        # Number of next steps that keep the attempt that solved the last difficult step.
+        self._held = 0
+        self._rung = 0  # recovery step in use
+        self._last_s = 0.0  # size of the last (sub-)step
+        self._reuses = False  # REUSE is in use
+        self._is_fresh = False  # its tangent need not be renewed
 
-    def step(self, most: int = 1) -> int:
-        """Advance at least one and at most `most` regular steps; return their number.
+    def halvings(self, least: int) -> int:
+        """Return how often to halve the regular step for the next (sub-)step.
 
-        It is 0 if all recovery steps failed at a part of a step, or if `after` ended the run.
+        At least ``least``, which keeps sub-steps at multiples of their size and inside the step.
         """
-        done = 0  # progress in the smallest parts of a regular step
-        while done == 0 or done % _FINEST:
+        return least
+
+    def is_far(self) -> bool:
+        """Return whether the next (sub-)step may use the tangent of an earlier step."""
+        return False
+
+    def together(self, size_s: float) -> int:
+        """Return how many steps of an unchanged size may be made in one OpenSees call."""
+        return 1
+
+    def set_test(self, attempt: Attempt) -> None:
+        """Set the convergence test of an attempt."""
+
+    def prepare(self, size_s: float) -> None:
+        """Prepare a (sub-)step of a new size, or a retry."""
+
+    def check_effort(self, done: int) -> None:
+        """Check the effort after a number of regular steps."""
+
+    def start(self) -> None:
+        """Define algorithm, integrator and analysis of the domain."""
+        ops.algorithm(*self.ladder[0].algorithm)
+        ops.integrator(*self._settings.integrator_command)
+        ops.analysis("Transient", "-noWarnings")
+
+    def committed(self, steps: int) -> Generator[float]:
+        """Make regular steps; yield the size (s) of each converged (sub-)step or group of steps.
+
+        Raises `NoConvergenceError` if all recovery steps failed.
+        """
+        done = 0  # in the smallest parts of a regular step
+        while done < steps * _FINEST:
             within = done % _FINEST
             fits = MAX_HALVINGS - ((within & -within).bit_length() - 1 if within else MAX_HALVINGS)
             halvings = self.halvings(fits)
-            part, size_s = _FINEST >> halvings, self.dt_s / 2**halvings
-            is_far = halvings <= self.coarse and self._held == 0 and self.is_far()
-            made, continues = 0, True
+            part, size_s = _FINEST >> halvings, self._settings.dt_s / 2**halvings
+            coarse = self._settings.contact_halvings
+            is_far = halvings <= coarse and self._held == 0 and self.is_far()
             is_ready = self._is_fresh if is_far else self._held == 0 and not self._reuses
-            if is_ready and size_s == self._size_s:
-                left = (most * _FINEST - done) // part
-                made, continues = self._take_together(min(left, self.together(size_s)))
+            made = 0
+            if is_ready and size_s == self._last_s:
+                count = min((steps * _FINEST - done) // part, self.together(size_s))
+                if count > 1:
+                    made = yield from self._take_together(count, size_s)
             if made == 0:
-                made, continues = 1, self._advance(size_s, is_far=is_far)
-            if not continues:
-                return 0
+                made = 1
+                yield from self._advance(size_s, is_far=is_far)
             done += made * part
-        return done // _FINEST
+            if done % _FINEST == 0:
+                self.check_effort(done // _FINEST)
 
-    def _take_together(self, count: int) -> tuple[int, bool]:
-        """Make up to `count` steps of the last size, with the return values of `_take`."""
-        if count < 2:
-            return 0, True
-        size_s, before_s = self._size_s, ops.getTime()
+    def _take_together(self, count: int, size_s: float) -> Generator[float, None, int]:
+        """Make up to ``count`` steps of the last size; return their number."""
+        before_s = ops.getTime()
         is_done = ops.analyze(count, size_s) == 0
         made = count if is_done else round((ops.getTime() - before_s) / size_s)
         self._is_fresh = self._reuses and is_done and ops.testIter() < 2
         # estimate: one iteration per step with an old tangent, otherwise as in the last step
         self.effort.iterations += made if self._reuses or not is_done else made * ops.testIter()
-        self.effort.substeps += made * (size_s < self.dt_s)
+        self.effort.substeps += made * (size_s < self._settings.dt_s)
         self.effort.steps_by_rung[0] += made
         if not is_done and self._reuses:
             self._count_failure(REUSE)
             self._reset()
-        continues = made == 0 or self.after(made * size_s)
-        self.before(size_s)
-        if is_done or self._reuses or not continues:
-            return made, continues
-        return made + 1, self._recover(size_s)
+        if made:
+            yield made * size_s
+        self.prepare(size_s)
+        if is_done or self._reuses:
+            return made
+        yield from self._recover(size_s)
+        return made + 1
 
-    def _advance(self, size_s: float, *, is_far: bool) -> bool:
-        """Make one (sub-)step, by recovery steps if needed; return whether to continue."""
-        if size_s != self._size_s:
-            self._size_s = size_s
+    def _advance(self, size_s: float, *, is_far: bool) -> Generator[float]:
+        """Make one (sub-)step, by recovery steps if needed."""
+        if size_s != self._last_s:
+            self._last_s = size_s
             self._is_fresh = False
-            self.before(size_s)
+            self.prepare(size_s)
         if is_far and self._reuse(size_s):
-            return self.after(size_s)
+            yield size_s
+            return
         if self._reuses:
             self._reuses = False
-            self.set_far(False)
+            self._set_far(False)
             self._use(0)
-        if ops.analyze(1, size_s) == 0:
-            self._count_step(size_s)
-            if self._held > 0:
-                self._held -= 1
-                if self._held == 0:
-                    self._use(0)
-            return self.after(size_s)
-        return self._recover(size_s)
+        if ops.analyze(1, size_s) != 0:
+            yield from self._recover(size_s)
+            return
+        self._count_step(size_s)
+        if self._held > 0:
+            self._held -= 1
+            if self._held == 0:
+                self._use(0)
+        yield size_s
 
-    def _recover(self, size_s: float) -> bool:
-        """Make a step by recovery steps after its first attempt; return whether to continue."""
+    def _recover(self, size_s: float) -> Generator[float]:
+        """Make a step by recovery steps after its first attempt failed."""
         self._count_failure(self.ladder[self._rung])
-        rung, continues = self._climb(size_s)
-        if rung is not None and self.ladder[rung].substeps == 1:
+        solved_by = yield from self._climb(size_s)
+        if solved_by and solved_by.substeps == 1:
             # The difficulty of this step often affects the next ones.
             self._held = HELD_STEPS
-            return continues
+            return
         self._held = 0
         self._use(0)
         self._reset()
-        self.before(size_s)
-        return continues and rung is not None
+        self.prepare(size_s)
+        if solved_by is None:
+            raise NoConvergenceError("no attempt at a step converged")
 
     def _reuse(self, size_s: float) -> bool:
         """Try a step with the tangent of an earlier step; return whether it converged."""
         if not (self._reuses and self._is_fresh):
             if not self._reuses:
-                self.set_far(True)
+                self._set_far(True)
                 self.set_test(REUSE)
             ops.algorithm(*REUSE.algorithm)
             self._reuses = True
@@ -224,25 +235,31 @@ class Stepper:
             self._count_failure(REUSE)
             self._is_fresh = False
             self._reset()
-            self.before(size_s)
+            self.prepare(size_s)
             return False
         self._is_fresh = ops.testIter() < 2
         self._count_step(size_s)
         return True
 
-    def _climb(self, size_s: float) -> tuple[int | None, bool]:
-        """Return the recovery step that solved the step, or None, and whether to continue."""
+    def _climb(self, size_s: float) -> Generator[float, None, Attempt | None]:
+        """Return the recovery step that solved the step, or None."""
         finest = self.ladder[-1].substeps
-        left, continues = finest, True  # rest of the step, in parts of the finest attempt
+        left = finest  # rest of the step, in parts of the finest attempt
         for rung, attempt in enumerate(self.ladder[1:], start=1):
-            part = finest // attempt.substeps
+            part_s = size_s / attempt.substeps
             self._use(rung)
             self._reset()
-            taken, continues = self._take(left // part, size_s / attempt.substeps)
-            left -= part * taken
-            if left == 0 or not continues:
-                return rung, continues
-        return None, continues
+            self.prepare(part_s)
+            while left:
+                if ops.analyze(1, part_s) != 0:
+                    self._count_failure(attempt)
+                    break
+                left -= finest // attempt.substeps
+                self._count_step(part_s)
+                yield part_s
+            else:
+                return attempt
+        return None
 
     def _reset(self) -> None:
         """Reset integrator and equations after a failed step.
@@ -251,7 +268,7 @@ class Stepper:
         keep them too. A retry without a reset is silently wrong (accelerations of hundreds of m/s2
         at OSB1).
         """
-        ops.integrator(*self.integrator)
+        ops.integrator(*self._settings.integrator_command)
         ops.domainChange()
 
     def _use(self, rung: int) -> None:
@@ -259,26 +276,14 @@ class Stepper:
         self.set_test(attempt)
         ops.algorithm(*attempt.algorithm)
 
-    def _take(self, count: int, size_s: float) -> tuple[int, bool]:
-        """Make equal steps until one fails; return their number and whether to continue."""
-        self.before(size_s)
-        for taken in range(count):
-            if ops.analyze(1, size_s) != 0:
-                self._count_failure(self.ladder[self._rung])
-                return taken, True
-            self._count_step(size_s)
-            if not self.after(size_s):
-                return taken + 1, False
-        return count, True
-
     def _count_step(self, size_s: float) -> None:
         self.effort.iterations += ops.testIter()
-        self.effort.substeps += size_s < self.dt_s
+        self.effort.substeps += size_s < self._settings.dt_s
         self.effort.steps_by_rung[self._rung] += 1
 
     def _count_failure(self, attempt: Attempt) -> None:
         self.effort.failed_attempts += 1
-        self.effort.iterations += attempt.max_iterations or self.max_iterations
+        self.effort.iterations += attempt.max_iterations or self._settings.max_iterations
 
 
 def steps_as_text(steps_by_rung: Iterable[int]) -> str:

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from math import inf
 from os import devnull
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Final
 
 import openseespy.opensees as ops
 
-from skewbridge.analysis.recovery import LADDER, Attempt, Effort, Stepper
+from skewbridge.analysis.recovery import LADDER, Attempt, NoConvergenceError, Stepper
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.contact import ContactError, ContactSet
 from skewbridge.statuses import Status
@@ -48,7 +47,7 @@ class Ending:
     message: str = ""
 
 
-class StepLoop:
+class StepLoop(Stepper):
     """Advances the model in the open domain by regular steps, subdivided near contact events.
 
     Creating it starts a history: the contacts take the state under gravity as a state at rest.
@@ -67,13 +66,12 @@ class StepLoop:
         set_far: Callable[[bool], None] = lambda _: None,
         longest_s: float = LONGEST_S,
     ) -> None:
-        self.effort = Effort()
-        self._contacts, self._settings, self._set_far = contacts, settings, set_far
-        self._longest_s = longest_s
-        self._ending: Ending | None = None
+        super().__init__(settings, set_far)
+        self._contacts, self._longest_s = contacts, longest_s
         self._size_s, self._attempt = settings.dt_s, LADDER[0]
         self._calm_s = inf  # time since the deck last swung
         self._in_contact, self._finest = settings.contact_halvings, settings.event_halvings
+        self._steps, self._reported, self._progress = 0, 0, None
         if contacts is not None:
             contacts.start_from_rest()
 
@@ -88,43 +86,33 @@ class StepLoop:
                 and its contact update; returns an ending to stop the history, else None.
             progress: Called about every 50 steps with the time reached and the duration (s).
         """
-        settings = self._settings
-        configure_solver(settings)
-        stepper = Stepper(
-            integrator=settings.integrator_command,
-            dt_s=settings.dt_s,
-            halvings=self._halvings,
-            is_far=self._is_far,
-            set_far=self._set_far,
-            set_test=self._set_test,
-            max_iterations=settings.max_iterations,
-            coarse=settings.contact_halvings,
-            together=self._together,
-            before=self._before,
-            after=partial(self._after, read),
-        )
-        self.effort = stepper.effort
-        ops.analysis("Transient", "-noWarnings")
-        budget = settings.mean_iterations * steps
+        self._steps, self._progress = steps, progress
+        configure_solver(self._settings)
+        self.start()
         try:
-            done, reported = 0, 0
-            while done < steps:
-                made = stepper.step(steps - done)
-                if self._ending is not None:
-                    return self._ending
-                if not made:
-                    return _failure("no attempt at a step converged")
-                if self.effort.iterations > budget:
-                    return Ending(status="timeout", message=f"more than {budget:.0f} iterations")
-                done += made
-                if progress is not None and done - reported >= _STEPS_PER_REPORT:
-                    reported = done
-                    progress(done * settings.dt_s, steps * settings.dt_s)
-        except ContactError as error:
-            return _failure(str(error))
+            for size_s in self.committed(steps):
+                if self._contacts is not None:
+                    self._contacts.after_step(size_s)
+                    is_swing = self._contacts.least_opening_ratio < SWING_SHARE
+                    self._calm_s = 0.0 if is_swing else self._calm_s + size_s
+                if (ending := read()) is not None:
+                    return ending
+        except (ContactError, NoConvergenceError) as error:
+            return Ending(status="numerical_failure", message=str(error))
+        except TimeoutError as error:
+            return Ending(status="timeout", message=str(error))
         return Ending()
 
-    def _halvings(self, least: int) -> int:
+    def check_effort(self, done: int) -> None:
+        """Report the progress; raise `TimeoutError` above the budget of iterations."""
+        budget = self._settings.mean_iterations * self._steps
+        if self.effort.iterations > budget:
+            raise TimeoutError(f"more than {budget:.0f} iterations")
+        if self._progress is not None and done - self._reported >= _STEPS_PER_REPORT:
+            self._reported, dt_s = done, self._settings.dt_s
+            self._progress(done * dt_s, self._steps * dt_s)
+
+    def halvings(self, least: int) -> int:
         """Return how often to halve the regular step to resolve contacts, at least ``least``."""
         contacts, finest = self._contacts, self._finest
         if contacts is None or finest == 0:
@@ -141,12 +129,12 @@ class StepLoop:
                 halvings += 1
         return halvings
 
-    def _is_far(self) -> bool:
+    def is_far(self) -> bool:
         """Return whether all contacts are open, so that an earlier tangent may be reused."""
         contacts = self._contacts
         return self._settings.reuse_tangent and contacts is not None and not contacts.is_any_closed
 
-    def _together(self, size_s: float) -> int:
+    def together(self, size_s: float) -> int:
         """Return how many steps of this size fit before a contact could close.
 
         Steps near contact events are made one at a time.
@@ -173,27 +161,17 @@ class StepLoop:
         elif friction_error < _GROW * allowed:
             self._in_contact = max(self._in_contact - 1, self._settings.contact_halvings)
 
-    def _set_test(self, attempt: Attempt) -> None:
+    def set_test(self, attempt: Attempt) -> None:
+        """Set the convergence test of an attempt for the present size."""
         self._attempt = attempt
         set_test(self._settings, self._size_s, attempt)
 
-    def _before(self, dt_s: float) -> None:
-        self._size_s = dt_s
-        set_test(self._settings, dt_s, self._attempt)
+    def prepare(self, size_s: float) -> None:
+        """Set test and contacts for (sub-)steps of a size."""
+        self._size_s = size_s
+        set_test(self._settings, size_s, self._attempt)
         if self._contacts is not None:
-            self._contacts.prepare(dt_s)
-
-    def _after(self, read: Callable[[], Ending | None], dt_s: float) -> bool:
-        if self._contacts is not None:
-            self._contacts.after_step(dt_s)
-            is_swing = self._contacts.least_opening_ratio < SWING_SHARE
-            self._calm_s = 0.0 if is_swing else self._calm_s + dt_s
-        self._ending = read()
-        return self._ending is None
-
-
-def _failure(message: str) -> Ending:
-    return Ending(status="numerical_failure", message=message)
+            self._contacts.prepare(size_s)
 
 
 @contextmanager

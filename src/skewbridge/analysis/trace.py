@@ -16,7 +16,9 @@ import numpy as np
 import openseespy.opensees as ops
 from numpy.typing import NDArray
 
-from skewbridge.bridge.handles import BridgeModel, Point, SpringHandle
+from skewbridge.bridge.frame import BridgeModel
+from skewbridge.bridge.handles import Point, SpringHandle
+from skewbridge.bridge.script_units import UnitSystem
 
 type Series = NDArray[np.float64]
 
@@ -33,7 +35,7 @@ class ResponseTrace:
         centre_accel_mps2: Acceleration of the deck's mass centre relative to the ground, (n, 2).
         nodes: Displacements and rotations of each node from the unloaded state, (n, 6). Nodes that
             are not recorded are fixed.
-        columns: Global end forces of each column element, base first, (n, 12).
+        columns: Global end forces of columns and other plastic elements, base first, (n, 12).
         sections: Axial strain and curvatures about z, y, ... of each element and integration point.
         springs: Basic forces of each spring element, (n, components).
         bearings: Shear forces of each pad element on the deck along x and y, (n, 2).
@@ -106,7 +108,8 @@ class Recorder:
     in every step would cost four times as much.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, units: UnitSystem | None = None) -> None:
+        self._units = units
         self._folder = TemporaryDirectory(prefix="skewbridge-", ignore_cleanup_errors=True)
         # number of components by tag, for each response (a tuple that starts with Node or Element)
         self._widths: dict[tuple[str, ...], dict[int, int]] = {}
@@ -159,6 +162,9 @@ class Recorder:
             raise OSError(ENOSPC, f"the record {path.name} is incomplete, disk full?", str(path))
         table = np.ascontiguousarray(np.fromfile(path, dtype=row)["values"])
         ends = list(accumulate(widths.values(), initial=1))
+        if self._units is not None:
+            for start, end in pairwise(ends):
+                table[:, start:end] *= self._units.record_factors(response, end - start)
         return table[:, 0], {
             tag: table[:, start:end]
             for tag, (start, end) in zip(widths, pairwise(ends), strict=True)
@@ -182,17 +188,17 @@ class Monitor:
     def __init__(self, model: BridgeModel, *, bearings: bool = False) -> None:
         nodes = dict.fromkeys(_nodes(model))
         self.nodes = tuple(node for node in nodes if len(ops.getFixedDOFs(node)) < DISP)
-        self.recorder = recorder = Recorder()
+        self.recorder = recorder = Recorder(model.frame.units)
         self._model, self._trace = model, None
         self._is_last_kept = True
         ends = model.abutments
         self._pads = tuple(pad.element for end in ends for pad in end.bearings if bearings)
         self._springs = {spring.element for end in ends for spring in end.springs}
         self._units = () if model.contacts is None else model.contacts.units
-        recorder.nodes((model.deck_centre_node,), "accel")
+        recorder.nodes((model.frame.centre_node,), "accel")
         recorder.nodes(self.nodes, "disp")
+        recorder.elements(model.frame.elements["columns"], "force")
         for column in model.columns:
-            recorder.elements((column.element,), "force")
             for point in column.hinge_sections:
                 recorder.elements((column.element,), "section", str(point), "deformation")
         recorder.elements(self._pads, "force")
@@ -230,9 +236,9 @@ class Monitor:
             contacts[:, at] = basic[unit.element][:, :3]
         return ResponseTrace(
             time_s=time_s,
-            centre_accel_mps2=read("Node", "accel")[1][model.deck_centre_node][:, :2],
+            centre_accel_mps2=read("Node", "accel")[1][model.frame.centre_node][:, :2],
             nodes=positions,
-            columns={column.element: forces[column.element] for column in model.columns},
+            columns={element: forces[element] for element in model.frame.elements["columns"]},
             sections={
                 (column.element, point): read("Element", "section", str(point), "deformation")[1][
                     column.element
@@ -248,8 +254,8 @@ class Monitor:
 
 
 def _nodes(model: BridgeModel) -> Iterable[int]:
-    yield model.deck_centre_node
-    yield from model.deck_masses_kg
+    yield model.frame.centre_node
+    yield from model.frame.loads.masses_kg
     for column in model.columns:
         yield from (column.base_node, column.top.node)
     for abutment in model.abutments:
@@ -261,6 +267,10 @@ def _nodes(model: BridgeModel) -> Iterable[int]:
             yield from spring.nodes
         for element in abutment.other_springs:
             yield from ops.eleNodes(element)
+    for joint in model.joints:
+        for bearing in joint.bearings:
+            yield from (bearing.seat_node, bearing.deck_node)
+        yield from (seat.holder.node for seat in joint.seats)
     if model.contacts is not None:
         for unit in model.contacts.units:
             yield from (unit.node_i, unit.node_j)

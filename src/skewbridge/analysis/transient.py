@@ -20,9 +20,11 @@ from skewbridge.analysis.recovery import LADDER, Effort
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
 from skewbridge.analysis.trace import Monitor, at_regular_steps
+from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.geometry import ModelGeometry, geometry_of
-from skewbridge.bridge.handles import BridgeModel, ColumnHandle, PlanVector, Point
+from skewbridge.bridge.handles import ColumnHandle, Point
 from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.plan import PlanVector
 from skewbridge.contact import ContactError, ContactSet
 from skewbridge.errors import InputError
 from skewbridge.statuses import OK, Status
@@ -178,7 +180,7 @@ class _History:
         if self._histories:
             steps = at_regular_steps(trace.time_s, self._settings.dt_s)
             histories = histories_of(self._model, trace.at(steps), ground[steps])
-        bents = capacity_rows(self._model.bridge, self._model.options.hinge_rule)
+        bents = capacity_rows(self._model.frame.bents)
         is_houbolt = self._settings.integrator_command[0] == "Houbolt"
         return AnalysisResult(
             status=ending.status,
@@ -239,19 +241,30 @@ class Watch:
         self._settings = settings
         self._max_normal_n = MAX_CONTACT_WEIGHTS * model.weight_n
         self._contacts = model.contacts
-        self._deck = _Moved(model.deck_centre_node)
+        self._deck = _Moved(model.frame.centre_node)
         self.columns = tuple(Lean(column) for column in model.columns)
         self._corners = tuple(
             (_Moved(corner.node), abutment.normal, abutment.support_length_m)
-            for abutment in model.abutments
+            for abutment in model.seats
             for corner in abutment.corners
         )
+        self._seats = tuple(
+            (_Moved(seat.corner), _Moved(seat.holder), seat.normal, seat.support_length_m)
+            for joint in model.joints
+            for seat in joint.seats
+        )
         self._drift_ratio = self._disp_m = 0.0
-        for abutment in model.abutments:
+        for abutment in model.seats:
             if abutment.support_length_m <= 0.0:
                 raise InputError(
                     f"gap_mm must be below the seat width of {abutment.seat_width_m * 1e3:g} mm, "
                     f"got {abutment.gap_m * 1e3:g}"
+                )
+        for joint in model.joints:
+            if min(seat.support_length_m for seat in joint.seats) <= 0.0:
+                raise InputError(
+                    f"gap_mm of {joint.name} must be below its seat width, "
+                    f"got {joint.gap_m * 1e3:g}"
                 )
 
     def diverged(self) -> str:
@@ -284,6 +297,10 @@ class Watch:
             x, y = corner.disp_m()
             if -(x * normal[0] + y * normal[1]) > support_m:
                 return "unseating_m"
+        for corner, holder, normal, support_m in self._seats:
+            (x, y), (below_x, below_y) = corner.disp_m(), holder.disp_m()
+            if -((x - below_x) * normal[0] + (y - below_y) * normal[1]) > support_m:
+                return "joint_unseating_m"
         if self._disp_m > self._settings.collapse_deck_disp_m:
             return "deck_disp_m"
         return ""
@@ -351,10 +368,10 @@ def drifts_at_rest(
         settings: Settings of the history.
         columns: Drifts of the columns, from the state under gravity.
     """
-    period_s = model.bridge.damping.long_period_s
+    period_s = model.frame.damping.long_period_s
     # ASSUME the path to rest adds no plastic drift: critical damping leaves no cycles
     factors = (4 * pi / period_s, 0.0, 0.0, 0.0)
-    ops.region(model.tags.region(), "-ele", *model.damping_elements, "-rayleigh", *factors)
+    ops.region(model.tags.region(), "-ele", *model.frame.damping.elements, "-rayleigh", *factors)
     configure_solver(settings)
     ops.test("EnergyIncr", min(settings.tolerance_j, TOLERANCE_J), settings.max_iterations)
     ops.algorithm("Newton")

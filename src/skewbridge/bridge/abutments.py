@@ -20,10 +20,10 @@ References:
     Mackie, section 4 of the paper (figure 9).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import radians, sqrt
-from typing import Final
+from math import cos, radians, sqrt
+from typing import Any, Final
 
 import openseespy.opensees as ops
 
@@ -39,18 +39,17 @@ from skewbridge.bridge.backfill import (
     wing_share,
     wing_wall,
 )
-from skewbridge.bridge.catalogue.data import AbutmentData, KeyData, PadData
-from skewbridge.bridge.deck import DeckEnd, Line, Side, tributary_shares
+from skewbridge.bridge.catalogue.data import AbutmentData, KeyData, PadData, PileData, WallData
+from skewbridge.bridge.frame import Blueprint, End
 from skewbridge.bridge.handles import (
     AbutmentHandle,
     BearingHandle,
-    Blueprint,
     CornerHandle,
-    PlanVector,
     Point,
     SpringHandle,
     TagAllocator,
 )
+from skewbridge.bridge.plan import DeckEnd, Line, PlanVector, tributary_shares, turned
 from skewbridge.bridge.springs import (
     NORMAL_OVER_NEIGHBOUR,
     damping_n_s_per_m,
@@ -67,7 +66,6 @@ from skewbridge.bridge.springs import (
     plastic_material,
     plastic_part,
     spring_element,
-    turned,
 )
 from skewbridge.contact.element import uniaxial
 from skewbridge.units import KN, MM, TONNE
@@ -96,25 +94,41 @@ def build_arms(
     Stations are the positions along the wall at which each line needs a node. Returns the nodes and
     the tags of the arms.
     """
-    transformation = tags.transformation()
-    geometry = "Corotational" if options.arrays == "corotational" else "Linear"
     # no arm is parallel to the normal of the wall
-    ops.geomTransf(geometry, transformation, *end.normal, 0.0)
-    # the nodes do not rotate: each arm has a ball joint there, and no torsion
-    section = (ARM_AREA_M2, ARM_MODULUS_PA, 1.0, 1.0, ARM_INERTIA_M4, ARM_INERTIA_M4)
-    joint = ("-releasez", 2, "-releasey", 2)
+    transformation = arm_transformation((*end.normal, 0.0), options, tags)
     points: Points = {}
     arms: list[int] = []
     for line, positions in stations.items():
         for along in positions:
-            node, element = tags.node(), tags.element()
-            ops.node(node, *end.point(line, along), 0.0)
-            ops.fix(node, 0, 0, 0, 1, 1, 1)
-            nodes = (element, deck_node, node)
-            ops.element("elasticBeamColumn", *nodes, *section, transformation, *joint)
-            points[line, along] = node
+            place = end.point(line, along)
+            points[line, along], element = build_arm(deck_node, place, transformation, tags)
             arms.append(element)
     return points, arms
+
+
+def arm_transformation(
+    plane: tuple[float, float, float], options: ModelOptions, tags: TagAllocator
+) -> int:
+    """Create the transformation of arms that are not parallel to a vector."""
+    transformation = tags.transformation()
+    geometry = "Corotational" if options.arrays == "corotational" else "Linear"
+    ops.geomTransf(geometry, transformation, *plane)
+    return transformation
+
+
+def build_arm(
+    holder: int, place_m: Sequence[float], transformation: int, tags: TagAllocator
+) -> tuple[int, int]:
+    """Create a node at a place and a stiff arm to it from another node; return both tags."""
+    node, element = tags.node(), tags.element()
+    ops.node(node, *place_m)
+    ops.fix(node, 0, 0, 0, 1, 1, 1)
+    # the nodes do not rotate: each arm has a ball joint there, and no torsion
+    section = (ARM_AREA_M2, ARM_MODULUS_PA, 1.0, 1.0, ARM_INERTIA_M4, ARM_INERTIA_M4)
+    joint = ("-releasez", 2, "-releasey", 2)
+    nodes = (element, holder, node)
+    ops.element("elasticBeamColumn", *nodes, *section, transformation, *joint)
+    return node, element
 
 
 # ASSUME bending and twisting of a pad are too soft to matter
@@ -123,7 +137,7 @@ PAD_ROTATION_NM_PER_RAD = 1.0e5
 PAD_HARDENING = (0.0, 3.0)  # ratio of the nonlinear hardening, and its exponent
 
 
-def pad_stations(pads: PadData, end: DeckEnd) -> list[float]:
+def pad_stations(pads: PadData | PileData, end: DeckEnd) -> list[float]:
     """Return positions of the pads along the wall in m, equally spaced across the deck."""
     stretch = end.wall_length_m / end.width_m
     middle = (pads.count - 1) / 2
@@ -131,7 +145,7 @@ def pad_stations(pads: PadData, end: DeckEnd) -> list[float]:
 
 
 def bearing_stations(
-    pads: PadData, end: DeckEnd, options: ModelOptions, *, has_pads: bool = True
+    pads: PadData | PileData, end: DeckEnd, options: ModelOptions, *, has_pads: bool = True
 ) -> list[float]:
     """Return the positions along the wall (m) of the pad elements, or of the two supports.
 
@@ -154,9 +168,11 @@ def build_bearings(
     tags: TagAllocator,
     *,
     has_pads: bool = True,
+    seat_at: Callable[[Sequence[float]], int] | None = None,
 ) -> tuple[BearingHandle, ...]:
-    """Create pads, or vertical supports, between fixed seat nodes and the bearing line.
+    """Create pads, or vertical supports, between seat nodes and the bearing line.
 
+    Seat nodes are fixed, unless ``seat_at`` creates them at their place.
     Vertical springs are elastic in compression and open in tension. The length of an element for
     one pad is the pad height. Elements for half of the pads or for a support have zero length.
     """
@@ -179,7 +195,9 @@ def build_bearings(
     handles: list[BearingHandle] = []
     for deck_node in (node for (line, _), node in points.items() if line == "bearing"):
         x, y, z = ops.nodeCoord(deck_node)
-        seat, element = grounded_node((x, y, z - height_m), tags), tags.element()
+        place = (x, y, z - height_m)
+        seat = grounded_node(place, tags) if seat_at is None else seat_at(place)
+        element = tags.element()
         ops.element(kind, element, seat, deck_node, *values)
         handles.append(BearingHandle(element=element, seat_node=seat, deck_node=deck_node))
     return tuple(handles)
@@ -205,29 +223,33 @@ CONCRETE_KG_PER_M3 = 2400.0  # source: usual density of reinforced concrete
 
 
 @dataclass(frozen=True, kw_only=True)
-class Joint(Blueprint):
-    """Joint at a deck end at rest; the builders add its springs and contacts to the handle.
+class Wall:
+    """Supported deck end at rest in front of a fill; ``handle`` has no walls and keys yet.
 
-    The keys are at the corners of `key_end`, which is `end` unless options skew keys and seats
-    differently.
+    ``skew_deg`` is the skew of the abutment, also where options do not skew its seat or keys.
     """
 
+    blueprint: Blueprint
+    data: WallData
     end: DeckEnd
     points: Points
-    key_end: DeckEnd
-    key_points: Points
     handle: AbutmentHandle
+    skew_deg: float
 
     @property
-    def data(self) -> AbutmentData:
-        """Data of the abutment."""
-        return self.bridge.abutment
+    def options(self) -> ModelOptions:
+        """Modelling options of the variant."""
+        return self.blueprint.options
 
     @property
-    def key(self) -> KeyData:
-        """Backbone of the shear keys, selected by the option ``keys``."""
-        is_monolithic = self.options.keys == "monolithic"
-        return self.data.monolithic_key if is_monolithic else self.data.sacrificial_key
+    def tags(self) -> TagAllocator:
+        """Tags of the domain."""
+        return self.blueprint.tags
+
+    @property
+    def skew_rad(self) -> float:
+        """Skew of the abutment."""
+        return radians(self.skew_deg)
 
     @property
     def wing(self) -> Passive:
@@ -242,8 +264,8 @@ class Joint(Blueprint):
     def wall_parts(self) -> list[tuple[float, float, Passive]]:
         """Return for each wall point its position (m), share of the wall and backfill curve."""
         options, end = self.options, self.end
-        skew_rad, height = radians(self.variant.skew_deg), options.backfill_height_exponent
-        soil = options.backfill, skew_rad, height, options.backfill_skew
+        height = options.backfill_height_exponent
+        soil = options.backfill, self.skew_rad, height, options.backfill_skew
         whole = self.soil(wall_backfill(self.data, *soil))
         stations = end.wall_stations(options.backwall_points)
         shares = tributary_shares(len(stations))
@@ -252,32 +274,6 @@ class Joint(Blueprint):
             (along, share, whole.scaled(share * factor))
             for along, share, factor in zip(stations, shares, factors, strict=True)
         ]
-
-    def key_inward_normal(self, sign: float) -> PlanVector:
-        """Return the normal of a key's face, from the key towards the deck.
-
-        By default it is perpendicular to the deck edge; with ``key_frame: skewed`` it is along the
-        wall. The sign is +1 for the key at the end of the wall's tangent, -1 at the opposite end.
-        """
-        along = self.key_end.tangent
-        # ASSUME the face of a key is parallel to the edge of the deck
-        if self.options.key_frame == "skewed":
-            return (-sign * along[0], -sign * along[1])
-        return (0.0, -sign if along[1] > 0.0 else sign)
-
-    def key_spring(self, nodes: tuple[int, int], inward: PlanVector) -> SpringHandle:
-        """Create the springs of a key normal to and along its face; return the normal spring."""
-        stiffness, mass_kg = key_stiffness_n_per_m(self.key), self.key_mass_kg
-        dashpot = damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness, mass_kg)
-        damped = elastic_material(0.0, self.tags, dashpot)
-        across = [key_material(self.key, self.tags), damped]
-        # ASSUME along its face a key is elastic up to the same strength, independent of the force
-        # across it: a broken key gets friction from its residual force only, below the strength
-        if self.options.key_along_face == "backbone":
-            along = [key_face_material(self.key, self.tags), damped]
-        else:
-            along = [elastic_material(stiffness, self.tags, dashpot)]
-        return spring_element(nodes, inward, across, along, self.tags)[0]
 
     def dashpot_n_s_per_m(self, stiffness_n_per_m: float, mass_kg: float, share: float) -> float:
         """Return the dashpot coefficient (N s/m) between a share of the wall and the backfill."""
@@ -297,6 +293,55 @@ class Joint(Blueprint):
         volume = self.end.wall_length_m * data.wall_height_m * data.wall_thickness_m
         return volume * CONCRETE_KG_PER_M3
 
+
+@dataclass(frozen=True, kw_only=True)
+class Joint(Wall):
+    """Deck end on the pads of a seat.
+
+    The keys are at the corners of `key_end`, which is `end` unless options skew keys and seats
+    differently.
+    """
+
+    data: AbutmentData
+    key_end: DeckEnd
+    key_points: Points
+
+    @property
+    def friction(self) -> float:
+        """Friction coefficient of the variant."""
+        return self.blueprint.variant.friction
+
+    @property
+    def key(self) -> KeyData:
+        """Backbone of the shear keys, selected by the option ``keys``."""
+        is_monolithic = self.options.keys == "monolithic"
+        return self.data.monolithic_key if is_monolithic else self.data.sacrificial_key
+
+    def key_inward_normal(self, sign: float) -> PlanVector:
+        """Return the normal of a key's face, from the key towards the deck.
+
+        By default it is perpendicular to the deck edge; with ``key_frame: skewed`` it is along the
+        wall. The sign is +1 for the key at the end of the wall's tangent, -1 at the opposite end.
+        """
+        # ASSUME the face of a key is parallel to the edge of the deck
+        is_skewed = self.options.key_frame == "skewed"
+        x, y = self.key_end.tangent if is_skewed else turned(self.key_end.outward)
+        return (-sign * x, -sign * y)
+
+    def key_spring(self, nodes: tuple[int, int], inward: PlanVector) -> SpringHandle:
+        """Create the springs of a key normal to and along its face; return the normal spring."""
+        stiffness, mass_kg = key_stiffness_n_per_m(self.key), self.key_mass_kg
+        dashpot = damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness, mass_kg)
+        damped = elastic_material(0.0, self.tags, dashpot)
+        across = [key_material(self.key, self.tags), damped]
+        # ASSUME along its face a key is elastic up to the same strength, independent of the force
+        # across it: a broken key gets friction from its residual force only, below the strength
+        if self.options.key_along_face == "backbone":
+            along = [key_face_material(self.key, self.tags), damped]
+        else:
+            along = [elastic_material(stiffness, self.tags, dashpot)]
+        return spring_element(nodes, inward, across, along, self.tags)[0]
+
     @property
     def key_mass_kg(self) -> float:
         """Mass of one exterior key."""
@@ -313,9 +358,10 @@ class Joint(Blueprint):
         cohesion_n: float = 0.0,
     ) -> int:
         """Create the contact unit between a wall or key node and a deck node; return its index."""
-        if self.contacts is None:
+        contacts = self.blueprint.contacts
+        if contacts is None:
             raise TypeError("the contact abutment needs a ContactSet")
-        return self.contacts.add(
+        return contacts.add(
             *nodes,
             (*inward, 0.0),
             gap_m,
@@ -324,104 +370,130 @@ class Joint(Blueprint):
             kn=stiffness[0],
             kt=stiffness[1],
             tangent=(*turned(inward), 0.0),
-            name=f"{self.end.side} {name}",
+            name=f"{self.end.name} {name}",
         )
 
 
-def support_deck_end(side: Side, deck_node: int, plan: Blueprint) -> Joint:
-    """Build arms and bearings at an end node of the spine; return the joint without walls."""
-    bridge, options, traits = plan.bridge, plan.options, plan.variant.traits
-    deck, data, pads = bridge.deck, bridge.abutment, bridge.abutment.pads
-    skew_deg, thickness_m = plan.variant.skew_deg, deck.diaphragm_thickness_m
+def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
+    """Build arms and bearings at an end node of a deck; return the joint without walls."""
+    variant, options, tags = blueprint.variant, blueprint.options, blueprint.tags
+    traits, data, deck_node = variant.traits, end.abutment, end.node
+    if not isinstance(data, AbutmentData):
+        raise TypeError(f"{data.type} is not a seat")
     # the opening of a square joint is measured along the bridge
-    variant = plan.variant if options.seat_skew == "abutment" else replace(plan.variant, skew_deg=0)
-    end = DeckEnd(side, bridge.length_m, variant.skew_deg, deck.width_m, thickness_m)
-    key_end = replace(end, skew_deg=skew_deg if options.key_skew == "abutment" else 0.0)
-    bearing_line = bearing_stations(pads, end, options, has_pads=traits.has_pads)
-    outer = end.wall_stations(options.backwall_points if traits.has_wall_points else 2)
+    plan = end.plan if options.seat_skew == "abutment" else replace(end.plan, skew_deg=0.0)
+    key_end = end.plan if options.key_skew == "abutment" else replace(end.plan, skew_deg=0.0)
+    bearing_line = bearing_stations(data.pads, plan, options, has_pads=traits.has_pads)
+    outer = plan.wall_stations(options.backwall_points if traits.has_wall_points else 2)
     lines: dict[Line, list[float]] = {"bearing": bearing_line, "outer": outer}
-    points, arms = build_arms(end, deck_node, lines, options, plan.tags)
+    points, arms = build_arms(plan, deck_node, lines, options, tags)
     key_points = points
-    if traits.has_wall_points and key_end != end:
+    if traits.has_wall_points and key_end != plan:
         corners: dict[Line, list[float]] = {"outer": key_end.wall_stations(2)}
-        key_points, key_arms = build_arms(key_end, deck_node, corners, options, plan.tags)
+        key_points, key_arms = build_arms(key_end, deck_node, corners, options, tags)
         arms += key_arms
-    bearings = build_bearings(end, points, pads, options, plan.tags, has_pads=traits.has_pads)
-    z_m = float(ops.nodeCoord(deck_node, 3))
-
-    def seat(along_m: float) -> Point:
-        arm = along_m * end.tangent[0], along_m * end.tangent[1], -z_m
-        return Point(deck_node, arm)
-
-    gap_m = variant.normal_gap_m(options.gap_measured) + options.gap_offset_mm * MM
+    bearings = build_bearings(plan, points, data.pads, options, tags, has_pads=traits.has_pads)
+    pads = pad_stations(data.pads, plan) if traits.has_pads else bearing_line
+    own_mm = data.gap_mm if "gap_mm" in traits.axes else None
+    gap_mm = variant.gap_mm if own_mm is None else own_mm
     handle = AbutmentHandle(
-        side=side,
-        normal=end.normal,
-        tangent=end.tangent,
-        gap_m=max(gap_m, 0.0),
+        **placed(plan, deck_node, points),
+        gap_m=normal_gap_m(gap_mm, plan, options),
         transverse_gap_m=options.transverse_gap_m,
         seat_width_m=data.seat_width_m,
-        centre=seat(0.0),
-        corners=tuple(
-            CornerHandle(
-                node=points["outer", along],
-                side=side,
-                kind="acute" if along * end.acute_sign > 0.0 else "obtuse",
-                plan_m=end.point("outer", along),
-            )
-            for along in end.wall_stations(2)
-        ),
         bearings=bearings,
-        pads=tuple(map(seat, pad_stations(pads, end) if traits.has_pads else bearing_line)),
+        pads=tuple(bearing_point(plan, deck_node, along) for along in pads),
+        holders=tuple(bearing.seat_node for bearing in bearings),
         links=tuple(arms),
     )
     return Joint(
-        **vars(plan),
-        end=end,
+        blueprint=blueprint,
+        data=data,
+        end=plan,
         points=points,
+        handle=handle,
+        skew_deg=end.plan.skew_deg,
         key_end=key_end,
         key_points=key_points,
-        handle=handle,
     )
+
+
+def normal_gap_m(gap_mm: float, end: DeckEnd, options: ModelOptions) -> float:
+    """Return the opening of a joint at rest, normal to its faces, with the offset of the options.
+
+    If the gap is measured along the bridge, the opening is smaller by cos(skew).
+    """
+    narrowing = cos(end.skew_rad) if options.gap_measured == "longitudinal" else 1.0
+    return max(gap_mm * MM * narrowing + options.gap_offset_mm * MM, 0.0)
+
+
+def bearing_point(end: DeckEnd, deck_node: int, along_m: float) -> Point:
+    """Return a point of the bearing line at the soffit, rigidly connected to the deck."""
+    z_m = float(ops.nodeCoord(deck_node, 3))
+    x, y = end.tangent
+    return Point(deck_node, (along_m * x, along_m * y, end.soffit_m - z_m))
+
+
+def placed(end: DeckEnd, deck_node: int, points: Points) -> dict[str, Any]:
+    """Return the place of an end as fields of its handle; without points the end is rigid."""
+    corners = tuple(
+        CornerHandle(
+            node=points.get(("outer", along), deck_node),
+            side=end.name,
+            kind="acute" if along * end.acute_sign > 0.0 else "obtuse",
+            plan_m=end.point("outer", along)[:2],
+        )
+        for along in end.wall_stations(2)
+    )
+    return {
+        "side": end.name,
+        "normal": end.normal,
+        "tangent": end.tangent,
+        "centre": bearing_point(end, deck_node, 0.0),
+        "corners": corners,
+    }
 
 
 def build_joint(joint: Joint) -> AbutmentHandle:
     """Build walls, keys and their gaps between a deck end at rest and its abutment."""
-    BUILDERS[joint.variant.abutment](joint)
+    return BUILDERS[joint.blueprint.variant.abutment](joint)
+
+
+def _build_roller(joint: Joint) -> AbutmentHandle:
+    """Add nothing: the deck end is free on its supports."""
     return joint.handle
 
 
-def _build_roller(_joint: Joint) -> None:
-    """Add nothing: the deck end is free on its supports."""
-
-
-def _build_simplified(joint: Joint) -> None:
+def _build_simplified(joint: Joint) -> AbutmentHandle:
     """Create the springs at both ends of the bar, each with half of the resistance."""
     end, tags = joint.end, joint.tags
     straight, skew_rule = joint.soil(sdc_backfill(joint.data)), joint.options.backfill_skew
-    skew_rad = radians(joint.variant.skew_deg)
-    longitudinal = reduced_for_skew(straight, skew_rad, skew_rule).scaled(0.5)
+    longitudinal = reduced_for_skew(straight, joint.skew_rad, skew_rule).scaled(0.5)
     # ASSUME the transverse springs have no gap, as in the published model
     transverse = joint.wing.scaled(0.5)
     ends = end.wall_stations(2)
     factors = variation_factors(end, ends, joint.options.backfill_variation)
+    pairs: list[tuple[SpringHandle, SpringHandle]] = []
     for along, factor in zip(ends, factors, strict=True):
         nodes = grounded_node(end.point("outer", along), tags), joint.points["outer", along]
         soil = passive_material(longitudinal.scaled(factor), joint.handle.gap_m, tags)
         wing = plastic_material(transverse, tags)
-        wall_spring, wing_spring = spring_element(nodes, end.inward, [soil], [wing], tags)
-        joint.handle.wall_springs.append(wall_spring)
-        joint.handle.key_springs.append(wing_spring)
+        pairs.append(spring_element(nodes, end.inward, [soil], [wing], tags))
+    walls, wings = zip(*pairs, strict=True)
+    return replace(joint.handle, wall_springs=walls, key_springs=wings)
 
 
-def _build_spring(joint: Joint) -> None:
+def _build_spring(joint: Joint) -> AbutmentHandle:
     """Create the gap springs of the backfill, and connect the keys to the abutment body."""
     end, tags = joint.end, joint.tags
+    springs: list[SpringHandle] = []
     for along, _, passive in joint.wall_parts():
         nodes = grounded_node(end.point("outer", along), tags), joint.points["outer", along]
         soil = passive_material(passive, joint.handle.gap_m, tags)
-        joint.handle.wall_springs.append(spring_element(nodes, end.inward, [soil], [], tags)[0])
-    _build_keys(joint, body=_build_body(joint))
+        springs.append(spring_element(nodes, end.inward, [soil], [], tags)[0])
+    body, wing = _build_body(joint)
+    handle = replace(joint.handle, wall_springs=tuple(springs), wing_springs=(wing,))
+    return _build_keys(joint, handle, body=body)
 
 
 def embankment_mass_kg(data: AbutmentData) -> float:
@@ -437,15 +509,15 @@ def embankment_mass_kg(data: AbutmentData) -> float:
     return length * area * SOIL_KG_PER_M3
 
 
-def _build_body(joint: Joint) -> int:
-    """Create the node of the abutment's body, with springs along and normal to the wall."""
+def _build_body(joint: Joint) -> tuple[int, SpringHandle]:
+    """Create the node of the abutment's body; return it with its spring along the wall."""
     end, data, tags = joint.end, joint.data, joint.tags
     embankment_kg = embankment_mass_kg(data) if joint.options.embankment_mass else 0.0
     mass_kg = joint.wall_mass_kg + embankment_kg
     # ASSUME across the wall the body has the initial stiffness of one wall point at zero skew
     across = joint.wall_parts()[0][2].stiffness_n_per_m
     if joint.options.backfill_skew == "strength_and_stiffness":
-        across /= skew_reduction(radians(joint.variant.skew_deg))
+        across /= skew_reduction(joint.skew_rad)
     moving_kg = joint.moving_mass_kg(joint.wall_mass_kg) + embankment_kg
     body = plane_node(end.point("outer", 0.0), moving_kg, tags)
     ground = grounded_node(end.point("outer", 0.0), tags)
@@ -455,35 +527,51 @@ def _build_body(joint: Joint) -> int:
     dashpot = joint.dashpot_n_s_per_m(across, mass_kg, 1.0)
     across_it = [elastic_material(across, tags, dashpot)]
     spring, _ = spring_element((ground, body), end.tangent, along_wall, across_it, tags)
-    joint.handle.wing_springs.append(spring)
-    return body
+    return body, spring
 
 
-def _build_contact(joint: Joint) -> None:
+def _build_contact(joint: Joint) -> AbutmentHandle:
     """Create the wall points and the keys with their contact units."""
-    end, handle, options, tags = joint.end, joint.handle, joint.options, joint.tags
-    friction = joint.variant.friction * (options.friction_at != "keys")
+    end, gap_m, options, tags = joint.end, joint.handle.gap_m, joint.options, joint.tags
+    friction = joint.friction * (options.friction_at != "keys")
+    units: list[int] = []
+    walls: list[int] = []
+    held: list[tuple[SpringHandle, SpringHandle, tuple[int, ...]]] = []
     for number, (along, share, passive) in enumerate(joint.wall_parts(), start=1):
         mass_kg = joint.moving_mass_kg(joint.wall_mass_kg * share)
         # The penalty of a point is proportional to its soil stiffness: the soil spreads the force.
         stiffness = penalties(passive.stiffness_n_per_m, mass_kg, options)
         wall = plane_node(end.point("outer", along), mass_kg, tags)
         ground = grounded_node(end.point("outer", along), tags)
-        _hold_wall_point(joint, (ground, wall), share, passive)
+        held.append(hold_wall_point(joint, (ground, wall), share, passive))
         nodes, name = (wall, joint.points["outer", along]), f"backwall {number}"
-        unit = joint.add_contact(
-            nodes, end.inward, handle.gap_m, stiffness, friction, name, options.cohesion_n * share
+        cohesion_n = options.cohesion_n * share
+        units.append(
+            joint.add_contact(nodes, end.inward, gap_m, stiffness, friction, name, cohesion_n)
         )
-        handle.wall_units.append(unit)
-        handle.wall_nodes.append(wall)
-    _build_keys(joint, body=None)
+        walls.append(wall)
+    wall_springs, wing_springs, links = zip(*held, strict=True)
+    handle = replace(
+        joint.handle,
+        wall_units=tuple(units),
+        wall_nodes=tuple(walls),
+        wall_springs=wall_springs,
+        wing_springs=wing_springs,
+        other_springs=tuple(element for elements in links for element in elements),
+    )
+    return _build_keys(joint, handle, body=None)
 
 
-def _hold_wall_point(joint: Joint, nodes: tuple[int, int], share: float, passive: Passive) -> None:
-    """Create the backfill, stem and wing-wall springs between ground and a wall node."""
+def hold_wall_point(
+    joint: Wall, nodes: tuple[int, int], share: float, passive: Passive, *, has_stem: bool = True
+) -> tuple[SpringHandle, SpringHandle, tuple[int, ...]]:
+    """Create the backfill, stem and wing-wall springs between ground and a wall node.
+
+    Returns the springs of backfill and wing walls, and the elements between wall and backfill.
+    """
     end, tags, mass_kg = joint.end, joint.tags, joint.wall_mass_kg * share
     # in proportion to the strength of the soil
-    reduction = skew_reduction(radians(joint.variant.skew_deg), joint.options.backfill_skew)
+    reduction = skew_reduction(joint.skew_rad, joint.options.backfill_skew)
     weak = joint.options.wall_restoring_n_per_m * reduction * share
     stiffness, wing = passive.stiffness_n_per_m, joint.wing.scaled(share)
     # ASSUME towards the deck the stem of the wall has the initial stiffness of the soil: shaking
@@ -494,7 +582,9 @@ def _hold_wall_point(joint: Joint, nodes: tuple[int, int], share: float, passive
     along = [plastic_material(wing, tags), elastic_material(weak, tags, wing_dashpot)]
     is_parallel = joint.options.backfill_dashpot == "parallel"
     leaning_n_s_per_m = dashpot if is_parallel else 0.0
-    leaning = elastic_material(stiffness + weak, tags, leaning_n_s_per_m, compression_n_per_m=weak)
+    stem = stiffness if has_stem else 0.0
+    leaning = elastic_material(stem + weak, tags, leaning_n_s_per_m, compression_n_per_m=weak)
+    links: tuple[int, ...] = ()
     if is_parallel:
         across = [passive_material(passive, 0.0, tags), leaning]
     else:
@@ -502,44 +592,50 @@ def _hold_wall_point(joint: Joint, nodes: tuple[int, int], share: float, passive
         # spring and dashpot never exceeds the strength of the soil. Without tension in the plastic
         # part their sum is never tension.
         ground, wall = nodes
-        nodes = ground, plane_node(ops.nodeCoord(wall)[:2], 0.0, tags)
+        nodes = ground, plane_node(ops.nodeCoord(wall), 0.0, tags)
         elastic = [elastic_material(elastic_part_n_per_m(passive), tags, dashpot)]
         tie = [elastic_material(NORMAL_OVER_NEIGHBOUR * wing.stiffness_n_per_m, tags)]
         link, _ = spring_element((nodes[1], wall), end.inward, elastic, tie, tags)
-        joint.handle.other_springs.append(link.element)
+        links = (link.element,)
         across = [*plastic_part(passive, tags), leaning]
-    wall_spring, wing_spring = spring_element(nodes, end.inward, across, along, tags)
-    joint.handle.wall_springs.append(wall_spring)
-    joint.handle.wing_springs.append(wing_spring)
+    return *spring_element(nodes, end.inward, across, along, tags), links
 
 
-def _build_keys(joint: Joint, body: int | None) -> None:
+def _build_keys(joint: Joint, handle: AbutmentHandle, body: int | None) -> AbutmentHandle:
     """Create both exterior keys: on the ground with contacts, or on a body with gap springs."""
-    end, handle, options, tags = joint.key_end, joint.handle, joint.options, joint.tags
-    friction = joint.variant.friction * (options.friction_at != "walls")
+    end, options, tags = joint.key_end, joint.options, joint.tags
+    friction = joint.friction * (options.friction_at != "walls")
     mass_kg = joint.moving_mass_kg(joint.key_mass_kg)
     stiffness = penalties(key_stiffness_n_per_m(joint.key), mass_kg, options)
+    springs: list[SpringHandle] = []
+    keys: list[int] = []
+    units: list[int] = []
+    gaps: list[int] = []
     for sign in (-1.0, 1.0):
         along, inward = sign * end.wall_length_m / 2, joint.key_inward_normal(sign)
         node = plane_node(end.point("outer", along), mass_kg, tags)
         # the body does not rotate: its middle moves like its part at the key
         holder = grounded_node(end.point("outer", along), tags) if body is None else body
-        handle.key_springs.append(joint.key_spring((holder, node), inward))
-        handle.key_nodes.append(node)
+        springs.append(joint.key_spring((holder, node), inward))
+        keys.append(node)
         nodes = node, joint.key_points["outer", along]
         if body is None:
             name, gap_m = f"key {'+' if sign > 0.0 else '-'}", options.transverse_gap_m
-            handle.key_units.append(
-                joint.add_contact(nodes, inward, gap_m, stiffness, friction, name)
-            )
+            units.append(joint.add_contact(nodes, inward, gap_m, stiffness, friction, name))
         else:
             gap = gap_material(stiffness[0], options.transverse_gap_m, tags)
-            spring, _ = spring_element(nodes, inward, [gap], [], tags)
-            handle.other_springs.append(spring.element)
+            gaps.append(spring_element(nodes, inward, [gap], [], tags)[0].element)
+    return replace(
+        handle,
+        key_springs=tuple(springs),
+        key_nodes=tuple(keys),
+        key_units=tuple(units),
+        other_springs=(*handle.other_springs, *gaps),
+    )
 
 
 #: Builder of each abutment model in `skewbridge.variant.variant`.
-BUILDERS: Final[Mapping[str, Callable[[Joint], None]]] = {
+BUILDERS: Final[Mapping[str, Callable[[Joint], AbutmentHandle]]] = {
     "roller": _build_roller,
     "simplified": _build_simplified,
     "spring": _build_spring,

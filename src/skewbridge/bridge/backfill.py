@@ -2,18 +2,15 @@
 
 from dataclasses import dataclass, replace
 from math import atan, degrees, exp, sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skewbridge.bridge.catalogue.data import AbutmentData
+from skewbridge.bridge.catalogue.data import WallData
+from skewbridge.bridge.plan import DeckEnd
 from skewbridge.bridge.section import FloatArray
 from skewbridge.units import FOOT, INCH, KIP, KN
 from skewbridge.variant.options import BackfillSkew
-
-if TYPE_CHECKING:
-    from skewbridge.bridge.deck import DeckEnd  # the page needs the tested skews but not OpenSees
 
 # source: Shamsabadi, Khalili-Tehrani, Stewart and Taciroglu (2010), J. Bridge Eng. 15(3):233-246:
 # 1.56 for granular backfill, 1.05 for cohesive; 1.57 for SDC 2.0 at 1.7 m
@@ -84,7 +81,7 @@ def skew_reduction(skew_rad: float, rule: BackfillSkew = "strength") -> float:
     return exp(-min(abs(degrees(skew_rad)), MAX_REDUCTION_SKEW_DEG) / 45.0)
 
 
-def sdc_backfill(abutment: AbutmentData) -> Passive:
+def sdc_backfill(abutment: WallData) -> Passive:
     """Return the bilinear curve of Caltrans SDC 2.0 section 6.3.1.2 at zero skew.
 
     K = w (5.5 h + 20) kip/in and F = w 5.5 h^2.5 / (1 + 2.37 h) kip, w and h in ft.
@@ -97,7 +94,7 @@ def sdc_backfill(abutment: AbutmentData) -> Passive:
     )
 
 
-def hyperbolic_backfill(abutment: AbutmentData, height_exponent: float) -> Passive:
+def hyperbolic_backfill(abutment: WallData, height_exponent: float) -> Passive:
     """Return the hyperbolic curve at zero skew, with the rule of the bridge file."""
     data, width = abutment.backfill, abutment.wall_width_m
     if data.rule == "ucsd":
@@ -120,7 +117,7 @@ def hyperbolic_backfill(abutment: AbutmentData, height_exponent: float) -> Passi
 
 
 def wall_backfill(
-    abutment: AbutmentData,
+    abutment: WallData,
     kind: str,
     skew_rad: float,
     height_exponent: float = STRENGTH_EXPONENT,
@@ -150,7 +147,7 @@ def reduced_for_skew(passive: Passive, skew_rad: float, rule: BackfillSkew) -> P
     return replace(passive, ultimate_n=passive.ultimate_n * reduction, failure_ratio=ratio)
 
 
-def variation_factors(end: "DeckEnd", stations: list[float], variation: float) -> list[float]:
+def variation_factors(end: DeckEnd, stations: list[float], variation: float) -> list[float]:
     """Return linear factors along the wall: 1 in the middle, largest at the acute deck corner.
 
     References:
@@ -161,7 +158,7 @@ def variation_factors(end: "DeckEnd", stations: list[float], variation: float) -
     return [1.0 + slope * end.acute_sign * s / half for s in stations]
 
 
-def radiation_n_s_per_m(abutment: AbutmentData, vs_mps: float) -> float:
+def radiation_n_s_per_m(abutment: WallData, vs_mps: float) -> float:
     """Return the radiation-damping coefficient rho Vs A of the full wall in N s/m.
 
     References:
@@ -172,7 +169,7 @@ def radiation_n_s_per_m(abutment: AbutmentData, vs_mps: float) -> float:
     return SOIL_KG_PER_M3 * vs_mps * abutment.wall_width_m * abutment.wall_height_m
 
 
-def wing_share(abutment: AbutmentData) -> float:
+def wing_share(abutment: WallData) -> float:
     """Return the ratio of wing-wall to backwall resistance of one abutment.
 
     References:
@@ -182,7 +179,7 @@ def wing_share(abutment: AbutmentData) -> float:
     return abutment.wing_length_ratio * abutment.wing_participation * abutment.wing_effectiveness
 
 
-def wing_wall(abutment: AbutmentData) -> Passive:
+def wing_wall(abutment: WallData) -> Passive:
     """Return the transverse resistance of an abutment's wing walls: a share of the SDC curve."""
     # ASSUME no reduction for skew: the wings bear on the soil at a right angle
     return sdc_backfill(abutment).scaled(wing_share(abutment))

@@ -4,16 +4,18 @@ A bent may be skewed like the abutments. Cap, columns, their sections and the sp
 turn with it: the first axis of a bent is normal to it, the second along it.
 """
 
+from collections.abc import Sequence
 from itertools import pairwise
-from math import ceil, cos, pi, radians, sin, sqrt
+from math import ceil, cos, radians, sin, sqrt
 
 import numpy as np
 import openseespy.opensees as ops
 
-from skewbridge.bridge.catalogue.data import BridgeData, ColumnData
-from skewbridge.bridge.column import RESIDUAL_SHEAR, BentCapacity, bent_capacity, shear_loss
-from skewbridge.bridge.deck import Deck, add_moment, add_weight, column_weight_n, deck_reactions_n
-from skewbridge.bridge.handles import ColumnHandle, PlanVector, Point, TagAllocator
+from skewbridge.bridge.catalogue.columns import ColumnData
+from skewbridge.bridge.catalogue.data import BridgeData
+from skewbridge.bridge.column import RESIDUAL_SHEAR, BentCapacity, bent_directions, shear_loss
+from skewbridge.bridge.handles import ColumnCapacity, ColumnHandle, Point, TagAllocator
+from skewbridge.bridge.plan import PlanVector, turned
 from skewbridge.bridge.section import (
     Concrete,
     core_concrete,
@@ -21,10 +23,12 @@ from skewbridge.bridge.section import (
     shear_modulus_pa,
     steel_of,
 )
-from skewbridge.bridge.springs import elastic_material, grounded_node, turned
+from skewbridge.bridge.spine import Spine, add_moment, add_weight
+from skewbridge.bridge.springs import elastic_material, grounded_node
+from skewbridge.bridge.weights import column_weight_n, deck_reactions_n
 from skewbridge.contact.element import uniaxial
 from skewbridge.errors import InputError
-from skewbridge.units import G_MPS2, GPA, KN, MM
+from skewbridge.units import G_MPS2, GPA, KN
 from skewbridge.variant.options import ModelOptions
 
 RIGID_TWIST = 100.0  # torsion constant of a cap / its polar moment
@@ -32,7 +36,7 @@ RIGID_BENDING = 1000.0  # factor on the vertical bending stiffness of a cap
 
 
 def build_bents(
-    bridge: BridgeData, spine: Deck, skew_deg: float, options: ModelOptions, tags: TagAllocator
+    bridge: BridgeData, spine: Spine, skew_deg: float, options: ModelOptions, tags: TagAllocator
 ) -> tuple[tuple[ColumnHandle, ...], tuple[int, ...]]:
     """Create caps, columns and bases with their weights; return columns and foundation springs.
 
@@ -40,23 +44,38 @@ def build_bents(
     of the skewed bents (`skewbridge.bridge.model.built_bridge`).
     """
     normal = (cos(radians(skew_deg)), sin(radians(skew_deg)))
-    upright, level = tags.transformation(), tags.transformation()
+    within, level = tags.transformation(), tags.transformation()
     # a column ends at the soffit, rigidly connected to its node at the deck's centroid
-    below = (0.0, 0.0, -bridge.deck.centroid_above_soffit_m)
-    ops.geomTransf("PDelta", upright, *normal, 0.0, "-jntOffset", 0.0, 0.0, 0.0, *below)
+    soffit = (0.0, 0.0, -bridge.deck.centroid_above_soffit_m)
+    offset = ("-jntOffset", 0.0, 0.0, 0.0)
+    ops.geomTransf("PDelta", within, *normal, 0.0, *offset, *soffit)
     ops.geomTransf("Linear", level, 0.0, 0.0, 1.0)
     columns: list[ColumnHandle] = []
     foundations: list[int] = []
     for number, (bent, x) in enumerate(zip(bridge.bents, bridge.bent_positions_m, strict=True)):
-        capacity = bent_capacity(bridge, number, options.hinge_rule)
-        integration, hinges = build_integration(bridge, capacity, options, tags)
+        both = bent_directions(bridge, number, options.hinge_rule)
+        is_pinned = bridge.base_of(bent) == "pinned"
+        upright, below, height_m = within, soffit, bent.clear_height_m
+        if number in bridge.jointed_bents:
+            # the cap is a line at its top, where the bearings are; the column ends at its soffit
+            upright, below = tags.transformation(), (0.0, 0.0, -bent.cap_depth_m)
+            height_m += bent.cap_depth_m
+            ops.geomTransf("PDelta", upright, *normal, 0.0, *offset, *below)
+            spine.bent_nodes[number] = cap = tags.node()
+            ops.node(cap, x, 0.0, 0.0)
+            # inertia about its own axis, below the bearings: without it, the trapezoidal rule is
+            # unstable in this rotation when decks collide
+            turning = bent.cap_weight_kn * KN / G_MPS2
+            turning *= bent.cap_width_m**2 / 12 + bent.cap_depth_m**2 / 3
+            ops.mass(cap, 0.0, 0.0, 0.0, turning, turning, turning)
+        integration, hinges = build_integration(both, options, tags)
         joints = _build_cap(bridge, number, spine, (x, normal), level, tags)
         if options.cap_load == "spread" and len(joints) > 1:
             _spread_deck_load(bridge, number, spine, joints, normal)
         for joint, _ in joints:
             base = tags.node()
-            ops.node(base, *ops.nodeCoord(joint)[:2], -bent.clear_height_m)
-            foundations.extend(_support(bridge, base, normal, options, tags))
+            ops.node(base, *ops.nodeCoord(joint)[:2], -height_m)
+            foundations.extend(_support(bridge, base, is_pinned, normal, options, tags))
             element = tags.element()
             numerics = (upright, integration, "-iter", *COLUMN_ITERATIONS)
             ops.element("forceBeamColumn", element, base, joint, *numerics)
@@ -67,12 +86,10 @@ def build_bents(
                     top=Point(joint, below),
                     clear_height_m=bent.clear_height_m,
                     hinge_sections=hinges,
-                    yield_curvature_per_m=capacity.curve.yield_curvature_per_m,
-                    yield_drift_ratio=capacity.yield_disp_m / bent.clear_height_m,
-                    drift_capacity_ratio=capacity.capacity_m / bent.clear_height_m,
-                    shear=capacity.shear,
+                    capacities=(_handle_of(both[0]), _handle_of(both[1])),
+                    normal=normal,
                     shear_model=options.shear_model,
-                    is_pinned=bridge.base == "pinned",
+                    is_pinned=is_pinned,
                     is_elastic=options.elastic_columns,
                     loses_shear_strength=options.shear_failure == "degrade",
                 )
@@ -84,10 +101,19 @@ def build_bents(
     return tuple(columns), tuple(foundations)
 
 
+def _handle_of(bent: BentCapacity) -> ColumnCapacity:
+    return ColumnCapacity(
+        yield_curvature_per_m=bent.curve.yield_curvature_per_m,
+        yield_drift_ratio=bent.yield_disp_m / bent.clear_height_m,
+        drift_capacity_ratio=bent.capacity_m / bent.clear_height_m,
+        shear=bent.shear,
+    )
+
+
 def _build_cap(
     bridge: BridgeData,
     number: int,
-    spine: Deck,
+    spine: Spine,
     place: tuple[float, PlanVector],
     transformation: int,
     tags: TagAllocator,
@@ -112,7 +138,7 @@ def _build_cap(
     for x, y, along in column_places_m(bridge, number, *place):
         node = centre if along == 0.0 else tags.node()
         if node != centre:
-            ops.node(node, x, y, deck.centroid_above_soffit_m)
+            ops.node(node, x, y, float(ops.nodeCoord(centre, 3)))
         joints.append((node, along))
     inertias = (torsion, upright, depth * width**3 / 12)
     section = (width * depth, modulus, shear_modulus_pa(modulus), *inertias)
@@ -139,7 +165,7 @@ def _along_cap(centre: int, joints: list[tuple[int, float]]) -> list[tuple[int, 
 def _spread_deck_load(
     bridge: BridgeData,
     number: int,
-    spine: Deck,
+    spine: Spine,
     joints: list[tuple[int, float]],
     normal: PlanVector,
 ) -> None:
@@ -170,10 +196,15 @@ def _spread_deck_load(
 
 
 def _support(
-    bridge: BridgeData, base: int, normal: PlanVector, options: ModelOptions, tags: TagAllocator
+    bridge: BridgeData,
+    base: int,
+    is_pinned: bool,
+    normal: PlanVector,
+    options: ModelOptions,
+    tags: TagAllocator,
 ) -> list[int]:
     """Fix a base, or create and return its springs; a pinned base still resists torsion."""
-    bends = 0 if bridge.base == "pinned" else 1
+    bends = 0 if is_pinned else 1
     if options.foundation == "fixed" or bridge.foundation is None:
         ops.fix(base, 1, 1, 1, bends, bends, 1)
         return []
@@ -266,62 +297,48 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     rings, wedges, cover_rings = options.column_fibers
     section = tags.section()
     shear = shear_modulus_pa(column.elastic_modulus_gpa * GPA)
-    torsion_nm2 = column.torsion_ratio * shear * 2 * column.gross_inertia_m4  # cracked
+    torsion_nm2 = column.torsion_ratio * shear * column.outline.torsion_m4  # cracked
     ops.section("Fiber", section, "-GJ", torsion_nm2)
-    core_m, radius_m = column.hoop_circle_m / 2, column.diameter_m / 2
+    inner, outer, steel = column.fibers(rings, wedges, cover_rings)
     # the core material that remains has a fifth of the strength, so half the mesh is enough
-    meshes = (rings, wedges), (ceil(rings / 2), max(3, ceil(wedges / 2)))
-    for material, mesh in zip(core, meshes, strict=False):
-        _add_rings(material, (0.0, core_m), *mesh)
-    _add_rings(cover, (core_m, radius_m), cover_rings, wedges)
-    steel_m2 = column.bar_count * column.bar_area_mm2 * MM**2
-    _add_circle(bar, column.bar_circle_m / 2, steel_m2, min(column.bar_count, wedges))
+    coarse = column.core.fibers(ceil(rings / 2), max(3, ceil(wedges / 2)))
+    parts = [*zip(core, (inner, coarse), strict=False), (cover, outer), (bar, steel)]
+    for material, fibers in parts:
+        for y, z, area_m2 in fibers:
+            ops.fiber(y, z, area_m2, material)
     return section
-
-
-def _add_rings(material: int, radii_m: tuple[float, float], rings: int, wedges: int) -> None:
-    """Fill an annulus of the section with fibers, in rings of equal thickness.
-
-    Each fiber is at the radius that preserves the second moment of area of its ring, so that a
-    coarse mesh is as stiff as a fine one. Inner rings have fewer fibers, in proportion to their
-    radius and the same in all four quadrants.
-    """
-    inner_m, outer_m = radii_m
-    for ring in range(rings):
-        low_m, high_m = (inner_m + (outer_m - inner_m) * edge / rings for edge in (ring, ring + 1))
-        area_m2 = pi * (high_m**2 - low_m**2)
-        count = min(wedges, max(8, 4 * ceil(wedges * high_m / outer_m / 4)))
-        _add_circle(material, sqrt((low_m**2 + high_m**2) / 2), area_m2, count)
-
-
-def _add_circle(material: int, radius_m: float, area_m2: float, count: int) -> None:
-    """Place fibers of equal area on a circle."""
-    for number in range(count):
-        angle = 2 * pi * (number + 0.5) / count
-        y, z = radius_m * cos(angle), radius_m * sin(angle)
-        ops.fiber(y, z, area_m2 / count, material)
 
 
 def _elastic_section(column: ColumnData, tags: TagAllocator) -> int:
     """Create the elastic section of a column with its cracked stiffness; return its tag."""
-    section, gross = tags.section(), column.gross_inertia_m4
-    modulus, area = column.elastic_modulus_gpa * GPA, column.gross_area_m2
-    inertia, polar = column.cracked_stiffness_ratio * gross, column.torsion_ratio * 2 * gross
-    shear = shear_modulus_pa(modulus)
-    ops.section("Elastic", section, modulus, area, inertia, inertia, shear, polar)
+    section, shape, modulus = tags.section(), column.outline, column.elastic_modulus_gpa * GPA
+    normal, along = (column.cracked_stiffness_ratio * shape.inertia_m4(k) for k in (0, 1))
+    polar, shear = column.torsion_ratio * shape.torsion_m4, shear_modulus_pa(modulus)
+    # bending about z moves the column along y, which is along the bent
+    ops.section("Elastic", section, modulus, shape.area_m2, along, normal, shear, polar)
     return section
 
 
 def _shear_section(
-    fiber: int, bent: BentCapacity, options: ModelOptions, tags: TagAllocator
+    fiber: int, both: Sequence[BentCapacity], options: ModelOptions, tags: TagAllocator
 ) -> int:
     """Add the loss of shear strength to the fiber section of a hinge; return the new section tag.
 
-    The two directions fail independently, so an oblique resultant can reach 1.41 times the
-    strength.
+    The two directions fail independently, so an oblique resultant of a round column can reach 1.41
+    times the strength.
     """
+    normal, along = both
+    across = _shear_material(normal, options, tags)
+    beside = across if along is normal else _shear_material(along, options, tags)
+    section = tags.section()
+    ops.section("Aggregator", section, beside, "Vy", across, "Vz", "-section", fiber)
+    return section
+
+
+def _shear_material(bent: BentCapacity, options: ModelOptions, tags: TagAllocator) -> int:
+    """Create the shear spring of a hinge in one direction and return its tag."""
     loss = shear_loss(bent, options.shear_model)
-    section, residual = tags.section(), RESIDUAL_SHEAR * loss.strength_n
+    residual = RESIDUAL_SHEAR * loss.strength_n
     points = (
         (loss.strength_n, loss.elastic_m / bent.hinge_length_m),
         (residual, loss.residual_m / bent.hinge_length_m),
@@ -329,15 +346,13 @@ def _shear_section(
     )
     branch = [value for point in points for value in point]
     backbone = (*branch, *(-value for value in branch))
-    material = uniaxial(tags, "Hysteretic", *backbone, *PINCHING, 0.0, 0.0)
-    ops.section("Aggregator", section, material, "Vy", material, "Vz", "-section", fiber)
-    return section
+    return uniaxial(tags, "Hysteretic", *backbone, *PINCHING, 0.0, 0.0)
 
 
 def build_integration(
-    bridge: BridgeData, bent: BentCapacity, options: ModelOptions, tags: TagAllocator
+    both: Sequence[BentCapacity], options: ModelOptions, tags: TagAllocator
 ) -> tuple[int, tuple[int, ...]]:
-    """Create the beam integration shared by the columns of a bent.
+    """Create the beam integration shared by the columns of a bent, given in both directions.
 
     Plastic hinges are integrated as in HingeRadau. The sections between them are elastic, as is the
     hinge at a pinned base, which never yields; `elastic_points` replaces all elastic sections with
@@ -349,7 +364,8 @@ def build_integration(
     Raises:
         InputError: Loss of shear strength is combined with distributed plasticity.
     """
-    column, is_pinned = bridge.column, bridge.base == "pinned"
+    bent = both[0]
+    column, is_pinned = bent.column, bent.base == "pinned"
     integration, is_degrading = tags.integration(), options.shear_failure == "degrade"
     if options.elastic_columns:
         ops.beamIntegration("Lobatto", integration, _elastic_section(column, tags), ELASTIC_POINTS)
@@ -361,7 +377,7 @@ def build_integration(
         ops.beamIntegration("Lobatto", integration, fiber, LOBATTO_POINTS)
         return integration, (LOBATTO_POINTS,) if is_pinned else (1, LOBATTO_POINTS)
     elastic = _elastic_section(column, tags)
-    top = _shear_section(fiber, bent, options, tags) if is_degrading else fiber
+    top = _shear_section(fiber, both, options, tags) if is_degrading else fiber
     ratio = bent.hinge_length_m / bent.clear_height_m
     places, weights = elastic_points(ratio, is_pinned=is_pinned)
     sections, ends = [elastic] * len(places), (len(places) + 1,)

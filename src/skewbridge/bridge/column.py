@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass
 from math import radians, tan
+from typing import Literal
 
 import numpy as np
 
-from skewbridge.bridge.catalogue.data import BridgeData, ColumnData
-from skewbridge.bridge.deck import column_axial_n
+from skewbridge.bridge.catalogue.columns import ColumnData
+from skewbridge.bridge.catalogue.data import Base, BridgeData
 from skewbridge.bridge.section import (
     MomentCurvature,
     ShearSection,
@@ -16,6 +17,7 @@ from skewbridge.bridge.section import (
     shear_strength,
     steel_of,
 )
+from skewbridge.bridge.weights import column_axial_n
 from skewbridge.units import GPA, MM, MPA
 from skewbridge.variant.options import DEFAULT_SHEAR_MODEL, HingeRule, ShearModel
 
@@ -29,13 +31,16 @@ RESIDUAL_SHEAR = 0.1
 class BentCapacity:
     """Displacement capacity of one of the equal columns of a bent, under dead load.
 
-    Bents are numbered from the left, starting at 1. The shear span is the distance from a plastic
+    It is that normal to the bent or along it, or in all directions of a round column. Bents are
+    numbered from the left, starting at 1. The shear span is the distance from a plastic
     hinge to the point of contraflexure. The axial force is at the base. ``yield_disp_m``
     and ``capacity_m`` are the displacements at yield and at the ultimate curvature.
     """
 
     bent: int
+    direction: Literal["all", "normal", "along"]
     column: ColumnData
+    base: Base
     clear_height_m: float
     shear_span_m: float
     axial_n: float
@@ -56,32 +61,37 @@ class BentCapacity:
     @property
     def shear(self) -> ShearSection:
         """Inputs of the shear strength."""
-        return shear_section(self.column, self.shear_span_m, self.curve)
+        direction = int(self.direction == "along")
+        return shear_section(self.column, self.shear_span_m, self.curve, direction)
 
 
 def bent_capacity(
-    bridge: BridgeData, bent_number: int, hinge_rule: HingeRule = "sdc"
+    bridge: BridgeData, bent_number: int, hinge_rule: HingeRule = "sdc", direction: int = 0
 ) -> BentCapacity:
     """Return the displacement capacity of a bent (numbered from 0) under a rigid deck.
 
-    A column with a pinned base is one cantilever. A column with a fixed base is two cantilevers of
-    half its height.
+    The direction is normal to the bent (0) or along it (1). A column with a pinned base is one
+    cantilever. A column with a fixed base is two cantilevers of half its height.
 
     References:
         Caltrans SDC 1.7 section 3.1.3.
     """
-    height_m = bridge.bents[bent_number].clear_height_m
+    bent = bridge.bents[bent_number]
+    column, base, height_m = bridge.column_of(bent), bridge.base_of(bent), bent.clear_height_m
+    is_round = column.outline.is_round
     axial_n = column_axial_n(bridge, bent_number)
-    curve = section_response(bridge.column, axial_n)
+    curve = section_response(column, axial_n, 0 if is_round else direction)
     # ASSUME single curvature with a pinned base, symmetric double curvature with a fixed one
-    parts = 1 if bridge.base == "pinned" else 2
+    parts = 1 if base == "pinned" else 2
     span = height_m / parts
-    hinge = hinge_length_m(bridge.column, span, hinge_rule)
+    hinge = hinge_length_m(column, span, hinge_rule)
     elastic = curve.yield_curvature_per_m * span**2 / 3
     rotation = hinge * (curve.ultimate_curvature_per_m - curve.yield_curvature_per_m)
     return BentCapacity(
         bent=bent_number + 1,
-        column=bridge.column,
+        direction="all" if is_round else ("normal", "along")[direction],
+        column=column,
+        base=base,
         clear_height_m=height_m,
         shear_span_m=span,
         axial_n=axial_n,
@@ -92,9 +102,20 @@ def bent_capacity(
     )
 
 
+def bent_directions(
+    bridge: BridgeData, bent_number: int, hinge_rule: HingeRule = "sdc"
+) -> tuple[BentCapacity, BentCapacity]:
+    """Return the capacities of a bent normal to it and along it; the same if round."""
+    normal = bent_capacity(bridge, bent_number, hinge_rule)
+    if normal.direction == "all":
+        return normal, normal
+    return normal, bent_capacity(bridge, bent_number, hinge_rule, 1)
+
+
 def bent_capacities(bridge: BridgeData, hinge_rule: HingeRule = "sdc") -> list[BentCapacity]:
-    """Return the displacement capacities of all bents under a rigid deck."""
-    return [bent_capacity(bridge, number, hinge_rule) for number in range(len(bridge.bents))]
+    """Return the displacement capacities of all bents under a rigid deck, in each direction."""
+    pairs = [bent_directions(bridge, number, hinge_rule) for number in range(len(bridge.bents))]
+    return [bent for one, two in pairs for bent in ((one,) if one is two else (one, two))]
 
 
 def hinge_length_m(column: ColumnData, shear_span_m: float, rule: HingeRule) -> float:
@@ -114,19 +135,24 @@ def hinge_length_m(column: ColumnData, shear_span_m: float, rule: HingeRule) -> 
     return max(by_rule, 2 * penetration_m) if rule == "sdc" else by_rule
 
 
-def shear_section(column: ColumnData, span_m: float, curve: MomentCurvature) -> ShearSection:
+def shear_section(
+    column: ColumnData, span_m: float, curve: MomentCurvature, direction: int = 0
+) -> ShearSection:
     """Return the shear-strength inputs of a column for a shear span and moment-curvature curve."""
+    outline, hoops = column.outline, column.hoops
     return ShearSection(
-        diameter_m=column.diameter_m,
-        core_diameter_m=column.hoop_circle_m,
+        depth_m=outline.sizes_m[direction],
+        gross_area_m2=outline.area_m2,
         cover_m=column.cover_to_hoop_m + column.hoop_diameter_mm * MM / 2,
-        hoop_area_m2=column.hoop_area_mm2 * MM**2,
+        hoop_area_m2=hoops.shear_area_m2[direction],
+        hoop_depth_m=hoops.shear_depth_m[direction],
+        hoop_ratio=hoops.shear_ratio[direction],
         hoop_spacing_m=column.hoop_spacing_mm * MM,
         hoop_yield_pa=column.hoop_yield_mpa * MPA,
         concrete_strength_pa=column.concrete_strength_mpa * MPA,
         expected_hoop_yield_pa=steel_of(column).yield_pa,
         expected_concrete_strength_pa=column.expected_concrete_strength_mpa * MPA,
-        longitudinal_ratio=column.bar_count * column.bar_area_mm2 * MM**2 / column.gross_area_m2,
+        longitudinal_ratio=column.steel_area_m2 / outline.area_m2,
         shear_span_m=span_m,
         neutral_axis_depth_m=curve.neutral_axis_depth_m,
     )
@@ -134,7 +160,7 @@ def shear_section(column: ColumnData, span_m: float, curve: MomentCurvature) -> 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShearLoss:
-    """Shear force-deformation backbone of a column, the same in all directions.
+    """Shear force-deformation backbone of a column in one direction.
 
     The column fails when its shear reaches ``strength_n``, at the shear deformation ``elastic_m``.
     In a monotonic push, ``failure_drift_ratio`` is the flexural drift at failure; for a column that
@@ -188,8 +214,8 @@ def axial_failure_drift(section: ShearSection, axial_n: float) -> float:
     """Return the drift ratio at which a column that failed in shear loses its axial load.
 
     References:
-        Elwood and Moehle (2005), equation 3; the force of the hoops across a crack is
-        pi/2 A_b f_yh, as in the shear strength of circular columns.
+        Elwood and Moehle (2005), equation 3; the hoops across a crack are those of the shear
+        strength.
     """
     slope = tan(radians(CRACK_ANGLE_DEG))
     hoops_n = hoop_strength_n(section.as_expected)

@@ -1,15 +1,16 @@
 """Geometry of a built model as plain data, for drawings and replays."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import openseespy.opensees as ops
 
-from skewbridge.bridge.handles import BridgeModel, CornerHandle, PlanVector
+from skewbridge.bridge.frame import BridgeModel
+from skewbridge.bridge.handles import CornerHandle
 from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.plan import PlanVector, Position
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
-
-type Position = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,20 +83,27 @@ def geometry_of(model: BridgeModel) -> ModelGeometry:
         contacts=tuple(
             ContactPlace(
                 name=unit.name,
-                side=abutment.side,
+                side=side,
                 surface=_place(unit.node_j),
                 normal=(unit.normal[0], unit.normal[1]),
                 tangent=(unit.tangents[0][0], unit.tangents[0][1]),
                 gap_m=unit.gap_m,
                 friction=unit.friction,
             )
-            for abutment in model.abutments
-            for unit in (units[index] for index in (*abutment.wall_units, *abutment.key_units))
+            for side, indices in _contacts_by_side(model)
+            for unit in (units[index] for index in indices)
         ),
         fixed=tuple(map(_place, ops.getFixedNodes())),
         # each end lists its corners along its tangent: right, then left is counter-clockwise
         corners=tuple(corner for end in reversed(model.abutments) for corner in end.corners),
     )
+
+
+def _contacts_by_side(model: BridgeModel) -> Iterator[tuple[str, tuple[int, ...]]]:
+    for end in model.abutments:
+        yield end.side, (*end.wall_units, *end.key_units)
+    for joint in model.joints:
+        yield joint.name, joint.units
 
 
 def contact_column(name: str) -> str:

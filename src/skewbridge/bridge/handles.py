@@ -4,15 +4,20 @@ Axes: x longitudinal, y transverse, z up, origin in plan at the middle of the de
 is valid only inside the `domain()` in which the model was built.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from itertools import count
+from math import nan
 
-from skewbridge.bridge.catalogue.data import BridgeData
-from skewbridge.bridge.section import ShearSection
-from skewbridge.contact import ContactSet
-from skewbridge.variant.options import DEFAULT_SHEAR_MODEL, ModelOptions, ShearModel
-from skewbridge.variant.variant import Variant
+import numpy as np
+
+from skewbridge.bridge.plan import PlanVector
+from skewbridge.bridge.section import FloatArray, ShearSection, shear_strength
+from skewbridge.variant.options import DEFAULT_SHEAR_MODEL, ShearModel
+
+#: Shear strength (N) of a column of a script at axial forces (N, compression positive) and
+#: ductilities of drift and curvature, shapes (n,).
+type Strength = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 
 class TagAllocator:
@@ -24,8 +29,10 @@ class TagAllocator:
         self.transformation, self.parameter = (count(1).__next__ for _ in range(2))
         self.series, self.pattern = (count(1).__next__ for _ in range(2))
 
-
-type PlanVector = tuple[float, float]
+    def start_above(self, largest: Mapping[str, int]) -> None:
+        """Continue above the largest tags that a script has used, by kind of object."""
+        for kind, tag in largest.items():
+            setattr(self, kind, count(tag + 1).__next__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +59,36 @@ class SpringHandle:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ColumnCapacity:
+    """Capacity of a column in one horizontal direction; what is not stated is nan or None.
+
+    Attributes:
+        yield_curvature_per_m: Idealised yield curvature under dead load.
+        yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
+            ductility in the shear capacity.
+        drift_capacity_ratio: Displacement capacity over clear height (Caltrans criteria).
+    """
+
+    yield_curvature_per_m: float
+    yield_drift_ratio: float
+    drift_capacity_ratio: float
+    shear: ShearSection | Strength | None
+
+    def shear_strength_n(
+        self, model: ShearModel, axial_n: FloatArray, drift: FloatArray, curvature: FloatArray
+    ) -> FloatArray:
+        """Return the shear strength at axial forces and ductilities of drift and curvature, (n,).
+
+        It is nan if it is not stated.
+        """
+        if self.shear is None:
+            return np.full_like(axial_n, np.nan)
+        if isinstance(self.shear, ShearSection):
+            return shear_strength(self.shear, model, axial_n, drift, curvature)
+        return self.shear(axial_n, drift, curvature)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnHandle:
     """One column.
 
@@ -62,10 +99,8 @@ class ColumnHandle:
         hinge_sections: 1-based integration points where plastic curvature is read, for
             ``eleResponse(element, "section", str(k), "deformation")`` = (axial, about z, about y,
             torsion); empty for elastic columns.
-        yield_curvature_per_m: Idealised yield curvature under dead load.
-        yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
-            ductility in the shear capacity.
-        drift_capacity_ratio: Displacement capacity over clear height (Caltrans criteria).
+        capacities: Capacity in the direction ``normal`` and at +90 degrees to it. Local z of the
+            element is ``normal``.
         is_pinned: Whether the column turns freely about its base.
         is_elastic: Whether the column is elastic, so that it never fails.
         loses_shear_strength: Whether the column of the model softens at its shear failure.
@@ -76,10 +111,8 @@ class ColumnHandle:
     top: Point
     clear_height_m: float
     hinge_sections: tuple[int, ...]
-    yield_curvature_per_m: float
-    yield_drift_ratio: float
-    drift_capacity_ratio: float
-    shear: ShearSection
+    capacities: tuple[ColumnCapacity, ColumnCapacity]
+    normal: PlanVector = (1.0, 0.0)
     shear_model: ShearModel = DEFAULT_SHEAR_MODEL
     is_pinned: bool = False
     is_elastic: bool = False
@@ -124,11 +157,54 @@ class BearingHandle:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SeatHandle:
+    """Corner of a deck end on a cap or a ledge; ``normal`` is out of this deck.
+
+    ``holder`` is the point below it that moves with the cap or the ledge.
+    """
+
+    corner: int
+    holder: Point
+    normal: PlanVector
+    support_length_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointHandle:
+    """One joint inside the bridge.
+
+    Attributes:
+        name: ``joint 1`` and so on, from left to right.
+        gap_m: Opening at rest, normal to the faces.
+        units: Indices of the contacts between the decks.
+        bearings: Pad elements, from the cap or ledge up to the deck.
+        pads: Top and bottom of each pad.
+        restrainers: Elements of the cables.
+        links: Stiff arms.
+    """
+
+    name: str
+    gap_m: float
+    seats: tuple[SeatHandle, ...]
+    units: tuple[int, ...]
+    bearings: tuple[BearingHandle, ...]
+    pads: tuple[tuple[Point, Point], ...]
+    restrainers: tuple[int, ...]
+    links: tuple[int, ...]
+
+    @property
+    def column(self) -> str:
+        """Prefix of its columns in tables and histories."""
+        return self.name.replace(" ", "")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class AbutmentHandle:
-    """One abutment with the deck end it supports; its lists are filled while the joint is built.
+    """One abutment with the deck end it supports.
 
     Attributes:
         side: ``left`` (negative x) or ``right``.
+        is_seat: Whether the deck end rests on a seat behind a gap, from which it can fall.
         normal: Outward normal of the deck end (towards the backfill), in plan.
         tangent: ``normal`` turned by +90 degrees: along the wall.
         gap_m: Opening of the joint at rest, normal to the wall; the transverse gap is at the keys.
@@ -136,6 +212,7 @@ class AbutmentHandle:
         centre: Middle of the bearing line at the top of the pads.
         bearings: Elements of pads (each may represent several) or of supports.
         pads: Tops of all pads or supports.
+        holders: Fixed nodes whose vertical reactions are that of the abutment.
         links: Stiff arms from the end node of the deck to the points of the joint.
         wall_units: Indices of the backwall contacts in `BridgeModel.contacts`, in the direction of
             ``tangent``; empty in models without contact.
@@ -145,28 +222,30 @@ class AbutmentHandle:
         key_springs: Springs of the shear keys, from the ground (in `spring`: from the body) to the
             key node; in `simplified`, the transverse springs.
         wing_springs: Wing-wall springs.
-        other_springs: Gap elements at the keys of `spring`; no demand uses them.
+        other_springs: Gap elements at the keys of `spring`, and piles; no demand uses them.
     """
 
     side: str
     normal: PlanVector
     tangent: PlanVector
-    gap_m: float
-    transverse_gap_m: float
-    seat_width_m: float
     centre: Point
     corners: tuple[CornerHandle, ...]
-    bearings: tuple[BearingHandle, ...]
-    pads: tuple[Point, ...]
+    is_seat: bool = True
+    gap_m: float = 0.0
+    transverse_gap_m: float = 0.0
+    seat_width_m: float = nan
+    bearings: tuple[BearingHandle, ...] = ()
+    pads: tuple[Point, ...] = ()
+    holders: tuple[int, ...] = ()
     links: tuple[int, ...] = ()
-    wall_units: list[int] = field(default_factory=list[int])
-    key_units: list[int] = field(default_factory=list[int])
-    wall_nodes: list[int] = field(default_factory=list[int])
-    key_nodes: list[int] = field(default_factory=list[int])
-    wall_springs: list[SpringHandle] = field(default_factory=list[SpringHandle])
-    key_springs: list[SpringHandle] = field(default_factory=list[SpringHandle])
-    wing_springs: list[SpringHandle] = field(default_factory=list[SpringHandle])
-    other_springs: list[int] = field(default_factory=list[int])
+    wall_units: tuple[int, ...] = ()
+    key_units: tuple[int, ...] = ()
+    wall_nodes: tuple[int, ...] = ()
+    key_nodes: tuple[int, ...] = ()
+    wall_springs: tuple[SpringHandle, ...] = ()
+    key_springs: tuple[SpringHandle, ...] = ()
+    wing_springs: tuple[SpringHandle, ...] = ()
+    other_springs: tuple[int, ...] = ()
 
     @property
     def support_length_m(self) -> float:
@@ -177,56 +256,3 @@ class AbutmentHandle:
     def springs(self) -> tuple[SpringHandle, ...]:
         """Springs of walls, keys and wing walls."""
         return (*self.wall_springs, *self.key_springs, *self.wing_springs)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Blueprint:
-    """The variant to build, with the data that all parts of its model use.
-
-    Attributes:
-        variant: The normalised variant.
-        bridge: Data of the bridge, multiplied by the factors of the options.
-        tags: Tag allocator of the model, also for the patterns, series and regions of an analysis.
-        contacts: The contact units, or None for models without contact.
-    """
-
-    variant: Variant
-    bridge: BridgeData
-    options: ModelOptions
-    tags: TagAllocator
-    contacts: ContactSet | None
-
-
-@dataclass(frozen=True, kw_only=True)
-class BridgeModel(Blueprint):
-    """A built model at rest under its dead load.
-
-    Attributes:
-        deck_nodes: Spine nodes, left to right.
-        deck_centre_node: Spine node at the mass centre of the deck.
-        deck_masses_kg: Horizontal mass of spine, caps and columns at each node (vertical masses
-            differ slightly).
-        dead_loads_n: Downward load at each node.
-        dead_moments_nm: Fixed-end moments about x and y at each node (deck and caps).
-        columns: All columns, in the order of the bents.
-        abutments: The left and the right abutment.
-        energy_elements: Element tags of each energy-balance group: ``columns, deck, bearings,
-            backfill`` (wall, key, wing and restoring springs with their dashpots), ``contact``,
-            ``links`` (stiff connections and foundation springs).
-        damping_elements: Elements of the Rayleigh region: deck and columns only.
-    """
-
-    deck_nodes: tuple[int, ...]
-    deck_centre_node: int
-    deck_masses_kg: Mapping[int, float]
-    dead_loads_n: Mapping[int, float]
-    dead_moments_nm: Mapping[int, tuple[float, float]]
-    columns: tuple[ColumnHandle, ...]
-    abutments: tuple[AbutmentHandle, AbutmentHandle]
-    energy_elements: Mapping[str, tuple[int, ...]]
-    damping_elements: tuple[int, ...]
-
-    @property
-    def weight_n(self) -> float:
-        """Total dead load."""
-        return sum(self.dead_loads_n.values())

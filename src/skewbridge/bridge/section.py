@@ -1,24 +1,19 @@
 """Column section without OpenSees: materials, moment-curvature and shear strength."""
 
-import sys
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from skewbridge.bridge.catalogue.data import ColumnData
+from skewbridge.bridge.catalogue.columns import ColumnData, FloatArray
 from skewbridge.units import GPA, KSI, MPA, PSI
 from skewbridge.variant.options import ShearModel
 
-type FloatArray = NDArray[np.float64]
-
-STRIPS = 160  # across the diameter; half as many change moments by less than 0.1 %
+STRIPS = 160  # across the section; half as many change moments by less than 0.1 %
 POINTS = 120  # of a moment-curvature curve, up to the largest curvature tried
 STRAIN_TOLERANCE = 1e-10
-_ROUNDING = 4 * sys.float_info.epsilon
 
 
 def shear_modulus_pa(modulus_pa: float) -> float:
@@ -92,32 +87,42 @@ def cover_concrete(column: ColumnData) -> Concrete:
 
 
 def core_concrete(column: ColumnData) -> Concrete:
-    """Return the concrete confined by circular hoops with expected yield strength, after Mander.
+    """Return the concrete confined by hoops with expected yield strength, after Mander.
 
     The simplified energy balance gives the ultimate strain: 0.004 + 1.4 rho_s f_yh eps_su / f_cc.
 
     References:
-        Mander, Priestley and Park (1988), eq. 12-19, 29 and 5; Priestley, Seible and Calvi (1996),
-        Seismic Design and Retrofit of Bridges, eq. 5.14.
+        Mander, Priestley and Park (1988), eq. 5; Priestley, Seible and Calvi (1996), Seismic Design
+        and Retrofit of Bridges, eq. 5.14.
     """
-    plain, circle_m = cover_concrete(column), column.hoop_circle_m
-    clear_m = 1e-3 * (column.hoop_spacing_mm - column.hoop_diameter_mm)
-    core_ratio = column.bar_count * column.bar_area_mm2 * 1e-6 / (np.pi * circle_m**2 / 4)
-    arching = max(1.0 - clear_m / (2 * circle_m), 0.0) ** 2 / (1.0 - core_ratio)
-    hoop_volume = 4 * column.hoop_area_mm2 * 1e-6 / (circle_m * 1e-3 * column.hoop_spacing_mm)
+    plain, hoops = cover_concrete(column), column.hoops
     yield_pa = steel_of(column).yield_pa
-    pressure = 0.5 * arching * hoop_volume * yield_pa / plain.peak_pa
-    gain = -1.254 + 2.254 * np.sqrt(1.0 + 7.94 * pressure) - 2.0 * pressure
-    peak_pa = plain.peak_pa * float(gain)
+    pressures = [ratio * yield_pa / plain.peak_pa for ratio in hoops.confining]
+    peak_pa = plain.peak_pa * confined_strength_ratio(min(pressures), max(pressures))
     peak_strain = plain.peak_strain * (1.0 + 5.0 * (peak_pa / plain.peak_pa - 1.0))
     hoop_strain = 0.09  # source: SDC 1.7 section 3.2.3, reduced ultimate strain of #8 bars
-    ultimate_strain = 0.004 + 1.4 * (hoop_volume * yield_pa) * hoop_strain / peak_pa
+    ultimate_strain = 0.004 + 1.4 * (hoops.volume_ratio * yield_pa) * hoop_strain / peak_pa
     return Concrete(
         peak_pa=peak_pa,
         peak_strain=peak_strain,
         modulus_pa=plain.modulus_pa,
         ultimate_strain=max(ultimate_strain, peak_strain),
     )
+
+
+def confined_strength_ratio(least: float, most: float) -> float:
+    """Return the strength of concrete under two lateral pressures; all over its plain strength.
+
+    References:
+        Mander, Priestley and Park (1988), eq. 29, for equal pressures; Chang and Mander (1994),
+        NCEER-94-0006, for their chart of unequal ones.
+    """
+    if least == most:
+        return float(-1.254 + 2.254 * np.sqrt(1.0 + 7.94 * most) - 2.0 * most)
+    ratio, mean = least / most, (least + most) / 2
+    steep = 6.8886 - (0.6069 + 17.275 * ratio) * np.exp(-4.989 * ratio)
+    bend = 4.5 / (5.0 / steep * (0.9849 - 0.6306 * np.exp(-3.8939 * ratio)) - 0.1) - 5.0
+    return float(1.0 + steep * mean * (0.1 + 0.9 / (1.0 + bend * mean)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -141,25 +146,26 @@ class MomentCurvature:
 
 
 @lru_cache(maxsize=32)
-def section_response(column: ColumnData, axial_n: float) -> MomentCurvature:
+def section_response(column: ColumnData, axial_n: float, direction: int = 0) -> MomentCurvature:
     """Return the moment-curvature curve of a column section; compression is positive.
 
-    Concrete follows Mander's curves. Steel is bilinear, as in the fiber model.
+    The column bends normal to the bent (direction 0) or along it (1). Concrete follows Mander's
+    curves. Steel is bilinear, as in the fiber model.
 
     References:
         Caltrans SDC 1.7 section 3.3.1 for the equal-area idealisation through the first yield.
     """
-    section = _Section(column)
+    section, size_m = _Section(column, direction), column.outline.sizes_m[direction]
     rows: list[tuple[float, float, float]] = []
-    for phi in np.geomspace(2e-5, 0.25, POINTS) / column.diameter_m:
+    for phi in np.geomspace(2e-5, 0.25, POINTS) / size_m:
         centre = section.centre_strain(phi, axial_n)
         moment_nm = section.resultants(centre, phi)[1]
-        rows.append((phi, moment_nm, column.diameter_m / 2 + centre / phi))
+        rows.append((phi, moment_nm, size_m / 2 + centre / phi))
         if section.is_ultimate(centre, phi):
             break
     curvature, moment, axis = np.array(rows).T
     # tensile strain of the bar farthest from the neutral axis
-    tension = curvature * (section.highest_bar_m - (axis - column.diameter_m / 2))
+    tension = curvature * (section.highest_bar_m - (axis - size_m / 2))
     first = float(np.interp(section.yield_strain, tension, curvature))
     first_moment = float(np.interp(first, curvature, moment))
     stiffness = first_moment / first
@@ -184,16 +190,16 @@ def section_response(column: ColumnData, axial_n: float) -> MomentCurvature:
 class _Section:
     """Strips of core and cover parallel to the neutral axis, and bars; compression at the top."""
 
-    def __init__(self, column: ColumnData) -> None:
+    def __init__(self, column: ColumnData, direction: int) -> None:
         self._core, self._cover = core_concrete(column), cover_concrete(column)
         self._steel = steel_of(column)
-        self._radius_m, self._core_radius_m = column.diameter_m / 2, column.hoop_circle_m / 2
-        edges = np.linspace(-self._radius_m, self._radius_m, STRIPS + 1)
+        outline, core = column.outline, column.core
+        self._half_m, self._core_half_m = (each.sizes_m[direction] / 2 for each in (outline, core))
+        edges = np.linspace(-self._half_m, self._half_m, STRIPS + 1)
         self._height_m = (edges[1:] + edges[:-1]) / 2
-        self._core_m2 = np.diff(_area_below(edges, self._core_radius_m))
-        self._cover_m2 = np.diff(_area_below(edges, self._radius_m)) - self._core_m2
-        angle = 2 * np.pi * (np.arange(column.bar_count) + 0.5) / column.bar_count
-        self._bar_height_m = column.bar_circle_m / 2 * np.sin(angle)
+        self._core_m2 = np.diff(core.area_below(direction, edges))
+        self._cover_m2 = np.diff(outline.area_below(direction, edges)) - self._core_m2
+        self._bar_height_m = column.bars_m[:, 1 - direction]
         self._bar_m2 = column.bar_area_mm2 * 1e-6
         self.highest_bar_m = float(self._bar_height_m.max())
         self.yield_strain = self._steel.yield_pa / self._steel.modulus_pa
@@ -210,15 +216,20 @@ class _Section:
         return axial, float((force * self._height_m).sum() + (bar * self._bar_height_m).sum())
 
     def centre_strain(self, phi: float, axial_n: float) -> float:
-        """Return the strain at the centre that balances the axial force."""
-        half = phi * self._radius_m
+        """Return a strain at the centre that balances the axial force; softening has several."""
+        from scipy.optimize import brentq  # its import takes longer than a short analysis
+
+        half = phi * self._half_m
         # from all strains below -0.02 (tension) to all strains above 0.002
         ends = -half - 0.02, 0.002 + half
-        return bracketed_root(lambda centre: self.resultants(centre, phi)[0] - axial_n, *ends)
+        found = brentq(
+            lambda at: self.resultants(at, phi)[0] - axial_n, *ends, xtol=STRAIN_TOLERANCE
+        )
+        return float(found)
 
     def is_ultimate(self, centre: float, phi: float) -> bool:
         """Return whether the core or a bar has reached its ultimate strain."""
-        core_face = centre + phi * self._core_radius_m
+        core_face = centre + phi * self._core_half_m
         tension = phi * self.highest_bar_m - centre
         return core_face >= self._core.ultimate_strain or tension >= self._steel.rupture_strain
 
@@ -227,65 +238,26 @@ class _Section:
         return self._steel.modulus_pa * (elastic + self._steel.hardening_ratio * (strain - elastic))
 
 
-def bracketed_root(function: Callable[[float], float], low: float, high: float) -> float:
-    """Return a root of a function between two points where it has opposite signs.
-
-    Brent's method with the same steps as `scipy.optimize.brentq`, whose import takes longer than a
-    short analysis. If several strains balance a softening section, it returns one.
-
-    References:
-        Brent (1973), Algorithms for Minimization without Derivatives, chapter 4.
-    """
-    before, here = low, high
-    f_before, f_here = function(before), function(here)
-    across, f_across, last, step = before, f_before, 0.0, 0.0
-    while True:
-        if f_before != 0.0 and f_here != 0.0 and (f_before > 0.0) != (f_here > 0.0):
-            across, f_across = before, f_before
-            last = step = here - before
-        if abs(f_across) < abs(f_here):
-            before, here, across = here, across, here
-            f_before, f_here, f_across = f_here, f_across, f_here
-        nearest = (STRAIN_TOLERANCE + _ROUNDING * abs(here)) / 2
-        half = (across - here) / 2
-        if f_here == 0.0 or abs(half) < nearest:
-            return here
-        trial = float("inf")
-        if abs(last) > nearest and abs(f_here) < abs(f_before):
-            if before == across:
-                trial = -f_here * (here - before) / (f_here - f_before)
-            else:
-                slope = (f_before - f_here) / (before - here)
-                slope_across = (f_across - f_here) / (across - here)
-                trial = -f_here * (f_across * slope_across - f_before * slope)
-                trial /= slope_across * slope * (f_across - f_before)
-        is_safe = 2 * abs(trial) < min(abs(last), 3 * abs(half) - nearest)
-        last, step = (step, trial) if is_safe else (half, half)
-        before, f_before = here, f_here
-        here += step if abs(step) > nearest else np.copysign(nearest, half)
-        f_here = function(here)
-
-
-def _area_below(height: FloatArray, radius: float) -> FloatArray:
-    y = np.clip(height, -radius, radius)
-    return y * np.sqrt(radius**2 - y**2) + radius**2 * (np.arcsin(y / radius) + np.pi / 2)
-
-
-# --- shear strength of circular columns, without a resistance factor
+# --- shear strength in one direction, without a resistance factor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShearSection:
-    """Inputs of the shear strength of a circular column.
+    """Inputs of the shear strength of a column in one direction.
 
-    Core and cover meet at the hoop centre line. Strengths without ``expected`` in the name are
-    specified values. The neutral axis depth is taken at yield curvature under dead load.
+    ``hoop_area_m2`` x yield strength x ``hoop_depth_m`` / spacing is the force of the hoops across
+    a crack of 45 degrees: pi/2 A_b and D' for a circle, the area of all legs and the effective
+    depth for a rectangle. Core and cover meet at the hoop centre line. Strengths without
+    ``expected`` in the name are specified values. The neutral axis depth is taken at yield
+    curvature under dead load.
     """
 
-    diameter_m: float
-    core_diameter_m: float
+    depth_m: float
+    gross_area_m2: float
     cover_m: float
     hoop_area_m2: float
+    hoop_depth_m: float
+    hoop_ratio: float
     hoop_spacing_m: float
     hoop_yield_pa: float
     concrete_strength_pa: float
@@ -294,11 +266,6 @@ class ShearSection:
     longitudinal_ratio: float
     shear_span_m: float
     neutral_axis_depth_m: float
-
-    @property
-    def gross_area_m2(self) -> float:
-        """Gross area of the section."""
-        return np.pi * self.diameter_m**2 / 4
 
     @property
     def as_expected(self) -> "ShearSection":
@@ -343,13 +310,13 @@ def sdc_shear_strength(
 
     References:
         Caltrans Seismic Design Criteria 1.7 section 3.6 and 2.0 section 5.3.7; both set Vc to
-        zero under any tension. ATC-32 (1996), quoted by Kowalsky and Priestley (2000), eq. 2: Vc is
-        multiplied by 1 + P / (500 psi A) under tension.
+        zero under any tension; rectangles: AASHTO Guide Specifications for LRFD Seismic Bridge
+        Design 8.6.2-8.6.3, with 2 A_v / (b s) as ratio of the hoops. ATC-32 (1996), quoted by
+        Kowalsky and Priestley (2000), eq. 2: Vc is multiplied by 1 + P / (500 psi A) under tension.
     """
     axial = np.asarray(axial_n, dtype=np.float64)
     ductility = np.maximum(np.asarray(displacement_ductility, dtype=np.float64), 1.0)
-    hoops = 4 * section.hoop_area_m2 / (section.core_diameter_m * section.hoop_spacing_m)
-    hoop_pressure_ksi = min(hoops * section.hoop_yield_pa / KSI, 0.35)
+    hoop_pressure_ksi = min(section.hoop_ratio * section.hoop_yield_pa / KSI, 0.35)
     factor_1 = np.clip(hoop_pressure_ksi / 0.150 + 3.67 - ductility, 0.3, 3.0)
     gross = section.gross_area_m2
     stress = axial / gross / PSI
@@ -368,9 +335,9 @@ def sdc_shear_strength(
 
 
 def hoop_strength_n(section: ShearSection) -> float:
-    """Return Vs = pi/2 A_b f_yh D' / s of a circular column in N."""
-    force_n = (np.pi / 2) * section.hoop_area_m2 * section.hoop_yield_pa
-    return force_n * section.core_diameter_m / section.hoop_spacing_m
+    """Return Vs = A f_yh d / s in N, with A = pi/2 A_b and d = D' for a circular column."""
+    force_n = section.hoop_area_m2 * section.hoop_yield_pa
+    return force_n * section.hoop_depth_m / section.hoop_spacing_m
 
 
 #: Mean ratio of measured to computed shear strength (`kowalsky_priestley_strength`, undegraded) of
@@ -378,6 +345,7 @@ def hoop_strength_n(section: ShearSection) -> float:
 #: strength the mean is 1.40 and the coefficient 0.20.
 #: source: ACI 369 circular column database (Ghannoum and Sivaramakrishnan 2012); the test
 #: `test_default_shear_strength_is_the_mean_of_tests` has the columns and repeats the calculation
+# ASSUME the same mean for rectangles
 MEASURED_OVER_UCSD: Final = 0.99
 #: Displacement ductilities between which the concrete contribution decreases.
 #: source: CUMBIA (Montejo and Kowalsky 2007), assessment: 0.37 - 0.04 mu, between 0.29 and 0.05
@@ -391,22 +359,24 @@ def kowalsky_priestley_strength(
     ductility: ArrayLike,
     degrades_between: tuple[float, float] = (3.0, 15.0),
 ) -> FloatArray:
-    """Return the revised UCSD shear strength (N) of a circular column of expected strength.
+    """Return the revised UCSD shear strength (N) of a column of expected strength.
 
     The concrete contribution decreases between two ductilities; the default ones are of curvature.
+    A rectangle differs from a circle in the area of the hoops only.
 
     References:
         Kowalsky and Priestley (2000), ACI Structural Journal 97(3), 388-396, for single
-        curvature and a crack angle of 30 degrees.
+        curvature and a crack angle of 30 degrees; Priestley, Verma and Xiao (1994), J. Struct. Eng.
+        120(8), 2310-2329, for rectangles.
     """
     axial = np.asarray(axial_n, dtype=np.float64)
-    aspect = np.clip(3.0 - section.shear_span_m / section.diameter_m, 1.0, 1.5)
+    aspect = np.clip(3.0 - section.shear_span_m / section.depth_m, 1.0, 1.5)
     steel = min(0.5 + 20.0 * section.longitudinal_ratio, 1.0)
     degraded = np.interp(np.asarray(ductility, dtype=np.float64), degrades_between, (0.29, 0.05))
     root_mpa = np.sqrt(section.expected_concrete_strength_pa / MPA)
     concrete = aspect * steel * degraded * root_mpa * MPA * 0.8 * section.gross_area_m2
-    depth = section.diameter_m - section.neutral_axis_depth_m
-    hoop_n = (np.pi / 2) * section.hoop_area_m2 * section.expected_hoop_yield_pa
+    depth = section.depth_m - section.neutral_axis_depth_m
+    hoop_n = section.hoop_area_m2 * section.expected_hoop_yield_pa
     truss = hoop_n * (depth - section.cover_m) / np.tan(np.radians(30.0)) / section.hoop_spacing_m
     strut = np.maximum(axial, 0.0) * depth / (2.0 * section.shear_span_m)
     return concrete + truss + strut

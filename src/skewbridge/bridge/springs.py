@@ -7,7 +7,8 @@ import openseespy.opensees as ops
 
 from skewbridge.bridge.backfill import Passive
 from skewbridge.bridge.catalogue.data import KeyData
-from skewbridge.bridge.handles import PlanVector, SpringHandle, TagAllocator
+from skewbridge.bridge.handles import SpringHandle, TagAllocator
+from skewbridge.bridge.plan import PlanVector, turned
 from skewbridge.bridge.section import FloatArray
 from skewbridge.contact.element import uniaxial
 from skewbridge.units import KN, MM
@@ -24,11 +25,6 @@ _FAR_M = 10.0  # deformation at the end of a curve
 #: Post-yield / initial stiffness of a key along its face. A static analysis needs a positive value;
 #: over 100 mm of slip the force grows by at most 1 % of the strength.
 KEY_FACE_HARDENING = 1.0e-3
-
-
-def turned(direction: PlanVector) -> PlanVector:
-    """Return a plan direction turned by +90 degrees."""
-    return (-direction[1], direction[0])
 
 
 def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
@@ -190,17 +186,17 @@ def spring_element(
 
 
 def grounded_node(place_m: Sequence[float], tags: TagAllocator) -> int:
-    """Create a fixed node at (x, y, z), or at (x, y) at the top of the pads (z = 0)."""
+    """Create a fixed node."""
     node = tags.node()
-    ops.node(node, *place_m, *[0.0] * (3 - len(place_m)))
+    ops.node(node, *place_m)
     ops.fix(node, 1, 1, 1, 1, 1, 1)
     return node
 
 
-def plane_node(plan_m: PlanVector, mass_kg: float, tags: TagAllocator) -> int:
-    """Create a node at the top of the pads that moves only in plan."""
+def plane_node(place_m: Sequence[float], mass_kg: float, tags: TagAllocator) -> int:
+    """Create a node that moves only in plan."""
     node = tags.node()
-    ops.node(node, *plan_m, 0.0)
+    ops.node(node, *place_m)
     ops.fix(node, 0, 0, 1, 1, 1, 1)
     if mass_kg > 0.0:
         ops.mass(node, mass_kg, mass_kg, 0.0, 0.0, 0.0, 0.0)

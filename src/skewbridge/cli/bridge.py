@@ -1,38 +1,42 @@
 """Commands for single bridges: catalogue, checks, modes, static pushes, columns, drawings."""
 
+from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import typer
 
 from skewbridge.cli import COMMANDS, new_group
-from skewbridge.cli.options import ABUTMENT, BRIDGE, OUT, VARIANT, model_of, variant_of
-from skewbridge.cli.output import UNITS, Answer, Arg, Opt, command, warn
+from skewbridge.cli.options import Abutment, Bridge, Out, VariantOptions
+from skewbridge.cli.output import Answer, UnitsOpt, arg, command, opt, warn
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder, write_text
-from skewbridge.units import KN, Units
+from skewbridge.units import KN
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import ABUTMENTS, Variant, parse_slug
+from skewbridge.variant.variant import ABUTMENTS, Variant
 
 if TYPE_CHECKING:
     from skewbridge.analysis.pushover import PushCurve
 
 LADDER_ANGLES_DEG: Final = (0.0, 30.0, 60.0, 90.0, 150.0, 180.0)
-_OPTIONAL_OUT: Final = Opt("out", Path | None, "Folder for the table.")
 _OF_RUN: Final = ("capacities", "histories")  # tables in a folder of `run` that `sdc` reads
-_MAX_DISP: Final = Opt("max_disp_m", float, "Final displacement of the push, in m.", 0.20)
-_PUSH: Final = (
-    *VARIANT,
-    OUT,
-    Opt("direction", Literal["x", "y"], "Direction: x longitudinal, y transverse.", "x"),
-    Opt("angle_deg", float | None, "Angle counter-clockwise from x; overrides --direction."),
-    _MAX_DISP,
-    UNITS,
-)
+OptionalOut = Annotated[Path | None, opt("Folder for the table.")]
+MaxDisp = Annotated[float, opt("Final displacement of the push, in m.")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PushOptions:
+    """Direction, output folder and units of a push."""
+
+    out: Out
+    direction: Annotated[Literal["x", "y"], opt("Direction: x longitudinal, y transverse.")] = "x"
+    angle_deg: Annotated[float | None, opt("Angle from x, counter-clockwise.")] = None
+    units: UnitsOpt = "si"
+
 
 commands = new_group()
 bridge = new_group(name="bridge", help=COMMANDS["bridge"][1])
@@ -60,7 +64,7 @@ def _known_bridges() -> list[str]:
     return [*bridge_names(), *(path.stem for path in sorted(OWN_FOLDER.glob("*.yaml")))]
 
 
-@command(bridge, name="list")
+@command(bridge, "list")
 def list_bridges() -> Answer:
     """List the bridges of the catalogue and those in config/bridges.
 
@@ -77,14 +81,13 @@ def list_bridges() -> Answer:
     return Answer({"bridges": rows})
 
 
-@command(
-    bridge,
-    Arg("name", str | None, "Bridge to check, instead of --bridge.", None, "[NAME|FILE]"),
-    BRIDGE,
-    Opt("out", Path | None, "Folder of model.png; by default results/bridges/NAME."),
-    UNITS,
-)
-def check(name: str | None, bridge: str, out: Path | None, units: Units) -> Answer:
+@command(bridge)
+def check(
+    name: Annotated[str | None, arg("Bridge to check, instead of --bridge.", "[NAME|FILE]")] = None,
+    bridge: Bridge = "osb1",
+    out: Annotated[Path | None, opt("Folder; by default results/bridges/NAME.")] = None,
+    units: UnitsOpt = "si",
+) -> Answer:
     """Check a bridge: keys, weight, axial loads, periods and capacities; draw its model.
 
     Everything that would stop or distort a study is reported; exits with 2 if the file is invalid.
@@ -97,18 +100,21 @@ def check(name: str | None, bridge: str, out: Path | None, units: Units) -> Answ
 
     answer = check_bridge(name or bridge)
     picture = writable_folder(out or Path("results/bridges") / answer["bridge"]) / "model.png"
-    skewed = replace(parse_slug("osb1_cf_skew30_gap051_mu050"), bridge=name or bridge)
+    values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
+    skewed = Variant.at(name or bridge, "contact_friction", values)
     model_figure(model_geometry(skewed, ModelOptions())).savefig(picture, dpi=150)
     for finding in answer["findings"]:
         warn(finding)
     answer |= {"picture": str(picture), "modes": [asdict(mode) for mode in answer["modes"]]}
     shown = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
+    sections = Counter(key.partition(".")[0] for key in answer["inherited"])
+    shown["inherited"] = ", ".join(f"{count} of {name}" for name, count in sections.items())
     notes = () if answer["findings"] else ("no findings",)
     return Answer(answer, shown, units, notes)
 
 
-@command(bridge, *VARIANT, _OPTIONAL_OUT, UNITS)
-def modal(out: Path | None, units: Units, **given: Any) -> Answer:
+@command(bridge)
+def modal(case: VariantOptions, out: OptionalOut = None, units: UnitsOpt = "si") -> Answer:
     """Compute weight, dead-load forces, periods and participating masses with open gaps.
 
     T1 is the conditioning period of the bridge: the period of its model with pads at zero skew.
@@ -117,8 +123,8 @@ def modal(out: Path | None, units: Units, **given: Any) -> Answer:
     """
     from skewbridge.analysis import modal as modes
 
-    variant = variant_of(given)
-    result = asdict(modes.modal_properties(variant, model_of(given)))
+    variant = case.variant
+    result = asdict(modes.modal_properties(variant, case.model))
     standing = modes.standing_bridge(variant.bridge)
     if out is not None:
         _write(result["modes"], out, "modal")
@@ -128,19 +134,26 @@ def modal(out: Path | None, units: Units, **given: Any) -> Answer:
     return Answer({"variant": slug, "t1_s": t1_s, **result}, units=units)
 
 
-@command(bridge, *_PUSH, ABUTMENT._replace(default="roller"), _MAX_DISP._replace(default=0.30))
-def pushover(**given: Any) -> Answer:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FreeVariantOptions(VariantOptions):
+    """Options of a variant that by default has no abutments."""
+
+    abutment: Abutment = "roller"
+
+
+@command(bridge)
+def pushover(case: FreeVariantOptions, push: PushOptions, max_disp_m: MaxDisp = 0.30) -> Answer:
     """Push a bridge with forces proportional to mass; write base shear against displacement.
 
     Example: skewbridge bridge pushover --bridge osb1 --direction y --out push
     """
     from skewbridge.analysis.pushover import push_bridge
 
-    return _pushed(partial(push_bridge, max_disp_m=given["max_disp_m"]), given)
+    return _pushed(partial(push_bridge, max_disp_m=max_disp_m), case, push)
 
 
-@command(bridge, *_PUSH)
-def static(**given: Any) -> Answer:
+@command(bridge)
+def static(case: VariantOptions, push: PushOptions, max_disp_m: MaxDisp = 0.20) -> Answer:
     """Push the deck end against one abutment.
 
     Direction x pushes into the backfill; an angle of 180 degrees pulls away from it.
@@ -150,28 +163,26 @@ def static(**given: Any) -> Answer:
     """
     from skewbridge.analysis.pushover import push_abutment
 
-    push = partial(push_abutment, max_disp_m=given["max_disp_m"], steps=400)
-    return _pushed(push, given)
+    return _pushed(partial(push_abutment, max_disp_m=max_disp_m, steps=400), case, push)
 
 
-def _pushed(push: "Callable[..., PushCurve]", given: Mapping[str, Any]) -> Answer:
+def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: PushOptions) -> Answer:
     """Push one model, or each model in each direction; exit code 1 if a push stopped early."""
     import pandas as pd
 
     from skewbridge.report.bridge_figures import ladder_figure
 
-    angle_deg = given["angle_deg"]
-    if angle_deg is None:
-        angle_deg = {"x": 0.0, "y": 90.0}[given["direction"]]
-    is_ladder = given["abutment"] == "all"
-    single = [(given["abutment"], angle_deg)]
+    angle_deg = {"x": 0.0, "y": 90.0}[push.direction] if push.angle_deg is None else push.angle_deg
+    is_ladder = case.abutment == "all"
+    single = [(case.abutment, angle_deg)]
     tables: list[pd.DataFrame] = []
     pushes: list[dict[str, Any]] = []
     for model, toward_deg in product(ABUTMENTS, LADDER_ANGLES_DEG) if is_ladder else single:
-        case = {"abutment": model, "angle_deg": toward_deg}
-        curve = push(variant_of({**given, **case}), model_of(given), angle_deg=toward_deg)
+        place = {"abutment": model, "angle_deg": toward_deg}
+        variant = replace(case, abutment=model).variant
+        curve = pushed(variant, case.model, angle_deg=toward_deg)
         columns = {"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}
-        tables.append(pd.DataFrame(case | columns if is_ladder else columns))
+        tables.append(pd.DataFrame(place | columns if is_ladder else columns))
         values = {
             "peak_kn": curve.peak_n / KN,
             "initial_stiffness_kn_per_m": curve.initial_stiffness_n_per_m / KN,
@@ -179,20 +190,20 @@ def _pushed(push: "Callable[..., PushCurve]", given: Mapping[str, Any]) -> Answe
             "last_disp_m": curve.disp_m[-1],
             "is_complete": curve.is_complete,
         }
-        pushes.append(case | values)
+        pushes.append(place | values)
     curves = pd.concat(tables, ignore_index=True)
-    _write(curves, given["out"], "curve")
+    _write(curves, push.out, "curve")
     if is_ladder:
-        title = f"{given['bridge']}, skew {given['skew_deg']:g} degrees, gap {given['gap_mm']:g} mm"
-        ladder_figure(curves, title=title).savefig(given["out"] / "ladder.png", dpi=150)
+        title = f"{case.bridge}, skew {case.skew_deg:g} degrees, gap {case.gap_mm:g} mm"
+        ladder_figure(curves, title=title).savefig(push.out / "ladder.png", dpi=150)
     answer = {"pushes": pushes} if is_ladder else pushes[0]
     is_done = all(each["is_complete"] for each in pushes)
     notes = [] if is_done else ["a push stopped at last_disp_m: no equilibrium beyond it"]
-    return Answer(answer, None, given["units"], notes, 0 if is_done else EXIT_FAILED)
+    return Answer(answer, None, push.units, notes, 0 if is_done else EXIT_FAILED)
 
 
-@command(bridge, *VARIANT, OUT)
-def model(out: Path, **given: Any) -> Answer:
+@command(bridge)
+def model(case: VariantOptions, out: Out) -> Answer:
     """Draw a model (model.png, model.html) and write it as an OpenSeesPy script (model.py).
 
     Example: skewbridge bridge model --skew-deg 45 --out model45
@@ -201,7 +212,7 @@ def model(out: Path, **given: Any) -> Answer:
     from skewbridge.bridge.geometry import model_geometry
     from skewbridge.report.bridge_figures import model_figure, model_page
 
-    variant, options = variant_of(given), model_of(given)
+    variant, options = case.variant, case.model
     geometry = model_geometry(variant, options)
     files = [writable_folder(out) / f"model.{ending}" for ending in ("png", "html", "py")]
     model_figure(geometry).savefig(files[0], dpi=150)
@@ -210,44 +221,53 @@ def model(out: Path, **given: Any) -> Answer:
     return Answer({"variant": geometry.title, "files": list(map(str, files))})
 
 
-@command(bridge, BRIDGE, OUT, Opt("bent", int, "Bent, counted from the left.", 1), UNITS)
-def column(bridge: str, out: Path, bent: int, units: Units) -> Answer:
+@command(bridge)
+def column(
+    out: Out,
+    bridge: Bridge = "osb1",
+    bent: Annotated[int, opt("Bent, counted from the left.")] = 1,
+    units: UnitsOpt = "si",
+) -> Answer:
     """Compute moment-curvature and shear strength of a column under dead load.
 
     Example: skewbridge bridge column --bridge osb2s --bent 2 --out column
     """
     from skewbridge.bridge.catalogue import load_bridge
-    from skewbridge.bridge.column import bent_capacity
+    from skewbridge.bridge.column import bent_capacities
     from skewbridge.report.bridge_figures import column_figure
 
     data = load_bridge(bridge)
     if not 1 <= bent <= len(data.bents):
         raise InputError(f"bent must be between 1 and {len(data.bents)}, got {bent}")
-    column = bent_capacity(data, bent - 1)
-    curve, axial_n = column.curve, column.axial_n
-    table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / KN}
-    _write(table, out, "moment_curvature")
-    title = f"{data.title}, bent {bent}, {axial_n / KN:.0f} kN"
-    column_figure(curve, column.shear, axial_n, title=title).savefig(out / "column.png", dpi=150)
-    summary = {
-        "axial_kn": axial_n / KN,
-        "plastic_moment_knm": curve.plastic_moment_nm / KN,
-        "yield_curvature_per_m": curve.yield_curvature_per_m,
-        "ultimate_curvature_per_m": curve.ultimate_curvature_per_m,
-        "curvature_ductility": curve.ultimate_curvature_per_m / curve.yield_curvature_per_m,
-        "plastic_shear_kn": curve.plastic_moment_nm / column.shear_span_m / KN,
-    }
-    return Answer(summary, units=units)
+    rows: list[dict[str, Any]] = []
+    for column in (each for each in bent_capacities(data) if each.bent == bent):
+        curve, axial_n = column.curve, column.axial_n
+        way = {} if column.direction == "all" else {"direction": column.direction}
+        name = "".join(f"_{each}" for each in way.values())
+        table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / KN}
+        _write(table, out, f"moment_curvature{name}")
+        title = f"{data.title}, bent {bent}{name.replace('_', ' ')}, {axial_n / KN:.0f} kN"
+        figure = column_figure(curve, column.shear, axial_n, title=title)
+        figure.savefig(out / f"column{name}.png", dpi=150)
+        values = {
+            "axial_kn": axial_n / KN,
+            "plastic_moment_knm": curve.plastic_moment_nm / KN,
+            "yield_curvature_per_m": curve.yield_curvature_per_m,
+            "ultimate_curvature_per_m": curve.ultimate_curvature_per_m,
+            "curvature_ductility": curve.ultimate_curvature_per_m / curve.yield_curvature_per_m,
+            "plastic_shear_kn": curve.plastic_moment_nm / column.shear_span_m / KN,
+        }
+        rows.append(way | values)
+    return Answer(rows[0] if len(rows) == 1 else {"directions": rows}, units=units)
 
 
-@command(
-    bridge,
-    Arg("source", Path | None, "Folder of `run`, or demands.parquet.", None, "[RUN|DEMANDS]"),
-    BRIDGE._replace(kind=str | None, default=None, help="Bridge; for SOURCE, its bridge file."),
-    _OPTIONAL_OUT,
-    UNITS,
-)
-def sdc(source: Path | None, bridge: str | None, out: Path | None, units: Units) -> Answer:
+@command(bridge)
+def sdc(
+    source: Annotated[Path | None, arg("Folder of run, or demands.", "[RUN|DEMANDS]")] = None,
+    bridge: Annotated[str | None, opt("Bridge; for SOURCE, its bridge file.", "NAME|FILE")] = None,
+    out: OptionalOut = None,
+    units: UnitsOpt = "si",
+) -> Answer:
     """Check displacements, P-Delta ratio and seat width against the Caltrans criteria.
 
     A folder of `run` gives all checks of one analysis, for each corner. The demands of a study give
@@ -258,18 +278,20 @@ def sdc(source: Path | None, bridge: str | None, out: Path | None, units: Units)
     """
     from skewbridge.analysis import bridge_check
     from skewbridge.bridge.catalogue import load_bridge
+    from skewbridge.bridge.column import bent_capacities
     from skewbridge.files.tables import read_frame, records_of
     from skewbridge.fragility.demand_table import need_columns
 
-    def variant_named(slug: str) -> Variant:
-        variant = parse_slug(slug)
+    def variant_of_row(row: Mapping[str, Any]) -> Variant:
+        variant = Variant.of_row(row)
         is_own = bridge is not None and Path(bridge).stem == variant.bridge_name
         return replace(variant, bridge=bridge) if is_own else variant
 
     kind = "checks"
     if source is None or str(source) in _known_bridges() or source.suffix in (".yaml", ".yml"):
         data = load_bridge(bridge or str(source or "osb1"))
-        kind, title, rows = "bents", data.title, bridge_check.capacity_rows(data)
+        kind, title = "bents", data.title
+        rows = bridge_check.capacity_rows(bent_capacities(data))
     else:
         demands = read_frame(source if source.is_file() else source / "demands.parquet")
         need_columns(demands, bridge_check.CAPACITIES, f"repeat the analyses: {source}")
@@ -277,13 +299,15 @@ def sdc(source: Path | None, bridge: str | None, out: Path | None, units: Units)
             bents, table = (read_frame(source / f"{name}.parquet") for name in _OF_RUN)
             histories = {str(name): table[name].to_numpy() for name in table}
             row = records_of(demands)[0]
-            variant = variant_named(row["variant"])
+            variant = variant_of_row(row)
             title, moves_m = variant.slug, bridge_check.corner_moves_m(variant, histories)
             rows = bridge_check.sdc_rows(variant, row, records_of(bents), moves_m)
         else:
             title = f"median of {len(demands)} analyses"
-            groups = demands.groupby("variant")
-            rows = [bridge_check.summary_row(variant_named(str(name)), of) for name, of in groups]
+            rows = [
+                bridge_check.summary_row(variant_of_row(records_of(of.head(1))[0]), of)
+                for _, of in demands.groupby("variant")
+            ]
     if out is not None:
         _write(rows, out, "sdc")
     return Answer({"title": title, kind: rows}, units=units)

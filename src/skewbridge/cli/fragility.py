@@ -1,50 +1,53 @@
 """Commands for fragility curves: fit, export, statistics of a demands table, prediction."""
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Literal
 
 from skewbridge.cli import new_group
-from skewbridge.cli.options import ABUTMENT, LIMIT_STATES, OUT, STUDY, folder_of, keys_and_values
-from skewbridge.cli.output import Answer, Arg, Opt, command, rounded, selected, warn
+from skewbridge.cli.options import (
+    LIMIT_STATES,
+    LimitStates,
+    Out,
+    Study,
+    folder_of,
+    keys_and_values,
+)
+from skewbridge.cli.output import Answer, arg, command, opt, rounded, selected, warn
 from skewbridge.errors import InputError
 from skewbridge.files.text import Number, checked
-from skewbridge.variant.axes import AXES
 
 commands = new_group()
 
 
-@command(
-    commands,
-    Arg("data", Path, "Data file: .json, .csv or .parquet.", ...),
-    Opt("paper_table", bool, "Print a publication table from a table of demands.", False),
-    LIMIT_STATES,
-    Opt("method", Literal["stripes", "ida", "cloud"] | None, "Kind of data."),
-    Opt("model", str | None, "Regression model of a cloud.", None, "[ols|tobit]"),
-    Opt("link", str, "Link function of stripes.", "probit", "[probit]"),
-    Opt("level", float, "Confidence level.", 0.95),
-    Opt("threshold", float | None, "Median capacity."),
-    Opt("im", str | None, "Column with the intensities of the runs.", None, "COLUMN"),
-    Opt("edp", str | None, "Column with the demands of the runs.", None, "COLUMN"),
-    Opt("capacity_dispersion", float, "Dispersion of the capacity (cloud).", 0.0),
-    Opt("censor_above", float | None, "Censor demands at or above this value (cloud)."),
-    Opt("assumed_beta", float, "Dispersion assumed for one-sided bounds.", 0.4),
-    Opt("accept_bounds", bool, "Report medians that failed runs may move by 15 % or more.", False),
-    Opt("columns", Path | None, "YAML file with the names, factors and constants of the columns."),
-)
-def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answer:
+@dataclass(frozen=True, kw_only=True)
+class FitCommand:
+    """Options of `skewbridge.fragility.fit_data.FitOptions`."""
+
+    method: Annotated[Literal["stripes", "ida", "cloud"] | None, opt("Kind of data.")] = None
+    model: Annotated[str | None, opt("Regression model of a cloud.", "[ols|tobit]")] = None
+    link: Annotated[str, opt("Link function of stripes.", "[probit]")] = "probit"
+    level: Annotated[float, opt("Confidence level.")] = 0.95
+    threshold: Annotated[float | None, opt("Median capacity.")] = None
+    im: Annotated[str | None, opt("Column with the intensities of the runs.", "COLUMN")] = None
+    edp: Annotated[str | None, opt("Column with the demands of the runs.", "COLUMN")] = None
+    capacity_dispersion: Annotated[float, opt("Dispersion of the capacity (cloud).")] = 0.0
+    censor_above: Annotated[float | None, opt("Censor demands from this value up (cloud).")] = None
+    columns: Annotated[Path | None, opt("YAML file on the columns of a foreign table.")] = None
+
+
+@command(commands)
+def fit(
+    data: Annotated[Path, arg("Data file: .json, .csv or .parquet.")], options: FitCommand
+) -> Answer:
     """Fit a fragility curve: theta, beta, their intervals and a status.
 
     Example: skewbridge fit demands.csv --method cloud --im im_pga --edp drift --threshold 0.02
     """
     from skewbridge.fragility.fit_data import fit_file
-    from skewbridge.study.results import paper_rows
 
-    if paper_table:
-        table = paper_rows(data, limit_states, given["im"])
-        return Answer({"rows": table["rows"]}, {table["title"]: table["shown"]})
     try:
-        given["method"] = given["method"] or ""
-        result = fit_file(data, **given).as_json()
+        result = fit_file(data, **vars(options) | {"method": options.method or ""}).as_json()
     except InputError as error:
         error.details.setdefault("row", None)
         raise
@@ -54,37 +57,45 @@ def fit(data: Path, paper_table: bool, limit_states: Path, **given: Any) -> Answ
     return Answer(result, shown, missing=f"not determined by the data (status {result['status']})")
 
 
-@command(
-    commands,
-    Arg("curves", Path, "Table of curves of a study (.parquet, .csv).", ...),
-    Opt("form", str, "File format.", ..., "[nrml|pelicun|dlml|csv|latex]", flags="--format"),
-    Opt("out", Path, "File to write.", ...),
-    Opt("method", Literal["cloud", "exceedance", "ida_interval"] | None, "Method of the curves."),
-    Opt("hazard", Path | None, "Hazard curve (CSV: im, rate); adds annual frequencies."),
-    Opt("im_range", tuple[float, float] | None, "Range of intensities (csv).", None, "LOW HIGH"),
-    Opt("skew_factors", bool, "Add ratios to skew 0 (csv) or a scaling file (pelicun).", False),
-)
-def export(curves: Path, form: str, out: Path, **given: Any) -> Answer:
+@dataclass(frozen=True, kw_only=True)
+class ExportOptions:
+    """Curves and table to export."""
+
+    method: Annotated[str | None, opt("Method of the curves.", "[cloud|exceedance]")] = None
+    hazard: Annotated[Path | None, opt("Hazard curve (CSV: im, rate): adds frequencies.")] = None
+    im_range: Annotated[tuple[float, float] | None, opt("Intensities (csv).", "LOW HIGH")] = None
+    skew_factors: Annotated[
+        bool,
+        opt("Ratios to skew 0.", None, "--skew-factors"),
+    ] = False
+
+
+@command(commands)
+def export(
+    curves: Annotated[Path, arg("Table of curves of a study (.parquet, .csv).")],
+    form: Annotated[str, opt("File format.", "[nrml|pelicun|dlml|csv|latex]", "--format")],
+    out: Annotated[Path, opt("File to write.")],
+    options: ExportOptions,
+) -> Answer:
     """Write fragility curves for other tools, spreadsheets and papers.
 
     Example: skewbridge export results/fragility/curves.parquet --format nrml --out curves.xml
     """
     from skewbridge.fragility.exports import export_curves
 
-    report = export_curves(curves, form, out, **given)
+    report = export_curves(curves, form, out, **vars(options))
     return Answer(report, {"files": report["files"]}, notes=report["notes"])
 
 
-@command(
-    commands,
-    Arg("demands", Path, "Table with columns of demands.parquet: .parquet or .csv.", ...),
-    OUT,
-    LIMIT_STATES,
-    Opt("im", str | None, "Intensity measure, if there are several.", None, "COLUMN"),
-    Opt("margin", float | None, "Relative change that counts as negligible; default 0.05."),
-    Opt("report", bool, "Also draw the figures and write report.html.", False),
-)
-def statistics(demands: Path, out: Path, report: bool, **given: Any) -> Answer:
+@command(commands)
+def statistics(
+    demands: Annotated[Path, arg("Table with columns of demands.parquet: .parquet or .csv.")],
+    out: Out,
+    limit_states: LimitStates = LIMIT_STATES,
+    im: Annotated[str | None, opt("Intensity measure, if there are several.", "COLUMN")] = None,
+    margin: Annotated[float | None, opt("Negligible relative change; default 0.05.")] = None,
+    report: Annotated[bool, opt("Also write figures and report.html.", None, "--report")] = False,
+) -> Answer:
     """Fit curves and effects to any table of demands.
 
     Writes demands.parquet and fragility/ as a study does, so `predict`, `compare`, `study plot` and
@@ -96,7 +107,7 @@ def statistics(demands: Path, out: Path, report: bool, **given: Any) -> Answer:
     """
     from skewbridge.study.results import statistics_of
 
-    answer = statistics_of(demands, out, **given)
+    answer = statistics_of(demands, out, limit_states, im, margin)
     for text in answer["warnings"]:
         warn(text)
     if report:
@@ -106,18 +117,19 @@ def statistics(demands: Path, out: Path, report: bool, **given: Any) -> Answer:
     return Answer(answer)
 
 
-@command(
-    commands,
-    *(Opt(axis.name, float | None, axis.label_with_unit) for axis in AXES),
-    Opt("axis", list[str] | None, "Value of a further axis; repeatable.", None, "NAME=VALUE"),
-    STUDY,
-    Opt("bridge", str | None, "Bridge; required if the study has several.", None, "NAME"),
-    ABUTMENT._replace(kind=str | None, default=None, help="Abutment model, if there are several."),
-    Opt("component", str | None, "Only this component.", None, "NAME"),
-    Opt("state", str | None, "Only this limit state.", None, "NAME"),
-    Opt("at", float | None, "Intensity at which to give probabilities."),
-)
-def predict(axis: list[str] | None, study: Path | None, **given: Any) -> Answer:
+@command(commands)
+def predict(
+    skew_deg: Annotated[float | None, opt("Skew (deg).")] = None,
+    gap_mm: Annotated[float | None, opt("Gap (mm).")] = None,
+    friction: Annotated[float | None, opt("Friction coefficient.")] = None,
+    axis: Annotated[list[str] | None, opt("Value on another axis.", "NAME=VALUE")] = None,
+    study: Study = None,
+    bridge: Annotated[str | None, opt("Bridge; required if the study has several.", "NAME")] = None,
+    abutment: Annotated[str | None, opt("Abutment model, if there are several.", "NAME")] = None,
+    component: Annotated[str | None, opt("Only this component.", "NAME")] = None,
+    state: Annotated[str | None, opt("Only this limit state.", "NAME")] = None,
+    at: Annotated[float | None, opt("Intensity at which to give probabilities.")] = None,
+) -> Answer:
     """Predict fragility between the variants of a study.
 
     Gives medians, dispersions and probabilities from the joint model over skew, gap and friction,
@@ -128,12 +140,13 @@ def predict(axis: list[str] | None, study: Path | None, **given: Any) -> Answer:
     from skewbridge.report.answer import untested_skew_sentence
     from skewbridge.study.results import predict_states
 
-    axes = {axis.name: given.pop(axis.name) for axis in AXES}
+    axes = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": friction}
     values = {name: value for name, value in axes.items() if value is not None}
     named = keys_and_values("--axis", axis)
     further = {name.replace("-", "_"): value for name, value in named.items()}
     values |= checked(dict[str, Number], further, "--axis")
-    rows = predict_states(folder_of(study), values, **given)
+    chosen = {"bridge": bridge, "abutment": abutment, "component": component, "state": state}
+    rows = predict_states(folder_of(study), values, at=at, **chosen)
     names = ("component", "state", "theta", "ci_theta", "beta_total", "beta", "p", "loo_error")
     statistics = [
         {name: rounded(value) for name, value in row.items()} for row in selected(rows, *names)

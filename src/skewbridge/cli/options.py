@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from skewbridge.analysis.settings import AnalysisSettings, under_explicit_keys
-from skewbridge.cli.output import Opt
+from skewbridge.bridge.frame import require_options
+from skewbridge.bridge.library import load_structure
+from skewbridge.cli.output import opt
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, parse_yaml, read_yaml, shortened
 from skewbridge.variant.axes import AXES
@@ -22,17 +24,13 @@ if TYPE_CHECKING:
 DEFAULT_CONFIG: Final = Path("config/config.yaml")
 _YAML: Final = (".yaml", ".yml")
 
-OUT: Final = Opt("out", Path, "Folder for the results.", ...)
-LIMIT_STATES: Final = Opt(
-    "limit_states", Path, "File of limit states; outside a study folder, that of the package.",
-    Path("config/limit_states.yaml"),
-)  # fmt: skip
-STUDY: Final = Opt(
-    "study", Path | None, "Results folder of a study, or its configuration file; by default the "
-    "study of config/config.yaml.", None, "DIR|FILE.yaml",
-)  # fmt: skip
+Out = Annotated[Path, opt("Folder for the results.")]
+LimitStates = Annotated[Path, opt("Limit states; outside a study folder, those of the package.")]
+LIMIT_STATES: Final = Path("config/limit_states.yaml")
+_STUDY: Final = "Results folder or configuration of a study; default: config/config.yaml."
+Study = Annotated[Path | None, opt(_STUDY, "DIR|FILE.yaml")]
 #: `plan` and `status` also take ``--config``.
-PLANNED_STUDY: Final = STUDY._replace(flags="--study --config")
+PlannedStudy = Annotated[Path | None, opt(_STUDY, "DIR|FILE.yaml", "--study", "--config")]
 
 
 def config_of(study: Path | None) -> Path:
@@ -96,53 +94,57 @@ def folder_of(study: Path | None) -> Path:
     return study_of(study)[1].root
 
 
-BRIDGE: Final = Opt(
-    "bridge", str, "Name of a bridge (`skewbridge bridge list`), or the path of its file.",
-    "osb1", "NAME|FILE",
-)  # fmt: skip
-ABUTMENT: Final = Opt(
-    "abutment", str, "Abutment model, from the simplest to contact with friction.",
-    "contact-friction", f"[{'|'.join(ABUTMENTS).replace('_', '-')}]",
-)  # fmt: skip
-#: Options of a command about one variant.
-VARIANT: Final = (
-    BRIDGE,
-    ABUTMENT,
-    *(
-        Opt(axis.name, float, f"{axis.label_with_unit}, {axis.low:g} to {axis.high:g}.", axis.usual)
-        for axis in AXES
-    ),
-    Opt("changes", list[str] | None, "Key of model or analysis (config/README.md); repeatable.",
-        None, "KEY=VALUE", "--set"),
-)  # fmt: skip
+Bridge = Annotated[str, opt("Name (skewbridge bridge list) or file of a bridge.", "NAME|FILE")]
+_MODELS: Final = f"[{'|'.join(ABUTMENTS).replace('_', '-')}]"
+Abutment = Annotated[str, opt("Abutment model, from simple to contact with friction.", _MODELS)]
+Changes = Annotated[list[str] | None, opt("Value of a key; repeatable.", "KEY=VALUE", "--set")]
+_AXIS: Final = {
+    axis.name: opt(f"{axis.label_with_unit}, {axis.low:g} to {axis.high:g}.") for axis in AXES
+}
+_USUAL: Final = {axis.name: axis.usual for axis in AXES}
 
 
-def variant_of(given: Mapping[str, Any]) -> Variant:
-    """Return the variant with these values; raise `InputError` if one is outside its limits."""
-    values = {axis.name: given[axis.name] for axis in AXES}
-    return Variant.at(given["bridge"], given["abutment"].replace("-", "_"), values)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VariantOptions:
+    """Options of a command about one variant."""
 
+    bridge: Bridge = "osb1"
+    abutment: Abutment = "contact-friction"
+    skew_deg: Annotated[float, _AXIS["skew_deg"]] = _USUAL["skew_deg"]
+    gap_mm: Annotated[float, _AXIS["gap_mm"]] = _USUAL["gap_mm"]
+    friction: Annotated[float, _AXIS["friction"]] = _USUAL["friction"]
+    changes: Changes = None  # keys of model and analysis
 
-def model_of(given: Mapping[str, Any]) -> ModelOptions:
-    """Return the options set by ``--set``; raise `InputError` for a wrong key or value."""
-    return checked(ModelOptions, keys_and_values("--set", given["changes"]), "--set")
+    @property
+    def variant(self) -> Variant:
+        """The variant; raises `InputError` if a value is outside its limits."""
+        values = {axis.name: getattr(self, axis.name) for axis in AXES}
+        return Variant.at(self.bridge, self.abutment.replace("-", "_"), values)
 
+    @property
+    def model(self) -> ModelOptions:
+        """The options set by ``--set``; raises `InputError` for a wrong key or value."""
+        values = keys_and_values("--set", self.changes)
+        require_options(load_structure(self.bridge), values)
+        return checked(ModelOptions, values, "--set")
 
-def settings_and_model(
-    given: Mapping[str, Any], *names: str
-) -> tuple[AnalysisSettings, ModelOptions]:
-    """Return the settings of the analysis and the modelling options.
+    def settings_and_model(
+        self, accuracy: str, **chosen: Any
+    ) -> tuple[AnalysisSettings, ModelOptions]:
+        """Return the settings of the analysis and the modelling options.
 
-    The options ``names`` (keys of the analysis), if given, and ``--set`` override the values of the
-    preset ``accuracy``. A wrong key or value raises `InputError`.
-    """
-    keys = {field.name for field in fields(AnalysisSettings)}
-    analysis, model = {name: given[name] for name in names if given[name] is not None}, {}
-    for key, value in keys_and_values("--set", given["changes"]).items():
-        (analysis if key in keys else model)[key] = value
-    full = under_explicit_keys({"analysis": analysis, "model": model}, given["accuracy"])
-    settings = checked(AnalysisSettings, full["analysis"], "the options")
-    return settings, checked(ModelOptions, full["model"], "--set")
+        ``chosen`` (keys of the analysis, ignored if None) and ``--set`` override the values of the
+        preset ``accuracy``. A wrong key or value raises `InputError`.
+        """
+        keys = {field.name for field in fields(AnalysisSettings)}
+        analysis = {name: value for name, value in chosen.items() if value is not None}
+        model: dict[str, Any] = {}
+        for key, value in keys_and_values("--set", self.changes).items():
+            (analysis if key in keys else model)[key] = value
+        require_options(load_structure(self.bridge), model)
+        full = under_explicit_keys({"analysis": analysis, "model": model}, accuracy)
+        settings = checked(AnalysisSettings, full["analysis"], "the options")
+        return settings, checked(ModelOptions, full["model"], "--set")
 
 
 def keys_and_values(option: str, pairs: list[str] | None) -> dict[str, Any]:

@@ -3,11 +3,11 @@
 import json
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from functools import wraps
-from inspect import Parameter, Signature
+from inspect import Parameter, Signature, signature
 from math import isnan
-from typing import Annotated, Any, Final, NamedTuple
+from typing import Annotated, Any, Final
 
 import typer
 from pydantic_core import to_jsonable_python
@@ -66,52 +66,47 @@ class Answer:
             raise typer.Exit(self.exit_code)
 
 
-class Opt(NamedTuple):
-    """One option of a command."""
-
-    name: str  # of the parameter; the option is `--name`, with hyphens for underscores
-    kind: Any  # type of the value
-    help: str
-    default: Any = None  # `...` for a required option
-    metavar: str | None = None  # placeholder of the value in the help
-    flags: str = ""  # option names, separated by spaces, instead of `--name`
-
-    def parameter(self) -> Parameter:
-        """Return the option as a parameter of the command's function."""
-        shown: dict[str, Any] = {"help": self.help, "metavar": self.metavar}
-        flags = self.flags or f"--{self.name.replace('_', '-')}"
-        is_argument = isinstance(self, Arg)
-        given = typer.Argument(**shown) if is_argument else typer.Option(*flags.split(), **shown)
-        default = Parameter.empty if self.default is ... else self.default
-        kind = Annotated[self.kind, given]
-        return Parameter(self.name, Parameter.KEYWORD_ONLY, annotation=kind, default=default)
+def opt(text: str, metavar: str | None = None, *flags: str) -> Any:
+    """Return an option with its help; without ``flags``, the parameter gives its name."""
+    return typer.Option(*flags, help=text, metavar=metavar)
 
 
-class Arg(Opt):
-    """One positional argument of a command."""
+def arg(text: str, metavar: str | None = None) -> Any:
+    """Return a positional argument with a help text."""
+    return typer.Argument(help=text, metavar=metavar)
 
 
-UNITS: Final = Opt(
-    "units", Units, "Units of printed tables: si, or us (kip, in, ft). Files are in SI.", "si"
-)
-_JSON: Final = Opt("as_json", bool, "Print one JSON object on stdout.", False, flags="--json")
+UnitsOpt = Annotated[Units, opt("Units of printed tables: si, or us (kip, in, ft); files: SI.")]
+_JSON: Final = Annotated[bool, opt("Print one JSON object on stdout.", None, "--json")]
 
 
 def command(
-    group: typer.Typer, *options: Opt, name: str | None = None
+    group: typer.Typer, name: str | None = None
 ) -> Callable[[Callable[..., Answer]], Callable[..., None]]:
     """Return a decorator that adds a function to a group as a command and prints its answer.
 
-    Options and arguments are passed by name. If two have the same name, the later one is used.
+    A parameter whose type is a dataclass stands for one option per field.
     """
 
     def decorate(function: Callable[..., Answer]) -> Callable[..., None]:
+        grouped: dict[str, Any] = {}
+        options: list[Parameter] = []
+        for option in signature(function).parameters.values():
+            kind, members = option.annotation, [option]
+            if isinstance(kind, type) and is_dataclass(kind):
+                grouped[option.name] = kind
+                members = list(signature(kind).parameters.values())
+            options += [member.replace(kind=Parameter.KEYWORD_ONLY) for member in members]
+        as_json = Parameter("as_json", Parameter.KEYWORD_ONLY, annotation=_JSON, default=False)
+
         @wraps(function)
         def called(*, as_json: bool, **values: Any) -> None:
+            for option, kind in grouped.items():
+                own = {field.name: values.pop(field.name) for field in fields(kind)}
+                values[option] = kind(**own)
             function(**values).emit(as_json=as_json)
 
-        given = {option.name: option.parameter() for option in (*options, _JSON)}
-        vars(called)["__signature__"] = Signature(list(given.values()))
+        vars(called)["__signature__"] = Signature([*options, as_json])
         return group.command(name, cls=Command)(called)
 
     return decorate

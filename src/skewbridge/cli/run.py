@@ -1,13 +1,13 @@
 """Commands that analyse or check one case: run, contact, deck, doctor, verify."""
 
 import time
-from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from skewbridge.cli import new_group
-from skewbridge.cli.options import OUT, STUDY, VARIANT, settings_and_model, study_of, variant_of
-from skewbridge.cli.output import UNITS, Answer, Arg, Opt, command, messages, selected
+from skewbridge.cli.options import Out, Study, VariantOptions, study_of
+from skewbridge.cli.output import Answer, UnitsOpt, arg, command, messages, opt, selected
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder, write_text
 from skewbridge.statuses import RAN
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 commands = new_group()
 
-_CASE: Final = Arg("case", Path, "The case file.", ..., "CASE.yaml")
+Case = Annotated[Path, arg("The case file.", "CASE.yaml")]
 #: Printed columns of the demands; --json gives all.
 _SHOWN: Final = (
     *("variant", "motion_id", "scale", "status", "collapse_criterion", "beyond_model", "suspect"),
@@ -25,37 +25,46 @@ _SHOWN: Final = (
 )
 
 
-@command(
-    commands,
-    *VARIANT,
-    OUT,
-    Opt("motion", tuple[Path, Path] | None, "Files of the components along x and y."),
-    Opt("figures", bool, "Draw the figures.", True, flags="--figures/--no-figures"),
-    Opt("row", str | None, "Repeat the analysis with this key in --study.", None, "RUN_KEY"),
-    STUDY,
-    Opt("scale", float, "Scale factor of both components.", 1.0),
-    Opt("incidence_deg", float, "Angle from bridge x to component 1.", 0.0),
-    Opt("scheme", Literal["default", "paper"], "Integration scheme.", "default"),
-    Opt("accuracy", Literal["reference", "default", "fast"], "Numerical settings.", "default"),
-    Opt("dt_s", float | None, "Time step in s; overrides the step of --accuracy."),
-    Opt("duration_s", float | None, "Truncate the motion to this length in s."),
-    UNITS,
-)
-def run(out: Path, **given: Any) -> Answer:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoadingOptions:
+    """Motion and numerical settings of an analysis."""
+
+    motion: Annotated[
+        tuple[Path, Path] | None, opt("Components along x and y, or p695 and record number.")
+    ] = None
+    scale: Annotated[float, opt("Scale factor of both components.")] = 1.0
+    incidence_deg: Annotated[float, opt("Angle from bridge x to component 1.")] = 0.0
+    scheme: Annotated[Literal["default", "paper"], opt("Integration scheme.")] = "default"
+    accuracy: Annotated[Literal["reference", "default", "fast"], opt("Numerical settings.")] = (
+        "default"
+    )
+    dt_s: Annotated[float | None, opt("Time step in s; overrides the step of --accuracy.")] = None
+    duration_s: Annotated[float | None, opt("Truncate the motion to this length in s.")] = None
+
+
+@command(commands)
+def run(
+    case: VariantOptions,
+    loading: LoadingOptions,
+    out: Out,
+    figures: Annotated[bool, opt("Draw the figures.")] = True,
+    row: Annotated[str | None, opt("Repeat this analysis of --study.", "RUN_KEY")] = None,
+    study: Study = None,
+    units: UnitsOpt = "si",
+) -> Answer:
     """Analyse one variant under one motion and draw its histories.
 
     Exits with 1 if the analysis failed numerically; a collapse is a valid result.
 
     Example: skewbridge run --skew-deg 30 --motion A.AT2 B.AT2 --out run30
     """
-    given_row = given["row"]
-    task = _task(given) if given_row is None else _task_of_row(given_row, given["study"])
+    task = _task(case, loading) if row is None else _task_of_row(row, study)
     import pandas as pd
     from rich.progress import Progress
 
     from skewbridge.analysis.transient import analyse
     from skewbridge.demands.tables import to_table
-    from skewbridge.demands.validity import LIMITS, SUSPECT, reasons
+    from skewbridge.demands.validity import SUSPECT, reasons
     from skewbridge.files.digests import engine_digest, provenance
     from skewbridge.files.tables import figure_metadata, stamp, write_frame, write_table
     from skewbridge.study.batch import row_of_task
@@ -75,14 +84,14 @@ def run(out: Path, **given: Any) -> Answer:
             progress=lambda done_s, total_s: bar.update(job, completed=done_s, total=total_s),
         )
     times = {"wall_s": time.perf_counter() - wall_s, "cpu_s": time.process_time() - cpu_s}
-    row = row_of_task({**outcome_of(result), **times}, task, key)
-    row |= {SUSPECT: reasons(row, LIMITS)}
+    demands = row_of_task({**outcome_of(result), **times}, task, key)
+    demands |= {SUSPECT: reasons(demands)}
     motion, histories = task.motion.motion, pd.DataFrame(result.histories)
     digests = provenance(motion_sha256=motion.sha256, run_key=key, engine_digest=engine_digest())
-    write_table(to_table([row], digests), out / "demands.parquet")
+    write_table(to_table([demands], digests), out / "demands.parquet")
     write_frame(histories, out / "histories.parquet", digests)
     write_frame(pd.DataFrame(result.bents), out / "capacities.parquet", digests)
-    if given["figures"]:
+    if figures:
         from skewbridge.report.bridge_figures import replay_page
         from skewbridge.report.run_figures import run_figures
 
@@ -96,27 +105,28 @@ def run(out: Path, **given: Any) -> Answer:
             stamp(page, digests)
     notes = [*result.messages, f"written to {out}"]
     code = 0 if result.status in RAN else EXIT_FAILED
-    return Answer(row, selected([row], *_SHOWN)[0], given["units"], notes, code)
+    return Answer(demands, selected([demands], *_SHOWN)[0], units, notes, code)
 
 
-def _task(given: Mapping[str, Any]) -> "Task":
+def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
     """Return the analysis defined by the options; raise `InputError` if no motion is given."""
-    from skewbridge.bridge.catalogue import load_bridge
+    from skewbridge.bridge.library import load_structure
     from skewbridge.motions.intensity import motion_measures, scaled_measures
     from skewbridge.motions.read import read_motion
     from skewbridge.motions.record import SuiteMotion
     from skewbridge.study.task import Task
 
-    if given["motion"] is None:
+    if loading.motion is None:
         raise InputError("motion: give two files with --motion, or a row of a study with --row")
-    variant, scale = variant_of(given).normalised(), given["scale"]
-    settings, options = settings_and_model(given, "scheme", "dt_s", "duration_s")
-    motion = read_motion(*given["motion"])
-    measures = scaled_measures(motion_measures(motion, load_bridge(variant.bridge).t1_s), scale)
+    variant, scale = case.variant.normalised(), loading.scale
+    chosen = {name: getattr(loading, name) for name in ("scheme", "dt_s", "duration_s")}
+    settings, options = case.settings_and_model(loading.accuracy, **chosen)
+    motion = read_motion(*loading.motion)
+    measures = scaled_measures(motion_measures(motion, load_structure(variant.bridge).t1_s), scale)
     return Task(
         variant=variant,
         motion=SuiteMotion(motion=motion, scale=scale, measures=measures),
-        incidence_deg=given["incidence_deg"],
+        incidence_deg=loading.incidence_deg,
         settings=settings,
         options=options,
     )
@@ -150,8 +160,11 @@ def _task_of_row(key: str, study: Path | None) -> "Task":
     return task
 
 
-@command(commands, _CASE, Opt("out", Path, "File for the forces along the path.", ..., "F.csv"))
-def contact(case: Path, out: Path) -> Answer:
+@command(commands)
+def contact(
+    case: Case,
+    out: Annotated[Path, opt("File for the forces along the path.", "F.csv")],
+) -> Answer:
     """Drive one contact unit along a displacement path.
 
     Example: skewbridge contact slide.yaml --out forces.csv
@@ -161,8 +174,8 @@ def contact(case: Path, out: Path) -> Answer:
     return Answer(run_contact_case(case, out))
 
 
-@command(commands, _CASE, Opt("out", Path, "File for the histories.", ..., "F.parquet"))
-def deck(case: Path, out: Path) -> Answer:
+@command(commands)
+def deck(case: Case, out: Annotated[Path, opt("File for the histories.", "F.parquet")]) -> Answer:
     """Run the rigid skew deck under a pulse or a record.
 
     The case file chooses the solver: OpenSees, a penalty ODE or an LCP.
@@ -198,12 +211,11 @@ def doctor() -> Answer:
     return Answer(report | {"ok": not failed}, exit_code=EXIT_FAILED if failed else 0)
 
 
-@command(
-    commands,
-    Arg("names", list[str] | None, "Studies; by default all.", None, "[NAME...]"),
-    Opt("out", Path | None, "Folder for tables and figures."),
-)
-def verify(names: list[str] | None, out: Path | None) -> Answer:
+@command(commands)
+def verify(
+    names: Annotated[list[str] | None, arg("Studies; by default all.", "[NAME...]")] = None,
+    out: Annotated[Path | None, opt("Folder for tables and figures.")] = None,
+) -> Answer:
     """Repeat the studies of the paper and compare with their references.
 
     Exits with 1 if a comparison fails. A statement of the paper that does not hold is no failure.

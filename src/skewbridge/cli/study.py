@@ -4,21 +4,24 @@ from contextlib import chdir
 from dataclasses import asdict
 from pathlib import Path
 from shlex import quote
-from typing import Any, Final, Literal
+from typing import Annotated, Any, Final
 
 from skewbridge.cli import COMMANDS, new_group
 from skewbridge.cli.options import (
     DEFAULT_CONFIG,
     LIMIT_STATES,
-    OUT,
-    PLANNED_STUDY,
-    STUDY,
+    Changes,
+    LimitStates,
+    Out,
+    PlannedStudy,
+    Study,
     config_of,
     folder_of,
+    keys_and_values,
     study_near,
     study_of,
 )
-from skewbridge.cli.output import Answer, Arg, Opt, command, rounded, selected, warn
+from skewbridge.cli.output import Answer, arg, command, opt, rounded, selected, warn
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_file, writable_folder, write_text
 from skewbridge.statuses import FAILED
@@ -26,6 +29,7 @@ from skewbridge.statuses import FAILED
 #: Tables and figures of a finished study, written by `make demo-data`.
 DEMO_STUDY: Final = Path(__file__).parent / "demo_study"
 
+_LICENCE: Final = "https://creativecommons.org/licenses/by/4.0/"
 #: Printed columns of a table of effects.
 _CHANGE: Final = ("bridge", "abutment", "demand", "axis", "from_value", "to_value")
 
@@ -34,8 +38,10 @@ study = new_group(name="study", help=COMMANDS["study"][1])
 commands.add_typer(study)
 
 
-@command(commands, Arg("folder", Path, "Folder of the study; created if missing.", ...))
-def init(folder: Path) -> Answer:
+@command(commands)
+def init(
+    folder: Annotated[Path, arg("Folder of the study; created if missing.")],
+) -> Answer:
     """Write Snakefile, rules, configuration and motions of a study to a folder.
 
     Example: skewbridge init my_study
@@ -49,8 +55,8 @@ def init(folder: Path) -> Answer:
     return Answer({"written": list(map(str, write_starter(folder)))}, notes=[note])
 
 
-@command(commands, OUT._replace(default=Path("demo")))
-def demo(out: Path) -> Answer:
+@command(commands)
+def demo(out: Out = Path("demo")) -> Answer:
     """Write the report of a small stored study to a folder, in seconds.
 
     It is the study of config/demo.yaml: eight variants of one bridge under 16 motions.
@@ -79,12 +85,14 @@ def demo(out: Path) -> Answer:
     return Answer({"report": str(page)})
 
 
-@command(
-    commands,
-    PLANNED_STUDY,
-    Opt("profile", str | None, "Cluster profile; shows its jobs and hours.", None, "slurm|FOLDER"),
-)
-def plan(study: Path | None, profile: str | None) -> Answer:
+@command(commands)
+def plan(
+    study: PlannedStudy = None,
+    profile: Annotated[
+        str | None,
+        opt("Cluster profile: its jobs.", "slurm|FOLDER"),
+    ] = None,
+) -> Answer:
     """Show the variants, analyses, cost and progress of a study.
 
     For a finished study, also show how many motions are needed to decide each pooled effect.
@@ -116,12 +124,11 @@ def plan(study: Path | None, profile: str | None) -> Answer:
     return Answer(answer, shown, notes=forecast.notes, missing=reason)
 
 
-@command(
-    commands,
-    Opt("failed", bool, "List the analyses without a usable result.", False),
-    PLANNED_STUDY,
-)
-def status(failed: bool, study: Path | None) -> Answer:
+@command(commands)
+def status(
+    failed: Annotated[bool, opt("List the failed analyses.", None, "--failed")] = False,
+    study: PlannedStudy = None,
+) -> Answer:
     """Show how many analyses are done, failed and left, and the last failure.
 
     With --failed, list each analysis without a usable result and the command that repeats it.
@@ -142,17 +149,14 @@ def status(failed: bool, study: Path | None) -> Answer:
     return Answer(answer, notes=forecast.notes)
 
 
-@command(
-    commands,
-    Arg("first", Path, "Folder of a study, or its table of demands.", ...),
-    Arg("second", Path, "The same for the second study.", ...),
-    LIMIT_STATES,
-    Opt("im", str, "Intensity measure of the medians.", "im_saavg_rotd50_g", "COLUMN"),
-    Opt("margin", float, "Relative change that counts as negligible.", 0.05),
-    Opt("out", Path | None, "CSV file for all rows, including rows of single variants."),
-)
+@command(commands)
 def compare(
-    first: Path, second: Path, limit_states: Path, im: str, margin: float, out: Path | None
+    first: Annotated[Path, arg("Folder of a study, or its table of demands.")],
+    second: Annotated[Path, arg("The same for the second study.")],
+    limit_states: LimitStates = LIMIT_STATES,
+    im: Annotated[str, opt("Intensity measure of the medians.", "COLUMN")] = "im_saavg_rotd50_g",
+    margin: Annotated[float, opt("Relative change that counts as negligible.")] = 0.05,
+    out: Annotated[Path | None, opt("CSV file for all rows, also of single variants.")] = None,
 ) -> Answer:
     """Compare two studies run by run: ratios of demands and of medians.
 
@@ -196,8 +200,11 @@ def compare(
     return Answer(answer, shown, missing="fewer than two motions have a value in both studies")
 
 
-@command(commands, Arg("file", Path, "Table, figure, page or JSON of a study or run.", ...), STUDY)
-def provenance(file: Path, study: Path | None) -> Answer:
+@command(commands)
+def provenance(
+    file: Annotated[Path, arg("Table, figure, page or JSON of a study or run.")],
+    study: Study = None,
+) -> Answer:
     """Show where a result comes from and whether it is up to date.
 
     Exits with 1 if the present sources or configuration would give a different result.
@@ -213,12 +220,13 @@ def provenance(file: Path, study: Path | None) -> Answer:
     return Answer(origin, notes=notes, exit_code=0 if origin["current"] else EXIT_FAILED)
 
 
-@command(
-    study,
-    Opt("status", Literal["failed", *FAILED], "Status to repeat; `failed` means any.", "failed"),
-    STUDY,
-)
-def retry(status: str, study: Path | None) -> Answer:
+@command(study)
+def retry(
+    status: Annotated[
+        str, opt("Status to repeat; failed: any.", f"[failed|{'|'.join(FAILED)}]")
+    ] = "failed",
+    study: Study = None,
+) -> Answer:
     """Forget failed analyses, so that the next run of the study repeats them.
 
     Example: skewbridge study retry --status crash --study results
@@ -226,6 +234,8 @@ def retry(status: str, study: Path | None) -> Answer:
     from skewbridge.study.folder import StudyFolder
     from skewbridge.study.journal import forget
 
+    if status not in ("failed", *FAILED):
+        raise InputError(f"--status must be failed, {', '.join(FAILED)}, got {status!r}")
     statuses = FAILED if status == "failed" else (status,)
     rows = [
         {"variant": row["variant"], "motion": row["motion_id"], "status": row["status"]}
@@ -235,8 +245,11 @@ def retry(status: str, study: Path | None) -> Answer:
     return Answer({"forgotten": len(rows), "analyses": rows}, notes=[note])
 
 
-@command(study, Opt("compact", bool, "Remove repeated, outdated and damaged lines.", False), STUDY)
-def journal(compact: bool, study: Path | None) -> Answer:
+@command(study)
+def journal(
+    compact: Annotated[bool, opt("Remove repeated or outdated lines.", None, "--compact")] = False,
+    study: Study = None,
+) -> Answer:
     """Count the lines of the journals of finished analyses.
 
     Example: skewbridge study journal --compact
@@ -249,21 +262,16 @@ def journal(compact: bool, study: Path | None) -> Answer:
     return Answer({"analyses": len(content.rows), **content.counts, "compacted": compact})
 
 
-@command(
-    study,
-    Arg(
-        "names", list[str] | None, "Figures (* matches any text); default: list.", None, "[NAME]..."
-    ),
-    OUT._replace(default=Path()),
-    STUDY,
-    Opt("width_mm", float | None, "Width in mm; overrides figures.width_mm."),
-    Opt("font", str | None, "Font family; overrides figures.font."),
-    Opt("font_size_pt", float | None, "Font size in pt; overrides figures.font_size_pt."),
-)
-def plot(names: list[str] | None, out: Path, study: Path | None, **given: Any) -> Answer:
+@command(study)
+def plot(
+    names: Annotated[list[str] | None, arg("Figures (* matches any text).", "[NAME]...")] = None,
+    out: Out = Path(),
+    study: Study = None,
+    changes: Changes = None,  # keys of figures
+) -> Answer:
     """Draw figures of a finished study again, as SVG and PNG.
 
-    Example: skewbridge study plot '*_curves_*' --width-mm 90 --out paper
+    Example: skewbridge study plot '*_curves_*' --set width_mm=90 --out paper
     """
     from skewbridge.files.text import checked
     from skewbridge.report.study_figures import draw_figures, finished_figures
@@ -272,8 +280,8 @@ def plot(names: list[str] | None, out: Path, study: Path | None, **given: Any) -
 
     root = folder_of(study)
     usual = FigureSettings() if is_from_statistics(root) else study_of(study)[0].figures
-    changes = {name: value for name, value in given.items() if value is not None}
-    settings = checked(FigureSettings, asdict(usual) | changes, "figures")
+    own = keys_and_values("--set", changes)
+    settings = checked(FigureSettings, asdict(usual) | own, "figures")
     check_font(settings.font)
     figures = finished_figures(root)
     if not names:
@@ -283,8 +291,11 @@ def plot(names: list[str] | None, out: Path, study: Path | None, **given: Any) -
     return Answer({"written": list(map(str, drawn))})
 
 
-@command(study, STUDY, Opt("out", Path | None, "Markdown file instead of the terminal."))
-def methods(study: Path | None, out: Path | None) -> Answer:
+@command(study)
+def methods(
+    study: Study = None,
+    out: Annotated[Path | None, opt("Markdown file instead of the terminal.")] = None,
+) -> Answer:
     """Write the methods section of a study for a paper, with references.
 
     The text uses the configuration and, if the motions are prepared, their sources.
@@ -303,15 +314,13 @@ def methods(study: Path | None, out: Path | None) -> Answer:
     return Answer({"methods": text}, {"written": str(out)})
 
 
-@command(
-    study,
-    STUDY,
-    Opt("out", Path, "ZIP file to write.", Path("study.zip"), "FILE.zip"),
-    Opt("author", list[str] | None, "Author; can be repeated."),
-    Opt("licence", str, "Web address of the licence of the results.",
-        "https://creativecommons.org/licenses/by/4.0/", flags="--license"),
-)  # fmt: skip
-def archive(study: Path | None, out: Path, author: list[str] | None, licence: str) -> Answer:
+@command(study)
+def archive(
+    study: Study = None,
+    out: Annotated[Path, opt("ZIP file to write.", "FILE.zip")] = Path("study.zip"),
+    author: Annotated[list[str] | None, opt("Author; can be repeated.")] = None,
+    licence: Annotated[str, opt("Address of the licence.", None, "--license")] = _LICENCE,
+) -> Answer:
     """Put a finished study into one RO-Crate (ZIP) for the supplement of a paper.
 
     Contains workflow, configuration, tables, report and methods, and describes them with digests,

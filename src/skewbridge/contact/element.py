@@ -227,7 +227,7 @@ def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Direction,
     analysis. A probe element between the same nodes gets an initial strain above its yield
     strains. Its forces are read, then it is removed. A wrong force raises `ContactError`.
     """
-    stiffness, bound, other = 1.0e3, 2.0, 7.0
+    stiffness, bound, other = 1.0e9, 2.0, 7.0
     yielding = other / stiffness
     normal, friction = (
         uniaxial(tags, "InitStrainMaterial", spring, 0.0)

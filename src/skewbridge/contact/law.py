@@ -243,10 +243,7 @@ class UnitLedger:
         friction_impulse_ns: Sum of friction force times step.
         friction_work_j: Sum of end-of-step friction force times slip.
         excess_work_j: Part of the friction work from force above the limit.
-        opening_work_j: Part of the friction work in steps in which the pair opened.
-        time_over_1_s: Time with a friction force more than 1 % above its limit; ``_10`` and ``_50``
-            for 10 and 50 %.
-        work_over_1_j: Friction work in ``time_over_1_s``; likewise ``_10`` and ``_50``.
+        work_over_10_j: Friction work while the force is more than 10 % above its limit.
         normal_potential_j: Energy in the normal spring at the time of reading the ledger.
     """
 
@@ -264,13 +261,7 @@ class UnitLedger:
     friction_impulse_ns: float = 0.0
     friction_work_j: float = 0.0
     excess_work_j: float = 0.0
-    opening_work_j: float = 0.0
-    time_over_1_s: float = 0.0
-    time_over_10_s: float = 0.0
-    time_over_50_s: float = 0.0
-    work_over_1_j: float = 0.0
     work_over_10_j: float = 0.0
-    work_over_50_j: float = 0.0
     normal_potential_j: float = 0.0
 
     @property

@@ -17,6 +17,7 @@ from skewbridge.contact.law import (
     Drive,
     UnitLedger,
     UnitState,
+    friction_limit_n,
     radial_return,
     yields_by_direction,
     yields_on_cone,
@@ -210,10 +211,10 @@ class ContactUnit:
         moved = hypot(moved_1, moved_2)
         self.moved = moved
         closed, was_closed = opening < 0.0, self.closed
-        limit = self.cohesion + self.friction * normal if closed and normal > 0.0 else 0.0
+        limit = friction_limit_n(normal, self.friction, self.cohesion) if closed else 0.0
         self.over = 0.0
         if size > 0.0:
-            self._record_excess(size, limit, moved, dt_s, is_closed=closed)
+            self._record_excess(size, limit, moved, dt_s)
             slides_1, slides_2 = SLIDES * self._b1, SLIDES * self._b2
             if abs(force_1) >= slides_1 > 0.0 or abs(force_2) >= slides_2 > 0.0:
                 self.over = abs(self.over)  # a bound below the limit is as wrong as one above it
@@ -243,30 +244,19 @@ class ContactUnit:
         self._move_stick_point(limit)
         return closed != was_closed
 
-    def _record_excess(
-        self, size_n: float, limit_n: float, moved_m: float, dt_s: float, *, is_closed: bool
-    ) -> None:
+    def _record_excess(self, size_n: float, limit_n: float, moved_m: float, dt_s: float) -> None:
         """Record the friction force at the end of the step, its work and its excess."""
         account, work_j, over_n = self.account, size_n * moved_m, size_n - limit_n
         account.friction_impulse_ns += size_n * dt_s
         account.friction_work_j += work_j
         if moved_m > 0.0 and size_n > LEAST_FRICTION * account.max_friction_n:
             self.over = over_n / size_n
-        if not is_closed:
-            account.opening_work_j += work_j
         if over_n <= 0.0:
             return
         account.max_violation_n = max(account.max_violation_n, over_n)
         account.excess_work_j += over_n * moved_m
-        if over_n > 0.01 * limit_n:
-            account.time_over_1_s += dt_s
-            account.work_over_1_j += work_j
-            if over_n > 0.1 * limit_n:
-                account.time_over_10_s += dt_s
-                account.work_over_10_j += work_j
-                if over_n > 0.5 * limit_n:
-                    account.time_over_50_s += dt_s
-                    account.work_over_50_j += work_j
+        if over_n > 0.1 * limit_n:
+            account.work_over_10_j += work_j
 
     def _check_friction(self, force_1: float, force_2: float) -> None:
         """Check that the friction springs stay within their bounds."""
@@ -316,9 +306,8 @@ class ContactUnit:
 
     def _committed(self) -> tuple[float, float, float]:
         """Return friction limit and offset from the stick point at the committed state."""
-        limit = 0.0
-        if self.closed and self.normal_n > 0.0:
-            limit = self.cohesion + self.friction * self.normal_n
+        normal_n = self.normal_n if self.closed else 0.0
+        limit = friction_limit_n(normal_n, self.friction, self.cohesion)
         return limit, self._e1 - self._stick_1, self._e2 - self._stick_2
 
     def _predict(self, ratio: float) -> tuple[float, float, float]:
@@ -330,7 +319,7 @@ class ContactUnit:
         normal = -self.kn * predicted
         if self.dashpot:
             normal -= self.dashpot * (opening - self.opening_before) / self._dt
-        limit = self.cohesion + self.friction * normal if normal > 0.0 else 0.0
+        limit = friction_limit_n(normal, self.friction, self.cohesion)
         # While the pair is open the stick point follows the node: only the part after closing
         # counts.
         offset_1, offset_2 = self._e1 - self._stick_1, self._e2 - self._stick_2

@@ -1,6 +1,7 @@
 """Columns of the demands table, the key of its rows, and functions that find a column by name."""
 
 import csv
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from skewbridge.variant.random_properties import DRAW_PREFIX
 from skewbridge.variant.variant import Variant
 
 SUITE: Final = "suite"
+EVENT: Final = "event"
 KEY: Final = ("variant", "motion_id", "scale", "incidence_deg")
 
 type Kind = Literal["text", "integer", "number", "boolean"]
@@ -75,6 +77,28 @@ INTENSITY_COLUMNS: Final = _COLUMNS["intensity"]
 DEMAND_COLUMNS: Final = _COLUMNS["demand"]
 
 
+_JOINT: Final = re.compile(r"joint(\d*)_(unseating_m|closures)")
+
+
+def joint_columns(names: Iterable[str]) -> tuple[Column, ...]:
+    """Return the columns of joints inside the bridge, which only bridges with joints have."""
+    columns: list[Column] = []
+    for name in names:
+        if match := _JOINT.fullmatch(name):
+            number, quantity = match.groups()
+            place = f"joint {number} inside the bridge" if number else "any joint inside the bridge"
+            label = f"joint {number}" if number else "inner joints"
+            if quantity == "closures":
+                text = f"number of closures of the contact units between the decks at {place}"
+                columns.append(Column(name, label=f"Closures, {label}", description=text))
+            else:
+                text = f"peak outward displacement of a deck corner on its cap or ledge at {place}"
+                columns.append(
+                    Column(name, "number", "m", f"Unseating, {label}", text, ("effect",))
+                )
+    return tuple(columns)
+
+
 def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
     """Return all columns of a study, with the axes and random properties named in ``present``."""
     names = list(present)
@@ -90,6 +114,7 @@ def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
         *_COLUMNS["run"],
         *INTENSITY_COLUMNS,
         *DEMAND_COLUMNS,
+        *joint_columns(names),
         *_COLUMNS["outcome"],
         *draws,
         *_COLUMNS["key"],
@@ -122,15 +147,16 @@ def key_values(
 
 def demands_for(role: Role, present: Iterable[str] | None = None) -> tuple[str, ...]:
     """Return the names of demand columns with a role; ``present`` limits the choice if given."""
-    names = (column.name for column in DEMAND_COLUMNS if role in column.roles)
+    columns = (*DEMAND_COLUMNS, *joint_columns(present or ()))
+    names = (column.name for column in columns if role in column.roles)
     known = None if present is None else set(present)
     return tuple(name for name in names if known is None or name in known)
 
 
 def column_of(name: str) -> Column | None:
     """Return the column or grid axis with this name, or None if there is none."""
-    axes = axes_of([name])
-    return _BY_NAME.get(name) or (_axis_column(axes[0]) if axes else None)
+    others = (*joint_columns([name]), *map(_axis_column, axes_of([name])))
+    return _BY_NAME.get(name) or next(iter(others), None)
 
 
 def label_of(name: str) -> str:

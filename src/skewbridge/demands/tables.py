@@ -2,14 +2,15 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
+from math import nan
 from pathlib import Path
 from typing import Any, Final
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from skewbridge.demands.columns import COLUMNS, KEY, Column, columns_with
-from skewbridge.demands.validity import SUSPECT, SuspectLimits, reasons
+from skewbridge.demands.columns import COLUMNS, KEY, Column, columns_with, joint_columns
+from skewbridge.demands.validity import SUSPECT, reasons
 from skewbridge.files.digests import digest_of, provenance
 from skewbridge.files.tables import read_table, write_joined, write_table
 from skewbridge.statuses import STATUSES
@@ -45,9 +46,11 @@ def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -
             raise ValueError(f"row {key}: unknown status {row['status']!r}")
         by_key[key] = dict(row)
     ordered = [by_key[key] for key in sorted(by_key)]
-    columns = columns_with(ordered[0] if ordered else ())
+    columns = columns_with(dict.fromkeys(name for row in ordered for name in row))
     names = {column.name for column in columns}
     for row in ordered:
+        for column in joint_columns(names):  # an analysis that crashed knows no joints
+            row.setdefault(column.name, nan)
         if row.keys() != names:
             wrong = sorted(row.keys() ^ names)
             raise ValueError(f"row {row['run_key']}: missing or unknown columns {wrong}")
@@ -55,25 +58,37 @@ def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -
     return table.replace_schema_metadata(dict(provenance))
 
 
-def write_variant(rows: Sequence[Mapping[str, Any]], path: Path, limits: SuspectLimits) -> None:
+def write_variant(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     """Write the demands of one variant; the column `suspect` states why a row is suspect."""
-    judged = [{**row, SUSPECT: reasons(row, limits)} for row in rows]
+    checked = [{**row, SUSPECT: reasons(row)} for row in rows]
     digest = digest_of(*sorted(row["run_key"] for row in rows))
-    write_table(to_table(judged, provenance(analyses_digest=digest)), path)
+    write_table(to_table(checked, provenance(analyses_digest=digest)), path)
 
 
 def join_variants(paths: Sequence[Path], output: Path) -> None:
     """Join the demands of all variants of a study into one file, one variant in memory at a time.
 
     ``paths`` are files that `write_variant` wrote, sorted by variant: all rounds of one variant
-    are adjacent. Raises `ValueError` if the files have different columns.
+    are adjacent; those without a row are left out. Raises `ValueError` if the files have different
+    columns.
     """
-    keys: list[Any] = []
-    for path in paths:
-        keys += pq.read_table(path, columns=["run_key"])["run_key"].to_pylist()
-    rounds = groupby(paths, key=lambda path: path.name)
+    own = {path: pq.read_table(path, columns=["run_key"])["run_key"].to_pylist() for path in paths}
+    keys: list[Any] = [key for of_file in own.values() for key in of_file]
+    present = dict.fromkeys(name for path in paths for name in pq.read_schema(path).names)
+    joints = demands_schema(joint_columns(present))
+    order = [column.name for column in columns_with(present)]
+
+    def filled(path: Path) -> pa.Table:
+        """Return a table with empty columns for the joints of other bridges."""
+        table = read_table(path)
+        for field in joints:
+            if field.name not in table.column_names:
+                table = table.append_column(field, pa.nulls(len(table), field.type))
+        return table.select(order) if len(joints) else table
+
+    rounds = groupby((path for path in paths if own[path]), key=lambda path: path.name)
     tables = (
-        pa.concat_tables(map(read_table, of_variant)).sort_by([(name, "ascending") for name in KEY])
+        pa.concat_tables(map(filled, of_variant)).sort_by([(name, "ascending") for name in KEY])
         for _, of_variant in rounds
     )
     write_joined(tables, output, provenance(analyses_digest=digest_of(*sorted(keys))))

@@ -4,8 +4,7 @@ The model of the bridge is not valid after a column fails, so the demands of suc
 to the failure. They are lower bounds of the peaks over the whole motion, as are the demands of a
 run that collapsed or stopped early.
 
-A suspect row need not be wrong, but should be inspected. The limits do not change an analysis, so
-they are applied when rows are collected and are not part of the key of an analysis.
+A suspect row need not be wrong, but should be inspected.
 """
 
 from collections.abc import Callable, Mapping
@@ -14,10 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import Field
-from pydantic.dataclasses import dataclass
 
-from skewbridge.files.text import OPTIONS, Number, Whole
 from skewbridge.statuses import OK
 
 if TYPE_CHECKING:
@@ -84,74 +80,48 @@ def with_derived_columns(table: "pd.DataFrame") -> "pd.DataFrame":
     return table.assign(**derived)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
-class SuspectLimits:
-    """Limits above which a row is suspect: section ``suspect`` of the configuration.
-
-    For comparison, eleven variants were analysed under 8 s of the suite's motions, scaled to 0.8
-    and 1.2 g. They needed no recovery step and generated no energy at contacts. At most 0.9 % of
-    their friction work was above the friction limit. The force of one contact was at most a tenth
-    of the weight.
-    """
-
-    max_loosened_ratio: Number = Field(default=0.01, ge=0.0, le=1.0)
-    """share of steps that met only a looser convergence test"""
-    max_rung: Whole = Field(default=4, ge=0)
-    """highest recovery step used"""
-    max_energy_residual: Number = Field(default=0.01, gt=0.0)
-    """energy not accounted for / input energy"""
-    max_contact_energy: Number = Field(default=0.01, gt=0.0)
-    """spurious energy generated at contacts / input energy"""
-    max_cone_excess: Number = Field(default=0.03, gt=0.0)
-    """share of the friction work done above the friction limit"""
-    max_contact_weights: Number = Field(default=0.5, gt=0.0)
-    """normal force of one contact / weight of the bridge"""
-    max_houbolt_failures: Whole = Field(default=2, ge=0)
-    """attempts with the Houbolt integrator that did not converge"""
-
-
-LIMITS: Final = SuspectLimits()
-
-
 class _Check(NamedTuple):
-    """A check of one column of the demands table against a limit of `SuspectLimits`."""
+    """A check of one column of the demands table: a row above the limit is suspect."""
 
     reason: str
     column: str
-    limit: str
+    limit: float
     form: str = ".1%"
     size: Callable[[Any], Any] = pos  # applied to the column before the comparison
 
 
+MAX_ENERGY_RESIDUAL: Final = 0.01  # of the input energy
+_MAX_CONE_EXCESS: Final = 0.03  # of the friction work
+# Eleven variants under 8 s of the suite's motions, scaled to 0.8 and 1.2 g, needed no recovery step
+# and generated no energy at contacts. At most 0.9 % of their friction work was above the friction
+# limit, and the force of one contact was at most a tenth of the weight.
 _CHECKS: Final = (
-    _Check("share of steps with looser test", "loosened_ratio", "max_loosened_ratio", ".2%"),
-    _Check("recovery step", "recovery_rung", "max_rung", ".0f"),
-    _Check("energy residual", "energy_residual_ratio", "max_energy_residual", size=abs),
-    _Check("energy generated at contacts", "contact_energy_ratio", "max_contact_energy", size=neg),
-    _Check("work above friction limit, backwalls", "cone_excess_wall_ratio", "max_cone_excess"),
-    _Check("work above friction limit, keys", "cone_excess_key_ratio", "max_cone_excess"),
-    _Check("contact force / weight", "contact_force_ratio", "max_contact_weights", ".2f"),
-    _Check("failed attempts with Houbolt", "houbolt_failures", "max_houbolt_failures", ".0f"),
+    _Check("share of steps with looser test", "loosened_ratio", 0.01, ".2%"),
+    _Check("recovery step", "recovery_rung", 4, ".0f"),
+    _Check("energy residual", "energy_residual_ratio", MAX_ENERGY_RESIDUAL, size=abs),
+    _Check("energy generated at contacts", "contact_energy_ratio", 0.01, size=neg),
+    _Check("work above friction limit, backwalls", "cone_excess_wall_ratio", _MAX_CONE_EXCESS),
+    _Check("work above friction limit, keys", "cone_excess_key_ratio", _MAX_CONE_EXCESS),
+    _Check("contact force / weight", "contact_force_ratio", 0.5, ".2f"),
+    _Check("failed attempts with Houbolt", "houbolt_failures", 2, ".0f"),
 )
 
 
-def reasons(row: Mapping[str, Any], limits: SuspectLimits) -> str:
+def reasons(row: Mapping[str, Any]) -> str:
     """Return the reasons to suspect a row, joined by "; ". Missing values are ignored."""
     return "; ".join(
         f"{check.reason} {check.size(value):{check.form}}"
         for check in _CHECKS
-        if (value := row.get(check.column)) is not None
-        and check.size(value) > getattr(limits, check.limit)
+        if (value := row.get(check.column)) is not None and check.size(value) > check.limit
     )
 
 
-def count_reasons(table: "pd.DataFrame", limits: SuspectLimits) -> list[dict[str, Any]]:
+def count_reasons(table: "pd.DataFrame") -> list[dict[str, Any]]:
     """Return for each reason the number of rows, the worst value and its row number ``at``."""
     counts: list[dict[str, Any]] = []
     for check in (check for check in _CHECKS if check.column in table):
         sizes = check.size(table[check.column].to_numpy(dtype=np.float64))
-        rows = int((sizes > getattr(limits, check.limit)).sum())
-        if rows:
+        if rows := int((sizes > check.limit).sum()):
             at = int(np.nanargmax(sizes))
             worst = f"{sizes[at]:{check.form}}"
             counts.append({"reason": check.reason, "rows": rows, "worst": worst, "at": at})

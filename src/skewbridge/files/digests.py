@@ -27,7 +27,7 @@ ENGINE: Final = (
     "analysis",
     "study/task.py",
 )
-#: Left out here: `bridge.catalogue.bridge_digest` covers the numbers of each bridge.
+#: Left out here: the digest of each bridge covers the numbers of each bridge.
 _CATALOGUE: Final = Path("bridge", "catalogue")
 _PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "skewbridge")
 

@@ -9,9 +9,10 @@ import socket
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
+from itertools import chain
 from pathlib import Path
 from stat import S_ISREG
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, NoReturn, cast
 
 import yaml
 from pydantic import BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
@@ -322,7 +323,8 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
     try:
         return adapter.validate_python(raw)
     except ValidationError as error:
-        findings = error.errors()
+        errors = cast(list[dict[str, Any]], error.errors())
+        findings = [each | {"loc": _keys_of(raw, each["loc"])} for each in errors]
     schema = adapter.json_schema() if any(each["type"] in _UNKNOWN for each in findings) else {}
     keys = list(_keys(schema, schema.get("$defs", {})))
     # a list with invalid items is not also reported as too short
@@ -340,6 +342,21 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
     raise InputError(text, **({"file": str(where)} if isinstance(where, Path) else {}))
 
 
+def _keys_of(raw: Any, place: tuple[str | int, ...]) -> tuple[str | int, ...]:
+    """Return the place of an error without the types that pydantic inserts in unions."""
+    keys, node = list[str | int](), raw
+    for part in place:
+        tree: Any = node
+        if isinstance(node, dict) and part not in node and tree.get("type") == part:
+            continue
+        keys.append(part)
+        try:
+            node = tree[part]
+        except (KeyError, IndexError, TypeError):
+            node = None
+    return tuple(keys)
+
+
 def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     """Return `base` with nested mappings updated from `over`; lists and values are replaced."""
     out = dict(base)
@@ -352,9 +369,11 @@ def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 
 def _keys(schema: Mapping[str, Any], classes: Mapping[str, Any], above: str = "") -> Iterator[str]:
     """Yield all keys of a JSON schema as paths such as `motions.count`."""
-    for branch in (schema, *schema.get("anyOf", ()), *schema.get("allOf", ())):
-        name = branch.get("$ref", "").rsplit("/", 1)[-1]
-        for key, inner in classes.get(name, branch).get("properties", {}).items():
+    kinds = chain.from_iterable(schema.get(kind, ()) for kind in ("anyOf", "allOf", "oneOf"))
+    for branch in (schema, *kinds):
+        if named := classes.get(branch.get("$ref", "").rsplit("/", 1)[-1]):
+            yield from _keys(named, classes, above)
+        for key, inner in branch.get("properties", {}).items():
             yield above + key
             yield from _keys(inner.get("items", inner), classes, f"{above}{key}.")
 
@@ -367,7 +386,7 @@ def _nearest_key(place: Sequence[str | int], keys: Sequence[str]) -> str:
     near = get_close_matches(name, [key for key in inside if "." not in key], n=1)
     same = [key for key in keys if key.rpartition(".")[2] == name]
     if near or same:
-        return f" (did you mean {section + near[0] if near else same[0]}?)"
+        return f" (did you mean {section + near[0] if near else min(same, key=len)}?)"
     return did_you_mean(name, keys)
 
 

@@ -167,7 +167,7 @@ class _BridgeState:
         ended = (runs["status"] == COLLAPSE).to_numpy() & ~is_beyond_model(runs)
         by_definition = any(mode.collapse == COLLAPSE_EXCEEDS for mode in self._modes)
         ended = [ended & np.isposinf(fit.outcomes.upper) for fit in fits]
-        if np.any(ended) and not (by_definition or self._settings.accept_bounds):
+        if np.any(ended) and not by_definition:
             treated[_PEAKS] = [
                 fit.treated(
                     replace(
@@ -342,10 +342,9 @@ class _DemandFits:
         fits = {method: curve.fit for method, curve in curves.items()}
         share = self.outcomes.counts(state)["n_unknown"] / self._im.size
         names = ["unknown_above_5_percent"] if share > 0.05 else []
-        accept = self._settings.accept_bounds
         for method, curve in curves.items() if share else ():
             if TREATMENTS[0] in curve.bounds:
-                fits[method] = fits[method].judged(curve.bounds, accept=accept, names=names)
+                fits[method] = fits[method].judged(curve.bounds, names=names)
         # Large demands cause collapse, so censoring by collapse is not independent of the demand.
         # A median is accepted only if it hardly depends on how these peaks are treated.
         other = curves["cloud"].bounds.get(_PEAKS)

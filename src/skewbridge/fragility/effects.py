@@ -26,7 +26,7 @@ from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
 from skewbridge.fragility.outcomes import demand_outcomes, end_counts, states_by_demand
-from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.settings import DEFAULTS, EFFECT_CONFIDENCE, FitSettings
 from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import axes_of
 
@@ -213,7 +213,7 @@ def effect_row(
     difference: Jackknifed | None = None,  # for demands judged by the difference, shape ()
 ) -> dict[str, Any]:
     """Return the columns of an effect: ratio, slope and difference with intervals, scatter, dof."""
-    level, judged = settings.effect_confidence, difference or estimate
+    level, judged = EFFECT_CONFIDENCE, difference or estimate
     ends = np.exp([estimate.estimate, *estimate.interval(level)])
     row = dict(zip(verdicts.RATIOS, ends.tolist(), strict=True)) | {"level": level}
     if line is not None:
@@ -383,7 +383,7 @@ class _Medians:
         found: list[Row] = []
         for cells, state in product(groups, states):
             place = {**self._models.place, "quantity": verdicts.MEDIAN_CAPACITY, "axis": axis}
-            place |= {"demand": state.key, "margin": self._settings.median_margin}
+            place |= {"demand": state.key, "margin": self._settings.margin}
             place |= {name: float(cells[0][name]) for name in _STEP}
             ratios: list[tuple[Jackknifed, Row]] = []
             for cell in cells:
@@ -432,7 +432,7 @@ class _Medians:
     def _row(self, scope: str, ratio: Jackknifed, row: Row, medians: int) -> Row:
         # ASSUME a ratio of medians is worth reporting if at least one of them has a curve
         if row["n_without_curve"] == medians:
-            level = self._settings.effect_confidence
+            level = EFFECT_CONFIDENCE
             return row | {"scope": scope, "status": verdicts.NO_CURVE, "level": level}
         return row | {"scope": scope} | effect_row(ratio, self._settings, blocks=self._blocks)
 

@@ -46,9 +46,6 @@ class FitOptions:
     edp: str | None = None  # column of demands, for a table of runs
     capacity_dispersion: float = Field(default=0.0, ge=0.0, le=MAX_DISPERSION)  # cloud
     censor_above: float | None = None  # demands at or above this value are censored at it (cloud)
-    #: Dispersion assumed for one-sided bounds.
-    assumed_beta: float = Field(default=DEFAULTS.assumed_beta, gt=0.0, le=2.0)
-    accept_bounds: bool = False  # keep a median that unknown outcomes move by more than 15 %
     columns: Path | None = None  # file that maps the columns of a foreign table to ours
 
     @model_validator(mode="after")
@@ -62,7 +59,7 @@ class FitOptions:
     @property
     def settings(self) -> FitSettings:
         """Settings of the fit."""
-        return FitSettings(confidence=self.level, assumed_beta=self.assumed_beta)
+        return FitSettings(confidence=self.level)
 
 
 def fit_file(path: Path, **given: Any) -> fits.FragilityFit:
@@ -200,7 +197,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
             bound = _fit_outcomes(im, motions, outcomes.treated(state, name), state, options)
             bounds[name] = bound.theta, bound.beta
             details |= {f"theta_{name}": bound.theta, f"beta_{name}": bound.beta}
-        fit = fit.judged(bounds, accept=options.accept_bounds)
+        fit = fit.judged(bounds)
     return replace(fit, details={**fit.details, **details})
 
 

@@ -21,7 +21,7 @@ from scipy import optimize, special
 from skewbridge.files.tables import Floats, Index, Mask, as_column, positive, require, same_length
 from skewbridge.fragility import likelihood, lines, motion_means
 from skewbridge.fragility.lines import FLATTEST_SLOPE, Lines, TestedLine
-from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.settings import ASSUMED_BETA, DEFAULTS, FitSettings
 
 #: Status of a fit that has an estimate (not the status of an analysis).
 FITTED: Final = "ok"
@@ -70,13 +70,13 @@ class FragilityFit:
         return replace(self, warnings=tuple(dict.fromkeys((*self.warnings, *names))))
 
     def judged(
-        self, bounds: Mapping[str, tuple[float, float]], *, accept: bool, names: Sequence[str] = ()
+        self, bounds: Mapping[str, tuple[float, float]], *, names: Sequence[str] = ()
     ) -> "FragilityFit":
         """Add a warning; drop the estimate if unknown outcomes change theta by more than 15 %."""
         fit = self.warned("unknown_outcomes", *names)
         low, high = sorted((bounds["all_exceed"][0], bounds["none_exceed"][0]))
         narrow = 0.0 < low <= high <= MAX_BOUNDS_RATIO * low < inf
-        refused = fit.status == FITTED and not (narrow or accept)
+        refused = fit.status == FITTED and not narrow
         return fit.without_estimate(BOUNDS_TOO_WIDE) if refused else fit
 
     def as_json(self) -> dict[str, Any]:
@@ -249,7 +249,7 @@ def _stripe_bounds(
     status: str, ln_im: Floats, n: Floats, k: Floats, settings: FitSettings
 ) -> dict[str, Any]:
     """Return bounds on probabilities or on the median for counts that give no estimate."""
-    level, beta = settings.confidence, settings.assumed_beta
+    level, beta = settings.confidence, ASSUMED_BETA
     if status in (NO_EXCEEDANCE, ALL_EXCEED):
         exceed = status == ALL_EXCEED
         shares = zip(("p_lower", "p_upper"), clopper_pearson(k, n, level), strict=True)
@@ -284,7 +284,7 @@ def _median_bound(
     ln_im: Floats, n: Floats, settings: FitSettings, *betas: float, exceed: bool
 ) -> dict[str, Any]:
     """Return a one-sided bound on the median for each dispersion if no (or every) run exceeds."""
-    level, assumed = settings.confidence, settings.assumed_beta
+    level, assumed = settings.confidence, ASSUMED_BETA
     bounds = {
         f"{beta:g}": median_bound(ln_im, n, beta=beta, level=level, exceed=exceed)
         for beta in sorted({*betas, assumed})

@@ -12,7 +12,7 @@ from skewbridge.files.tables import records_of
 from skewbridge.fragility.demand_table import axis_names, described
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import JointModel
-from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.settings import DEFAULTS, EFFECT_CONFIDENCE, FitSettings
 from skewbridge.fragility.verdicts import RATIOS
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import AXES, Axis, axes_of
@@ -83,7 +83,7 @@ def paper_table(
         middle = model.axis_range.middle
         for axis in middle:
             low, high = (middle | {axis: end} for end in model.axis_range.limits[axis])
-            out |= _ratio(axis, model.median(high, low, settings.effect_confidence))
+            out |= _ratio(axis, model.median(high, low, EFFECT_CONFIDENCE))
         rows.append(out | {"row": JOINT, "method": JOINT})
     table = pd.DataFrame(rows, columns=list(paper_columns(_axes(curves))))
     table = table[table.groupby(list(_STATE))["theta"].transform("count") > 0]

@@ -8,6 +8,10 @@ from pydantic.dataclasses import dataclass
 from skewbridge.demands.columns import DEMAND_COLUMNS
 from skewbridge.files.text import OPTIONS, FileName, Flag, Number, Whole
 
+#: Level of the intervals of effects: two one-sided tests at 5 % (Schuirmann 1987).
+EFFECT_CONFIDENCE: Final = 0.90
+#: Dispersion assumed for one-sided bounds of medians.
+ASSUMED_BETA: Final = 0.4
 _COLUMNS: Final = {column.name: column for column in DEMAND_COLUMNS}
 
 
@@ -21,27 +25,18 @@ class FitSettings:
     """file with the limit states"""
     confidence: Number = Field(default=0.95, gt=0.5, lt=1.0)
     """level of the intervals of fits"""
-    effect_confidence: Number = Field(default=0.90, gt=0.5, lt=1.0)
-    """level of the intervals of effects"""
-    # ASSUME no designer acts on a change of demand below 5 %
+    # ASSUME no designer acts on a change of demand below 5 %. A median capacity changes by the
+    # demand ratio to the power -1/slope; most slopes are near 1, so the same margin applies.
     margin: Number = Field(default=0.05, gt=0.0, lt=1.0)
-    """negligible change of a demand"""
-    # ASSUME a median capacity changes by the demand ratio to the power -1/slope; the slope of most
-    # demands is near 1, so the same margin of 5 % applies
-    median_margin: Number = Field(default=0.05, gt=0.0, lt=1.0)
-    """negligible change of a median capacity"""
+    """negligible change of a demand or median capacity"""
     margins: dict[str, Annotated[Number, Field(gt=0.0)]] = Field(default={})
     """margins of single columns; mrad for deck rotation, mm for abutment deformations"""
     bootstrap: Whole = Field(default=999, ge=99, le=100_000)
     """bootstrap replicates that rank intensity measures"""
     seed: Whole = Field(default=20261120, ge=0, le=2**63 - 1)
     """seed of the bootstrap and of system curves"""
-    accept_bounds: Flag = Field(default=False)
-    """report medians that unknown outcomes may move by more than 15 %"""
     exclude_suspect: Flag = Field(default=False)
     """treat suspect rows as failed analyses"""
-    assumed_beta: Number = Field(default=0.4, gt=0.0, le=2.0)
-    """dispersion for bounds of medians"""
 
     @model_validator(mode="after")
     def _margins_of_demands(self) -> Self:

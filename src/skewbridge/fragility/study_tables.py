@@ -28,7 +28,7 @@ from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, States, with_column_failure
 from skewbridge.fragility.measures import measure_table
-from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
 from skewbridge.fragility.system import system_curves
 from skewbridge.statuses import OK
 from skewbridge.variant.axes import axes_of
@@ -238,7 +238,7 @@ def valid_tables(
         for name in ("effects", "median_effects")
     )
     needed = verdicts.needed_motions(pd.concat([effects, medians], ignore_index=True), demands)
-    level = {"level": settings.effect_confidence}
+    level = {"level": EFFECT_CONFIDENCE}
     valid = {"effects": effects.assign(**level), "median_effects": medians.assign(**level)}
     paper = paper_table.paper_table(
         tables["curves"], valid["median_effects"], tables["joint"], settings

@@ -27,7 +27,7 @@ from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import covered_range, exp_end, jackknife_factors
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, end_counts
-from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.settings import ASSUMED_BETA, DEFAULTS, FitSettings
 from skewbridge.fragility.union import MIN_COMPLETE
 
 #: Smallest number of runs of a variant for a system curve; components need MIN_COMPLETE.
@@ -172,7 +172,7 @@ def _system(members: Sequence[_Member], ln_im: Floats, systems: _Systems) -> Row
     if not members or ln_im.size < MIN_RUNS:
         return row | {"status": "too_few_runs" if members else "no_component"}
     if np.all(exceed | unknown):
-        each, beta, level = np.ones(exceed.sum()), settings.assumed_beta, settings.confidence
+        each, beta, level = np.ones(exceed.sum()), ASSUMED_BETA, settings.confidence
         bound = median_bound(ln_im[exceed], each, beta=beta, level=level, exceed=True)
         return row | {"status": ALL_EXCEED, "theta_bound": bound}
     curves = [member.curve for member in members]

@@ -35,10 +35,36 @@ IDA_TOLERANCE: Final = 0.01
 #: Shipped suites in `SHIPPED_FOLDER`; the first one is the folder itself.
 SHIPPED_SUITES: Final = ("near", "far", "pulse")
 SHIPPED_FOLDER: Final = Path("motions")
-RECORDS: Final = "records"
+
+#: Lowest and highest Sa_avg in g of each band of levels.
+type Bands = tuple[tuple[float, float], ...]
 
 Level = Annotated[Number, Field(ge=1.0e-4, le=20.0)]
 ScaleFactor = Annotated[Number, Field(ge=1.0e-4, le=1.0e4)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
+class BlocksConfig:
+    """Part of the variants that a motion runs (`motions.blocks`)."""
+
+    within: tuple[str, ...] = Field(default=("skew_deg",), min_length=1)
+    """axes of the grid of which a motion runs all values"""
+    cells_per_motion: Whole = Field(default=1, ge=1, le=2)
+    """combinations of the other axes that a motion runs at each incidence"""
+    complete_share: Number = Field(default=0.17, ge=0.0, le=1.0)
+    """share of the motions that run all combinations at one incidence"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
+class BandsConfig:
+    """Levels around the medians of the headline limit states (`motions.bands`)."""
+
+    medians_g: tuple[Level, ...] = Field(default=(), max_length=100)
+    """Sa_avg of the medians; empty: of `study`, or of a pilot under the first 8 motions"""
+    study: FileName | None = Field(default=None)
+    """results folder of an earlier study with the medians"""
+    ratio: Number = Field(default=1.6, gt=1.0, le=10.0)
+    """a band reaches from median / ratio to median x ratio, inside level_range_g"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
@@ -48,13 +74,15 @@ class MotionsConfig:
     folder: FileName = Field(default="motions")
     """folder with an index.csv or with motion files"""
     suites: tuple[FileName, ...] = Field(default=("near",), min_length=1, max_length=20)
-    """near (folder), far, pulse (motions/README.md), records (SKEWBRIDGE_RECORDS), other folders"""
+    """near (folder), far, pulse, p695[_far|_near] (motions/README.md), other folders"""
     count: Whole | None = Field(default=32, ge=1, le=100_000)
     """number of motions of each suite, starting with the first; null: all"""
     design: Literal["scaled_cloud", "cloud", "stripes", "ida"] = Field(default="scaled_cloud")
     """scaled_cloud: one factor per motion; cloud: unscaled; stripes: all levels; ida: search"""
     level_range_g: tuple[Level, Level] = Field(default=LEVEL_RANGE_G)
     """Sa_avg range for scaled_cloud and ida"""
+    bands: BandsConfig | None = Field(default=None)
+    """levels of scaled_cloud around the medians of headline states; null: the whole range"""
     stripes_g: tuple[Level, ...] = Field(
         default=(0.1, 0.2, 0.35, 0.55, 0.8, 1.1, 1.5), min_length=2, max_length=100
     )
@@ -72,6 +100,8 @@ class MotionsConfig:
         default=(0.0,), min_length=1, max_length=360
     )
     """angle from the bridge x axis to component 1"""
+    blocks: BlocksConfig | None = Field(default=None)
+    """variants that each motion runs; null: all variants at all angles"""
 
     @model_validator(mode="after")
     def _levels_rise(self) -> Self:
@@ -79,31 +109,64 @@ class MotionsConfig:
             values = getattr(self, name)
             if list(values) != sorted(set(values)):
                 raise ValueError(f"{name} must be in increasing order, got {list(values)}")
+        if self.bands and self.design != "scaled_cloud":
+            raise ValueError(f"bands need the design scaled_cloud, got {self.design}")
+        if self.blocks and len(self.incidence_deg) > 2:
+            raise ValueError(f"blocks need 1 or 2 incidences, got {len(self.incidence_deg)}")
         return self
 
 
+def bands_around(motions: MotionsConfig, medians_g: Sequence[float]) -> Bands:
+    """Return the bands of Sa_avg in g around medians, cut at the ends of the range.
+
+    Without `motions.bands` or medians, the range is the band. Raises `InputError` if no band is in
+    the range.
+    """
+    low, high = motions.level_range_g
+    if motions.bands is None or not medians_g:
+        return (motions.level_range_g,)
+    ratio = motions.bands.ratio
+    bands = [(max(median / ratio, low), min(median * ratio, high)) for median in sorted(medians_g)]
+    if kept := tuple((first, last) for first, last in bands if first < last):
+        return kept
+    raise InputError(f"motions.bands: no median of {list(medians_g)} g is in {low:g} to {high:g} g")
+
+
+def has_pilot(motions: MotionsConfig) -> bool:
+    """Return whether the medians of the bands come from a pilot."""
+    bands = motions.bands
+    return bands is not None and not bands.medians_g and bands.study is None
+
+
 def block_factors(
-    level_at_1_g: Sequence[float], level_range_g: tuple[float, float] = LEVEL_RANGE_G
+    level_at_1_g: Sequence[float],
+    bands_g: Bands = (LEVEL_RANGE_G,),
+    first_g: Bands | None = None,
 ) -> Vector:
     """Return one scale factor per motion of a suite, in suite order.
 
-    Target levels are equally spaced in the logarithm. In each block of 8 consecutive motions, the
-    motion with the lowest unscaled level gets the lowest target, and so on; this keeps factors near
-    1. Block b is offset by element b + 1 of the van der Corput sequence, so any number of blocks
-    covers the range evenly. If motions are added, the factors of full blocks do not change.
+    Target levels are equally spaced in the logarithm within a band of Sa_avg, and each band has the
+    same share of the motions; bands may overlap. In each block of 8 consecutive motions, the motion
+    with the lowest unscaled level gets the lowest target, and so on; this keeps factors near 1.
+    Block b is offset by element b + 1 of the van der Corput sequence, so any number of blocks
+    covers the bands evenly. If motions are added, the factors of full blocks do not change.
+    ``first_g`` are other bands for the first block (a pilot).
     """
     from scipy.stats import qmc  # here: workers that read the configuration do without scipy
 
-    low_g, high_g = level_range_g
     levels = np.asarray(level_at_1_g, dtype=np.float64)
     starts = range(0, levels.size, BLOCK)
     offsets = qmc.Halton(1, scramble=False).fast_forward(1).random(len(starts))[:, 0]
     factors = np.empty(levels.size)
     for start, offset in zip(starts, offsets, strict=True):
+        ends = np.log(bands_g if start or first_g is None else first_g)
+        edges = np.unique(ends)
+        # distribution of the logarithm of the levels: the mean of uniform ones
+        below = np.clip((edges[:, None] - ends[:, 0]) / np.diff(ends).T, 0.0, 1.0).mean(axis=1)
         of_block = levels[start : start + BLOCK]
         share = (np.arange(of_block.size) + offset) / of_block.size
         in_order = start + np.argsort(of_block, kind="stable")
-        factors[in_order] = low_g * (high_g / low_g) ** share
+        factors[in_order] = np.exp(np.interp(share, below, edges))
     return factors / levels
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from skewbridge.errors import InputError
 from skewbridge.files.text import read_bytes
+from skewbridge.motions import p695
 from skewbridge.motions.formats import DT_LIMITS_S, Given, Trace, fault_in, trace_of
 from skewbridge.motions.intensity import peak_g
 from skewbridge.motions.record import GroundMotion, Vector
@@ -152,8 +153,11 @@ def read_motion(
 ) -> GroundMotion:
     """Read the files of component 1 (bridge x at incidence 0) and 2 (bridge y) as one motion.
 
-    Without a `motion_id`, the motion is named by `motion_name`.
+    Without a `motion_id`, the motion is named by `motion_name`. Instead of files, a suite of
+    `p695.SUITES` and a record number name a recorded pair.
     """
+    if str(first) in p695.SUITES and str(second).isdecimal():
+        return p695.read_record(str(first), int(str(second)))
     one, two = (read_trace(path, given) for path in (first, second))
     return join_traces(one, two, motion_id=motion_id or motion_name(first, second))
 

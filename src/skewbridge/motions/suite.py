@@ -3,12 +3,11 @@
 import json
 import logging
 import math
-import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -17,7 +16,7 @@ from skewbridge.errors import InputError, raise_all
 from skewbridge.files.digests import digest_of, layer_digest, provenance
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.files.text import file_fault, read_json, write_text
-from skewbridge.motions import intensity, levels
+from skewbridge.motions import intensity, levels, p695
 from skewbridge.motions.folder import IndexEntry, files_below, list_motions
 from skewbridge.motions.read import files_digest, join_traces, read_trace, refuse_false_waho
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
@@ -26,8 +25,6 @@ from skewbridge.units import G_MPS2
 
 logger = logging.getLogger(__name__)
 
-RECORDS_VARIABLE: Final = "SKEWBRIDGE_RECORDS"
-
 
 def read_entry(entry: IndexEntry) -> GroundMotion:
     """Read or generate one listed motion; the index overrides the file headers.
@@ -35,13 +32,14 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
     Raises `InputError` for unreadable files, a digest that differs from the index, or a motion that
     is named as the WAHO record but is a different one.
     """
-    if entry.made_from_number is not None:
+    number, suite = entry.made_from_number, entry.made_from_suite
+    if number is not None and suite in p695.SUITES:
+        motion = replace(p695.read_record(suite, number), motion_id=entry.motion_id)
+    elif number is not None:
         # Here: a suite of files does not need the stochastic model.
         from skewbridge.motions.synthesis.generate import made_motion
 
-        motion = replace(
-            made_motion(entry.made_from_number, entry.made_from_suite), motion_id=entry.motion_id
-        )
+        motion = replace(made_motion(number, suite), motion_id=entry.motion_id)
     else:
         one, two = (read_trace(path, given) for path, given in entry.components)
         motion = join_traces(one, two, motion_id=entry.motion_id)
@@ -76,8 +74,9 @@ def prepare_suite(
     *,
     count: int | None = None,  # number of motions, starting with the first; None: all
     t1_s: float,  # conditioning period of the bridge, for Sa(T1) and Sa_avg
-    #: Sa_avg range of the scaled motions; factors in the index for a different range are not used.
-    level_range_g: tuple[float, float] = levels.LEVEL_RANGE_G,
+    #: Sa_avg of the scaled motions; a factor in the index is kept.
+    bands_g: levels.Bands = (levels.LEVEL_RANGE_G,),
+    first_g: levels.Bands | None = None,  # other bands of the first block
     shaking_s: float | None = None,  # length of the strongest part to keep; None: the whole motion
 ) -> pd.DataFrame:
     """Read, measure and scale the motions of a folder.
@@ -85,16 +84,18 @@ def prepare_suite(
     Returns one row per motion in suite order, with metadata, scale, npts and messages (JSON). The
     intensity measures and accelerations (arrays accel_1_mps2, accel_2_mps2) are unscaled.
     """
-    entries, stored = _entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
+    entries, stored = _entries_to_read(folder, count)
     motions = read_entries(entries)
     if shaking_s is not None:
         motions = [intensity.strongest_part(motion, shaking_s) for motion in motions]
     measures = [intensity.motion_measures(motion, t1_s) for motion in motions]
-    computed = levels.block_factors([row[levels.LEVEL_MEASURE] for row in measures], level_range_g)
+    at_1_g = [row[levels.LEVEL_MEASURE] for row in measures]
+    computed = levels.block_factors(at_1_g, bands_g, first_g)
     low, high = levels.FACTOR_LIMITS
     rows: list[dict[str, Any]] = []
     for motion, kept, factor, values in zip(motions, stored, computed, measures, strict=False):
-        scale = float(factor if math.isnan(kept) else kept)
+        # six digits, which do not depend on the processor
+        scale = float(f"{factor:.6g}") if math.isnan(kept) else kept
         far = f"factor {scale:.3g} is outside {low:g} to {high:g}"
         for message in (*motion.messages, *([] if low <= scale <= high else [far])):
             logger.warning("motion %s: %s", motion.motion_id, message)
@@ -112,60 +113,69 @@ class SuiteSource:
     name: str
     folder: Path
     count: int | None  # number of motions used; None: all
+    note: str = ""  # follows the source of its motions
 
 
 def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
     """Return the suites of a study in the order of the configuration.
 
-    `records` is the first folder in the environment variable SKEWBRIDGE_RECORDS; if it is not set,
-    the suite is skipped. Suites after the first may have fewer motions than `motions.count`.
-    Raises `InputError` if such a suite has no motions, names are repeated or all are skipped.
+    The recorded suites of `p695` are replaced by the first shipped suite if their package is not
+    installed. They and all suites after the first may have fewer motions than `motions.count`.
+    Raises `InputError` if such a suite has no motions or names are repeated.
     """
-    own, records = Path(motions.folder), os.environ.get(RECORDS_VARIABLE, "").split(os.pathsep)[0]
+    own = Path(motions.folder)
     first, *others = levels.SHIPPED_SUITES
     named = {name: (name, levels.SHIPPED_FOLDER / name) for name in others}
     named[first] = (first if own == levels.SHIPPED_FOLDER else own.name, own)
-    named[levels.RECORDS] = (levels.RECORDS, Path(records))
+    named |= {name: (name, Path(name)) for name in p695.SUITES}
     found: list[SuiteSource] = []
-    for entry in motions.suites:
-        if entry == levels.RECORDS and not records:
-            logger.warning(
-                "suite %s is skipped: environment variable %s is not set", entry, RECORDS_VARIABLE
-            )
-            continue
+    lacking = [] if p695.package_folder() else [n for n in motions.suites if n in p695.SUITES]
+    if lacking:
+        named[lacking[0]] = (first, levels.SHIPPED_FOLDER)
+        logger.warning("%s", p695.missing_text(lacking[0], f"the synthetic suite {first} is used"))
+    dropped = lacking if first in motions.suites else lacking[1:]
+    for entry in (name for name in motions.suites if name not in dropped):
         name, folder = named.get(entry, (Path(entry).name, Path(entry)))
         count = motions.count
-        if found and count is not None:
+        if (found or entry in p695.SUITES) and count is not None:
             count = min(count, len(list_motions(folder)))
-        found.append(SuiteSource(name, folder, count))
+        found.append(SuiteSource(name, folder, count, p695.REPLACED if entry in lacking else ""))
     names = [source.name for source in found]
-    if len(set(names)) < len(names) or not names:
+    if len(set(names)) < len(names):
         raise InputError(f"motions.suites must name different suites, got {', '.join(names)}")
     return found
 
 
-def prepare_suites(motions: levels.MotionsConfig, *, t1_s: float) -> pd.DataFrame:
-    """Return the rows of all suites with the columns `suite` and `number` (position from 0)."""
-    tables = [
-        prepare_suite(
+def prepare_suites(
+    motions: levels.MotionsConfig, *, t1_s: float, medians_g: Sequence[float] = ()
+) -> pd.DataFrame:
+    """Return the rows of all suites with the columns `suite` and `number` (position from 0).
+
+    With `motions.bands`, levels are around ``medians_g``. If these are from a pilot, the first
+    block of each suite keeps the levels of the pilot.
+    """
+    bands_g = levels.bands_around(motions, medians_g)
+    first_g = (motions.level_range_g,) if levels.has_pilot(motions) else None
+    tables: list[pd.DataFrame] = []
+    for source in suite_sources(motions):
+        table = prepare_suite(
             source.folder,
             count=source.count,
             t1_s=t1_s,
-            level_range_g=motions.level_range_g,
+            bands_g=bands_g,
+            first_g=first_g,
             shaking_s=motions.shaking_s,
-        ).assign(suite=source.name)
-        for source in suite_sources(motions)
-    ]
-    table = pd.concat([each.assign(number=range(len(each))) for each in tables], ignore_index=True)
+        )
+        table["source"] += f"; {source.note}" if source.note else ""
+        tables.append(table.assign(suite=source.name, number=range(len(table))))
+    table = pd.concat(tables, ignore_index=True)
     doubled = table["motion_id"][table["motion_id"].duplicated()]
     if len(doubled):
         raise InputError(f"motion {doubled.iloc[0]} is in two suites of motions.suites: rename one")
     return table
 
 
-def _entries_to_read(
-    folder: Path, count: int | None, *, t1_s: float, level_range_g: tuple[float, float]
-) -> tuple[list[IndexEntry], list[float]]:
+def _entries_to_read(folder: Path, count: int | None) -> tuple[list[IndexEntry], list[float]]:
     """Return the motions to read, and the factors of the first `count` in the index (or nan).
 
     A computed factor must not depend on the count, so full blocks of motions are then read.
@@ -175,26 +185,12 @@ def _entries_to_read(
     if not 1 <= wanted <= len(entries):
         text = f"motions.count = {wanted}, but {folder} has {len(entries)} motions"
         raise InputError(text, folder=str(folder))
-    stored: list[float] = []
-    for entry in entries[:wanted]:
-        made_for = (entry.scale_low_g, entry.scale_high_g, entry.scale_t1_s)
-        fits = all(
-            math.isnan(kept) or math.isclose(kept, asked, rel_tol=1e-6)
-            for kept, asked in zip(made_for, (*level_range_g, t1_s), strict=True)
-        )
-        stored.append(entry.scale if fits else math.nan)
+    stored = [entry.scale for entry in entries[:wanted]]
     blocks = any(map(math.isnan, stored))
     return entries[: math.ceil(wanted / levels.BLOCK) * levels.BLOCK if blocks else wanted], stored
 
 
-def content_digest(
-    folder: Path,
-    count: int | None,
-    *,
-    t1_s: float,
-    level_range_g: tuple[float, float],
-    cache: Path | None,
-) -> str:
+def content_digest(folder: Path, count: int | None, cache: Path | None) -> str:
     """Return the digest of the index entries and files that `prepare_suite` uses.
 
     Other files and file times do not affect it. If the file `cache` has a digest for the same
@@ -202,15 +198,17 @@ def content_digest(
     motions with files are read, and a faulty one raises `InputError`.
     """
     readers = layer_digest(("errors.py", "units.py", "files", "motions"))
-    state = digest_of(str(folder.resolve()), count, t1_s, level_range_g, readers, _state_of(folder))
+    state = digest_of(str(folder.resolve()), count, readers, _state_of(folder))
     kept: Any = None
     with suppress(InputError):
         kept = None if cache is None else read_json(cache)
     if isinstance(kept, dict) and kept.get("state") == state:
         return kept["digest"]
-    entries, stored = _entries_to_read(folder, count, t1_s=t1_s, level_range_g=level_range_g)
+    entries, stored = _entries_to_read(folder, count)
     read_entries(entry for entry in entries if entry.components)  # not the generated ones
     parts: list[object] = [len(stored)]
+    if str(folder) in p695.SUITES:
+        parts.append(files_digest(*files_below(folder)))
     for entry in entries:
         files = [(path.relative_to(folder).as_posix(), given) for path, given in entry.components]
         digest = files_digest(*(path for path, _ in entry.components))

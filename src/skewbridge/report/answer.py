@@ -6,13 +6,14 @@ from `run_counts`.
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
 
 from skewbridge.bridge.backfill import LARGEST_TESTED_SKEW_DEG
-from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.library import load_structure
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import failure_kinds, is_complete
 from skewbridge.errors import InputError
@@ -30,6 +31,7 @@ from skewbridge.fragility.verdicts import (
     OK,
     UNDECIDED,
 )
+from skewbridge.motions.p695 import REPLACED
 from skewbridge.report.appearance import (
     change_text,
     demand_name,
@@ -192,14 +194,19 @@ def _values_text(medians: pd.DataFrame, row: Mapping[str, Any]) -> str:
 
 
 def answer_table(
-    *, medians: pd.DataFrame, effects: pd.DataFrame, intensities: pd.DataFrame, curves: pd.DataFrame
+    *,
+    medians: pd.DataFrame,
+    effects: pd.DataFrame,
+    intensities: pd.DataFrame,
+    curves: pd.DataFrame,
+    bridges: Sequence[str] = (),
 ) -> pd.DataFrame:
     """Return the pooled headline effects of each axis, for the change to its largest value.
 
     The columns are `ANSWER_COLUMNS`. For each bridge, abutment model and axis, the states of
     `HEADLINE_STATES` in ``curves`` come first, then the headline demands. A state without a ratio
     has the most frequent status of its variants without an estimate, or `NOT_REACHED` if no run
-    exceeds it.
+    exceeds it. ``bridges`` are names or files of the study.
     """
     headline = demands_for("headline")
     pooled = effects[(effects["scope"] == "pooled") & effects["demand"].isin(headline)]
@@ -239,10 +246,11 @@ def answer_table(
     order["demand"] = [*HEADLINE_STATES, *headline]
     ranks = {f"_{name}": table[name].map(values.index) for name, values in order.items()}
     table = table.assign(**ranks).sort_values([*BRIDGE_COLUMNS, "_axis", "from_value", "_demand"])
-    seats_m: dict[str, float] = {}
-    for name in set(table["bridge"]):
+    seats_m, files = dict[str, float](), {Path(name).stem: name for name in bridges}
+    for name in map(str, set(table["bridge"])):
         with suppress(InputError):  # the file of the bridge cannot be read
-            seats_m[name] = load_bridge(name).abutment.seat_width_m
+            description = load_structure(files.get(name, name)).description
+            seats_m[name] = min(description.seats_m.values(), default=np.nan)
     own_m = table["bridge"].map(seats_m).where(table["demand"] == "unseating_m")
     table = table.assign(seat_m=own_m.astype(float))
     counts = table[list(_COUNTS)].apply(pd.to_numeric, errors="coerce").astype(np.float64)
@@ -444,7 +452,13 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
     """Return a sentence on the kind, scenario and intensity range of the motions."""
     sources = suite.get("source", pd.Series(dtype=str)).astype(str)
     synthetic = len(sources) > 0 and sources.str.contains("synthetic|simulated", case=False).all()
-    text = f"The {len(suite)} motions are {'synthetic' if synthetic else 'recorded or mixed'}"
+    recorded = len(sources) > 0 and sources.str.startswith("recorded").all()
+    kind = "synthetic" if synthetic else "recorded" if recorded else "recorded or mixed"
+    if recorded and "event" in suite:
+        kind += f" in {suite['event'].nunique()} earthquakes"
+    if sources.str.contains(REPLACED).any():
+        kind += f", {REPLACED},"
+    text = f"The {len(suite)} motions are {kind}"
     if {"magnitude", "distance_km"} <= set(suite.columns) and suite["magnitude"].notna().any():
         magnitude, distance = (
             " to ".join(dict.fromkeys(map(number, (suite[name].min(), suite[name].max()))))

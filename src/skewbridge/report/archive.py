@@ -19,7 +19,7 @@ import yaml
 from rocrate.model import ContextEntity, Person
 from rocrate.rocrate import ROCrate
 
-from skewbridge.bridge.catalogue import own_bridge_files
+from skewbridge.bridge.library import structure_files
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.files.digests import licence_of
 from skewbridge.files.tables import read_frame, read_stamp
@@ -129,7 +129,7 @@ def _files(
     for path in chain.from_iterable(start.glob(pattern) for pattern in _WORKFLOW):
         if path.is_file() and "__pycache__" not in path.parts:
             found[path.relative_to(start).as_posix()] = path, "workflow"
-    bridges = chain.from_iterable(map(own_bridge_files, study.grid.bridge))
+    bridges = chain.from_iterable(map(structure_files, study.grid.bridge))
     for path in (base, config, Path(study.fragility.limit_states), *bridges):
         place, here = path.resolve(), Path.cwd()
         inside = place.relative_to(here) if place.is_relative_to(here) else None

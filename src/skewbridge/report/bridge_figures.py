@@ -301,7 +301,10 @@ class _Scene:
     """
 
     def __init__(self, layout: ModelGeometry, histories: pd.DataFrame) -> None:
-        self.contacts, corners = layout.contacts, layout.corners
+        corners = layout.corners
+        # ASSUME one picture of the deck between the abutments: contacts inside it are not drawn
+        sides = {corner.side for corner in corners}
+        self.contacts = tuple(each for each in layout.contacts if each.side in sides)
         self.time_s: Floats = histories["t_s"].to_numpy()
         self.normal_kn, self.friction_kn, across_kn, openings_m = (
             histories[[f"{contact_column(each.name)}_{end}" for each in self.contacts]].to_numpy()

@@ -2,8 +2,8 @@
 
 import json
 import logging
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,7 +12,7 @@ import pandas as pd
 
 from skewbridge.analysis.recovery import rung_shares, steps_from_text
 from skewbridge.demands.columns import DEMAND_COLUMNS, KEY, demands_for
-from skewbridge.demands.validity import LIMITS, SUSPECT, SuspectLimits, count_reasons
+from skewbridge.demands.validity import SUSPECT, count_reasons
 from skewbridge.errors import SolutionError
 from skewbridge.files.tables import Row
 from skewbridge.files.text import write_text
@@ -47,7 +47,9 @@ class StudyTables:
     suite: pd.DataFrame  # with accelerations
     max_unfinished_share: float  # largest share of rows without a usable result that passes
     cohesion_n: float = 0.0  # cohesion at the backwalls, unless it is an axis of the grid
-    searched: bool = False  # IDA: equal numbers of searches, not of analyses, per variant
+    #: Number of analyses of each variant; a variant that is not listed has as many as any other.
+    planned: Mapping[str, int] = field(default_factory=dict[str, int])
+    searched: bool = False  # IDA: searches are counted, not analyses
     in_rounds: bool = False  # variants took part in different numbers of rounds
 
 
@@ -62,14 +64,21 @@ def check_tables(tables: StudyTables) -> list[Row]:
     ok, unfinished = demands[finished], demands[~finished]
     planned = ["variant", "motion_id", "incidence_deg"] if tables.searched else list(KEY)
     per_variant = demands.drop_duplicates(planned)["variant"].value_counts()
-    uneven = (demands["variant"].map(per_variant) != per_variant.max()) & (not tables.in_rounds)
+    expected = demands["variant"].map(tables.planned).fillna(per_variant.max())
+    uneven = (demands["variant"].map(per_variant) != expected) & (not tables.in_rounds)
     numbers = ok[[column.name for column in DEMAND_COLUMNS if column.name in ok]]
+    if "support_length_m" in ok:  # empty for a bridge without a seat, which cannot unseat
+        seatless, moves = ok["support_length_m"].isna(), ["unseating_m", "acute_corner_unseating_m"]
+        numbers = numbers.assign(**{name: numbers[name].mask(seatless, 0.0) for name in moves})
     components = ok[["column_shear_x_kn", "column_shear_y_kn"]].max(axis=1)
     cohesion_n = ok.get("cohesion_n", pd.Series(tables.cohesion_n, index=ok.index))
     loose = (ok["friction"] == 0.0) & (cohesion_n == 0.0)
     fitted = curves[curves["status"] == "ok"]
     bounded = effects[effects["ci_low"].notna()]
     within = bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])
+    # a bridge without a stated capacity of its columns has no such demand in any row
+    known = numbers.notna().groupby(ok["bridge"]).transform("any")
+    lacking = numbers.isna() & known
     lower, work_kj = ok[ok["column_shear_kn"] < components], ok["slip_work_kj"]
     share = len(unfinished) / max(len(demands), 1)
     # states of the same variant, component, demand and method
@@ -83,8 +92,8 @@ def check_tables(tables: StudyTables) -> list[Row]:
          (*KEY, "status"), share, tables.max_unfinished_share),
         ("analyses listed twice", demands[demands.duplicated(list(KEY))], KEY),
         ("rows without a known status", demands[~demands["status"].isin(STATUSES)], KEY),
-        ("rows of variants with fewer analyses than others", demands[uneven], KEY),
-        ("finished rows with a demand that is not a number", ok[numbers.isna().any(axis=1)], KEY),
+        ("rows of variants with fewer analyses than planned", demands[uneven], KEY),
+        ("finished rows with a demand that is not a number", ok[lacking.any(axis=1)], KEY),
         ("finished rows whose resultant shear is below a component", lower, KEY),
         ("rows with negative friction work", ok[work_kj < -_ROUNDING_KJ], KEY),
         ("rows with friction work but without friction",
@@ -109,7 +118,7 @@ def _check(name: str, found: pd.DataFrame, named_by: Sequence[str], *share: floa
     return {"name": name, "value": value, "limit": limit, "passed": value <= limit, "rows": rows}
 
 
-def write_checks(tables: StudyTables, output: Path, suspect: SuspectLimits = LIMITS) -> None:
+def write_checks(tables: StudyTables, output: Path) -> None:
     """Check the tables of a study and write the checks as JSON.
 
     The file also lists the reasons of suspect rows and the steps of each recovery attempt.
@@ -129,7 +138,7 @@ def write_checks(tables: StudyTables, output: Path, suspect: SuspectLimits = LIM
         "suspect": [
             {name: found[name] for name in ("reason", "rows", "worst")}
             | demands.iloc[found["at"]][list(KEY)].to_dict()
-            for found in count_reasons(demands, suspect)
+            for found in count_reasons(demands)
         ],
         "rungs": rung_shares(map(steps_from_text, demands["steps_by_rung"])),
     }

@@ -12,8 +12,9 @@ from typing import Final
 import pandas as pd
 import yaml
 
-from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.library import load_structure
 from skewbridge.fragility.limit_states import load_limit_states
+from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.motions.levels import LEVEL_MEASURE
 from skewbridge.report.answer import counted
 from skewbridge.report.appearance import (
@@ -80,9 +81,9 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
         applied_g = suite["scale"] * suite[LEVEL_MEASURE]
         count, levels_g = len(suite), (applied_g.min(), applied_g.max())
     suites = suite.groupby("suite", sort=False)["motion_id"].nunique() if "suite" in suite else {}
-    bridges = [load_bridge(name) for name in config.grid.bridge]
+    bridges = [load_structure(name) for name in config.grid.bridge]
     model = config.analysis.model_options(config.model)
-    dampings = {model.damping_ratio or bridge.damping.ratio for bridge in bridges}
+    dampings = {model.damping_ratio or bridge.description.damping_ratio for bridge in bridges}
     template = templates(counted, shown_length, version).get_template("methods.j2")
     context = template.new_context(
         {
@@ -110,6 +111,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "analysis": config.analysis,
             "integrator": _INTEGRATORS[str(config.analysis.integrator_command[0])],
             "fits": config.fragility,
+            "effect_confidence": EFFECT_CONFIDENCE,
             "im": plain_label(config.fragility.im),
             "changed": _changed_settings(config),
         }

@@ -18,8 +18,8 @@ import yaml
 from joblib import Parallel, cpu_count, delayed
 from PIL import Image
 
-from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.catalogue.data import BridgeData
+from skewbridge.bridge.frame import Description
+from skewbridge.bridge.library import load_structure
 from skewbridge.demands.columns import KEY, Column, column_of, demands_for
 from skewbridge.demands.validity import BEYOND_MODEL, is_complete, with_derived_columns
 from skewbridge.files.tables import read_frame, read_stamp, records_of, stamp
@@ -73,7 +73,7 @@ def write_report(
     unreached = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
     with appearance.shown_in(units):
         page = environment.get_template("report.html.j2").render(
-            **_first_screen(frames),
+            **_first_screen(frames, study.grid.bridge if study else ()),
             **(_study_parts(frames, tables, study) if study else {"methods": None}),
             **_effect_parts(frames),
             gallery=pictures_of(read_captions(tables["captions"]), figures),
@@ -112,11 +112,11 @@ def _study_parts(
 ) -> dict[str, Any]:
     """Return the parts of the page that need configuration, motions and bridges of a study."""
     demands = frames["demands"]
-    bridges = [load_bridge(name) for name in dict.fromkeys(study.grid.bridge)]
+    bridges = [load_structure(name) for name in dict.fromkeys(study.grid.bridge)]
     skews, gaps = (sorted(demands[name].unique()) for name in ("skew_deg", "gap_mm"))
     return {
-        "sketch": sketch(bridges[0], skews, gaps, study.model),
-        "bridges": [(bridge, bridge_words(bridge)) for bridge in bridges],
+        "sketch": sketch(bridges[0].description, skews, gaps, study.model),
+        "bridges": [(bridge, bridge_words(bridge.description)) for bridge in bridges],
         "checks": json.loads(tables["checks"].read_text("utf-8")),
         "quality": quality(demands, frames["sensitivity"], frames.get("check_predict")),
         "exclude_suspect": study.fragility.exclude_suspect,
@@ -128,14 +128,18 @@ def _study_parts(
 # --- the first screen
 
 
-def _first_screen(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
-    """Return the contents of the first screen: answer, failures and motions."""
+def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) -> dict[str, Any]:
+    """Return the contents of the first screen: answer, failures and motions.
+
+    ``bridges`` are names or files.
+    """
     demands, curves = frames["demands"], frames["curves"]
     table = answer.answer_table(
         medians=frames["medians"],
         effects=frames["effects"],
         intensities=frames["intensity_effects"],
         curves=curves,
+        bridges=bridges,
     )
     counts, colours = answer.run_counts(demands), appearance.VARIANT_COLOURS[1:4]
     motions = f"{demands['motion_id'].nunique()} motions."
@@ -235,16 +239,17 @@ def subtitle(demands: pd.DataFrame, im: str, values: Mapping[str, str]) -> str:
     )
 
 
-def bridge_words(bridge: BridgeData) -> str:
+def bridge_words(bridge: Description) -> str:
     """Return a bridge in words, such as ``two spans, pinned two-column bent``."""
     spans = (
         f"{counted(len(bridge.spans_m), 'span')}, {appearance.shown_length(bridge.length_m)} long"
     )
+    kinds = zip(bridge.bent_bases, bridge.bent_columns, strict=True)
     bents = [
-        f"{'single' if columns == 1 else number_word(columns)}-column bent{'s' * (count > 1)}"
-        for columns, count in Counter(bent.columns for bent in bridge.bents).items()
+        f"{base} {'single' if size == 1 else number_word(size)}-column bent{'s' * (count > 1)}"
+        for (base, size), count in Counter(kinds).items()
     ]
-    return f"{spans}, {bridge.base} {' and '.join(bents)}" if bents else f"{spans}, no bents"
+    return f"{spans}, {' and '.join(map(str.strip, bents)) or 'no bents'}"
 
 
 #: Size of the plan in units of the SVG, and margins around the bridge for walls and texts.
@@ -254,7 +259,7 @@ _FACTORS: Final = (200, 100, 50, 20, 10, 5, 2, 1)
 
 
 def sketch(
-    bridge: BridgeData, skews_deg: Sequence[float], gaps_mm: Sequence[float], model: ModelOptions
+    bridge: Description, skews_deg: Sequence[float], gaps_mm: Sequence[float], model: ModelOptions
 ) -> dict[str, Any]:
     """Return the dimensions (m) of a plan of a bridge; the template skews deck, walls and keys.
 
@@ -264,9 +269,9 @@ def sketch(
     """
     skew, gap_m = max(skews_deg, key=abs), max(gaps_mm) / 1000.0
     sine, cosine = sin(radians(skew)), cos(radians(skew))
-    end, half = bridge.length_m / 2, bridge.deck.width_m / 2
+    end, half = bridge.length_m / 2, bridge.width_m / 2
     factor = next((f for f in _FACTORS if f * gap_m <= _GAP_SHARE * bridge.length_m), 1)
-    thickness = max(bridge.abutment.wall_thickness_m, 0.012 * bridge.length_m)
+    thickness = max(bridge.wall_m, 0.012 * bridge.length_m)
     face = end + factor * gap_m / cosine
     back, arm = face + thickness / cosine, 0.8 * half
     reach = back + half * abs(sine / cosine)
@@ -286,12 +291,15 @@ def sketch(
         "key": half + factor * model.transverse_gap_m,
         "key_length": 2.2 * thickness / cosine,
         "columns": [
-            (x_m - along_m * sin(bent_skew), along_m * cos(bent_skew))
-            for x_m, bent in zip(bridge.bent_positions_m, bridge.bents, strict=True)
-            for place in range(bent.columns)
-            for along_m in [(place - (bent.columns - 1) / 2) * bent.column_spacing_m * stretch]
+            [
+                (
+                    x_m + z_m * cos(bent_skew) - (along_m * stretch + y_m) * sin(bent_skew),
+                    z_m * sin(bent_skew) + (along_m * stretch + y_m) * cos(bent_skew),
+                )
+                for y_m, z_m in outline
+            ]
+            for (x_m, along_m), outline in zip(bridge.columns_m, bridge.outlines_m, strict=True)
         ],
-        "radius": bridge.column.diameter_m / 2,
         "arm": arm,
         "tip": (-end - arm * sine, arm * cosine),
         "factor": factor,
@@ -397,8 +405,10 @@ _FIT_COLUMNS: Final = (
 )
 _EFFECT_COLUMNS: Final = (
     *("model", "quantity", "demand", "axis", "from", "to", "values", "judged_by", "unit", "status"),
-    *("value", "low", "high", "margin", "level", "dof", "possible", "headline", "n_motions"),
+    *("value", "low", "high", "margin", "styles", "n_motions"),
 )
+#: Factors on the margins of the study, of which the reader of the page chooses one.
+MARGIN_FACTORS: Final = (0.5, 1.0, 2.0)
 
 
 def explorer_of(frames: Mapping[str, pd.DataFrame], units: str) -> dict[str, str]:
@@ -466,6 +476,7 @@ def explorer_data(frames: Mapping[str, pd.DataFrame], units: str = "si") -> str:
         "states": {str(name): effect_name(name) for name in medians["demand"].unique()},
         "fits": {"columns": _FIT_COLUMNS, "rows": _rows(fits, _FIT_COLUMNS)},
         "effects": {"columns": _EFFECT_COLUMNS, "rows": rows},
+        "factors": MARGIN_FACTORS,
         "styles": {name: style._asdict() for name, style in appearance.STYLES.items()},
         "motions": motions,
         "statuses": STATUSES,
@@ -509,9 +520,17 @@ def _effect_rows(
 ) -> list[list[Any]]:
     """Return rows of `_EFFECT_COLUMNS`, with the ratio or difference that the verdict uses.
 
-    Pooled rows have no values of other axes. The page computes verdicts for the margin set on it.
+    Pooled rows have no values of other axes. ``styles`` names the style at each margin factor.
     """
     effects = effects[effects["scope"] != "by_value"]
+    names = ("margin", "difference_margin")
+    tables = (
+        effects
+        if factor == 1.0
+        else verdicts.judged(effects.assign(**{name: factor * effects[name] for name in names}))
+        for factor in MARGIN_FACTORS
+    )
+    styles = [[appearance.verdict_style(row).name for row in records_of(t)] for t in tables]
     is_ratio = effects["judged_by"] != verdicts.DIFFERENCE
     ratios, differences = (*verdicts.RATIOS, "margin"), (*verdicts.DIFFERENCES, "difference_margin")
     scaled = [
@@ -523,8 +542,7 @@ def _effect_rows(
         **dict(zip(("value", "low", "high", "margin"), scaled, strict=True)),
         model=[models[model] for model in _models_of(effects)],
         values=others.where(effects["scope"] != "pooled", None),
-        possible=verdicts.may_be_negligible(effects),
-        headline=effects["demand"].isin({*demands_for("headline"), *HEADLINE_STATES}),
+        styles=pd.Series(list(map(list, zip(*styles, strict=True))), effects.index, dtype=object),
     )
     return _rows(table.rename(columns={"from_value": "from", "to_value": "to"}), _EFFECT_COLUMNS)
 

@@ -1,9 +1,4 @@
-"""Figures of the histories of one analysis, or of several under the same motion.
-
-References:
-    Rathje, Abrahamson and Bray (1998), J. Geotech. Geoenviron. Eng. 124(2):150-159: mean period.
-    Konno and Ohmachi (1998), BSSA 88(1):228-241: smoothing on a logarithmic frequency axis.
-"""
+"""Figures of the histories of one analysis, or of several under the same motion."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
@@ -15,8 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from skewbridge.files.tables import Floats
-from skewbridge.report.appearance import STYLE, VARIANT_COLOURS, plain_log_ticks, shown_unit
+from skewbridge.report.appearance import STYLE, VARIANT_COLOURS, shown_unit
 from skewbridge.units import KN, MM, MN
 
 #: Line styles of overlaid runs: the first is wide and light, so that it stays visible.
@@ -24,13 +18,6 @@ _OVERLAID: Final[tuple[dict[str, Any], ...]] = tuple(
     {"color": colour, "lw": 0.7 if place else 1.8, "alpha": 1.0 if place else 0.55}
     for place, colour in enumerate(VARIANT_COLOURS)
 )
-BAND_HZ: Final = (0.1, 10.0)
-_BANDWIDTH: Final = 40.0  # source: Konno and Ohmachi (1998), their b for engineering use
-SPECTRA: Final = {
-    "deck_ux_m": "longitudinal (m s)",
-    "deck_uy_m": "transverse (m s)",
-    "deck_rot_rad": "rotation (rad s)",
-}
 
 
 def run_figures(histories: pd.DataFrame, *, title: str) -> dict[str, Figure]:
@@ -118,47 +105,6 @@ def _name_runs(figure: Figure, axes: Axes) -> None:
         figure.legend(handles, names, loc="outside lower center", ncols=4)
 
 
-def moving_columns(runs: Mapping[str, pd.DataFrame]) -> list[str]:
-    """Return the deck displacements that vary in all histories; empty for a single history."""
-    tables = list(runs.values())
-    return [
-        name
-        for name in SPECTRA
-        if len(tables) > 1 and all(name in table and np.ptp(table[name]) > 0.0 for table in tables)
-    ]
-
-
-@mpl.rc_context(STYLE)
-def frequency_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
-    """Draw smoothed Fourier amplitudes of the deck and their ratio to the first history.
-
-    The first run is the reference (no friction). All runs must be of the same motion, and
-    `moving_columns` must not be empty.
-    """
-    (reference, first), columns = next(iter(runs.items())), moving_columns(runs)
-    grid = np.geomspace(BAND_HZ[0] * 1.2, BAND_HZ[1] / 1.2, 160)
-    figure = Figure(figsize=(2.9 * len(columns) + 0.6, 4.2), layout="constrained")
-    panels = figure.subplots(2, len(columns), squeeze=False, sharex=True, height_ratios=[2, 1])
-    for (top, bottom), column in zip(panels.T, columns, strict=True):
-        for (name, table), look in zip(runs.items(), _OVERLAID, strict=False):
-            text = f"{name}, $T_m$ = {mean_period_s(table, column):.2f} s"
-            top.plot(grid, _smoothed(table, column, grid), label=text, **look)
-            if name != reference:
-                rows = min(len(first), len(table))
-                one, other = (_smoothed(each.iloc[:rows], column, grid) for each in (table, first))
-                bottom.plot(grid, one / other, **look)
-        top.set_title(f"Deck, {SPECTRA[column]}", loc="left", fontsize=9)
-        top.set_yscale("log")
-        plain_log_ticks(top.yaxis)
-        top.legend(fontsize=7, loc="lower left")
-        bottom.axhline(1.0, color="#777777", linewidth=0.8)
-        bottom.set(ylim=(0.0, 2.0), xlabel="Frequency (Hz)", xscale="log")
-    panels[0, 0].set_ylabel("Fourier amplitude")
-    panels[1, 0].set_ylabel(f"Ratio to {reference}")
-    plain_log_ticks(panels[1, 0].xaxis)
-    return figure
-
-
 def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     """Draw column shear and its ratio to the capacity against time, and the orbit of the deck."""
     length, per_m, force, per_kn = _units()
@@ -218,30 +164,3 @@ def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
 def contact_names(histories: pd.DataFrame) -> Sequence[str]:
     """Return the column prefix of each contact, in the order of the table."""
     return histories.columns.str.extract(r"^(contact_.*)_normal_kn$")[0].dropna().tolist()
-
-
-def mean_period_s(histories: pd.DataFrame, column: str) -> float:
-    """Return the mean period sum(A^2/f)/sum(A^2) of a column of histories, s."""
-    frequency, amplitude = fourier_amplitude(histories, column)
-    power = amplitude**2
-    return float(np.sum(power / frequency) / np.sum(power))
-
-
-def fourier_amplitude(histories: pd.DataFrame, column: str) -> tuple[Floats, Floats]:
-    """Return the frequencies in `BAND_HZ` and Fourier amplitudes (unit of the column times s)."""
-    values = histories[column].to_numpy(dtype=np.float64)
-    dt_s = float(histories["t_s"].iloc[1] - histories["t_s"].iloc[0])
-    # padded to a power of two above twice the length, so that the band is finely sampled
-    size = 1 << (2 * values.size - 1).bit_length()
-    spectrum = np.abs(np.fft.rfft(values - np.mean(values), size)) * dt_s
-    frequency = np.fft.rfftfreq(size, dt_s)
-    inside = (frequency >= BAND_HZ[0]) & (frequency <= BAND_HZ[1])
-    return frequency[inside], spectrum[inside]
-
-
-def _smoothed(histories: pd.DataFrame, column: str, grid_hz: Floats) -> Floats:
-    """Return the smoothed amplitude: window [sin(b log10 f/fc)/(b log10 f/fc)]^4, b = 40."""
-    frequency, amplitude = fourier_amplitude(histories, column)
-    argument = _BANDWIDTH * np.log10(frequency / grid_hz[:, None])
-    window = np.sinc(argument / np.pi) ** 4
-    return window @ amplitude / np.sum(window, axis=1)

@@ -249,12 +249,6 @@ def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         sizes = (factor * histories[column].abs().max() for histories in runs.values())
         peaks = [f"{number(size)} {shown}" for size in sizes]
         yield _caption(kind, pair=pair, runs=runs, peaks=peaks), partial(draw, runs)
-    for column in run_figures.moving_columns(runs)[:1]:
-        means_s = [run_figures.mean_period_s(histories, column) for histories in runs.values()]
-        periods = [f"{mean_s:.2f} s" for mean_s in means_s]
-        way = run_figures.SPECTRA[column].split(" (")[0]
-        caption = _caption("frequency", pair=pair, runs=runs, periods=periods, way=way)
-        yield caption, partial(run_figures.frequency_figure, runs)
 
 
 def read_tables(paths: Mapping[str, Path]) -> FigureTables:

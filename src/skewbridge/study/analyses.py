@@ -6,7 +6,7 @@ The journals are a cache: an analysis that is in a journal of the study is not r
 import logging
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence, Sized
+from collections.abc import Mapping, Sequence, Set, Sized
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
@@ -18,6 +18,7 @@ from skewbridge.analysis.settings import NUMERICS, AnalysisSettings
 from skewbridge.demands.tables import write_variant
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_table
+from skewbridge.motions.blocks import Run, placed, planned_runs, unread
 from skewbridge.motions.intensity import IM_COLUMNS, scaled_measures
 from skewbridge.motions.levels import MotionsConfig
 from skewbridge.motions.record import SuiteMotion
@@ -38,7 +39,7 @@ from skewbridge.study.processes import PROGRESS_LOG
 from skewbridge.study.task import Task, run_key
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.random_properties import DIRECTION, with_draw
-from skewbridge.variant.variant import ABUTMENTS, parse_slug
+from skewbridge.variant.variant import ABUTMENTS, Variant
 
 logger = logging.getLogger(__name__)
 
@@ -75,6 +76,8 @@ class StudySetup:
     measures: Mapping[tuple[str, str], dict[str, float]]
     #: Random properties of each motion; empty if none are drawn.
     draws: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    #: Analyses of each variant; empty: all.
+    planned: Mapping[str, Set[Run]] = field(default_factory=dict)
     workers: int = 1
 
     @classmethod
@@ -92,7 +95,15 @@ class StudySetup:
             (row["bridge"], row["motion_id"]): {name: row[name] for name in IM_COLUMNS}
             for row in read_table(folder.intensities).to_pylist()
         }
-        return cls(study=study, suite=suite, measures=measures, draws=draws, workers=workers)
+        runs = planned_runs(study.grid, study.motions, placed(suite))
+        return cls(
+            study=study,
+            suite=suite,
+            measures=measures,
+            draws=draws,
+            planned=runs if study.motions.blocks else {},
+            workers=workers,
+        )
 
     @property
     def folder(self) -> StudyFolder:
@@ -119,17 +130,26 @@ class StudySetup:
         names = self.motion_ids[first:end]
         return replace(self, suite=tuple(m for m in self.suite if m.motion.motion_id in names))
 
-    def tasks(self, slug: str) -> list[Task]:
-        """Return the tasks of one variant; `InputError` if no motions are prepared for its bridge.
+    def named(self, slug: str) -> Variant:
+        """Return the variant of the grid with a name; `InputError` if there is none."""
+        variants = {variant.slug: variant for variant in expand_grid(self.study.grid)}
+        if slug not in variants:
+            raise InputError(f"{slug}: not a variant of the grid")
+        return variants[slug]
+
+    def tasks(self, of: Variant | str) -> list[Task]:
+        """Return the tasks of a variant, or of the variant of the grid with a name.
+
+        Raises `InputError` if no motions are prepared for its bridge.
 
         In an IDA, each motion has the first factor of its search. A modelling option that is an
         axis of the grid has the value of the variant.
         """
-        variant = parse_slug(slug)
+        variant = self.named(of) if isinstance(of, str) else of
         files = {Path(bridge).stem: bridge for bridge, _ in self.measures}
-        if variant.bridge not in files:
-            raise InputError(f"{slug}: the study has only the bridges {', '.join(files)}")
-        variant = replace(variant, bridge=files[variant.bridge])
+        if variant.bridge_name not in files:
+            raise InputError(f"{variant.slug}: the study has only the bridges {', '.join(files)}")
+        variant = replace(variant, bridge=files[variant.bridge_name])
         options = replace(self.study.model, **dict(variant.options))
         tasks: list[Task] = []
         for motion, angle in product(self.suite, self.study.motions.incidence_deg):
@@ -145,10 +165,19 @@ class StudySetup:
             tasks.append(task)
         return tasks
 
+    def planned_tasks(self, slug: str) -> list[Task]:
+        """Return the `tasks` of one variant that the study runs: all, or those of its blocks."""
+        runs = [
+            (motion.motion.motion_id, motion.scale, angle)
+            for motion, angle in product(self.suite, self.study.motions.incidence_deg)
+        ]
+        tasks = zip(self.tasks(slug), runs, strict=True)
+        return [task for task, run in tasks if not self.planned or run in self.planned[slug]]
+
     def task_of(self, row: Mapping[str, Any]) -> Task | None:
         """Return the task of a row of the demands table; None if the study does not have it."""
         wanted = row["motion_id"], row["scale"], row["incidence_deg"]
-        for task in self.tasks(row["variant"]):
+        for task in self.tasks(Variant.of_row(row)):
             # the search of an IDA chooses its factors
             trial = at_factor(task, row["scale"]) if self.ida else task
             motion = trial.motion
@@ -177,10 +206,17 @@ def forecast_s(duration_s: float, abutment: str, settings: AnalysisSettings) -> 
 
 
 def analyses_s(study: StudyConfig, durations_s: Sequence[float]) -> float:
-    """Return the expected processor time (s) of all analyses, given the lengths of the motions."""
+    """Return the expected processor time (s) of all analyses, given the lengths of the motions.
+
+    With blocks, it is the same share of the cost as of the number of all analyses.
+    """
+    per_motion = float(len(study.motions.incidence_deg))
+    if study.motions.blocks:
+        runs = planned_runs(study.grid, study.motions, unread(len(durations_s)))
+        per_motion = sum(map(len, runs.values())) / len(runs) / len(durations_s)
     longest_s, later_s = study.analysis.duration_s or inf, study.analysis.free_vibration_s
     numbers = Counter(variant.abutment for variant in expand_grid(study.grid))
-    return len(study.motions.incidence_deg) * sum(
+    return per_motion * sum(
         number * forecast_s(min(length_s, longest_s) + later_s, abutment, study.analysis)
         for abutment, number in numbers.items()
         for length_s in durations_s
@@ -228,8 +264,8 @@ def sampled(tasks: Sequence[Task], count: int) -> list[Task]:
 
 def analyse_variant(setup: StudySetup, slug: str, output: Path) -> None:
     """Run the analyses of a variant that are not in its journals, and write its demands table."""
-    rows = run_in_journal(setup, slug, setup.tasks(slug), of_variant=True)
-    write_variant(rows, output, setup.study.suspect)
+    rows = run_in_journal(setup, slug, setup.planned_tasks(slug), of_variant=True)
+    write_variant(rows, output)
 
 
 def run_in_journal(

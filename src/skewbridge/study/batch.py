@@ -18,7 +18,7 @@ from math import isclose
 from pathlib import Path
 from typing import Any, Final
 
-from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, SUITE, key_values
+from skewbridge.demands.columns import DEMAND_COLUMNS, EVENT, INTENSITY_COLUMNS, SUITE, key_values
 from skewbridge.demands.validity import (
     BEYOND_MODEL,
     COLUMN_FAILURE_RATIO,
@@ -87,6 +87,7 @@ def row_of_task(row: Row, task: Task, key: str) -> Row:
         COLUMN_FAILURE_RATIO: float(column_failure_ratio(row)),
         **key_values(task.variant, motion.motion.motion_id, motion.scale, task.incidence_deg),
         SUITE: motion.suite,
+        EVENT: "" if "synthetic" in motion.motion.source else motion.motion.event,
         **{f"{DRAW_PREFIX}{name}": value for name, value in task.draw.items()},
         **{column.name: motion.measures[column.name] for column in INTENSITY_COLUMNS},
         "run_key": key,

@@ -10,7 +10,6 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.analysis.settings import NUMERICS, Accuracy, AnalysisSettings, under_explicit_keys
-from skewbridge.demands.validity import SuspectLimits
 from skewbridge.errors import InputError, did_you_mean
 from skewbridge.files.text import (
     OPTIONS,
@@ -31,7 +30,7 @@ from skewbridge.units import Units
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.random_properties import UncertaintyConfig
-from skewbridge.variant.variant import ABUTMENTS, Variant, parse_slug
+from skewbridge.variant.variant import ABUTMENTS, Variant
 
 #: The bridge whose conditioning period sets the scale factors of every study. A factor must depend
 #: on the motion only, otherwise runs of different variants and bridges could not be paired.
@@ -125,7 +124,6 @@ class StudyConfig(BaseModel):
     model: ModelOptions = Field(default_factory=ModelOptions)
     uncertainty: UncertaintyConfig = Field(default_factory=UncertaintyConfig)
     analysis: AnalysisSettings = Field(default_factory=AnalysisSettings)
-    suspect: SuspectLimits = Field(default_factory=SuspectLimits)
     fragility: FitSettings = Field(default_factory=FitSettings)
     sensitivity: SensitivityConfig = Field(default_factory=SensitivityConfig)
     checks: Literal["report", "strict"] = Field(default="report")
@@ -143,6 +141,9 @@ class StudyConfig(BaseModel):
             raise ValueError("design.until: an IDA cannot run in rounds; use scaled_cloud")
         if self.design.until and len(self.motions.suites) > 1:
             raise ValueError("design.until: rounds need exactly one suite in motions.suites")
+        within, axes = self.motions.blocks and self.motions.blocks.within, self.grid.values()
+        if unknown := set(within or ()) - axes.keys():
+            raise ValueError(f"motions.blocks.within: {', '.join(sorted(unknown))} is not an axis")
         return self
 
     def bridges_with_periods(self) -> tuple[str, ...]:
@@ -222,15 +223,16 @@ def chosen_variants(variants: Iterable[Variant], named: Sequence[str]) -> list[s
     """Return the variants of `make choices`: the named variants, or two of each bridge.
 
     Both have the most complete abutment model, the largest friction and the smallest gap. One has
-    the middle skew and the second has the largest. Raises `InputError` if a named variant has an
-    unknown bridge.
+    the middle skew and the second has the largest. Raises `InputError` if a named variant is not in
+    the grid.
     """
-    by_bridge: dict[str, list[Variant]] = {}
+    by_bridge, slugs = dict[str, list[Variant]](), set[str]()
     for variant in variants:
         by_bridge.setdefault(variant.bridge_name, []).append(variant)
+        slugs.add(variant.slug)
     for slug in named:
-        if (bridge := parse_slug(slug).bridge_name) not in by_bridge:
-            raise InputError(f"modelling_choices.variants: {bridge} is not a bridge of the grid")
+        if slug not in slugs:
+            raise InputError(f"modelling_choices.variants: {slug} is not a variant of the grid")
     models, chosen = list(ABUTMENTS), list(named)
 
     def rank(variant: Variant) -> tuple[float, ...]:

@@ -1,26 +1,41 @@
 """Inputs of a study: checks before the first analysis, and preparation of the motions."""
 
+import json
 import logging
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
+from typing import Final
 
+import numpy as np
 import pandas as pd
 
-from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column
+from skewbridge.analysis.settings import NUMERICS
+from skewbridge.bridge.frame import require_options
+from skewbridge.bridge.library import load_structure
+from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column, joint_columns
+from skewbridge.demands.validity import with_derived_columns
 from skewbridge.errors import InputError, raise_all
 from skewbridge.files.digests import digest_of, provenance
-from skewbridge.files.tables import write_frame
-from skewbridge.files.text import shortened
-from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.motions.levels import striped
+from skewbridge.files.tables import read_frame, write_frame
+from skewbridge.files.text import read_json, shortened, write_text
+from skewbridge.fragility.limit_states import (
+    HEADLINE_STATES,
+    load_limit_states,
+    with_column_failure,
+)
+from skewbridge.motions.levels import BLOCK, LEVEL_MEASURE, has_pilot, striped
 from skewbridge.motions.suite import content_digest, suite_sources
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font, chosen_variants
 from skewbridge.study.folder import StudyFolder
 from skewbridge.variant.grid import expand_grid
+from skewbridge.variant.options import ModelOptions
 
 logger = logging.getLogger(__name__)
+
+# ASSUME a state is within the levels of a study if a demand of the pilot has half of its threshold
+NEAR: Final = 0.5
 
 
 def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
@@ -29,7 +44,8 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
     The file `cache` records which motions have been read. The `InputError` has one line per error.
     """
     checks: list[Callable[[], object]] = [
-        *(partial(load_bridge, name) for name in config.bridges_with_periods()),
+        *(partial(load_structure, name) for name in config.bridges_with_periods()),
+        *(partial(_check_options, name, config) for name in config.grid.bridge),
         partial(_check_column, "fragility.im", config.fragility.im, INTENSITY_COLUMNS),
         partial(_check_limit_states, Path(config.fragility.limit_states)),
         partial(check_font, config.figures.font),
@@ -48,15 +64,23 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
     raise_all(faults)
 
 
+def _check_options(bridge: str, config: StudyConfig) -> None:
+    """Refuse axes and modelling options that do not act on a bridge."""
+    usual = ModelOptions(**NUMERICS[config.accuracy]["model"])
+    changed = (n for n, value in asdict(config.model).items() if value != getattr(usual, n))
+    require_options(load_structure(bridge), (*config.grid.values(), *changed))
+
+
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:
     """Return the digest of the motions of a study, see `content_digest`."""
-    digests = [
+    # a pilot has its medians after its motions are read
+    medians_g = () if has_pilot(config.motions) else band_medians(config)
+    digests: list[str] = [digest_of(medians_g)] if medians_g else []
+    digests += [
         content_digest(
             source.folder,
             source.count,
-            t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s,
-            level_range_g=config.motions.level_range_g,
-            cache=None if cache is None else cache.with_stem(f"{cache.stem}{number or ''}"),
+            None if cache is None else cache.with_stem(f"{cache.stem}{number or ''}"),
         )
         for number, source in enumerate(suite_sources(config.motions))
     ]
@@ -71,19 +95,96 @@ def _check_column(key: str, name: str, columns: Iterable[Column]) -> None:
 
 def _check_limit_states(path: Path) -> None:
     names = {column.name for column in DEMAND_COLUMNS}
-    lacking = [state for state in load_limit_states(path) if state.demand not in names]
+    states = load_limit_states(path)
+    names |= {column.name for column in joint_columns(state.demand for state in states)}
+    lacking = [state for state in states if state.demand not in names]
     text = f"{path}: limit state %s/%s: the demands table has no column %r"
     raise_all(InputError(text % (each.component, each.name, each.demand)) for each in lacking)
 
 
-def prepare_motions(study: StudyConfig) -> None:
-    """Read and scale the motions, and write the tables of motions and intensity measures."""
+def band_medians(study: StudyConfig) -> tuple[float, ...]:
+    """Return the medians (Sa_avg in g) around which the levels are, or () if they are not known.
+
+    They are those of the configuration, of an earlier study, or of a finished pilot.
+    """
+    bands, pilot = study.motions.bands, StudyFolder(Path(study.results)).pilot
+    if bands is None or bands.medians_g:
+        return bands.medians_g if bands else ()
+    if bands.study is None:
+        return tuple(read_json(pilot)) if pilot.is_file() else ()
+    return medians_of(study, read_frame(StudyFolder(Path(bands.study)).demands))
+
+
+def medians_of(study: StudyConfig, demands: pd.DataFrame) -> tuple[float, ...]:
+    """Return the level (Sa_avg in g) that best separates exceedance, by bridge and headline state.
+
+    Below it, the fewest analyses exceed the state, and above it the fewest do not. This is a
+    median for the choice of levels: it ignores that variants differ. A state that all analyses
+    exceed is left out; one that is exceeded too rarely has the highest level if a demand is `NEAR`.
+    """
+    demands = with_derived_columns(demands).sort_values(LEVEL_MEASURE)
+    states = load_limit_states(Path(study.fragility.limit_states))
+    states = with_column_failure(states, list(map(str, demands)))
+    medians: list[float] = []
+    for _, rows in demands.groupby("bridge"):
+        levels_g = rows[LEVEL_MEASURE].to_numpy(np.float64)
+        for state in (each for each in states if each.key in HEADLINE_STATES):
+            ratios = np.nan_to_num(rows[state.demand].to_numpy(np.float64) / state.threshold)
+            exceeds = ratios >= 1.0
+            below = np.concatenate([[0], np.cumsum(exceeds)])
+            errors = below + np.concatenate([np.cumsum(~exceeds[::-1])[::-1], [0]])
+            place = int(errors.argmin())
+            if place and (place < len(rows) or ratios.max() >= NEAR):
+                around = levels_g[place - 1 : place + 1]
+                medians.append(round(float(np.exp(np.log(around).mean())), 4))
+    return tuple(medians)
+
+
+def run_pilot(study: StudyConfig, workers: int) -> tuple[float, ...]:
+    """Run the analyses of the study under its first motions; store and return their medians.
+
+    The motions of the folder must be prepared. The rows are in the journals of the variants, so
+    the jobs of the variants do not repeat these analyses.
+    """
+    from skewbridge.study.analyses import StudySetup, run_in_journal
+
+    setup = StudySetup.of(study, workers).of_motions(0, BLOCK)
+    rows = [
+        row
+        for variant in expand_grid(study.grid)
+        for row in run_in_journal(
+            setup, variant.slug, setup.planned_tasks(variant.slug), of_variant=True
+        )
+    ]
+    medians_g = medians_of(study, pd.DataFrame(rows))
+    write_text(setup.folder.pilot, json.dumps(medians_g))
+    logger.info("pilot: medians %s g", ", ".join(f"{median:g}" for median in medians_g))
+    return medians_g
+
+
+def prepare_motions(study: StudyConfig, workers: int = 1) -> None:
+    """Read and scale the motions, and write the tables of motions and intensity measures.
+
+    If the levels need a pilot, it runs here; its medians are kept in the folder of the study.
+    """
+    medians_g = band_medians(study)
+    _write_motions(study, medians_g)
+    if has_pilot(study.motions) and not medians_g:
+        _write_motions(study, run_pilot(study, workers))
+
+
+def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
     # Imported here: they load scipy.signal, and every job imports this module.
     from skewbridge.motions.intensity import motion_measures
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
 
     folder, motions = StudyFolder(Path(study.results)), study.motions
-    suite = designed = prepare_suites(motions, t1_s=load_bridge(CONDITIONING_BRIDGE).t1_s)
+    for name in study.grid.bridge:
+        if useless := load_structure(name).ignored.intersection(study.uncertainty.drawn):
+            listed = ", ".join(sorted(useless))
+            logger.warning("random properties without effect on the script %s: %s", name, listed)
+    t1_s = load_structure(CONDITIONING_BRIDGE).t1_s
+    suite = designed = prepare_suites(motions, t1_s=t1_s, medians_g=medians_g)
     if motions.design == "cloud":
         designed = suite.assign(scale=1.0)
     elif motions.design == "stripes":
@@ -93,9 +194,10 @@ def prepare_motions(study: StudyConfig) -> None:
     logger.info("%d motions, %d rows, factors %.2f to %.2f", *counts, factors.min(), factors.max())
     write_suite(designed, folder.suite)
     distinct = {motion.motion.motion_id: motion.motion for motion in read_suite(folder.suite)}
+    periods_s = {name: load_structure(name).t1_s for name in study.grid.bridge}
     intensities = [
-        {"bridge": name, "motion_id": motion_id, **motion_measures(motion, load_bridge(name).t1_s)}
-        for name in study.grid.bridge
+        {"bridge": name, "motion_id": motion_id, **motion_measures(motion, t1_s)}
+        for name, t1_s in periods_s.items()
         for motion_id, motion in distinct.items()
     ]
     write_frame(pd.DataFrame(intensities), folder.intensities, provenance())

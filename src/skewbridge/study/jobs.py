@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from skewbridge.bridge.catalogue import bridge_digest, load_bridge
+from skewbridge.bridge.library import load_structure
 from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
 from skewbridge.files.digests import (
     ENGINE,
@@ -81,8 +81,8 @@ def made_from(study: StudyConfig) -> dict[str, dict[str, str]]:
     The digests are parameters of the rules, so that Snakemake reruns the rules whose digests have
     changed. Raises `InputError` for an invalid input.
     """
-    periods = {name: load_bridge(name).t1_s for name in study.bridges_with_periods()}
-    bridges = {Path(name).stem: bridge_digest(name) for name in study.grid.bridge}
+    periods = {name: load_structure(name).t1_s for name in study.bridges_with_periods()}
+    bridges = {Path(name).stem: load_structure(name).digest for name in study.grid.bridge}
     inputs = {
         "motions": motions_digest(study, StudyFolder(Path(study.results)).motions_digest),
         "periods": digest_of(canonical(periods), periods[CONDITIONING_BRIDGE]),

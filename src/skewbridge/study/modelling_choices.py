@@ -21,6 +21,8 @@ from scipy.stats import t as student
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacities
+from skewbridge.bridge.frame import Description
+from skewbridge.bridge.library import load_structure
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import BEYOND_MODEL
 from skewbridge.files.digests import provenance
@@ -31,7 +33,7 @@ from skewbridge.study.folder import COLUMNS_FILE
 from skewbridge.units import MN, split_unit
 from skewbridge.variant.axes import AXES
 from skewbridge.variant.options import HingeRule
-from skewbridge.variant.variant import Variant, parse_slug
+from skewbridge.variant.variant import Variant
 
 if TYPE_CHECKING:
     # Processes that draw the figures need the table of choices but not OpenSees.
@@ -80,6 +82,8 @@ class Choice:
         The list is empty if the option does not act on the variant, if `needs` is not met, or if
         the scheme sets the option.
         """
+        if self.key in load_structure(task.variant.bridge).ignored:
+            return []
         before, configured = _effective(task), self.configured_in(task)
         acts = all(_ACTS_ON[name](task) for name in self.acts_on)
         if not acts or any(getattr(before[1], key) != v for key, v in self.needs.items()):
@@ -91,6 +95,10 @@ class Choice:
 def _effective(task: "Task") -> tuple[object, object]:
     """Return the analysis settings and the model options in effect under the scheme."""
     return task.settings, task.settings.model_options(task.options)
+
+
+def _bridge(task: "Task") -> Description:
+    return load_structure(task.variant.bridge).description
 
 
 def _has_limited_hinge(task: "Task") -> bool:
@@ -105,20 +113,20 @@ _ACTS_ON: Final[Mapping[str, Callable[["Task"], bool]]] = {
     "contacts": lambda task: task.variant.traits.has_contacts,
     "friction": lambda task: task.variant.traits.has_friction and task.variant.friction > 0.0,
     "backfill": lambda task: "gap_mm" in task.variant.traits.axes,
-    "ucsd_rule": lambda task: load_bridge(task.variant.bridge).abutment.backfill.rule == "ucsd",
+    "ucsd_rule": lambda task: _bridge(task).backfill_rule == "ucsd",
     "body": lambda task: task.variant.traits.has_body,
     "pads": lambda task: task.variant.traits.has_pads,
     "skew": lambda task: task.variant.skew_deg != 0,
-    "bents": lambda task: bool(load_bridge(task.variant.bridge).bents),
+    "bents": lambda task: bool(_bridge(task).bent_columns),
     "skewed_bents": lambda task: task.options.skew_of_bents_deg(task.variant.skew_deg) != 0,
-    "foundation": lambda task: load_bridge(task.variant.bridge).foundation is not None,
-    "cap": lambda task: any(b.columns > 1 for b in load_bridge(task.variant.bridge).bents),
+    "foundation": lambda task: _bridge(task).on_springs,
+    "cap": lambda task: any(count > 1 for count in _bridge(task).bent_columns),
     "limited_hinge": _has_limited_hinge,
 }
 #: Effective values of options that may be null.
 _WHEN_NULL: Final[Mapping[str, Callable[["Task"], Value]]] = {
     "backfill_vs_mps": lambda _: 0.0,
-    "damping_ratio": lambda task: load_bridge(task.variant.bridge).damping.ratio,
+    "damping_ratio": lambda task: _bridge(task).damping_ratio,
     "integrator": lambda task: task.settings.integrator_command,
 }
 
@@ -176,15 +184,15 @@ def axis_pairs(
     """
     from skewbridge.study.analyses import sampled
 
-    variant = parse_slug(slug)
+    variant = setup.named(slug)
     for name, values in axes.items():
         ends = [end(values, key=abs) for end in (min, max)]
         points = [variant.values() | {name: value} for value in ends]
         variants = [Variant.at(variant.bridge, variant.abutment, point) for point in points]
-        slugs = [each.normalised().slug for each in variants]
-        if slugs[0] == slugs[1]:
+        variants = [each.normalised() for each in variants]
+        if variants[0] == variants[1]:
             continue  # one value, or an axis that the abutment model does not have
-        before, after = (sampled(setup.tasks(slug), count) for slug in slugs)
+        before, after = (sampled(setup.tasks(each), count) for each in variants)
         labels = _labelled("axis", name, *(choice_text(name, value) for value in ends))
         for one, other in zip(before, after, strict=True):
             yield labels, one, other
@@ -271,12 +279,12 @@ def skew_pairs(
     """
     from skewbridge.study.analyses import sampled
 
-    for variant in {each.bridge: each for each in map(parse_slug, variants)}.values():
+    for variant in {each.bridge: each for each in map(setup.named, variants)}.values():
         largest = {axis.name: max(axes[axis.name], key=abs) for axis in AXES if axis.name in axes}
         skewed = Variant.at(variant.bridge, variant.abutment, variant.values() | largest)
         if skewed.skew_deg:
-            ends = (each.normalised().slug for each in (replace(skewed, skew_deg=0), skewed))
-            yield from zip(*(sampled(setup.tasks(slug), count) for slug in ends), strict=True)
+            ends = (each.normalised() for each in (replace(skewed, skew_deg=0), skewed))
+            yield from zip(*(sampled(setup.tasks(each), count) for each in ends), strict=True)
 
 
 def skew_sums(straight: "Task", skewed: "Task") -> Iterator[LogSum]:

@@ -50,9 +50,9 @@ def write_predict_check(
         Variant.at(str(bridge), str(abutment), point).normalised()
         for (bridge, abutment), point in product(models, inner_variants(axes))
     ]
-    slugs = dict.fromkeys(variant.slug for variant in variants)
-    new = [slug for slug in slugs if slug not in set(study["variant"])]
-    tasks = [task for slug in new for task in sampled(setup.tasks(slug), MOTIONS)]
+    done = set(study["variant"])
+    new = [variant for variant in dict.fromkeys(variants) if variant.slug not in done]
+    tasks = [task for variant in new for task in sampled(setup.tasks(variant), MOTIONS)]
     rows = run_in_journal(setup, "check_predict", tasks)
     existing = with_derived_columns(study.head(0)).columns
     states = with_column_failure(load_limit_states(tables["limit_states"]), existing)

@@ -12,8 +12,9 @@ import yte
 from yte.exceptions import YteError
 
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.demands.validity import LIMITS, SuspectLimits, reasons
+from skewbridge.demands.validity import reasons
 from skewbridge.errors import InputError
+from skewbridge.motions.blocks import Placed, planned_runs, unread
 from skewbridge.motions.folder import IndexEntry, list_motions
 from skewbridge.motions.levels import most_trials
 from skewbridge.motions.suite import read_entry, suite_sources
@@ -54,9 +55,7 @@ class StudyProgress:
     notes: tuple[str, ...]  # on crashed analyses and on unused journal lines
 
 
-def study_progress(
-    run_keys: Mapping[str, Sequence[str]], content: JournalContent, limits: SuspectLimits = LIMITS
-) -> StudyProgress:
+def study_progress(run_keys: Mapping[str, Sequence[str]], content: JournalContent) -> StudyProgress:
     """Return the progress of a study, given the `run_keys` of each variant and the journals."""
     done, analyses = content.rows, sum(map(len, run_keys.values()))
     rows = [done[key] for keys in run_keys.values() for key in keys if key in done]
@@ -75,7 +74,7 @@ def study_progress(
         name: dict(sorted(Counter(row[column] for row in rows).items()))
         for name, column in (("status", "status"), ("recovery_step", "recovery_rung"))
     }
-    suspect = sum(bool(reasons(row, limits)) for row in rows)
+    suspect = sum(bool(reasons(row)) for row in rows)
     summary: dict[str, Any] = {"variants": len(run_keys), "analyses": analyses, "done": len(rows)}
     summary |= {"failed": len(failures), "suspect": suspect, "left": analyses - len(rows)}
     return StudyProgress(
@@ -118,7 +117,7 @@ def forecast_study(config: StudyConfig, size: Mapping[str, int] | None = None) -
     """
     keys, durations_s = analysis_keys(config)
     folder = StudyFolder(Path(config.results))
-    state = study_progress(keys, read_content(folder.journals), config.suspect)
+    state = study_progress(keys, read_content(folder.journals))
     notes, trials = state.notes, 1
     if config.motions.design == "ida":
         trials = most_trials(config.motions.level_range_g)
@@ -185,15 +184,16 @@ def analysis_keys(config: StudyConfig) -> tuple[Mapping[str, Sequence[str]], Seq
     with suppress(InputError, KeyError):  # prepared by another version, or for other bridges
         if folder.suite.is_file() and folder.intensities.is_file():
             setup = StudySetup.of(config)
-            keys = {slug: [run_key(task) for task in setup.tasks(slug)] for slug in slugs}
+            keys = {slug: [run_key(task) for task in setup.planned_tasks(slug)] for slug in slugs}
             return keys, setup.durations_s
-    durations_s = [
-        min(_length_s(each), config.motions.shaking_s or inf)
-        for source in suite_sources(config.motions)
-        for each in list_motions(source.folder)[: source.count]
-    ]
-    each = ("",) * (len(durations_s) * len(config.motions.incidence_deg))
-    return dict.fromkeys(slugs, each), durations_s
+    durations_s: list[float] = []
+    rows: list[Placed] = []
+    for source in suite_sources(config.motions):
+        entries = list_motions(source.folder)[: source.count]
+        durations_s += [min(_length_s(each), config.motions.shaking_s or inf) for each in entries]
+        rows += unread(len(entries), source.name)
+    runs = planned_runs(config.grid, config.motions, rows)
+    return {slug: ("",) * len(runs[slug]) for slug in slugs}, durations_s
 
 
 def _length_s(entry: IndexEntry) -> float:

@@ -14,13 +14,13 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.analysis.settings import at_accuracy
-from skewbridge.demands.columns import demands_for
+from skewbridge.demands.columns import demands_for, key_values
 from skewbridge.demands.validity import is_complete
 from skewbridge.files.digests import provenance
-from skewbridge.files.tables import read_frame, write_frame
+from skewbridge.files.tables import read_frame, records_of, write_frame
 from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.statuses import RAN
-from skewbridge.variant.variant import Variant, parse_slug
+from skewbridge.variant.variant import Variant
 
 if TYPE_CHECKING:  # processes that draw the figures do not import OpenSees
     from skewbridge.study.analyses import StudySetup
@@ -62,7 +62,7 @@ def sampled_rows(
     numbers = np.linspace(0, len(slugs) - 1, count).round().tolist() if slugs else []
     rows: list[Task] = []
     for row, number in enumerate(numbers):
-        tasks = setup.tasks(slugs[int(number)])
+        tasks = setup.planned_tasks(slugs[int(number)])
         tasks.sort(key=lambda task: -task.motion.measures[PGV])
         rows.append(in_window(tasks[row % len(tasks)], window_s))
     return rows
@@ -135,7 +135,7 @@ def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
     None if the study has only one value of friction.
     """
     by_bridge_and_gap: dict[Variant, list[Variant]] = {}
-    for variant in map(parse_slug, demands["variant"].unique()):
+    for variant in map(Variant.of_row, records_of(demands.drop_duplicates("variant"))):
         by_bridge_and_gap.setdefault(replace(variant, friction_pct=0), []).append(variant)
     pairs = [sorted(group) for group in by_bridge_and_gap.values() if len(group) > 1]
     chosen = max(pairs, key=lambda pair: (abs(pair[0].skew_deg), -pair[0].gap_mm), default=None)
@@ -153,8 +153,8 @@ def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:
 def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> None:
     """Repeat one analysis for both variants of `friction_pair` and write their histories.
 
-    Columns: variant, motion_id and the histories. In a small study, they cover only the strongest
-    part of the motion. The table is empty without a pair.
+    Columns: those of the key of the demands table, and the histories. In a small study, they cover
+    only the strongest part of the motion. The table is empty without a pair.
     """
     from skewbridge.analysis.transient import analyse
     from skewbridge.study.analyses import check_plan
@@ -164,11 +164,13 @@ def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> Non
     pair = friction_pair(rows) if part_s else None
     motion_id = typical_motion(rows, pair[-1]) if pair else ""
     for variant in pair or ():
-        task = next(t for t in setup.tasks(variant.slug) if t.motion.motion.motion_id == motion_id)
+        task = next(t for t in setup.tasks(variant) if t.motion.motion.motion_id == motion_id)
         task = in_window(task, part_s)
         result = analyse(task.variant, task.excitation, task.settings, task.options, histories=True)
         histories = pd.DataFrame(result.histories or {})
-        runs.append(histories.assign(variant=variant.slug, motion_id=task.motion.motion.motion_id))
+        motion = task.motion
+        key = key_values(task.variant, motion.motion.motion_id, motion.scale, task.incidence_deg)
+        runs.append(histories.assign(**key))
     write_frame(pd.concat(runs, ignore_index=True), output, provenance())
 
 
@@ -181,9 +183,12 @@ def read_friction_pair(path: Path) -> tuple[Variant, str, dict[str, pd.DataFrame
     table = read_frame(path)
     if table.empty:
         return None
-    runs = {parse_slug(str(slug)): rows for slug, rows in table.groupby("variant")}
-    histories: dict[str, pd.DataFrame] = {}
-    for variant, rows in runs.items():
-        whole = rows.drop(columns=["variant", "motion_id"]).dropna(axis="columns", how="all")
-        histories[f"friction {variant.friction:g}"] = whole.reset_index(drop=True)
-    return next(iter(runs)), str(table["motion_id"].iloc[0]), histories
+    variant, *_ = map(Variant.of_row, records_of(table.head(1)))
+    keys = key_values(variant, "", 1.0, 0.0)
+    histories = {
+        f"friction {friction:g}": rows.drop(columns=[*keys])
+        .dropna(axis="columns", how="all")
+        .reset_index(drop=True)
+        for friction, rows in table.groupby("friction")
+    }
+    return variant, str(table["motion_id"].iloc[0]), histories

@@ -28,7 +28,7 @@ from skewbridge.files.tables import (
     write_frame,
 )
 from skewbridge.files.text import writable_folder
-from skewbridge.fragility import demand_table, paper_table
+from skewbridge.fragility import demand_table
 from skewbridge.fragility.demand_model import BridgeModels, fit_models
 from skewbridge.fragility.effects import (
     Pairs,
@@ -48,7 +48,7 @@ from skewbridge.fragility.limit_states import (
 from skewbridge.fragility.motion_means import interval
 from skewbridge.fragility.paper_table import EXTRAPOLATED
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.study_tables import PAPER_TABLE, fragility_tables, write_tables
+from skewbridge.fragility.study_tables import fragility_tables, write_tables
 from skewbridge.study.folder import StudyFolder, starter_files
 from skewbridge.variant.random_properties import DRAW_PREFIX, RANDOM_PROPERTIES
 
@@ -213,28 +213,13 @@ def _limit_states(path: Path) -> States:
     return load_limit_states(starter_files() / usual if packaged else path)
 
 
-def _tables_of(
-    demands: Path, limit_states: Path, im: str | None, margin: float | None = None
-) -> tuple[pd.DataFrame, dict[str, pd.DataFrame], str, list[str]]:
-    """Return demands, tables, intensity measure and limit states whose demand is missing."""
-    states = _limit_states(limit_states)
-    table, chosen = _read_demands(demands, im, states)
-    usable = [state for state in states if state.demand in table]
-    if not usable:
-        names = ", ".join(dict.fromkeys(state.demand for state in states))
-        raise InputError(f"{demands.name} has none of the demands of the limit states: {names}")
-    left_out = [f"{state.key} ({state.demand})" for state in states if state not in usable]
-    tables = fragility_tables(table, usable, _settings(chosen, margin), jobs=cpu_count())
-    return table, tables, chosen, left_out
-
-
 def _settings(im: str, margin: float | None) -> FitSettings:
     """Return settings with `margin`, if given, as negligible change of demands and medians."""
     if margin is None:
         return replace(DEFAULTS, im=im)
     if not 0.0 < margin < 1.0:
         raise InputError(f"margin must be within 0..1, got {margin:g}", column="margin")
-    return replace(DEFAULTS, im=im, margin=margin, median_margin=margin)
+    return replace(DEFAULTS, im=im, margin=margin)
 
 
 def statistics_of(
@@ -248,7 +233,13 @@ def statistics_of(
     folder = StudyFolder(writable_folder(out))
     if folder.demands.is_file() and not is_from_statistics(out):
         raise InputError(f"{out} has the demands of a study: choose another folder")
-    table, tables, measure, left_out = _tables_of(demands, limit_states, im, margin)
+    states = _limit_states(limit_states)
+    table, measure = _read_demands(demands, im, states)
+    usable = [state for state in states if state.demand in table]
+    if not usable:
+        names = ", ".join(dict.fromkeys(state.demand for state in states))
+        raise InputError(f"{demands.name} has none of the demands of the limit states: {names}")
+    tables = fragility_tables(table, usable, _settings(measure, margin), jobs=cpu_count())
     notes, texts = tables["input_notes"], {name: label_of(name) for name in map(str, table)}
     write_frame(table, folder.demands, provenance(**{_STATISTICS_OF: demands.name}), texts)
     write_tables(tables, folder.fragility("curves").parent)
@@ -256,7 +247,7 @@ def statistics_of(
         "tables": {name: len(rows) for name, rows in tables.items()},
         "status": tables["curves"]["status"].value_counts().to_dict(),
         "verdict": tables["effects"]["verdict_family"].value_counts().to_dict(),
-        "left_out": left_out,
+        "left_out": [f"{state.key} ({state.demand})" for state in states if state not in usable],
         "rejected_rows": int((notes["kind"] == "rejected_row").sum()),
         "notes": notes["message"].tolist(),
         "warnings": notes.loc[notes["kind"] == "percent", "message"].tolist(),
@@ -268,13 +259,6 @@ def is_from_statistics(folder: Path) -> bool:
     """Return whether `statistics_of` wrote the demands in a folder."""
     path = StudyFolder(folder).demands
     return path.is_file() and _STATISTICS_OF in read_stamp(path)
-
-
-def paper_rows(demands: Path, limit_states: Path, im: str | None = None) -> dict[str, Any]:
-    """Return the table for publication: numbers (``rows``), printed texts (``shown``), title."""
-    _, tables, measure, _ = _tables_of(demands, limit_states, im)
-    rows, title = tables[PAPER_TABLE], f"medians in {measure}"
-    return {"rows": records_of(rows), "shown": paper_table.printed_rows(rows), "title": title}
 
 
 # ---- Comparison of two studies

@@ -31,6 +31,7 @@ from skewbridge.fragility.limit_states import (
     load_limit_states,
     with_column_failure,
 )
+from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.fragility.verdicts import (
     CELL,
     DECIDED,
@@ -124,6 +125,17 @@ def _keys(table: pd.DataFrame, axes: Sequence[str]) -> list[tuple[Any, ...]]:
     return list(table[columns].itertuples(index=False, name=None))
 
 
+def whole_blocks(wanted: Mapping[str, int], bridges: Mapping[str, str]) -> dict[str, int]:
+    """Return the motions that decide one effect, equal for all variants of a bridge (blocks).
+
+    ``bridges`` are the bridges of all variants.
+    """
+    most: dict[str, int] = {}
+    for slug, number in wanted.items():
+        most[bridges[slug]] = max(number, most.get(bridges[slug], 0))
+    return {slug: most[bridge] for slug, bridge in bridges.items() if bridge in most}
+
+
 def next_motions(
     wanted: Iterable[Mapping[str, int]],  # motions by variant that decide each cell
     motions: Mapping[str, int],  # motions of each variant so far
@@ -179,15 +191,14 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     plans = [read_json(setup.folder.round(n)) for n in range(1, number)]
     slugs = sorted(variant.slug for variant in expand_grid(study.grid))
     motions = {slug: plans[-1]["motions"][slug][1] if plans else 0 for slug in slugs}
-    tasks = setup.tasks(slugs[0])
-    per_motion = len(tasks) / len(setup.motion_ids)
+    analyses = sum(len(setup.planned_tasks(slug)) for slug in slugs)
+    per_motion = analyses / len(slugs) / len(setup.motion_ids)
     demands, speed = pd.DataFrame(), 1.0
-    of_all_s = analyses_s(study, setup.durations_s)
-    own_s = dict.fromkeys(slugs, of_all_s / len(slugs) / len(tasks))
+    own_s = dict.fromkeys(slugs, analyses_s(study, setup.durations_s) / analyses)
     if earlier:
         demands = pd.concat(map(read_frame, earlier), ignore_index=True)
         mean_s = demands.groupby("variant")["wall_s"].mean()
-        own_s = {slug: float(mean_s[slug]) for slug in slugs}
+        own_s = {slug: float(mean_s.get(slug, mean_s.mean())) for slug in slugs}
         speed = measured_speed(records_of(demands), study.analysis, "wall_s")
     began_s, cores = map(float, os.environ.get(CLOCK, f"{time.time()} 1").split())
     cost_s = {slug: own_s[slug] * per_motion / cores for slug in slugs}
@@ -195,6 +206,9 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     is_first = min(motions.values()) < design.first
     if not is_first:
         cells, wanted = _looked_at(study, demands, plans, motions, own_s)
+        if study.motions.blocks:
+            bridges = {each.slug: each.bridge for each in expand_grid(study.grid)}
+            wanted = [whole_blocks(cell, bridges) for cell in wanted]
     # the next plan takes as long as this one did
     planning_s = time.monotonic() - entered_s
     starts_s = JOB_START_S * speed * (1.0 + len(slugs) / cores)
@@ -249,7 +263,7 @@ def _looked_at(
     effects = kept(at_looks(effects, looks, runs_per_motion(demands)), history)
     columns = ["bridge", "abutment", *axis_names(rows)]
     places = rows.drop_duplicates("variant").set_index("variant")[columns]
-    cells, wanted = targets(effects, motions, mean_s, places, looks, settings.effect_confidence)
+    cells, wanted = targets(effects, motions, mean_s, places, looks, EFFECT_CONFIDENCE)
     return cells[[name for name in ROUND_COLUMNS if name in cells]], wanted
 
 

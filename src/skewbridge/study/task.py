@@ -19,7 +19,7 @@ from skewbridge.analysis.recovery import steps_as_text
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Progress
 from skewbridge.analysis.transient import AnalysisResult, analyse
-from skewbridge.bridge.catalogue import bridge_digest
+from skewbridge.bridge.library import load_structure
 from skewbridge.errors import InputError
 from skewbridge.files.digests import canonical, digest_of, engine_digest, opensees_version
 from skewbridge.motions.record import GroundMotion, SuiteMotion
@@ -69,7 +69,8 @@ def run_key(task: Task) -> str:
         _motion_digest(task.motion.motion),
         canonical(asdict(task.settings)),
         canonical(asdict(task.options)),
-        bridge_digest(task.variant.bridge),
+        load_structure(task.variant.bridge).digest,
+        *(load_structure(name).digest for name in (task.options.abutment_of,) if name),
         float(task.motion.scale),
         float(task.incidence_deg),
         engine_digest(),

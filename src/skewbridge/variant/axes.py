@@ -4,7 +4,6 @@ Skew, gap and friction are axes of every variant. A numeric field of `ModelOptio
 the grid names it.
 """
 
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
@@ -92,11 +91,6 @@ class Axis:
         sign = ("m" if self.digits else "-") if number < 0 else ""
         return f"{self.code}{sign}{whole.zfill(self.digits)}{p}{decimals}"
 
-    def from_name(self, text: str) -> float:
-        """Return the checked value of an axis from its text in the name of a variant."""
-        number = float(text.replace("m", "-").replace("p", "."))
-        return self.checked(number / self.name_factor)
-
 
 AXES: Final = (
     Axis(
@@ -137,18 +131,6 @@ AXES: Final = (
         symbol="μ",
     ),
 )
-
-#: Part of a variant's name for a modelling option: letters, then the number.
-OPTION_PATTERN: Final = r"[a-z]+(?:-[a-z]+)*-?\d+(?:p\d+)?(?:e-?\d+)?"
-
-
-def option_in_name(part: str) -> tuple[str, float]:
-    """Return the modelling option and value in a part of a variant's name, or `InputError`."""
-    match = re.fullmatch(r"([a-z-]*[a-z])(-?\d.*)", part)
-    if match is None:
-        raise InputError(f"{part!r} in a variant name is not a modelling option with a value")
-    option = axis(match[1].replace("-", "_"))
-    return option.name, option.from_name(match[2])
 
 
 def axis(name: str) -> Axis:

@@ -1,7 +1,7 @@
 """Grid of a study (section ``grid``) and its expansion into variants."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from math import prod
 from pathlib import Path
@@ -45,16 +45,12 @@ def _different_names(values: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _with_axes(schema: dict[str, Any]) -> None:
-    """Add the limits of every axis to the JSON schema, and forbid other keys."""
-    for axis in (*AXES, *OPTION_AXES):
-        number = {"type": "integer" if axis.is_whole else "number"}
-        schema["properties"].setdefault(axis.name, {}).update(
-            type="array",
-            minItems=1,
-            description=axis.description,
-            items=number | {"minimum": axis.low, "maximum": axis.high},
-        )
-    schema["additionalProperties"] = False
+    """Add the limits of the core axes to the JSON schema, and the names of the other axes."""
+    for axis in AXES:
+        items = {"type": "number", "minimum": axis.low, "maximum": axis.high}
+        schema["properties"][axis.name] |= {"description": axis.description, "items": items}
+    schema["propertyNames"] = {"enum": [*schema["properties"], *(a.name for a in OPTION_AXES)]}
+    schema["additionalProperties"] = {"type": "array", "minItems": 1, "items": {"type": "number"}}
 
 
 MAX_VARIANTS: Final = 20_000
@@ -125,11 +121,27 @@ def expand_grid(grid: GridConfig) -> list[Variant]:
     Axes that an abutment model lacks are set to zero first (a roller has no gap), so that the
     same bridge is never analysed twice.
     """
+    return sorted({variant for variant, _ in _points(grid)})
+
+
+def cells_of(grid: GridConfig, within: Sequence[str]) -> tuple[int, dict[str, list[int]]]:
+    """Return the number of cells of a grid, and the cells of each variant by its name.
+
+    A cell is a combination of the axes that are not ``within``. Bridges and abutment models do not
+    form cells. A variant without some axes belongs to several cells.
+    """
+    outer = [name for name in grid.values() if name not in within]
+    numbers: dict[tuple[float, ...], int] = {}
+    cells: dict[str, set[int]] = {}
+    for variant, point in _points(grid):
+        cell = numbers.setdefault(tuple(point[name] for name in outer), len(numbers))
+        cells.setdefault(variant.slug, set()).add(cell)
+    return len(numbers), {slug: sorted(cells[slug]) for slug in sorted(cells)}
+
+
+def _points(grid: GridConfig) -> Iterator[tuple[Variant, dict[str, float]]]:
+    """Yield the variant and the values of the axes at every point of a grid."""
     axes = grid.values()
-    points = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
-    return sorted(
-        {
-            Variant.at(bridge, abutment, point).normalised()
-            for bridge, abutment, point in product(grid.bridge, grid.abutment, points)
-        }
-    )
+    for bridge, abutment, values in product(grid.bridge, grid.abutment, product(*axes.values())):
+        point = dict(zip(axes, values, strict=True))
+        yield Variant.at(bridge, abutment, point).normalised(), point

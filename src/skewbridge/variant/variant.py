@@ -1,16 +1,12 @@
 """One bridge variant of the grid: its abutment model, its values on the axes, its name."""
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import cos, radians
 from pathlib import Path
-from typing import Final, Literal, Self
+from typing import Any, Final, Literal, Self
 
 from skewbridge.errors import InputError, did_you_mean
-from skewbridge.units import MM
-from skewbridge.variant.axes import AXES, OPTION_PATTERN, axis, option_in_name
-from skewbridge.variant.options import GapMeasured
+from skewbridge.variant.axes import AXES, axes_of, axis
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,19 +89,8 @@ ABUTMENTS: Final[Mapping[str, AbutmentTraits]] = {
     ),
 }
 
-_NAMES: Final = {traits.code: name for name, traits in ABUTMENTS.items()}
 #: Pattern of the name of a bridge, which begins the name of its variants.
 BRIDGE_PATTERN: Final = r"[a-z][a-z0-9_]{0,59}"
-_CORE: Final = "".join(
-    rf"_{axis.code}{'m?' if axis.low < 0 else ''}\d{{{axis.digits}}}(?:p\d{{1,3}})?"
-    for axis in AXES
-)
-_SLUG: Final = (
-    rf"(?P<bridge>{BRIDGE_PATTERN})_(?P<code>{'|'.join(_NAMES)})"
-    rf"(?P<core>{_CORE})(?P<options>(?:_{OPTION_PATTERN})*)"
-)
-#: Pattern of the name of a variant, without named groups.
-SLUG_PATTERN: Final = re.sub(r"\(\?P<\w+>", "(?:", _SLUG)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, order=True)
@@ -116,7 +101,7 @@ class Variant:
         bridge: Name of a bridge, for example ``osb1``, or the path of its file.
         abutment: Abutment model, a key of `ABUTMENTS`.
         skew_deg: Skew of the abutment line from the transverse axis, in degrees.
-        gap_mm: Opening of the joint at rest, in millimetres (`normal_gap_m`).
+        gap_mm: Opening of the joint at rest, in millimetres (option ``gap_measured``).
         friction_pct: Coulomb coefficient at the contacts, in hundredths.
         options: Modelling options that are axes of the grid, with their values, sorted.
 
@@ -165,13 +150,11 @@ class Variant:
             options=tuple(sorted(options.items())),
         )
 
-    def normal_gap_m(self, measured: GapMeasured = "normal") -> float:
-        """Return the opening of the joint at rest in m, normal to the wall.
-
-        If ``gap_mm`` is measured along the bridge, the opening is smaller by cos(skew).
-        """
-        narrowing = cos(radians(self.skew_deg)) if measured == "longitudinal" else 1.0
-        return self.gap_mm * MM * narrowing
+    @classmethod
+    def of_row(cls, row: Mapping[str, Any]) -> Self:
+        """Return the variant of a row of the demands table; the bridge has its name there."""
+        values = {each.name: row[each.name] for each in axes_of(row)}
+        return cls.at(str(row["bridge"]), str(row["abutment"]), values)
 
     @property
     def friction(self) -> float:
@@ -206,19 +189,3 @@ class Variant:
             gap_mm=self.gap_mm if "gap_mm" in self.traits.axes else 0,
             friction_pct=self.friction_pct if self.traits.has_friction else 0,
         )
-
-
-def parse_slug(slug: str) -> Variant:
-    """Return the variant with a name (slug); raise `InputError` if the name is invalid."""
-    match = re.fullmatch(_SLUG, slug)
-    if match is None:
-        raise InputError(
-            f"not a variant name: {slug!r} (expected e.g. osb1_cf_skew30_gap051_mu050)"
-        )
-    core = zip(AXES, match["core"].removeprefix("_").split("_"), strict=True)
-    values = {axis.name: axis.from_name(part.removeprefix(axis.code)) for axis, part in core}
-    values |= dict(map(option_in_name, match["options"].split("_")[1:]))
-    variant = Variant.at(match["bridge"], _NAMES[match["code"]], values)
-    if variant.slug != slug:
-        raise InputError(f"not a variant name: {slug!r} (the variant is named {variant.slug})")
-    return variant

@@ -1,12 +1,15 @@
 """Catalogue of bridges: format of their files, inheritance, validation and JSON schema.
 
-A number is written with its source as ``{v: 5.64, src: "a: paper, section 5"}``. The source
+A number is written with its source as ``{v: 5.64, src: "a: paper, section 5"}``, or alone if the
+file has a ``source`` for all its numbers. It may be text with a unit: ``150 ft``. The source
 classes are a (the paper), b (a document at hand), c (a named report from memory), d (engineering
 rule) and calc (computed from other numbers); without one it is b. A list of numbers is one such
 mapping with a list as ``v``. ``extends: NAME`` starts from another bridge: mappings are merged,
-other values are replaced.
-A fixed base without ``foundation`` gets the springs of `TYPICAL_FOUNDATION`, and ``foundation:
-null`` is rigid ground.
+other values are replaced. Rules give what is missing (`skewbridge.bridge.catalogue.drawing`).
+``abutments`` has the data of each end, with its ``type``; in a file that extends another, an end of
+another type starts anew. An integral end gets the numbers of ``defaults/integral.yaml``.
+A fixed base without ``foundation`` gets the springs of bridge_a, and ``foundation: null`` is rigid
+ground.
 
 The file of a bridge is looked up by name in ``config/bridges/`` of the working folder, then in the
 catalogue of the package. A path that ends in ``.yaml`` can name any other file.
@@ -14,18 +17,27 @@ catalogue of the package. A path that ends in ``.yaml`` can name any other file.
 
 import re
 from collections.abc import Mapping
-from functools import cache, reduce
+from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
+from skewbridge.bridge.catalogue.columns import over_default
 from skewbridge.bridge.catalogue.data import BridgeData
+from skewbridge.bridge.catalogue.drawing import (
+    DRAWN,
+    RULES,
+    Completed,
+    completed,
+    overruled,
+    value_at,
+)
 from skewbridge.errors import InputError, did_you_mean
-from skewbridge.files.digests import digest_of
-from skewbridge.files.text import checked, read_mapping, shortened, shown_path
+from skewbridge.files.text import read_mapping, shortened, shown_path
+from skewbridge.units import quantity, unit_in_name
 
 __all__ = [
-    "BridgeData", "bridge_digest", "bridge_names", "bridge_schema", "load_bridge",
-    "own_bridge_files",
+    "BridgeData", "bridge_names", "bridge_schema", "load_bridge", "own_bridge_files",
+    "read_bridge",
 ]  # fmt: skip
 
 FOLDER: Final = Path(__file__).parent
@@ -34,8 +46,7 @@ OWN_FOLDER: Final = Path("config/bridges")
 #: Pattern of the name of a bridge; its file in these folders has the same name.
 NAME_PATTERN: Final = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
 MAX_PARENTS: Final = 10
-#: Bridge with the foundation springs of fixed bases whose file has none: one column of 1.68 m.
-TYPICAL_FOUNDATION: Final = "bridge_a"
+PILE_SPACING_M: Final = 2.4  # ASSUME a pile of an integral end per 8 ft, as under usual girders
 # without a class; not a class without a text, nor another letter in its place
 _UNCLASSED: Final = r"(?!(\w|calc)\s*(:|$))\S.*"
 SOURCE_PATTERN: Final = rf"((a|b|c|d|calc): \S.*|{_UNCLASSED})"
@@ -52,13 +63,7 @@ def bridge_names() -> tuple[str, ...]:
 
 def load_bridge(name: str | Path) -> BridgeData:
     """Return a bridge from its name or file (cached); an `InputError` names file, key and limit."""
-    return _loaded(_file(name))
-
-
-@cache
-def bridge_digest(name: str) -> str:
-    """Return the digest of a bridge's merged data, without title and sources."""
-    return digest_of(load_bridge(name).model_dump_json(exclude={"title", "sources"}))
+    return read_bridge(name).bridge
 
 
 def _file(name: str | Path) -> Path:
@@ -69,6 +74,8 @@ def _file(name: str | Path) -> Path:
         except (OSError, ValueError):
             raise InputError(f"{shown_path(Path(name))} is not a file name") from None
     found = _named(name, OWN_FOLDER)
+    if name.endswith(".py"):
+        raise InputError(f"{shortened(name)}: a script has no data of deck, columns and abutments")
     if found is None:
         own = sorted(path.stem for path in OWN_FOLDER.glob("*.yaml"))
         known = (*bridge_names(), *own)
@@ -79,19 +86,64 @@ def _file(name: str | Path) -> Path:
     return found
 
 
+def read_bridge(name: str | Path) -> Completed:
+    """Return a bridge with its drawing and the origin of its numbers; see `load_bridge`."""
+    return _loaded(_file(name))
+
+
 @cache
-def _loaded(path: Path) -> BridgeData:
+def _loaded(path: Path) -> Completed:
     sources: dict[str, str] = {}
-    trees = (tree for _, tree in reversed(_with_parents(path)))
-    merged = reduce(_overlay, trees)
-    if merged.get("base") == "fixed" and "foundation" not in merged:
-        # ASSUME a fixed base without springs of its own has the footing of a similar column: rigid
-        # ground is too stiff
-        typical = read_mapping(FOLDER / f"{TYPICAL_FOUNDATION}.yaml")
-        merged["foundation"] = typical["foundation"]
+    files = _with_parents(path)
+    own, *_ = trees = _by_end(files)
+    merged: dict[str, Any] = {}
+    for tree in reversed(trees):
+        for key in overruled(tree):
+            above, _, last = key.rpartition(".")
+            if isinstance(section := value_at(merged, above), dict):
+                section.pop(last, None)
+        merged = _overlay(merged, tree)
+    ends, deck = merged.get("abutments"), merged.get("deck")
+    if isinstance(ends, dict) and isinstance(deck, dict):
+        for name, end in ends.items():
+            if isinstance(end, dict) and end.get("type") == "integral":
+                ends[name] = _integral(end, deck)
     plain = _strip(merged, "", sources, path)
     raw = {**plain, "name": path.stem, "sources": sources}
-    return checked(BridgeData, raw, Path(path.name))
+    inherited = frozenset(key for key in sources if value_at(own, key) is None)
+    return completed(raw, path)._replace(inherited=inherited)
+
+
+def _by_end(layers: list[tuple[Path, dict[str, Any]]]) -> list[dict[str, Any]]:
+    """Return the trees; if one has ``abutments``, ``abutment`` of the others becomes both ends."""
+    trees = [tree for _, tree in layers]
+    if any("abutments" in tree for tree in trees):
+        for path, tree in layers:
+            if {"abutment", "abutments"} <= tree.keys():
+                message = f"{path.name}: abutment and abutments: give only one of them"
+                raise InputError(message, file=path.name)
+            if "abutment" in tree:
+                both = {"type": "seat"} | tree.pop("abutment")
+                tree["abutments"] = {"left": both, "right": both}
+    return trees
+
+
+def _integral(given: dict[str, Any], deck: dict[str, Any]) -> dict[str, Any]:
+    """Return an integral end with the numbers that it does not give, for the deck of its file."""
+    end = read_mapping(FOLDER / "defaults" / "integral.yaml")
+    sizes = {"width": "width_m", "height": "depth_m", "thickness": "diaphragm_thickness_m"}
+    for size, key in sizes.items():
+        if key in deck:
+            end[f"wall_{size}_m"] = deck[key] | {"src": f"calc: deck.{key}"}
+    width_m = deck.get("width_m", {}).get("v")
+    if isinstance(width_m, int | float):
+        rule = {"v": max(2, round(width_m / PILE_SPACING_M)), "src": "d: about 8 ft apart"}
+        number = (given.get("piles") or {}).get("count", rule)
+        end["piles"]["count"] = number
+        end["piles"]["spacing_m"] = {
+            "v": round(width_m / max(2, int(number["v"])), 4), "src": "calc: deck.width_m / count"
+        }  # fmt: skip
+    return _overlay(end, given)
 
 
 def own_bridge_files(name: str) -> list[Path]:
@@ -106,6 +158,8 @@ def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
     while True:
         tree = read_mapping(path)
         parent = tree.pop("extends", None)
+        if (source := tree.pop("source", None)) is not None:
+            tree = _sourced(tree, "", source)
         found.append((path, tree))
         if parent is None:
             return found
@@ -131,13 +185,35 @@ def _named(name: str, folder: Path, without: tuple[Path, ...] = ()) -> Path | No
     return next((path for path in paths if path.is_file() and path not in without), None)
 
 
+def _sourced(node: Any, name: str, source: Any) -> Any:
+    """Return a tree in which numbers and quantities without a source have this one."""
+    if isinstance(node, dict):
+        has_own = "v" in node and "src" in node
+        return node if has_own else {key: _sourced(of, key, source) for key, of in node.items()}
+    items = node if isinstance(node, list) else [node]
+    if items and all(_is_quantity(item, name) for item in items):
+        return {"v": node, "src": source}
+    return [_sourced(item, name, source) for item in node] if isinstance(node, list) else node
+
+
+def _is_quantity(value: Any, name: str) -> bool:
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return is_number or (isinstance(value, str) and unit_in_name(name) is not None)
+
+
 def _overlay(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
     """Return ``base`` overridden by ``top``; a number and its source are replaced together."""
     merged = dict(base)
     for key, value in top.items():
         below = merged.get(key)
-        deeper = isinstance(value, dict) and "v" not in value and isinstance(below, dict)
-        merged[key] = _overlay(below, value) if deeper and below is not None else value
+        merged[key] = value
+        if not isinstance(value, dict) or "v" in value or not isinstance(below, dict):
+            continue
+        usual = below.get("type", "seat")
+        if key == "column":
+            merged[key] = over_default(below, value)
+        elif value.get("type", usual) == usual:  # a part of another type has other keys
+            merged[key] = _overlay(below, value)
     return merged
 
 
@@ -157,7 +233,7 @@ def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
                     file=path.name,
                 )
             sources[where] = f"b: {source}" if re.fullmatch(_UNCLASSED, source) else source
-            return node["v"]
+            return _plain(node["v"], where, path)
         return {
             key: _strip(value, f"{where}.{key}".lstrip("."), sources, path)
             for key, value in node.items()
@@ -173,40 +249,85 @@ def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
     return node
 
 
+def _plain(value: Any, where: str, path: Path) -> Any:
+    """Return a value in the unit of its key; a quantity is text such as ``150 ft``."""
+    unit = unit_in_name(where)
+    if isinstance(value, list):
+        return [_plain(item, where, path) for item in value]
+    if not isinstance(value, str) or unit is None:
+        return value
+    try:
+        return quantity(value, unit)
+    except ValueError as error:
+        raise InputError(f"{path.name}: {where}: {error}, got {shortened(value)}") from None
+
+
 def bridge_schema() -> dict[str, Any]:
     """Return the JSON schema of a bridge file; keys may be omitted only with ``extends``."""
     schema = BridgeData.model_json_schema()
     kinds: dict[str, Any] = schema["$defs"]
     for part in (schema, *kinds.values()):
-        if "properties" in part:
-            part["properties"] = {
-                name: _with_source(field, kinds) for name, field in part["properties"].items()
-            }
-    needed = [name for name in schema.pop("required") if name not in {"name", "sources"}]
-    for part in kinds.values():
+        for name, field in part.get("properties", {}).items():
+            known = [
+                option for option in field.get("anyOf", [field]) if option.get("type") != "null"
+            ]
+            if _is_number(known[0], kinds):
+                part["properties"][name] = _in_file(known[0])
+    by_rule = {rule.key.partition(".")[0] for rule in RULES} - {"deck", "column", "abutment"}
+    needed = [name for name in schema.pop("required") if name not in {"name", "sources", *by_rule}]
+    for name, part in kinds.items():
         part.pop("required", None)
+        kinds[name] = _in_file(part) if _is_number(part, kinds) else part
     for name in ("name", "sources"):
         del schema["properties"][name]
-    schema["properties"]["extends"] = {
-        "type": "string",
-        "description": "name of the bridge that this one starts from",
-    }
+    for key, limits in DRAWN.items():
+        parts = [schema]
+        *sections, last = key.split(".")
+        for name in sections:
+            new = {"type": "object", "properties": {}, "additionalProperties": False}
+            fields = [part["properties"].setdefault(name, new) for part in parts]
+            parts = [shape for field in fields for shape in _shapes(field, kinds)]
+        is_text = isinstance(limits, str)
+        size = {} if is_text else {"minimum": limits[0], "maximum": limits[1]}
+        for part in parts:
+            field = {"type": "string"} if is_text else _in_file({"type": "number", **size})
+            part["properties"][last] = field
+    texts = (
+        ("extends", "bridge that this one starts from"),
+        ("source", "of numbers without their own"),
+    )
+    schema["properties"] |= {key: {"type": "string", "description": words} for key, words in texts}
     schema["anyOf"] = [{"required": ["extends"]}, {"required": needed}]
     return schema
 
 
-def _with_source(field: dict[str, Any], kinds: dict[str, Any]) -> dict[str, Any]:
-    """Return the schema of a field in the file: a number becomes a value with its source."""
-    known = [option for option in field.get("anyOf", [field]) if option.get("type") != "null"]
-    if not _is_number(known[0], kinds):
-        return field
-    source = {"type": "string", "pattern": f"^{SOURCE_PATTERN}$"}
-    return {
-        "type": "object",
-        "properties": {"v": known[0], "src": source},
-        "required": ["v", "src"],
-        "additionalProperties": False,
-    }
+def _shapes(field: dict[str, Any], kinds: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the mappings that a field may have, for example one per shape of a column."""
+    if "$ref" in field:
+        return _shapes(kinds[field["$ref"].rsplit("/", 1)[1]], kinds)
+    options = [each for each in field.get("anyOf", ()) if each.get("type") != "null"]
+    return [shape for each in options for shape in _shapes(each, kinds)] or [field]
+
+
+def _in_file(number: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of a number in a file: alone, as text with a unit, or with its source."""
+    if "$ref" in number:
+        return number
+    text = {} if number["type"] == "array" else {"pattern": r"^\d.*\D$"}
+    kinds = [number["type"], *(["string"] if text else [])]
+    return (
+        number
+        | text
+        | {
+            "type": [*kinds, "object"],
+            "properties": {
+                "v": number | text | {"type": kinds},
+                "src": {"type": "string", "pattern": f"^{SOURCE_PATTERN}$"},
+            },
+            "required": ["v", "src"],
+            "additionalProperties": False,
+        }
+    )
 
 
 def _is_number(field: dict[str, Any], kinds: dict[str, Any]) -> bool:

@@ -5,39 +5,38 @@ when it builds the model.
 """
 
 import math
-import re
-from itertools import accumulate
-from typing import Annotated, Any, Final, Literal, Self
+from itertools import accumulate, pairwise
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
-# These limits are wider than any real bridge. They detect wrong units, and numbers so large that
-# their powers would overflow in the solver.
-type Metres = Annotated[float, Field(ge=1.0e-3, le=1.0e3)]
-type Distance = Annotated[float, Field(ge=0.0, le=1.0e3)]
-type Span = Annotated[float, Field(ge=1.0, le=500.0)]
-type SquareMetres = Annotated[float, Field(ge=1.0e-3, le=1.0e3)]
-type Inertia = Annotated[float, Field(ge=1.0e-6, le=1.0e6)]
-type Millimetres = Annotated[float, Field(ge=0.1, le=1.0e4)]
-type SquareMillimetres = Annotated[float, Field(ge=1.0, le=1.0e5)]
-type Gigapascals = Annotated[float, Field(ge=0.1, le=1.0e3)]
-type Megapascals = Annotated[float, Field(ge=1.0, le=2.0e3)]
-type Kilonewtons = Annotated[float, Field(ge=1.0e-3, le=1.0e7)]
-type Weight = Annotated[float, Field(ge=0.0, le=1.0e6)]
-type LineLoad = Annotated[float, Field(ge=0.1, le=1.0e5)]
-type UnitWeight = Annotated[float, Field(ge=1.0, le=100.0)]
-type Tonnes = Annotated[float, Field(ge=1.0e-3, le=1.0e4)]
-type Stiffness = Annotated[float, Field(ge=1.0e-3, le=1.0e9)]
-type Seconds = Annotated[float, Field(ge=1.0e-2, le=60.0)]
-type Factor = Annotated[float, Field(ge=1.0e-3, le=1.0e2)]
-type Ratio = Annotated[float, Field(ge=1.0e-4, le=1.0)]
+from skewbridge.bridge.catalogue.columns import AnyColumn, ColumnData, over_default
+from skewbridge.bridge.catalogue.quantities import (
+    Distance,
+    Factor,
+    Gigapascals,
+    Inertia,
+    Kilonewtons,
+    LineLoad,
+    Metres,
+    Millimetres,
+    Part,
+    Ratio,
+    Seconds,
+    Span,
+    SquareMetres,
+    Stiffness,
+    Tonnes,
+    Weight,
+)
+from skewbridge.errors import InputError
+
+type Skew = Annotated[float, Field(ge=-60.0, le=60.0)]
+type Gap = Annotated[float, Field(ge=0.0, le=1.0e3)]
+type Base = Literal["pinned", "fixed"]
 
 
-class _Part(BaseModel, frozen=True, extra="forbid"):
-    """Frozen model that rejects unknown keys."""
-
-
-class DeckData(_Part, frozen=True):
+class DeckData(Part, frozen=True):
     """Superstructure: a prismatic spine at the centroid.
 
     ``inertia_vertical_m4`` is for vertical bending, ``inertia_transverse_m4`` for bending in plan.
@@ -63,7 +62,7 @@ class DeckData(_Part, frozen=True):
         return self
 
 
-class FoundationData(_Part, frozen=True):
+class FoundationData(Part, frozen=True):
     """Springs under every column base; rotational springs act about the global axes."""
 
     kx_mn_per_m: Stiffness
@@ -74,10 +73,11 @@ class FoundationData(_Part, frozen=True):
     krz_mnm_per_rad: Stiffness
 
 
-class BentData(_Part, frozen=True):
+class BentData(Part, frozen=True):
     """One bent: columns equally spaced about the centreline, under an integral cap.
 
-    A bent of one column needs no ``column_spacing_m``.
+    A bent of one column needs no ``column_spacing_m``. ``column`` and ``base`` are those of the
+    bridge if None; in the file, keys of ``column`` replace single keys of the bridge's column.
     """
 
     columns: Annotated[int, Field(ge=1, le=8)]
@@ -86,6 +86,8 @@ class BentData(_Part, frozen=True):
     cap_width_m: Metres
     cap_depth_m: Metres
     cap_weight_kn: Weight
+    column: AnyColumn | None = None
+    base: Base | None = None
 
     @model_validator(mode="after")
     def _spaced(self) -> Self:
@@ -94,80 +96,7 @@ class BentData(_Part, frozen=True):
         return self
 
 
-_OTHER_SHAPE: Final = re.compile(r"width|depth|breadth|height|side|thick|shape|section|flare|taper")
-
-
-class ColumnData(_Part, frozen=True):
-    """Circular reinforced concrete column, the same in all bents of a bridge.
-
-    ``hinge_length_m`` sets the length of the plastic hinges of all bents; by default it is computed
-    from their height and base (`skewbridge.bridge.column`). ``steel_strength_factor`` multiplies
-    the yield strength of ``steel``.
-    """
-
-    diameter_m: Metres
-    cover_to_hoop_m: Metres
-    bar_count: Annotated[int, Field(ge=6, le=200)]
-    bar_area_mm2: SquareMillimetres
-    bar_diameter_mm: Millimetres
-    hoop_area_mm2: SquareMillimetres
-    hoop_diameter_mm: Millimetres
-    hoop_spacing_mm: Millimetres
-    concrete_strength_mpa: Megapascals
-    expected_concrete_strength_mpa: Megapascals
-    elastic_modulus_gpa: Gigapascals
-    steel: Literal["a706", "grade40", "kaviani"]
-    steel_strength_factor: Factor = 1.0
-    hoop_yield_mpa: Megapascals
-    hinge_length_m: Metres | None = None
-    cracked_stiffness_ratio: Ratio
-    torsion_ratio: Ratio
-    unit_weight_kn_per_m3: UnitWeight
-
-    @property
-    def gross_area_m2(self) -> float:
-        """Area of the concrete section."""
-        return math.pi * self.diameter_m**2 / 4
-
-    @property
-    def gross_inertia_m4(self) -> float:
-        """Second moment of area of the gross section."""
-        return math.pi * self.diameter_m**4 / 64
-
-    @property
-    def hoop_circle_m(self) -> float:
-        """Diameter of the hoop centre line."""
-        return self.diameter_m - 2 * self.cover_to_hoop_m - 1e-3 * self.hoop_diameter_mm
-
-    @property
-    def bar_circle_m(self) -> float:
-        """Diameter of the circle through the longitudinal bars."""
-        return self.hoop_circle_m - 1e-3 * (self.hoop_diameter_mm + self.bar_diameter_mm)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _is_circular(cls, raw: Any) -> Any:
-        keys = sorted(raw.keys() - cls.model_fields.keys()) if isinstance(raw, dict) else ()
-        if others := ", ".join(filter(_OTHER_SHAPE.search, keys)):
-            text = "the only shape is a circle with diameter_m; the height is in bents"
-            raise ValueError(f"unknown key {others}: {text}")
-        return raw
-
-    @model_validator(mode="after")
-    def _bars_fit(self) -> Self:
-        if self.bar_circle_m <= 0.0:
-            raise ValueError("cover_to_hoop_m leaves no room for the bars in diameter_m")
-        pitch_mm = 1e3 * math.pi * self.bar_circle_m / self.bar_count
-        needed_mm = self.bar_diameter_mm + 25.0  # source: 1 in clear between bars, ACI 318 25.2.1
-        if pitch_mm < needed_mm:
-            limit = math.floor(1e3 * math.pi * self.bar_circle_m / needed_mm)
-            raise ValueError(
-                f"bar_count {self.bar_count} is too large: at most {limit} bars fit on the circle"
-            )
-        return self
-
-
-class BackfillData(_Part, frozen=True):
+class BackfillData(Part, frozen=True):
     """Passive resistance behind one backwall, at zero skew.
 
     With ``rule: ucsd`` the values are per metre of wall at ``reference_height_m``; stiffness is
@@ -183,7 +112,7 @@ class BackfillData(_Part, frozen=True):
     ultimate_closure_ratio: Factor
 
 
-class PadData(_Part, frozen=True):
+class PadData(Part, frozen=True):
     """Elastomeric pads of one abutment, equally spaced across the deck."""
 
     count: Annotated[int, Field(ge=2, le=30)]
@@ -195,7 +124,7 @@ class PadData(_Part, frozen=True):
     height_m: Metres
 
 
-class KeyData(_Part, frozen=True):
+class KeyData(Part, frozen=True):
     """Backbone of one exterior shear key at three points; the last force is residual strength."""
 
     displacement_mm: tuple[Millimetres, Millimetres, Millimetres]
@@ -209,23 +138,21 @@ class KeyData(_Part, frozen=True):
         return self
 
 
-class AbutmentData(_Part, frozen=True):
-    """Data of an abutment, the same at both ends of a bridge."""
+class WallData(Part, frozen=True):
+    """Wall and fill at one end of a bridge.
 
+    Attributes:
+        skew_deg: Own skew of the end; None: the skew of the variant.
+    """
+
+    skew_deg: Skew | None = None
     wall_width_m: Metres
     wall_height_m: Metres
     wall_thickness_m: Metres
-    seat_width_m: Metres
-    key_mass_t: Tonnes
     backfill: BackfillData
-    pads: PadData
-    sacrificial_key: KeyData
-    monolithic_key: KeyData
     wing_length_ratio: Factor
     wing_participation: Factor
     wing_effectiveness: Factor
-    embankment_slope_ratio: Factor
-    embankment_height_m: Metres
 
     @model_validator(mode="after")
     def _backfill_softens(self) -> Self:
@@ -242,7 +169,109 @@ class AbutmentData(_Part, frozen=True):
         return self
 
 
-class DampingData(_Part, frozen=True):
+class AbutmentData(WallData, frozen=True):
+    """Seat abutment: pads, a gap to the backwall, and exterior shear keys.
+
+    ``gap_mm`` is the own gap of this end; None: the gap of the variant.
+    """
+
+    type: Literal["seat"] = "seat"
+    gap_mm: Gap | None = None
+    seat_width_m: Metres
+    key_mass_t: Tonnes
+    pads: PadData
+    sacrificial_key: KeyData
+    monolithic_key: KeyData
+    embankment_slope_ratio: Factor
+    embankment_height_m: Metres
+
+
+class PileData(Part, frozen=True):
+    """Piles of an integral end, equally spaced across the deck; stiffnesses are of one head.
+
+    The lateral resistance is the same in all directions, elastic up to its strength.
+    """
+
+    count: Annotated[int, Field(ge=1, le=60)]
+    spacing_m: Metres
+    lateral_kn_per_m: Stiffness
+    lateral_strength_kn: Kilonewtons
+    vertical_mn_per_m: Stiffness
+    rotational_mnm_per_rad: Stiffness
+
+
+class IntegralData(WallData, frozen=True):
+    """End diaphragm cast with the deck, on piles, against the fill; the wall is the diaphragm."""
+
+    type: Literal["integral"]
+    piles: PileData
+
+
+class FixedData(Part, frozen=True):
+    """Deck end that cannot move."""
+
+    type: Literal["fixed"]
+    skew_deg: Skew | None = None
+
+
+class RollerData(Part, frozen=True):
+    """Deck end that is held vertically at both ends of its bearing line, and free in plan."""
+
+    type: Literal["roller"]
+    skew_deg: Skew | None = None
+
+
+type EndData = Annotated[
+    AbutmentData | IntegralData | FixedData | RollerData, Field(discriminator="type")
+]
+
+
+class EndsData(Part, frozen=True):
+    """Ends of a bridge that differ."""
+
+    left: EndData
+    right: EndData
+
+
+class RestrainerData(Part, frozen=True):
+    """Cables across a joint: elastic to yield, in tension only, after their slack."""
+
+    count: Annotated[int, Field(ge=2, le=100)]
+    stiffness_kn_per_m: Stiffness
+    yield_kn: Kilonewtons
+    slack_mm: Gap = 0.0
+
+
+class JointData(Part, frozen=True):
+    """Joint inside a bridge, at a bent or in a span.
+
+    Attributes:
+        at: ``bent 1``, counted from the left: both decks rest on its cap.
+        from_left_m: Distance of an in-span hinge from the left end of the bridge.
+        ledge: Deck whose ledge carries the other one at a hinge.
+        skew_deg: Own skew; None: that of the bent, or of the variant at a hinge.
+        gap_mm: Own gap; None: the gap of the variant. The same for ``friction``.
+        seat_width_m: From the middle of the joint to the edge of the cap, or width of the ledge.
+        pads: Pads below one deck end.
+    """
+
+    at: Annotated[str, Field(pattern=r"^bent [1-9]\d?$")] | None = None
+    from_left_m: Span | None = None
+    ledge: Literal["left", "right"] = "left"
+    skew_deg: Skew | None = None
+    gap_mm: Gap | None = None
+    friction: Annotated[float, Field(ge=0.0, le=2.0)] | None = None
+    seat_width_m: Metres
+    pads: PadData
+    restrainers: RestrainerData | None = None
+
+    @property
+    def bent(self) -> int | None:
+        """Number of its bent (0, 1, ...), or None for a hinge."""
+        return int(self.at.split()[1]) - 1 if self.at else None
+
+
+class DampingData(Part, frozen=True):
     """Rayleigh damping of deck and columns: one ratio at two periods."""
 
     ratio: Annotated[float, Field(gt=0.0, lt=0.5)]
@@ -250,15 +279,17 @@ class DampingData(_Part, frozen=True):
     short_period_s: Seconds
 
 
-class BridgeData(_Part, frozen=True):
+class BridgeData(Part, frozen=True):
     """One bridge of the catalogue.
 
     Attributes:
         details: ``surrogate`` if deck or reinforcement are not published, else ``published``.
         t1_s: Conditioning period: geometric mean of the longitudinal and transverse periods of
             the gap-open model with pads at zero skew.
-        base: Column bases, ``pinned`` (torsion fixed) or ``fixed``.
+        base: Column bases, ``pinned`` (torsion fixed) or ``fixed``, unless a bent has its own.
+        column: Column of all bents that have none of their own.
         foundation: Springs under the bases; None is rigid ground.
+        abutment: Data of two equal seat abutments; otherwise ``abutments`` has both ends.
         sources: Source class and text of every number, keyed by the path of the number in the file.
     """
 
@@ -267,12 +298,14 @@ class BridgeData(_Part, frozen=True):
     details: Literal["surrogate", "published"]
     t1_s: Seconds
     spans_m: Annotated[tuple[Span, ...], Field(min_length=1, max_length=12)]
-    base: Literal["pinned", "fixed"]
+    base: Base
     deck: DeckData
     bents: tuple[BentData, ...]
-    column: ColumnData
+    column: AnyColumn
     foundation: FoundationData | None = None
-    abutment: AbutmentData
+    abutment: AbutmentData | None = None
+    abutments: EndsData | None = None
+    joints: tuple[JointData, ...] = ()
     damping: DampingData
     sources: dict[str, str]
 
@@ -282,9 +315,96 @@ class BridgeData(_Part, frozen=True):
         return math.fsum(self.spans_m)
 
     @property
+    def ends(self) -> dict[str, EndData]:
+        """Data of the left and the right end, by name."""
+        both = self.abutments
+        left, right = (both.left, both.right) if both else (self.abutment, self.abutment)
+        return {name: end for name, end in (("left", left), ("right", right)) if end is not None}
+
+    @property
+    def seats(self) -> dict[str, AbutmentData]:
+        """Data of the seat ends, by name."""
+        return {name: end for name, end in self.ends.items() if isinstance(end, AbutmentData)}
+
+    @property
+    def seat(self) -> AbutmentData:
+        """Data of the first seat abutment; raises `InputError` if there is none."""
+        for seat in self.seats.values():
+            return seat
+        raise InputError(f"{self.name} has no seat abutment")
+
+    @property
     def bent_positions_m(self) -> list[float]:
         """Positions of the bents along x, origin at the middle of the deck."""
         return list(accumulate(self.spans_m[:-1], initial=-self.length_m / 2))[1:]
+
+    def column_of(self, bent: BentData) -> ColumnData:
+        """Return the column of a bent."""
+        return bent.column or self.column
+
+    def base_of(self, bent: BentData) -> Base:
+        """Return the base of the columns of a bent."""
+        return bent.base or self.base
+
+    @property
+    def bases(self) -> str:
+        """Bases of all bents in words."""
+        return " and ".join(sorted({self.base_of(bent) for bent in self.bents} or {self.base}))
+
+    @model_validator(mode="before")
+    @classmethod
+    def _columns_of_bents(cls, raw: Any) -> Any:
+        """Complete the column of a bent from that of the bridge."""
+        bents = raw.get("bents") if isinstance(raw, dict) else None
+        if not isinstance(bents, list) or not isinstance(raw.get("column"), dict):
+            return raw
+        own = [isinstance(bent, dict) and isinstance(bent.get("column"), dict) for bent in bents]
+        filled = [
+            {**bent, "column": over_default(raw["column"], bent["column"])} if has_own else bent
+            for bent, has_own in zip(bents, own, strict=True)
+        ]
+        return {**raw, "bents": filled}
+
+    @property
+    def joint_positions_m(self) -> list[float]:
+        """Positions of the inner joints along x, origin at the middle of the deck."""
+        bents, start = self.bent_positions_m, -self.length_m / 2
+        return [
+            start + (each.from_left_m or 0.0) if each.bent is None else bents[each.bent]
+            for each in self.joints
+        ]
+
+    @property
+    def jointed_bents(self) -> set[int]:
+        """Numbers (0, 1, ...) of the bents below a joint."""
+        return {each.bent for each in self.joints if each.bent is not None}
+
+    def _check_joints(self) -> None:
+        for number, joint in enumerate(self.joints):
+            where = f"joints.{number}"
+            if (joint.at is None) == (joint.from_left_m is None):
+                raise ValueError(f"{where}: give either at or from_left_m")
+            if joint.bent is not None and joint.bent >= len(self.bents):
+                raise ValueError(f"{where}.at: the bridge has {len(self.bents)} bents")
+            if joint.bent is not None and self.base_of(self.bents[joint.bent]) == "pinned":
+                raise ValueError(f"{where}.at: a bent below a joint needs base: fixed")
+            if (joint.pads.count - 1) * joint.pads.spacing_m > self.deck.width_m:
+                raise ValueError(f"{where}.pads: (count - 1) x spacing_m exceeds deck.width_m")
+        for number in self.jointed_bents:
+            bent = self.bents[number]
+            if bent.clear_height_m + bent.cap_depth_m > self.deck.soffit_height_m:
+                raise ValueError(
+                    f"bents.{number}: column and cap below the joint are taller than the deck"
+                )
+        places = [-self.length_m / 2, *self.joint_positions_m, self.length_m / 2]
+        hinges = [x for x, joint in zip(places[1:], self.joints, strict=False) if not joint.at]
+        supports = [places[0], *self.bent_positions_m, places[-1]]
+        if any(b - a < 1.0 for a, b in pairwise(places)) or any(
+            abs(x - support) < 1.0 for x in hinges for support in supports
+        ):
+            raise ValueError(
+                "joints: list them from left to right, at least 1 m apart and from supports"
+            )
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -296,21 +416,32 @@ class BridgeData(_Part, frozen=True):
                     f"bents.{number}.clear_height_m {bent.clear_height_m:g} is taller than the "
                     f"deck: soffit_height_m is {self.deck.soffit_height_m:g}"
                 )
-            line_m = (bent.columns - 1) * bent.column_spacing_m + self.column.diameter_m
+            column = self.column_of(bent)
+            width_m = column.outline.sizes_m[1]
+            line_m = (bent.columns - 1) * bent.column_spacing_m + width_m
             if line_m > self.deck.width_m:
                 raise ValueError(
                     f"bents.{number}: the columns span {line_m:g} m, more than deck.width_m = "
-                    f"{self.deck.width_m:g}"
+                    f"{self.deck.width_m:g} (column_spacing_m, diameter_m)"
                 )
-            if bent.columns > 1 and bent.column_spacing_m < self.column.diameter_m:
+            if bent.columns > 1 and bent.column_spacing_m < width_m:
                 raise ValueError(
-                    f"bents.{number}.column_spacing_m must exceed the column diameter_m"
+                    f"bents.{number}.column_spacing_m must exceed the column width {width_m:g}"
                 )
-            if (self.column.hinge_length_m or 0.0) > bent.clear_height_m / 2:
+            if (column.hinge_length_m or 0.0) > bent.clear_height_m / 2:
                 raise ValueError(
                     f"column.hinge_length_m exceeds half of bents.{number}.clear_height_m"
                 )
-        pads = self.abutment.pads
-        if (pads.count - 1) * pads.spacing_m > self.deck.width_m:
-            raise ValueError("abutment.pads: (count - 1) x spacing_m exceeds deck.width_m")
+        self._check_joints()
+        if (self.abutment is None) == (self.abutments is None):
+            raise ValueError(
+                "abutment or abutments: give abutment for two equal seats, or abutments with left "
+                "and right"
+            )
+        for name, end in self.ends.items():
+            part = getattr(end, "pads", getattr(end, "piles", None))
+            if part is not None and (part.count - 1) * part.spacing_m > self.deck.width_m:
+                where = "abutment" if self.abutment else f"abutments.{name}"
+                kind = "pads" if end.type == "seat" else "piles"
+                raise ValueError(f"{where}.{kind}: (count - 1) x spacing_m exceeds deck.width_m")
         return self

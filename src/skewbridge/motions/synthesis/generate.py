@@ -16,8 +16,6 @@ from skewbridge.errors import InputError
 from skewbridge.motions import intensity
 from skewbridge.motions.folder import INDEX_NAME, index_row, write_index
 from skewbridge.motions.formats import at2_text, write_at2
-from skewbridge.motions.levels import LEVEL_MEASURE, LEVEL_RANGE_G, block_factors
-from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.synthesis import ddk18
 from skewbridge.motions.synthesis.bssa14 import calibrate_pair, target_spectrum
@@ -158,26 +156,15 @@ def made_motion(number: int, suite: str = "near") -> GroundMotion:
     return replace(motion, sha256=hashlib.sha256(text.encode("ascii")).hexdigest())
 
 
-def write_default_suite(folder: Path, t1_s: float, suite: str = "near") -> int:
-    """Write `index.csv` and `synthetic/*.AT2` of a shipped suite; return the number of motions.
-
-    The scale factors are for the conditioning period `t1_s` in s, which the index stores.
-    """
+def write_default_suite(folder: Path, suite: str = "near") -> int:
+    """Write `index.csv` and `synthetic/*.AT2` of a shipped suite; return the number of motions."""
     rows: list[dict[str, object]] = []
-    levels_g: list[float] = []
     for number, cut, is_stored in default_motions(suite=suite):
         files = write_at2(cut, folder / "synthetic") if is_stored else ()
-        # the factor is for the motion as written, with 8 digits
-        motion = read_motion(*files) if files else made_motion(number, suite)
-        rows.append(_row(cut if files else motion, files, folder))
+        rows.append(_row(cut if files else made_motion(number, suite), files, folder))
         if not files:
             rows[-1]["made_from_number"] = number
             rows[-1] |= {} if suite == "near" else {"made_from_suite": suite}
-        levels_g.append(intensity.motion_measures(motion, t1_s)[LEVEL_MEASURE])
-    low_g, high_g = LEVEL_RANGE_G
-    for row, factor in zip(rows, block_factors(levels_g), strict=True):
-        row |= {"scale": float(f"{factor:.6g}"), "scale_t1_s": t1_s}
-        row |= {"scale_low_g": low_g, "scale_high_g": high_g}
     write_index(folder / INDEX_NAME, rows)
     return len(rows)
 

@@ -18,9 +18,9 @@ from skewbridge.analysis.modal import ModalResult, modal_properties, modes_of
 from skewbridge.analysis.pushover import push_abutment, push_bridge
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import BentCapacity, bent_capacity, shear_section
-from skewbridge.bridge.deck import column_axial_n, total_weight_n
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.section import sdc_shear_strength, section_response
+from skewbridge.bridge.weights import column_axial_n, total_weight_n
 from skewbridge.units import KN
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.registry import Study
@@ -109,7 +109,7 @@ def _shear_strength_kn(row: Values) -> float:
 def _passive_kn(row: Values) -> float:
     """Return the force (kN) of a backfill pushed normal to its wall, without the pad forces."""
     end_m = float(row["end_m"])
-    pads = load_bridge(row["bridge"]).abutment.pads
+    pads = load_bridge(row["bridge"]).seats["right"].pads
     ratio, shear_kn_per_m = pads.hardening_ratio, pads.shear_stiffness_kn_per_m
     plastic_kn = min((1 - ratio) * shear_kn_per_m * end_m, pads.yield_force_kn)
     pads_kn = pads.count * (plastic_kn + ratio * shear_kn_per_m * end_m)

@@ -34,8 +34,7 @@ from matplotlib.figure import Figure
 
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.deck import column_axial_n
-from skewbridge.bridge.section import section_response
+from skewbridge.bridge.column import bent_capacity
 from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.curves import fit_study
@@ -176,7 +175,7 @@ def analysed_demands[Key](
     tasks = [
         (key, replace(task, options=replace(task.options, **options)))
         for key, (variant, options) in cases.items()
-        for task in setup.tasks(variant.slug)
+        for task in setup.tasks(variant)
     ]
     rows = rows_of_tasks(study, [task for _, task in tasks], _peaks, len(os.sched_getaffinity(0)))
     tables: dict[Key, list[Row]] = {}
@@ -204,7 +203,7 @@ def medians(
         demands = _with_whole_peaks(demands)
     if change.first_yield:
         data = load_bridge(change.bridges[era])
-        curve = section_response(data.column, column_axial_n(data, 0))
+        curve = bent_capacity(data, 0).curve
         name = DEMANDS["column_curvature"]
         factor = curve.yield_curvature_per_m / curve.first_yield_curvature_per_m
         demands = demands.assign(**{name: demands[name] * factor})

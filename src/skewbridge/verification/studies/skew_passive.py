@@ -43,7 +43,7 @@ def push_wall(skew_deg: int, options: ModelOptions) -> tuple[float, float, float
 
 def run(study: Study) -> None:
     """Compare strength, stiffness and closure at full strength with the tests."""
-    height_m = load_bridge("osb1").abutment.wall_height_m
+    height_m = load_bridge("osb1").seats["right"].wall_height_m
     for curve in ("hyperbolic", "sdc"):
         # a push normal to the wall never closes keys square to it
         options = ModelOptions(backfill=curve, key_frame="skewed")

@@ -26,7 +26,7 @@ from joblib import Parallel, delayed
 from skewbridge.analysis.recovery import rung_shares, steps_from_text
 from skewbridge.analysis.settings import NUMERICS, Accuracy, AnalysisSettings
 from skewbridge.analysis.transient import analyse
-from skewbridge.demands.validity import LIMITS
+from skewbridge.demands.validity import MAX_ENERGY_RESIDUAL
 from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_entry
@@ -136,7 +136,7 @@ def run_hard_set(study: Study, chosen: CaseSet, settings: AnalysisSettings) -> N
 def _ending(task: Task) -> Row:
     """Return the outcome of an analysis, and whether it ended as required."""
     ending = analyse_task(task, Path(os.devnull), lambda time_s, duration_s: None)
-    is_accounted = abs(ending.get("energy_residual_ratio", inf)) <= LIMITS.max_energy_residual
+    is_accounted = abs(ending.get("energy_residual_ratio", inf)) <= MAX_ENERGY_RESIDUAL
     reason = ending["collapse_criterion"]
     is_physical = ending["status"] == COLLAPSE and bool(reason) and is_accounted
     return ending | {

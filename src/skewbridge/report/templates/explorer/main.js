@@ -21,7 +21,8 @@
   fill("demand", Object.keys(data.demands), Object.values(data.demands).map((demand) => demand.label));
   const methods = ["preferred", ...unique(data.fits.map((fit) => fit.method))];
   fill("method", methods, methods.map(words));
-  const SELECTS = ["view", "model", "state", "method", "quantity", "demand", "change", "scope", "units", ...data.axes.map((axis) => axis.name)];
+  fill("margin", data.factors, data.factors.map((factor) => "× " + factor));
+  const SELECTS = ["view", "model", "state", "method", "quantity", "demand", "change", "scope", "units", "margin", ...data.axes.map((axis) => axis.name)];
 
   function redraw() {
     if (!(chosen.view in VIEWS)) chosen.view = defaults.view;
@@ -48,7 +49,6 @@
     ["plot", "rows", "pairs", "threshold-box"].forEach((id) => { pick(id).hidden = true; });
     pick("commands").replaceChildren();
     legend([]);
-    pick("margin").value = chosen.margin;
     pick("margin-text").textContent = effects ? marginText(chosenEffects(chosen), Number(chosen.margin), chosen.units) + (chosen.margin === "1" ? " (the study's)" : ` (the study's times ${chosen.margin})`) : "";
     const drawn = VIEWS[view](chosen);
     const hasUnits = view === "curves" ? !pick("threshold-box").hidden : view === "cloud" ? data.demands[chosen.demand].unit in data.us : chosenEffects(chosen).some((effect) => effect.unit in data.us);
@@ -69,7 +69,7 @@
   function fromAddress() {
     const given = new URLSearchParams(location.hash.replace(/^#explorer\??/, ""));
     chosen = { ...defaults, ...Object.fromEntries([...given].filter(([name]) => name in defaults)) };
-    if (!(Number(chosen.margin) >= 0.2 && Number(chosen.margin) <= 4)) chosen.margin = "1";
+    if (!data.factors.includes(Number(chosen.margin))) chosen.margin = "1";
     if (!(chosen.cell in data.effects)) chosen.cell = "";
     redraw();
   }
@@ -87,7 +87,6 @@
     requestAnimationFrame(() => { waiting = false; choose({ [name]: pick(name).value }); });
   });
   sliding("threshold");
-  sliding("margin");
   pick("threshold-reset").addEventListener("click", () => choose({ threshold: "" }));
   pick("csv").addEventListener("click", () => save(chosen.view, shownRows.view()));
   pick("pairs-csv").addEventListener("click", () => save("pairs", shownRows.pairs()));

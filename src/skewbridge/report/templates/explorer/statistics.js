@@ -26,39 +26,6 @@
     for (let i = 0; i < 80; i++) { const middle = (low + high) / 2; if (phi(middle) < p) low = middle; else high = middle; }
     return low;
   }
-  // Student's t: distribution function by the continued fraction of the incomplete beta function
-  function lnGamma(x) {
-    const c = [76.18009172947146, -86.50532032941677, 24.01409824083091, -1.231739572450155, 0.001208650973866179, -0.000005395239384953];
-    return (x + 0.5) * Math.log(x + 5.5) - (x + 5.5) + Math.log(2.5066282746310005 * c.reduce((sum, value, i) => sum + value / (x + 1 + i), 1.000000000190015) / x);
-  }
-  function incompleteBeta(x, a, b) {
-    if (x <= 0 || x >= 1) return x <= 0 ? 0 : 1;
-    if (x > (a + 1) / (a + b + 2)) return 1 - incompleteBeta(1 - x, b, a);
-    let c = 1, d = 1 / (1 - (a + b) * x / (a + 1)), h = d;
-    for (let m = 1; m <= 300; m++) {
-      for (const step of [m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m)), -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1))]) {
-        d = 1 / (1 + step * d);
-        c = 1 + step / c;
-        h *= d * c;
-      }
-      if (Math.abs(d * c - 1) < 1e-15) break;
-    }
-    return h * Math.exp(lnGamma(a + b) - lnGamma(a) - lnGamma(b) + a * Math.log(x) + b * Math.log1p(-x)) / a;
-  }
-  function student(t, dof) {
-    const tail = 0.5 * incompleteBeta(dof / (dof + t * t), 0.5 * dof, 0.5);
-    return t > 0 ? 1 - tail : tail;
-  }
-  const studentQuantiles = new Map();
-  function studentQuantile(p, dof) {
-    const key = p + "/" + dof;
-    if (!studentQuantiles.has(key)) {
-      let low = 0, high = 1000;
-      for (let i = 0; i < 80; i++) { const middle = (low + high) / 2; if (student(middle, dof) < p) low = middle; else high = middle; }
-      studentQuantiles.set(key, low);
-    }
-    return studentQuantiles.get(key);
-  }
   const probability = (im, theta, beta) => phi(Math.log(im / theta) / beta);
   // bivariate normal distribution: integral over the correlation (Plackett 1954), by Simpson's rule
   function bothBelow(u, v, rho) {

@@ -1,0 +1,439 @@
+"""Columns of a bridge file: a shape is one class with its keys, its outline and its hoops.
+
+A new shape is a class here and its name in `AnyColumn`; no other code knows the shapes. Sections
+are symmetric about both of their axes. A pair of numbers is for the directions normal to the bent
+and along it; fibers and points have y along the bent and z normal to it, as the OpenSees section.
+"""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import reduce
+from operator import sub
+from typing import Annotated, Any, Final, Literal, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, ValidatorFunctionWrapHandler, WrapValidator, model_validator
+
+from skewbridge.bridge.catalogue.quantities import (
+    Factor,
+    Gigapascals,
+    Megapascals,
+    Metres,
+    Millimetres,
+    Part,
+    Ratio,
+    SquareMillimetres,
+    UnitWeight,
+)
+from skewbridge.units import MM
+
+type FloatArray = NDArray[np.float64]
+type Pair = tuple[float, float]
+#: y, z (m) and area (m2) of each fiber.
+type Fibers = list[tuple[float, float, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """Circle, rectangle, or oblong: a rectangle between two semicircles.
+
+    ``corner_m`` is the diameter of the round ends, 0 or the first size.
+    """
+
+    sizes_m: Pair
+    corner_m: float = 0.0
+
+    @property
+    def is_round(self) -> bool:
+        """Whether all directions are equal."""
+        return self.sizes_m[0] == self.sizes_m[1] == self.corner_m
+
+    @property
+    def length_m(self) -> float:
+        """Length of the outline."""
+        return math.pi * self.corner_m + 2 * (sum(self.sizes_m) - 2 * self.corner_m)
+
+    @property
+    def area_m2(self) -> float:
+        """Area inside."""
+        round_m2 = math.pi * self.corner_m**2 / 4
+        return round_m2 + (self.sizes_m[0] * self.sizes_m[1] - self.corner_m * self.corner_m)
+
+    def inertia_m4(self, direction: int) -> float:
+        """Return the second moment of area of bending in a direction."""
+        size, across, ends = self.sizes_m[direction], self.sizes_m[1 - direction], self.corner_m
+        flat = size - ends
+        apart = math.pi * ends**2 * flat**2 / 16 + ends**3 * flat / 6  # of two semicircles
+        inner = ((across - ends) * size**3 + ends * flat**3) / 12
+        return math.pi * ends**4 / 64 + (inner + apart)
+
+    @property
+    def torsion_m4(self) -> float:
+        """Torsion constant A^4 / (4 pi^2 Ip) of an ellipse, 9 % off for rectangles at most.
+
+        References:
+            Saint-Venant (1855), with 40 instead of 4 pi^2 as a mean of many shapes.
+        """
+        polar = self.inertia_m4(0) + self.inertia_m4(1)
+        return polar if self.is_round else self.area_m2**4 / (4 * math.pi**2 * polar)
+
+    def inset(self, *by_m: float) -> "Outline":
+        """Return the outline that is smaller by these lengths in both directions."""
+        sizes = (*self.sizes_m, self.corner_m)
+        depth_m, width_m, corner_m = (reduce(sub, by_m, size) for size in sizes)
+        return Outline((depth_m, width_m), corner_m if self.corner_m else 0.0)
+
+    def area_below(self, direction: int, height_m: FloatArray) -> FloatArray:
+        """Return the area below heights from the centre, along a direction."""
+        size, across, ends = self.sizes_m[direction], self.sizes_m[1 - direction], self.corner_m
+        flat = (size - ends) / 2
+
+        def inside(half: float) -> FloatArray:
+            return np.clip(height_m, -half, half) + half
+
+        area = (across - ends) * inside(size / 2) + ends * inside(flat)
+        if ends:
+            upper = _disc_below(np.maximum(height_m - flat, 0.0), ends / 2)
+            upper -= _disc_below(np.zeros(1), ends / 2)
+            area += _disc_below(np.minimum(height_m + flat, 0.0), ends / 2) + upper
+        return area
+
+    def points(self, count: int) -> FloatArray:
+        """Return points at equal distances, nearly equal in a rectangle with points in its corners.
+
+        They are symmetric about both axes if their number is even. Shape (n, 2).
+        """
+        depth, width = self.sizes_m
+        if self.is_round:
+            angle = 2 * np.pi * (np.arange(count) + 0.5) / count
+            return self.corner_m / 2 * np.column_stack((np.cos(angle), np.sin(angle)))
+        if self.corner_m:
+            turn = np.linspace(0.0, np.pi, 361)
+            y, z = (width - depth) / 2 + depth / 2 * np.sin(turn), depth / 2 * np.cos(turn)
+            y, z = np.array([0.0, *-y, *y, 0.0]), np.array([z[0], *z, *-z, z[0]])
+            length = np.append(0.0, np.hypot(np.diff(y), np.diff(z)).cumsum())
+            at = (np.arange(count) + 0.5) / count * length[-1]
+            return np.column_stack((np.interp(at, length, y), np.interp(at, length, z)))
+        half = count // 2
+        steps = min(max(round(half * width / (width + depth)), 1), half - 1)
+        edge, side = (np.linspace(-0.5, 0.5, n, endpoint=False) for n in (steps, half - steps))
+        walk = np.array([*((y, -0.5) for y in edge), *((0.5, z) for z in side)])
+        return np.vstack((walk, -walk)) * (width, depth)
+
+    def fibers(self, rings: int, wedges: int, core: "Outline | None" = None) -> Fibers:
+        """Return fibers of the area, or of the cover of a core: discs in rings, rectangles in rows.
+
+        Rectangles have twice as many rows as there are rings, or one row per ring in the cover.
+        """
+        (depth, width), ends, inner = self.sizes_m, self.corner_m, core.corner_m if core else 0.0
+        straight = width - ends
+        if self.is_round:
+            return _rings(inner / 2, ends / 2, rings, wedges)
+        # the two halves of a disc, with as many fibers, are at the ends
+        disc = _rings(inner / 2, ends / 2, rings, 4 * math.ceil(wedges / 4)) if ends else []
+        fibers = [(y + math.copysign(straight / 2, y), z, area) for y, z, area in disc]
+        if core is None:
+            return fibers + _block((0.0, 0.0), (straight, depth), (2 * rings, 2 * rings))
+        low, narrow = core.sizes_m
+        rows = _block((0.0, (depth + low) / 4), (straight, (depth - low) / 2), (wedges, rings))
+        if not ends:
+            sides = ((width + narrow) / 4, 0.0), ((width - narrow) / 2, low)
+            rows += _block(*sides, (rings, wedges))
+        return fibers + [(sign * y, sign * z, area) for sign in (1, -1) for y, z, area in rows]
+
+
+def _disc_below(height: FloatArray, radius: float) -> FloatArray:
+    y = np.clip(height, -radius, radius)
+    return y * np.sqrt(radius**2 - y**2) + radius**2 * (np.arcsin(y / radius) + np.pi / 2)
+
+
+def _circle(radius_m: float, area_m2: float, count: int) -> Fibers:
+    """Return fibers of equal area on a circle."""
+    angles = [2 * math.pi * (number + 0.5) / count for number in range(count)]
+    area = area_m2 / count
+    return [(radius_m * math.cos(angle), radius_m * math.sin(angle), area) for angle in angles]
+
+
+def _rings(inner_m: float, outer_m: float, rings: int, wedges: int) -> Fibers:
+    """Return fibers of an annulus, in rings of equal thickness.
+
+    Each fiber is at the radius that preserves the second moment of area of its ring, so that a
+    coarse mesh is as stiff as a fine one. Inner rings have fewer fibers, in proportion to their
+    radius and the same in all four quadrants.
+    """
+    fibers: Fibers = []
+    for ring in range(rings):
+        low_m, high_m = (inner_m + (outer_m - inner_m) * edge / rings for edge in (ring, ring + 1))
+        area_m2 = math.pi * (high_m**2 - low_m**2)
+        count = min(wedges, max(8, 4 * math.ceil(wedges * high_m / outer_m / 4)))
+        fibers += _circle(math.sqrt((low_m**2 + high_m**2) / 2), area_m2, count)
+    return fibers
+
+
+def _block(centre_m: Pair, sizes_m: Pair, counts: tuple[int, int]) -> Fibers:
+    """Return fibers of a rectangle along y and z that preserve its second moments of area.
+
+    A single row is in the middle and has none of its own.
+    """
+    y, z = (
+        centre + size / math.sqrt(max(count**2 - 1, 1)) * (np.arange(count) - (count - 1) / 2)
+        for centre, size, count in zip(centre_m, sizes_m, counts, strict=True)
+    )
+    area = sizes_m[0] * sizes_m[1] / (counts[0] * counts[1])
+    return [(each, other, area) for each in y.tolist() for other in z.tolist()]
+
+
+class Hoops(NamedTuple):
+    """Effect of the hoops of a column.
+
+    Attributes:
+        confining: Effective steel ratios: times the yield strength, the pressures on the core.
+        volume_ratio: Volume of hoops over that of the core.
+        shear_area_m2: Area of steel across a crack in one layer of hoops.
+        shear_depth_m: Height of a crack of 45 degrees: Vs = area x yield x depth / spacing.
+        shear_ratio: Ratio that the concrete contribution of the shear strength depends on.
+    """
+
+    confining: Pair
+    volume_ratio: float
+    shear_area_m2: Pair
+    shear_depth_m: Pair
+    shear_ratio: Pair
+
+
+class ColumnData(Part, ABC, frozen=True):
+    """Reinforced concrete column: what all shapes have in common.
+
+    ``hinge_length_m`` sets the length of the plastic hinges; by default it is computed from height
+    and base (`skewbridge.bridge.column`). ``steel_strength_factor`` multiplies the yield strength
+    of ``steel``. ``hoop_area_mm2`` is that of one leg.
+    """
+
+    shape: str
+    cover_to_hoop_m: Metres
+    bar_count: Annotated[int, Field(ge=6, le=200)]
+    bar_area_mm2: SquareMillimetres
+    bar_diameter_mm: Millimetres
+    hoop_area_mm2: SquareMillimetres
+    hoop_diameter_mm: Millimetres
+    hoop_spacing_mm: Millimetres
+    concrete_strength_mpa: Megapascals
+    expected_concrete_strength_mpa: Megapascals
+    elastic_modulus_gpa: Gigapascals
+    steel: Literal["a706", "grade40", "kaviani"]
+    steel_strength_factor: Factor = 1.0
+    hoop_yield_mpa: Megapascals
+    hinge_length_m: Metres | None = None
+    cracked_stiffness_ratio: Ratio
+    torsion_ratio: Ratio
+    unit_weight_kn_per_m3: UnitWeight
+
+    @property
+    @abstractmethod
+    def outline(self) -> Outline:
+        """Outline of the section."""
+
+    @property
+    @abstractmethod
+    def hoops(self) -> Hoops:
+        """Effect of hoops and ties."""
+
+    @property
+    def core(self) -> Outline:
+        """Outline of the core: the centre line of the hoop."""
+        return self.outline.inset(2 * self.cover_to_hoop_m, 1e-3 * self.hoop_diameter_mm)
+
+    @property
+    def bar_line(self) -> Outline:
+        """Line through the longitudinal bars."""
+        return self.core.inset(1e-3 * (self.hoop_diameter_mm + self.bar_diameter_mm))
+
+    @property
+    def steel_area_m2(self) -> float:
+        """Area of all longitudinal bars."""
+        return self.bar_count * self.bar_area_mm2 * MM**2
+
+    def fibers(self, rings: int, wedges: int, cover_rings: int) -> tuple[Fibers, Fibers, Fibers]:
+        """Return the fibers of core, cover and bars."""
+        core, line = self.core, self.bar_line
+        bars = [(y, z, self.steel_area_m2 / self.bar_count) for y, z in self.bars_m.tolist()]
+        if self.outline.is_round:
+            bars = _circle(line.corner_m / 2, self.steel_area_m2, min(self.bar_count, wedges))
+        return core.fibers(rings, wedges), self.outline.fibers(cover_rings, wedges, core), bars
+
+    @property
+    def bars_m(self) -> FloatArray:
+        """Centres of the bars, shape (n, 2)."""
+        return self.bar_line.points(self.bar_count)
+
+    @model_validator(mode="after")
+    def _bars_fit(self) -> Self:
+        line = self.bar_line
+        if min(line.sizes_m) <= 0.0:
+            raise ValueError(
+                "cover_to_hoop_m, hoop_diameter_mm and bar_diameter_mm leave no room for the bars"
+            )
+        needed_mm = self.bar_diameter_mm + 25.0  # source: 1 in clear between bars, ACI 318 25.2.1
+        if self.bar_count > (limit := math.floor(1e3 * line.length_m / needed_mm)):
+            raise ValueError(
+                f"bar_count {self.bar_count} is too large: at most {limit} bars fit along the hoop"
+                " (bar_diameter_mm, hoop_diameter_mm, cover_to_hoop_m, diameter_m)"
+            )
+        if self.bar_count % 2 and not line.is_round:
+            raise ValueError(f"bar_count must be even, got {self.bar_count}")
+        return self
+
+    def _round_hoops(self, shear_area_m2: Pair, shear_depth_m: Pair) -> Hoops:
+        """Return the effect of hoops that confine the core like a circle.
+
+        References:
+            Mander, Priestley and Park (1988), J. Struct. Eng. 114(8), 1804-1826, eq. 12-19.
+        """
+        circle_m, spacing_mm = self.core.sizes_m[0], self.hoop_spacing_mm
+        clear_m = 1e-3 * (spacing_mm - self.hoop_diameter_mm)
+        core_ratio = self.steel_area_m2 / self.core.area_m2
+        arching = max(1.0 - clear_m / (2 * circle_m), 0.0) ** 2 / (1.0 - core_ratio)
+        volume = 4 * self.hoop_area_mm2 * 1e-6 / (circle_m * 1e-3 * spacing_mm)
+        held = 0.5 * arching * volume
+        return Hoops((held, held), volume, shear_area_m2, shear_depth_m, (volume, volume))
+
+
+# ASSUME the effective depth of a section with bars along all faces is 0.8 of its depth
+# source: ACI 318-14 section 11.5.4.2
+EFFECTIVE_DEPTH: Final = 0.8
+
+
+class CircularColumn(ColumnData, frozen=True):
+    """Circular column with circular hoops or a spiral."""
+
+    shape: Literal["circular"] = "circular"
+    diameter_m: Metres
+
+    @property
+    def outline(self) -> Outline:
+        """Circle."""
+        return Outline((self.diameter_m, self.diameter_m), self.diameter_m)
+
+    @property
+    def hoops(self) -> Hoops:
+        """Circular hoops: Vs = pi/2 A_b f_yh D' / s."""
+        area_m2 = (np.pi / 2) * (self.hoop_area_mm2 * MM**2)
+        return self._round_hoops((area_m2, area_m2), self.core.sizes_m)
+
+
+class OblongColumn(ColumnData, frozen=True):
+    """Rectangle between two semicircles, with a hoop and equally spaced bars along its outline.
+
+    ``width_m`` is along the bent; ``depth_m``, normal to it, is the diameter of the semicircles.
+    ``cross_ties`` is the number of ties across the straight part.
+    """
+
+    shape: Literal["oblong"] = "oblong"
+    width_m: Metres
+    depth_m: Metres
+    cross_ties: Annotated[int, Field(ge=0, le=100)] = 0
+
+    @property
+    def outline(self) -> Outline:
+        """Oblong."""
+        return Outline((self.depth_m, self.width_m), self.depth_m)
+
+    @property
+    def hoops(self) -> Hoops:
+        """Hoop and cross ties."""
+        # ASSUME cross ties or interlocking hoops confine the straight part like the ends; the ends
+        # resist shear like one circular hoop, and along the bent only the straight sides resist it
+        leg_m2 = self.hoop_area_mm2 * MM**2
+        areas_m2 = (math.pi / 2 + self.cross_ties) * leg_m2, 2 * leg_m2
+        return self._round_hoops(areas_m2, (self.core.sizes_m[0], EFFECTIVE_DEPTH * self.width_m))
+
+    @model_validator(mode="after")
+    def _is_oblong(self) -> Self:
+        if self.width_m <= self.depth_m:
+            raise ValueError(f"width_m must exceed depth_m = {self.depth_m:g}")
+        return self
+
+
+class RectangularColumn(ColumnData, frozen=True):
+    """Rectangular column or wall pier with bars along all faces and in the corners.
+
+    ``width_m`` is along the bent, ``depth_m`` normal to it. ``tie_legs`` is the number of legs of
+    hoop and ties parallel to the width and parallel to the depth.
+    """
+
+    shape: Literal["rectangular"] = "rectangular"
+    width_m: Metres
+    depth_m: Metres
+    tie_legs: tuple[Annotated[int, Field(ge=2, le=100)], Annotated[int, Field(ge=2, le=100)]]
+
+    @property
+    def outline(self) -> Outline:
+        """Rectangle."""
+        return Outline((self.depth_m, self.width_m))
+
+    @property
+    def hoops(self) -> Hoops:
+        """Hoop and ties, which hold equally spaced bars.
+
+        References:
+            Mander, Priestley and Park (1988), eq. 20-23; shear ratio: AASHTO Guide Specifications
+            for LRFD Seismic Bridge Design 8.6.2.
+        """
+        sizes_m, core_m, legs = self.outline.sizes_m, self.core.sizes_m, self.tie_legs[::-1]
+        spacing_m = MM * self.hoop_spacing_mm
+        gap_m = spacing_m - MM * self.hoop_diameter_mm
+        areas_m2 = [count * self.hoop_area_mm2 * MM**2 for count in legs]
+        core_m2, held = self.core.area_m2, 1.0
+        for line_m, count in zip(self.bar_line.sizes_m[::-1], legs, strict=True):
+            clear_m = max(line_m / (count - 1) - self.bar_diameter_mm * MM, 0.0)
+            held -= 2 * (count - 1) * clear_m**2 / (6 * core_m2)
+        for size_m in core_m:
+            held = max(held, 0.0) * max(1.0 - gap_m / (2 * size_m), 0.0)
+        held /= 1.0 - self.steel_area_m2 / core_m2
+        ratios = [areas_m2[k] / (spacing_m * core_m[1 - k]) for k in (0, 1)]
+        shear = [2 * areas_m2[k] / (spacing_m * sizes_m[1 - k]) for k in (0, 1)]
+        return Hoops(
+            confining=(held * ratios[0], held * ratios[1]),
+            volume_ratio=sum(ratios),
+            shear_area_m2=(areas_m2[0], areas_m2[1]),
+            shear_depth_m=(EFFECTIVE_DEPTH * sizes_m[0], EFFECTIVE_DEPTH * sizes_m[1]),
+            shear_ratio=(shear[0], shear[1]),
+        )
+
+
+def _of_its_shape(raw: Any, handler: ValidatorFunctionWrapHandler) -> Any:
+    """Validate the keys of a column by its shape, so that errors are those of this shape only."""
+    if not isinstance(raw, Mapping):
+        return handler(raw)
+    shapes, shape = _shapes(), _shape_of(raw)
+    if shape not in shapes:
+        raise ValueError(f"shape must be one of {', '.join(shapes)}, got {shape!r}")
+    for key in sorted(raw.keys() - shapes[shape].model_fields.keys()):
+        if others := [name for name, kind in shapes.items() if key in kind.model_fields]:
+            raise ValueError(f"{key} is no key of shape {shape}, only of {' and '.join(others)}")
+    return shapes[shape].model_validate(raw)
+
+
+#: Column of any shape, circular if its ``shape`` is absent.
+type AnyColumn = Annotated[
+    CircularColumn | RectangularColumn | OblongColumn, WrapValidator(_of_its_shape)
+]
+
+
+def _shapes() -> dict[str, type[ColumnData]]:
+    return {kind.model_fields["shape"].default: kind for kind in ColumnData.__subclasses__()}
+
+
+def _shape_of(raw: Mapping[str, Any]) -> str:
+    return str(raw.get("shape", "circular"))
+
+
+def over_default(default: Mapping[str, Any], column: Mapping[str, Any]) -> dict[str, Any]:
+    """Return raw keys of a column over those of a default; another shape drops what it lacks."""
+    shape, shapes = _shape_of({**default, **column}), _shapes()
+    if shape != _shape_of(default) and shape in shapes:
+        default = {key: default[key] for key in default.keys() & shapes[shape].model_fields.keys()}
+    return {**default, **column}

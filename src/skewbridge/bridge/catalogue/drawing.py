@@ -1,0 +1,425 @@
+"""Rules for the numbers that a drawing does not show: formulas of `rules.yaml`.
+
+A formula uses keys of the bridge file, intermediate results and the functions of this module.
+"""
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from itertools import product
+from math import isfinite, pi, sqrt
+from pathlib import Path
+from typing import Any, Final, NamedTuple, cast
+
+import numpy as np
+
+from skewbridge.bridge.catalogue.data import BridgeData
+from skewbridge.errors import InputError
+from skewbridge.files.text import checked, read_mapping, shortened
+from skewbridge.units import GPA, INCH, KN, MM, MPA, quantity
+
+TABLES: Final = read_mapping(Path(__file__).parents[1] / "rules.yaml")
+
+# --- functions of the formulas
+
+
+def bar(text: str) -> tuple[float, ...]:
+    """Return diameter (mm) and area (mm2) of a bar: ``#11`` or ``36 mm``."""
+    if text.startswith("#") and text.strip() not in TABLES["bars"]:
+        raise ValueError(f"must be one of {', '.join(TABLES['bars'])}, or such as '16 mm'")
+    if sizes := TABLES["bars"].get(text.strip()):
+        return tuple(sizes)
+    diameter_mm = quantity(text, "mm")
+    return diameter_mm, pi / 4 * diameter_mm**2
+
+
+def hoop(text: str) -> tuple[float, ...]:
+    """Return diameter (mm), area (mm2) and spacing (mm) of hoops: ``#8 @ 5 in``."""
+    name, at, pitch = text.partition("@")
+    if not at:
+        raise ValueError("must be a bar and its spacing, such as '#8 @ 5 in'")
+    return *bar(name), quantity(pitch, "mm")
+
+
+def girder(text: str) -> tuple[float, ...]:
+    """Return depth, area, centroid and inertia, in m, of a girder such as ``AASHTO IV``."""
+    if (sizes := TABLES["girders"].get(text)) is None:
+        raise ValueError(f"must be one of {', '.join(TABLES['girders'])}")
+    return tuple(size * INCH**power for size, power in zip(sizes, (1, 2, 1, 4), strict=True))
+
+
+class Section(NamedTuple):
+    """Gross section of a deck, in m; ``void`` is the area that a solid diaphragm fills."""
+
+    area: float
+    centroid: float
+    vertical: float
+    transverse: float
+    torsion: float
+    void: float
+    pads: int
+    spacing: float
+
+
+def box_section(
+    width: float, depth: float, cells: int, top_mm: float, bottom_mm: float, web_mm: float,
+    overhang: float,
+) -> Section:  # fmt: skip
+    """Return the section of a box girder from its plates; the overhang ends at a web's middle."""
+    top, bottom, web = (MM * each for each in (top_mm, bottom_mm, web_mm))
+    between, high = width - 2 * overhang, depth - top - bottom
+    if between <= cells * web or high <= 0.0:
+        raise ValueError("plates do not fit")
+    webs, soffit, middle = cells + 1, between + web, depth - (top + bottom) / 2
+    places = between * (np.arange(webs) / cells - 0.5)
+    plates = [(width, top, depth - top / 2), (soffit, bottom, bottom / 2)]
+    plates += [(web, high, bottom + high / 2)] * webs
+    whole = _composed([(b * h, z, b * h**3 / 12) for b, h, z in plates])
+    transverse = (top * width**3 + bottom * soffit**3 + webs * high * web**3) / 12
+    transverse += web * high * float((places**2).sum())
+    torsion = 4 * (between * middle) ** 2 / (between / top + between / bottom + 2 * middle / web)
+    void = (between - cells * web) * high
+    return Section(*whole, transverse, torsion, void, webs, between / cells)
+
+
+def girder_section(
+    width: float, girder: tuple[float, ...], count: int, spacing: float, slab_mm: float
+) -> Section:
+    """Return the section of girders with a slab on top.
+
+    References:
+        AASHTO LRFD equation C4.6.2.2.1-2: torsion constant A^4 / 40 Ip of a stocky open section.
+    """
+    # ASSUME no haunches, and the modulus of the slab for the girders
+    (depth, area, centroid, inertia), slab = girder, MM * slab_mm
+    plate = (width * slab, depth + slab / 2, width * slab**3 / 12)
+    whole = _composed([plate, *[(area, centroid, inertia)] * count])
+    places = spacing * (np.arange(count) - (count - 1) / 2)
+    transverse = slab * width**3 / 12 + area * float((places**2).sum())
+    torsion = width * slab**3 / 3 + count * area**4 / (40 * inertia)
+    void = max((count - 1) * (spacing * depth - area), 0.0)
+    return Section(*whole, transverse, torsion, void, count, spacing)
+
+
+def slab_section(width: float, thickness_mm: float) -> Section:
+    """Return the section of a solid slab."""
+    depth, pads = MM * thickness_mm, max(2, round(width / 3))  # ASSUME pads about 3 m apart
+    area, upright = width * depth, width * depth**3 / 12
+    whole = area, depth / 2, upright, depth * width**3 / 12, 4 * upright, 0.0
+    return Section(*whole, pads, width / pads)
+
+
+def _composed(parts: list[tuple[float, float, float]]) -> tuple[float, float, float]:
+    """Return area, centroid and moment of inertia of parts: area, centroid, own inertia."""
+    area, place, own = np.array(parts).T
+    centre = float(area @ place / area.sum())
+    return float(area.sum()), centre, float(own.sum() + area @ (place - centre) ** 2)
+
+
+def tallest(bents: list[dict[str, float]]) -> float:
+    """Return the largest clear height, of a bridge without bents any."""
+    return max((bent["clear_height_m"] for bent in bents), default=6.0)
+
+
+def is_fixed(base: str, bents: list[dict[str, Any]]) -> bool:
+    """Return whether any base is fixed."""
+    return "fixed" in {base, *(bent.get("base") for bent in bents)}
+
+
+def cracked_ratio(bridge: BridgeData) -> float:
+    """Return the stiffness of the columns at first yield / gross stiffness, mean of the bents."""
+    from skewbridge.bridge.column import bent_capacities  # it imports the catalogue
+
+    ratios: list[float] = []
+    for bent in bent_capacities(bridge):
+        gross = bent.column.outline.inertia_m4(int(bent.direction == "along"))
+        cracked = bent.curve.first_yield_moment_nm / bent.curve.first_yield_curvature_per_m
+        ratios.append(cracked / (bent.column.elastic_modulus_gpa * GPA * gross))
+    return float(np.mean(ratios)) if ratios else 0.45
+
+
+def axial_ratios(bridge: BridgeData, *_: object) -> list[float]:
+    """Return dead load / expected strength of a column of each bent."""
+    from skewbridge.bridge.weights import column_axial_n
+
+    columns = [bridge.column_of(bent) for bent in bridge.bents]
+    strengths = [c.expected_concrete_strength_mpa * MPA * c.outline.area_m2 for c in columns]
+    return [column_axial_n(bridge, number) / each for number, each in enumerate(strengths)]
+
+
+def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
+    """Return the larger dead-load reaction of the deck at its ends."""
+    from skewbridge.bridge.weights import deck_reactions_n
+
+    return max(deck_reactions_n(bridge)[:: len(bridge.spans_m)]) / KN
+
+
+def period_s(bridge: BridgeData, which: Any) -> float:
+    """Return the period ``t1``, ``long`` or ``short`` of `bridge_period_s`."""
+    from skewbridge.bridge.periods import bridge_period_s
+
+    return bridge_period_s(bridge, which)
+
+
+_FUNCTIONS: Final[dict[str, Any]] = {
+    each.__name__: each
+    for each in (
+        axial_ratios, bar, box_section, cracked_ratio, end_reaction_kn, girder, girder_section,
+        hoop, is_fixed, max, min, period_s, slab_section, sqrt, tallest,
+    )
+} | {"pi": pi}  # fmt: skip
+
+# --- formulas and rules
+
+_NAMES: Final = re.compile(r"'[^']*'|(?<![\w.])[a-z]\w*(?:\.(?:\*|[a-z]\w*))*(?![\w(])")
+
+
+class Formula:
+    """Formula of numbers; ``needs`` are the keys that it uses."""
+
+    def __init__(self, text: str) -> None:
+        words = dict.fromkeys(_NAMES.findall(text))
+        self.text = text
+        self.needs = [name for name in words if name[0] != "'" and name not in ("if", "else", "pi")]
+        numbered = {name: f"v[{number}]" for number, name in enumerate(self.needs)}
+        body = _NAMES.sub(lambda found: numbered.get(found[0], found[0]), text)
+        self._of: Callable[[list[Any]], Any] = eval(f"lambda v: {body}", _FUNCTIONS)
+
+    def value(self, known: Callable[[str], Any]) -> Any:
+        """Return the value, or None if a number is unknown, invalid or outside the formula."""
+        values = [known(need) for need in self.needs]
+        if not all(map(_is_usable, values)):
+            return None
+        try:
+            with np.errstate(all="raise", under="ignore"):
+                return self._of(values)
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+            return None
+
+
+def _is_usable(value: Any) -> bool:
+    if isinstance(value, int | float):
+        return not isinstance(value, bool) and isfinite(value) and 0.0 <= value < 1.0e9
+    return value is not None
+
+
+class Rule(NamedTuple):
+    """Rule for one key; ``within`` is the usual factor between a given number and the rule's."""
+
+    key: str
+    formula: Formula
+    src: str
+    within: float | None
+    follows: list[str]
+    any: Any
+
+
+def _rules() -> Iterator[Rule]:
+    for row in TABLES["rules"]:
+        formula = Formula(f"{row['is']}")
+        rest = row.get("within"), row.get("follows", formula.needs), row.get("any")
+        yield Rule(row["key"], formula, row["src"], *rest)
+
+
+RULES: Final = tuple(_rules())
+DRAWN: Final[Mapping[str, Any]] = TABLES["drawing"]
+_DECK_TYPES: Final[tuple[str, ...]] = ("deck.box", "deck.girders", "deck.slab")
+
+
+def value_at(tree: Any, key: str) -> Any:
+    """Return the value at a key such as ``bents.0.columns`` of mappings, lists and models."""
+    for part in key.split("."):
+        if isinstance(tree, list | tuple) and part.isdigit():
+            tree = tree[int(part)] if int(part) < len(tree) else None
+        else:
+            tree = tree.get(part) if isinstance(tree, Mapping) else getattr(tree, part, None)
+    return tree
+
+
+def _seats(tree: Any) -> list[str]:
+    """Return the keys of the sections of seat abutments: one for both, or one for each end."""
+    ends = value_at(tree, "abutments")
+    if not isinstance(ends, Mapping):
+        return ["abutment"]
+    return [f"abutments.{name}" for name in ends if value_at(ends, f"{name}.type") == "seat"]
+
+
+def _placed(key: str, seat: str, number: int = 0) -> str:
+    """Return the key in the section of an abutment, and for the number of a bent."""
+    return re.sub(r"^abutment\b", seat, key).replace("*", f"{number}")
+
+
+def _keys(key: str, tree: Any) -> list[str]:
+    """Return the keys of a rule in the sections of a file: of each seat, or the key itself."""
+    if not key.startswith("abutment."):
+        return [key]
+    return [_placed(key, seat) for seat in _seats(tree)]
+
+
+def _put(tree: Any, key: str, value: Any) -> None:
+    """Set a value in nested mappings and lists, unless a section is something else."""
+    *above, last = key.split(".")
+    for part in above:
+        if isinstance(tree, list) and part.isdigit():
+            tree = tree[int(part)]
+        elif isinstance(tree, dict):
+            tree = cast("dict[str, Any]", tree).setdefault(part, {})
+    if isinstance(tree, dict):
+        tree[last] = value
+
+
+def _rounded(value: Any, digits: int) -> Any:
+    """Return numbers without the last digits, which depend on the processor: run keys must not."""
+    if isinstance(value, list):
+        return [_rounded(item, digits) for item in value]
+    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
+
+
+def _lookup(tree: Any, found: Mapping[str, Any], need: str) -> Any:
+    """Return a number of the bridge file, else of the drawing or a rule, or None."""
+    places = value_at(tree, need), found.get(need), value_at(found, need)
+    return next((value for value in places if value is not None), None)
+
+
+def values_by_rule(known: Mapping[str, Any], tree: Any) -> Iterator[tuple[str, Any, Rule]]:
+    """Yield key, value and rule of all rules that apply; numbers of the tree go first.
+
+    ``known`` has the numbers of the drawing, and the whole ``bridge`` if it is complete.
+    """
+    found = dict(known)
+    bents, seats = value_at(tree, "bents"), _seats(tree)
+    numbers = range(len(bents) if isinstance(bents, list | tuple) else 0)
+    for rule in RULES:
+        is_seat = rule.key.startswith("abutment.")
+        for seat, number in product(
+            seats if is_seat else seats[:1] or ["abutment"], numbers if "*" in rule.key else (0,)
+        ):
+            key = _placed(rule.key, seat, number)
+            value = rule.formula.value(
+                lambda need, place=(seat, number): _lookup(tree, found, _placed(need, *place))
+            )
+            if key not in found and value is not None:
+                found[key] = value
+                yield key, value, rule
+
+
+class Completed(NamedTuple):
+    """A bridge, the keys of its drawing, the rules of derived numbers and the inherited keys."""
+
+    bridge: BridgeData
+    drawn: Mapping[str, Any]
+    derived: Mapping[str, Rule]
+    inherited: frozenset[str] = frozenset()
+
+    def by_rule(self) -> dict[str, tuple[Any, Rule]]:
+        """Return what the rules give for the keys of the bridge from its other numbers."""
+        known = {**self.drawn, "bridge": self.bridge}
+        rows = values_by_rule(known, self.bridge.model_dump(exclude={"sources"}))
+        return {key: (value, rule) for key, value, rule in rows if _is_of_bridge(key)}
+
+
+def _is_of_bridge(key: str) -> bool:
+    usual = re.sub(r"^abutments\.\w+", "abutment", key)
+    return usual not in DRAWN and ("." in key or key in BridgeData.model_fields)
+
+
+def completed(tree: dict[str, Any], path: Path) -> Completed:
+    """Return the bridge of a tree with plain values and ``sources``; rules add what it lacks.
+
+    Raises:
+        InputError: A value is invalid, or missing without a rule whose needs are given.
+    """
+    where, derived = Path(path.name), dict[str, Rule]()
+    drawn = _take_drawn(tree, path.name)
+    for key, value, rule in values_by_rule(drawn, tree):
+        if _is_of_bridge(key) and value_at(tree, key) is None:
+            _put(tree, key, _rounded(value, 10))
+            if value_at(tree, key) is not None:  # a null section stays
+                derived[key] = rule
+    late = {
+        key: rule
+        for rule in RULES
+        for key in _keys(rule.key, tree)
+        if rule.any is not None and value_at(tree, key) is None
+    }
+    for key, rule in late.items():
+        _put(tree, key, rule.any)
+        derived[key] = rule
+    tree["sources"] |= {key: rule.src for key, rule in derived.items()}
+    try:
+        bridge = checked(BridgeData, tree, where)
+    except InputError as error:
+        raise _explained(error) from None
+    for key, rule in late.items():
+        value = rule.formula.value({"bridge": bridge}.get)
+        if value is None:
+            text = "cannot be computed from the other numbers; check them or give it"
+            raise InputError(f"{path.name}: {key}: {text}", file=path.name)
+        _put(tree, key, _rounded(value, 4))
+        bridge = checked(BridgeData, tree, where)
+    return Completed(bridge, drawn, derived)
+
+
+def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
+    """Remove the keys of a drawing from a tree with plain values; return them, checked."""
+    drawn: dict[str, Any] = {}
+    for key, limits in ((key, limits) for of, limits in DRAWN.items() for key in _keys(of, tree)):
+        above, _, last = key.rpartition(".")
+        section = value_at(tree, above) if above else tree
+        if not isinstance(section, dict) or last not in section:
+            continue
+        value = drawn[key] = section.pop(last)
+        try:
+            if isinstance(limits, str):
+                _FUNCTIONS[limits](f"{value}")
+            elif type(value) not in (int, float) or not limits[0] <= value <= limits[1]:
+                raise ValueError(f"must be a number from {limits[0]:g} to {limits[1]:g}")
+        except ValueError as error:
+            raise InputError(f"{file}: {key}: {error}, got {shortened(value)}", file=file) from None
+    if isinstance(deck := tree.get("deck"), dict):
+        tree["deck"] = {key: value for key, value in deck.items() if value != {}}
+    return drawn
+
+
+def overruled(tree: Mapping[str, Any]) -> set[str]:
+    """Return the inherited keys that no longer count because a file draws what they follow from."""
+    found: set[str] = set()
+    for seat in _seats(tree):
+        drawn = {_part(key) for key in DRAWN if value_at(tree, _placed(key, seat)) is not None}
+        keys = {rule.key for rule in RULES if drawn.intersection(_parts(rule.key))}
+        keys |= set[str]() if drawn.isdisjoint(_DECK_TYPES) else {*_DECK_TYPES}
+        found |= {_placed(key, seat) if "*" not in key else key for key in keys}
+    return {key for key in found if value_at(tree, key) is None}
+
+
+def _explained(error: InputError) -> InputError:
+    """Return the error with the drawing that would give each missing number.
+
+    A number that is missing only because another one is missing is left out.
+    """
+    file = f"{error.details['file']}"
+    first, *lines = str(error).split("\n  ")
+    kept: list[str] = []
+    for line in lines or [first.removeprefix(f"{file}: ")]:
+        key, is_missing, _ = line.partition(": is missing")
+        key = re.sub(r"\.\d+\.", ".*.", key)
+        if not is_missing or all(rule.key != key for rule in RULES):
+            kept.append(line)
+        elif parts := " or ".join(_parts(key)):
+            kept.append(f"{line}; or give {parts}")
+    many = f"{file} has {len(kept)} errors:\n  " if len(kept) > 1 else f"{file}: "
+    return InputError(many + "\n  ".join(kept), **error.details)
+
+
+def _parts(key: str) -> dict[str, None]:
+    """Return the parts of a drawing from which rules give a number, directly or in stages."""
+    by_default = {rule.key for rule in RULES}
+    found: dict[str, None] = {}
+    for need in (need for rule in RULES if rule.key == key for need in rule.formula.needs):
+        is_drawn = need in DRAWN and need not in by_default
+        found |= {_part(need): None} if is_drawn else _parts(need.partition(".")[0])
+    return found
+
+
+def _part(key: str) -> str:
+    """Return the part of a drawing to which a key belongs, such as ``deck.box``."""
+    return next((kind for kind in _DECK_TYPES if key.startswith(f"{kind}.")), key)

@@ -1,0 +1,150 @@
+"""Ends of a bridge by kind: seat abutment, integral end on piles, fixed end and roller.
+
+A kind is a class of data in `skewbridge.bridge.catalogue.data` and a row of `KINDS`. Only seats
+have the abutment model of the variant with its gap and friction; the other kinds cannot unseat.
+
+An `integral` end is a diaphragm cast with the deck. The fill resists only pushing, along the normal
+of the skewed face and without a gap; wing walls resist along the face, as behind a seat. Two
+springs stand for the piles, so far apart that they have the rotational stiffness of all pile heads.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from math import sqrt
+from typing import Any, Final
+
+import openseespy.opensees as ops
+
+from skewbridge.bridge.abutments import (
+    Wall,
+    build_arms,
+    build_joint,
+    hold_wall_point,
+    pad_stations,
+    placed,
+    support_deck_end,
+)
+from skewbridge.bridge.backfill import Passive
+from skewbridge.bridge.catalogue.data import IntegralData
+from skewbridge.bridge.frame import Blueprint, End
+from skewbridge.bridge.handles import AbutmentHandle
+from skewbridge.bridge.plan import Line
+from skewbridge.bridge.springs import (
+    elastic_material,
+    grounded_node,
+    plastic_material,
+    spring_element,
+)
+from skewbridge.units import KN
+
+
+@dataclass(frozen=True, slots=True)
+class EndKind:
+    """How an end is built: what holds it up before dead load, and the rest at rest after it."""
+
+    support: Callable[[End, Blueprint], Any]
+    build: Callable[[Any], AbutmentHandle]
+
+
+def _support_integral(end: End, blueprint: Blueprint) -> Wall:
+    """Create the piles of an integral end and the stiff arms to them and to the fill."""
+    plan, node, options, tags = end.plan, end.node, blueprint.options, blueprint.tags
+    data = end.abutment
+    if not isinstance(data, IntegralData):
+        raise TypeError(f"{data.type} is not integral")
+    piles, stations = data.piles, pad_stations(data.piles, plan)
+    arm = sqrt(sum(along**2 for along in stations) / len(stations))
+    # ASSUME the resultant of the fill and the heads of the piles are at the level of the soffit
+    lines: dict[Line, list[float]] = {
+        "bearing": [-arm, arm],
+        "outer": plan.wall_stations(options.backwall_points),
+    }
+    points, arms = build_arms(plan, node, lines, options, tags)
+    lateral = Passive(
+        stiffness_n_per_m=piles.count / 2 * piles.lateral_kn_per_m * KN,
+        ultimate_n=piles.count / 2 * piles.lateral_strength_kn * KN,
+        failure_ratio=0.0,
+    )
+    elements: list[int] = []
+    holders: list[int] = []
+
+    def hold(deck_node: int, stiffness: Mapping[int, float]) -> None:
+        """Hold a node by elastic springs in degrees of freedom of the end's axes."""
+        ground, element = grounded_node(ops.nodeCoord(deck_node), tags), tags.element()
+        materials = [elastic_material(value, tags) for value in stiffness.values()]
+        springs = ("-mat", *materials, "-dir", *stiffness)
+        axes = ("-orient", *plan.normal, 0.0, *plan.tangent, 0.0)
+        ops.element("zeroLength", element, ground, deck_node, *springs, *axes)
+        elements.append(element)
+        holders.append(ground)
+
+    for along in (-arm, arm):
+        head = points["bearing", along]
+        hold(head, {3: piles.count / 2 * piles.vertical_mn_per_m * 1e6})
+        # ASSUME a pile resists along both axes of the face independently
+        sides = ([plastic_material(lateral, tags)], [plastic_material(lateral, tags)])
+        elements.append(spring_element((holders[-1], head), plan.normal, *sides, tags)[0].element)
+    # ASSUME the heads of the piles are cast into the diaphragm and turn with it
+    turning = piles.count * piles.rotational_mnm_per_rad * 1e6
+    hold(node, {4: turning, 5: turning})
+    handle = AbutmentHandle(
+        **placed(plan, node, points),
+        is_seat=False,
+        holders=tuple(holders),
+        links=tuple(arms),
+        other_springs=tuple(elements),
+    )
+    common: dict[str, Any] = {"blueprint": blueprint, "data": data, "handle": handle}
+    return Wall(end=plan, points=points, skew_deg=plan.skew_deg, **common)
+
+
+def _build_integral(wall: Wall) -> AbutmentHandle:
+    """Create fill and wing walls; the points of the diaphragm are the wall."""
+    # ASSUME the fill has no pressure at rest
+    springs, links, nodes = [], list(wall.handle.other_springs), []
+    for along, share, passive in wall.wall_parts():
+        place = wall.end.point("outer", along)
+        nodes.append(wall.points["outer", along])
+        pair = grounded_node(place, wall.tags), nodes[-1]
+        fill, _, between = hold_wall_point(wall, pair, share, passive, has_stem=False)
+        springs.append(fill)
+        links += between
+    # the wing walls are in the elements of the fill, and `modes_of` must not hold them
+    return replace(
+        wall.handle,
+        wall_nodes=tuple(nodes),
+        wall_springs=tuple(springs),
+        other_springs=tuple(links),
+    )
+
+
+def _support_fixed(end: End, blueprint: Blueprint) -> AbutmentHandle:
+    """Fix the end node of the deck."""
+    ops.fix(end.node, 1, 1, 1, 1, 1, 1)
+    return AbutmentHandle(**placed(end.plan, end.node, {}), is_seat=False, holders=(end.node,))
+
+
+def _support_roller(end: End, blueprint: Blueprint) -> AbutmentHandle:
+    """Hold both ends of the bearing line vertically, also against uplift."""
+    plan, stations = end.plan, end.plan.wall_stations(2)
+    lines: dict[Line, list[float]] = {"bearing": stations, "outer": stations}
+    points, arms = build_arms(plan, end.node, lines, blueprint.options, blueprint.tags)
+    held = tuple(points["bearing", along] for along in stations)
+    for node in held:
+        ops.fix(node, 0, 0, 1, 0, 0, 0)
+    place = placed(plan, end.node, points)
+    return AbutmentHandle(**place, is_seat=False, holders=held, links=tuple(arms))
+
+
+def _finished(handle: AbutmentHandle) -> AbutmentHandle:
+    """Add nothing at rest."""
+    return handle
+
+
+#: How the ends of each type of data are built.
+KINDS: Final[Mapping[str, EndKind]] = {
+    "seat": EndKind(support_deck_end, build_joint),
+    "integral": EndKind(_support_integral, _build_integral),
+    "fixed": EndKind(_support_fixed, _finished),
+    "roller": EndKind(_support_roller, _finished),
+}

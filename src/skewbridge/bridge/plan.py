@@ -1,0 +1,107 @@
+"""Geometry of deck ends in plan: pure functions and data.
+
+Axes: x longitudinal, y transverse, z up. Positive skew turns the line of an abutment
+counter-clockwise from the normal of the deck's centreline.
+"""
+
+from dataclasses import dataclass
+from math import cos, radians, sin
+from typing import Literal
+
+type PlanVector = tuple[float, float]
+type Position = tuple[float, float, float]
+#: Line of the pads, or outer face of the end diaphragm, where walls and keys touch it.
+type Line = Literal["bearing", "outer"]
+
+
+def turned(direction: PlanVector) -> PlanVector:
+    """Return a plan direction turned by +90 degrees."""
+    return (-direction[1], direction[0])
+
+
+@dataclass(frozen=True, slots=True)
+class DeckEnd:
+    """One end of a deck in plan, with signed skew.
+
+    Attributes:
+        name: Name in tables and histories, for example ``left``.
+        middle_m: Crossing of the bearing line and the centreline of the deck.
+        outward: Unit vector of the centreline, out of the deck.
+        skew_deg: Angle from ``outward`` to the normal of the end face, counter-clockwise.
+        width_m: Width of the deck, square to the centreline.
+        thickness_m: Thickness of the end diaphragm, normal to its faces.
+        soffit_m: Height z of the soffit, where all points of the joint are.
+    """
+
+    name: str
+    middle_m: PlanVector
+    outward: PlanVector
+    skew_deg: float
+    width_m: float
+    thickness_m: float
+    soffit_m: float = 0.0
+
+    @property
+    def skew_rad(self) -> float:
+        """Signed skew in rad."""
+        return radians(self.skew_deg)
+
+    @property
+    def normal(self) -> PlanVector:
+        """Outward normal of the end face."""
+        (x, y), c, s = self.outward, cos(self.skew_rad), sin(self.skew_rad)
+        return (x * c - y * s, x * s + y * c)
+
+    @property
+    def inward(self) -> PlanVector:
+        """Normal of the backwall, towards the deck."""
+        return (-self.normal[0], -self.normal[1])
+
+    @property
+    def tangent(self) -> PlanVector:
+        """The normal turned by +90 degrees: along the wall."""
+        return turned(self.normal)
+
+    @property
+    def wall_length_m(self) -> float:
+        """Length of the end face along the wall."""
+        return self.width_m / cos(self.skew_rad)
+
+    @property
+    def acute_sign(self) -> float:
+        """+1 if the acute corner is at the end of the tangent, else -1; zero skew is positive."""
+        return 1.0 if self.skew_rad < 0.0 else -1.0
+
+    def point(self, line: Line, along_m: float) -> Position:
+        """Return a point of the joint, ``along_m`` from the centreline along the wall."""
+        # ASSUME the pads are under the middle of the end diaphragm
+        faces, (x, y) = {"bearing": 0.0, "outer": 0.5}[line], self.tangent
+        offset = faces * self.thickness_m / cos(self.skew_rad)
+        middle, outward = self.middle_m, self.outward
+        return (
+            middle[0] + offset * outward[0] + along_m * x,
+            middle[1] + offset * outward[1] + along_m * y,
+            self.soffit_m,
+        )
+
+    def wall_stations(self, count: int) -> list[float]:
+        """Return increasing, equally spaced positions (m) along the wall, including corners."""
+        half = self.wall_length_m / 2
+        return [half * (2 * i / (count - 1) - 1) for i in range(count)]
+
+
+def tributary_shares(count: int) -> list[float]:
+    """Return the share of the wall for each of equally spaced points, including the corners.
+
+    With three or more points, springs with these shares have the rotational stiffness of a
+    continuous wall. With half a spacing at each corner, five points would be 12 % stiffer.
+    """
+    inner = 1.0 / (count - 1)
+    shares = [inner / 2 if i in (0, count - 1) else inner for i in range(count)]
+    if count > 2:
+        # moved inwards from each corner so that the sum of share x position^2 is 1 / 12
+        moved = inner / (12 * (1 - inner))
+        for corner, next_to_it in ((0, 1), (-1, -2)):
+            shares[corner] -= moved
+            shares[next_to_it] += moved
+    return shares

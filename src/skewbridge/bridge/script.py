@@ -1,0 +1,489 @@
+"""A user's own OpenSeesPy script as a bridge: its frame, checked and completed from the domain."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from itertools import pairwise
+from math import hypot, nan, sqrt
+from pathlib import Path
+from statistics import fmean
+from typing import Any, Final
+
+import numpy as np
+import openseespy.opensees as ops
+
+from skewbridge.bridge.assembly import assemble, domain
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.catalogue.data import AbutmentData
+from skewbridge.bridge.frame import (
+    Damping,
+    DeadLoad,
+    Description,
+    End,
+    Frame,
+)
+from skewbridge.bridge.gravity import GravityError
+from skewbridge.bridge.handles import ColumnCapacity, ColumnHandle, Point, TagAllocator
+from skewbridge.bridge.modes import modes_of, period_s
+from skewbridge.bridge.plan import DeckEnd, PlanVector
+from skewbridge.bridge.script_files import (
+    FRAME_NUMERICS,
+    FRAME_OPTIONS,
+    FUNCTION,
+    call_script,
+    files_digest,
+    lines_of,
+    parameters,
+    script_files,
+)
+from skewbridge.bridge.script_frame import Column
+from skewbridge.bridge.script_frame import End as GivenEnd
+from skewbridge.bridge.script_frame import Frame as Given
+from skewbridge.bridge.script_units import (
+    FORCE,
+    LENGTH,
+    MOMENT,
+    PER_LENGTH,
+    SiView,
+    UnitSystem,
+    view_constraints,
+)
+from skewbridge.bridge.structures import abutment_of, built_end, widened
+from skewbridge.contact.element import FIRST_FREE_MATERIAL
+from skewbridge.errors import InputError
+from skewbridge.files.text import checked
+from skewbridge.units import G_MPS2
+from skewbridge.variant.axes import AXES
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import Variant
+
+#: Bridge of the catalogue with the default abutments.
+DEFAULT_ABUTMENT: Final = "osb1"
+_MODES: Final = 14
+#: Columns closer along the bridge than this share of its length belong to one bent, for texts.
+_BENT_SHARE: Final = 0.05
+_DRAWN_M: Final = ((0.7, 0.7), (-0.7, 0.7), (-0.7, -0.7), (0.7, -0.7))  # columns of the sketch
+_BEAM: Final = 12  # components of the forces of an element with two nodes
+
+
+@dataclass(frozen=True, slots=True)
+class ScriptBridge:
+    """Bridge of a script: a `Structure`."""
+
+    path: Path
+    digest: str
+
+    @property
+    def name(self) -> str:
+        """Name of the script without its ending."""
+        return self.path.stem
+
+    @property
+    def t1_s(self) -> float:
+        """Conditioning period, stated by the script or from its modes at zero skew."""
+        return _standing(self).t1_s
+
+    @property
+    def description(self) -> Description:
+        """What pages say about it."""
+        return _standing(self).description
+
+    @property
+    def ignored(self) -> frozenset[str]:
+        """Modelling options that do not act: those on elements that are no parameters."""
+        return (FRAME_OPTIONS | FRAME_NUMERICS).difference(parameters(self.path))
+
+    def build(self, skew_deg: float, options: ModelOptions, tags: TagAllocator) -> Frame:
+        """Run the script in the open domain and complete its frame; see `Structure`."""
+        damping = _standing(self).damping
+        # the first call has emptied the domain
+        ops.model("basic", "-ndm", 3, "-ndf", 6)
+        frame, _ = self.frame(skew_deg, options, tags)
+        periods = damping.long_period_s, damping.short_period_s
+        return replace(
+            frame,
+            damping=replace(frame.damping, long_period_s=periods[0], short_period_s=periods[1]),
+        )
+
+    def frame(
+        self, skew_deg: float, options: ModelOptions, tags: TagAllocator
+    ) -> tuple[Frame, Given]:
+        """Return the frame, with periods of damping only if the script states them."""
+        files, own = script_files(self.path), parameters(self.path)
+        values = {"skew_deg": skew_deg} | {
+            name: getattr(options, name) for name in own if name != "skew_deg"
+        }
+        given = call_script(files, {name: values[name] for name in own})
+        with lines_of(files):
+            if not isinstance(given, Given):
+                raise InputError(f"{FUNCTION}() must return a skewbridge.Frame, got {given!r}")
+            return _Reader(given, tags, skew_deg, options).frame(), given
+
+
+def load_script(path: Path) -> ScriptBridge:
+    """Return the bridge of a script; an `InputError` names file and line."""
+    files = script_files(path.resolve())
+    parameters(files[0])
+    return ScriptBridge(files[0], files_digest(files))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Standing:
+    """Bridge with pads and open gaps at zero skew: what is the same for all its variants."""
+
+    t1_s: float
+    damping: Damping
+    description: Description
+
+
+@cache
+def _standing(bridge: ScriptBridge) -> _Standing:
+    """Build a bridge at zero skew and return its periods; the open domain is emptied."""
+    found: list[tuple[Frame, Given]] = []
+
+    def build(*given: Any) -> Frame:
+        found.append(bridge.frame(*given))
+        return found[0][0]
+
+    usual = {axis.name: axis.usual for axis in AXES} | {"skew_deg": 0}
+    with lines_of([bridge.path]), domain():
+        try:
+            model = assemble(
+                build, Variant.at(str(bridge.path), "contact_friction", usual), ModelOptions()
+            )
+        except GravityError as error:
+            raise InputError(f"{error}, with the deck ends on pads") from error
+        modes = modes_of(model, _MODES)
+        (frame, given), periods = found[0], {way: period_s(modes, way) for way in "xyz"}
+        description = _description(bridge.name, frame, given)
+    long_s, short_s = given.damping_periods or (max(periods.values()), min(periods.values()))
+    damping = replace(frame.damping, long_period_s=long_s, short_period_s=short_s)
+    t1_s = given.t1 or sqrt(periods["x"] * periods["y"])
+    return _Standing(t1_s=t1_s, damping=damping, description=description)
+
+
+def _description(name: str, frame: Frame, given: Given) -> Description:
+    left, right = (end.plan.middle_m[0] for end in frame.ends)
+    middle_m = (left + right) / 2
+    seats = [(e, e.abutment) for e in frame.ends if isinstance(e.abutment, AbutmentData)]
+    bents: list[list[tuple[float, float]]] = []
+    places: list[tuple[float, float]] = []
+    for column in frame.columns:
+        x, y, _ = ops.nodeCoord(column.top.node)
+        places.append((x - middle_m, y))
+        same = (bent for bent in bents if abs(bent[0][0] - x) < _BENT_SHARE * (right - left))
+        if (bent := next(same, None)) is None:
+            bents.append(bent := [])
+        bent.append((x, column.clear_height_m))
+    bents.sort()
+    lines = [left, *(fmean(x for x, _ in bent) for bent in bents), right]
+    return Description(
+        title=given.title or name,
+        details="script",
+        spans_m=tuple(b - a for a, b in pairwise(lines)),
+        width_m=frame.ends[0].plan.width_m,
+        bent_heights_m=tuple(fmean(height for _, height in bent) for bent in bents),
+        bent_columns=tuple(map(len, bents)),
+        columns_m=tuple(places),
+        bent_bases=("",) * len(bents),
+        outlines_m=(_DRAWN_M,) * len(places),
+        seats_m={end.plan.name: seat.seat_width_m for end, seat in seats},
+        end_kinds={end.plan.name: seat.type for end, seat in seats},
+        wall_m=max(seat.wall_thickness_m for _, seat in seats),
+        backfill_rule="".join({seat.backfill.rule for _, seat in seats}),
+        damping_ratio=frame.damping.ratio,
+    )
+
+
+def _need(condition: bool, message: str) -> None:
+    if not condition:
+        raise InputError(message)
+
+
+class _Reader:
+    """Reads the domain that a script has built, and completes what it has returned."""
+
+    def __init__(
+        self, given: Given, tags: TagAllocator, skew_deg: float, options: ModelOptions
+    ) -> None:
+        self._given, self._skew_deg, self._options = given, skew_deg, options
+        self._units = units = UnitSystem.named(given.units)
+        ndm, ndf = (next(iter(each() or [0])) for each in (ops.getNDM, ops.getNDF))
+        _need(
+            (ndm, ndf) == (3, 6),
+            f"the model must have 3 dimensions and 6 degrees of freedom, got {ndm} and {ndf}",
+        )
+        self._nodes, self._elements = _listed(ops.getNodeTags()), _listed(ops.getEleTags())
+        _need(bool(self._elements), "the model has no elements")
+        self._joined: dict[int, list[int]] = {}
+        for element in self._elements:
+            for node in _listed(ops.eleNodes(element)):
+                self._joined.setdefault(node, []).append(element)
+        moved = next((n for n in self._nodes if any(ops.nodeDisp(n))), None)
+        _need(
+            moved is None and ops.getTime() == 0.0,
+            f"{FUNCTION}() must only build the model, but it has run an analysis"
+            f"{'' if moved is None else f': node {moved} has moved'}",
+        )
+        self._loads = self._dead_load()
+        largest = {"node": max(self._nodes), "element": max(self._elements)}
+        largest["parameter"] = max(_listed(ops.getParamTags()), default=0)
+        # OpenSees cannot list the others
+        others = ("material", "section", "integration", "transformation", "series", "pattern")
+        tags.start_above(dict.fromkeys((*others, "region"), FIRST_FREE_MATERIAL) | largest)
+        if units != UnitSystem():
+            SiView(units, tags)
+        if _listed(ops.getConstrainedNodes()):
+            view_constraints()
+
+    def frame(self) -> Frame:
+        """Return the frame in SI, the left end first."""
+        given, loads = self._given, self._loads
+        self._must_have("ends", [self._node(end) for end in given.ends])
+        _need(
+            len(given.ends) == 2,
+            f"ends must be the two end nodes of the deck, got {len(given.ends)}",
+        )
+        ends = sorted(given.ends, key=lambda end: ops.nodeCoord(self._node(end), 1))
+        columns = tuple(self._column(number, each) for number, each in enumerate(given.columns))
+        bases = dict.fromkeys(column.element for column in columns)
+        lines = [e for e in self._elements if len(_listed(ops.eleResponse(e, "force"))) == _BEAM]
+        beams = [e for e in lines if len(set(map(self._place, ops.eleNodes(e)))) > 1]
+        damped = tuple(beams if given.damped is None else given.damped)
+        self._must_have("damped", damped, self._elements, "element")
+        elastic = [e for e in damped if ops.eleType(e) == "ElasticBeam3d" and e not in bases]
+        others = [e for e in beams if ops.eleType(e) == "ElasticBeam3d" and e not in damped]
+        plastic = [e for e in lines if e not in {*elastic, *others, *bases}]
+        masses = {n: float(ops.nodeMass(n, 1)) for n in self._nodes if any(ops.nodeMass(n))}
+        _need(bool(masses), "the model has no nodal masses: give them with ops.mass")
+        if loads is None:
+            lifted = {node: float(ops.nodeMass(node, 3)) for node in masses}
+            lacking = next((n for n, m in lifted.items() if m == 0.0 < masses[n]), None)
+            _need(
+                lacking is None, f"node {lacking} has no vertical mass: give it one, or state loads"
+            )
+            loads = {node: G_MPS2 * mass for node, mass in lifted.items()}, {}
+        periods = given.damping_periods or (nan, nan)
+        return Frame(
+            centre_node=self._centre(masses, [*elastic, *others]),
+            loads=DeadLoad(forces_n=loads[0], moments_nm=loads[1], masses_kg=masses),
+            ends=tuple(self._end(*side) for side in self._sides(ends)),
+            columns=columns,
+            damping=Damping(
+                ratio=given.damping_ratio,
+                long_period_s=max(periods),
+                short_period_s=min(periods),
+                elements=damped,
+            ),
+            elements={
+                "columns": (*bases, *plastic),
+                "deck": tuple(elastic),
+                "links": tuple(others),
+            },
+            units=None if self._units == UnitSystem() else self._units,
+        )
+
+    def _must_have(
+        self,
+        field: str,
+        tags: Iterable[Any],
+        known: Sequence[int] | None = None,
+        kind: str = "node",
+    ) -> None:
+        """Raise an `InputError` for a tag that is not in the domain."""
+        for tag in tags:
+            _need(
+                tag in (self._nodes if known is None else known),
+                f"{field}: the model has no {kind} {tag!r}",
+            )
+
+    def _dead_load(self) -> tuple[dict[int, float], dict[int, tuple[float, float]]] | None:
+        """Take the dead load out of the domain; None if neither script nor frame states one."""
+        given, force, moment = self._given, self._units.si(FORCE), self._units.si(MOMENT)
+        patterns = _listed(ops.getPatterns())
+        if given.loads is not None:
+            self._must_have("loads", given.loads)
+            _need(not patterns, "give the dead load as loads or as a load pattern, not as both")
+            return {node: force * load for node, load in given.loads.items()}, {}
+        if not patterns:
+            return None
+        _need(
+            not _listed(ops.getEleLoadTags()),
+            "element loads cannot be used: give nodal loads, or none for mass x g",
+        )
+        values = np.reshape(ops.getNodeLoadData(), (-1, 6)) * [*[force] * 3, *[moment] * 3]
+        forces: dict[int, float] = {}
+        moments: dict[int, tuple[float, float]] = {}
+        for node, (x, y, down, about_x, about_y, about_z) in zip(
+            _listed(ops.getNodeLoadTags()), values.tolist(), strict=True
+        ):
+            _need(not (x or y or about_z), f"the dead load of node {node} must be vertical")
+            forces[node] = forces.get(node, 0.0) - down
+            before = moments.get(node, (0.0, 0.0))
+            moments[node] = before[0] + about_x, before[1] + about_y
+        for pattern in patterns:
+            ops.remove("loadPattern", pattern)
+        return forces, moments
+
+    @staticmethod
+    def _node(end: int | GivenEnd) -> int:
+        return end.node if isinstance(end, GivenEnd) else end
+
+    def _place(self, node: int) -> tuple[float, ...]:
+        return tuple(ops.nodeCoord(node))
+
+    def _sides(
+        self, ends: Sequence[int | GivenEnd]
+    ) -> list[tuple[int | GivenEnd, str, PlanVector]]:
+        """Return each end with its name and the direction to it from the other end."""
+        (x1, y1, _), (x2, y2, _) = (self._place(self._node(end)) for end in ends)
+        length = hypot(x2 - x1, y2 - y1)
+        along = (x2 - x1) / length if length else 0.0, (y2 - y1) / length if length else 0.0
+        _need(
+            along[0] > sqrt(0.5),
+            f"the deck must run along x, from its end at ({x1:g}, {y1:g}) to ({x2:g}, {y2:g})",
+        )
+        return [(ends[0], "left", (-along[0], -along[1])), (ends[1], "right", along)]
+
+    def _end(self, end: int | GivenEnd, side: str, away: PlanVector) -> End:
+        given, metre = self._given, self._units.si(LENGTH)
+        own = end if isinstance(end, GivenEnd) else GivenEnd(end)
+        node, place = own.node, self._place(own.node)
+        _need(
+            not ops.getFixedDOFs(node),
+            f"ends: node {node} must not be fixed, because the abutments support it; it is fixed "
+            f"in {_listed(ops.getFixedDOFs(node))}",
+        )
+        outward = own.outward or self._outward(node, away)
+        size = hypot(*outward)
+        width, soffit = (
+            metre * (getattr(given, name) if value is None else value)
+            for name, value in (("width", own.width), ("soffit", own.soffit))
+        )
+        _need(width > 0.0, f"width must be positive, got {width / metre:g}")
+        _need(soffit >= 0.0, f"soffit must be at least 0, got {soffit / metre:g}")
+        data, thickness_m = _abutment(own.abutment or given.abutment, width)
+        data = abutment_of(width, self._options) or data
+        plan = DeckEnd(
+            side,
+            (place[0], place[1]),
+            (outward[0] / size, outward[1] / size),
+            self._skew_deg,
+            width,
+            thickness_m,
+            place[2] - soffit,
+        )
+        return End(node=node, plan=plan, abutment=built_end(data, self._options))
+
+    def _outward(self, node: int, away: PlanVector) -> PlanVector:
+        """Return the direction of the element at an end that points most out of the deck."""
+        x, y, _ = self._place(node)
+        others = {n for e in self._joined.get(node, ()) for n in ops.eleNodes(e)} - {node}
+        ways = [(x - self._place(n)[0], y - self._place(n)[1]) for n in others]
+        ways = [(dx / hypot(dx, dy), dy / hypot(dx, dy)) for dx, dy in ways if dx or dy]
+        _need(bool(ways), f"ends: node {node} must be the end of a deck element")
+        return max(ways, key=lambda way: way[0] * away[0] + way[1] * away[1])
+
+    def _column(self, number: int, column: Column) -> ColumnHandle:
+        field, metre = f"columns.{number}", self._units.si(LENGTH)
+        self._must_have(f"{field}.element", [column.element], self._elements, "element")
+        self._must_have(field, [column.base, column.top])
+        first = _listed(ops.eleNodes(column.element))[0]
+        _need(
+            first == column.base,
+            f"{field}: element {column.element} must start at the base, node {column.base}, and it "
+            f"starts at node {first}",
+        )
+        low, high = self._place(column.base)[2], self._place(column.top)[2]
+        height = high - low if column.height is None else metre * column.height
+        _need(
+            0.0 < height <= high - low + 1e-6 * abs(high),
+            f"{field}: the column must rise along z by 0 to {(high - low) / metre:g}, got "
+            f"{height / metre:g}",
+        )
+        fixed = _listed(ops.getFixedDOFs(column.base))
+        is_pinned = self._joined[column.base] == [column.element] and not {4, 5} <= {*fixed}
+        curvature = column.yield_curvature
+        _need(
+            curvature is None or bool(column.hinges),
+            f"{field}: yield_curvature needs hinges, the integration points of the hinges",
+        )
+        drift, per_m = column.drift_capacity, self._units.si(PER_LENGTH)
+        drifts = drift if isinstance(drift, tuple) else (drift, drift)
+
+        def capacity(drift_ratio: float | None) -> ColumnCapacity:
+            return ColumnCapacity(
+                yield_curvature_per_m=nan if curvature is None else curvature * per_m,
+                yield_drift_ratio=nan if column.yield_drift is None else column.yield_drift,
+                drift_capacity_ratio=nan if drift_ratio is None else drift_ratio,
+                shear=self._strength(column.shear_strength),
+            )
+
+        return ColumnHandle(
+            element=column.element,
+            base_node=column.base,
+            top=Point(column.top, (0.0, 0.0, low + height - high)),
+            clear_height_m=height,
+            hinge_sections=tuple(column.hinges),
+            capacities=(capacity(drifts[0]), capacity(drifts[1])),
+            is_pinned=is_pinned,
+        )
+
+    def _strength(self, given: float | Callable[..., Any] | None) -> Any:
+        newton = self._units.si(FORCE)
+        if given is None:
+            return None
+        return partial(_strength_n, given if callable(given) else float(given), newton)
+
+    def _centre(self, masses: Mapping[int, float], deck: Iterable[int]) -> int:
+        """Return the node of elastic beams that is nearest to the mass centre in plan."""
+        if (centre := self._given.centre) is not None:
+            self._must_have("centre", [centre])
+            return centre
+        places, weights = np.array([self._place(node) for node in masses]), [*masses.values()]
+        x, y, _ = np.average(places, axis=0, weights=weights)
+        near = dict.fromkeys(int(node) for element in deck for node in ops.eleNodes(element))
+        top = max(self._place(self._node(end))[2] for end in self._given.ends)
+
+        def distance(node: int) -> tuple[float, float]:
+            place = self._place(node)
+            return round(hypot(place[0] - x, place[1] - y), 3), abs(place[2] - top)
+
+        return min(near or masses, key=distance)
+
+
+def _strength_n(
+    given: float | Callable[..., Any], newton: float, axial_n: Any, drift: Any, curvature: Any
+) -> Any:
+    """Return the shear strength (N) by a number or function in the units of the script."""
+    if not callable(given):
+        return np.full_like(axial_n, given * newton)
+    return newton * np.asarray(given(axial_n / newton, drift, curvature), dtype=np.float64)
+
+
+def _abutment(own: str | Mapping[str, Any] | None, width_m: float) -> tuple[AbutmentData, float]:
+    """Return data of an abutment for a deck width, and the thickness of the end diaphragm (m)."""
+    donor = load_bridge(own if isinstance(own, str) else DEFAULT_ABUTMENT)
+    data = widened(donor.seat, width_m / donor.deck.width_m)
+    if isinstance(own, Mapping):
+        data = checked(AbutmentData, _merged(data.model_dump(), own), "abutment")
+    return data, donor.deck.diaphragm_thickness_m
+
+
+def _merged(below: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a mapping with the given keys replaced; numbers may have sources as in a file."""
+    plain = {
+        key: value["v"] if isinstance(value, Mapping) and "v" in value else value
+        for key, value in over.items()
+    }
+    return {**below} | {
+        key: _merged(below[key], value)
+        if isinstance(value, Mapping) and isinstance(below.get(key), Mapping)
+        else value
+        for key, value in plain.items()
+    }
+
+
+def _listed(tags: Any) -> list[int]:
+    """Return an answer of OpenSees as a list; for a single tag it is a number."""
+    return [] if tags is None else [int(tags)] if isinstance(tags, int | float) else list(tags)

@@ -1,0 +1,160 @@
+"""Script of a user's own bridge: the files that it uses, its function, and errors in its lines."""
+
+import ast
+import importlib.util
+import sys
+import traceback
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager
+from dataclasses import fields
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, Final
+
+from skewbridge.errors import InputError
+from skewbridge.files.digests import digest_of
+from skewbridge.files.text import read_bytes, read_text
+from skewbridge.variant.options import ModelOptions
+
+FUNCTION: Final = "bridge"
+_MAX_BYTES: Final = 50_000_000
+#: Modelling options that act on elements of the bridge, not on its joints or its damping.
+FRAME_OPTIONS: Final = frozenset({
+    "bent_skew", "bent_skew_deg", "cap_load", "column_spacing", "concrete_strength_factor",
+    "deck_mass_factor", "elastic_columns", "foundation", "hinge_rule", "shear_failure",
+    "shear_model", "steel_strength_factor",
+})  # fmt: skip
+#: The same, but set by schemes and accuracies for all bridges: a script need not have them.
+FRAME_NUMERICS: Final = frozenset({
+    "column_fibers", "column_integration", "deck_elements_per_span", "fiber_end",
+})  # fmt: skip
+_OPTIONS: Final = tuple(field.name for field in fields(ModelOptions))
+
+
+def script_files(path: Path) -> list[Path]:
+    """Return a script, the modules in or below its folder that it imports, and their data files.
+
+    A data file is one whose name is written in the script or in such a module.
+    """
+    folder, found = path.parent, [path]
+    for file in found:
+        if file.suffix != ".py":
+            continue
+        for name in _names(file):
+            places = (folder / name, file.parent / name, Path(name).resolve())
+            found += [
+                place.resolve()
+                for place in dict.fromkeys(places)
+                if place.resolve() not in found
+                and place.resolve().is_relative_to(folder)
+                and place.is_file()
+            ]
+    return found
+
+
+def _names(file: Path) -> Iterator[str]:
+    """Yield the names of files that a module may import or read."""
+    for node in ast.walk(_tree(file)):
+        if isinstance(node, ast.Import):
+            modules = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            module = node.module or ""
+            modules = [module, *(f"{module}.{alias.name}".strip(".") for alias in node.names)]
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            if 0 < len(node.value) < 200 and node.value.isprintable():
+                yield node.value
+            continue
+        else:
+            continue
+        for parts in (module.split(".") for module in modules if module):
+            for end in range(1, len(parts) + 1):
+                yield f"{'/'.join(parts[:end])}.py"
+                yield f"{'/'.join(parts[:end])}/__init__.py"
+
+
+def _tree(file: Path) -> ast.Module:
+    try:
+        return ast.parse(read_text(file, _MAX_BYTES))
+    except (SyntaxError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        line = getattr(error, "lineno", 1)
+        raise InputError(f"{file}:{line}: {getattr(error, 'msg', error)}", file=file.name) from None
+
+
+def files_digest(files: list[Path]) -> str:
+    """Return the digest of the names and contents of the files of a script."""
+    folder = files[0].parent
+    return digest_of(
+        *(
+            (file.relative_to(folder).as_posix(), sha256(read_bytes(file, _MAX_BYTES)).hexdigest())
+            for file in sorted(files)
+        )
+    )
+
+
+def parameters(path: Path) -> tuple[str, ...]:
+    """Return the parameters of the function of a script: the skew and modelling options.
+
+    Raises:
+        InputError: The script has no such function, or a parameter is unknown.
+    """
+    for node in _tree(path).body:
+        if isinstance(node, ast.FunctionDef) and node.name == FUNCTION:
+            given = node.args
+            names = tuple(each.arg for each in (*given.args, *given.kwonlyargs))
+            for name in names:
+                if name not in ("skew_deg", *_OPTIONS):
+                    raise InputError(
+                        f"{path}:{node.lineno}: parameter {name} of {FUNCTION}() must be skew_deg "
+                        "or a key of the section model"
+                    )
+            return names
+    raise InputError(f"{path}: a script of a bridge must have a function {FUNCTION}()")
+
+
+def call_script(files: list[Path], arguments: dict[str, Any]) -> Any:
+    """Run a script from its start and return the answer of its function.
+
+    Every call runs it and its modules anew, so that nothing is left from an earlier model.
+    """
+    path, local = files[0], {str(file) for file in files}
+
+    def forget() -> None:
+        for name, module in list(sys.modules.items()):
+            if getattr(module, "__file__", None) in local:
+                del sys.modules[name]
+
+    spec = importlib.util.spec_from_file_location(f"{path.stem}_script", path)
+    if spec is None or spec.loader is None:
+        raise InputError(f"{path}: not a Python file")
+    forget()
+    sys.path.insert(0, str(path.parent))
+    try:
+        with lines_of(files):
+            module = importlib.util.module_from_spec(spec)
+            spec.loader.exec_module(module)
+            function: Callable[..., Any] = getattr(module, FUNCTION)
+            return function(**arguments)
+    finally:
+        sys.path.remove(str(path.parent))
+        forget()
+
+
+@contextmanager
+def lines_of(files: list[Path]) -> Generator[None]:
+    """Turn an error in a script into an `InputError` that names its file and line."""
+    try:
+        yield
+    except Exception as error:
+        if isinstance(error, InputError) and "file" in error.details:
+            raise
+        local = {str(file) for file in files}
+        steps = [
+            step for step in traceback.extract_tb(error.__traceback__) if step.filename in local
+        ]
+        place = f"{steps[-1].filename}:{steps[-1].lineno}" if steps else str(files[0])
+        text = f"{error}" if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+        if type(error).__name__ == "OpenSeesError":
+            text = f"OpenSees refuses {steps[-1].line if steps else 'a command'}"
+        raise InputError(f"{place}: {text}", file=files[0].name) from error

@@ -1,0 +1,268 @@
+"""Unit systems of scripts, and an SI view of a domain in other units.
+
+The domain of a script has the units of the script. While the view is in force, every OpenSees
+command of this package takes and returns SI values: `_ARGUMENTS` and `_ANSWERS` state what each
+number is, and the view multiplies it. The commands of the script itself are not touched.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import chain, repeat
+from typing import Any, Final
+
+import numpy as np
+import openseespy.opensees as ops
+
+from skewbridge.bridge.handles import TagAllocator
+from skewbridge.contact import unit
+from skewbridge.errors import InputError
+from skewbridge.units import FOOT, INCH, KIP, KN, MM
+
+#: Powers of force and length in a quantity; the unit of time is the second.
+type Dimension = tuple[float, float]
+
+PURE: Final[Dimension] = (0, 0)
+FORCE: Final[Dimension] = (1, 0)
+LENGTH: Final[Dimension] = (0, 1)
+MOMENT: Final[Dimension] = (1, 1)
+STIFFNESS: Final[Dimension] = (1, -1)  # also mass and dashpot coefficient
+PER_LENGTH: Final[Dimension] = (0, -1)
+_MODULUS: Final[Dimension] = (1, -2)
+_PLACE: Final = (LENGTH,) * 3
+_MOVED: Final = (*_PLACE, *(PURE,) * 3)  # also velocity and acceleration
+_FORCES: Final = (*(FORCE,) * 3, *(MOMENT,) * 3)
+_BEAM: Final = ((0, 2), _MODULUS, _MODULUS, *((0, 4),) * 3)
+
+_FORCE_UNITS: Final = {"N": 1.0, "kN": KN, "MN": 1e6, "kip": KIP, "lb": KIP / 1e3}
+_LENGTH_UNITS: Final = {"m": 1.0, "mm": MM, "cm": 1e-2, "in": INCH, "ft": FOOT}
+
+
+@dataclass(frozen=True, slots=True)
+class UnitSystem:
+    """Units of force (N) and length (m) of a domain."""
+
+    force_n: float = 1.0
+    length_m: float = 1.0
+
+    @classmethod
+    def named(cls, name: str) -> "UnitSystem":
+        """Return a unit system such as ``kip-in``; `InputError` for an unknown one."""
+        force, _, length = f"{name}".partition("-")
+        if force not in _FORCE_UNITS or length not in _LENGTH_UNITS:
+            raise InputError(
+                f"units must be FORCE-LENGTH with a force of {', '.join(_FORCE_UNITS)} and a "
+                f"length of {', '.join(_LENGTH_UNITS)}, such as kip-in, got {name!r}"
+            )
+        return cls(_FORCE_UNITS[force], _LENGTH_UNITS[length])
+
+    def si(self, dimension: Dimension) -> float:
+        """Return the factor from this system to SI."""
+        force, length = dimension
+        return self.force_n**force * self.length_m**length
+
+    def record_factors(self, response: Sequence[str], width: int) -> np.ndarray:
+        """Return the factors to SI of the components of a recorded response, shape (width,)."""
+        kinds: dict[str, Sequence[Dimension]] = {
+            "disp": _MOVED,
+            "accel": _MOVED,
+            "basicForce": (FORCE,),
+            "deformation": (PURE, PER_LENGTH, PER_LENGTH, PER_LENGTH),
+        }
+        cycle = kinds.get(response[-1], _FORCES)
+        return np.array([self.si(cycle[k % len(cycle)]) for k in range(width)])
+
+
+# source: default of the material, in any units; its stiffness at rest depends on it
+_LEAST_SPEED_MPS: Final = 1.0e-11
+#: Numbers of a material after its tag; the last dimension repeats. Texts are kept.
+_MATERIALS: Final[Mapping[str, Sequence[Dimension]]] = {
+    "ENT": (STIFFNESS,),
+    "Elastic": (STIFFNESS,),
+    "ElasticPP": (STIFFNESS, LENGTH),
+    "ElasticPPGap": (STIFFNESS, FORCE, LENGTH, PURE),
+    "Hysteretic": (FORCE, LENGTH) * 6 + (PURE,),
+    "Steel01": (FORCE, STIFFNESS, PURE),
+    "InitStrainMaterial": (PURE, LENGTH),
+    "ASDConcrete1D": (STIFFNESS,),
+}
+_CURVES: Final = {"-Ce": LENGTH, "-Te": LENGTH, "-Cs": FORCE, "-Ts": FORCE}
+_PARAMETERS: Final = {"E": STIFFNESS, "eta": STIFFNESS, "Fy": FORCE, "epsInit": LENGTH}
+#: Numbers of other commands: the position of the first, and their dimensions.
+_ARGUMENTS: Final[Mapping[str, tuple[int, Sequence[Dimension]]]] = {
+    "node": (1, _PLACE),
+    "mass": (1, (*(STIFFNESS,) * 3, *(MOMENT,) * 3)),
+    "load": (1, _FORCES),
+}
+_ANSWERS: Final[Mapping[str, Sequence[Dimension]]] = {
+    "nodeCoord": _PLACE,
+    "nodeDisp": _MOVED,
+    "nodeVel": _MOVED,
+    "nodeMass": (*(STIFFNESS,) * 3, *(MOMENT,) * 3),
+    "nodeReaction": _FORCES,
+    "eleForce": (*_FORCES, *_FORCES),
+    "basicForce": (FORCE,) * 8,
+    "basicDeformation": (LENGTH,) * 8,
+    "basicStiffness": (STIFFNESS,) * 64,  # of the contacts: springs only
+}
+#: Copies of commands in modules that call them in every step.
+_COPIES: Final = {
+    "basicDeformation": "_basic_deformation",
+    "basicForce": "_basic_force",
+    "updateParameter": "_update_parameter",
+}
+_replaced: list[tuple[Any, str, Callable[..., Any]]] = []
+
+
+def end_view() -> None:
+    """End the view, if there is one."""
+    while _replaced:
+        setattr(*_replaced.pop())
+
+
+def _replace(name: str, command: Callable[..., Any]) -> None:
+    """Replace a command of OpenSees, and its copies, until `end_view`."""
+    places = [(ops, name), *([(unit, _COPIES[name])] if name in _COPIES else [])]
+    for module, own in places:
+        _replaced.append((module, own, getattr(module, own)))
+        setattr(module, own, command)
+
+
+def view_constraints() -> None:
+    """Use constraints that can handle rigid links; the plain ones cannot."""
+    _replace("constraints", partial(_transformed, ops.constraints))
+
+
+def _transformed(command: Callable[..., Any], _: str) -> None:
+    command("Transformation")
+
+
+class SiView:
+    """SI view of the open domain of a script in other units, until `end_view`."""
+
+    def __init__(self, units: UnitSystem, tags: TagAllocator) -> None:
+        self._units, self._tags = units, tags
+        self._parameters: dict[int, Dimension] = {}
+        self._rotational: dict[int, tuple[float, ...]] = {}
+        for name in _ARGUMENTS:
+            _replace(name, partial(self._positions, getattr(ops, name), *_ARGUMENTS[name]))
+        for name, dimensions in _ANSWERS.items():
+            _replace(name, partial(self._answer, getattr(ops, name), dimensions))
+        own: dict[str, Callable[..., Any]] = {
+            "uniaxialMaterial": self._material,
+            "section": self._section,
+            "element": self._element,
+            "parameter": self._parameter,
+            "updateParameter": self._update,
+            "getParamValue": self._value,
+            "timeSeries": self._series,
+            "test": self._test,
+            "eleResponse": self._response,
+            "sp": self._sp,
+            "integrator": self._integrator,
+        }
+        for name, converted in own.items():
+            _replace(name, partial(converted, getattr(ops, name)))
+
+    def _taken(self, values: Iterable[Any], dimensions: Iterable[Dimension]) -> Iterator[Any]:
+        """Yield SI values in the units of the script; texts and tags (integers) are kept."""
+        for value, dimension in zip(values, dimensions, strict=False):
+            yield value / self._units.si(dimension) if isinstance(value, float) else value
+
+    def _positions(
+        self, command: Callable[..., Any], first: int, dimensions: Sequence[Dimension], *given: Any
+    ) -> Any:
+        end = first + len(dimensions)
+        return command(*given[:first], *self._taken(given[first:end], dimensions), *given[end:])
+
+    def _answer(
+        self, command: Callable[..., Any], dimensions: Sequence[Dimension], *given: Any
+    ) -> Any:
+        answer = command(*given)
+        if not isinstance(answer, list):  # one component, named by the last argument
+            return answer * self._units.si(dimensions[given[-1] - 1])
+        return [v * self._units.si(d) for v, d in zip(answer, dimensions, strict=False)]
+
+    def _material(self, command: Callable[..., Any], kind: str, tag: int, *values: Any) -> None:
+        if kind == "Viscous":
+            values = *values, _LEAST_SPEED_MPS
+            dimensions: Iterable[Dimension] = ((1, -float(values[1])), PURE, LENGTH)
+        elif kind == "ASDConcrete1D":
+            dimensions = self._curves(values)
+        else:
+            listed = _MATERIALS[kind]
+            dimensions = chain(listed, repeat(listed[-1]))
+        if kind == "Elastic":
+            self._rotational[tag] = values
+        command(kind, tag, *self._taken(values, dimensions))
+
+    @staticmethod
+    def _curves(values: Sequence[Any]) -> Iterator[Dimension]:
+        dimension = STIFFNESS
+        for value in values:
+            dimension = _CURVES.get(value, PURE) if isinstance(value, str) else dimension
+            yield dimension
+
+    def _section(self, command: Callable[..., Any], kind: str, *given: Any) -> None:
+        dimensions = (PURE, STIFFNESS, FORCE, STIFFNESS, STIFFNESS)
+        if kind == "Bidirectional":
+            given = *self._taken(given, dimensions), *given[len(dimensions) :]
+        command(kind, *given)
+
+    def _element(self, command: Callable[..., Any], kind: str, *given: Any) -> None:
+        tag, rest = given[:3], given[3:]
+        if kind == "elasticBeamColumn":
+            rest = *self._taken(rest, _BEAM), *rest[len(_BEAM) :]
+        elif kind == "elastomericBearingPlasticity":
+            # its springs in bending and twist need stiffnesses of their own, in force x length
+            elastic = [*self._taken(rest[:2], (STIFFNESS, FORCE)), *rest[2:]]
+            for place, value in enumerate(elastic):
+                if value in ("-T", "-My", "-Mz"):
+                    values, turning = self._rotational[elastic[place + 1]], self._tags.material()
+                    turned = self._taken(values, repeat(MOMENT))
+                    self._raw("uniaxialMaterial")("Elastic", turning, *turned)
+                    elastic[place + 1] = turning
+            rest = tuple(elastic)
+        elif kind not in ("zeroLength", "zeroLengthSection"):
+            raise NotImplementedError(f"no units for element {kind}")
+        command(kind, *tag, *rest)
+
+    @staticmethod
+    def _raw(name: str) -> Callable[..., Any]:
+        """Return a command without its conversion."""
+        return next(command for module, own, command in _replaced if (module, own) == (ops, name))
+
+    def _parameter(self, command: Callable[..., Any], tag: int, *given: Any) -> None:
+        self._parameters[tag] = _PARAMETERS[given[-1]]
+        command(tag, *given)
+
+    def _update(self, command: Callable[..., Any], tag: int, value: float) -> None:
+        command(tag, value / self._units.si(self._parameters[tag]))
+
+    def _value(self, command: Callable[..., Any], tag: int) -> float:
+        return command(tag) * self._units.si(self._parameters[tag])
+
+    def _series(self, command: Callable[..., Any], kind: str, *given: Any) -> None:
+        start = given.index("-values") + 1 if kind == "Path" else len(given)
+        command(kind, *given[:start], *self._taken(given[start:], repeat(LENGTH)))
+
+    def _test(self, command: Callable[..., Any], kind: str, tolerance: float, *given: Any) -> None:
+        dimension = {"NormDispIncr": LENGTH, "EnergyIncr": MOMENT}[kind]
+        command(kind, tolerance / self._units.si(dimension), *given)
+
+    def _response(self, command: Callable[..., Any], tag: int, *response: str) -> list[float]:
+        answer = np.array(command(tag, *response), dtype=np.float64)
+        if response[-1] == "basicStiffness":  # of a beam: axial, four rotations, twist
+            moved = np.array([self._units.length_m, *[1.0] * 5])
+            return (answer * self._units.si(MOMENT) / np.outer(moved, moved).ravel()).tolist()
+        if not response[-1].endswith("axis"):
+            answer = answer * self._units.record_factors(response, len(answer))
+        return answer.tolist()
+
+    def _sp(self, command: Callable[..., Any], node: int, dof: int, value: float) -> None:
+        command(node, dof, value / self._units.si(_MOVED[dof - 1]))
+
+    def _integrator(self, command: Callable[..., Any], kind: str, *given: Any) -> None:
+        if kind == "DisplacementControl":
+            given = *given[:2], given[2] / self._units.si(_MOVED[given[1] - 1]), *given[3:]
+        command(kind, *given)

@@ -1,0 +1,125 @@
+"""Elastic spine of the deck with its masses and dead loads, which are all nodal loads."""
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import openseespy.opensees as ops
+
+from skewbridge.bridge.catalogue.data import BridgeData, DeckData
+from skewbridge.bridge.handles import TagAllocator
+from skewbridge.bridge.section import shear_modulus_pa
+from skewbridge.bridge.weights import mass_centre_m, spine_points_m
+from skewbridge.units import G_MPS2, GPA, KN
+
+
+@dataclass(slots=True, kw_only=True)
+class Spine:
+    """The built spine with nodes from left to right; bents add their elements and dead load.
+
+    ``decks`` has the nodes between joints; ``bent_nodes`` are in the deck, or, below a joint, in
+    the cap. The end nodes of decks at abutments and on caps are ``heavy``: they have a diaphragm.
+    Nodal loads are positive downward; moments are the fixed-end moments about x and y.
+    """
+
+    nodes: list[int]
+    decks: list[list[int]]
+    heavy: list[int]
+    bent_nodes: list[int]
+    centre_node: int
+    elements: list[int]
+    loads_n: dict[int, float] = field(default_factory=lambda: defaultdict(float))
+    moments_nm: dict[int, tuple[float, float]] = field(default_factory=dict)
+
+    def masses_kg(self) -> dict[int, float]:
+        """Return the horizontal mass at each loaded node."""
+        return {node: float(ops.nodeMass(node, 1)) for node in self.loads_n}
+
+
+def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) -> Spine:
+    """Create the spine with its masses and dead loads.
+
+    The local y axis is in plan: Iy is for vertical bending, Iz for bending in plan.
+    """
+    deck = bridge.deck
+    pieces = spine_points_m(bridge, elements_per_span)
+    x = [place for piece in pieces for place in piece]
+    decks = [[tags.node() for _ in piece] for piece in pieces]
+    nodes = [node for deck in decks for node in deck]
+    for node, position in zip(nodes, x, strict=True):
+        ops.node(node, position, 0.0, deck.centroid_above_soffit_m)
+    # ASSUME the prestressed deck stays elastic and uncracked (SDC 1.7 section 5.6)
+    transformation = tags.transformation()
+    ops.geomTransf("Linear", transformation, 0.0, 0.0, 1.0)
+    modulus = deck.elastic_modulus_gpa * GPA
+    inertias = (deck.torsion_constant_m4, deck.inertia_vertical_m4, deck.inertia_transverse_m4)
+    section = (deck.area_m2, modulus, shear_modulus_pa(modulus), *inertias)
+    lines = [line for piece in decks for line in pairwise(piece)]
+    elements = [tags.element() for _ in lines]
+    for element, ends in zip(elements, lines, strict=True):
+        ops.element("elasticBeamColumn", element, *ends, *section, transformation)
+
+    def nearest(position: float) -> int:
+        return min(zip(nodes, x, strict=True), key=lambda point: abs(point[1] - position))[0]
+
+    caps = [
+        node
+        for joint, (left, right) in zip(bridge.joints, pairwise(decks), strict=True)
+        if joint.at
+        for node in (left[-1], right[0])
+    ]
+    spine = Spine(
+        nodes=nodes,
+        decks=decks,
+        heavy=[nodes[0], nodes[-1], *caps],
+        bent_nodes=[nearest(position) for position in bridge.bent_positions_m],
+        centre_node=nearest(mass_centre_m(bridge)),
+        elements=elements,
+    )
+    _add_line_load(spine, deck)
+    _add_deck_masses(spine, deck, [share for piece in pieces for share in piece.values()])
+    return spine
+
+
+def _add_line_load(spine: Spine, deck: DeckData) -> None:
+    """Add the line load as fixed-end forces, so that reactions do not depend on the mesh."""
+    load = deck.line_load_kn_per_m * KN
+    for i, j in (line for nodes in spine.decks for line in pairwise(nodes)):
+        length = float(ops.nodeCoord(j, 1)) - float(ops.nodeCoord(i, 1))
+        for node, sign in ((i, 1.0), (j, -1.0)):
+            spine.loads_n[node] += load * length / 2
+            add_moment(spine, node, about_y_nm=sign * load * length**2 / 12)
+    for node in spine.heavy:
+        spine.loads_n[node] += deck.diaphragm_weight_kn * KN
+
+
+def _add_deck_masses(spine: Spine, deck: DeckData, lengths_m: list[float]) -> None:
+    # ASSUME the deck's mass is uniform over its width and depth
+    across, upright = deck.width_m**2 / 12, deck.depth_m**2 / 12
+    for node, length in zip(spine.nodes, lengths_m, strict=True):
+        weight = deck.line_load_kn_per_m * KN * length
+        if node in spine.heavy:
+            weight += deck.diaphragm_weight_kn * KN
+        mass = weight / G_MPS2
+        # half elements at the nodes give far better vertical bending modes of the spans
+        lifted = spine.loads_n[node] / G_MPS2
+        turning = (mass * (across + upright), mass * upright, mass * across)
+        ops.mass(node, mass, mass, lifted, *turning)
+
+
+def add_moment(
+    spine: Spine, node: int, *, about_x_nm: float = 0.0, about_y_nm: float = 0.0
+) -> None:
+    """Add a fixed-end moment of the dead load at a node."""
+    x, y = spine.moments_nm.get(node, (0.0, 0.0))
+    spine.moments_nm[node] = (x + about_x_nm, y + about_y_nm)
+
+
+def add_weight(spine: Spine, node: int, weight_n: float, mass_kg: float) -> None:
+    """Add dead load and translational mass at a node.
+
+    Used for caps and columns, whose rotational inertia follows from the positions of their nodes.
+    """
+    spine.loads_n[node] += weight_n
+    before = [float(ops.nodeMass(node, dof)) for dof in range(1, 7)]
+    ops.mass(node, *(value + mass_kg for value in before[:3]), *before[3:])

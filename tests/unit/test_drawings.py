@@ -1,0 +1,291 @@
+"""Bridges written from a drawing: quantities, rules, periods without OpenSees, and doubts."""
+
+import random
+import re
+from itertools import combinations
+from math import pi
+from pathlib import Path
+
+import jsonschema
+import pytest
+import yaml
+from reference_pages import ROOT
+
+from skewbridge.analysis.bridge_check import check_bridge, doubts
+from skewbridge.analysis.modal import conditioning_period_s, modal_properties, standing_bridge
+from skewbridge.bridge.catalogue import (
+    BridgeData,
+    bridge_names,
+    bridge_schema,
+    load_bridge,
+    read_bridge,
+)
+from skewbridge.bridge.catalogue.drawing import (
+    box_section,
+    girder,
+    girder_section,
+    value_at,
+)
+from skewbridge.bridge.periods import frame_periods_s
+from skewbridge.errors import InputError
+from skewbridge.files.text import checked
+from skewbridge.units import KIP, MN, quantity, unit_in_name
+from skewbridge.variant.axes import AXES
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import Variant
+
+TEMPLATE = ROOT / "config/bridges/template.yaml"
+DRAWINGS = sorted((ROOT / "tests/data/drawings").glob("*.yaml"))
+
+
+def leaves(node: object, above: str = ""):
+    """Yield key and value of the numbers and texts of a tree."""
+    items = (
+        node.items()
+        if isinstance(node, dict)
+        else enumerate(node if isinstance(node, list | tuple) else ())
+    )
+    if not isinstance(node, dict | list | tuple):
+        yield above, node
+    for key, value in items:
+        yield from leaves(value, f"{above}.{key}".lstrip("."))
+
+
+def written(tmp_path: Path, *changes: tuple[str, object], base: Path = TEMPLATE) -> Path:
+    """Write a bridge file with changed values; None removes one."""
+    tree = yaml.safe_load(base.read_text(encoding="utf-8"))
+    for key, value in changes:
+        *above, last = (int(part) if part.isdigit() else part for part in key.split("."))
+        node = tree
+        for part in above:
+            node = node[part]
+        if value is None:
+            del node[last]
+        else:
+            node[last] = value
+    path = tmp_path / f"own{len(list(tmp_path.iterdir()))}.yaml"
+    path.write_text(yaml.safe_dump(tree), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("150 ft", "m", 45.72), ("5'-6\"", "m", 1.6764), ("5' 6 1/2\"", "mm", 1689.1),
+        ('8.5"', "mm", 215.9), ("4 ksi", "mpa", 27.579), ("1.56 in^2", "mm2", 1006.45),
+        ("150 pcf", "kn/m3", 23.563), ("12 kip/ft", "kn/m", 175.127),
+        ("50 kip/in", "mn/m", 50 * KIP / 0.0254 / MN), ("1000 kip-ft/rad", "mnm/rad", 1.35582),
+        ("13.2 lbm", "t", 0.0059874), ("0.5 s", "s", 0.5), ("6 m", "mm", 6000.0),
+    ],
+)  # fmt: skip
+def test_a_quantity_is_converted_to_the_unit_of_its_key(text, unit, value) -> None:
+    assert quantity(text, unit) == pytest.approx(value, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("spans_m", ["150 ft", "150 kip"], "of another quantity"),
+        ("deck.width_m", "47 furlongs", "known unit"),
+        ("deck.width_m", {"v": "47 sqft", "src": "b: S-1"}, "known unit"),
+        ("column.bar", "#12", "must be one of #3, #4"),
+        ("column.hoop", "#8", "such as '#8 @ 5 in'"),
+        ("deck.box.cells", 0, "from 1 to 20"),
+        ("deck.box.cell", 4, "deck.box: unknown key"),
+        ("deck.box", {"cells": 4, "top_mm": 200}, "deck.area_m2: is missing; or give deck.box or"),
+        ("deck.depth_m", None, "deck.depth_m: is missing; or give deck.girders or deck.slab"),
+        ("column.hoop", None, "column.hoop_area_mm2: is missing; or give column.hoop"),
+        ("source", None, "has no source"),
+        ("source", "x: drawing", "src must be"),
+    ],
+)  # fmt: skip
+def test_a_bad_drawing_names_key_value_and_need(tmp_path, key, value, words) -> None:
+    with pytest.raises(InputError) as caught:
+        load_bridge(written(tmp_path, (key, value)))
+    message = str(caught.value)
+    assert words in message
+    assert key.partition(".")[0] in message or key == "source"
+    assert "abutment.wall_height_m" not in message  # missing only because the depth is
+
+
+def test_the_template_needs_at_most_25_entries_and_each_of_them(tmp_path) -> None:
+    tree = yaml.safe_load(TEMPLATE.read_text(encoding="utf-8"))
+    keys = {re.sub(r"^(spans_m)\.\d", r"\1", key) for key, _ in leaves(tree)} - {
+        "source",
+        "details",
+    }
+    assert len(keys) <= 25
+    for key in keys:
+        with pytest.raises(InputError, match=r"missing|number|items"):
+            load_bridge(written(tmp_path, (key, None)))
+
+
+OSB1 = (
+    ("deck.width_m", 14.33), ("deck.box.overhang_m", "4.5 ft"),
+    ("column.concrete_strength_mpa", 27.6),
+)  # fmt: skip
+
+
+def test_osb1_from_its_drawing_has_the_numbers_of_its_file(tmp_path) -> None:
+    read, osb1 = read_bridge(written(tmp_path, *OSB1)), load_bridge("osb1")
+    skipped = {"name", "title", "sources"}
+    known = dict(leaves(osb1.model_dump(exclude=skipped)))
+    for key, value in leaves(read.bridge.model_dump(exclude=skipped)):
+        is_number = isinstance(value, float)
+        assert value == (pytest.approx(known[key], rel=0.02) if is_number else known[key]), key
+    assert len(read.derived) > 50
+    assert {"t1_s", "bents.0.cap_weight_kn", "deck.torsion_constant_m4"} <= read.derived.keys()
+    assert read.bridge.sources["t1_s"].startswith("calc: linear frame")
+    own = read_bridge(written(tmp_path, *OSB1, ("t1_s", 0.7)))
+    assert (own.bridge.t1_s, "t1_s" in own.derived) == (0.7, False)
+
+
+def test_sections_agree_with_published_ones() -> None:
+    # La Veta (bridge B of PyPBEE) with the plates of osb1
+    box = box_section(23.01, 1.899, 7, 216, 178, 305, 1.37)
+    bridge = load_bridge("bridge_b").deck
+    assert box.area == pytest.approx(bridge.area_m2, rel=0.03)
+    assert box.vertical == pytest.approx(bridge.inertia_vertical_m4, rel=0.03)
+    assert box.transverse == pytest.approx(bridge.inertia_transverse_m4, rel=0.03)
+    assert box.torsion == pytest.approx(bridge.torsion_constant_m4, rel=0.03)
+    # an AASHTO IV girder under a slab of 96 x 8 in, by hand in inches
+    beams = girder_section(96 * 0.0254, girder("AASHTO IV"), 1, 2.0, 8 * 25.4)
+    centre = (789 * 24.73 + 768 * 58) / 1557
+    inertia = 260_730 + 789 * (centre - 24.73) ** 2 + 96 * 8**3 / 12 + 768 * (58 - centre) ** 2
+    assert beams.vertical == pytest.approx(inertia * 0.0254**4, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["osb1", "osb1_fixed", "bridge_a", "bridge_c"])
+def test_the_linear_frame_has_the_periods_of_the_opensees_model(name: str) -> None:
+    data, standing = load_bridge(name), standing_bridge(name)
+    pads, roller = (frame_periods_s(data, supports) for supports in ("pads", "roller"))
+    assert (pads["x"] * pads["y"]) ** 0.5 == pytest.approx(
+        conditioning_period_s(standing), rel=0.005
+    )
+    usual = {axis.name: axis.usual for axis in AXES} | {"skew_deg": 0}
+    variant = Variant.at(name, "roller", usual)
+    model = modal_properties(variant, ModelOptions(elastic_columns=True))
+    for axis, period_s in roller.items():
+        assert period_s == pytest.approx(model.period_s(axis), rel=0.005)
+
+
+@pytest.mark.parametrize("path", DRAWINGS, ids=lambda path: path.stem)
+def test_a_bridge_from_a_general_plan_raises_no_doubts(path: Path) -> None:
+    found = check_bridge(str(path))
+    assert doubts(read_bridge(path)) == []
+    assert found["t1_of_the_model_s"] == pytest.approx(found["t1_of_the_file_s"], rel=0.01)
+    assert {"number", "value", "rule"} == set(found["derived"][0])
+    jsonschema.Draft202012Validator(bridge_schema()).validate(yaml.safe_load(path.read_text()))
+
+
+def test_maoc_has_the_section_and_backfill_of_its_source() -> None:
+    bridge = load_bridge(DRAWINGS[1])
+    assert [bent.clear_height_m for bent in bridge.bents] == [9.0, 9.6, 9.36, 8.36]
+    soil = bridge.abutment.backfill
+    assert (soil.stiffness_mn_per_m, soil.ultimate_kn) == pytest.approx((263.08, 3024.3), rel=1e-4)
+    column = bridge.column
+    assert column.bar_count * column.bar_area_mm2 * 1e-6 / column.outline.area_m2 == pytest.approx(
+        0.019, rel=0.01
+    )
+    assert column.bar_area_mm2 == pytest.approx(pi / 4 * 34.3**2)
+
+
+def test_a_drawing_replaces_inherited_numbers_and_stale_ones_are_named(tmp_path) -> None:
+    text = "extends: osb1\nsource: 'b: S-1'\n"
+    path = tmp_path / "solid.yaml"
+    path.write_text(f"{text}deck: {{slab: {{thickness_mm: 1829}}}}\n", encoding="utf-8")
+    read = read_bridge(path)
+    assert read.bridge.deck.area_m2 == pytest.approx(14.33 * 1.829)
+    assert read.bridge.deck.line_load_kn_per_m == 186.2  # inherited, and far too small now
+    assert any("deck.line_load_kn_per_m is 0.3 times 629" in doubt for doubt in doubts(read))
+    path = tmp_path / "longer.yaml"
+    path.write_text(f"{text}spans_m: [200 ft, 200 ft]\n", encoding="utf-8")
+    stale = doubts(read_bridge(path))[-1]
+    assert stale.startswith("inherited although")
+    assert {"damping.short_period_s", "abutment.sacrificial_key.force_kn"} <= set(
+        re.findall(r"[\w.]+", stale)
+    )
+    found = check_bridge(str(path))
+    assert found["sources"] == f"1 b, {len(found['inherited'])} inherited, 0 by rule"
+    assert "deck.width_m" in found["inherited"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"deck.inertia_vertical_m4": 114.5, "deck.inertia_transverse_m4": 3.778},
+         "deck.inertia_vertical_m4 / (deck.area_m2 * deck.depth_m**2) = 4.63"),
+        ({"column.bar_area_mm2": 100.6}, "column.bar_area_mm2 is 0.1 times 1007"),
+        ({"column.bar_area_mm2": 12.6, "column.bar_diameter_mm": 4.0}, "outside the usual 0.005"),
+        ({"abutment.backfill.stiffness_mn_per_m": 20_300.0}, "is 1e+03 times 20.3"),
+        ({"spans_m": (150.0, 150.0)}, "spans_m = 150 is outside the usual 9 to 90"),
+        ({"abutment.wall_height_m": 2.5}, "abutment.wall_height_m is 1.4 times 1.829"),
+        ({"t1_s": 1.2}, "t1_s is 1.7 times 0.71"),
+    ],
+)  # fmt: skip
+def test_a_doubtful_number_is_named_with_its_usual_range(changes, words) -> None:
+    assert words in "\n".join(doubts(changed("osb1", changes)))
+
+
+def changed(name, changes):
+    """Return a bridge with other numbers, checked like a file."""
+    read = read_bridge(name)
+    tree = read.bridge.model_dump()
+    for key, value in changes.items():
+        above, _, last = key.rpartition(".")
+        (value_at(tree, above) if above else tree)[last] = value
+    return read._replace(bridge=checked(BridgeData, tree, name))
+
+
+# --- slips of units
+
+SLIPS = {
+    "m": (3.2808, 39.37, 1000), "mm": (25.4, 1000), "m2": (10.764, 1e6), "m4": (115.86, 1e12),
+    "mm2": (645.16, 1e6), "gpa": (6.895, 1000), "mpa": (6.895, 1000), "kn": (4.448, 1000),
+    "kn/m": (4.448, 14.594, 1000), "mn/m": (5.71, 68.5, 1000), "mnm/rad": (737.6, 1000),
+    "kn/m3": (6.366, 1000), "t": (2.2046, 1000), "s": (1000,),
+}  # fmt: skip
+
+
+def slips_of(name: str) -> list[tuple[str, float]]:
+    """Return key and factor of the slips of every number with a unit that is not zero."""
+    bridge = load_bridge(name)
+    known = [key for key in bridge.sources if value_at(bridge, key) and unit_in_name(key)]
+    return [
+        (key, each)
+        for key in known
+        for factor in SLIPS[unit_in_name(key)]
+        for each in (factor, 1 / factor)
+    ]
+
+
+def is_caught(name: str, *slips: tuple[str, float]) -> bool:
+    """Return whether a bridge is refused or doubted with the name of one slipped number."""
+    bridge = load_bridge(name)
+    given = {key: value_at(bridge, key) for key, _ in slips}
+    values = {
+        key: tuple(factor * each for each in given[key])
+        if isinstance(given[key], tuple)
+        else factor * given[key]
+        for key, factor in slips
+    }
+    try:
+        text = "\n".join(doubts(changed(name, values)))
+    except InputError as error:
+        text = str(error)
+    places = (re.sub(r"\.\d+\.", ".*.", part) for part in (text, *values))
+    said, *keys = places
+    return any(key in said or key.rpartition(".")[2] in said for key in keys)
+
+
+@pytest.mark.parametrize("name", bridge_names())
+def test_a_bridge_of_the_catalogue_is_plausible(name: str) -> None:
+    assert doubts(read_bridge(name)) == []
+
+
+@pytest.mark.parametrize("name", ["osb1", "bridge_a", "osb2s"])
+def test_slips_of_units_are_named_alone_and_in_pairs(name: str) -> None:
+    slips, chance = slips_of(name), random.Random(44)
+    pairs = [pair for pair in combinations(slips, 2) if pair[0][0] != pair[1][0]]
+    cases = [*((slip,) for slip in chance.sample(slips, 40)), *chance.sample(pairs, 60)]
+    assert [case for case in cases if not is_caught(name, *case)] == []

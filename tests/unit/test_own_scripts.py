@@ -1,0 +1,323 @@
+"""Own OpenSeesPy scripts as bridges: the same demands as the catalogue, units, errors, digests."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.model_script import recording
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import analyse
+from skewbridge.bridge.backfill import wing_wall
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.handles import TagAllocator
+from skewbridge.bridge.library import load_structure
+from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.structures import CatalogueBridge
+from skewbridge.cli.options import VariantOptions
+from skewbridge.demands.columns import demands_for
+from skewbridge.errors import InputError
+from skewbridge.files.text import merged
+from skewbridge.motions.record import GroundMotion
+from skewbridge.study.config import parse_config
+from skewbridge.study.inputs import check_inputs
+from skewbridge.units import G_MPS2, INCH, KIP
+from skewbridge.variant.options import SHEAR_MODEL_DEMANDS, ModelOptions
+from skewbridge.variant.variant import Variant
+
+ROOT = Path(__file__).parents[2]
+USUAL = {"skew_deg": 0.0, "gap_mm": 25.0, "friction": 0.5}
+
+
+def osb1_as_script(path: Path, skew_deg: float) -> str:
+    """Write the frame of osb1 as a plain script, recorded from its commands."""
+    structure = CatalogueBridge(load_bridge("osb1"))
+    with recording() as record, domain():
+        frame = structure.build(skew_deg, ModelOptions(), TagAllocator())
+        lines = [line for line in record if not re.match(r"ops\.(wipe|model)\(", line)]
+        loads, moments = frame.loads.forces_n, frame.loads.moments_nm
+    column = frame.columns[0]
+    capacity = column.capacities[0]
+    columns = [(each.element, each.base_node, each.top.node) for each in frame.columns]
+    text = "\n    ".join(lines)
+    dead = "\n    ".join(
+        f"ops.load({node}, 0.0, 0.0, {-load!r}, *{moments.get(node, (0.0, 0.0))!r}, 0.0)"
+        for node, load in loads.items()
+    )
+    path.write_text(
+        f"""import openseespy.opensees as ops
+import skewbridge as sb
+from skewbridge.bridge.section import ShearSection, shear_strength
+
+SECTION = {capacity.shear!r}
+
+
+def strength(axial, drift, curvature):
+    return shear_strength(SECTION, "ucsd_tests", axial, drift, curvature)
+
+
+def bridge(skew_deg):
+    ops.wipe()
+    ops.model("basic", "-ndm", 3, "-ndf", 6)
+    {text}
+    ops.timeSeries("Linear", 1)
+    ops.pattern("Plain", 1, 1)
+    {dead}
+    return sb.Frame(
+        ends=(1, 9), width=14.33, soffit=1.010, centre=5, damping_periods=(0.94, 0.35), t1=0.7192,
+        damped={list(frame.damping.elements)},
+        columns=[
+            sb.Column(element, base, top, height=5.64,
+                      drift_capacity={capacity.drift_capacity_ratio!r},
+                      yield_drift={capacity.yield_drift_ratio!r},
+                      yield_curvature={capacity.yield_curvature_per_m!r},
+                      hinges={column.hinge_sections}, shear_strength=strength)
+            for element, base, top in {columns}
+        ],
+    )
+"""
+    )
+    return str(path)
+
+
+def motion(peak_mps2: float = 6.0) -> GroundMotion:
+    time = np.arange(0.0, 3.0, 0.02)
+    pulse = peak_mps2 * np.sin(2 * np.pi * time / 0.8) * np.exp(-((time - 1.2) ** 2))
+    return GroundMotion(
+        motion_id="pulse", dt_s=0.02, accel_1_mps2=pulse, accel_2_mps2=0.6 * np.roll(pulse, 9)
+    )
+
+
+def run(bridge: str, abutment: str, skew_deg: float, gap_mm: float, peak=6.0, **options):
+    values = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": 0.5}
+    variant = Variant.at(bridge, abutment, values).normalised()
+    excitation = Excitation(motion=motion(peak))
+    return analyse(variant, excitation, AnalysisSettings(), ModelOptions(**options))
+
+
+CASES = (("contact_friction", 30.0, 25.0, 6.0), ("spring", -45.0, 51.0, 9.0))
+
+
+@pytest.mark.parametrize(("abutment", "skew_deg", "gap_mm", "peak"), CASES)
+def test_osb1_as_a_script_has_the_demands_of_the_catalogue(
+    tmp_path, abutment, skew_deg, gap_mm, peak
+):
+    script = osb1_as_script(tmp_path / "mine.py", skew_deg)
+    own, usual = (run(b, abutment, skew_deg, gap_mm, peak) for b in (script, "osb1"))
+    assert own.status == usual.status
+    # the script states one shear strength, and not one of each model
+    others = set(SHEAR_MODEL_DEMANDS.values()) - {SHEAR_MODEL_DEMANDS["ucsd_tests"]}
+    compared = usual.demands.keys() - others
+    near = {name: pytest.approx(usual.demands[name], rel=1e-6, abs=1e-9) for name in compared}
+    assert {
+        n: (own.demands[n], usual.demands[n]) for n in compared if own.demands[n] != near[n]
+    } == {}
+
+
+def two_spans(length: float, force: float, units: str, more: str = "") -> str:
+    """Return a script of a two-span frame in units of length and force (SI)."""
+    return f"""
+import openseespy.opensees as ops
+import skewbridge as sb
+
+M, N = {1 / length!r}, {1 / force!r}
+PA, KG = N / M**2, N / M
+
+def bridge():
+    for tag, x in enumerate((-40.0, -20.0, 0.0, 20.0, 40.0), start=1):
+        ops.node(tag, x * M, 0.0, 7.2 * M)
+        share = 1.0 if abs(x) < 40.0 else 0.5
+        m, r = share * 4.0e5 * KG, share * 6.0e6 * N * M
+        ops.mass(tag, m, m, m, r, 1.0e5 * N * M, r)
+    ops.node(10, 0.0, 0.0, 6.2 * M)
+    ops.node(11, 0.0, 0.0, 0.0)
+    ops.fix(11, 1, 1, 1, 1, 1, 1)
+    ops.rigidLink("beam", 3, 10)
+    ops.geomTransf("Linear", 1, 0.0, 0.0, 1.0)
+    ops.geomTransf("PDelta", 2, 1.0, 0.0, 0.0)
+    for tag in range(1, 5):
+        ops.element("elasticBeamColumn", tag, tag, tag + 1, 7.0 * M**2, 2.5e10 * PA, 1.0e10 * PA,
+                    10.0 * M**4, 3.5 * M**4, 110.0 * M**4, 1)
+    ops.uniaxialMaterial("Steel01", 1, 4.0e7 * N * M, 2.4e10 * N * M**2, 0.01)
+    ops.uniaxialMaterial("Elastic", 3, 7.5e10 * N)
+    ops.uniaxialMaterial("Elastic", 4, 8.0e9 * N * M**2)
+    ops.section("Aggregator", 1, 3, "P", 1, "Mz", 1, "My", 4, "T")
+    ops.beamIntegration("Lobatto", 1, 1, 5)
+    ops.element("forceBeamColumn", 20, 11, 10, 2, 1)
+    {more}
+    return sb.Frame(
+        ends=(1, 5), width=13.0 * M, soffit=1.1 * M, units="{units}", damped=[1, 2, 3, 4, 20],
+        columns=[sb.Column(20, 11, 10, drift_capacity=(0.05, 0.04), shear_strength=5.0e6 * N,
+                           yield_curvature=0.0017 / M, hinges=(1, 5))],
+    )
+"""
+
+
+@pytest.mark.parametrize("pads", ["two", "each"])
+def test_the_units_of_a_script_do_not_change_its_demands(tmp_path, pads):
+    found = []
+    for units, length, force in (("N-m", 1.0, 1.0), ("kip-in", INCH, KIP)):
+        path = tmp_path / units.replace("-", "_").lower() / "frame.py"
+        path.parent.mkdir()
+        path.write_text(two_spans(length, force, units))
+        found.append(
+            (load_structure(path), run(str(path), "contact_friction", 30.0, 25.0, 8.0, pads=pads))
+        )
+    (si, in_si), (us, in_us) = found
+    assert (us.t1_s, us.description) == (
+        pytest.approx(si.t1_s, rel=1e-9),
+        replace(
+            si.description,
+            spans_m=pytest.approx((40.0, 40.0)),
+            bent_heights_m=pytest.approx((6.2,)),
+            width_m=pytest.approx(13.0),
+        ),
+    )
+    assert in_si.demands["contact_closures"] > 0
+    assert in_si.demands["slip_work_kj"] > 0.0
+    # rounding decides single sub-steps of sliding, and with them the cone diagnostics
+    # and the path to rest
+    names = [name for name in demands_for("effect") if "residual" not in name]
+    expected = {name: in_si.demands[name] for name in names}
+    assert {name: in_us.demands[name] for name in names} == pytest.approx(
+        expected, rel=1e-6, abs=1e-9
+    )
+    share = 1e-3 * in_si.energy_kj["largest_input"]
+    for part in ("input", "gravity", "columns", "deck", "damping", "links"):
+        assert in_us.energy_kj[part] == pytest.approx(in_si.energy_kj[part], abs=share)
+    assert abs(in_us.demands["energy_residual_ratio"]) < 0.02
+
+
+def made(tmp_path: Path, text: str) -> str:
+    """Write a script whose function has these lines before its `Frame`."""
+    path = tmp_path / "mine.py"
+    path.write_text(text)
+    return str(path)
+
+
+GOOD = two_spans(1.0, 1.0, "N-m")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("def bridge():", "def model():", r"mine\.py: .* must have a function bridge\(\)"),
+        (
+            "def bridge():",
+            "def bridge(depth):",
+            r"mine\.py:\d+: parameter depth .*must be skew_deg",
+        ),
+        ("return sb.Frame(", "dict(", r"bridge\(\) must return a skewbridge.Frame, got None"),
+        ("ends=(1, 5)", "ends=(1, 6)", "ends: the model has no node 6"),
+        ("ends=(1, 5)", "ends=(1, 11)", r"ends: node 11 must not be fixed"),
+        ("Column(20, 11", "Column(21, 11", r"columns.0.element: the model has no element 21"),
+        ("Column(20, 11, 10", "Column(20, 10, 11", r"element 20 must start at the base, node 10"),
+        ("width=13.0 * M", "width=-1.0", "width must be positive, got -1"),
+        ('units="N-m"', 'units="kip"', "units must be FORCE-LENGTH .* got 'kip'"),
+        ("damped=[1, 2", "damped=[1, 7", "damped: the model has no element 7"),
+        ("ops.mass(", "(lambda *_: 0)(", "no nodal masses"),
+        ("ops.fix(11, 1, 1, 1, 1, 1, 1)", "M.x", r"mine\.py:\d+: AttributeError: 'float'"),
+        ("ops.fix(11, 1, 1, 1, 1, 1, 1)", "ops.node(1, 0.0)", r"mine\.py:\d+: OpenSees refuses"),
+        (
+            "ops.fix(11, 1, 1, 1, 1, 1, 1)",
+            "ops.node(12, M, M, M)",
+            r"mine\.py: the gravity analysis did not conv",
+        ),
+        ("def bridge():", "def bridge()", r"mine\.py:\d+: expected ':'"),
+        (
+            "def bridge():",
+            'def bridge():\n    ops.wipe(); ops.model("basic", "-ndm", 2, "-ndf", 3)'
+            "\n    return sb.Frame(ends=(1, 5), width=1.0, soffit=1.0)",
+            "must have 3 dimensions and 6 degrees of freedom, got 2 and 3",
+        ),
+    ],
+)
+def test_errors_of_a_script_name_file_and_line_or_field(tmp_path, old, new, words):
+    assert old in GOOD
+    with pytest.raises(InputError, match=words):
+        load_structure(made(tmp_path, GOOD.replace(old, new))).build(
+            0.0, ModelOptions(), TagAllocator()
+        )
+
+
+def test_only_options_that_a_script_takes_act_on_its_elements(tmp_path):
+    script, words = made(tmp_path, GOOD), r"deck_mass_factor cannot act on .*mine\.py"
+    with pytest.raises(InputError, match=words):
+        _ = VariantOptions(bridge=script, changes=["deck_mass_factor=1.1"]).model
+    for section in ({"model": {"deck_mass_factor": 1.1}}, {"grid": {"deck_mass_factor": [1.1]}}):
+        config = parse_config(merged({"grid": {"bridge": [script]}}, section))
+        with pytest.raises(InputError, match=words):
+            check_inputs(config)
+    text = GOOD.replace("def bridge():", "def bridge(deck_mass_factor):")
+    text = text.replace("share * 4.0e5", "deck_mass_factor * share * 4.0e5")
+    weights = []
+    for factor in (1.0, 1.1):
+        with domain():
+            variant = Variant.at(made(tmp_path, text), "roller", USUAL)
+            weights.append(build(variant, ModelOptions(deck_mass_factor=factor)).weight_n)
+    assert weights[0] == pytest.approx(4 * 4.0e5 * G_MPS2)
+    assert weights[1] == pytest.approx(1.1 * weights[0])
+
+
+def test_the_digest_covers_local_modules_and_data(tmp_path):
+    text = "import parts.deck\nfrom parts import column\n" + GOOD.replace(
+        "M, N =", "DATA = 'a.csv'\nM, N ="
+    )
+    (tmp_path / "parts").mkdir()
+    files = [tmp_path / name for name in ("parts/deck.py", "parts/column.py", "a.csv", "other.py")]
+    for file in files:
+        file.write_text("one = 1\n")
+    path = made(tmp_path, text)
+    digests = [load_structure(path).digest]
+    for file in files:
+        file.write_text("one = 2\n")
+        digests.append(load_structure(path).digest)
+    assert len(set(digests)) == 4
+    assert digests[-1] == digests[-2]  # no one imports it
+
+
+def test_abutments_are_those_of_the_script_of_osb1_or_of_an_option(tmp_path):
+    osb1, other = load_bridge("osb1"), load_bridge("bridge_a")
+    wider = 2 * osb1.deck.width_m
+
+    def ends(own: str = "", **options):
+        text = GOOD.replace("width=13.0 * M", f"width={wider}{own}")
+        with domain():
+            frame = load_structure(made(tmp_path, text)).build(
+                0.0, ModelOptions(**options), TagAllocator()
+            )
+        return [end.abutment for end in frame.ends]
+
+    usual, same = ends()
+    assert usual == same
+    assert usual.pads.yield_force_kn == pytest.approx(2 * osb1.abutment.pads.yield_force_kn)
+    assert usual.wall_width_m == pytest.approx(2 * osb1.abutment.wall_width_m)
+    assert wing_wall(usual).ultimate_n == pytest.approx(wing_wall(osb1.abutment).ultimate_n)
+    (given, _) = ends(', abutment={"pads": {"count": 7}, "seat_width_m": {"v": 0.5}}')
+    assert (given.pads.count, given.seat_width_m) == (7, 0.5)
+    assert given.pads.height_m == usual.pads.height_m
+    for chosen in (ends(', abutment="bridge_a"'), ends(abutment_of="bridge_a")):
+        assert chosen[0].seat_width_m == other.abutment.seat_width_m
+        assert chosen[0].wall_width_m == pytest.approx(
+            other.abutment.wall_width_m * wider / other.deck.width_m
+        )
+
+
+@pytest.mark.parametrize(
+    "script",
+    [*sorted((ROOT / "docs").glob("bridges/*.py")), ROOT / "docs/own_bridge.py"],
+    ids=lambda path: path.stem,
+)
+def test_the_scripts_of_the_documentation_run(script):
+    result = run(str(script), "contact_friction", 20.0, 25.0, 4.0)
+    assert result.status == "ok"
+    assert abs(result.demands["energy_residual_ratio"]) < 0.01
+    is_stated = script.stem != "viaduct"
+    for name in ("column_shear_dcr", "drift_over_capacity", "column_curvature_ductility"):
+        assert np.isnan(result.demands[name]) != is_stated
+    assert result.demands["column_drift_ratio"] > 0.0
+    lines = script.read_text().splitlines()
+    assert len(lines) - next(n for n, line in enumerate(lines) if "sb.Frame(" in line) <= 30

@@ -1,0 +1,314 @@
+"""Joints inside a bridge: decks that meet, simple spans on caps, hinges and restrainers."""
+
+from math import cos, radians
+
+import numpy as np
+import openseespy.opensees as ops
+import pandas as pd
+import pytest
+
+from bridge_variants import analysed, variant
+from skewbridge.analysis.modal import modal_properties
+from skewbridge.bridge import joints
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.catalogue.data import JointData
+from skewbridge.bridge.frame import Blueprint, InnerJoint
+from skewbridge.bridge.handles import TagAllocator
+from skewbridge.bridge.joints import build_inner_joint, support_joint
+from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.plan import DeckEnd
+from skewbridge.bridge.weights import continuous_reactions_n, deck_reactions_n, total_weight_n
+from skewbridge.contact import ContactSet
+from skewbridge.contact.element import uniaxial
+from skewbridge.errors import InputError
+from skewbridge.variant.options import ModelOptions
+from skewbridge.verification.references import live_model as live
+from strong_motion import strong_motion
+
+
+def number(value):
+    return f'{{v: {value}, src: "d: made for this test"}}'
+
+
+PADS = ", ".join(
+    f"{key}: {number(value)}"
+    for key, value in {
+        "count": 6, "spacing_m": 2.4, "shear_stiffness_kn_per_m": 1500.0, "yield_force_kn": 60.0,
+        "hardening_ratio": 0.1, "vertical_stiffness_mn_per_m": 800.0, "height_m": 0.06,
+    }.items()
+)  # fmt: skip
+BENT = ", ".join(
+    f"{key}: {number(value)}"
+    for key, value in {
+        "columns": 3, "column_spacing_m": 4.5, "clear_height_m": 5.6, "cap_width_m": 2.0,
+        "cap_depth_m": 1.5, "cap_weight_kn": 950.0,
+    }.items()
+)  # fmt: skip
+SEAT = f"seat_width_m: {number(0.6)}, pads: {{{PADS}}}"
+CABLES = {"count": 8, "stiffness_kn_per_m": 5000.0, "yield_kn": 170.0, "slack_mm": 20.0}
+RESTRAINED = ", ".join(f"{key}: {number(value)}" for key, value in CABLES.items())
+FOUR_SPANS = f"""extends: osb1
+title: four simple spans
+t1_s: {number(1.1)}
+base: fixed
+spans_m: {number([28.0, 30.0, 30.0, 28.0])}
+deck: {{soffit_height_m: {number(7.6)}, line_load_kn_per_m: {number(140.0)}}}
+bents: [{{{BENT}}}, {{{BENT}}}, {{{BENT}}}]
+joints:
+- {{at: bent 1, {SEAT}}}
+- {{at: bent 2, gap_mm: {number(30.0)}, {SEAT}, restrainers: {{{RESTRAINED}}}}}
+- {{at: bent 3, {SEAT}}}
+"""
+HINGED = f"""extends: osb1
+title: a hinge in the second span
+base: fixed
+spans_m: {number([40.0, 50.0, 40.0])}
+bents: [{{{BENT}}}, {{{BENT}}}]
+deck: {{soffit_height_m: {number(5.6)}}}
+joints: [{{from_left_m: {number(50.0)}, ledge: left, {SEAT}}}]
+"""
+MIRRORED = HINGED.replace("v: 50.0", "v: 80.0").replace("ledge: left", "ledge: right")
+
+
+@pytest.fixture
+def written(tmp_path):
+    """Return a function that writes a bridge file and returns its path as a name."""
+
+    def write(text):
+        path = tmp_path / "spans.yaml"
+        path.write_text(text, encoding="utf-8")
+        return str(path)
+
+    return write
+
+
+# --- two bodies over a joint, against explicit integration of the same two bodies
+
+MASSES_KG, LEVERS_M, SKEW_DEG = (4.0e5, 3.0e5), (10.0, 8.0), 30.0
+INERTIAS = tuple(
+    mass * (4 * lever**2 + 12.0**2) / 12 for mass, lever in zip(MASSES_KG, LEVERS_M, strict=True)
+)
+GAP_M, KN, KT, FRICTION = 0.02, 2.0e8, 4.0e7, 0.4
+STIFFNESS = 4.0e5 * (2 * np.pi / 1.2) ** 2, 3.0e5 * (2 * np.pi / 0.8) ** 2
+SPEEDS = ((0.7, 0.3, 0.0), (-0.4, -0.2, 0.01))
+DURATION_S = 1.0
+
+
+def contact_rows():
+    """Return the rows of opening and slip for q = (ux, uy, turn) of both bodies, (3, 6) each."""
+    angle, half = radians(SKEW_DEG), 6.0 / cos(radians(SKEW_DEG))
+    normal = np.array([np.cos(angle), np.sin(angle)])
+    tangent = np.array([-np.sin(angle), np.cos(angle)])
+    places = [along * tangent for along in (-half, 0.0, half)]
+    rows = []
+    for direction in (normal, tangent):
+        for place in places:
+            first, second = (place + np.array([x, 0.0]) for x in (LEVERS_M[0], -LEVERS_M[1]))
+            turns = [direction @ (-arm[1], arm[0]) for arm in (first, second)]
+            rows.append([*-direction, -turns[0], *direction, turns[1]])
+    return np.array(rows[:3]), np.array(rows[3:])
+
+
+def explicit(dt_s=1e-5):
+    """Return q of both bodies each ms, shape (n, 6), by velocity Verlet and radial return."""
+    openings, slips = contact_rows()
+    mass = np.array([v for m, i in zip(MASSES_KG, INERTIAS, strict=True) for v in (m, m, i)])
+    spring = np.array([v for k in STIFFNESS for v in (k, k, 50 * k)])
+    q, velocity, stick = np.zeros(6), np.concatenate(SPEEDS), np.zeros(3)
+
+    def acceleration():
+        nonlocal stick
+        normal_n = np.maximum(-KN * (GAP_M + openings @ q), 0.0)
+        slip = slips @ q
+        friction_n = np.clip(KT * (slip - stick), -FRICTION * normal_n, FRICTION * normal_n)
+        stick = slip - friction_n / KT
+        return (openings.T @ normal_n - slips.T @ friction_n - spring * q) / mass
+
+    rows, accel = [q.copy()], acceleration()
+    for step in range(1, round(DURATION_S / dt_s) + 1):
+        velocity += 0.5 * dt_s * accel
+        q = q + dt_s * velocity
+        accel = acceleration()
+        velocity += 0.5 * dt_s * accel
+        if step % round(1e-3 / dt_s) == 0:
+            rows.append(q)
+    return np.array(rows)
+
+
+def test_two_decks_over_a_joint_agree_with_explicit_integration_of_two_bodies():
+    with domain():
+        tags = TagAllocator()
+        grounds = [tags.node(), tags.node()]
+        nodes = [tags.node(), tags.node()]
+        for body, x in enumerate((-LEVERS_M[0], LEVERS_M[1])):
+            mass, inertia, k = MASSES_KG[body], INERTIAS[body], STIFFNESS[body]
+            for node in (grounds[body], nodes[body]):
+                ops.node(node, x, 0.0, 0.0)
+            ops.fix(grounds[body], 1, 1, 1, 1, 1, 1)
+            ops.fix(nodes[body], 0, 0, 1, 1, 1, 0)
+            ops.mass(nodes[body], mass, mass, 0.0, 0.0, 0.0, inertia)
+            materials = [tags.material() for _ in range(3)]
+            for material, stiffness in zip(materials, (k, k, 50 * k), strict=True):
+                ops.uniaxialMaterial("Elastic", material, stiffness)
+            springs = ("-mat", *materials, "-dir", 1, 2, 6)
+            ops.element("zeroLength", tags.element(), grounds[body], nodes[body], *springs)
+        back = 0.5 / cos(radians(SKEW_DEG))
+        ends = (
+            DeckEnd("left", (-back, 0.0), (1.0, 0.0), SKEW_DEG, 12.0, 1.0),
+            DeckEnd("right", (back, 0.0), (-1.0, 0.0), SKEW_DEG, 12.0, 1.0),
+        )
+        pads = load_bridge("osb1").abutment.pads
+        inner = InnerJoint(
+            name="joint 1",
+            ends=ends,
+            nodes=tuple(nodes),
+            holders=(None, None),
+            data=JointData(at="bent 1", seat_width_m=0.6, pads=pads),
+            axial_n_per_m=1e9,
+        )
+        options = ModelOptions(normal_stiffness_n_per_m=KN, tangent_stiffness_n_per_m=KT)
+        contacts, case = ContactSet(tags), variant(30, gap_mm=20, friction_pct=40)
+        parts = Blueprint(variant=case, options=options, tags=tags, contacts=contacts)
+        handle = build_inner_joint(support_joint(inner, parts))
+        assert (handle.gap_m, len(handle.units)) == (GAP_M, 3)
+        for node, speeds in zip(nodes, SPEEDS, strict=True):
+            for dof, speed in zip((1, 2, 6), speeds, strict=True):
+                ops.setNodeVel(node, dof, speed, "-commit")
+        live.prepare_analysis(tolerance_m=1e-11, system="BandGeneral", numberer="RCM")
+
+        def state():
+            return [ops.nodeDisp(node, dof) for node in nodes for dof in (1, 2, 6)]
+
+        times = live.even_times(DURATION_S, 1e-3)
+        found = live.record(contacts, times, 1e-3, state, parts_on_change=4)
+        closures = sum(unit.closures for unit in contacts.ledger())
+    expected = explicit()
+    errors = [live.rms(a - b) / live.rms(b) for a, b in zip(found.T, expected.T, strict=True)]
+    assert closures >= 5
+    assert max(errors) < 0.02, errors
+
+
+# --- dead load
+
+
+def test_hand_reactions_with_hinges():
+    # two simple spans; a cantilever with a suspended span: statically determinate by hand
+    assert continuous_reactions_n((8.0, 6.0), 1.0, [8.0]) == pytest.approx([4.0, 7.0, 3.0])
+    # hinge 2 m beyond the support: 6 m of span 2 hang on it and load it with 3
+    gerber = continuous_reactions_n((8.0, 8.0), 1.0, [10.0])
+    left = (8.0 * 4.0 - 2.0 * 1.0 - 3.0 * 2.0) / 8.0
+    assert gerber == pytest.approx([left, 16.0 - 3.0 - left, 3.0])
+    plain = continuous_reactions_n((8.0, 8.0, 8.0), 1.0)
+    # where the moment is zero a hinge changes nothing: x = 2 R / w in the first span
+    assert continuous_reactions_n((8.0, 8.0, 8.0), 1.0, [2 * plain[0]]) == pytest.approx(plain)
+
+
+@pytest.mark.parametrize("text", [FOUR_SPANS, HINGED, MIRRORED])
+@pytest.mark.parametrize("skew_deg", [0, 30])
+def test_reactions_weight_and_gaps_at_rest(written, text, skew_deg):
+    name = written(text)
+    bridge = load_bridge(name)
+    modes = modal_properties(variant(skew_deg, bridge=name, gap_mm=25))
+    hand = deck_reactions_n(bridge)
+    assert modes.abutment_reaction_kn == pytest.approx([hand[0] / 1e3, hand[-1] / 1e3], rel=0.03)
+    held = sum(modes.abutment_reaction_kn) + sum(modes.column_axial_kn)
+    assert held == pytest.approx(modes.weight_kn, rel=1e-6)
+    if skew_deg == 0:
+        assert modes.weight_kn == pytest.approx(total_weight_n(bridge) / 1e3, rel=1e-6)
+    with domain():
+        model = build(variant(skew_deg, bridge=name, gap_mm=25), ModelOptions())
+        model.contacts.start_from_rest()
+        for joint in model.joints:
+            gap_m = 0.030 if joint.name == "joint 2" else 0.025
+            opened = [model.contacts.openings_m[unit] for unit in joint.units]
+            assert opened == pytest.approx([gap_m] * 3, abs=5e-5)
+            assert joint.gap_m == gap_m
+            width = 0.6 - gap_m / (2 if "simple" in bridge.title else 1)
+            assert joint.seats[0].support_length_m == pytest.approx(width)
+            # a pad compresses: its bottom is on the cap or ledge, which moves with the columns
+            for bearing in joint.bearings:
+                drop = ops.nodeDisp(bearing.deck_node, 3) - ops.nodeDisp(bearing.seat_node, 3)
+                assert -0.002 < drop < 0.0
+
+
+def test_modes_of_simple_spans_have_open_joints(written):
+    """Longitudinally, each deck moves on its own pads: far softer than the continuous deck."""
+    name = written(FOUR_SPANS)
+    modes = modal_properties(variant(0, bridge=name))
+    # deck 2 on the pads of two caps (2 x 6 pads), rigid columns: an upper bound of its frequency
+    mass = (140.0 * 30.0 + 2 * 321.0) * 1e3 / 9.81
+    period_s = 2 * np.pi * np.sqrt(mass / (12 * 1500e3))
+    along = [mode.period_s for mode in modes.modes if mode.mass_x > 0.1]
+    assert period_s < max(along) < 1.3 * period_s
+
+
+# --- response
+
+
+def test_simple_spans_close_their_energy_balance_and_report_each_joint(written):
+    case = variant(30, bridge=written(FOUR_SPANS), gap_mm=25)
+    result = analysed(case, strong_motion(duration_s=5.0))
+    found, table = result.whole_history, pd.DataFrame(result.histories)
+    assert result.status == "ok"
+    assert abs(found["energy_residual_ratio"]) < 1e-3
+    worst = [found[f"joint{i}_unseating_m"] for i in (1, 2, 3)]
+    assert found["joint_unseating_m"] == max(worst) > 0.02
+    for i, peak in enumerate(worst, start=1):
+        assert table[f"joint{i}_unseating_m"].max() == pytest.approx(peak, rel=1e-2)
+        assert found[f"joint{i}_closures"] > 0
+    assert found["contact_closures"] >= sum(found[f"joint{i}_closures"] for i in (1, 2, 3))
+
+
+def test_a_hinge_whose_ledge_is_on_the_wrong_deck_is_refused(written):
+    wrong = written(HINGED.replace("ledge: left", "ledge: right"))
+    with domain(), pytest.raises(InputError, match="joint 1: a deck lifts off"):
+        build(variant(0, bridge=wrong), ModelOptions())
+
+
+@pytest.mark.parametrize("abutment", ["contact", "spring"])
+def test_decks_meet_in_contacts_with_every_abutment_model(written, abutment):
+    case = variant(0, abutment, written(HINGED), 25)
+    result = analysed(case, strong_motion(duration_s=4.0))
+    assert result.status == "ok"
+    assert result.demands["joint1_closures"] > 0
+    assert abs(result.demands["energy_residual_ratio"]) < 2e-3
+
+
+def test_restrainers_pull_after_their_slack_up_to_their_strength(written, monkeypatch):
+    tags = []
+
+    def recorded(*arguments):
+        tags.append(uniaxial(*arguments))
+        return tags[-1]
+
+    monkeypatch.setattr(joints, "uniaxial", recorded)
+    with domain():
+        model = build(variant(0, bridge=written(FOUR_SPANS), gap_mm=25), ModelOptions())
+        assert [len(joint.restrainers) for joint in model.joints] == [0, 2, 0]
+        ops.testUniaxialMaterial(tags[0])
+        forces = []
+        for opened_m in (-0.01, 0.019, 0.030, 0.30):
+            ops.setStrain(opened_m)
+            forces.append(ops.getStress())
+    # half of 8 cables at each end of the joint: 4 x 5000 kN/m after 20 mm, at most 4 x 170 kN
+    assert forces == pytest.approx([0.0, 0.0, 0.010 * 20e6, 680e3], rel=1e-6, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("at: bent 3", "at: bent 4", r"joints\.2\.at: the bridge has 3 bents"),
+        ("base: fixed", "base: pinned", r"joints\.0\.at: a bent below a joint needs base: fixed"),
+        ("at: bent 1,", "", r"joints\.0: give either at or from_left_m"),
+        ("at: bent 3", f"from_left_m: {number(28.2)}", "from left to right"),
+        ("7.6", "6.6", r"bents\.\d: column and cap below the joint are taller"),
+    ],
+)
+def test_bad_joints_are_refused(written, old, new, message):
+    with pytest.raises(InputError, match=message):
+        load_bridge(written(FOUR_SPANS.replace(old, new)))
+
+
+def test_a_joint_without_a_gap_of_its_own_needs_a_model_with_gaps(written):
+    with domain(), pytest.raises(InputError, match="joint 1 needs gap_mm: abutment model roller"):
+        build(variant(0, "roller", written(FOUR_SPANS)), ModelOptions())
