@@ -23,8 +23,8 @@ from skewbridge.contact import element as contact_element
 from skewbridge.contact.element import contact_frame
 from skewbridge.contact.law import advance_pair, yields_by_direction, yields_on_cone
 from skewbridge.errors import InputError
-from skewbridge.verification.references.blocks import Block, run_block
 from skewbridge.verification.references.live_model import prepare_analysis
+from skewbridge.verification.studies.blocks import Block, run_block
 
 MASS_KG = 1000.0
 DT_S = 1e-3

@@ -20,9 +20,9 @@ References:
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import ceil, cos, pi, radians, sin, tan
+from math import ceil, cos, inf, pi, radians, sin, tan
 from pathlib import Path
-from typing import Any, Final, NamedTuple, Self
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import openseespy.opensees as ops
@@ -59,9 +59,9 @@ INTEGRATORS: Final[dict[str, tuple[str | float, ...]]] = {
 class SkewDeck:
     """Matrix diagonals of a deck case, shape (3,), and corners in the order of `CORNERS`.
 
-    Opening = gap + normal row . q and slip = tangent row . q; the rows have shape (4, 3). The first
-    two columns of the normal rows are the outward normals of the abutments. Corner positions,
-    shape (4, 2), are relative to the mass centre. The dashpot of each corner gives the restitution.
+    Opening = gap + normal row . q and slip = tangent row . q; the rows have shape (4, 3), positions
+    from the mass centre (4, 2). Normal rows begin with the outward normal of the abutment. The
+    dashpot of each corner gives the restitution.
     """
 
     mass: Array
@@ -126,40 +126,32 @@ def make_deck(case: DeckCase) -> SkewDeck:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BaseAcceleration:
-    """Ground acceleration: a cosine pulse along x and y, or two sampled components.
+    """Ground acceleration: a cosine pulse along x and y, or a record with component 1 along x.
 
-    Samples, shape (2, n), are interpolated linearly; their time step is `sample_dt_s`.
+    A record is interpolated linearly between its samples.
     """
 
     amplitude_mps2: tuple[float, float] = (0.0, 0.0)
     period_s: float = 1.0
-    sample_dt_s: float = 0.0
-    samples_mps2: Array | None = None
-
-    @classmethod
-    def of_motion(cls, motion: GroundMotion) -> Self:
-        """Return the acceleration of a record, component 1 along x."""
-        samples = np.array([motion.accel_1_mps2, motion.accel_2_mps2])
-        return cls(sample_dt_s=motion.dt_s, samples_mps2=samples)
+    record: GroundMotion | None = None
 
     def at(self, times_s: Array) -> Array:
         """Return the acceleration (m/s2) at given times, shape (2, n)."""
-        if self.samples_mps2 is not None:
-            grid = self.sample_dt_s * np.arange(self.samples_mps2.shape[1])
-            accels = [np.interp(times_s, grid, each, right=0.0) for each in self.samples_mps2]
-            return np.array(accels)
+        if record := self.record:
+            pair = record.components
+            grid = record.dt_s * np.arange(len(pair[0]))
+            return np.array([np.interp(times_s, grid, accel, right=0.0) for accel in pair])
         wave = np.cos(2.0 * pi / self.period_s * times_s)
         return np.outer(self.amplitude_mps2, np.where(times_s <= self.period_s, wave, 0.0))
 
     def mean(self, starts_s: Array, ends_s: Array) -> Array:
-        """Return mean accelerations over intervals, (2, n); samples give the mean of both ends."""
-        if self.samples_mps2 is not None:
+        """Return means over intervals, shape (2, n); a record gives the mean of both ends."""
+        if self.record:
             return 0.5 * (self.at(starts_s) + self.at(ends_s))
         speed = 2.0 * pi / self.period_s
-        low, high = np.clip(starts_s, 0.0, self.period_s), np.clip(ends_s, 0.0, self.period_s)
-        amplitude = np.array(self.amplitude_mps2) / speed
+        low, high = (np.clip(times_s, 0.0, self.period_s) for times_s in (starts_s, ends_s))
         waves = np.sin(speed * high) - np.sin(speed * low)
-        return np.outer(amplitude, waves) / (ends_s - starts_s)
+        return np.outer(np.array(self.amplitude_mps2) / speed, waves) / (ends_s - starts_s)
 
 
 def pulse_of(case: DeckCase) -> BaseAcceleration:
@@ -184,8 +176,7 @@ def _energy_residual(deck: SkewDeck, loads_n: Array, q: Array, v: Array, contact
     given = np.cumsum(np.sum(loads_n * step, axis=1))
     lost = float(np.sum(deck.damping * _mid(v) * step)) + contact_j
     stored = 0.5 * float(deck.mass @ v[-1] ** 2 + deck.stiffness @ q[-1] ** 2)
-    largest = float(np.abs(given).max())
-    return (float(given[-1]) - lost - stored) / largest if largest > 0.0 else 0.0
+    return (float(given[-1]) - lost - stored) / (float(np.abs(given).max()) or inf)
 
 
 def _penalty_history(
@@ -214,9 +205,8 @@ def run_deck(case: DeckCase, excitation: BaseAcceleration | None = None) -> Deck
 def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
     """Run a deck case file, write its histories as parquet and return peaks and first contact.
 
-    Raises:
-        InputError: The case, a motion or the output folder is wrong.
-        SolutionError: The solver could not finish.
+    `InputError` if the case, a motion or the output folder is wrong; `SolutionError` if the solver
+    could not finish.
     """
     case = read_case(case_file, DeckCase)
     excitation = None
@@ -225,12 +215,28 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
         for path in (first, second):
             if not path.exists():
                 raise InputError(f"motion {path} does not exist")
-        excitation = BaseAcceleration.of_motion(read_motion(first, second))
+        excitation = BaseAcceleration(record=read_motion(first, second))
     writable_file(out)
     history = run_deck(case, excitation)
     if not np.isfinite(history.q).all():
         raise SolutionError("the response is not finite: use a smaller dt_s")
-    pq.write_table(_table(history), out)
+    names = {
+        "t_s": "time",
+        "ux_m": "displacement of the mass centre along the deck",
+        "uy_m": "displacement of the mass centre across the deck",
+        "theta_rad": "rotation, counter-clockwise",
+        **{f"gap_{corner}_m": "opening, negative in contact" for corner in CORNERS},
+        **{f"fn_{corner}_n": "compression" for corner in CORNERS},
+        **{f"ft_{corner}_n": "friction force with the sign of slip" for corner in CORNERS},
+    }
+    units = "s", "m", "m", "rad", *("m",) * 4, *("N",) * 8
+    fields = [
+        pa.field(name, pa.float64(), metadata={"unit": unit, "description": text})
+        for (name, text), unit in zip(names.items(), units, strict=True)
+    ]
+    values = (history.q, history.openings_m, history.normals_n, history.tangentials_n)
+    table = np.column_stack([history.t_s, *values])
+    pq.write_table(pa.table(list(table.T), schema=pa.schema(fields)), out)
     return {
         "peaks": history.peaks(),
         "first_contact_s": history.first_contact_s(),
@@ -239,49 +245,34 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
     }
 
 
-def _table(history: DeckHistory) -> pa.Table:
-    """Return the histories as a table with column units and descriptions."""
-    centre = "displacement of the mass centre"
-    columns = [
-        ("t_s", "s", "time"),
-        ("ux_m", "m", f"{centre} along the deck"),
-        ("uy_m", "m", f"{centre} across the deck"),
-        ("theta_rad", "rad", "rotation, counter-clockwise"),
-        *((f"gap_{corner}_m", "m", "opening, negative in contact") for corner in CORNERS),
-        *((f"fn_{corner}_n", "N", "compression") for corner in CORNERS),
-        *((f"ft_{corner}_n", "N", "friction force with the sign of slip") for corner in CORNERS),
-    ]
-    fields = [
-        pa.field(name, pa.float64(), metadata={"unit": unit, "description": text})
-        for name, unit, text in columns
-    ]
-    values = (history.q, history.openings_m, history.normals_n, history.tangentials_n)
-    table = np.column_stack([history.t_s, *values])
-    return pa.table(list(table.T), schema=pa.schema(fields))
+def rigid_links(_case: DeckCase) -> None:
+    """Connect the mass centre to the corners by rigid links."""
+    for node in CORNER_NODES:
+        ops.rigidLink("beam", CENTRE, node)
 
 
 def run_opensees(
     case: DeckCase,
     excitation: BaseAcceleration,
     *,
-    connect: Callable[[DeckCase], None] | None = None,
+    connect: Callable[[DeckCase], None] = rigid_links,
     parts_on_change: int = 1,
 ) -> DeckHistory:
     """Run a deck case in OpenSees; `SolutionError` if a step does not converge.
 
-    `connect` joins the mass centre to the corner nodes; the default is rigid links. A step in which
-    a contact opens or closes is divided into `parts_on_change` sub-steps.
+    `connect` joins the mass centre to the corner nodes. A step in which a contact opens or closes
+    is divided into `parts_on_change` sub-steps.
     """
     deck, contacts = make_deck(case), ContactSet(coupling=case.coupling)
     kn, dashpot = case.normal_stiffness_n_per_m, deck.dashpot_n_s_per_m
     drive = kelvin_voigt_drive(kn_n_per_m=kn, dashpot_n_s_per_m=dashpot) if dashpot else None
+    law: Any = {"kn": kn, "kt": case.kt_n_per_m, "cohesion_n": case.cohesion_n, "drive": drive}
     with live.clean_domain(2, 3):
         build_deck(deck)
-        (connect or rigid_links)(case)
-        for k, (wall, node) in enumerate(zip(WALL_NODES, CORNER_NODES, strict=True)):
-            law = case.gap_normal_m, case.friction, case.cohesion_n
-            normal, kt = deck.normal_rows[k, :2].tolist(), case.kt_n_per_m
-            contacts.add(wall, node, normal, *law, kn=kn, kt=kt, drive=drive, name=CORNERS[k])
+        connect(case)
+        pairs = zip(WALL_NODES, CORNER_NODES, deck.normal_rows[:, :2].tolist(), strict=True)
+        for wall, node, normal in pairs:
+            contacts.add(wall, node, normal, case.gap_normal_m, case.friction, **law)
         times, accel = excite_deck(case, excitation)
 
         def state() -> list[float]:
@@ -300,21 +291,15 @@ def build_deck(deck: SkewDeck, wall_offset_m: float = 0.0) -> None:
     ops.node(_GROUND, 0.0, 0.0)
     ops.fix(_GROUND, 1, 1, 1)
     ops.mass(CENTRE, *deck.mass.tolist())
-    for dof in range(3):
-        bearing = float(deck.stiffness[dof]), float(deck.damping[dof])
-        ops.uniaxialMaterial("Elastic", dof + 1, *bearing)
+    for tag, bearing in enumerate(zip(deck.stiffness, deck.damping, strict=True), start=1):
+        ops.uniaxialMaterial("Elastic", tag, *map(float, bearing))
     ops.element("zeroLength", 1, _GROUND, CENTRE, "-mat", 1, 2, 3, "-dir", 1, 2, 6)
     walls = deck.corners_m - wall_offset_m * deck.normal_rows[:, :2]
-    for k, (wall, node) in enumerate(zip(WALL_NODES, CORNER_NODES, strict=True)):
-        ops.node(node, *deck.corners_m[k].tolist())
-        ops.node(wall, *walls[k].tolist())
+    for nodes, places in ((CORNER_NODES, deck.corners_m), (WALL_NODES, walls)):
+        for node, place in zip(nodes, places.tolist(), strict=True):
+            ops.node(node, *place)
+    for wall in WALL_NODES:
         ops.fix(wall, 1, 1, 1)
-
-
-def rigid_links(_case: DeckCase) -> None:
-    """Connect the mass centre to the corners by rigid links."""
-    for node in CORNER_NODES:
-        ops.rigidLink("beam", CENTRE, node)
 
 
 def excite_deck(
@@ -407,13 +392,11 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     loads[:, :2] = -deck.mass[:2] * excitation.mean(fine[:-1], fine[1:]).T
     gaps_m = np.full(len(CORNERS), case.gap_normal_m)
     contacts = RigidContacts(
-        *(deck.normal_rows, gaps_m, deck.tangent_rows[::2]),
-        groups=(0, 0, 1, 1),
-        friction=case.friction,
+        *(deck.normal_rows, gaps_m, deck.tangent_rows[::2], (0, 0, 1, 1), case.friction),
         cohesion_n=case.cohesion_n,
         restitution=1.0 if case.restitution is None else case.restitution,
     )
-    matrices = (np.diag(deck.mass), np.diag(deck.damping), np.diag(deck.stiffness))
+    matrices = np.diag(deck.mass), np.diag(deck.damping), np.diag(deck.stiffness)
     history = moreau_jean(matrices, contacts, loads, dt_s)
 
     def mean_forces(impulses_ns: Array) -> Array:

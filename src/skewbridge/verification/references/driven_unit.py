@@ -7,7 +7,7 @@ A path has the columns t_s, ux_m, uy_m, uz_m (positive opens) and is linear betw
 from itertools import pairwise
 from math import pi
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import openseespy.opensees as ops
@@ -60,9 +60,8 @@ def drive_unit(
         ops.uniaxialMaterial("Elastic", 1, 1.0)
         ops.element("zeroLength", 1, anchor, idle, "-mat", 1, "-dir", 1)
         place = surface, body, (0.0, 0.0, 1.0), law.gap_m, law.friction, law.cohesion_n
-        kn, kt, closing_m = law.kn_n_per_m, law.kt_n_per_m, law.gap_closing_m
-        along_x = (1.0, 0.0, 0.0)
-        contacts.add(*place, kn=kn, kt=kt, tangent=along_x, gap_closing_m=closing_m, name="unit")
+        penalties: Any = {"kn": law.kn_n_per_m, "kt": law.kt_n_per_m}
+        contacts.add(*place, **penalties, tangent=(1.0, 0.0, 0.0), gap_closing_m=law.gap_closing_m)
         drive_node(body, path, system="ProfileSPD")
         # Go to the first row without friction; it becomes the state at rest.
         _analyze_to_next_row(1)
@@ -70,13 +69,12 @@ def drive_unit(
         forces[0] = (0.0, 0.0, contacts.normals_n[0])
         dt_s = 0.0
         for row, row_dt in enumerate(np.diff(path[:, 0]).tolist(), start=1):
-            shares = [1.0 / substeps] * substeps
+            # Before any motion the direction of slip is unknown, so the first interval takes at
+            # least ten steps, the first of them tiny.
+            count = substeps if row > 1 else max(10, substeps)
+            shares = [1.0 / count] * count
             if row == 1:
-                # Before any motion the direction of slip is unknown, so the first interval takes
-                # at least ten steps, the first of them tiny.
-                count = max(10, substeps)
-                first = [_START_SHARE / count, (1.0 - _START_SHARE) / count]
-                shares = [*first, *[1.0 / count] * (count - 1)]
+                shares[:1] = [_START_SHARE / count, (1.0 - _START_SHARE) / count]
             for share in shares:
                 next_dt = share * row_dt
                 if next_dt != dt_s:
@@ -137,11 +135,10 @@ def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]
     case = read_case(case_file, ContactCase)
     path = read_path(file_of_case(case_file, case.path))
     writable_file(out)
-    options = case.model_dump(include={"substeps", "scheme", "coupling"})
     kn, kt = case.normal_stiffness_n_per_m, case.tangent_stiffness_n_per_m
-    given = case.model_dump(include={"friction", "cohesion_n", "gap_m"})
-    law = ContactLaw(kn_n_per_m=kn, kt_n_per_m=kt, **given)
-    forces_n, ledger = drive_unit(law, path, **options)
+    limits = case.model_dump(include={"friction", "cohesion_n", "gap_m"})
+    options = case.model_dump(include={"substeps", "scheme", "coupling"})
+    forces_n, ledger = drive_unit(ContactLaw(kn, kt, **limits), path, **options)
     table = pd.DataFrame(forces_n, columns=["fx_n", "fy_n", "fz_n"])
     table.insert(0, "t_s", path[:, 0])
     table.to_csv(out, index=False)

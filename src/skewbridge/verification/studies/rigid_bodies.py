@@ -16,17 +16,17 @@ import numpy as np
 import openseespy.opensees as ops
 import pandas as pd
 
-from skewbridge.contact import ContactSet, UnitLedger
+from skewbridge.contact import ContactSet
 from skewbridge.contact.drives import kelvin_voigt_damping_ratio, kelvin_voigt_drive
 from skewbridge.units import KN, MM
 from skewbridge.verification.references import cases
 from skewbridge.verification.references import deck_solvers as solvers
 from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.cases import SCALE_M, deck_case
-from skewbridge.verification.references.deck_solvers import CORNERS, DeckHistory, run_deck
+from skewbridge.verification.references.deck_solvers import DeckHistory, run_deck
 from skewbridge.verification.references.lcp import LcpHistory, RigidContacts, moreau_jean
 from skewbridge.verification.references.live_model import Array, cone_excess, rms
-from skewbridge.verification.registry import Panel, Row, Study, drawn
+from skewbridge.verification.registry import Panel, Study, drawn
 from skewbridge.verification.studies.paper_runs import el_centro
 
 _CLOSE: Final = 0.03  # fraction of the gap: the penetration allowed for Kn = 1e9 N/m
@@ -45,16 +45,16 @@ NORMAL: Final = np.array([-TANGENT[1], TANGENT[0]])
 
 
 class ParticleHistory(NamedTuple):
-    """Response of the particle: positions (x, y) and forces (lower, upper line), shape (n, 2).
+    """Positions of the particle, and forces at the lower and the upper line, shape (n, 2).
 
-    Friction acts along the lines, with the sign of slip.
+    Friction acts along the lines, with the sign of slip. The depth is the largest penetration.
     """
 
     t_s: Array
     position_m: Array
     friction_n: Array
     normal_n: Array
-    ledgers: list[UnitLedger]
+    depth_m: float
 
 
 def run_particle(dt_s: float, duration_s: float) -> ParticleHistory:
@@ -64,15 +64,15 @@ def run_particle(dt_s: float, duration_s: float) -> ParticleHistory:
     drive = kelvin_voigt_drive(kn_n_per_m=_KN_N_PER_M, dashpot_n_s_per_m=dashpot)
     contacts, (ground, particle) = ContactSet(), (1, 2)
     with live.clean_domain(2, 2):
-        ops.node(ground, 0.0, 0.0)
-        ops.node(particle, 0.0, 0.0)
+        for node in (ground, particle):
+            ops.node(node, 0.0, 0.0)
         ops.fix(ground, 1, 1)
         ops.mass(particle, _MASS_KG, _MASS_KG)
         ops.uniaxialMaterial("Elastic", 1, _STIFFNESS_N_PER_M, _DASHPOT_N_S_PER_M)
         ops.element("zeroLength", 1, ground, particle, "-mat", 1, 1, "-dir", 1, 2)
-        for normal, name in ((NORMAL, "lower line"), (-NORMAL, "upper line")):
+        for normal in (NORMAL, -NORMAL):
             place = ground, particle, normal.tolist(), _HALF_GAP_M, _LINE_FRICTION
-            contacts.add(*place, kn=_KN_N_PER_M, kt=_KN_N_PER_M, drive=drive, name=name)
+            contacts.add(*place, kn=_KN_N_PER_M, kt=_KN_N_PER_M, drive=drive)
         accel = _LINE_PULSE.mean(times - 0.5 * dt_s, times + 0.5 * dt_s)
         accel[:, 0] = _LINE_PULSE.amplitude_mps2
         live.shake_base(particle, dt_s, accel)
@@ -84,8 +84,8 @@ def run_particle(dt_s: float, duration_s: float) -> ParticleHistory:
             return [*ops.nodeDisp(particle), -lower, upper, *contacts.normals_n]
 
         rows = live.record(contacts, times, dt_s, state)[::10]
-        ledgers = contacts.ledger()
-    return ParticleHistory(times[::10], rows[:, :2], rows[:, 2:4], rows[:, 4:], ledgers)
+        depth_m = max(ledger.max_penetration_m for ledger in contacts.ledger())
+    return ParticleHistory(times[::10], rows[:, :2], rows[:, 2:4], rows[:, 4:], depth_m)
 
 
 def run_particle_lcp(restitution: float, h_s: float, duration_s: float) -> LcpHistory:
@@ -135,7 +135,7 @@ def compare_with_lcp(study: Study, history: ParticleHistory, rigid: LcpHistory) 
     error = rms(normal - np.interp(history.t_s, rigid.t_s, exact)) / _HALF_GAP_M
     source = "our Moreau-Jean solver at the step of the study"
     study.at_most(f"{case}: RMS difference of un from LCP / gap", error, _CLOSE, source)
-    depth = max(ledger.max_penetration_m for ledger in history.ledgers) / _HALF_GAP_M
+    depth = history.depth_m / _HALF_GAP_M
     study.at_most(f"{case}: penetration / gap", depth, _CLOSE, "penalty")
     study.states("node to line", f"{case} N/m", error)
     study.states("penalties enforce", f"{case} N/m", depth)
@@ -185,10 +185,8 @@ def run(study: Study) -> None:
     _check_elastic(study, elastic)
     _check_rigid(study, rigid, damped)
     study.tables["locked_rotation"] = locked = locked_rotation()
-    errors = locked["rms_ratio"].tolist()
-    is_falling = bool(np.all(np.diff(errors) < 0.0))
-    text = "locked rotation: penalty converges to the LCP"
-    study.holds(text, truth=is_falling, source="monotone in kn*")
+    errors, text = locked["rms_ratio"].tolist(), "locked rotation: penalty converges to the LCP"
+    study.holds(text, truth=bool(np.all(np.diff(errors) < 0.0)), source="monotone in kn*")
     text = "locked rotation, kn* = 1e5: RMS difference of un / scale"
     study.at_most(text, errors[-1], 0.01, "LCP, e 0.6")
     study.tabulated("locked rotation: first contact (s)", locked["first_contact_s"].iloc[-1])
@@ -204,8 +202,6 @@ def run(study: Study) -> None:
         step: impacts(run_deck(deck_case("C1", integrator="houbolt", dt_s=step / frequency)))
         for step in (0.05, 0.71, 1.5, 3.0)
     }
-    tables = [table.assign(step_times_frequency=step) for step, table in bounced.items()]
-    study.tables["impacts"] = pd.concat(tables, ignore_index=True)
     medians = {step: float(table["restitution"].median()) for step, table in bounced.items()}
     study.states("restitution found", "C1, Houbolt, some step of the table", medians)
     for step, table in bounced.items():
@@ -322,24 +318,24 @@ def perimeter_beams(case: cases.DeckCase) -> None:
 
 
 def impacts(history: DeckHistory) -> pd.DataFrame:
-    """Return one row per impact of a corner: corner, time, approach speed and restitution.
+    """Return one row per impact of a corner: time, approach speed and restitution.
 
     Speeds are taken in free flight, in the steps before closing and after opening.
     """
-    dt = float(history.t_s[1] - history.t_s[0])
-    rows: list[tuple[str, float, float, float]] = []
-    for corner, opening in zip(CORNERS, history.openings_m.T, strict=True):
+    parts: list[pd.DataFrame] = []
+    for opening in history.openings_m.T:
         changes = np.diff((opening < 0.0).astype(int))
         starts, ends = (np.flatnonzero(changes == sign) + 1 for sign in (1, -1))
         # every contact is open at first, so ends follow starts; the last contact may not end
-        for start, end in zip(starts.tolist(), ends.tolist(), strict=False):
-            if start < 2 or end + 1 >= len(opening):
-                continue
-            approach = float(opening[start - 2] - opening[start - 1]) / dt
-            rebound = float(opening[end + 1] - opening[end]) / dt
-            if approach > 0.0:
-                rows.append((corner, float(history.t_s[start]), approach, rebound / approach))
-    return pd.DataFrame(rows, columns=["corner", "t_s", "approach_mps", "restitution"])
+        starts = starts[: len(ends)]
+        is_free = (starts >= 2) & (ends + 1 < len(opening))
+        starts, ends = starts[is_free], ends[is_free]
+        speeds = np.diff(opening) / float(history.t_s[1] - history.t_s[0])
+        approach, rebound = -speeds[starts - 2], speeds[ends]
+        columns = {"t_s": history.t_s[starts], "approach_mps": approach}
+        parts.append(pd.DataFrame(columns | {"restitution": rebound / approach}))
+    table = pd.concat(parts, ignore_index=True)
+    return table[table["approach_mps"] > 0.0]
 
 
 def locked_rotation(relative_stiffnesses: tuple[float, ...] = (1e3, 1e4, 1e5)) -> pd.DataFrame:
@@ -352,7 +348,7 @@ def locked_rotation(relative_stiffnesses: tuple[float, ...] = (1e3, 1e4, 1e5)) -
     """
     rigid = run_deck(deck_case("C1", solver="lcp", restitution=0.6, dt_s=1e-4))
     normal = solvers.make_deck(deck_case("C1")).normal_rows[0, :2]
-    rows: list[dict[str, float]] = []
+    rows: list[tuple[float, ...]] = []
     pulse_speed = 4.0 * pi
     for ratio in relative_stiffnesses:
         stiffness = ratio * 1000.0 * pulse_speed**2 / 2.0
@@ -360,10 +356,9 @@ def locked_rotation(relative_stiffnesses: tuple[float, ...] = (1e3, 1e4, 1e5)) -
         # the rotational spring is much stiffer than the corner springs at their lever arms
         history = run_deck(deck_case("C1", restitution=0.6, period_theta_s=1.0e-5, **case))
         soft = np.interp(rigid.t_s, history.t_s, history.q[:, :2] @ normal)
-        error = (soft - rigid.q[:, :2] @ normal) / SCALE_M
-        row = {"relative_stiffness": ratio, "rms_ratio": rms(error)}
-        rows.append(row | {"first_contact_s": history.first_contact_s() or np.nan})
-    return pd.DataFrame(rows)
+        error = rms((soft - rigid.q[:, :2] @ normal) / SCALE_M)
+        rows.append((ratio, error, history.first_contact_s() or np.nan))
+    return pd.DataFrame(rows, columns=["relative_stiffness", "rms_ratio", "first_contact_s"])
 
 
 GAPS_MM: Final = (3.18, 6.35)  # source: the paper, runs 123 and 213
@@ -392,24 +387,24 @@ def wu_case(gap_mm: float, **changes: Any) -> cases.DeckCase:
 
 def run_tests(study: Study) -> None:
     """Run the study of figures 7 and 8."""
-    record = el_centro()
-    rows: list[Row] = []
-    for gap, motion in product(GAPS_MM, record.runs()):
-        ground = solvers.BaseAcceleration.of_motion(motion.motion)
+    for gap, motion in product(GAPS_MM, el_centro().runs()):
+        ground, name = solvers.BaseAcceleration(record=motion.motion), f"gap {gap:g} mm"
         history = run_deck(wu_case(gap), ground)
-        demands, name = _demands(history), f"gap {gap:g} mm"
+        peaks = history.peaks()
         # ASSUME the premise of both statements: an obtuse corner hits its wall
-        hits = max(demands[f"normal_{corner}_kn"] for corner in ("ro", "lo")) > 0.0
+        hits = float(history.normals_n[:, 1:3].max()) > 0.0
         states = partial(study.states, run=motion.run, premise=hits)
-        states("skew deck rotates", name, demands["theta_mrad"])
-        for side, end in (("r", "right"), ("l", "left")):
-            openings_mm = (demands[f"away_{side}{kind}_mm"] for kind in "ao")
+        states("skew deck rotates", name, 1e3 * peaks["theta_rad"])
+        # largest openings beyond the gap
+        away_mm = (history.openings_m.max(axis=0) - history.openings_m[0, 0]) / MM
+        for end, corners in (("right", (0, 1)), ("left", (3, 2))):
+            openings_mm = away_mm[[*corners]].tolist()
             states("acute corner moves away", f"{name}, {end} acute", *openings_mm)
         if not motion.is_nominal:
             continue
         ode = run_deck(wu_case(gap, solver="penalty"), ground)
         if gap == GAPS_MM[1]:
-            peaks, exact = history.peaks(), ode.peaks()
+            exact = ode.peaks()
             for key in ("ux_m", "uy_m", "theta_rad"):
                 text = f"{name}: peak {key} over {_DURATION_S:g} s"
                 study.relative(text, peaks[key], exact[key], 0.02, _ODE)
@@ -422,26 +417,10 @@ def run_tests(study: Study) -> None:
         text = f"{name}: excess of friction over the cone / largest limit"
         beyond = cone_excess(history.tangentials_n, history.normals_n, FRICTION)
         study.at_most(text, beyond, 0.1, "cone; compression predicted over one step")
-        rows += [
-            {"gap_mm": gap, "solver": solver, "motion": motion.label} | _demands(found)
-            for solver, found in (("opensees", history), ("penalty", ode))
-        ]
     # A contact lasts half a period of the mass on its penalty; each corner has an equal mass share.
     decks = wu_case(GAPS_MM[0]), deck_case("C1")
     times_s = [(deck.mass_kg / deck.normal_stiffness_n_per_m) ** 0.5 for deck in decks]
     study.states("longer contact", "closed form", times_s[0] / times_s[1], 1.0)
-    study.tables["peaks"] = pd.DataFrame(rows)
-
-
-def _demands(history: DeckHistory) -> dict[str, float]:
-    """Return peaks in mm, mrad and kN; `away` is the largest opening beyond the gap."""
-    ux_m, uy_m, theta_rad, _ = history.peaks().values()
-    result = {"ux_mm": ux_m / MM, "uy_mm": uy_m / MM, "theta_mrad": 1e3 * theta_rad}
-    gap = float(history.openings_m[0, 0])
-    for k, corner in enumerate(CORNERS):
-        result[f"away_{corner}_mm"] = (float(history.openings_m[:, k].max()) - gap) / MM
-        result[f"normal_{corner}_kn"] = float(history.normals_n[:, k].max()) / KN
-    return result
 
 
 def _draw_tests(study: Study, history: DeckHistory, title: str) -> None:
