@@ -62,9 +62,9 @@ def test_b3_sine_pulse():
         assert float(TABULATED["fig1", name]["reference"]) == pytest.approx(slip, rel=1e-9)
         history = blocks.run_block(blocks.sliding_block(friction), 2e-4, 1.0, base_mps2=base_mps2)
         # The way back starts from rest under a small excess: 0.5 mm for the elastic slip.
-        assert history.position_m[-1, 0] == pytest.approx(final, abs=5e-4)
+        assert history.q[-1, 0] == pytest.approx(final, abs=5e-4)
         # Kinetic energy is zero at both ends, so friction took what the base gave.
-        assert history.ledger.slip_work_j > 0.0
+        assert history.ledgers[0].slip_work_j > 0.0
 
 
 def test_b4_clipped_restitution_is_tabulated_and_continuous_for_overdamped_contacts():
@@ -91,10 +91,10 @@ def test_b4_clipped_restitution_is_tabulated_and_continuous_for_overdamped_conta
 def test_b4_clipped_kelvin_voigt_never_pulls_and_takes_the_lost_energy(restitution):
     dashpot = 2.0 * drives.kelvin_voigt_damping_ratio(restitution) * (KN * MASS_KG) ** 0.5
     history = bounce(drives.kelvin_voigt_drive(kn_n_per_m=KN, dashpot_n_s_per_m=dashpot))
-    assert history.normal_n.min() >= -1e-6  # no tension
-    lost = 0.5 * MASS_KG * (1.0 - history.velocity_mps[-1, 1] ** 2)
+    assert history.normals_n.min() >= -1e-6  # no tension
+    lost = 0.5 * MASS_KG * (1.0 - history.v[-1, 1] ** 2)
     # The mass lost the work on the normal spring; trapezoid at 60 steps per contact.
-    assert history.ledger.normal_work_j == pytest.approx(lost, rel=0.02)
+    assert history.ledgers[0].normal_work_j == pytest.approx(lost, rel=0.02)
 
 
 def steady_lag_deg(path, forces):
@@ -151,8 +151,8 @@ def test_b9_pushed_block_slides_by_the_excess_of_the_acceleration():
     def push_mps2(t):
         return rate * np.maximum(0.0, t - 1.0)
 
-    *_, feet_m, _ = blocks.run_upright(half_m, 1e-3, 4.0, friction=friction, base_mps2=push_mps2)
+    history = blocks.run_upright(half_m, 1e-3, 4.0, friction=friction, base_mps2=push_mps2)
     # From friction x g on, the excess of the acceleration grows linearly.
     sliding_s = 3.0 - friction * TABLE_G_MPS2 / rate
-    slid = abs(feet_m[-1, 0])
+    slid = abs(history.q[-1, 3])
     assert slid == pytest.approx(rate * sliding_s**3 / 6.0, rel=0.02)

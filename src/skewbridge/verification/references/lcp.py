@@ -27,7 +27,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from skewbridge.errors import SolutionError
-from skewbridge.verification.references.live_model import Array
+from skewbridge.verification.references.live_model import Array, History
 
 _THETA: Final = 0.5
 # Allowed violation of a condition (rounding), relative to the largest velocity or impulse.
@@ -113,27 +113,13 @@ class RigidContacts:
         return impulses
 
 
-class LcpHistory(NamedTuple):
-    """Displacements q, velocities v (n, dofs), and impulses in the step before each time.
-
-    Friction impulses, shape (n, groups), have the sign of slip. Contact dissipates
-    `contact_work_j`.
-    """
-
-    t_s: Array
-    q: Array
-    v: Array
-    normal_impulses_ns: Array
-    tangent_impulses_ns: Array
-    contact_work_j: float
-
-
 def moreau_jean(
     matrices: tuple[Array, Array, Array], contacts: RigidContacts, mean_loads_n: Array, h_s: float
-) -> LcpHistory:
+) -> History:
     """Integrate a linear structure (mass, damping, stiffness) with rigid contacts from rest.
 
-    Loads are means over the steps, shape (steps, dofs). `SolutionError` if a step has no solution.
+    Loads are means over the steps, shape (steps, dofs); contact forces are means over the step
+    before each time, friction per group. `SolutionError` if a step has no solution.
     """
     mass, damping, stiffness = matrices
     steps, dofs = mean_loads_n.shape
@@ -147,7 +133,6 @@ def moreau_jean(
     pull, push = -h_s * inverse @ stiffness, mean_loads_n @ (h_s * inverse).T
     count = len(contacts.groups)
     q, v, impulses = (np.zeros((steps + 1, width)) for width in (dofs, dofs, len(rows)))
-    work = 0.0
     for k in range(steps):
         free = keep @ v[k] + pull @ q[k] + push[k]
         u_before = rows @ v[k]
@@ -162,9 +147,8 @@ def moreau_jean(
             else:
                 raise SolutionError(f"no consistent contact state for the contacts {active}")
             free = free + spread @ p
-            work -= float(p @ (0.5 * (u_before + rows @ free)))
             impulses[k + 1] = np.concatenate([p[:count], -p[count:]])
         v[k + 1] = free
         q[k + 1] = q[k] + h_s * (_THETA * free + (1.0 - _THETA) * v[k])
-    t_s = h_s * np.arange(steps + 1)
-    return LcpHistory(t_s, q, v, impulses[:, :count], impulses[:, count:], work)
+    openings, forces = contacts.gaps_m + q @ contacts.normal_rows.T, impulses / h_s
+    return History(h_s * np.arange(steps + 1), q, v, openings, forces[:, :count], forces[:, count:])

@@ -20,13 +20,13 @@ References:
 from dataclasses import dataclass, replace
 from functools import partial
 from math import asin, atan, ceil, cos, degrees, hypot, pi, sin, sqrt
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 import openseespy.opensees as ops
 import pandas as pd
 
-from skewbridge.contact import ContactLaw, ContactSet, Drive, UnitLedger, drives
+from skewbridge.contact import ContactLaw, ContactSet, Drive, drives
 from skewbridge.contact.law import advance_pair
 from skewbridge.errors import SolutionError
 from skewbridge.units import KN, MM
@@ -35,7 +35,7 @@ from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.cases import deck_case
 from skewbridge.verification.references.deck_solvers import INTEGRATORS, run_deck
 from skewbridge.verification.references.driven_unit import PAPER_LAW, drive_unit
-from skewbridge.verification.references.live_model import Array, first_crossing_s
+from skewbridge.verification.references.live_model import Array, History, first_crossing_s
 from skewbridge.verification.registry import Panel, Row, Study, drawn
 
 _SETTLING_S: Final = 1e-6
@@ -63,17 +63,6 @@ class Block:
     drive: Drive | None = None
 
 
-class BlockHistory(NamedTuple):
-    """Response of a block: position and velocity, shape (n, 2); friction has the sign of slip."""
-
-    t_s: Array
-    position_m: Array
-    velocity_mps: Array
-    friction_n: Array
-    normal_n: Array
-    ledger: UnitLedger
-
-
 def run_block(
     block: Block,
     dt_s: float,
@@ -83,19 +72,13 @@ def run_block(
     base_mps2: live.TimeFunction | None = None,
     anchor_m: live.TimeFunction = np.zeros_like,
     integrator: tuple[str | float, ...] = ("Newmark", 0.5, 0.25),
-) -> BlockHistory:
+) -> History:
     """Run a block under a force along x, a base acceleration or a motion of the spring anchor.
 
     With a base acceleration the response is relative to the surface.
     """
     times, contacts = live.even_times(duration_s, dt_s), ContactSet()
     ground, mass, anchor = 1, 2, 3
-
-    def state() -> list[float]:
-        # The unit measures slip along its normal turned counter-clockwise, which is minus x.
-        forces = [-contacts.tangentials_n[0][0], contacts.normals_n[0]]
-        return [*ops.nodeDisp(mass), *ops.nodeVel(mass), *forces]
-
     with live.clean_domain(2, 2):
         for node in (ground, mass, anchor):
             ops.node(node, 0.0, 0.0)
@@ -124,10 +107,7 @@ def run_block(
             contacts.after_step(_SETTLING_S)
             contacts.start_from_rest()
             ops.setTime(0.0)
-        rows = live.record(contacts, times, dt_s, state)
-        ledger = contacts.ledger()[0]
-    position, velocity, forces = np.split(rows, (2, 4), axis=1)
-    return BlockHistory(times, position, velocity, forces[:, 0], forces[:, 1], ledger)
+        return live.record(contacts, times, dt_s, [mass], [-1.0])
 
 
 def sliding_block(friction: float) -> Block:
@@ -143,13 +123,13 @@ def run_upright(
     friction: float,
     angle_rad: float = 0.0,
     base_mps2: live.TimeFunction = np.zeros_like,
-) -> tuple[Array, Array, Array, Array]:
+) -> History:
     """Run a block of 1000 kg that can slide, tip and rock on two corners, with large rotations.
 
     `half_m` is half of its width and height. It starts at rest and leans to the left if the angle
     is positive; the floor accelerates by `base_mps2`. The penalty at the corners is 1e9 N/m.
-    Returns times, angle from upright (rad, counter-clockwise), and displacement along x and opening
-    (m) of the left and the right corner, shape (n, 2).
+    The motion is that of the centre, the left and the right corner: x, y and rotation (from that at
+    the start, counter-clockwise) of each.
     """
     times, contacts = live.even_times(duration_s, dt_s), ContactSet()
     b, h = half_m
@@ -175,13 +155,7 @@ def run_upright(
         # Numerical damping removes oscillations of the penalty; rocking is far slower.
         solver = {"constraints": "Plain", "numberer": "RCM", "algorithm": "KrylovNewton"}
         live.prepare_analysis(**solver, tolerance_m=1e-11, integrator=("HHT", 0.8))
-
-        def state() -> list[float]:
-            feet = [ops.nodeDisp(corner, 1) for corner in (left, right)]
-            return [angle_rad + ops.nodeDisp(centre, 3), *feet, *contacts.openings_m]
-
-        rows = live.record(contacts, times, dt_s, state)
-    return times, rows[:, 0], rows[:, 1:3], rows[:, 3:]
+        return live.record(contacts, times, dt_s, [centre, left, right], [1.0, 1.0])
 
 
 _SPRING_N_PER_M: Final = 4.0e4
@@ -207,7 +181,7 @@ def run_gate(study: Study) -> None:
     study.absolute("restitution of the clipped damper", restitution, 0.6, 1e-9, "B4")
     _check_paths(study)
     decay = run_block(spring_block(kt_n_per_m=1e9, x0_m=0.5), 1e-3, 1.2)
-    found_m = decay.position_m[:, 0].min()
+    found_m = decay.q[:, 0].min()
     study.relative("first turning point (m)", found_m, 2.0 * _SLIP_M - 0.5, 5e-3, "B1")
     _check_rectangle(study, "slip under a rectangular pulse (m)", 0.2, (5e-4, 0.8), 1e-2)
     _check_fall(study, ("deepest penetration (m)",), 2e-4)
@@ -257,7 +231,7 @@ def _check_rectangle(
 
     slid = run_block(sliding_block(friction), *times_s, base_mps2=base_mps2)
     exact_m = (accel * 0.2) ** 2 / (2.0 * limit) * (1.0 - limit / accel)
-    study.relative(name, -slid.position_m[-1, 0], exact_m, tolerance, "B3")
+    study.relative(name, -slid.q[-1, 0], exact_m, tolerance, "B3")
 
 
 def falling_block(**changes: Any) -> Block:
@@ -271,7 +245,7 @@ def _check_fall(study: Study, names: tuple[str, ...], dt_s: float) -> None:
     fall = run_block(falling_block(), dt_s, 0.05)
     w, static_m = sqrt(1e7 / MASS_KG), MASS_KG * TABLE_G_MPS2 / 1e7
     exact = static_m + hypot(static_m, 1.0 / w), 2.0 / w * (pi - atan(w / TABLE_G_MPS2))
-    found = -fall.position_m[:, 1].min(), fall.ledger.contact_time_s
+    found = -fall.q[:, 1].min(), fall.ledgers[0].contact_time_s
     for name, value, reference, limit in zip(names, found, exact, (5e-3, 0.01), strict=False):
         study.relative(name, value, reference, limit, "B5")
 
@@ -304,7 +278,7 @@ def run(study: Study) -> None:
     for mu in (0.1, 0.2, 0.3, 0.4):
         slid = run_block(sliding_block(mu), 2e-4, 0.6, base_mps2=sine_mps2)
         name = f"sliding block, sine pulse, friction {mu}: slip (m)"
-        study.tabulated(name, slid.position_m[:, 0].min())
+        study.tabulated(name, slid.q[:, 0].min())
     for mu in (0.1, 0.2, 0.3):
         name = f"sliding block, rectangular pulse, friction {mu}: slip (m)"
         _check_rectangle(study, name, mu, (2e-4, 1.3), 5e-3)
@@ -345,19 +319,19 @@ def _check_upright(study: Study, half_m: tuple[float, float]) -> None:
     """Check a released block, and a block under a base acceleration that grows after 1 s."""
     b, h = half_m
     angle, name = 0.5 * atan(b / h), f"block {b} x {h} m"
-    times_s, angles, *_ = run_upright(half_m, 5e-4, 0.8, friction=1.0, angle_rad=angle)
-    found_s = first_crossing_s(times_s, angles) or np.nan
+    released = run_upright(half_m, 5e-4, 0.8, friction=1.0, angle_rad=angle)
+    found_s = first_crossing_s(released.t_s, angle + released.q[:, 2]) or np.nan
     study.tabulated(f"{name}: quarter period of rocking (s)", found_s)
 
     def growing_mps2(t: Array) -> Array:
         return 1.2 * np.maximum(0.0, t - 1.0)
 
     push = partial(run_upright, half_m, 1e-3, 4.0, base_mps2=growing_mps2)
-    (times_s, *_, gaps_m), (_, _, feet_m, small_m) = push(friction=1.0), push(friction=0.2)
-    lifts, stays = ((times_s > 1.0) & (gap.max(axis=1) > 0.0) for gap in (gaps_m, small_m))
-    start, text = growing_mps2(times_s[lifts][:1])[0], "acceleration at uplift (m/s2)"
+    rough, smooth = push(friction=1.0), push(friction=0.2)
+    lifts, stays = ((h.t_s > 1.0) & (h.openings_m.max(axis=1) > 0.0) for h in (rough, smooth))
+    start, text = growing_mps2(rough.t_s[lifts][:1])[0], "acceleration at uplift (m/s2)"
     study.relative(f"{name}: {text}", start, TABLE_G_MPS2 * b / h, 0.02, "B9, g b / h")
-    slid = bool((np.abs(np.diff(feet_m[:, 0])) > 1e-3).any())
+    slid = bool((np.abs(np.diff(smooth.q[:, 3])) > 1e-3).any())
     text = f"{name}, friction 0.2 < b / h: slides and does not lift"
     study.holds(text, truth=slid and not stays.any(), source="B9")
 
@@ -368,8 +342,8 @@ _STEPS_PER_CYCLE: Final = 2000
 def run_closed_forms(study: Study) -> None:
     """Run the study of closed forms."""
     decay = run_block(spring_block(x0_m=0.5), 5e-4, 3.0)
-    v = decay.velocity_mps[:, 0]
-    turns = decay.position_m[np.flatnonzero(v[1:] * v[:-1] < 0.0), 0]
+    v = decay.v[:, 0]
+    turns = decay.q[np.flatnonzero(v[1:] * v[:-1] < 0.0), 0]
     # the mass stops once |x| <= slip: at the fifth turning point
     for k, found in enumerate(turns[:5], start=1):
         exact = (-1) ** k * (0.5 - 2.0 * k * _SLIP_M)
@@ -389,7 +363,7 @@ def run_closed_forms(study: Study) -> None:
     w = sqrt(_SPRING_N_PER_M / MASS_KG)
     exact_s = 2.0 / w * (pi - atan(drop_m * w / speed)) + 2.0 * drop_m / speed
     # the mean time between the starts of long slips
-    slip = belt.position_m[:, 0] - belt.friction_n / 1e10
+    slip = belt.q[:, 0] - belt.tangentials_n[:, 0] / 1e10
     fast = np.diff(slip) / np.diff(belt.t_s) > 0.05
     starts_s = belt.t_s[np.flatnonzero(fast[1:] & ~fast[:-1]) + 1]
     found_s, source = np.mean(np.diff(starts_s)), "B8, slip starts at kinetic friction"
@@ -414,13 +388,13 @@ def _forced_response(r: float, friction_ratio: float) -> tuple[float, float]:
     # Friction reverses within a step: the error is first order and grows near resonance.
     dt = period / _STEPS_PER_CYCLE
     history = run_block(spring_block(), dt, 30 * period, force_n=lambda t: force * np.cos(w * t))
-    last = history.position_m[-3 * _STEPS_PER_CYCLE :, 0]
+    last = history.q[-3 * _STEPS_PER_CYCLE :, 0]
     v, u = 1.0 / (1.0 - r * r), sin(pi / r) / (r * (1.0 + cos(pi / r)))
     exact = force / _SPRING_N_PER_M * sqrt(v * v - (friction_ratio * u) ** 2)
     return 0.5 * float(last.max() - last.min()), exact
 
 
-def bounce(drive: Drive, *, speed_mps: float = 1.0, dt_s: float = 5e-4) -> BlockHistory:
+def bounce(drive: Drive, *, speed_mps: float = 1.0, dt_s: float = 5e-4) -> History:
     """Return the history of one impact on a contact with the given drive, without gravity."""
     options: Any = {"normal_load_n": 0.0, "v0_mps": (0.0, -speed_mps), "gap_m": 0.00321}
     return run_block(falling_block(**options, drive=drive), dt_s, 0.1 / speed_mps)
@@ -440,15 +414,15 @@ def _check_impacts(study: Study) -> None:
             "Hunt-Crossley": _power_law(1e7, 1.0, damping),
             "Hunt-Crossley, p = 3/2": _power_law(3e8, 1.5, damping),
         }.items():
-            rebound = bounce(drive).velocity_mps[-1, 1]
+            rebound = bounce(drive).v[-1, 1]
             study.absolute(f"{name}: restitution {e}", rebound, e, 0.01, "B4")
-    found_m = bounce(_power_law(1e9, 1.5), dt_s=1e-4).ledger.max_penetration_m
+    found_m = bounce(_power_law(1e9, 1.5), dt_s=1e-4).ledgers[0].max_penetration_m
     depth_m = (2.5 * MASS_KG / 2e9) ** (1.0 / 2.5)
     study.relative("Hertz: depth (m)", found_m, depth_m, 5e-3, "energy")
     stiffness = {"kn_n_per_m": 1e7, "reference_speed_mps": 1.0, "exponent": 0.4}
     drive = drives.approach_stiffness_drive(**stiffness)
     for speed in (0.5, 2.0):
-        found_m = bounce(drive, speed_mps=speed, dt_s=2e-4).ledger.max_penetration_m
+        found_m = bounce(drive, speed_mps=speed, dt_s=2e-4).ledgers[0].max_penetration_m
         depth_m = speed * (MASS_KG / (1e7 * speed**0.4)) ** 0.5
         text = f"stiffness by approach speed, {speed} m/s: depth (m)"
         study.relative(text, found_m, depth_m, 5e-3, "energy")
@@ -481,6 +455,6 @@ def integrator_restitution(integrator: str, step: float) -> Array:
     for k in range(len(result)):
         phase = replace(block, gap_m=step * (_FREE_STEPS + (k + 0.5) / len(result)))
         history = run_block(phase, step, count * step, integrator=INTEGRATORS[integrator])
-        y = history.position_m[:, 1]
+        y = history.q[:, 1]
         result[k] = (y[-1] - y[-2]) / step
     return result

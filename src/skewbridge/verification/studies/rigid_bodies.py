@@ -10,7 +10,7 @@ same equations without OpenSees, and only statements that do not need test data 
 from functools import partial
 from itertools import pairwise, product
 from math import cos, isclose, pi, radians, sin
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 import openseespy.opensees as ops
@@ -23,9 +23,9 @@ from skewbridge.verification.references import cases
 from skewbridge.verification.references import deck_solvers as solvers
 from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.cases import SCALE_M, deck_case
-from skewbridge.verification.references.deck_solvers import DeckHistory, run_deck
-from skewbridge.verification.references.lcp import LcpHistory, RigidContacts, moreau_jean
-from skewbridge.verification.references.live_model import Array, cone_excess, rms
+from skewbridge.verification.references.deck_solvers import run_deck
+from skewbridge.verification.references.lcp import RigidContacts, moreau_jean
+from skewbridge.verification.references.live_model import Array, History, cone_excess, rms
 from skewbridge.verification.registry import Panel, Study, drawn
 from skewbridge.verification.studies.paper_runs import el_centro
 
@@ -44,27 +44,14 @@ TANGENT: Final = np.array([cos(radians(30.0)), sin(radians(30.0))])
 NORMAL: Final = np.array([-TANGENT[1], TANGENT[0]])
 
 
-class ParticleHistory(NamedTuple):
-    """Positions of the particle, and forces at the lower and the upper line, shape (n, 2).
-
-    Friction acts along the lines, with the sign of slip. The depth is the largest penetration.
-    """
-
-    t_s: Array
-    position_m: Array
-    friction_n: Array
-    normal_n: Array
-    depth_m: float
-
-
-def run_particle(dt_s: float, duration_s: float) -> ParticleHistory:
-    """Run the particle in OpenSees with the trapezoidal rule; return every tenth step."""
+def run_particle(dt_s: float, duration_s: float) -> History:
+    """Run the particle in OpenSees with the trapezoidal rule; contacts: lower and upper line."""
     times = live.even_times(duration_s, dt_s)
     dashpot = 2.0 * kelvin_voigt_damping_ratio(0.6) * (_KN_N_PER_M * _MASS_KG) ** 0.5
     drive = kelvin_voigt_drive(kn_n_per_m=_KN_N_PER_M, dashpot_n_s_per_m=dashpot)
-    contacts, (ground, particle) = ContactSet(), (1, 2)
+    contacts, particle, ground = ContactSet(), solvers.CENTRE, 2
     with live.clean_domain(2, 2):
-        for node in (ground, particle):
+        for node in (particle, ground):
             ops.node(node, 0.0, 0.0)
         ops.fix(ground, 1, 1)
         ops.mass(particle, _MASS_KG, _MASS_KG)
@@ -73,22 +60,13 @@ def run_particle(dt_s: float, duration_s: float) -> ParticleHistory:
         for normal in (NORMAL, -NORMAL):
             place = ground, particle, normal.tolist(), _HALF_GAP_M, _LINE_FRICTION
             contacts.add(*place, kn=_KN_N_PER_M, kt=_KN_N_PER_M, drive=drive)
-        accel = _LINE_PULSE.mean(times - 0.5 * dt_s, times + 0.5 * dt_s)
-        accel[:, 0] = _LINE_PULSE.amplitude_mps2
-        live.shake_base(particle, dt_s, accel)
+        solvers.shake(times, dt_s, _LINE_PULSE)
         live.prepare_analysis(constraints="Plain")
-
-        def state() -> list[float]:
-            (lower, _), (upper, _) = contacts.tangentials_n
-            # The unit of the lower line measures slip along minus the tangent.
-            return [*ops.nodeDisp(particle), -lower, upper, *contacts.normals_n]
-
-        rows = live.record(contacts, times, dt_s, state)[::10]
-        depth_m = max(ledger.max_penetration_m for ledger in contacts.ledger())
-    return ParticleHistory(times[::10], rows[:, :2], rows[:, 2:4], rows[:, 4:], depth_m)
+        # The unit of the lower line measures slip along minus the tangent.
+        return live.record(contacts, times, dt_s, [particle], [-1.0, 1.0])
 
 
-def run_particle_lcp(restitution: float, h_s: float, duration_s: float) -> LcpHistory:
+def run_particle_lcp(restitution: float, h_s: float, duration_s: float) -> History:
     """Run the particle with rigid contacts by Moreau-Jean time stepping."""
     rows = np.array([NORMAL, -NORMAL]), np.full(2, _HALF_GAP_M), np.array([TANGENT, TANGENT])
     contacts = RigidContacts(*rows, (0, 1), _LINE_FRICTION, cohesion_n=0.0, restitution=restitution)
@@ -107,11 +85,11 @@ def run_between_lines(study: Study) -> None:
         for quantity, value in peaks_m(history.q).items():
             # Without loss at impact, time stepping converges slowly: these peaks have no tolerance.
             study.tabulated(f"{name} peak {quantity} (m)", value)
-        total = float(history.normal_impulses_ns.sum())
+        total = float(history.normals_n.sum() * history.t_s[1])
         if restitution < 1.0:
             study.tabulated(f"{name} normal impulse (N s)", total)
         if restitution == 0.6:
-            ratio = float(np.abs(history.tangent_impulses_ns).sum()) / total
+            ratio = np.abs(history.tangentials_n).sum() / history.normals_n.sum()
             study.tabulated(f"{name} friction over normal impulse", ratio)
     # Time step x circular frequency of the mass on the penalty = 0.05.
     dt = 0.05 * (_MASS_KG / _KN_N_PER_M) ** 0.5
@@ -126,34 +104,36 @@ def peaks_m(positions_m: Array) -> dict[str, float]:
     return dict(zip(("ux", "uy", "ut"), peaks.tolist(), strict=True))
 
 
-def compare_with_lcp(study: Study, history: ParticleHistory, rigid: LcpHistory) -> None:
+def compare_with_lcp(study: Study, history: History, rigid: History) -> None:
     """Compare the particle in OpenSees (penalty) with rigid contact of restitution 0.6."""
     case = "OpenSees, Kn 1e9"
-    for quantity, value in peaks_m(history.position_m).items():
+    t_s, q = history.t_s[::10], history.q[::10]
+    for quantity, value in peaks_m(q).items():
         study.tabulated(f"{case}: peak {quantity} (m)", value)
-    normal, exact = history.position_m @ NORMAL, rigid.q @ NORMAL
-    error = rms(normal - np.interp(history.t_s, rigid.t_s, exact)) / _HALF_GAP_M
+    normal, exact = q @ NORMAL, rigid.q @ NORMAL
+    error = rms(normal - np.interp(t_s, rigid.t_s, exact)) / _HALF_GAP_M
     source = "our Moreau-Jean solver at the step of the study"
     study.at_most(f"{case}: RMS difference of un from LCP / gap", error, _CLOSE, source)
-    depth = history.depth_m / _HALF_GAP_M
+    depth = max(ledger.max_penetration_m for ledger in history.ledgers) / _HALF_GAP_M
     study.at_most(f"{case}: penetration / gap", depth, _CLOSE, "penalty")
     study.states("node to line", f"{case} N/m", error)
     study.states("penalties enforce", f"{case} N/m", depth)
     for name, motion in {f"{case} N/m": normal, "rigid, restitution 0.6": exact}.items():
         study.states("bounded by the lines", name, float(np.abs(motion).max()) / _HALF_GAP_M - 1.0)
-    first_s = float(history.t_s[np.flatnonzero(np.abs(normal) > _HALF_GAP_M)[0]])
+    first_s = float(t_s[np.flatnonzero(np.abs(normal) > _HALF_GAP_M)[0]])
     study.tabulated("OpenSees: first contact (s)", first_s)
-    excess = cone_excess(history.friction_n, history.normal_n, _LINE_FRICTION)
+    forces_n = history.tangentials_n[::10], history.normals_n[::10]
+    excess = cone_excess(*forces_n, _LINE_FRICTION)
     text = "OpenSees: excess of friction over the cone / largest limit"
     study.at_most(text, excess, 0.1, "compression predicted over one step at impact")
 
 
-def _draw_particle(study: Study, history: ParticleHistory, rigid: LcpHistory) -> None:
+def _draw_particle(study: Study, history: History, rigid: History) -> None:
     """Draw the path between the lines, both displacements and the contact forces over time."""
     name, of_lcp = "OpenSees", "LCP, e = 0.6"
-    t, moved, exact = history.t_s, history.position_m / MM, rigid.q / MM
+    t, moved, exact = history.t_s[::10], history.q[::10] / MM, rigid.q / MM
     ends, offset = 200.0 * np.outer((-1.0, 1.0), TANGENT), _HALF_GAP_M / MM * NORMAL
-    forces = {"N": history.normal_n, "F": history.friction_n}
+    forces = {"N": history.normals_n[::10], "F": history.tangentials_n[::10]}
     path = {"line": (ends + offset).T, "_": (ends - offset).T, name: moved.T}
     panels = [Panel("ux (mm)", "uy (mm)", path, "path of the particle")]
     for text, way in (("normal, un (mm)", NORMAL), ("along the lines, ut (mm)", TANGENT)):
@@ -214,16 +194,16 @@ def run(study: Study) -> None:
     _draw_c1(study, at_06["C1"], elastic["C1"])
 
 
-def _scaled(history: DeckHistory) -> Array:
+def _scaled(history: History) -> Array:
     """Return (ux, uy, rotation x length) / displacement scale, shape (n, 3)."""
     return history.q * np.array([1.0, 1.0, cases.LENGTH_M]) / SCALE_M
 
 
-def _scaled_peaks(history: DeckHistory) -> Array:
+def _scaled_peaks(history: History) -> Array:
     return np.abs(_scaled(history)).max(axis=0)
 
 
-def _check_elastic(study: Study, elastic: dict[str, DeckHistory]) -> None:
+def _check_elastic(study: Study, elastic: dict[str, History]) -> None:
     """Check the elastic penalty by Runge-Kutta, the exact linear response and a deck of beams."""
     tolerances = {"ux_m": 0.01, "uy_m": 0.01, "theta_rad": 0.02}
     for name, history in elastic.items():
@@ -249,7 +229,7 @@ def _check_elastic(study: Study, elastic: dict[str, DeckHistory]) -> None:
 
 
 def _check_rigid(
-    study: Study, rigid: dict[tuple[str, float], DeckHistory], damped: dict[str, DeckHistory]
+    study: Study, rigid: dict[tuple[str, float], History], damped: dict[str, History]
 ) -> None:
     """Compare the rigid deck with tabulated values, and the damped penalty with the rigid deck."""
     tolerances = {"ux": 0.10, "uy": 0.10, "theta x length": 0.15}
@@ -267,7 +247,7 @@ def _check_rigid(
                 study.report(text, value, reference, "LCP, where flat impacts leave theta = 0")
 
 
-def _judge_agreement(study: Study, elastic: DeckHistory, rigid: DeckHistory) -> None:
+def _judge_agreement(study: Study, elastic: History, rigid: History) -> None:
     """Judge figure 5 for each axis, and whether differences grow with the number of impacts."""
     motion, exact = _scaled(elastic), _scaled(rigid)
     at_times = [np.interp(elastic.t_s, rigid.t_s, column) for column in exact.T]
@@ -280,7 +260,7 @@ def _judge_agreement(study: Study, elastic: DeckHistory, rigid: DeckHistory) -> 
     study.states("differences grow", "C1, elastic penalty", after, before)
 
 
-def _draw_c1(study: Study, rigid: DeckHistory, elastic: DeckHistory) -> None:
+def _draw_c1(study: Study, rigid: History, elastic: History) -> None:
     """Draw the displacements of C1, and opening and slip at the corners of its right end."""
     runs = {"LCP, e = 0.6": rigid, "OpenSees, elastic penalty": elastic}
     with_far = {**runs, "Newmark, no impact": run_deck(deck_case("C1", gap_normal_m=1.0))}
@@ -317,7 +297,7 @@ def perimeter_beams(case: cases.DeckCase) -> None:
         ops.element("elasticBeamColumn", element, i, j, 1.0, axial, bending, 1)
 
 
-def impacts(history: DeckHistory) -> pd.DataFrame:
+def impacts(history: History) -> pd.DataFrame:
     """Return one row per impact of a corner: time, approach speed and restitution.
 
     Speeds are taken in free flight, in the steps before closing and after opening.
@@ -423,7 +403,7 @@ def run_tests(study: Study) -> None:
     study.states("longer contact", "closed form", times_s[0] / times_s[1], 1.0)
 
 
-def _draw_tests(study: Study, history: DeckHistory, title: str) -> None:
+def _draw_tests(study: Study, history: History, title: str) -> None:
     """Draw opening, slip, compression and friction of each corner."""
     shown = history.t_s <= 8.0
     slips = history.q @ solvers.make_deck(wu_case(GAPS_MM[0])).tangent_rows.T

@@ -239,14 +239,9 @@ def drive_native(law: ContactLaw, path: Array, integration: int, substeps: int =
     """Drive the native element along a path; return forces as in `PathResult`, (rows, 3)."""
     forces = np.zeros((len(path), 3))
     with clean_domain(3, 3):
-        for node in (1, 2, 3, 4):
-            ops.node(node, 0.0, 0.0, law.gap_m if node == 2 else 0.0)
-        for node, fixed in ((1, (1, 1, 1)), (3, (1, 1, 1)), (4, (0, 1, 1))):
-            ops.fix(node, *fixed)
-        ops.uniaxialMaterial("Elastic", 1, 1.0)
-        ops.element("zeroLength", 1, 3, 4, "-mat", 1, "-dir", 1)
-        _native_contact(2, (1, 2), law, (0.0, 0.0, 1.0), integration)
-        unit.drive_node(2, path, system="FullGeneral")
+        unit.support_nodes(law.gap_m)
+        _native_contact(2, (unit.SURFACE, unit.BODY), law, (0.0, 0.0, 1.0), integration)
+        unit.drive_body(path, system="FullGeneral")
         ops.analyze(1)
         ops.integrator("LoadControl", 1.0 / substeps)
         for row in range(1, len(path)):

@@ -1,8 +1,8 @@
 """Analyses under strong motions: stress cases, convergence and accuracy of effects.
 
-`run_hard_set` requires that every analysis ends `ok`, or in a physical `collapse` with a criterion
-and an energy balance. `compare_with_finer` compares demands at the default steps and mesh with
-those at finer ones. `run_accuracy` compares the effects of friction, gap and skew at the default
+`run` requires that every analysis ends `ok`, or in a physical `collapse` with a criterion
+and an energy balance. `run_convergence` compares demands at the default steps and mesh with
+those at finer ones. `run_pairs` compares the effects of friction, gap and skew at the default
 accuracy with those at the reference, as ratios of peaks under the same motion.
 
 Motions are cut to their strongest part, except in `accuracy-whole`. Finished analyses are kept in a
@@ -97,6 +97,7 @@ def _keyed_row(key: str, task: Task, analysed: Callable[[Task], Row]) -> Row:
     return {"run_key": key, **analysed(task)}
 
 
+_DEFAULTS: Final = AnalysisSettings()
 HARD_SET: Final = CaseSet(
     grid=GridConfig(
         bridge=("osb1", "osb1_fixed", "osb2s"),
@@ -110,12 +111,7 @@ HARD_SET: Final = CaseSet(
 )
 
 
-def run(study: Study) -> None:
-    """Run the stress cases."""
-    run_hard_set(study, HARD_SET, AnalysisSettings())
-
-
-def run_hard_set(study: Study, chosen: CaseSet, settings: AnalysisSettings) -> None:
+def run(study: Study, chosen: CaseSet = HARD_SET, settings: AnalysisSettings = _DEFAULTS) -> None:
     """Run the stress cases; add one comparison per bridge, abutment and skew, and a table."""
     tasks = chosen.tasks(settings, ModelOptions())
     table = pd.DataFrame(rows_of_tasks(study, tasks, _ending, chosen.processes))
@@ -205,12 +201,6 @@ MESHES: Final = tuple(
 )
 
 
-def run_convergence(study: Study) -> None:
-    """Run the convergence study; the end of its name can select only the steps or the mesh."""
-    parts = {"convergence-steps": STEPS, "convergence-mesh": MESHES}
-    compare_with_finer(study, CONVERGENCE, parts.get(study.name, STEPS + MESHES))
-
-
 def _peaks(study: Study, chosen: CaseSet, numerics: Sequence[Numerics]) -> pd.DataFrame:
     """Return the peaks over the whole motion, one row for each numerics and case of a set."""
     tasks: list[Task] = []
@@ -237,8 +227,12 @@ def _whole_peaks(task: Task) -> Row:
     }
 
 
-def compare_with_finer(study: Study, chosen: CaseSet, finer: Sequence[Numerics]) -> None:
-    """Compare the demands of a set with those for finer numerics; add a table of all changes."""
+def run_convergence(study: Study, chosen: CaseSet = CONVERGENCE) -> None:
+    """Compare the demands of a set with those for finer numerics; add a table of all changes.
+
+    The end of the study's name can select only the steps or the mesh.
+    """
+    finer = {"convergence-steps": STEPS, "convergence-mesh": MESHES}.get(study.name, STEPS + MESHES)
     table = _peaks(study, chosen, [Numerics("default"), *finer])
     peaks = {name: part.set_index("case") for name, part in table.groupby("numerics")}
     tables: list[pd.DataFrame] = []
@@ -297,14 +291,17 @@ ALL_PLACES: Final = "all"
 _AXES: Final = ("friction_pct", "gap_mm", "skew_deg")
 
 
-def run_pairs(study: Study) -> None:
-    """Run the study of the accuracy of effects; `accuracy-whole` uses uncut motions."""
-    window_s = None if study.name == "accuracy-whole" else ACCURACY.window_s
-    run_accuracy(study, replace(ACCURACY, window_s=window_s), ("default", "reference"))
+def run_pairs(
+    study: Study,
+    chosen: CaseSet = ACCURACY,
+    accuracies: tuple[Accuracy, Accuracy] = ("default", "reference"),
+) -> None:
+    """Compare the pooled ratios of a set at the first accuracy with those at the second.
 
-
-def run_accuracy(study: Study, chosen: CaseSet, accuracies: tuple[Accuracy, Accuracy]) -> None:
-    """Compare the pooled ratios of a set at the first accuracy with those at the second."""
+    The study `accuracy-whole` uses uncut motions.
+    """
+    if study.name == "accuracy-whole":
+        chosen = replace(chosen, window_s=None)
     numerics = [Numerics(n, "", NUMERICS[n]["analysis"], NUMERICS[n]["model"]) for n in accuracies]
     peaks = _peaks(study, chosen, numerics)
     study.tables["ratios"] = table = pooled_ratios(peaks, accuracies)
