@@ -350,7 +350,8 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> History:
     found = _with_trapezoidal_residual(deck, found, accel)
     wanted = np.searchsorted(fine, times - 1e-12)
     columns = (each[wanted] for each in (q, v, openings, normals, friction))
-    return History(times, *columns, energy_residual_ratio=found.energy_residual_ratio)
+    residual = found.energy_residual_ratio
+    return History(times, *columns, ledgers=(), energy_residual_ratio=residual)
 
 
 def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> History:
@@ -387,6 +388,7 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> History:
     totals = ends.sum(axis=2, keepdims=True)
     shares = ends / np.where(totals > 0.0, totals, 1.0)
     friction = (shares * mean_forces(found.tangentials_n)[:, :, None]).reshape(normals.shape)
-    columns = (each[::parts] for each in (found.q, found.v, found.openings_m))
+    moves = (each[::parts] for each in (found.q, found.v, found.openings_m))
     residual = found.energy_residual_ratio
-    return History(times, *columns, normals, friction, energy_residual_ratio=residual)
+    columns = (*moves, normals, friction)
+    return History(times, *columns, ledgers=(), energy_residual_ratio=residual)

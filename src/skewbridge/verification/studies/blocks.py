@@ -160,7 +160,8 @@ def run_upright(
 
 _SPRING_N_PER_M: Final = 4.0e4
 _FRICTION_N: Final = 1962.0
-_SLIP_M: Final = _FRICTION_N / _SPRING_N_PER_M  # each half cycle takes twice this from B1
+# B1: each half cycle takes twice this from the amplitude.
+_SLIP_M: Final = _FRICTION_N / _SPRING_N_PER_M
 
 
 def verify_contact_gate() -> pd.DataFrame:
