@@ -388,7 +388,6 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> History:
     totals = ends.sum(axis=2, keepdims=True)
     shares = ends / np.where(totals > 0.0, totals, 1.0)
     friction = (shares * mean_forces(found.tangentials_n)[:, :, None]).reshape(normals.shape)
-    moves = (each[::parts] for each in (found.q, found.v, found.openings_m))
+    q, v, openings = (each[::parts] for each in (found.q, found.v, found.openings_m))
     residual = found.energy_residual_ratio
-    columns = (*moves, normals, friction)
-    return History(times, *columns, ledgers=(), energy_residual_ratio=residual)
+    return History(times, q, v, openings, normals, friction, energy_residual_ratio=residual)
