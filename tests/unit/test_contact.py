@@ -23,8 +23,8 @@ from skewbridge.contact import element as contact_element
 from skewbridge.contact.element import contact_frame
 from skewbridge.contact.law import advance_pair, yields_by_direction, yields_on_cone
 from skewbridge.errors import InputError
-from skewbridge.verification.references.blocks import Block, run_block
 from skewbridge.verification.references.live_model import prepare_analysis
+from skewbridge.verification.studies.blocks import Block, run_block
 
 MASS_KG = 1000.0
 DT_S = 1e-3
@@ -433,7 +433,7 @@ def test_wear_lowers_the_friction_along_the_slip_path():
     stiff = {"kn_n_per_m": 1e9, "kt_n_per_m": 1e9, "gap_m": 0.0, "friction": 0.3}
     loads = {"mass_kg": 1000.0, "normal_load_n": 9810.0, "v0_mps": (1.5, 0.0)}
     block = Block(**stiff, **loads, drive=Drive(parameters=("friction",), function=worn))
-    slid = run_block(block, 1e-3, 1.4).position_m[-1, 0]
+    slid = run_block(block, 1e-3, 1.4).q[-1, 0]
     # Energy: m v^2 / 2 = integral of (0.3 - 0.5 s) N ds up to 0.4 m, then 0.1 N.
     g = 9.81
     first = (0.3 * 0.4 - 0.25 * 0.4**2) * g

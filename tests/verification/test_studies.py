@@ -41,7 +41,7 @@ def test_the_hard_set_is_whole_and_reaches_its_peak_and_analyses_count_if_they_e
         ("sound", {}, 1.0), ("short", {"max_iterations": 2, "mean_iterations": 1.0}, 0.0),
     ):  # fmt: skip
         study = Study("hard-set", tmp_path / name)
-        strong_motions.run_hard_set(study, ONE, AnalysisSettings(duration_s=3.0, **changes))
+        strong_motions.run(study, ONE, AnalysisSettings(duration_s=3.0, **changes))
         (row,) = study.comparisons
         assert (row["value"], row["reference"], row["pass"]) == (sound, 1.0, bool(sound))
         rungs = study.tables["rungs"].set_index("rung")
@@ -53,7 +53,7 @@ def test_the_hard_set_is_whole_and_reaches_its_peak_and_analyses_count_if_they_e
 
 def test_resume_of_the_accuracy_repeats_only_the_line_cut_short(monkeypatch, tmp_path):
     first = Study("accuracy", tmp_path)
-    strong_motions.run_accuracy(first, TINY, ("fast", "default"))
+    strong_motions.run_pairs(first, TINY, ("fast", "default"))
     table = first.tables["ratios"]
     assert len(table) == 2 * len(strong_motions.DEMANDS)  # one place, and all of them
     assert set(table["count"]) == {2}
@@ -68,7 +68,7 @@ def test_resume_of_the_accuracy_repeats_only_the_line_cut_short(monkeypatch, tmp
     monkeypatch.setattr(strong_motions, "REPORT_EACH", 1)
     monkeypatch.setattr(strong_motions, "analyse", analyse)
     second = Study("accuracy", tmp_path, lines.append)
-    strong_motions.run_accuracy(second, TINY, ("fast", "default"))
+    strong_motions.run_pairs(second, TINY, ("fast", "default"))
     ((variant, *_), _), *others = analyse.call_args_list
     assert not others
     assert lines[0].startswith(f"8 of 8 analyses; last: {variant.slug}")
@@ -113,7 +113,7 @@ def test_each_case_is_compared_with_finer_meshes(tmp_path):
     grid = GridConfig(bridge=("osb1",), skew_deg=(30,), gap_mm=(25,), friction=(0.5,))
     one = replace(strong_motions.CONVERGENCE, grid=grid, motion_count=1, **SHORT)
     study = Study("convergence-mesh", tmp_path)
-    strong_motions.compare_with_finer(study, one, strong_motions.MESHES)
+    strong_motions.run_convergence(study, one)
     changes = study.tables["changes"].set_index("against")
     assert list(changes.index) == ["9 wall points", "17 wall points", "fine fibers"]
     assert (changes["numerics"] == "default").all()
@@ -288,13 +288,13 @@ T_S = np.linspace(0.0, 4.0, 401)
 def test_half_cycles_lie_between_zero_crossings_and_notice_contact():
     plain, no_contact = np.sin(2 * np.pi * T_S), np.zeros(T_S.size, dtype=bool)
     both = np.column_stack([plain, plain])
-    smooth = bridge_friction.DeckMotion(T_S, both, no_contact)
+    smooth = bridge_friction.DeckMotion(both, no_contact)
     cycles = bridge_friction.half_cycles((smooth._replace(disp_m=0.9 * both), smooth), 0)
     assert cycles["change"].tolist() == pytest.approx([-0.1] * 8)
     assert cycles["together"].tolist() == pytest.approx([1.0] * 8)
     assert not cycles["has_contact"].any()
     both *= np.where(T_S < 2.0, 1.0, 0.1)[:, None]  # small half cycles are left out
-    rough = bridge_friction.DeckMotion(T_S, both, (T_S > 0.2) & (T_S < 0.3))
+    rough = bridge_friction.DeckMotion(both, (T_S > 0.2) & (T_S < 0.3))
     cycles = bridge_friction.half_cycles((rough, smooth._replace(disp_m=both)), 1)
     assert cycles["has_contact"].tolist() == [True, False, False, False]
     # changes between sticking and slipping count while closed

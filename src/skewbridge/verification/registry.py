@@ -30,7 +30,7 @@ STUDIES: Final[dict[str, str]] = {
     "fig5-6": "rigid_bodies:run",
     "fig7-8": "rigid_bodies:run_tests",
     "bridges": "bridge_hand_values:run",
-    "skew-passive": "skew_passive:run",
+    "skew-passive": "bridge_hand_values:run_skewed_walls",
     "fig10": "bridge_friction:run_abutment",
     "fig11-12": "bridge_friction:run",
     "friction-source": "bridge_friction:run_places",
@@ -176,27 +176,18 @@ class Panel(NamedTuple):
     options: Mapping[str, Any] = {}  # properties of the axes, such as their scale
 
 
-STYLE: Final[Any] = {
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.titlelocation": "left",
-    "font.size": 8,
-    "grid.alpha": 0.4,
-    "legend.frameon": False,
-}
-
-
 def drawn(
     panels: Sequence[Panel], *, columns: int = 1, height_in: float, title: str = ""
 ) -> "Figure":
-    """Return a figure of panels, filled row by row, in the style of all studies.
+    """Return a figure of panels, filled row by row, in the style of the report.
 
     A line is (x, y) or (x, y, matplotlib keywords). Lines of the same name have the same colour in
     all panels and one legend entry; names that start with an underscore have none.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
+
+    from skewbridge.report.appearance import STYLE
 
     names = list(dict.fromkeys(name for panel in panels for name in panel.lines))
     with mpl.rc_context(STYLE):
@@ -246,12 +237,11 @@ def run_studies(
             study, stopped = Study(name), f"the study stopped: {error}"
             study.holds(f"the study finishes ({error})", truth=False, source="")
         table = study.table()
-        table.to_parquet(out / f"{name}.parquet", index=False)
         table.to_json(out / f"{name}.json", orient="records", indent=1)
         for label, figure in study.figures.items():
             figure.savefig(out / f"{name}_{label}.svg", metadata={"Date": None})
-        for label, extra in study.tables.items():
-            extra.to_parquet(out / f"{name}_{label}.parquet", index=False)
+        for label, extra in {"": table, **{f"_{k}": t for k, t in study.tables.items()}}.items():
+            extra.to_parquet(out / f"{name}{label}.parquet", index=False)
         rows += study.comparisons
         statements += study.statement_rows(stopped)
         # Write after each study, so that an interrupted run keeps its results.

@@ -3,12 +3,8 @@
 The table paraphrases the statements of sections 2 to 5 of the paper that a computation can check.
 A row has a claim, a study, a number and a rule; a claim that two numbers judge has two rows. The
 study computes the number in each of its cases (`Study.states`); the rule gives the verdict. A claim
-with a direction is tested in that direction only. A change is undecidable if it is below the
-resolution of the analyses or may be due to chance.
-
-The sign of an effect under one record can change when the record is scaled by one per cent. A case
-under a record is therefore judged in several runs (`over_runs`): the record at seven scales and,
-if a stand-in replaces the paper's record, other motions.
+with a direction is tested in that direction only. Cases under a record are judged in several runs
+(docs/theory/verification.md).
 
 The table assumes these limits: small means at most 5 %; a penalty enforces contact if it penetrates
 by at most 3 % of the gap; stick-slip means at least ten changes; a history is coupled if it changes
@@ -23,6 +19,7 @@ References:
 import csv
 import operator
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from math import inf, isclose, isfinite, isnan, nan
 from pathlib import Path
@@ -83,9 +80,8 @@ def over_runs(verdicts: Mapping[Run | None, Verdict | None]) -> Verdict:
         reason += f"; agrees in {text}{last}" if text else ""
     else:
         outcomes = kinds[0] + kinds[1]
-        for each in ("agrees", "disagrees"):
-            if outcomes.count(each) >= 0.9 * len(outcomes):
-                outcome = each
+        if (most := max(outcomes, key=outcomes.count)) != "undecidable":
+            outcome = most if outcomes.count(most) >= 0.9 * len(outcomes) else outcome
         reason = f"agrees in {text}, disagrees in {outcomes.count('disagrees')}{last}"
     return Verdict(outcome, reason, nominal.value, nominal.reference, scales, motions)
 
@@ -133,26 +129,20 @@ def relative_change(value: float, reference: float) -> float:
 
 
 def _change(
-    value: float, reference: float, low: float, high: float, words: str, *, open_within: str = ""
+    value: float, reference: float, low: float, high: float, words: str = "", least: float = 0.0
 ) -> Verdict:
     """Judge whether the relative change of a peak by friction is within limits.
 
-    If `open_within` is not empty, the change is undecidable for this reason.
+    The reference is the peak without friction; changes below `least` are undecidable.
     """
     change = relative_change(value, reference)
     reason = f"changes by {change:+.1%}{words}"
     if not isfinite(change):
         return Verdict("undecidable", "the peak without friction is zero", value, reference)
-    if open_within:
-        return Verdict("undecidable", f"{reason}, {open_within}", value, reference)
+    if abs(change) < least:
+        text = f"{reason}, within the resolution of {least:.1%}"
+        return Verdict("undecidable", text, value, reference)
     return _decided(low <= change <= high, reason, value, reference)
-
-
-def lower(value: float, reference: float) -> Verdict:
-    """Judge whether a peak with friction is below the peak without friction (the reference)."""
-    is_small = abs(relative_change(value, reference)) <= RESOLUTION
-    text = f"within the resolution of {RESOLUTION:.1%}" if is_small else ""
-    return _change(value, reference, -inf, 0.0, "", open_within=text)
 
 
 def reduced_by(
@@ -162,15 +152,11 @@ def reduced_by(
 
     Under a record that is not the paper's (`same_record` false), a reduction is undecidable.
     """
-    is_reduced = relative_change(value, reference) < RESOLUTION
-    text = "not the paper's record" if is_reduced and not same_record else ""
     words = f", reduction of {low:.1%} to {high:.1%} in the paper"
-    return _change(value, reference, -high, -low, words, open_within=text)
-
-
-def hardly_changed(value: float, reference: float) -> Verdict:
-    """Judge whether friction changes a peak by at most `SMALL`."""
-    return _change(value, reference, -SMALL, SMALL, f", small means at most {SMALL:.0%}")
+    found = _change(value, reference, -high, -low, words)
+    if same_record or not -1.0 <= relative_change(value, reference) < RESOLUTION:
+        return found
+    return found._replace(outcome="undecidable", reason=f"{found.reason}, not the paper's record")
 
 
 def more_often(count: int, total: int) -> Verdict:
@@ -215,9 +201,11 @@ RULES: Final[Mapping[str, Callable[..., Verdict]]] = {
     "equal": _comparison(isclose, " against"),
     "some within": some_within,
     "falls to": falls_to,
-    "lower": lower,
+    "lower": partial(_change, low=-inf, high=0.0, least=RESOLUTION),
     "reduced by": reduced_by,
-    "hardly changed": hardly_changed,
+    "hardly changed": partial(
+        _change, low=-SMALL, high=SMALL, words=f", small means at most {SMALL:.0%}"
+    ),
     "more often": more_often,
     "grows": grows_with,
 }

@@ -20,15 +20,14 @@ References:
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import ceil, cos, pi, radians, sin, tan
+from math import ceil, cos, inf, pi, radians, sin, tan
 from pathlib import Path
-from typing import Any, Final, NamedTuple, Self
+from typing import Any, Final
 
 import numpy as np
 import openseespy.opensees as ops
 import pyarrow as pa
 import pyarrow.parquet as pq
-from numpy.typing import NDArray
 
 from skewbridge.contact import ContactSet
 from skewbridge.contact.drives import kelvin_voigt_damping_ratio, kelvin_voigt_drive
@@ -40,7 +39,7 @@ from skewbridge.units import G_MPS2
 from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.cases import DeckCase, file_of_case, read_case
 from skewbridge.verification.references.lcp import RigidContacts, moreau_jean
-from skewbridge.verification.references.live_model import Array
+from skewbridge.verification.references.live_model import Array, History
 
 # First letter: right or left end; second letter: acute or obtuse corner.
 CORNERS: Final = ("ra", "ro", "lo", "la")
@@ -59,9 +58,9 @@ INTEGRATORS: Final[dict[str, tuple[str | float, ...]]] = {
 class SkewDeck:
     """Matrix diagonals of a deck case, shape (3,), and corners in the order of `CORNERS`.
 
-    Opening = gap + normal row . q and slip = tangent row . q; the rows have shape (4, 3). The first
-    two columns of the normal rows are the outward normals of the abutments. Corner positions,
-    shape (4, 2), are relative to the mass centre. The dashpot of each corner gives the restitution.
+    Opening = gap + normal row . q and slip = tangent row . q; the rows have shape (4, 3), positions
+    from the mass centre (4, 2). Normal rows begin with the outward normal of the abutment. The
+    dashpot of each corner gives the restitution.
     """
 
     mass: Array
@@ -71,32 +70,6 @@ class SkewDeck:
     normal_rows: Array
     tangent_rows: Array
     dashpot_n_s_per_m: float
-
-
-class DeckHistory(NamedTuple):
-    """Response of a deck: displacements q = (ux, uy, theta), shape (n, 3), and contacts.
-
-    Contact quantities have shape (n, 4) in the order of `CORNERS`: openings are negative in
-    contact, friction has the sign of slip. The energy residual is the input minus all work done and
-    energy stored at the end, divided by the largest input.
-    """
-
-    t_s: Array
-    q: Array
-    openings_m: Array
-    normals_n: Array
-    tangentials_n: Array
-    energy_residual_ratio: float
-
-    def peaks(self) -> dict[str, float]:
-        """Return the largest magnitudes of ux, uy and theta, and the deepest penetration."""
-        ux, uy, theta = (float(peak) for peak in np.abs(self.q).max(axis=0))
-        penetration = max(0.0, float(-self.openings_m.min()))
-        return {"ux_m": ux, "uy_m": uy, "theta_rad": theta, "penetration_m": penetration}
-
-    def first_contact_s(self) -> float | None:
-        """Return the interpolated time (s) when the first gap closes; None if all stay open."""
-        return live.first_crossing_s(self.t_s, self.openings_m.min(axis=1))
 
 
 def make_deck(case: DeckCase) -> SkewDeck:
@@ -126,40 +99,32 @@ def make_deck(case: DeckCase) -> SkewDeck:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BaseAcceleration:
-    """Ground acceleration: a cosine pulse along x and y, or two sampled components.
+    """Ground acceleration: a cosine pulse along x and y, or a record with component 1 along x.
 
-    Samples, shape (2, n), are interpolated linearly; their time step is `sample_dt_s`.
+    A record is interpolated linearly between its samples.
     """
 
     amplitude_mps2: tuple[float, float] = (0.0, 0.0)
     period_s: float = 1.0
-    sample_dt_s: float = 0.0
-    samples_mps2: Array | None = None
-
-    @classmethod
-    def of_motion(cls, motion: GroundMotion) -> Self:
-        """Return the acceleration of a record, component 1 along x."""
-        samples = np.array([motion.accel_1_mps2, motion.accel_2_mps2])
-        return cls(sample_dt_s=motion.dt_s, samples_mps2=samples)
+    record: GroundMotion | None = None
 
     def at(self, times_s: Array) -> Array:
         """Return the acceleration (m/s2) at given times, shape (2, n)."""
-        if self.samples_mps2 is not None:
-            grid = self.sample_dt_s * np.arange(self.samples_mps2.shape[1])
-            accels = [np.interp(times_s, grid, each, right=0.0) for each in self.samples_mps2]
-            return np.array(accels)
+        if record := self.record:
+            pair = record.components
+            grid = record.dt_s * np.arange(len(pair[0]))
+            return np.array([np.interp(times_s, grid, accel, right=0.0) for accel in pair])
         wave = np.cos(2.0 * pi / self.period_s * times_s)
         return np.outer(self.amplitude_mps2, np.where(times_s <= self.period_s, wave, 0.0))
 
     def mean(self, starts_s: Array, ends_s: Array) -> Array:
-        """Return mean accelerations over intervals, (2, n); samples give the mean of both ends."""
-        if self.samples_mps2 is not None:
+        """Return means over intervals, shape (2, n); a record gives the mean of both ends."""
+        if self.record:
             return 0.5 * (self.at(starts_s) + self.at(ends_s))
         speed = 2.0 * pi / self.period_s
-        low, high = np.clip(starts_s, 0.0, self.period_s), np.clip(ends_s, 0.0, self.period_s)
-        amplitude = np.array(self.amplitude_mps2) / speed
+        low, high = (np.clip(times_s, 0.0, self.period_s) for times_s in (starts_s, ends_s))
         waves = np.sin(speed * high) - np.sin(speed * low)
-        return np.outer(amplitude, waves) / (ends_s - starts_s)
+        return np.outer(np.array(self.amplitude_mps2) / speed, waves) / (ends_s - starts_s)
 
 
 def pulse_of(case: DeckCase) -> BaseAcceleration:
@@ -174,38 +139,32 @@ def _mid(values: Array) -> Array:
     return 0.5 * (values[1:] + values[:-1])
 
 
-def _energy_residual(deck: SkewDeck, loads_n: Array, q: Array, v: Array, contact_j: float) -> float:
-    """Return (input - work - stored energy at the end) / largest input.
+def _with_residual(
+    deck: SkewDeck, history: History, loads_n: Array, normals_n: Array, tangentials_n: Array
+) -> History:
+    """Return a history with its energy residual.
 
-    Loads are means over the steps, shape (steps, 3). `contact_j` is the work of all contact
-    forces on the deck, positive if energy is lost.
+    Loads (steps, 3) and contact forces (steps, 4 or one per end) are means over the steps.
     """
+    q, v, rows = history.q, history.v, deck.tangent_rows[:: 4 // tangentials_n.shape[1]]
     step = np.diff(q, axis=0)
+    contact = float(np.sum(normals_n * -np.diff(history.openings_m, axis=0)))
+    contact += float(np.sum(tangentials_n * np.diff(q @ rows.T, axis=0)))
     given = np.cumsum(np.sum(loads_n * step, axis=1))
-    lost = float(np.sum(deck.damping * _mid(v) * step)) + contact_j
+    lost = float(np.sum(deck.damping * _mid(v) * step)) + contact
     stored = 0.5 * float(deck.mass @ v[-1] ** 2 + deck.stiffness @ q[-1] ** 2)
-    largest = float(np.abs(given).max())
-    return (float(given[-1]) - lost - stored) / largest if largest > 0.0 else 0.0
+    residual = (float(given[-1]) - lost - stored) / (float(np.abs(given).max()) or inf)
+    return history._replace(energy_residual_ratio=residual)
 
 
-def _penalty_history(
-    deck: SkewDeck, t_s: Array, rows: Array, accel_mps2: Array, wanted: NDArray[np.intp] | slice
-) -> DeckHistory:
-    """Return the history at the wanted rows; the trapezoidal rule gives its energy residual.
-
-    `rows`, shape (n, 18), has displacements, velocities, compressions, friction and openings.
-    """
-    q, v, normals, friction, openings_m = np.split(rows, (3, 6, 10, 14), axis=1)
-    force = np.zeros_like(q)
+def _with_trapezoidal_residual(deck: SkewDeck, history: History, accel_mps2: Array) -> History:
+    force = np.zeros_like(history.q)
     force[:, :2] = -deck.mass[:2] * accel_mps2.T
-    contact = float(np.sum(_mid(normals) * -np.diff(openings_m, axis=0)))
-    contact += float(np.sum(_mid(friction) * np.diff(q @ deck.tangent_rows.T, axis=0)))
-    residual = _energy_residual(deck, _mid(force), q, v, contact)
-    columns = q[wanted], openings_m[wanted], normals[wanted], friction[wanted]
-    return DeckHistory(t_s, *columns, residual)
+    means = (_mid(each) for each in (force, history.normals_n, history.tangentials_n))
+    return _with_residual(deck, history, *means)
 
 
-def run_deck(case: DeckCase, excitation: BaseAcceleration | None = None) -> DeckHistory:
+def run_deck(case: DeckCase, excitation: BaseAcceleration | None = None) -> History:
     """Run a deck case with its solver; a given excitation replaces the pulse of the case."""
     solver = {"opensees": run_opensees, "penalty": run_penalty, "lcp": run_lcp}[case.solver]
     return solver(case, excitation or pulse_of(case))
@@ -214,9 +173,8 @@ def run_deck(case: DeckCase, excitation: BaseAcceleration | None = None) -> Deck
 def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
     """Run a deck case file, write its histories as parquet and return peaks and first contact.
 
-    Raises:
-        InputError: The case, a motion or the output folder is wrong.
-        SolutionError: The solver could not finish.
+    `InputError` if the case, a motion or the output folder is wrong; `SolutionError` if the solver
+    could not finish.
     """
     case = read_case(case_file, DeckCase)
     excitation = None
@@ -225,12 +183,28 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
         for path in (first, second):
             if not path.exists():
                 raise InputError(f"motion {path} does not exist")
-        excitation = BaseAcceleration.of_motion(read_motion(first, second))
+        excitation = BaseAcceleration(record=read_motion(first, second))
     writable_file(out)
     history = run_deck(case, excitation)
     if not np.isfinite(history.q).all():
         raise SolutionError("the response is not finite: use a smaller dt_s")
-    pq.write_table(_table(history), out)
+    names = {
+        "t_s": "time",
+        "ux_m": "displacement of the mass centre along the deck",
+        "uy_m": "displacement of the mass centre across the deck",
+        "theta_rad": "rotation, counter-clockwise",
+        **{f"gap_{corner}_m": "opening, negative in contact" for corner in CORNERS},
+        **{f"fn_{corner}_n": "compression" for corner in CORNERS},
+        **{f"ft_{corner}_n": "friction force with the sign of slip" for corner in CORNERS},
+    }
+    units = "s", "m", "m", "rad", *("m",) * 4, *("N",) * 8
+    fields = [
+        pa.field(name, pa.float64(), metadata={"unit": unit, "description": text})
+        for (name, text), unit in zip(names.items(), units, strict=True)
+    ]
+    values = (history.q, history.openings_m, history.normals_n, history.tangentials_n)
+    table = np.column_stack([history.t_s, *values])
+    pq.write_table(pa.table(list(table.T), schema=pa.schema(fields)), out)
     return {
         "peaks": history.peaks(),
         "first_contact_s": history.first_contact_s(),
@@ -239,59 +213,39 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
     }
 
 
-def _table(history: DeckHistory) -> pa.Table:
-    """Return the histories as a table with column units and descriptions."""
-    centre = "displacement of the mass centre"
-    columns = [
-        ("t_s", "s", "time"),
-        ("ux_m", "m", f"{centre} along the deck"),
-        ("uy_m", "m", f"{centre} across the deck"),
-        ("theta_rad", "rad", "rotation, counter-clockwise"),
-        *((f"gap_{corner}_m", "m", "opening, negative in contact") for corner in CORNERS),
-        *((f"fn_{corner}_n", "N", "compression") for corner in CORNERS),
-        *((f"ft_{corner}_n", "N", "friction force with the sign of slip") for corner in CORNERS),
-    ]
-    fields = [
-        pa.field(name, pa.float64(), metadata={"unit": unit, "description": text})
-        for name, unit, text in columns
-    ]
-    values = (history.q, history.openings_m, history.normals_n, history.tangentials_n)
-    table = np.column_stack([history.t_s, *values])
-    return pa.table(list(table.T), schema=pa.schema(fields))
+def rigid_links(_case: DeckCase) -> None:
+    """Connect the mass centre to the corners by rigid links."""
+    for node in CORNER_NODES:
+        ops.rigidLink("beam", CENTRE, node)
 
 
 def run_opensees(
     case: DeckCase,
     excitation: BaseAcceleration,
     *,
-    connect: Callable[[DeckCase], None] | None = None,
+    connect: Callable[[DeckCase], None] = rigid_links,
     parts_on_change: int = 1,
-) -> DeckHistory:
+) -> History:
     """Run a deck case in OpenSees; `SolutionError` if a step does not converge.
 
-    `connect` joins the mass centre to the corner nodes; the default is rigid links. A step in which
-    a contact opens or closes is divided into `parts_on_change` sub-steps.
+    `connect` joins the mass centre to the corner nodes. A step in which a contact opens or closes
+    is divided into `parts_on_change` sub-steps.
     """
     deck, contacts = make_deck(case), ContactSet(coupling=case.coupling)
     kn, dashpot = case.normal_stiffness_n_per_m, deck.dashpot_n_s_per_m
     drive = kelvin_voigt_drive(kn_n_per_m=kn, dashpot_n_s_per_m=dashpot) if dashpot else None
+    law: Any = {"kn": kn, "kt": case.kt_n_per_m, "cohesion_n": case.cohesion_n, "drive": drive}
     with live.clean_domain(2, 3):
         build_deck(deck)
-        (connect or rigid_links)(case)
-        for k, (wall, node) in enumerate(zip(WALL_NODES, CORNER_NODES, strict=True)):
-            law = case.gap_normal_m, case.friction, case.cohesion_n
-            normal, kt = deck.normal_rows[k, :2].tolist(), case.kt_n_per_m
-            contacts.add(wall, node, normal, *law, kn=kn, kt=kt, drive=drive, name=CORNERS[k])
+        connect(case)
+        pairs = zip(WALL_NODES, CORNER_NODES, deck.normal_rows[:, :2].tolist(), strict=True)
+        for wall, node, normal in pairs:
+            contacts.add(wall, node, normal, case.gap_normal_m, case.friction, **law)
         times, accel = excite_deck(case, excitation)
-
-        def state() -> list[float]:
-            (r1, _), (r2, _), (l1, _), (l2, _) = contacts.tangentials_n
-            # Units measure slip along the normal turned counter-clockwise: -t right, +t left.
-            forces = [*contacts.normals_n, -r1, -r2, l1, l2]
-            return [*ops.nodeDisp(CENTRE), *ops.nodeVel(CENTRE), *forces, *contacts.openings_m]
-
-        rows = live.record(contacts, times, case.dt_s, state, parts_on_change)
-    return _penalty_history(deck, times, rows, accel, slice(None))
+        # the slip of units is along -t at the right end and t at the left
+        slip_signs = (-1.0, -1.0, 1.0, 1.0)
+        found = live.record(contacts, times, case.dt_s, [CENTRE], slip_signs, parts_on_change)
+    return _with_trapezoidal_residual(deck, found, accel)
 
 
 def build_deck(deck: SkewDeck, wall_offset_m: float = 0.0) -> None:
@@ -300,21 +254,15 @@ def build_deck(deck: SkewDeck, wall_offset_m: float = 0.0) -> None:
     ops.node(_GROUND, 0.0, 0.0)
     ops.fix(_GROUND, 1, 1, 1)
     ops.mass(CENTRE, *deck.mass.tolist())
-    for dof in range(3):
-        bearing = float(deck.stiffness[dof]), float(deck.damping[dof])
-        ops.uniaxialMaterial("Elastic", dof + 1, *bearing)
+    for tag, bearing in enumerate(zip(deck.stiffness, deck.damping, strict=True), start=1):
+        ops.uniaxialMaterial("Elastic", tag, *map(float, bearing))
     ops.element("zeroLength", 1, _GROUND, CENTRE, "-mat", 1, 2, 3, "-dir", 1, 2, 6)
     walls = deck.corners_m - wall_offset_m * deck.normal_rows[:, :2]
-    for k, (wall, node) in enumerate(zip(WALL_NODES, CORNER_NODES, strict=True)):
-        ops.node(node, *deck.corners_m[k].tolist())
-        ops.node(wall, *walls[k].tolist())
+    for nodes, places in ((CORNER_NODES, deck.corners_m), (WALL_NODES, walls)):
+        for node, place in zip(nodes, places.tolist(), strict=True):
+            ops.node(node, *place)
+    for wall in WALL_NODES:
         ops.fix(wall, 1, 1, 1)
-
-
-def rigid_links(_case: DeckCase) -> None:
-    """Connect the mass centre to the corners by rigid links."""
-    for node in CORNER_NODES:
-        ops.rigidLink("beam", CENTRE, node)
 
 
 def excite_deck(
@@ -322,18 +270,26 @@ def excite_deck(
 ) -> tuple[Array, Array]:
     """Define load and analysis; return the step times and accelerations, shape (2, n)."""
     times = live.even_times(case.duration_s, case.dt_s)
-    half = 0.5 * case.dt_s
-    # Means over one step centred at each time: a jump between two steps keeps its impulse.
-    accel = excitation.mean(times - half, times + half)
-    accel[:, 0] = excitation.at(times[:1])[:, 0]
-    live.shake_base(CENTRE, case.dt_s, accel)
+    accel = shake(times, case.dt_s, excitation)
     # The default tolerance is far below every displacement of interest and far above rounding; the
     # problem is piecewise linear.
     live.prepare_analysis(numberer="RCM", system=system, integrator=INTEGRATORS[case.integrator])
     return times, accel
 
 
-def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
+def shake(times_s: Array, dt_s: float, excitation: BaseAcceleration) -> Array:
+    """Accelerate the supports of `CENTRE`; return the accelerations, shape (2, n)."""
+    # Means over one step centred at each time: a jump between two steps keeps its impulse.
+    accel = excitation.mean(times_s - 0.5 * dt_s, times_s + 0.5 * dt_s)
+    accel[:, 0] = excitation.at(times_s[:1])[:, 0]
+    for dof, component in enumerate(accel, start=1):
+        live.path_series(dof, dt_s, component)
+        ops.pattern("UniformExcitation", dof, dof, "-accel", dof)
+        ops.setNodeAccel(CENTRE, dof, -float(component[0]), "-commit")
+    return accel
+
+
+def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> History:
     """Integrate a deck case with penalty contact; return states at intervals of its `dt_s`."""
     deck = make_deck(case)
     times = live.even_times(case.duration_s, case.dt_s)
@@ -373,7 +329,7 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
         forces, result = contact(state), free @ state - accel
         return result if forces is None else result + spread @ forces
 
-    state, rows = np.zeros(6), np.zeros((len(fine), 18))
+    state, rows = np.zeros(6), np.zeros((len(fine), 14))
     for k, h in enumerate((ends - starts).tolist()):
         start, middle, end = accels[k]
         k1 = rate(state, start)
@@ -386,13 +342,19 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
         if forces is not None:
             rows[k + 1, 6:14] = forces
             stick = stick - np.where(forces[:4] > 0.0, forces[4:] / kt, 0.0)
-    rows[:, 14:] = case.gap_normal_m + rows[:, :3] @ deck.normal_rows.T
+    q, v, normals, friction = np.split(rows, (3, 6, 10), axis=1)
+    openings = case.gap_normal_m + q @ deck.normal_rows.T
     half = 0.5 * float(np.median(ends - starts))
     accel = excitation.mean(fine - half, fine + half)
-    return _penalty_history(deck, times, rows, accel, np.searchsorted(fine, times - 1e-12))
+    found = History(fine, q, v, openings, normals, friction)
+    found = _with_trapezoidal_residual(deck, found, accel)
+    wanted = np.searchsorted(fine, times - 1e-12)
+    columns = (each[wanted] for each in (q, v, openings, normals, friction))
+    residual = found.energy_residual_ratio
+    return History(times, *columns, ledgers=(), energy_residual_ratio=residual)
 
 
-def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
+def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> History:
     """Run a deck case with rigid contacts, Newton restitution (1 unless given) and friction.
 
     Time stepping is first order, so steps of the case are divided into steps of at most 20 us.
@@ -407,28 +369,25 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> DeckHistory:
     loads[:, :2] = -deck.mass[:2] * excitation.mean(fine[:-1], fine[1:]).T
     gaps_m = np.full(len(CORNERS), case.gap_normal_m)
     contacts = RigidContacts(
-        *(deck.normal_rows, gaps_m, deck.tangent_rows[::2]),
-        groups=(0, 0, 1, 1),
-        friction=case.friction,
+        *(deck.normal_rows, gaps_m, deck.tangent_rows[::2], (0, 0, 1, 1), case.friction),
         cohesion_n=case.cohesion_n,
         restitution=1.0 if case.restitution is None else case.restitution,
     )
-    matrices = (np.diag(deck.mass), np.diag(deck.damping), np.diag(deck.stiffness))
-    history = moreau_jean(matrices, contacts, loads, dt_s)
+    matrices = np.diag(deck.mass), np.diag(deck.damping), np.diag(deck.stiffness)
+    found = moreau_jean(matrices, contacts, loads, dt_s)
+    found = _with_residual(deck, found, loads, found.normals_n[1:], found.tangentials_n[1:])
 
-    def mean_forces(impulses_ns: Array) -> Array:
+    def mean_forces(forces_n: Array) -> Array:
         """Return mean forces over the steps of the case; the first row is for time zero."""
-        steps = impulses_ns[1:].reshape(len(times) - 1, parts, -1).sum(axis=1)
-        return np.vstack([impulses_ns[:1], steps]) / case.dt_s
+        steps = forces_n[1:].reshape(len(times) - 1, parts, -1).mean(axis=1)
+        return np.vstack([forces_n[:1], steps])
 
     # The friction of an end is divided between its corners in proportion to their compression.
-    normals = mean_forces(history.normal_impulses_ns)
+    normals = mean_forces(found.normals_n)
     ends = normals.reshape(-1, 2, 2)
     totals = ends.sum(axis=2, keepdims=True)
     shares = ends / np.where(totals > 0.0, totals, 1.0)
-    tangents = mean_forces(history.tangent_impulses_ns)[:, :, None]
-    friction = (shares * tangents).reshape(normals.shape)
-    q = history.q[::parts]
-    openings = case.gap_normal_m + q @ deck.normal_rows.T
-    residual = _energy_residual(deck, loads, history.q, history.v, history.contact_work_j)
-    return DeckHistory(times, q, openings, normals, friction, residual)
+    friction = (shares * mean_forces(found.tangentials_n)[:, :, None]).reshape(normals.shape)
+    q, v, openings = (each[::parts] for each in (found.q, found.v, found.openings_m))
+    residual = found.energy_residual_ratio
+    return History(times, q, v, openings, normals, friction, energy_residual_ratio=residual)

@@ -7,7 +7,7 @@ A path has the columns t_s, ux_m, uy_m, uz_m (positive opens) and is linear betw
 from itertools import pairwise
 from math import pi
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import openseespy.opensees as ops
@@ -25,6 +25,8 @@ from skewbridge.verification.references.live_model import Array
 PAPER_LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
 # Fraction of the first sub-step of a path that is taken as a separate tiny step.
 _START_SHARE: Final = 1e-3
+SURFACE: Final = 1
+BODY: Final = 2
 
 
 class PathResult(NamedTuple):
@@ -50,33 +52,24 @@ def drive_unit(
     The first row of the path, shape (rows, 4), is the state at rest, before any slip.
     """
     forces, contacts = np.zeros((len(path), 3)), ContactSet(scheme=scheme, coupling=coupling)
-    surface, body, anchor, idle = 1, 2, 3, 4
     with live.clean_domain(3, 3):
-        for node in (surface, body, anchor, idle):
-            ops.node(node, 0.0, 0.0, 0.0)
-            if node != body:
-                ops.fix(node, 0 if node == idle else 1, 1, 1)
-        # The solver needs at least one equation: a spring without load.
-        ops.uniaxialMaterial("Elastic", 1, 1.0)
-        ops.element("zeroLength", 1, anchor, idle, "-mat", 1, "-dir", 1)
-        place = surface, body, (0.0, 0.0, 1.0), law.gap_m, law.friction, law.cohesion_n
-        kn, kt, closing_m = law.kn_n_per_m, law.kt_n_per_m, law.gap_closing_m
-        along_x = (1.0, 0.0, 0.0)
-        contacts.add(*place, kn=kn, kt=kt, tangent=along_x, gap_closing_m=closing_m, name="unit")
-        drive_node(body, path, system="ProfileSPD")
+        support_nodes()
+        place = SURFACE, BODY, (0.0, 0.0, 1.0), law.gap_m, law.friction, law.cohesion_n
+        penalties: Any = {"kn": law.kn_n_per_m, "kt": law.kt_n_per_m}
+        contacts.add(*place, **penalties, tangent=(1.0, 0.0, 0.0), gap_closing_m=law.gap_closing_m)
+        drive_body(path, system="ProfileSPD")
         # Go to the first row without friction; it becomes the state at rest.
         _analyze_to_next_row(1)
         contacts.start_from_rest()
         forces[0] = (0.0, 0.0, contacts.normals_n[0])
         dt_s = 0.0
         for row, row_dt in enumerate(np.diff(path[:, 0]).tolist(), start=1):
-            shares = [1.0 / substeps] * substeps
+            # Before any motion the direction of slip is unknown, so the first interval takes at
+            # least ten steps, the first of them tiny.
+            count = substeps if row > 1 else max(10, substeps)
+            shares = [1.0 / count] * count
             if row == 1:
-                # Before any motion the direction of slip is unknown, so the first interval takes
-                # at least ten steps, the first of them tiny.
-                count = max(10, substeps)
-                first = [_START_SHARE / count, (1.0 - _START_SHARE) / count]
-                shares = [*first, *[1.0 / count] * (count - 1)]
+                shares[:1] = [_START_SHARE / count, (1.0 - _START_SHARE) / count]
             for share in shares:
                 next_dt = share * row_dt
                 if next_dt != dt_s:
@@ -114,12 +107,24 @@ def rms_n(differences_n: Array) -> float:
     return float(np.sqrt(np.mean(np.sum(differences_n**2, axis=1))))
 
 
-def drive_node(node: int, path: Array, *, system: str) -> None:
-    """Prescribe the displacements of a node; the pseudo-time is the row number, from one."""
+def support_nodes(gap_m: float = 0.0) -> None:
+    """Define a fixed surface and a body at a distance along z."""
+    anchor, idle = 3, 4
+    for node, z in ((SURFACE, 0.0), (BODY, gap_m), (anchor, 0.0), (idle, 0.0)):
+        ops.node(node, 0.0, 0.0, z)
+    for node, along_x in ((SURFACE, 1), (anchor, 1), (idle, 0)):
+        ops.fix(node, along_x, 1, 1)
+    # The solver needs at least one equation: a spring without load.
+    ops.uniaxialMaterial("Elastic", 1, 1.0)
+    ops.element("zeroLength", 1, anchor, idle, "-mat", 1, "-dir", 1)
+
+
+def drive_body(path: Array, *, system: str) -> None:
+    """Prescribe the displacements of the body; the pseudo-time is the row number, from one."""
     for dof in (1, 2, 3):
         live.path_series(dof, 1.0, np.append(0.0, path[:, dof]))
         ops.pattern("Plain", dof, dof)
-        ops.sp(node, dof, 1.0)
+        ops.sp(BODY, dof, 1.0)
     control = ("LoadControl", 1.0)
     live.prepare_analysis(system=system, algorithm="Linear", integrator=control, analysis="Static")
 
@@ -137,11 +142,10 @@ def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]
     case = read_case(case_file, ContactCase)
     path = read_path(file_of_case(case_file, case.path))
     writable_file(out)
-    options = case.model_dump(include={"substeps", "scheme", "coupling"})
     kn, kt = case.normal_stiffness_n_per_m, case.tangent_stiffness_n_per_m
-    given = case.model_dump(include={"friction", "cohesion_n", "gap_m"})
-    law = ContactLaw(kn_n_per_m=kn, kt_n_per_m=kt, **given)
-    forces_n, ledger = drive_unit(law, path, **options)
+    limits = case.model_dump(include={"friction", "cohesion_n", "gap_m"})
+    options = case.model_dump(include={"substeps", "scheme", "coupling"})
+    forces_n, ledger = drive_unit(ContactLaw(kn, kt, **limits), path, **options)
     table = pd.DataFrame(forces_n, columns=["fx_n", "fy_n", "fz_n"])
     table.insert(0, "t_s", path[:, 0])
     table.to_csv(out, index=False)

@@ -20,18 +20,26 @@ References:
 
 from collections.abc import Generator
 from dataclasses import dataclass
-from itertools import product
+from itertools import chain, product
 from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from skewbridge.errors import SolutionError
-from skewbridge.verification.references.live_model import Array
+from skewbridge.verification.references.live_model import Array, History
 
 _THETA: Final = 0.5
 # Allowed violation of a condition (rounding), relative to the largest velocity or impulse.
 _ROUNDING: Final = 1e-10
+
+
+class State(NamedTuple):
+    """Trial state: active contacts, contacts with an impulse, and slip sign of each group."""
+
+    active: tuple[int, ...]
+    closed: tuple[int, ...]
+    slip: dict[int, int]  # 0 sticks
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,138 +59,96 @@ class RigidContacts:
     cohesion_n: float
     restitution: float
 
-
-class _State(NamedTuple):
-    """Trial state: active contacts, contacts with an impulse, and slip sign of each group."""
-
-    active: tuple[int, ...]
-    closed: tuple[int, ...]
-    slip: dict[int, int]  # 0 sticks
-
-
-class _ImpactSolver:
-    """Solver for the contact impulses of a step; it first tries the state of the last solution.
-
-    `compliance` is the change of the velocities (normals, then group tangents) per unit impulse.
-    """
-
-    def __init__(self, contacts: RigidContacts, compliance: Array) -> None:
-        self._contacts, self._compliance = contacts, compliance
-        self._last: _State | None = None
-
-    def solve(
-        self, active: tuple[int, ...], u_free: Array, u_before: Array, h: float
-    ) -> tuple[Array, Array]:
-        """Return the normal and tangential impulses (with the sign of slip) of a step of length h.
-
-        `u_free` are the velocities (normals, then groups) after a step without contact; `u_before`
-        are the velocities before the step.
-        """
-        count = len(self._contacts.groups)
-        for state in self._states(active):
-            impulses = self._impulses(state, u_free, u_before, h)
-            if impulses is not None:
-                self._last = state
-                return impulses[:count], -impulses[count:]
-        raise SolutionError(f"no consistent contact state found for the active contacts {active}")
-
-    def _states(self, active: tuple[int, ...]) -> Generator[_State]:
-        if self._last is not None and self._last.active == active:
-            yield self._last
-        data = self._contacts
-        has_friction = data.friction > 0.0 or data.cohesion_n > 0.0
-        groups = sorted({data.groups[i] for i in active}) if has_friction else []
+    def states(self, active: tuple[int, ...]) -> Generator[State]:
+        """Return the trial states of a step: contacts with an impulse, and slip of the groups."""
+        has_friction = self.friction > 0.0 or self.cohesion_n > 0.0
+        groups = sorted({self.groups[i] for i in active}) if has_friction else []
         for carries in product((True, False), repeat=len(active)):
             closed = tuple(i for i, carried in zip(active, carries, strict=True) if carried)
             for slip in product((0, 1, -1), repeat=len(groups)):
-                yield _State(active, closed, dict(zip(groups, slip, strict=True)))
+                yield State(active, closed, dict(zip(groups, slip, strict=True)))
 
-    def _impulses(self, state: _State, u_free: Array, u_before: Array, h: float) -> Array | None:
-        """Return the impulses of a state; None if it is singular or violates an inequality."""
-        data, count, size = self._contacts, len(self._contacts.groups), len(u_free)
-        closed = list(state.closed)
+    def impulses(
+        self, state: State, compliance: Array, u_free: Array, u_before: Array, h: float
+    ) -> Array | None:
+        """Return the impulses of a state; None if it is singular or violates an inequality.
+
+        Arrays have the normals, then the groups. `compliance` is the change of the velocities per
+        unit impulse; `u_free` are velocities after a step of length h without contact, `u_before`
+        those before it. Friction impulses act against slip.
+        """
+        count, size, closed = len(self.groups), len(u_free), list(state.closed)
         impulses, columns, unknown = np.zeros(size), np.eye(size), [*closed]
-        active = [data.groups[i] for i in state.active]
-        cohesion_ns = {group: data.cohesion_n * h * active.count(group) for group in state.slip}
+        active = [self.groups[i] for i in state.active]
+        cohesion_ns = {group: self.cohesion_n * h * active.count(group) for group in state.slip}
         for group, motion in state.slip.items():
             if motion == 0:
                 unknown.append(count + group)
                 continue
             impulses[count + group] -= motion * cohesion_ns[group]
             for i in closed:
-                if data.groups[i] == group:
-                    columns[i, count + group] -= motion * data.friction
+                if self.groups[i] == group:
+                    columns[i, count + group] -= motion * self.friction
         if unknown:
             targets = np.zeros(len(unknown))
-            targets[: len(closed)] = -data.restitution * u_before[closed]
-            basis, rows = columns[unknown].T, self._compliance[unknown]
+            targets[: len(closed)] = -self.restitution * u_before[closed]
+            basis, rows = columns[unknown].T, compliance[unknown]
             try:
                 found = np.linalg.solve(rows @ basis, targets - (u_free[unknown] + rows @ impulses))
             except np.linalg.LinAlgError:
                 return None
             impulses = impulses + basis @ found
-        after = u_free + self._compliance @ impulses
+        after = u_free + compliance @ impulses
         speed = _ROUNDING * max(float(np.abs(u).max()) for u in (after, u_free, u_before))
         least = -_ROUNDING * float(np.abs(impulses).max())
-        opening = after + data.restitution * u_before
+        opening = after + self.restitution * u_before
         if impulses[closed].min(initial=0.0) < least or opening[[*state.active]].min() < -speed:
             return None
         for group, motion in state.slip.items():
-            normal = float(sum(impulses[i] for i in closed if data.groups[i] == group))
-            limit = data.friction * normal + cohesion_ns[group]
+            normal = float(sum(impulses[i] for i in closed if self.groups[i] == group))
+            limit = self.friction * normal + cohesion_ns[group]
             is_beyond = motion == 0 and abs(impulses[count + group]) > limit - least
             if is_beyond or motion * after[count + group] < -speed:
                 return None
         return impulses
 
 
-class LcpHistory(NamedTuple):
-    """Displacements q, velocities v (n, dofs), and impulses in the step before each time.
-
-    Friction impulses, shape (n, groups), have the sign of slip. Contact dissipates
-    `contact_work_j`.
-    """
-
-    t_s: Array
-    q: Array
-    v: Array
-    normal_impulses_ns: Array
-    tangent_impulses_ns: Array
-    contact_work_j: float
-
-
 def moreau_jean(
     matrices: tuple[Array, Array, Array], contacts: RigidContacts, mean_loads_n: Array, h_s: float
-) -> LcpHistory:
+) -> History:
     """Integrate a linear structure (mass, damping, stiffness) with rigid contacts from rest.
 
-    Loads are means over the steps, shape (steps, dofs). `SolutionError` if a step has no solution.
+    Loads are means over the steps, shape (steps, dofs); contact forces are means over the step
+    before each time, friction per group. `SolutionError` if a step has no solution.
     """
     mass, damping, stiffness = matrices
     steps, dofs = mean_loads_n.shape
     rows = np.vstack([contacts.normal_rows, contacts.tangent_rows])
     iteration = cho_factor(mass + h_s * _THETA * damping + (h_s * _THETA) ** 2 * stiffness)
     spread = np.asarray(cho_solve(iteration, rows.T))
-    solver = _ImpactSolver(contacts, rows @ spread)
+    compliance, last = rows @ spread, State((), (), {})
     # Velocity after a step without contact = keep @ v + pull @ q + push[step].
     inverse = np.asarray(cho_solve(iteration, np.eye(dofs)))
     keep = np.eye(dofs) - h_s * inverse @ (damping + _THETA * h_s * stiffness)
     pull, push = -h_s * inverse @ stiffness, mean_loads_n @ (h_s * inverse).T
     count = len(contacts.groups)
     q, v, impulses = (np.zeros((steps + 1, width)) for width in (dofs, dofs, len(rows)))
-    work = 0.0
     for k in range(steps):
         free = keep @ v[k] + pull @ q[k] + push[k]
         u_before = rows @ v[k]
         forecast = contacts.gaps_m + contacts.normal_rows @ q[k] + 0.5 * h_s * u_before[:count]
         if forecast.min() <= 0.0:
             active = tuple(np.flatnonzero(forecast <= 0.0).tolist())
-            p_n, p_t = solver.solve(active, rows @ free, u_before, h_s)
-            impulses[k + 1] = np.concatenate([p_n, p_t])
-            free = free + spread @ np.concatenate([p_n, -p_t])
-            mean = 0.5 * (u_before + rows @ free)
-            work += float(p_t @ mean[count:] - p_n @ mean[:count])
+            likely = (last,) if last.active == active else ()
+            for last in chain(likely, contacts.states(active)):
+                p = contacts.impulses(last, compliance, rows @ free, u_before, h_s)
+                if p is not None:
+                    break
+            else:
+                raise SolutionError(f"no consistent contact state for the contacts {active}")
+            free = free + spread @ p
+            impulses[k + 1] = np.concatenate([p[:count], -p[count:]])
         v[k + 1] = free
         q[k + 1] = q[k] + h_s * (_THETA * free + (1.0 - _THETA) * v[k])
-    t_s = h_s * np.arange(steps + 1)
-    return LcpHistory(t_s, q, v, impulses[:, :count], impulses[:, count:], work)
+    openings, forces = contacts.gaps_m + q @ contacts.normal_rows.T, impulses / h_s
+    return History(h_s * np.arange(steps + 1), q, v, openings, forces[:, :count], forces[:, count:])

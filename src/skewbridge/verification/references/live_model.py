@@ -1,14 +1,15 @@
 """Helpers for small OpenSees models: domain, time-dependent loads, solver and steps."""
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
-from math import ceil
+from math import ceil, nan
+from typing import NamedTuple
 
 import numpy as np
 import openseespy.opensees as ops
 from numpy.typing import NDArray
 
-from skewbridge.contact import ContactSet, make_step
+from skewbridge.contact import ContactSet, UnitLedger, make_step
 from skewbridge.errors import SolutionError
 
 type Array = NDArray[np.float64]
@@ -65,12 +66,32 @@ def load_node(
     ops.load(node, 1.0, 0.0, *rest)
 
 
-def shake_base(mass_node: int, dt_s: float, accel_mps2: Array) -> None:
-    """Accelerate all supports, shape (2, n), and set the first acceleration of the mass node."""
-    for dof, component in enumerate(accel_mps2, start=1):
-        path_series(dof, dt_s, component)
-        ops.pattern("UniformExcitation", dof, dof, "-accel", dof)
-        ops.setNodeAccel(mass_node, dof, -float(component[0]), "-commit")
+class History(NamedTuple):
+    """Displacements and velocities of a model (n, dofs), and states of its contacts (n, units).
+
+    Openings are negative in contact; friction has the sign of slip. A deck has q = (ux, uy, theta),
+    contacts in the order of `CORNERS`, and the residual of its energy: the input minus all work
+    done and energy stored at the end, divided by the largest input.
+    """
+
+    t_s: Array
+    q: Array
+    v: Array
+    openings_m: Array
+    normals_n: Array
+    tangentials_n: Array
+    ledgers: Sequence[UnitLedger] = ()
+    energy_residual_ratio: float = nan
+
+    def peaks(self) -> dict[str, float]:
+        """Return the largest magnitudes of ux, uy and theta, and the deepest penetration."""
+        ux, uy, theta = (float(peak) for peak in np.abs(self.q).max(axis=0))
+        penetration = max(0.0, float(-self.openings_m.min()))
+        return {"ux_m": ux, "uy_m": uy, "theta_rad": theta, "penetration_m": penetration}
+
+    def first_contact_s(self) -> float | None:
+        """Return the interpolated time (s) when the first gap closes; None if all stay open."""
+        return first_crossing_s(self.t_s, self.openings_m.min(axis=1))
 
 
 def first_crossing_s(t_s: Array, values: Array) -> float | None:
@@ -104,13 +125,24 @@ def record(
     contacts: ContactSet,
     times_s: Array,
     dt_s: float,
-    state: Callable[[], list[float]],
+    nodes: Sequence[int],
+    signs: Sequence[float],
     parts_on_change: int = 1,
-) -> Array:
-    """Step through the given times; return the states at all times, including the first."""
+) -> History:
+    """Step through the given times; return the motion of nodes, one after the other, and contacts.
+
+    Units measure slip along their normal turned counter-clockwise; `signs` has 1 for a unit whose
+    slip is positive in that direction, else -1.
+    """
+
+    def state() -> tuple[list[float], ...]:
+        q, v = ([x for n in nodes for x in read(n)] for read in (ops.nodeDisp, ops.nodeVel))
+        slips = [s * along for s, (along, _) in zip(signs, contacts.tangentials_n, strict=True)]
+        return q, v, contacts.openings_m, contacts.normals_n, slips
+
     rows = [state()]
     for time_s in times_s[1:].tolist():
         if not make_step(contacts, dt_s, parts_on_change=parts_on_change):
             raise SolutionError(f"OpenSees stopped at {time_s:.6g} s of {times_s[-1]:.6g} s")
         rows.append(state())
-    return np.array(rows)
+    return History(times_s, *map(np.array, zip(*rows, strict=True)), ledgers=contacts.ledger())

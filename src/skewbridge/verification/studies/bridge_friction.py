@@ -54,9 +54,8 @@ PLACES: Final[tuple[FrictionAt, ...]] = ("all", "walls", "keys")
 
 
 class DeckMotion(NamedTuple):
-    """Motion of the deck: times, displacements (x, y), shape (n, 2), and contact with a wall."""
+    """Motion of the deck: displacements (x, y), shape (n, 2), and contact with a wall."""
 
-    t_s: Array
     disp_m: Array
     touches_wall: NDArray[np.bool_]
 
@@ -64,7 +63,7 @@ class DeckMotion(NamedTuple):
 def _is_pushed(forces_kn: Iterable[float], skew_deg: float) -> bool:
     """Return whether every wall force exceeds 5 % of the strength of OSB1's backfill."""
     fill = wall_backfill(
-        load_bridge("osb1").seats["right"], ModelOptions().backfill, radians(skew_deg)
+        load_bridge("osb1").seat, ModelOptions().backfill, radians(skew_deg)
     )
     # ASSUME below 5 % of the strength, friction at a wall is too small to judge a statement
     return min(forces_kn) > 0.05 * fill.ultimate_n / KN
@@ -95,15 +94,14 @@ def half_cycles(pair: Pair[DeckMotion], axis: int) -> pd.DataFrame:
     `SMALLEST_CYCLE` x the largest peak are left out.
 
     Returns:
-        One row per half cycle with start_s, end_s, peak_without_m and peak_with_m (magnitudes),
-        change (relative, by friction), has_contact (with a wall, in either run) and together. The
-        last is the largest |x| |y| / product of the peaks of the run; it is 1 if both coincide.
+        One row per half cycle with peak_without_m and peak_with_m (magnitudes), change (relative,
+        by friction), has_contact (with a wall, in either run) and together: the largest |x| |y| /
+        product of the peaks of the run; it is 1 if both coincide.
     """
-    count = min(len(motion.t_s) for motion in pair)
+    count = min(len(motion.disp_m) for motion in pair)
     rough, smooth = (motion.disp_m[:count] for motion in pair)
     own, other = np.abs(smooth[:, axis]), np.abs(smooth[:, 1 - axis])
     columns = {
-        "end_s": pair[1].t_s[:count],
         "peak_without_m": own,
         "peak_with_m": np.abs(rough[:, axis]),
         "together": own * other / (own.max() * other.max()),
@@ -111,10 +109,8 @@ def half_cycles(pair: Pair[DeckMotion], axis: int) -> pd.DataFrame:
     }
     crossings = np.diff(np.signbit(smooth[:, axis]), prepend=np.signbit(smooth[0, axis]))
     groups = pd.DataFrame(columns).groupby(np.cumsum(crossings))
-    cycles = groups.max()  # of each column: gives the last time and whether any contact closes
-    cycles.insert(0, "start_s", groups["end_s"].min())
-    is_large = cycles["peak_without_m"] >= SMALLEST_CYCLE * own.max()
-    cycles = cycles[is_large & (cycles["end_s"] > cycles["start_s"])].reset_index(drop=True)
+    is_large = (groups["peak_without_m"].max() >= SMALLEST_CYCLE * own.max()) & (groups.size() > 1)
+    cycles = groups.max()[is_large].reset_index(drop=True)  # has_contact: if any contact closes
     return cycles.assign(change=cycles["peak_with_m"] / cycles["peak_without_m"] - 1.0)
 
 
@@ -213,7 +209,7 @@ def _judge_abutment(states: States, case: str, pair: Pair[AbutmentHistory]) -> N
     closures = sum(unit.closures for unit in with_friction.ledger if "backwall" in unit.name)
     states("several contacts", case, closures)
     touches = [(history.normals_n[:, walls] > 0.0).any(axis=1) for history in pair]
-    rough, smooth = (DeckMotion(h.t_s, h.disp_m, t) for h, t in zip(pair, touches, strict=True))
+    rough, smooth = (DeckMotion(h.disp_m, t) for h, t in zip(pair, touches, strict=True))
     _judge_cycles(states, "transverse cycles", case, half_cycles((rough, smooth), 1))
 
 
@@ -252,9 +248,8 @@ def _histories(result: AnalysisResult) -> Mapping[str, Array]:
     return result.histories or {}
 
 
-def _has_wall_force(runs: Iterable[AnalysisResult], skew_deg: int) -> bool:
-    """Return whether the wall force of every run exceeds 5 % of the backfill strength."""
-    return _is_pushed((run.whole_history["backwall_force_kn"] for run in runs), skew_deg)
+def _wall_forces(runs: Iterable[AnalysisResult]) -> list[float]:
+    return [run.whole_history["backwall_force_kn"] for run in runs]
 
 
 def _report_demands(study: Study, case: str, pair: Pair[AnalysisResult]) -> None:
@@ -274,9 +269,9 @@ def run(study: Study) -> None:
             _analysis(motion, paper_variant(), scheme),
             _analysis(motion, paper_variant(friction_pct=0), scheme),
         )
-        states = partial(study.states, run=motion.run, premise=_has_wall_force(pair, 0))
+        states = partial(study.states, run=motion.run, premise=_is_pushed(_wall_forces(pair), 0))
         case = f"{scheme} scheme{record.stand_in}"
-        cycles = _judge(states, case, pair, same_record=motion.is_paper_record)
+        _judge(states, case, pair, same_record=motion.is_paper_record)
         if not motion.is_nominal:
             continue
         name = f"{scheme} scheme"
@@ -288,21 +283,17 @@ def run(study: Study) -> None:
         close = all(result.whole_history["backwall_force_kn"] > 0.0 for result in pair)
         study.holds(f"{name}: the backwalls close", truth=close, source="this motion")
         if scheme == SCHEMES[0]:
-            study.tables["cycles"] = cycles
-            tables = {"no friction": smooth, "friction 0.5": rough}
-            runs = {name: pd.DataFrame(_histories(result)) for name, result in tables.items()}
+            named = {"no friction": smooth, "friction 0.5": rough}
+            runs = {name: pd.DataFrame(_histories(result)) for name, result in named.items()}
             study.figures["displacements"] = displacement_figure(runs)
             study.figures["hysteresis"] = hysteresis_figure(runs)
             for figure in study.figures.values():
                 figure.suptitle(f"OSB1, skew 0; {motion.label}", fontsize=9)
 
 
-def _judge(
-    states: States, case: str, pair: Pair[AnalysisResult], *, same_record: bool
-) -> pd.DataFrame:
-    """Judge the statements on the straight bridge; return its transverse half cycles."""
+def _judge(states: States, case: str, pair: Pair[AnalysisResult], *, same_record: bool) -> None:
+    """Judge the statements on the straight bridge."""
     rough, smooth = (_deck_motion(_histories(result)) for result in pair)
-    cycles = pd.DataFrame()
     for number, axis in enumerate(_AXES):
         cycles = half_cycles((rough, smooth), number)
         _judge_cycles(states, "bridge cycles", f"{case}, {axis}", cycles)
@@ -326,13 +317,11 @@ def _judge(
     normal, *friction = (keys.filter(regex=f"_{name}_kn$").to_numpy() for name in names)
     changes = stick_slip_changes(normal, np.hypot(*friction), FRICTION_PCT / 100)
     states("keys stick and slip", case, changes)
-    return cycles
 
 
 def _deck_motion(table: Mapping[str, Array]) -> DeckMotion:
     walls = np.logical_or(*(table[f"abutment_{side}_wall_kn"] > 0.0 for side in _SIDES))
-    disp_m = np.column_stack([table["deck_ux_m"], table["deck_uy_m"]])
-    return DeckMotion(table["t_s"], disp_m, walls)
+    return DeckMotion(np.column_stack([table["deck_ux_m"], table["deck_uy_m"]]), walls)
 
 
 def _history_change(pair: Pair[AnalysisResult], column: str) -> float:
@@ -344,14 +333,13 @@ def _history_change(pair: Pair[AnalysisResult], column: str) -> float:
 def run_places(study: Study) -> None:
     """Run the study of friction at walls, keys or both."""
     record = waho()
-    rows: list[Row] = []
     for skew, motion in product(SKEWS_DEG, record.runs()):
         variant = paper_variant(skew_deg=skew)
         runs = {place: _analysis(motion, variant, friction_at=place) for place in PLACES}
         without = _analysis(motion, paper_variant(skew_deg=skew, friction_pct=0))
         changes = (_history_change((runs[place], without), "deck_uy_m") for place in _FREE)
         case, every = f"OSB1, skew {skew}{record.stand_in}", (*runs.values(), without)
-        met = _has_wall_force(every, skew)
+        met = _is_pushed(_wall_forces(every), skew)
         study.states("backwall makes it", case, *changes, run=motion.run, premise=met)
         if not motion.is_nominal:
             continue
@@ -369,10 +357,6 @@ def run_places(study: Study) -> None:
             if plain > (1e-4 if demand == "deck_rotation_rad" else 0.0):
                 text = f"skew {skew}, friction at {place}: {demand}"
                 study.report(text, value, plain, _WITHOUT)
-                names = {"skew_deg": skew, "friction_at": place, "demand": demand}
-                numbers = {"value": value, "without": plain, "change": value / plain - 1.0}
-                rows.append(names | numbers)
-    study.tables["changes"] = pd.DataFrame(rows)
 
 
 def run_models(study: Study) -> None:
@@ -385,16 +369,16 @@ def run_models(study: Study) -> None:
     text = "OSB1: every abutment model and skew ends with status ok or collapse"
     has_run = all(found.status in RAN for found in runs.values())
     study.holds(text, truth=has_run, source="this model")
-    for run in motion.runs():
-        for abutment in (name for name, traits in ABUTMENTS.items() if traits.has_contacts):
-            straight, skewed = (
-                runs[abutment, skew]
-                if run.is_nominal
-                else _analysis(run, paper_variant(abutment=abutment, skew_deg=skew))
-                for skew in SKEWS_DEG
-            )
-            case = f"OSB1, {abutment}, skew {SKEWS_DEG[1]}{motion.stand_in}"
-            _judge_skew(partial(study.states, run=run.run), case, straight, skewed)
+    with_contacts = [name for name, traits in ABUTMENTS.items() if traits.has_contacts]
+    for run, abutment in product(motion.runs(), with_contacts):
+        straight, skewed = (
+            runs[abutment, skew]
+            if run.is_nominal
+            else _analysis(run, paper_variant(abutment=abutment, skew_deg=skew))
+            for skew in SKEWS_DEG
+        )
+        case = f"OSB1, {abutment}, skew {SKEWS_DEG[1]}{motion.stand_in}"
+        _judge_skew(partial(study.states, run=run.run), case, straight, skewed)
     rough, smooth = (
         _analysis(motion, paper_variant(bridge="osb2s", skew_deg=20, friction_pct=friction_pct))
         for friction_pct in (FRICTION_PCT, 0)

@@ -1,15 +1,13 @@
 """Published fragility curves and published effects of skew, compared with ours.
 
 `published.csv` holds the curves of Mangalathu (2017) for bridges built after 1991 (era 3: osb1) and
-before 1971 (era 1: osb1_era1). Our curves use the same intensity measure Sa(1.0 s) and published
-capacities. Peaks are taken over the whole motion, because the published columns fail in bending
-only. If a ratio of medians is outside `RANGE`, each of `CHANGES` is tried alone: it explains the
-ratio if the ratio moves into the range or at least half of the way to it. Nothing is fitted to the
-published values.
+before 1971 (era 1: osb1_era1). Peaks are taken over the whole motion, because the published columns
+fail in bending only. If a ratio of medians is outside `RANGE`, each of `CHANGES` is tried alone: it
+explains the ratio if the ratio moves into the range or at least half of the way to it. Nothing is
+fitted to the published values. Pages: docs/theory/published.md and published_skew.md.
 
 `run_skew` compares the effect of skew on median capacities of PEER's bridges A, B and C with the
-factor of Hazus. It also reports the effects on demands, for which other authors give directions
-(docs/theory/published_skew.md). Each of `CHOICES` changes one modelling choice of bridge B.
+factor of Hazus. Each of `CHOICES` changes one modelling choice of bridge B.
 
 References:
     Mangalathu (2017), PhD thesis, Georgia Institute of Technology (hdl.handle.net/1853/58291).
@@ -46,6 +44,7 @@ from skewbridge.fragility.paper_table import chosen_curves
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves
 from skewbridge.motions.levels import MotionsConfig
+from skewbridge.report.appearance import STYLE
 from skewbridge.statuses import OK, RAN
 from skewbridge.study.analyses import StudySetup
 from skewbridge.study.batch import row_of_task
@@ -56,7 +55,7 @@ from skewbridge.study.task import Task, outcome_of
 from skewbridge.units import INCH
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.variant import Variant
-from skewbridge.verification.registry import STYLE, Row, Study
+from skewbridge.verification.registry import Row, Study
 from skewbridge.verification.studies.paper_runs import paper_variant
 from skewbridge.verification.studies.strong_motions import rows_of_tasks
 
@@ -120,6 +119,10 @@ def published_curves() -> pd.DataFrame:
     return pd.read_csv(Path(__file__).parents[1] / "published.csv", comment="#")
 
 
+def _name(row: Mapping[str, Any]) -> str:
+    return f"era {row['era']}, {row['component']} {row['state']}"
+
+
 def run(study: Study) -> None:
     """Run the analyses, fit the curves of both eras with each change, and compare them."""
     published, changes = published_curves(), {change.name: change for change in (NONE, *CHANGES)}
@@ -135,17 +138,17 @@ def run(study: Study) -> None:
     study.tables["ratios"] = table = compared(published, pd.concat(found, ignore_index=True))
     ours = table[table["change"] == NONE.name]
     for row in records_of(ours):
-        name = f"era {row['era']}, {row['component']} {row['state']}"
+        name, published_g = _name(row), row["median_g"]
         if row["status"] == FITTED:
             text = f"{name}: median in g, ratio {_interval(row)}"
-            study.report(text, row["theta"], row["median_g"], SOURCE)
+            study.report(text, row["theta"], published_g, SOURCE)
             study.report(f"{name}: dispersion", row["beta"], row["dispersion"], SOURCE)
         else:
             text = f"{name}: lower bound of the median in g, no run reaches the state"
-            study.report(text, row["theta_bound"], row["median_g"], SOURCE)
+            study.report(text, row["theta_bound"], published_g, SOURCE)
     study.tables["explained"] = explanations(table)
     for row in records_of(study.tables["explained"]):
-        name = f"era {row['era']}, {row['component']} {row['state']}: ratio {row['ratio']:.2f}"
+        name = f"{_name(row)}: ratio {row['ratio']:.2f}"
         best = f"best: {row['change']}, {row['changed_ratio']:.2f}"
         if row["state"] in JUDGED.get(row["component"], ()):
             text = f"{name} is inside {RANGE[0]:g} to {RANGE[1]:g} or explained ({best})"
@@ -196,8 +199,7 @@ def medians(
 ) -> pd.DataFrame:
     """Return our medians and dispersions for the published components and the system.
 
-    Columns: era, change, component, state, status, theta, theta_low, theta_high, beta and
-    theta_bound (lower bound of the median if no run reaches the state).
+    `theta_bound` is the lower bound of the median if no run reaches the state.
     """
     if change.whole:
         demands = _with_whole_peaks(demands)
@@ -266,8 +268,7 @@ def outside(ratio: pd.DataFrame | float) -> Any:
 def explanations(table: pd.DataFrame) -> pd.DataFrame:
     """Return the change that moves each ratio of `compared` most towards `RANGE`.
 
-    Columns: era, component, state, ratio, change, changed_ratio, closed (fraction by which the
-    change reduces the distance) and is_explained. Ratios inside the range have the change "none".
+    The change closes a fraction of the distance; ratios inside the range have the change "none".
     """
     wide = table.pivot(index=["era", *_KEYS], columns="change", values="ratio")
     # "none" comes first: `idxmin` then returns it for ratios inside the range
@@ -368,11 +369,10 @@ def hazus_factor(skew_deg: float) -> float:
 
 
 def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the mean ratio of each demand to its value at skew 0 under the same motion.
+    """Return the (geometric) mean ratio of each demand to its value at skew 0, motion by motion.
 
     `table` has one row per analysis, with its choice and the peaks over the whole motion, which are
-    used even if the run collapsed. Motions without demand at either skew are left out. Columns:
-    bridge, choice, skew_deg, demand, mean (geometric), ratio, ratio_low, ratio_high, n_motions.
+    used even if the run collapsed. Motions without demand at either skew are left out.
     """
     # the names with the prefix for whole motions: they are judged by ratios alone
     names = [f"{WHOLE}{name}" for name in COMPARED]

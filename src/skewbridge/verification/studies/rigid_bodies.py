@@ -10,23 +10,23 @@ same equations without OpenSees, and only statements that do not need test data 
 from functools import partial
 from itertools import pairwise, product
 from math import cos, isclose, pi, radians, sin
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 import openseespy.opensees as ops
 import pandas as pd
 
-from skewbridge.contact import ContactSet, UnitLedger
+from skewbridge.contact import ContactSet
 from skewbridge.contact.drives import kelvin_voigt_damping_ratio, kelvin_voigt_drive
 from skewbridge.units import KN, MM
 from skewbridge.verification.references import cases
 from skewbridge.verification.references import deck_solvers as solvers
 from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.cases import SCALE_M, deck_case
-from skewbridge.verification.references.deck_solvers import CORNERS, DeckHistory, run_deck
-from skewbridge.verification.references.lcp import LcpHistory, RigidContacts, moreau_jean
-from skewbridge.verification.references.live_model import Array, cone_excess, rms
-from skewbridge.verification.registry import Panel, Row, Study, drawn
+from skewbridge.verification.references.deck_solvers import run_deck
+from skewbridge.verification.references.lcp import RigidContacts, moreau_jean
+from skewbridge.verification.references.live_model import Array, History, cone_excess, rms
+from skewbridge.verification.registry import Panel, Study, drawn
 from skewbridge.verification.studies.paper_runs import el_centro
 
 _CLOSE: Final = 0.03  # fraction of the gap: the penetration allowed for Kn = 1e9 N/m
@@ -44,51 +44,29 @@ TANGENT: Final = np.array([cos(radians(30.0)), sin(radians(30.0))])
 NORMAL: Final = np.array([-TANGENT[1], TANGENT[0]])
 
 
-class ParticleHistory(NamedTuple):
-    """Response of the particle: positions (x, y) and forces (lower, upper line), shape (n, 2).
-
-    Friction acts along the lines, with the sign of slip.
-    """
-
-    t_s: Array
-    position_m: Array
-    friction_n: Array
-    normal_n: Array
-    ledgers: list[UnitLedger]
-
-
-def run_particle(dt_s: float, duration_s: float) -> ParticleHistory:
-    """Run the particle in OpenSees with the trapezoidal rule; return every tenth step."""
+def run_particle(dt_s: float, duration_s: float) -> History:
+    """Run the particle in OpenSees with the trapezoidal rule; contacts: lower and upper line."""
     times = live.even_times(duration_s, dt_s)
     dashpot = 2.0 * kelvin_voigt_damping_ratio(0.6) * (_KN_N_PER_M * _MASS_KG) ** 0.5
     drive = kelvin_voigt_drive(kn_n_per_m=_KN_N_PER_M, dashpot_n_s_per_m=dashpot)
-    contacts, (ground, particle) = ContactSet(), (1, 2)
+    contacts, particle, ground = ContactSet(), solvers.CENTRE, 2
     with live.clean_domain(2, 2):
-        ops.node(ground, 0.0, 0.0)
-        ops.node(particle, 0.0, 0.0)
+        for node in (particle, ground):
+            ops.node(node, 0.0, 0.0)
         ops.fix(ground, 1, 1)
         ops.mass(particle, _MASS_KG, _MASS_KG)
         ops.uniaxialMaterial("Elastic", 1, _STIFFNESS_N_PER_M, _DASHPOT_N_S_PER_M)
         ops.element("zeroLength", 1, ground, particle, "-mat", 1, 1, "-dir", 1, 2)
-        for normal, name in ((NORMAL, "lower line"), (-NORMAL, "upper line")):
+        for normal in (NORMAL, -NORMAL):
             place = ground, particle, normal.tolist(), _HALF_GAP_M, _LINE_FRICTION
-            contacts.add(*place, kn=_KN_N_PER_M, kt=_KN_N_PER_M, drive=drive, name=name)
-        accel = _LINE_PULSE.mean(times - 0.5 * dt_s, times + 0.5 * dt_s)
-        accel[:, 0] = _LINE_PULSE.amplitude_mps2
-        live.shake_base(particle, dt_s, accel)
+            contacts.add(*place, kn=_KN_N_PER_M, kt=_KN_N_PER_M, drive=drive)
+        solvers.shake(times, dt_s, _LINE_PULSE)
         live.prepare_analysis(constraints="Plain")
-
-        def state() -> list[float]:
-            (lower, _), (upper, _) = contacts.tangentials_n
-            # The unit of the lower line measures slip along minus the tangent.
-            return [*ops.nodeDisp(particle), -lower, upper, *contacts.normals_n]
-
-        rows = live.record(contacts, times, dt_s, state)[::10]
-        ledgers = contacts.ledger()
-    return ParticleHistory(times[::10], rows[:, :2], rows[:, 2:4], rows[:, 4:], ledgers)
+        # The unit of the lower line measures slip along minus the tangent.
+        return live.record(contacts, times, dt_s, [particle], [-1.0, 1.0])
 
 
-def run_particle_lcp(restitution: float, h_s: float, duration_s: float) -> LcpHistory:
+def run_particle_lcp(restitution: float, h_s: float, duration_s: float) -> History:
     """Run the particle with rigid contacts by Moreau-Jean time stepping."""
     rows = np.array([NORMAL, -NORMAL]), np.full(2, _HALF_GAP_M), np.array([TANGENT, TANGENT])
     contacts = RigidContacts(*rows, (0, 1), _LINE_FRICTION, cohesion_n=0.0, restitution=restitution)
@@ -107,11 +85,11 @@ def run_between_lines(study: Study) -> None:
         for quantity, value in peaks_m(history.q).items():
             # Without loss at impact, time stepping converges slowly: these peaks have no tolerance.
             study.tabulated(f"{name} peak {quantity} (m)", value)
-        total = float(history.normal_impulses_ns.sum())
+        total = float(history.normals_n.sum() * history.t_s[1])
         if restitution < 1.0:
             study.tabulated(f"{name} normal impulse (N s)", total)
         if restitution == 0.6:
-            ratio = float(np.abs(history.tangent_impulses_ns).sum()) / total
+            ratio = np.abs(history.tangentials_n).sum() / history.normals_n.sum()
             study.tabulated(f"{name} friction over normal impulse", ratio)
     # Time step x circular frequency of the mass on the penalty = 0.05.
     dt = 0.05 * (_MASS_KG / _KN_N_PER_M) ** 0.5
@@ -126,13 +104,14 @@ def peaks_m(positions_m: Array) -> dict[str, float]:
     return dict(zip(("ux", "uy", "ut"), peaks.tolist(), strict=True))
 
 
-def compare_with_lcp(study: Study, history: ParticleHistory, rigid: LcpHistory) -> None:
+def compare_with_lcp(study: Study, history: History, rigid: History) -> None:
     """Compare the particle in OpenSees (penalty) with rigid contact of restitution 0.6."""
     case = "OpenSees, Kn 1e9"
-    for quantity, value in peaks_m(history.position_m).items():
+    t_s, q = history.t_s[::10], history.q[::10]
+    for quantity, value in peaks_m(q).items():
         study.tabulated(f"{case}: peak {quantity} (m)", value)
-    normal, exact = history.position_m @ NORMAL, rigid.q @ NORMAL
-    error = rms(normal - np.interp(history.t_s, rigid.t_s, exact)) / _HALF_GAP_M
+    normal, exact = q @ NORMAL, rigid.q @ NORMAL
+    error = rms(normal - np.interp(t_s, rigid.t_s, exact)) / _HALF_GAP_M
     source = "our Moreau-Jean solver at the step of the study"
     study.at_most(f"{case}: RMS difference of un from LCP / gap", error, _CLOSE, source)
     depth = max(ledger.max_penetration_m for ledger in history.ledgers) / _HALF_GAP_M
@@ -141,19 +120,20 @@ def compare_with_lcp(study: Study, history: ParticleHistory, rigid: LcpHistory) 
     study.states("penalties enforce", f"{case} N/m", depth)
     for name, motion in {f"{case} N/m": normal, "rigid, restitution 0.6": exact}.items():
         study.states("bounded by the lines", name, float(np.abs(motion).max()) / _HALF_GAP_M - 1.0)
-    first_s = float(history.t_s[np.flatnonzero(np.abs(normal) > _HALF_GAP_M)[0]])
+    first_s = float(t_s[np.flatnonzero(np.abs(normal) > _HALF_GAP_M)[0]])
     study.tabulated("OpenSees: first contact (s)", first_s)
-    excess = cone_excess(history.friction_n, history.normal_n, _LINE_FRICTION)
+    forces_n = history.tangentials_n[::10], history.normals_n[::10]
+    excess = cone_excess(*forces_n, _LINE_FRICTION)
     text = "OpenSees: excess of friction over the cone / largest limit"
     study.at_most(text, excess, 0.1, "compression predicted over one step at impact")
 
 
-def _draw_particle(study: Study, history: ParticleHistory, rigid: LcpHistory) -> None:
+def _draw_particle(study: Study, history: History, rigid: History) -> None:
     """Draw the path between the lines, both displacements and the contact forces over time."""
     name, of_lcp = "OpenSees", "LCP, e = 0.6"
-    t, moved, exact = history.t_s, history.position_m / MM, rigid.q / MM
+    t, moved, exact = history.t_s[::10], history.q[::10] / MM, rigid.q / MM
     ends, offset = 200.0 * np.outer((-1.0, 1.0), TANGENT), _HALF_GAP_M / MM * NORMAL
-    forces = {"N": history.normal_n, "F": history.friction_n}
+    forces = {"N": history.normals_n[::10], "F": history.tangentials_n[::10]}
     path = {"line": (ends + offset).T, "_": (ends - offset).T, name: moved.T}
     panels = [Panel("ux (mm)", "uy (mm)", path, "path of the particle")]
     for text, way in (("normal, un (mm)", NORMAL), ("along the lines, ut (mm)", TANGENT)):
@@ -185,10 +165,8 @@ def run(study: Study) -> None:
     _check_elastic(study, elastic)
     _check_rigid(study, rigid, damped)
     study.tables["locked_rotation"] = locked = locked_rotation()
-    errors = locked["rms_ratio"].tolist()
-    is_falling = bool(np.all(np.diff(errors) < 0.0))
-    text = "locked rotation: penalty converges to the LCP"
-    study.holds(text, truth=is_falling, source="monotone in kn*")
+    errors, text = locked["rms_ratio"].tolist(), "locked rotation: penalty converges to the LCP"
+    study.holds(text, truth=bool(np.all(np.diff(errors) < 0.0)), source="monotone in kn*")
     text = "locked rotation, kn* = 1e5: RMS difference of un / scale"
     study.at_most(text, errors[-1], 0.01, "LCP, e 0.6")
     study.tabulated("locked rotation: first contact (s)", locked["first_contact_s"].iloc[-1])
@@ -204,8 +182,6 @@ def run(study: Study) -> None:
         step: impacts(run_deck(deck_case("C1", integrator="houbolt", dt_s=step / frequency)))
         for step in (0.05, 0.71, 1.5, 3.0)
     }
-    tables = [table.assign(step_times_frequency=step) for step, table in bounced.items()]
-    study.tables["impacts"] = pd.concat(tables, ignore_index=True)
     medians = {step: float(table["restitution"].median()) for step, table in bounced.items()}
     study.states("restitution found", "C1, Houbolt, some step of the table", medians)
     for step, table in bounced.items():
@@ -218,16 +194,16 @@ def run(study: Study) -> None:
     _draw_c1(study, at_06["C1"], elastic["C1"])
 
 
-def _scaled(history: DeckHistory) -> Array:
+def _scaled(history: History) -> Array:
     """Return (ux, uy, rotation x length) / displacement scale, shape (n, 3)."""
     return history.q * np.array([1.0, 1.0, cases.LENGTH_M]) / SCALE_M
 
 
-def _scaled_peaks(history: DeckHistory) -> Array:
+def _scaled_peaks(history: History) -> Array:
     return np.abs(_scaled(history)).max(axis=0)
 
 
-def _check_elastic(study: Study, elastic: dict[str, DeckHistory]) -> None:
+def _check_elastic(study: Study, elastic: dict[str, History]) -> None:
     """Check the elastic penalty by Runge-Kutta, the exact linear response and a deck of beams."""
     tolerances = {"ux_m": 0.01, "uy_m": 0.01, "theta_rad": 0.02}
     for name, history in elastic.items():
@@ -253,7 +229,7 @@ def _check_elastic(study: Study, elastic: dict[str, DeckHistory]) -> None:
 
 
 def _check_rigid(
-    study: Study, rigid: dict[tuple[str, float], DeckHistory], damped: dict[str, DeckHistory]
+    study: Study, rigid: dict[tuple[str, float], History], damped: dict[str, History]
 ) -> None:
     """Compare the rigid deck with tabulated values, and the damped penalty with the rigid deck."""
     tolerances = {"ux": 0.10, "uy": 0.10, "theta x length": 0.15}
@@ -271,7 +247,7 @@ def _check_rigid(
                 study.report(text, value, reference, "LCP, where flat impacts leave theta = 0")
 
 
-def _judge_agreement(study: Study, elastic: DeckHistory, rigid: DeckHistory) -> None:
+def _judge_agreement(study: Study, elastic: History, rigid: History) -> None:
     """Judge figure 5 for each axis, and whether differences grow with the number of impacts."""
     motion, exact = _scaled(elastic), _scaled(rigid)
     at_times = [np.interp(elastic.t_s, rigid.t_s, column) for column in exact.T]
@@ -284,7 +260,7 @@ def _judge_agreement(study: Study, elastic: DeckHistory, rigid: DeckHistory) -> 
     study.states("differences grow", "C1, elastic penalty", after, before)
 
 
-def _draw_c1(study: Study, rigid: DeckHistory, elastic: DeckHistory) -> None:
+def _draw_c1(study: Study, rigid: History, elastic: History) -> None:
     """Draw the displacements of C1, and opening and slip at the corners of its right end."""
     runs = {"LCP, e = 0.6": rigid, "OpenSees, elastic penalty": elastic}
     with_far = {**runs, "Newmark, no impact": run_deck(deck_case("C1", gap_normal_m=1.0))}
@@ -321,25 +297,25 @@ def perimeter_beams(case: cases.DeckCase) -> None:
         ops.element("elasticBeamColumn", element, i, j, 1.0, axial, bending, 1)
 
 
-def impacts(history: DeckHistory) -> pd.DataFrame:
-    """Return one row per impact of a corner: corner, time, approach speed and restitution.
+def impacts(history: History) -> pd.DataFrame:
+    """Return one row per impact of a corner: time, approach speed and restitution.
 
     Speeds are taken in free flight, in the steps before closing and after opening.
     """
-    dt = float(history.t_s[1] - history.t_s[0])
-    rows: list[tuple[str, float, float, float]] = []
-    for corner, opening in zip(CORNERS, history.openings_m.T, strict=True):
+    parts: list[pd.DataFrame] = []
+    for opening in history.openings_m.T:
         changes = np.diff((opening < 0.0).astype(int))
         starts, ends = (np.flatnonzero(changes == sign) + 1 for sign in (1, -1))
         # every contact is open at first, so ends follow starts; the last contact may not end
-        for start, end in zip(starts.tolist(), ends.tolist(), strict=False):
-            if start < 2 or end + 1 >= len(opening):
-                continue
-            approach = float(opening[start - 2] - opening[start - 1]) / dt
-            rebound = float(opening[end + 1] - opening[end]) / dt
-            if approach > 0.0:
-                rows.append((corner, float(history.t_s[start]), approach, rebound / approach))
-    return pd.DataFrame(rows, columns=["corner", "t_s", "approach_mps", "restitution"])
+        starts = starts[: len(ends)]
+        is_free = (starts >= 2) & (ends + 1 < len(opening))
+        starts, ends = starts[is_free], ends[is_free]
+        speeds = np.diff(opening) / float(history.t_s[1] - history.t_s[0])
+        approach, rebound = -speeds[starts - 2], speeds[ends]
+        columns = {"t_s": history.t_s[starts], "approach_mps": approach}
+        parts.append(pd.DataFrame(columns | {"restitution": rebound / approach}))
+    table = pd.concat(parts, ignore_index=True)
+    return table[table["approach_mps"] > 0.0]
 
 
 def locked_rotation(relative_stiffnesses: tuple[float, ...] = (1e3, 1e4, 1e5)) -> pd.DataFrame:
@@ -352,7 +328,7 @@ def locked_rotation(relative_stiffnesses: tuple[float, ...] = (1e3, 1e4, 1e5)) -
     """
     rigid = run_deck(deck_case("C1", solver="lcp", restitution=0.6, dt_s=1e-4))
     normal = solvers.make_deck(deck_case("C1")).normal_rows[0, :2]
-    rows: list[dict[str, float]] = []
+    rows: list[tuple[float, ...]] = []
     pulse_speed = 4.0 * pi
     for ratio in relative_stiffnesses:
         stiffness = ratio * 1000.0 * pulse_speed**2 / 2.0
@@ -360,10 +336,9 @@ def locked_rotation(relative_stiffnesses: tuple[float, ...] = (1e3, 1e4, 1e5)) -
         # the rotational spring is much stiffer than the corner springs at their lever arms
         history = run_deck(deck_case("C1", restitution=0.6, period_theta_s=1.0e-5, **case))
         soft = np.interp(rigid.t_s, history.t_s, history.q[:, :2] @ normal)
-        error = (soft - rigid.q[:, :2] @ normal) / SCALE_M
-        row = {"relative_stiffness": ratio, "rms_ratio": rms(error)}
-        rows.append(row | {"first_contact_s": history.first_contact_s() or np.nan})
-    return pd.DataFrame(rows)
+        error = rms((soft - rigid.q[:, :2] @ normal) / SCALE_M)
+        rows.append((ratio, error, history.first_contact_s() or np.nan))
+    return pd.DataFrame(rows, columns=["relative_stiffness", "rms_ratio", "first_contact_s"])
 
 
 GAPS_MM: Final = (3.18, 6.35)  # source: the paper, runs 123 and 213
@@ -392,24 +367,24 @@ def wu_case(gap_mm: float, **changes: Any) -> cases.DeckCase:
 
 def run_tests(study: Study) -> None:
     """Run the study of figures 7 and 8."""
-    record = el_centro()
-    rows: list[Row] = []
-    for gap, motion in product(GAPS_MM, record.runs()):
-        ground = solvers.BaseAcceleration.of_motion(motion.motion)
+    for gap, motion in product(GAPS_MM, el_centro().runs()):
+        ground, name = solvers.BaseAcceleration(record=motion.motion), f"gap {gap:g} mm"
         history = run_deck(wu_case(gap), ground)
-        demands, name = _demands(history), f"gap {gap:g} mm"
+        peaks = history.peaks()
         # ASSUME the premise of both statements: an obtuse corner hits its wall
-        hits = max(demands[f"normal_{corner}_kn"] for corner in ("ro", "lo")) > 0.0
+        hits = float(history.normals_n[:, 1:3].max()) > 0.0
         states = partial(study.states, run=motion.run, premise=hits)
-        states("skew deck rotates", name, demands["theta_mrad"])
-        for side, end in (("r", "right"), ("l", "left")):
-            openings_mm = (demands[f"away_{side}{kind}_mm"] for kind in "ao")
+        states("skew deck rotates", name, 1e3 * peaks["theta_rad"])
+        # largest openings beyond the gap
+        away_mm = (history.openings_m.max(axis=0) - history.openings_m[0, 0]) / MM
+        for end, corners in (("right", (0, 1)), ("left", (3, 2))):
+            openings_mm = away_mm[[*corners]].tolist()
             states("acute corner moves away", f"{name}, {end} acute", *openings_mm)
         if not motion.is_nominal:
             continue
         ode = run_deck(wu_case(gap, solver="penalty"), ground)
         if gap == GAPS_MM[1]:
-            peaks, exact = history.peaks(), ode.peaks()
+            exact = ode.peaks()
             for key in ("ux_m", "uy_m", "theta_rad"):
                 text = f"{name}: peak {key} over {_DURATION_S:g} s"
                 study.relative(text, peaks[key], exact[key], 0.02, _ODE)
@@ -422,29 +397,13 @@ def run_tests(study: Study) -> None:
         text = f"{name}: excess of friction over the cone / largest limit"
         beyond = cone_excess(history.tangentials_n, history.normals_n, FRICTION)
         study.at_most(text, beyond, 0.1, "cone; compression predicted over one step")
-        rows += [
-            {"gap_mm": gap, "solver": solver, "motion": motion.label} | _demands(found)
-            for solver, found in (("opensees", history), ("penalty", ode))
-        ]
     # A contact lasts half a period of the mass on its penalty; each corner has an equal mass share.
     decks = wu_case(GAPS_MM[0]), deck_case("C1")
     times_s = [(deck.mass_kg / deck.normal_stiffness_n_per_m) ** 0.5 for deck in decks]
     study.states("longer contact", "closed form", times_s[0] / times_s[1], 1.0)
-    study.tables["peaks"] = pd.DataFrame(rows)
 
 
-def _demands(history: DeckHistory) -> dict[str, float]:
-    """Return peaks in mm, mrad and kN; `away` is the largest opening beyond the gap."""
-    ux_m, uy_m, theta_rad, _ = history.peaks().values()
-    result = {"ux_mm": ux_m / MM, "uy_mm": uy_m / MM, "theta_mrad": 1e3 * theta_rad}
-    gap = float(history.openings_m[0, 0])
-    for k, corner in enumerate(CORNERS):
-        result[f"away_{corner}_mm"] = (float(history.openings_m[:, k].max()) - gap) / MM
-        result[f"normal_{corner}_kn"] = float(history.normals_n[:, k].max()) / KN
-    return result
-
-
-def _draw_tests(study: Study, history: DeckHistory, title: str) -> None:
+def _draw_tests(study: Study, history: History, title: str) -> None:
     """Draw opening, slip, compression and friction of each corner."""
     shown = history.t_s <= 8.0
     slips = history.q @ solvers.make_deck(wu_case(GAPS_MM[0])).tangent_rows.T

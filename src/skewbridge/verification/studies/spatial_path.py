@@ -10,7 +10,7 @@ independent solution of the same equations.
 
 from itertools import product
 from math import pi
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Final, Literal
 
 import numpy as np
 import openseespy.opensees as ops
@@ -58,39 +58,33 @@ def run(study: Study) -> None:
     loose = float(np.abs(forces[~closed & steady, :2]).max())
     study.at_most("friction while open (N)", loose, 0.0, "no friction")
     study.states("closing decides", "vector", loose)
-    study.tables["schemes"] = _compare_schemes(study)
+    _compare_schemes(study)
     _draw(study, path[::5], forces[::5] / KN)
 
 
-def _compare_schemes(study: Study) -> pd.DataFrame:
+def _compare_schemes(study: Study) -> None:
     """Compare schemes and couplings with steps of 1 ms that are not divided."""
-    path = unit.figure_3(1000)
+    path, source = unit.figure_3(1000), "radial return on a fine grid"
     exact = unit.follow_law(PAPER_LAW, path, substeps=20)
     directions = np.sign(np.diff(path[:, 1:], axis=0).round(9))
     events = int(np.count_nonzero(np.any(np.diff(directions, axis=0) != 0.0, axis=1)))
-    rows: list[Row] = []
     for scheme, coupling in product(_SCHEMES, _COUPLINGS):
-        options: dict[str, Any] = {"scheme": scheme, "coupling": coupling}
+        options: Any = {"scheme": scheme, "coupling": coupling}
         forces = unit.drive_unit(PAPER_LAW, path, substeps=1, **options).forces_n
         error = np.hypot(*(forces - exact)[:, :2].T) / LIMIT_N
         # Leave out the 3 largest errors per opening, closing or reversal: they depend on timing.
         error_ratio = rms(np.sort(error)[: -3 * events])
-        work = unit.path_work_j(path, forces)
         largest = float(np.hypot(*forces[:, :2].T).max()) / LIMIT_N
         name = f"{scheme}, {coupling}"
         case = f"{name} (as in the paper)" if name == "componentwise, lagged" else name
         study.states("limit in every direction", case, largest)
         claim = "elastic springs too" if scheme == "elastic" else "components are coupled"
         study.states(claim, case, error_ratio)
-        source = "radial return on a fine grid"
         if name == "vector, extrapolated":
             study.at_most("RMS error at 1 ms steps / limit", error_ratio, 0.01, source)
-            study.tabulated("work at 1 ms steps (J)", work)
+            study.tabulated("work at 1 ms steps (J)", unit.path_work_j(path, forces))
         else:
             study.report(f"{name}: RMS error at 1 ms steps / limit", error_ratio, 0.0, source)
-        numbers = {"rms_error_ratio": error_ratio, "work_j": work, "largest_force_ratio": largest}
-        rows.append(options | numbers)
-    return pd.DataFrame(rows)
 
 
 def _draw(study: Study, path: Array, forces_kn: Array) -> None:
@@ -116,8 +110,7 @@ def _draw(study: Study, path: Array, forces_kn: Array) -> None:
 
 
 type PathKind = Literal["closed", "opening and closing", "reversals"]
-
-# Paths and deck of the study of the couplings; paths with the titles of their panels.
+# Paths of the study of the couplings, with the titles of their panels.
 _KINDS: Final[dict[PathKind, str]] = {
     "closed": "path that stays closed",
     "opening and closing": "path that opens and closes",
@@ -212,13 +205,6 @@ _TOLERANCES: Final = {"ux_m": 0.01, "uy_m": 0.01, "theta_rad": 0.02}
 _NATIVE: Final = "zeroLengthContactASDimplex"
 
 
-class NativeDeck(NamedTuple):
-    """Response of the deck with native contacts up to the last step that converged."""
-
-    t_s: Array
-    q: Array
-
-
 def run_native(study: Study) -> None:
     """Run the study of the native element."""
     path = curved_path()
@@ -226,27 +212,20 @@ def run_native(study: Study) -> None:
     limit_n = _LAW.friction * float(ours[:, 2].max())
     native = {each: drive_native(_LAW, path, each, substeps=10) for each in _NAMES}
     errors = {each: unit.rms_n((ours - forces)[:, :2]) / limit_n for each, forces in native.items()}
-    text = "driven path: RMS difference / limit"
-    study.at_most(text, errors[IMPLICIT], 0.01, _NATIVE)
+    text = "RMS difference / limit"
+    study.at_most(f"driven path: {text}", errors[IMPLICIT], 0.01, _NATIVE)
     work, exact = (unit.path_work_j(path, forces) for forces in (ours, native[IMPLICIT]))
     study.relative("driven path: work (J)", work, exact, 2e-3, _NATIVE)
-    text = "driven path, IMPL-EX: RMS difference / limit"
-    study.report(text, errors[IMPLEX], 0.0, _NATIVE)
-    rows: list[Row] = []
+    study.report(f"driven path, IMPL-EX: {text}", errors[IMPLEX], 0.0, _NATIVE)
     for name, integration, dt_s, is_judged in _DECK_RUNS:
         case = deck_case(name)
-        found, deck = run_deck(case).peaks(), run_native_deck(name, integration, dt_s)
-        reached_s, text = float(deck.t_s[-1]), f"{name}, {_NAMES[integration]}, dt {dt_s:g} s"
-        finished = reached_s >= case.duration_s - case.dt_s
-        if not finished:
-            study.report(f"{text}: time of failed step (s)", reached_s, case.duration_s, _NATIVE)
-        peaks = np.abs(deck.q).max(axis=0).tolist()
-        for (key, tolerance), peak in zip(_TOLERANCES.items(), peaks, strict=True):
+        found, (t_s, q) = run_deck(case).peaks(), run_native_deck(name, integration, dt_s)
+        text = f"{name}, {_NAMES[integration]}, dt {dt_s:g} s"
+        if not (finished := t_s[-1] >= case.duration_s - case.dt_s):
+            study.report(f"{text}: time of failed step (s)", t_s[-1], case.duration_s, _NATIVE)
+        for (key, tolerance), peak in zip(_TOLERANCES.items(), np.abs(q).max(axis=0), strict=True):
             limit = tolerance if finished and is_judged else None
             study.relative(f"{text}: peak {key}", found[key], peak, limit, _NATIVE)
-            run = {"case": name, "integration": _NAMES[integration], "dt_s": dt_s, "quantity": key}
-            rows.append(run | {"ours": found[key], "native": peak, "time_reached_s": reached_s})
-    study.tables["decks"] = pd.DataFrame(rows)
 
 
 def curved_path(rows_per_period: int = 1000) -> Array:
@@ -260,14 +239,9 @@ def drive_native(law: ContactLaw, path: Array, integration: int, substeps: int =
     """Drive the native element along a path; return forces as in `PathResult`, (rows, 3)."""
     forces = np.zeros((len(path), 3))
     with clean_domain(3, 3):
-        for node in (1, 2, 3, 4):
-            ops.node(node, 0.0, 0.0, law.gap_m if node == 2 else 0.0)
-        for node, fixed in ((1, (1, 1, 1)), (3, (1, 1, 1)), (4, (0, 1, 1))):
-            ops.fix(node, *fixed)
-        ops.uniaxialMaterial("Elastic", 1, 1.0)
-        ops.element("zeroLength", 1, 3, 4, "-mat", 1, "-dir", 1)
-        _native_contact(2, (1, 2), law, (0.0, 0.0, 1.0), integration)
-        unit.drive_node(2, path, system="FullGeneral")
+        unit.support_nodes(law.gap_m)
+        _native_contact(2, (unit.SURFACE, unit.BODY), law, (0.0, 0.0, 1.0), integration)
+        unit.drive_body(path, system="FullGeneral")
         ops.analyze(1)
         ops.integrator("LoadControl", 1.0 / substeps)
         for row in range(1, len(path)):
@@ -280,29 +254,27 @@ def drive_native(law: ContactLaw, path: Array, integration: int, substeps: int =
 def _native_contact(
     tag: int, nodes: tuple[int, int], law: ContactLaw, normal: tuple[float, ...], integration: int
 ) -> None:
-    """Define a native contact element between two nodes."""
     stiffness = (law.kn_n_per_m, law.kt_n_per_m, law.friction)
     orientation = ("-orient", *normal, "-intType", integration)
     ops.element(_NATIVE, tag, *nodes, *stiffness, *orientation)
 
 
-def run_native_deck(name: str, integration: int, dt_s: float = 1e-4) -> NativeDeck:
-    """Run an elastic deck case with native contacts until a step does not converge."""
+def run_native_deck(name: str, integration: int, dt_s: float = 1e-4) -> tuple[Array, Array]:
+    """Run an elastic deck case with native contacts until a step does not converge.
+
+    Returns the times and (ux, uy, theta), shape (n, 3).
+    """
     case = deck_case(name, dt_s=dt_s)
-    deck = solvers.make_deck(case)
-    kn, kt = case.normal_stiffness_n_per_m, case.kt_n_per_m
-    law = ContactLaw(kn_n_per_m=kn, kt_n_per_m=kt, friction=case.friction)
+    deck, kn = solvers.make_deck(case), case.normal_stiffness_n_per_m
+    law = ContactLaw(kn_n_per_m=kn, kt_n_per_m=case.kt_n_per_m, friction=case.friction)
     with clean_domain(2, 3):
         solvers.build_deck(deck, wall_offset_m=case.gap_normal_m)
         solvers.rigid_links(case)
-        nodes = zip(solvers.WALL_NODES, solvers.CORNER_NODES, strict=True)
-        for k, pair in enumerate(nodes):
-            normal = (*deck.normal_rows[k, :2].tolist(), 0.0)
-            _native_contact(100 + k, pair, law, normal, integration)
+        pairs = zip(solvers.WALL_NODES, solvers.CORNER_NODES, deck.normal_rows, strict=True)
+        for tag, (wall, corner, (nx, ny, _)) in enumerate(pairs, start=100):
+            _native_contact(tag, (wall, corner), law, (float(nx), float(ny), 0.0), integration)
         times, _ = solvers.excite_deck(case, pulse_of(case), system="FullGeneral")
-        q = np.zeros((len(times), 3))
-        for k in range(1, len(times)):
-            if ops.analyze(1, case.dt_s) != 0:
-                return NativeDeck(times[:k], q[:k])
-            q[k] = ops.nodeDisp(solvers.CENTRE)
-    return NativeDeck(times, q)
+        q = [[0.0, 0.0, 0.0]]
+        while len(q) < len(times) and ops.analyze(1, case.dt_s) == 0:
+            q.append(ops.nodeDisp(solvers.CENTRE))
+    return times[: len(q)], np.array(q)

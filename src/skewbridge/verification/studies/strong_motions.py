@@ -1,10 +1,9 @@
 """Analyses under strong motions: stress cases, convergence and accuracy of effects.
 
-`run_hard_set` runs all abutment models, skews and kinds of bridges under the strongest motions of
-the suite, scaled to a PGA of 1.2 g. Each analysis must end `ok`, or in a physical `collapse` with a
-criterion and an energy balance. `compare_with_finer` compares demands at the default steps
-and mesh with those at finer ones. `run_accuracy` compares the effects of friction, gap and skew at
-the default accuracy with those at the reference, as ratios of peaks under the same motion.
+`run` requires that every analysis ends `ok`, or in a physical `collapse` with a criterion
+and an energy balance. `run_convergence` compares demands at the default steps and mesh with
+those at finer ones. `run_pairs` compares the effects of friction, gap and skew at the default
+accuracy with those at the reference, as ratios of peaks under the same motion.
 
 Motions are cut to their strongest part, except in `accuracy-whole`. Finished analyses are kept in a
 journal: run the same command to resume. Except in the stress cases, peaks are taken over the
@@ -47,8 +46,7 @@ REPORT_EACH: Final = 10  # analyses between two lines of progress
 class CaseSet:
     """All combinations of variants and motions of a study, with motions cut to `window_s`.
 
-    The motions are the strongest of the suite, scaled to `pga_g`. If it is None, they are the first
-    motions of the suite with their scale factors.
+    The motions are the strongest of the suite, scaled to `pga_g`, or else the first of the suite.
     """
 
     grid: GridConfig
@@ -59,11 +57,11 @@ class CaseSet:
 
     def tasks(self, settings: AnalysisSettings, options: ModelOptions) -> list[Task]:
         """Return the analyses of all cases."""
-        if self.pga_g is None:
+        if self.pga_g is not None:
+            motions = strongest_motions(self.motion_count, self.pga_g)
+        else:
             entries = embedded_entries()[: self.motion_count]
             motions = [read_entry(entry).scaled(entry.scale) for entry in entries]
-        else:
-            motions = strongest_motions(self.motion_count, self.pga_g)
         if self.window_s is not None:
             motions = [cut_to_strongest(motion, self.window_s, 0.0) for motion in motions]
         suite = [SuiteMotion(motion=motion, scale=1.0, measures={}) for motion in motions]
@@ -99,6 +97,7 @@ def _keyed_row(key: str, task: Task, analysed: Callable[[Task], Row]) -> Row:
     return {"run_key": key, **analysed(task)}
 
 
+_DEFAULTS: Final = AnalysisSettings()
 HARD_SET: Final = CaseSet(
     grid=GridConfig(
         bridge=("osb1", "osb1_fixed", "osb2s"),
@@ -112,12 +111,7 @@ HARD_SET: Final = CaseSet(
 )
 
 
-def run(study: Study) -> None:
-    """Run the stress cases."""
-    run_hard_set(study, HARD_SET, AnalysisSettings())
-
-
-def run_hard_set(study: Study, chosen: CaseSet, settings: AnalysisSettings) -> None:
+def run(study: Study, chosen: CaseSet = HARD_SET, settings: AnalysisSettings = _DEFAULTS) -> None:
     """Run the stress cases; add one comparison per bridge, abutment and skew, and a table."""
     tasks = chosen.tasks(settings, ModelOptions())
     table = pd.DataFrame(rows_of_tasks(study, tasks, _ending, chosen.processes))
@@ -207,12 +201,6 @@ MESHES: Final = tuple(
 )
 
 
-def run_convergence(study: Study) -> None:
-    """Run the convergence study; the end of its name can select only the steps or the mesh."""
-    parts = {"convergence-steps": STEPS, "convergence-mesh": MESHES}
-    compare_with_finer(study, CONVERGENCE, parts.get(study.name, STEPS + MESHES))
-
-
 def _peaks(study: Study, chosen: CaseSet, numerics: Sequence[Numerics]) -> pd.DataFrame:
     """Return the peaks over the whole motion, one row for each numerics and case of a set."""
     tasks: list[Task] = []
@@ -239,8 +227,12 @@ def _whole_peaks(task: Task) -> Row:
     }
 
 
-def compare_with_finer(study: Study, chosen: CaseSet, finer: Sequence[Numerics]) -> None:
-    """Compare the demands of a set with those for finer numerics; add a table of all changes."""
+def run_convergence(study: Study, chosen: CaseSet = CONVERGENCE) -> None:
+    """Compare the demands of a set with those for finer numerics; add a table of all changes.
+
+    The end of the study's name can select only the steps or the mesh.
+    """
+    finer = {"convergence-steps": STEPS, "convergence-mesh": MESHES}.get(study.name, STEPS + MESHES)
     table = _peaks(study, chosen, [Numerics("default"), *finer])
     peaks = {name: part.set_index("case") for name, part in table.groupby("numerics")}
     tables: list[pd.DataFrame] = []
@@ -299,15 +291,17 @@ ALL_PLACES: Final = "all"
 _AXES: Final = ("friction_pct", "gap_mm", "skew_deg")
 
 
-def run_pairs(study: Study) -> None:
-    """Run the study of the accuracy of effects; `accuracy-whole` uses uncut motions."""
-    is_whole = study.name == "accuracy-whole"
-    chosen = replace(ACCURACY, window_s=None) if is_whole else ACCURACY
-    run_accuracy(study, chosen, ("default", "reference"))
+def run_pairs(
+    study: Study,
+    chosen: CaseSet = ACCURACY,
+    accuracies: tuple[Accuracy, Accuracy] = ("default", "reference"),
+) -> None:
+    """Compare the pooled ratios of a set at the first accuracy with those at the second.
 
-
-def run_accuracy(study: Study, chosen: CaseSet, accuracies: tuple[Accuracy, Accuracy]) -> None:
-    """Compare the pooled ratios of a set at the first accuracy with those at the second."""
+    The study `accuracy-whole` uses uncut motions.
+    """
+    if study.name == "accuracy-whole":
+        chosen = replace(chosen, window_s=None)
     numerics = [Numerics(n, "", NUMERICS[n]["analysis"], NUMERICS[n]["model"]) for n in accuracies]
     peaks = _peaks(study, chosen, numerics)
     study.tables["ratios"] = table = pooled_ratios(peaks, accuracies)
@@ -319,7 +313,7 @@ def run_accuracy(study: Study, chosen: CaseSet, accuracies: tuple[Accuracy, Accu
     worst = table["difference_percent"].abs().max()
     text = f"largest difference of {len(table)} pooled ratios in percent"
     study.at_most(text, worst, 100.0 * MAX_DIFFERENCE, source)
-    failed = int((~peaks["status"].isin([OK, COLLAPSE])).sum())
+    failed = (~peaks["status"].isin([OK, COLLAPSE])).sum()
     study.at_most(f"failed analyses of {len(peaks)}", failed, 0.0, "none may fail")
 
 
@@ -327,8 +321,7 @@ def pooled_ratios(peaks: pd.DataFrame, accuracies: tuple[Accuracy, Accuracy]) ->
     """Return the ratios of demands between neighbouring values of each axis, at both accuracies.
 
     The ratios are geometric means over the motions at each place (values of the other axes), and
-    over all motions and places. A motion is left out if its demand is zero in a run. Columns: axis,
-    from_value, to_value, place, demand, count, ratio, exact_ratio and difference_percent.
+    over all motions and places. A motion is left out if its demand is zero in a run.
     """
     keys = [*_AXES, "motion_id", "demand"]
     long = peaks.melt(["numerics", *keys[:-1]], DEMANDS, "demand", "peak").query("peak > 0.0")
