@@ -19,7 +19,7 @@ from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacity
 from skewbridge.bridge.structures import built_bridge
-from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS
+from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS, key_values
 from skewbridge.demands.tables import to_table
 from skewbridge.files.tables import write_table
 from skewbridge.motions.intensity import motion_measures
@@ -232,16 +232,18 @@ def test_a_hundred_analyses_in_one_process_keep_its_memory_flat():
 # --- the histories without and with friction, made once by their own rule
 
 
-SLUGS = [
-    f"osb1_cf_skew{skew:02d}_gap{gap:03d}_mu{mu:03d}"
+VARIANTS = [
+    Variant(bridge="osb1", abutment="contact_friction", skew_deg=skew, gap_mm=gap, friction_pct=mu)
     for skew, gap in ((0, 13), (30, 13), (30, 51))
     for mu in (0, 20, 50)
 ]
+SLUGS = [variant.slug for variant in VARIANTS]
 
 
 def written(setup, slugs, folder):
-    given = {"variant": slugs, "motion_id": "strong", "status": "ok", "deck_disp_m": 0.1}
-    pd.DataFrame(given).to_parquet(folder / "demands.parquet")
+    part = [case for case in VARIANTS if case.slug in slugs]
+    rows = [{**key_values(case, "strong", 1.0, 0.0), "status": "ok"} for case in part]
+    pd.DataFrame(rows).assign(deck_disp_m=0.1).to_parquet(folder / "demands.parquet")
     write_friction_pair(setup, folder / "demands.parquet", folder / "pair.parquet")
     return pd.read_parquet(folder / "pair.parquet")
 

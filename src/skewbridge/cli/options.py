@@ -7,8 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from skewbridge.analysis.settings import AnalysisSettings, under_explicit_keys
-from skewbridge.bridge.frame import require_options
-from skewbridge.bridge.library import load_structure
 from skewbridge.cli.output import opt
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, parse_yaml, read_yaml, shortened
@@ -125,7 +123,7 @@ class VariantOptions:
     def model(self) -> ModelOptions:
         """The options set by ``--set``; raises `InputError` for a wrong key or value."""
         values = keys_and_values("--set", self.changes)
-        require_options(load_structure(self.bridge), values)
+        _require_options(self.bridge, values)
         return checked(ModelOptions, values, "--set")
 
     def settings_and_model(
@@ -141,10 +139,19 @@ class VariantOptions:
         model: dict[str, Any] = {}
         for key, value in keys_and_values("--set", self.changes).items():
             (analysis if key in keys else model)[key] = value
-        require_options(load_structure(self.bridge), model)
+        _require_options(self.bridge, model)
         full = under_explicit_keys({"analysis": analysis, "model": model}, accuracy)
         settings = checked(AnalysisSettings, full["analysis"], "the options")
         return settings, checked(ModelOptions, full["model"], "--set")
+
+
+def _require_options(bridge: str, names: Mapping[str, Any]) -> None:
+    """Refuse modelling options that do not act on a bridge."""
+    # Imported here: the help loads no numbers.
+    from skewbridge.bridge.frame import require_options
+    from skewbridge.bridge.library import load_structure
+
+    require_options(load_structure(bridge), names)
 
 
 def keys_and_values(option: str, pairs: list[str] | None) -> dict[str, Any]:

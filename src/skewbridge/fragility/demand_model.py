@@ -423,7 +423,10 @@ def fit_demand(
         motion=motion,
         block=block,
         variant=variant,
-        matrix=np.broadcast_to(axes.matrix(variants), (len(variants), len(axes.terms))),
+        matrix=np.broadcast_to(
+            axes.matrix({name: variants[name] for name in variants}),
+            (len(variants), len(axes.terms)),
+        ),
         precision=(_LOOSE * axes.deviations) ** -2.0,
     )
     centre = float(np.mean(ln_im[used]))

@@ -68,7 +68,11 @@ def _check_options(bridge: str, config: StudyConfig) -> None:
     """Refuse axes and modelling options that do not act on a bridge."""
     usual = ModelOptions(**NUMERICS[config.accuracy]["model"])
     changed = (n for n, value in asdict(config.model).items() if value != getattr(usual, n))
-    require_options(load_structure(bridge), (*config.grid.values(), *changed))
+    try:
+        structure = load_structure(bridge)
+    except InputError:
+        return  # the check of the bridges reports it
+    require_options(structure, (*config.grid.values(), *changed))
 
 
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:

@@ -62,9 +62,7 @@ class DeckMotion(NamedTuple):
 
 def _is_pushed(forces_kn: Iterable[float], skew_deg: float) -> bool:
     """Return whether every wall force exceeds 5 % of the strength of OSB1's backfill."""
-    fill = wall_backfill(
-        load_bridge("osb1").seat, ModelOptions().backfill, radians(skew_deg)
-    )
+    fill = wall_backfill(load_bridge("osb1").seat, ModelOptions().backfill, radians(skew_deg))
     # ASSUME below 5 % of the strength, friction at a wall is too small to judge a statement
     return min(forces_kn) > 0.05 * fill.ultimate_n / KN
 
