@@ -34,6 +34,7 @@ from skewbridge.study.task import outcome_of, run_key
 from skewbridge.units import G_MPS2
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import Variant
 from strong_motion import DT_S, strong_motion
 from study_parts import study_of
 

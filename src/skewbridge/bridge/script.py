@@ -60,6 +60,8 @@ from skewbridge.variant.variant import Variant
 #: Bridge of the catalogue with the default abutments.
 DEFAULT_ABUTMENT: Final = "osb1"
 _MODES: Final = 14
+#: ASSUME an elastic beam this many times stiffer than the median, also in bending, is a link.
+_STIFF: Final = 20.0
 #: Columns closer along the bridge than this share of its length belong to one bent, for texts.
 _BENT_SHARE: Final = 0.05
 _DRAWN_M: Final = ((0.7, 0.7), (-0.7, 0.7), (-0.7, -0.7), (0.7, -0.7))  # columns of the sketch
@@ -249,7 +251,7 @@ class _Reader:
         bases = dict.fromkeys(column.element for column in columns)
         lines = [e for e in self._elements if len(_listed(ops.eleResponse(e, "force"))) == _BEAM]
         beams = [e for e in lines if len(set(map(self._place, ops.eleNodes(e)))) > 1]
-        damped = tuple(beams if given.damped is None else given.damped)
+        damped = tuple(_soft(beams) if given.damped is None else given.damped)
         self._must_have("damped", damped, self._elements, "element")
         elastic = [e for e in damped if ops.eleType(e) == "ElasticBeam3d" and e not in bases]
         others = [e for e in beams if ops.eleType(e) == "ElasticBeam3d" and e not in damped]
@@ -482,6 +484,18 @@ def _merged(below: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]
         else value
         for key, value in plain.items()
     }
+
+
+def _soft(beams: Sequence[int]) -> list[int]:
+    """Return the beam-columns without stiff links, whose damping would only be rounding errors."""
+    elastic = [e for e in beams if ops.eleType(e) == "ElasticBeam3d"]
+    if not elastic:
+        return list(beams)
+    # along the axis and in bending
+    stiffness = np.array([np.diag(np.reshape(ops.basicStiffness(e), (6, 6)))[:5] for e in elastic])
+    is_link = (stiffness > _STIFF * np.median(stiffness, axis=0)).any(axis=1)
+    links = {e for e, is_one in zip(elastic, is_link, strict=True) if is_one}
+    return [e for e in beams if e not in links]
 
 
 def _listed(tags: Any) -> list[int]:
