@@ -251,9 +251,12 @@ def test_a_missing_exceedance_or_comparison_is_stated(render):
 def test_sketch_and_words_have_the_geometry_of_the_bridge():
     bridge = load_structure("osb1").description
     drawn = sketch(bridge, [0, 60], [25, 51], ModelOptions())
-    assert [2 * drawn["end"], 2 * drawn["half"]] == [bridge.length_m, bridge.width_m]
-    assert (drawn["skew"], drawn["others"], len(drawn["columns"])) == (60, [0], 2)
-    gap_m = (drawn["face"] - drawn["end"]) * np.cos(np.pi / 3)
+    deck, (wall, *_) = np.array(drawn["decks"][0]), np.array(drawn["walls"])
+    assert list(np.ptp(deck, axis=0)) == pytest.approx(
+        [bridge.length_m + bridge.width_m * np.tan(np.pi / 3), bridge.width_m]
+    )
+    assert (drawn["skew"], len(drawn["others"]), len(drawn["columns"])) == (60, 1, 2)
+    gap_m = (deck[0, 0] - wall[0, 0]) * np.cos(np.pi / 3)
     assert gap_m == pytest.approx(drawn["factor"] * 0.051)
     (x1, y1), (x2, y2) = np.mean(drawn["columns"], axis=1)
     assert np.ptp(drawn["columns"][0], axis=0) == pytest.approx([1.676] * 2, rel=0.005)
@@ -261,7 +264,7 @@ def test_sketch_and_words_have_the_geometry_of_the_bridge():
     assert (x2 - x1) / (y2 - y1) == pytest.approx(-np.tan(np.pi / 3))
     square = sketch(bridge, [0, 60], [25, 51], ModelOptions(bent_skew="square"))["columns"]
     assert np.mean(square, axis=1)[:, 0] == pytest.approx([0.0, 0.0])
-    reach = drawn["back"] + drawn["half"] * np.tan(np.pi / 3)
+    reach = np.abs(np.concatenate(drawn["walls"])[:, 0]).max()
     assert drawn["scale"] * reach <= drawn["width"] / 2
     assert bridge_words(load_structure("bridge_a").description).endswith("single-column bent")
 

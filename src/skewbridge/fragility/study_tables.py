@@ -78,7 +78,7 @@ def fragility_tables(
     curves = fit_study(rows, states, settings, jobs=jobs)
     medians = median_effects(rows, states, settings, curves=curves, jobs=jobs)
     joint = joint_table(rows, states, curves, settings, jobs=jobs)
-    further = [state.demand for state in limit_states]
+    further = [state.demand for state in limit_states if state.demand in wanted]
     names = list(dict.fromkeys((*demands_for("effect", rows.columns), *further)))
     reference = reference_intensities(curves)
     effects, intensities = effect_tables(rows, names, settings, reference_im=reference, jobs=jobs)
