@@ -270,7 +270,7 @@ def test_only_bridges_with_inner_joints_have_curves_of_their_unseating():
     assert list(fitted["theta"]) == pytest.approx(list(own["theta"]), nan_ok=True)
     assert tables["input_notes"].empty
     without = fragility_tables(plain, states, SETTINGS)
-    assert set(without["curves"]["component"]) == {"unseating"}
+    assert set(without["curves"]["component"]) == {"unseating", "column_failure"}
     assert without["input_notes"].empty
 
 

@@ -27,7 +27,6 @@ from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.references import live_model as live
 from strong_motion import strong_motion
 
-
 CABLES = "{count: 8, stiffness_kn_per_m: 5000.0, yield_kn: 170.0, slack_mm: 20.0}"
 SIMPLE = Path(__file__).parents[2] / "docs" / "bridges" / "simple_spans.yaml"
 FOUR_SPANS = SIMPLE.read_text(encoding="utf-8").replace(
