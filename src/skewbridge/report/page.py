@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from io import BytesIO
+from itertools import product
 from math import copysign, cos, radians, sin, tan
 from pathlib import Path
 from typing import Any, Final
@@ -281,7 +282,7 @@ def sketch(
     wall. The columns have their places at the largest skew.
     """
     skew, gap_m = max(skews_deg, key=abs), max(gaps_mm) / 1000.0
-    end, half = bridge.length_m / 2, bridge.width_m / 2
+    end, half, own_deg = bridge.length_m / 2, bridge.width_m / 2, bridge.skews_deg
     factor = next((f for f in _FACTORS if f * gap_m <= _GAP_SHARE * bridge.length_m), 1)
     thickness, arm = max(bridge.wall_m, 0.012 * bridge.length_m), 0.8 * half
     bent_skew = radians(model.skew_of_bents_deg(skew))
@@ -289,17 +290,13 @@ def sketch(
 
     def cuts(skew_deg: float) -> list[PlanVector]:
         """Return place and angle of the faces of all decks, left to right."""
-
-        def angle(name: str, usual_deg: float) -> float:
-            return radians(bridge.skews_deg.get(name, usual_deg))
-
-        faces = [(-end, angle("left", skew_deg))]
+        faces = [(-end, radians(own_deg.get("left", skew_deg)))]
         for number, (place, x) in enumerate(bridge.joints_m.items(), start=1):
             usual_deg = model.skew_of_bents_deg(skew_deg) if "bent" in place else skew_deg
-            turned = angle(f"joint {number}", usual_deg)
+            turned = radians(own_deg.get(f"joint {number}", usual_deg))
             opened = factor * gap_m / 2 / cos(turned)
             faces += [(x - opened, turned), (x + opened, turned)]
-        return [*faces, (end, angle("right", skew_deg))]
+        return [*faces, (end, radians(own_deg.get("right", skew_deg)))]
 
     def decks(faces: Sequence[PlanVector]) -> list[list[PlanVector]]:
         pairs = zip(faces[::2], faces[1::2], strict=True)
@@ -314,8 +311,7 @@ def sketch(
         if kind != "roller":
             walls.append(_corners((wall, angle), (wall + out * thickness, angle), (-half, half)))
         if kind == "seat":
-            key = half + factor * model.transverse_gap_m
-            inner = x - 2.2 * out * thickness
+            key, inner = half + factor * model.transverse_gap_m, x - 2.2 * out * thickness
             sides = ((key, key + thickness), (-key, -key - thickness))
             walls += [_corners((inner, angle), (x, angle), side) for side in sides]
             gaps.insert(0, ((x, angle), (wall, angle)))
@@ -369,12 +365,9 @@ def joint_rows(demands: pd.DataFrame, bridges: Sequence[Structure]) -> list[dict
         runs = demands[(demands["bridge"] == bridge.name) & is_complete(demands)]
         for number, place in enumerate(bridge.description.joints_m, start=1):
             row = {"bridge": bridge.name, "joint": f"{number}, {place}"}
-            for name, head, factor in _JOINT_DEMANDS:
-                values = (factor * runs[f"joint{number}_{name}"]).quantile([0.5, 0.84])
-                row |= {
-                    f"{head}, {share}": f"{value:.3g}"
-                    for share, value in zip(("median", "84 %"), values, strict=True)
-                }
+            for (name, head, factor), share in product(_JOINT_DEMANDS, (0.5, 0.84)):
+                value = factor * runs[f"joint{number}_{name}"].quantile(share)
+                row[f"{head}, {100 * share:g} %"] = f"{value:.3g}"
             rows.append(row)
     return rows
 
