@@ -21,7 +21,8 @@ from skewbridge.fragility.verdicts import verdicts_of
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
 IM = "im_saavg_rotd50_g"
-STATES = load_limit_states(Path(__file__).parents[1] / "config" / "limit_states.yaml")
+_ALL = load_limit_states(Path(__file__).parents[1] / "config" / "limit_states.yaml")
+STATES = [state for state in _ALL if state.component != "joint_unseating"]
 SETTINGS = FitSettings(im=IM, bootstrap=199)
 DRIFT_ENTRY = {
     "component": "column_drift", "demand": "column_drift_ratio", "unit": "percent",
@@ -48,7 +49,7 @@ DEMAND_MODELS = {
 
 def states_of(component):
     """Return the states of the configuration of one component, mild to severe."""
-    return [state for state in STATES if state.component == component]
+    return [state for state in _ALL if state.component == component]
 
 
 def ready(table, states):

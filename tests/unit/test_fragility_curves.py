@@ -257,6 +257,24 @@ def test_a_collapse_exceeds_every_state_and_a_column_failure_gives_the_peak_so_f
     assert row(curves, "unseating", "slight")["model"] == "mixed_tobit"
 
 
+def test_only_bridges_with_inner_joints_have_curves_of_their_unseating():
+    plain, jointed = (synthetic_demands(bridge=name, **ONE) for name in ("osb1", "bridge_a"))
+    both = pd.concat([plain, jointed.assign(joint_unseating_m=jointed["unseating_m"])])
+    states = [*states_of("unseating"), *states_of("joint_unseating")]
+    tables = fragility_tables(both.reset_index(drop=True), states, SETTINGS)
+    curves = (
+        tables["curves"].set_index(["bridge", "component", "limit_state", "method"]).sort_index()
+    )
+    absent, fitted = (curves.loc[name, "joint_unseating"] for name in ("osb1", "bridge_a"))
+    assert set(absent["status"]) == {"not_applicable"}
+    own = curves.loc["bridge_a", "unseating"]
+    assert list(fitted["theta"]) == pytest.approx(list(own["theta"]), nan_ok=True)
+    assert tables["input_notes"].empty
+    without = fragility_tables(plain, states, SETTINGS)
+    assert set(without["curves"]["component"]) == {"unseating", "column_failure"}
+    assert without["input_notes"].empty
+
+
 def test_a_demand_at_the_threshold_does_not_exceed_it_and_one_above_is_known():
     state = LimitState(
         component="c", name="s", demand="d_m", threshold=0.1, dispersion=0.0, citation="test"

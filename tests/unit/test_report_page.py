@@ -4,6 +4,7 @@ import base64
 import gzip
 import json
 import re
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
@@ -32,7 +33,7 @@ from skewbridge.report.answer import (
 )
 from skewbridge.report.appearance import demand_name, in_words
 from skewbridge.report.methods import methods_of
-from skewbridge.report.page import bridge_words, sketch
+from skewbridge.report.page import bridge_words, joint_rows, sketch
 from skewbridge.report.study_figures import SECTIONS
 from skewbridge.study.config import parse_config
 from skewbridge.variant.options import ModelOptions
@@ -255,9 +256,12 @@ def test_a_missing_exceedance_or_comparison_is_stated(render):
 def test_sketch_and_words_have_the_geometry_of_the_bridge():
     bridge = load_structure("osb1").description
     drawn = sketch(bridge, [0, 60], [25, 51], ModelOptions())
-    assert [2 * drawn["end"], 2 * drawn["half"]] == [bridge.length_m, bridge.width_m]
-    assert (drawn["skew"], drawn["others"], len(drawn["columns"])) == (60, [0], 2)
-    gap_m = (drawn["face"] - drawn["end"]) * np.cos(np.pi / 3)
+    deck, (wall, *_) = np.array(drawn["decks"][0]), np.array(drawn["walls"])
+    assert list(np.ptp(deck, axis=0)) == pytest.approx(
+        [bridge.length_m + bridge.width_m * np.tan(np.pi / 3), bridge.width_m]
+    )
+    assert (drawn["skew"], len(drawn["others"]), len(drawn["columns"])) == (60, 1, 2)
+    gap_m = (deck[0, 0] - wall[0, 0]) * np.cos(np.pi / 3)
     assert gap_m == pytest.approx(drawn["factor"] * 0.051)
     (x1, y1), (x2, y2) = np.mean(drawn["columns"], axis=1)
     assert np.ptp(drawn["columns"][0], axis=0) == pytest.approx([1.676] * 2, rel=0.005)
@@ -265,9 +269,33 @@ def test_sketch_and_words_have_the_geometry_of_the_bridge():
     assert (x2 - x1) / (y2 - y1) == pytest.approx(-np.tan(np.pi / 3))
     square = sketch(bridge, [0, 60], [25, 51], ModelOptions(bent_skew="square"))["columns"]
     assert np.mean(square, axis=1)[:, 0] == pytest.approx([0.0, 0.0])
-    reach = drawn["back"] + drawn["half"] * np.tan(np.pi / 3)
+    reach = np.abs(np.concatenate(drawn["walls"])[:, 0]).max()
     assert drawn["scale"] * reach <= drawn["width"] / 2
+    ends = {"left": "integral", "right": "roller"}
+    other = replace(bridge, end_kinds=ends, joints_m={"bent 1": 0.0}, skews_deg={"left": 10.0})
+    drawn = sketch(other, [30], [25], ModelOptions())
+    # one wall that touches the deck at its own skew, and a gap between the decks
+    first, second, wall = map(np.array, (*drawn["decks"], *drawn["walls"]))
+    assert wall[[0, 3]] == pytest.approx(first[[0, 3]])
+    assert first[0, 0] - first[3, 0] == pytest.approx(bridge.width_m * np.tan(np.pi / 18))
+    gap_m = (second[0, 0] - first[1, 0]) * np.cos(np.pi / 6)
+    assert gap_m == pytest.approx(drawn["factor"] * 0.025)
+    assert drawn["marks"]["gap"][1][0] - drawn["marks"]["gap"][0][0] == pytest.approx(
+        second[0, 0] - first[1, 0]
+    )
+    assert bridge_words(other).endswith("; integral left end and roller right end; joint at bent 1")
     assert bridge_words(load_structure("bridge_a").description).endswith("single-column bent")
+
+
+def test_joints_of_a_bridge_are_named_with_their_demands():
+    spans = load_structure(str(ROOT / "docs" / "bridges" / "simple_spans.yaml"))
+    runs = synthetic_demands(bridge=spans.name, motions=3, skews=(0,), gaps=(25,), frictions=(0,))
+    runs["status"] = ["ok", "ok", "collapse"]
+    for number in (1, 2, 3):
+        runs[f"joint{number}_unseating_m"] = [0.1 * number, 0.2 * number, 9.0]
+        runs[f"joint{number}_closures"] = [4.0, 8.0, 99.0]
+    _, second, _ = joint_rows(runs, [load_structure("osb1"), spans])
+    assert [*second.values()] == ["simple_spans", "2, bent 2", "300", "368", "6", "7.36"]
 
 
 def paragraph(page, name):

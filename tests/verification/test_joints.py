@@ -1,6 +1,7 @@
 """Joints inside a bridge: decks that meet, simple spans on caps, hinges and restrainers."""
 
 from math import cos, radians
+from pathlib import Path
 
 import numpy as np
 import openseespy.opensees as ops
@@ -12,6 +13,7 @@ from skewbridge.analysis.modal import modal_properties
 from skewbridge.bridge import joints
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import JointData
+from skewbridge.bridge.column import bent_capacity
 from skewbridge.bridge.frame import Blueprint, InnerJoint
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.joints import build_inner_joint, support_joint
@@ -25,49 +27,27 @@ from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.references import live_model as live
 from strong_motion import strong_motion
 
-
-def number(value):
-    return f'{{v: {value}, src: "d: made for this test"}}'
-
-
-PADS = ", ".join(
-    f"{key}: {number(value)}"
-    for key, value in {
-        "count": 6, "spacing_m": 2.4, "shear_stiffness_kn_per_m": 1500.0, "yield_force_kn": 60.0,
-        "hardening_ratio": 0.1, "vertical_stiffness_mn_per_m": 800.0, "height_m": 0.06,
-    }.items()
-)  # fmt: skip
-BENT = ", ".join(
-    f"{key}: {number(value)}"
-    for key, value in {
-        "columns": 3, "column_spacing_m": 4.5, "clear_height_m": 5.6, "cap_width_m": 2.0,
-        "cap_depth_m": 1.5, "cap_weight_kn": 950.0,
-    }.items()
-)  # fmt: skip
-SEAT = f"seat_width_m: {number(0.6)}, pads: {{{PADS}}}"
-CABLES = {"count": 8, "stiffness_kn_per_m": 5000.0, "yield_kn": 170.0, "slack_mm": 20.0}
-RESTRAINED = ", ".join(f"{key}: {number(value)}" for key, value in CABLES.items())
-FOUR_SPANS = f"""extends: osb1
-title: four simple spans
-t1_s: {number(1.1)}
-base: fixed
-spans_m: {number([28.0, 30.0, 30.0, 28.0])}
-deck: {{soffit_height_m: {number(7.6)}, line_load_kn_per_m: {number(140.0)}}}
-bents: [{{{BENT}}}, {{{BENT}}}, {{{BENT}}}]
-joints:
-- {{at: bent 1, {SEAT}}}
-- {{at: bent 2, gap_mm: {number(30.0)}, {SEAT}, restrainers: {{{RESTRAINED}}}}}
-- {{at: bent 3, {SEAT}}}
-"""
+CABLES = "{count: 8, stiffness_kn_per_m: 5000.0, yield_kn: 170.0, slack_mm: 20.0}"
+SIMPLE = Path(__file__).parents[2] / "docs" / "bridges" / "simple_spans.yaml"
+FOUR_SPANS = SIMPLE.read_text(encoding="utf-8").replace(
+    "at: bent 2,", f"at: bent 2, gap_mm: 30.0, restrainers: {CABLES},"
+)
+BENT, PADS = (
+    ", ".join(FOUR_SPANS.split(anchor)[1].split("\n- ")[0].strip().splitlines())
+    for anchor in ("&bent", "&pads")
+)
 HINGED = f"""extends: osb1
 title: a hinge in the second span
+source: "d: made for this test"
 base: fixed
-spans_m: {number([40.0, 50.0, 40.0])}
-bents: [{{{BENT}}}, {{{BENT}}}]
-deck: {{soffit_height_m: {number(5.6)}}}
-joints: [{{from_left_m: {number(50.0)}, ledge: left, {SEAT}}}]
+spans_m: [40.0, 50.0, 40.0]
+bents: [{BENT}, {BENT}]
+deck: {{soffit_height_m: 5.6}}
+joints: [{{from_left_m: 50.0, ledge: left, seat_width_m: 0.6, pads: {{{PADS}}}}}]
 """
-MIRRORED = HINGED.replace("v: 50.0", "v: 80.0").replace("ledge: left", "ledge: right")
+MIRRORED = HINGED.replace("from_left_m: 50.0", "from_left_m: 80.0").replace(
+    "ledge: left", "ledge: right"
+)
 
 
 @pytest.fixture
@@ -242,6 +222,27 @@ def test_modes_of_simple_spans_have_open_joints(written):
     assert period_s < max(along) < 1.3 * period_s
 
 
+def test_a_column_below_a_joint_is_a_cantilever_normal_to_its_bent(written):
+    bridge = load_bridge(written(FOUR_SPANS))
+    normal, along = (bent_capacity(bridge, 1, direction=side) for side in (0, 1))
+    assert (normal.direction, along.direction) == ("normal", "along")
+    # 5.6 m of column below a cap of 1.5 m, or two cantilevers of half the column
+    assert (normal.shear_span_m, along.shear_span_m) == pytest.approx((7.1, 2.8))
+    curve, heights = normal.curve, np.linspace(0.0, 5.6, 100_001)
+    assert (
+        curve.plastic_moment_nm == along.curve.plastic_moment_nm == pytest.approx(15.3e6, rel=0.01)
+    )
+    # twice integrated by trapezoids: a curvature that is zero at the bearings, 7.1 m above the base
+    yields = curve.yield_curvature_per_m * (1.0 - heights / 7.1)
+    bent_m = np.trapezoid(yields * (5.6 - heights), heights)
+    assert normal.yield_disp_m == pytest.approx(bent_m, rel=1e-6)
+    plastic = curve.ultimate_curvature_per_m - curve.yield_curvature_per_m
+    hinge = 0.08 * 7.1 + 0.022 * 469.0 * 0.0358
+    assert normal.hinge_length_m == pytest.approx(hinge, rel=1e-6)
+    assert normal.capacity_m - bent_m == pytest.approx(plastic * hinge * (5.6 - hinge / 2))
+    assert along.yield_disp_m == pytest.approx(2 * curve.yield_curvature_per_m * 2.8**2 / 3)
+
+
 # --- response
 
 
@@ -299,8 +300,8 @@ def test_restrainers_pull_after_their_slack_up_to_their_strength(written, monkey
     [
         ("at: bent 3", "at: bent 4", r"joints\.2\.at: the bridge has 3 bents"),
         ("base: fixed", "base: pinned", r"joints\.0\.at: a bent below a joint needs base: fixed"),
-        ("at: bent 1,", "", r"joints\.0: give either at or from_left_m"),
-        ("at: bent 3", f"from_left_m: {number(28.2)}", "from left to right"),
+        ("at: bent 1\n  ", "", r"joints\.0: give either at or from_left_m"),
+        ("at: bent 3", "from_left_m: 28.2", "from left to right"),
         ("7.6", "6.6", r"bents\.\d: column and cap below the joint are taller"),
     ],
 )

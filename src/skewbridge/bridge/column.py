@@ -31,7 +31,7 @@ RESIDUAL_SHEAR = 0.1
 class BentCapacity:
     """Displacement capacity of one of the equal columns of a bent, under dead load.
 
-    It is that normal to the bent or along it, or in all directions of a round column. Bents are
+    It is that normal to the bent or along it, or in all directions if it is the same. Bents are
     numbered from the left, starting at 1. The shear span is the distance from a plastic
     hinge to the point of contraflexure. The axial force is at the base. ``yield_disp_m``
     and ``capacity_m`` are the displacements at yield and at the ultimate curvature.
@@ -71,7 +71,8 @@ def bent_capacity(
     """Return the displacement capacity of a bent (numbered from 0) under a rigid deck.
 
     The direction is normal to the bent (0) or along it (1). A column with a pinned base is one
-    cantilever. A column with a fixed base is two cantilevers of half its height.
+    cantilever. A column with a fixed base is two cantilevers of half its height. Normal to a bent
+    below a joint, it is one cantilever, and its moment vanishes at the bearings on the cap.
 
     References:
         Caltrans SDC 1.7 section 3.1.3.
@@ -79,17 +80,21 @@ def bent_capacity(
     bent = bridge.bents[bent_number]
     column, base, height_m = bridge.column_of(bent), bridge.base_of(bent), bent.clear_height_m
     is_round = column.outline.is_round
+    is_same = is_round and bent_number not in bridge.jointed_bents
     axial_n = column_axial_n(bridge, bent_number)
     curve = section_response(column, axial_n, 0 if is_round else direction)
     # ASSUME single curvature with a pinned base, symmetric double curvature with a fixed one
-    parts = 1 if base == "pinned" else 2
-    span = height_m / parts
+    # ASSUME bearings on the cap of a joint transfer no moment about the axis of the bent
+    is_free = direction == 0 and bent_number in bridge.jointed_bents
+    parts = 1 if base == "pinned" or is_free else 2
+    part_m = height_m / parts
+    span = part_m + (bent.cap_depth_m if is_free else 0.0)
     hinge = hinge_length_m(column, span, hinge_rule)
-    elastic = curve.yield_curvature_per_m * span**2 / 3
+    elastic = curve.yield_curvature_per_m * part_m**2 * (3 - part_m / span) / 6
     rotation = hinge * (curve.ultimate_curvature_per_m - curve.yield_curvature_per_m)
     return BentCapacity(
         bent=bent_number + 1,
-        direction="all" if is_round else ("normal", "along")[direction],
+        direction="all" if is_same else ("normal", "along")[direction],
         column=column,
         base=base,
         clear_height_m=height_m,
@@ -98,14 +103,14 @@ def bent_capacity(
         curve=curve,
         hinge_length_m=hinge,
         yield_disp_m=parts * elastic,
-        capacity_m=parts * (elastic + rotation * (span - hinge / 2)),
+        capacity_m=parts * (elastic + rotation * (part_m - hinge / 2)),
     )
 
 
 def bent_directions(
     bridge: BridgeData, bent_number: int, hinge_rule: HingeRule = "sdc"
 ) -> tuple[BentCapacity, BentCapacity]:
-    """Return the capacities of a bent normal to it and along it; the same if round."""
+    """Return the capacities of a bent normal to it and along it; the same if they are equal."""
     normal = bent_capacity(bridge, bent_number, hinge_rule)
     if normal.direction == "all":
         return normal, normal
@@ -186,14 +191,14 @@ def shear_loss(bent: BentCapacity, shear_model: ShearModel = DEFAULT_SHEAR_MODEL
         Elwood and Moehle (2005), Earthquake Spectra 21(1), 71-89: drift at axial failure; Elwood
         (2004), Can. J. Civ. Eng. 31(5), 846-859: linear loss between the two drifts.
     """
-    curve, span, height, section = bent.curve, bent.shear_span_m, bent.clear_height_m, bent.shear
-    hinge, yielded = bent.hinge_length_m, curve.yield_curvature_per_m
-    plastic = np.maximum(curve.curvature_per_m - yielded, 0.0)
-    elastic_drift = np.minimum(curve.curvature_per_m, yielded) * span / 3
-    drift = elastic_drift + plastic * hinge * (1.0 - hinge / 2 / span)
-    ductilities = drift / (yielded * span / 3), curve.curvature_per_m / yielded
+    curve, height, section = bent.curve, bent.clear_height_m, bent.shear
+    yielded, yield_drift = curve.yield_curvature_per_m, bent.yield_disp_m / height
+    plastic = (curve.curvature_per_m - yielded) / (curve.ultimate_curvature_per_m - yielded)
+    drift = np.minimum(curve.curvature_per_m / yielded, 1.0) * yield_drift
+    drift += np.maximum(plastic, 0.0) * (bent.capacity_m / height - yield_drift)
+    ductilities = drift / yield_drift, curve.curvature_per_m / yielded
     capacity = shear_strength(section, shear_model, bent.axial_n, *ductilities)
-    shear = curve.moment_nm / span
+    shear = curve.moment_nm / bent.shear_span_m
     fails = shear >= capacity
     at = int(fails.argmax()) if fails.any() else -1
     strength = float(shear[at] if fails.any() else capacity[at])

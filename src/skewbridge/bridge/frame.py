@@ -140,7 +140,8 @@ class Description:
         outlines_m: Points of the outline of each column: along its bent, and normal to it.
         seats_m: Seat width of each seat end and inner joint by its name.
         end_kinds: Kind of each end by its name, such as ``seat`` or ``integral``.
-        skews_deg: Own skew of the ends that have one.
+        skews_deg: Own skew of the ends and inner joints that have one.
+        joints_m: Place of each inner joint along the bridge from its middle, by its place in words.
         wall_m: Thickness of the backwalls.
         backfill_rule: Rule of the backfill.
         damping_ratio: Ratio of the Rayleigh damping.
@@ -163,6 +164,7 @@ class Description:
     damping_ratio: float
     on_springs: bool = False
     skews_deg: Mapping[str, float] = field(default_factory=dict[str, float])
+    joints_m: Mapping[str, float] = field(default_factory=dict[str, float])
 
     @property
     def bases(self) -> str:

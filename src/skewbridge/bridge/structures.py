@@ -57,6 +57,7 @@ class CatalogueBridge:
     def description(self) -> Description:
         """What pages say about it."""
         data = self.data
+        joints = {f"joint {number}": joint for number, joint in enumerate(data.joints, start=1)}
         return Description(
             title=data.title,
             details=data.details,
@@ -78,13 +79,19 @@ class CatalogueBridge:
             on_springs=data.foundation is not None,
             end_kinds={name: end.type for name, end in data.ends.items()},
             skews_deg={
-                name: end.skew_deg for name, end in data.ends.items() if end.skew_deg is not None
+                name: each.skew_deg
+                for name, each in {**data.ends, **joints}.items()
+                if each.skew_deg is not None
+            },
+            joints_m={
+                joint.at or f"{joint.from_left_m:g} m from the left": x
+                for joint, x in zip(data.joints, data.joint_positions_m, strict=True)
             },
             wall_m=max((seat.wall_thickness_m for seat in data.seats.values()), default=0.0),
             backfill_rule="".join({seat.backfill.rule for seat in data.seats.values()}),
             damping_ratio=data.damping.ratio,
             seats_m={name: seat.seat_width_m for name, seat in data.seats.items()}
-            | {f"joint {i}": each.seat_width_m for i, each in enumerate(data.joints, start=1)},
+            | {name: joint.seat_width_m for name, joint in joints.items()},
         )
 
     def build(self, skew_deg: float, options: ModelOptions, tags: TagAllocator) -> Frame:

@@ -148,7 +148,7 @@ def key_values(
 def demands_for(role: Role, present: Iterable[str] | None = None) -> tuple[str, ...]:
     """Return the names of demand columns with a role; ``present`` limits the choice if given."""
     known = None if present is None else set(present)
-    columns = (*DEMAND_COLUMNS, *joint_columns(known or ()))
+    columns = (*DEMAND_COLUMNS, *joint_columns(sorted(known or ())))
     names = (column.name for column in columns if role in column.roles)
     return tuple(name for name in names if known is None or name in known)
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
 
-from skewbridge.demands.columns import column_of
+from skewbridge.demands.columns import column_of, joint_columns
 from skewbridge.demands.validity import COLUMN_FAILURE_RATIO, FAILURE_DEMANDS
 from skewbridge.errors import InputError, raise_all
 from skewbridge.files.text import checked, read_yaml, shortened, shown_path
@@ -91,6 +91,8 @@ def _column_failures() -> tuple[LimitState, ...]:
 def with_column_failure(states: States, columns: Collection[str]) -> list[LimitState]:
     """Return limit states and the states of column failure, unless these are already defined.
 
+    States of inner joints are left out if no bridge of the table with these columns has joints.
+
     A column fails in shear if its shear demand/capacity ratio exceeds 1, and in flexure if its
     drift/capacity ratio exceeds 1. The state ``any`` is exceeded if either ratio exceeds 1. A state
     is added only if its demand is one of ``columns``. A state of the larger ratio becomes the union
@@ -98,7 +100,9 @@ def with_column_failure(states: States, columns: Collection[str]) -> list[LimitS
     """
     defined = any(state.component == COLUMN_FAILURE for state in states)
     failures = () if defined else _column_failures()
-    found = [*states, *(state for state in failures if state.demand in columns)]
+    absent = {column.name for column in joint_columns(s.demand for s in states)}.difference(columns)
+    found = [state for state in states if state.demand not in absent]
+    found += [state for state in failures if state.demand in columns]
     return [_with_modes(state, found, columns) for state in found]
 
 

@@ -80,7 +80,7 @@ def fragility_tables(
     curves = fit_study(rows, states, settings, models=models, jobs=jobs)
     medians = median_effects(rows, states, settings, models=models, curves=curves)
     joint = joint_table(rows, states, settings, models=models, jobs=jobs)
-    further = [state.demand for state in limit_states]
+    further = [state.demand for state in limit_states if state.demand in wanted]
     names = list(dict.fromkeys((*demands_for("effect", rows.columns), *further)))
     reference = reference_intensities(curves)
     effects, intensities = effect_tables(rows, names, settings, reference_im=reference, jobs=jobs)

@@ -13,6 +13,7 @@ import pandas as pd
 import yaml
 
 from skewbridge.bridge.library import load_structure
+from skewbridge.demands.columns import joint_columns
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.motions.levels import LEVEL_MEASURE
@@ -120,7 +121,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
         name.replace("_", " ").capitalize(): " ".join("".join(paragraph(context)).split())
         for name, paragraph in template.blocks.items()
     }
-    states = _limit_states(config)
+    states = _limit_states(config, any(bridge.description.joints_m for bridge in bridges))
     text = " ".join([*parts.values(), *chain(*states)])
     cited = sorted(key for key in REFERENCES if re.search(rf"{re.escape(key)}(?! \d)", text))
     return Methods(parts=parts, states=states, references=[REFERENCES[key] for key in cited])
@@ -139,9 +140,10 @@ def _changed_settings(config: StudyConfig) -> list[str]:
     ]
 
 
-def _limit_states(config: StudyConfig) -> list[list[str]]:
+def _limit_states(config: StudyConfig, has_joints: bool) -> list[list[str]]:
     rows: list[list[str]] = []
     states = load_limit_states(Path(config.fragility.limit_states))
+    states = [each for each in states if has_joints or not joint_columns([each.demand])]
     for component in dict.fromkeys(state.component for state in states):
         own = [state for state in states if state.component == component]
         medians = (f"{each.name} {threshold_text(each.demand, each.threshold)}" for each in own)

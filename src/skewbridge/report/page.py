@@ -8,7 +8,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from io import BytesIO
-from math import cos, radians, sin
+from itertools import product
+from math import copysign, cos, radians, sin, tan
 from pathlib import Path
 from typing import Any, Final
 
@@ -18,8 +19,9 @@ import yaml
 from joblib import Parallel, cpu_count, delayed
 from PIL import Image
 
-from skewbridge.bridge.frame import Description
+from skewbridge.bridge.frame import Description, Structure
 from skewbridge.bridge.library import load_structure
+from skewbridge.bridge.plan import PlanVector
 from skewbridge.demands.columns import KEY, Column, column_of, demands_for
 from skewbridge.demands.validity import BEYOND_MODEL, is_complete, with_derived_columns
 from skewbridge.files.tables import read_frame, read_stamp, records_of, stamp
@@ -117,6 +119,7 @@ def _study_parts(
     return {
         "sketch": sketch(bridges[0].description, skews, gaps, study.model),
         "bridges": [(bridge, bridge_words(bridge.description)) for bridge in bridges],
+        "joints": joint_rows(demands, bridges),
         "checks": json.loads(tables["checks"].read_text("utf-8")),
         "quality": quality(demands, frames["sensitivity"], frames.get("check_predict")),
         "exclude_suspect": study.fragility.exclude_suspect,
@@ -249,47 +252,85 @@ def bridge_words(bridge: Description) -> str:
         f"{base} {'single' if size == 1 else number_word(size)}-column bent{'s' * (count > 1)}"
         for (base, size), count in Counter(kinds).items()
     ]
-    return f"{spans}, {' and '.join(map(str.strip, bents)) or 'no bents'}"
+    words = f"{spans}, {' and '.join(map(str.strip, bents)) or 'no bents'}"
+    if {*bridge.end_kinds.values()} != {"seat"}:
+        words += "; " + answer.listed(
+            f"{kind} {name} end" for name, kind in bridge.end_kinds.items()
+        )
+    if places := bridge.joints_m:
+        words += f"; joint{'s' * (len(places) > 1)} at {answer.listed(places)}"
+    return words
 
 
 #: Size of the plan in units of the SVG, and margins around the bridge for walls and texts.
 _WIDTH, _HEIGHT, _SIDE, _TOP = 520.0, 190.0, 8.0, 52.0
 _GAP_SHARE: Final = 0.035  # largest width of a drawn gap / length of the bridge
 _FACTORS: Final = (200, 100, 50, 20, 10, 5, 2, 1)
+#: Ends of the lines across a gap and along its far face: number of the face, share of the width.
+_MARKS: Final = {"gap": ((0, -0.5), (1, -0.5)), "friction": ((1, 0.2), (1, 0.8))}
+_JOINT_DEMANDS: Final = (("unseating_m", "unseating (mm)", 1000.0), ("closures", "closures", 1.0))
 
 
 def sketch(
     bridge: Description, skews_deg: Sequence[float], gaps_mm: Sequence[float], model: ModelOptions
 ) -> dict[str, Any]:
-    """Return the dimensions (m) of a plan of a bridge; the template skews deck, walls and keys.
+    """Return the dimensions of a plan of a bridge and the corners of its parts (m).
 
-    The deck is filled at the largest skew of the study and outlined at the other skews. Walls and
-    keys are drawn at the largest gap, exaggerated ``factor`` times. Joint gaps are normal to the
-    walls. The columns have their places at the largest skew.
+    The decks are filled at the largest skew of the study and outlined at the other skews. Walls,
+    keys and inner joints have the largest gap, exaggerated ``factor`` times and normal to the
+    faces. A seat has a gap and keys, an integral or fixed end touches its wall, and a roller has no
+    wall. The columns have their places at the largest skew.
     """
     skew, gap_m = max(skews_deg, key=abs), max(gaps_mm) / 1000.0
-    sine, cosine = sin(radians(skew)), cos(radians(skew))
-    end, half = bridge.length_m / 2, bridge.width_m / 2
+    end, half, own_deg = bridge.length_m / 2, bridge.width_m / 2, bridge.skews_deg
     factor = next((f for f in _FACTORS if f * gap_m <= _GAP_SHARE * bridge.length_m), 1)
-    thickness = max(bridge.wall_m, 0.012 * bridge.length_m)
-    face = end + factor * gap_m / cosine
-    back, arm = face + thickness / cosine, 0.8 * half
-    reach = back + half * abs(sine / cosine)
+    thickness, arm = max(bridge.wall_m, 0.012 * bridge.length_m), 0.8 * half
     bent_skew = radians(model.skew_of_bents_deg(skew))
     stretch = 1.0 / cos(bent_skew) if model.column_spacing == "normal" else 1.0
+
+    def cuts(skew_deg: float) -> list[PlanVector]:
+        """Return place and angle of the faces of all decks, left to right."""
+        faces = [(-end, radians(own_deg.get("left", skew_deg)))]
+        for number, (place, x) in enumerate(bridge.joints_m.items(), start=1):
+            usual_deg = model.skew_of_bents_deg(skew_deg) if "bent" in place else skew_deg
+            turned = radians(own_deg.get(f"joint {number}", usual_deg))
+            opened = factor * gap_m / 2 / cos(turned)
+            faces += [(x - opened, turned), (x + opened, turned)]
+        return [*faces, (end, radians(own_deg.get("right", skew_deg)))]
+
+    def decks(faces: Sequence[PlanVector]) -> list[list[PlanVector]]:
+        pairs = zip(faces[::2], faces[1::2], strict=True)
+        return [_corners(one, two, (-half, half)) for one, two in pairs]
+
+    faces = cuts(skew)
+    walls: list[list[PlanVector]] = []
+    gaps = list(zip(faces[1:-1:2], faces[2:-1:2], strict=True))
+    for kind, (x, angle) in zip(bridge.end_kinds.values(), faces[:: len(faces) - 1], strict=True):
+        out = copysign(1.0 / cos(angle), x)
+        wall = x + out * factor * gap_m * (kind == "seat")
+        if kind != "roller":
+            walls.append(_corners((wall, angle), (wall + out * thickness, angle), (-half, half)))
+        if kind == "seat":
+            key, inner = half + factor * model.transverse_gap_m, x - 2.2 * out * thickness
+            sides = ((key, key + thickness), (-key, -key - thickness))
+            walls += [_corners((inner, angle), (x, angle), side) for side in sides]
+            gaps.insert(0, ((x, angle), (wall, angle)))
+    drawn, tilt = decks(faces), faces[0][1]
+    reach = max(abs(x) for part in (*drawn, *walls) for x, _ in part)
     return {
         "width": _WIDTH,
         "height": _HEIGHT,
         "scale": min((_WIDTH / 2 - _SIDE) / reach, (_HEIGHT / 2 - _TOP) / half),
         "skew": skew,
-        "others": sorted({*skews_deg} - {skew}),
+        "others": [deck for other in sorted({*skews_deg} - {skew}) for deck in decks(cuts(other))],
+        "decks": drawn,
+        "walls": walls,
+        "marks": {
+            name: [_skewed(gaps[0][part], share * half) for part, share in line]
+            for name, line in _MARKS.items()
+            if gaps
+        },
         "end": end,
-        "half": half,
-        "face": face,
-        "back": back,
-        "thickness": thickness,
-        "key": half + factor * model.transverse_gap_m,
-        "key_length": 2.2 * thickness / cosine,
         "columns": [
             [
                 (
@@ -301,9 +342,34 @@ def sketch(
             for (x_m, along_m), outline in zip(bridge.columns_m, bridge.outlines_m, strict=True)
         ],
         "arm": arm,
-        "tip": (-end - arm * sine, arm * cosine),
+        "tip": (-end - arm * sin(tilt), arm * cos(tilt)),
         "factor": factor,
     }
+
+
+def _skewed(face: PlanVector, y_m: float) -> PlanVector:
+    """Return the point at y on a face, given by its place on the axis and its angle."""
+    return face[0] - y_m * tan(face[1]), y_m
+
+
+def _corners(one: PlanVector, two: PlanVector, y_m: PlanVector) -> list[PlanVector]:
+    """Return the corners of the area between two faces and two y."""
+    low, high = y_m
+    return [_skewed(one, low), _skewed(two, low), _skewed(two, high), _skewed(one, high)]
+
+
+def joint_rows(demands: pd.DataFrame, bridges: Sequence[Structure]) -> list[dict[str, str]]:
+    """Return median and 84th percentile of unseating and closures of each inner joint."""
+    rows: list[dict[str, str]] = []
+    for bridge in bridges:
+        runs = demands[(demands["bridge"] == bridge.name) & is_complete(demands)]
+        for number, place in enumerate(bridge.description.joints_m, start=1):
+            row = {"bridge": bridge.name, "joint": f"{number}, {place}"}
+            for (name, head, factor), share in product(_JOINT_DEMANDS, (0.5, 0.84)):
+                value = factor * runs[f"joint{number}_{name}"].quantile(share)
+                row[f"{head}, {100 * share:g} %"] = f"{value:.3g}"
+            rows.append(row)
+    return rows
 
 
 # --- effects
