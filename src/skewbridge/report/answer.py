@@ -329,7 +329,7 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
             ]
             text = f"One motion decides most of the uncertainty: {listed(texts)}."
             notes[place] = f"{notes[place]} {text}" if place in notes else f"{start}: {text}"
-        for row in records_of(own[own["by_value"] != ""]):
+        for row in records_of(own[own["by_value"].fillna("") != ""]):
             change = change_name(row["axis"], row["from_value"], row["to_value"])
             text = f"{change} by value: {row['by_value']}."
             notes[place] = f"{notes[place]} {text}" if place in notes else f"{start}: {text}"

@@ -176,18 +176,28 @@ class Panel(NamedTuple):
     options: Mapping[str, Any] = {}  # properties of the axes, such as their scale
 
 
+# The style of the report would make checks of contact depend on its tables.
+STYLE: Final[Any] = {
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.titlelocation": "left",
+    "font.size": 8,
+    "grid.alpha": 0.4,
+    "legend.frameon": False,
+}
+
+
 def drawn(
     panels: Sequence[Panel], *, columns: int = 1, height_in: float, title: str = ""
 ) -> "Figure":
-    """Return a figure of panels, filled row by row, in the style of the report.
+    """Return a figure of panels, filled row by row.
 
     A line is (x, y) or (x, y, matplotlib keywords). Lines of the same name have the same colour in
     all panels and one legend entry; names that start with an underscore have none.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
-
-    from skewbridge.report.appearance import STYLE
 
     names = list(dict.fromkeys(name for panel in panels for name in panel.lines))
     with mpl.rc_context(STYLE):
