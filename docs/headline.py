@@ -80,7 +80,13 @@ def headline_text(table: pd.DataFrame, runs: pd.DataFrame, motions: pd.DataFrame
     level = 100.0 * medians["level"].dropna().iloc[0]
     failures, bounds = failure_sentences(runs)
     skews_deg = runs.loc[runs["axis"] == "skew_deg", "value"]
-    notes = filter(None, [*limit_notes(table).values(), untested_skew_sentence(skews_deg)])
+    notes = filter(
+        None,
+        [
+            *limit_notes(table, is_brief=True).values(),
+            untested_skew_sentence(skews_deg),
+        ],
+    )
     return "\n".join(
         [
             *lines,

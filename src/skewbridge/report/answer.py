@@ -298,10 +298,10 @@ def extent_of_data(row: Mapping[str, Any]) -> str:
     return f"{missing:.0f} of {medians} medians without a curve" if missing > 0 else ""
 
 
-def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
+def limit_notes(table: pd.DataFrame, *, is_brief: bool = False) -> dict[tuple[str, str, str], str]:
     """Return sentences for each leading state on its data and on effects that depend on an axis.
 
-    The keys are bridge, abutment model and state.
+    The keys are bridge, abutment model and state. With ``is_brief``, only the data.
     """
     notes: dict[tuple[str, str, str], str] = {}
     names = short_names(table)
@@ -320,6 +320,8 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
                 f"{start}: some variants have no curve, because runs that ended early make the "
                 "median too uncertain; the ratios use the cloud fits of these variants."
             )
+        if is_brief:
+            continue
         few = own[own["largest_share"] > LARGEST_SHARE]
         if len(few):
             texts = [
