@@ -285,7 +285,7 @@ def test_the_pair_written_is_that_of_the_analyses(tmp_path):
     pair = written(setup, SLUGS, tmp_path)
     assert list(pair["variant"].unique()) == [SLUGS[3], SLUGS[5]]
     assert set(pair["motion_id"]) == {"strong"}
-    task = setup.tasks(SLUGS[5])[0]
+    task = setup.tasks(VARIANTS[5])[0]
     again = analyse(task.variant, task.excitation, task.settings, task.options, histories=True)
     own = pair[pair["variant"] == SLUGS[5]].drop(columns=["variant", "motion_id"])
     expected = pd.DataFrame(again.histories)
