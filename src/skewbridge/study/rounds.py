@@ -99,7 +99,7 @@ def targets(
         ends = list(zip(cell["from_value_variant"], cell["to_value_variant"], strict=True))
         now = max(min(motions[a], motions[b]) for a, b in ends)
         # the share of motions without an exact pair stays the same
-        per_exact = now / (row["dof"] + 1)
+        per_exact = now / max(row["dof"] + 1, 1.0)
         at_end = row | {"level": at_last}
         number = motions_to_decide(at_end) * per_exact
         least = motions_to_decide(at_end, LEAST_CHANCE) * per_exact
