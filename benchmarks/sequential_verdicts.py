@@ -49,10 +49,11 @@ def rows_of_demand(
     for (_, rows), own_number in zip(pairs.cells, numbers, strict=True):
         own = rows[(pairs.motions[rows] < own_number) & (pairs.side[rows] != UNKNOWN)]
         estimates.append(by_motion(ln_ratios[own], pairs.side[own], pairs.motions[own], number))
-    yield {"scope": "pooled"} | effect_row(average(estimates), SETTINGS)
+    blocks = [f"{motion}" for motion in range(number)]
+    yield {"scope": "pooled"} | effect_row(average(estimates), SETTINGS, blocks=blocks)
     for (place, _), own_number, estimate in zip(pairs.cells, numbers, estimates, strict=True):
         row = {"scope": "variant", **place, "n_pairs": own_number}
-        yield row | effect_row(estimate, SETTINGS)
+        yield row | effect_row(estimate, SETTINGS, blocks=blocks)
 
 
 def demands_of(pairs: Pairs, numbers: NDArray[np.int_]) -> pd.DataFrame:
