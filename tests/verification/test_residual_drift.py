@@ -102,7 +102,7 @@ def kept_at_zero_force(ductility):
     capacity = bent_capacity(bridge, 0)
     peak_m = ductility * capacity.yield_disp_m
     with domain():
-        integration, _ = build_integration(bridge, capacity, ModelOptions(), tags)
+        integration, _ = build_integration((capacity, capacity), ModelOptions(), tags)
         ops.geomTransf("Linear", 1, 1.0, 0.0, 0.0)
         for node, height_m in ((1, 0.0), (2, capacity.clear_height_m)):
             ops.node(node, 0.0, 0.0, height_m)

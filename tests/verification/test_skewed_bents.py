@@ -60,7 +60,10 @@ def plan_stiffness(name, skew_deg, **given):
             centre = tags.node()
             ops.node(centre, bridge.bent_positions_m[0], 0.0, bridge.deck.centroid_above_soffit_m)
             ops.fix(centre, 0, 0, 0, 1, 1, 1)
-            spine = Spine(nodes=[centre], bent_nodes=[centre], centre_node=centre, elements=[])
+            one = [centre]
+            spine = Spine(
+                nodes=one, decks=[one], heavy=[], bent_nodes=one, centre_node=centre, elements=[]
+            )
             build_bents(bridge, spine, skew_deg, options, tags)
             ops.timeSeries("Linear", 1)
             ops.pattern("Plain", 1, 1)

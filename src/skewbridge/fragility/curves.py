@@ -339,7 +339,11 @@ class _DemandFits:
 
     def _printed(self, state: LimitState, curves: Mapping[str, _Curve]) -> dict[str, FragilityFit]:
         """Return the fits by method, without estimates that unknown outcomes may change."""
-        fits = {method: curve.fit for method, curve in curves.items()}
+        # a median that underflows is none
+        fits = {
+            method: fit.without_estimate(BOUNDS_TOO_WIDE) if fit.theta == 0.0 else fit
+            for method, fit in ((method, curve.fit) for method, curve in curves.items())
+        }
         share = self.outcomes.counts(state)["n_unknown"] / self._im.size
         names = ["unknown_above_5_percent"] if share > 0.05 else []
         for method, curve in curves.items() if share else ():

@@ -424,7 +424,7 @@ def fit_demand(
         block=block,
         variant=variant,
         matrix=np.broadcast_to(
-            axes.matrix({name: variants[name] for name in variants}),
+            axes.matrix({f"{name}": variants[name] for name in variants}),
             (len(variants), len(axes.terms)),
         ),
         precision=(_LOOSE * axes.deviations) ** -2.0,
@@ -626,8 +626,9 @@ def _variants_of(
     """Return the axes of the runs of a bridge, its variants and the variant of each run."""
     lacking = lacking_axes(str(part["abutment"].iloc[0]))
     names = [name for name in demand_table.axis_names(part) if name not in lacking]
+    further = [name for name in further if name not in names]
     number = part.groupby(["variant", *further], sort=True).ngroup().to_numpy(dtype=np.intp)
     _, first, codes = np.unique(number, return_index=True, return_inverse=True)
-    columns = [*demand_table.variant_columns(part), *further]
+    columns = list(dict.fromkeys([*demand_table.variant_columns(part), *further]))
     variants = part.iloc[first].reset_index(drop=True)[columns]
     return AxisRange.of_variants(variants, [*names, *further]), variants, codes

@@ -271,6 +271,10 @@ _MARKS: Final = {"gap": ((0, -0.5), (1, -0.5)), "friction": ((1, 0.2), (1, 0.8))
 _JOINT_DEMANDS: Final = (("unseating_m", "unseating (mm)", 1000.0), ("closures", "closures", 1.0))
 
 
+#: Kinds of ends with a wall.
+_WITH_WALL: Final = ("seat", "integral", "fixed")
+
+
 def sketch(
     bridge: Description, skews_deg: Sequence[float], gaps_mm: Sequence[float], model: ModelOptions
 ) -> dict[str, Any]:
@@ -308,7 +312,7 @@ def sketch(
     for kind, (x, angle) in zip(bridge.end_kinds.values(), faces[:: len(faces) - 1], strict=True):
         out = copysign(1.0 / cos(angle), x)
         wall = x + out * factor * gap_m * (kind == "seat")
-        if kind != "roller":
+        if kind in _WITH_WALL:
             walls.append(_corners((wall, angle), (wall + out * thickness, angle), (-half, half)))
         if kind == "seat":
             key, inner = half + factor * model.transverse_gap_m, x - 2.2 * out * thickness

@@ -11,10 +11,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, Self
 
+from skewbridge.bridge.library import load_structure
 from skewbridge.errors import InputError
 from skewbridge.files.digests import PACKAGE
 from skewbridge.motions.folder import IndexEntry, read_index
 from skewbridge.motions.formats import Given
+from skewbridge.motions.intensity import motion_measures
+from skewbridge.motions.levels import LEVEL_MEASURE, LEVEL_RANGE_G, block_factors
 from skewbridge.motions.read import (
     SURROGATE_FACTOR,
     SURROGATE_FILES,
@@ -148,6 +151,15 @@ def embedded_entries() -> list[IndexEntry]:
             f"listed in {FOLDERS_VARIABLE}"
         )
     return [entry for entry in read_index(index) if entry.components]
+
+
+def first_motions(count: int) -> list[GroundMotion]:
+    """Return the first motions of the suite with the factors that a study gives them."""
+    motions = [read_entry(entry) for entry in embedded_entries()]
+    t1_s = load_structure("osb1").t1_s
+    at_1_g = [motion_measures(motion, t1_s)[LEVEL_MEASURE] for motion in motions]
+    factors = block_factors(at_1_g, (LEVEL_RANGE_G,))
+    return [motion.scaled(factor) for motion, factor in zip(motions, factors, strict=True)][:count]
 
 
 def strongest_motions(count: int, pga_g: float) -> list[GroundMotion]:

@@ -28,7 +28,6 @@ from skewbridge.analysis.transient import analyse
 from skewbridge.demands.validity import MAX_ENERGY_RESIDUAL
 from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.motions.record import SuiteMotion
-from skewbridge.motions.suite import read_entry
 from skewbridge.statuses import COLLAPSE, OK
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.processes import hush_exit_message
@@ -37,7 +36,7 @@ from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
 from skewbridge.verification.registry import Row, Study
-from skewbridge.verification.studies.paper_runs import embedded_entries, strongest_motions
+from skewbridge.verification.studies.paper_runs import first_motions, strongest_motions
 
 REPORT_EACH: Final = 10  # analyses between two lines of progress
 
@@ -60,8 +59,7 @@ class CaseSet:
         if self.pga_g is not None:
             motions = strongest_motions(self.motion_count, self.pga_g)
         else:
-            entries = embedded_entries()[: self.motion_count]
-            motions = [read_entry(entry).scaled(entry.scale) for entry in entries]
+            motions = first_motions(self.motion_count)
         if self.window_s is not None:
             motions = [cut_to_strongest(motion, self.window_s, 0.0) for motion in motions]
         suite = [SuiteMotion(motion=motion, scale=1.0, measures={}) for motion in motions]
