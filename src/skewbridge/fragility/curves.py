@@ -360,11 +360,13 @@ class _DemandFits:
     def _union(
         self, direct: _Curve, state: LimitState, known: Mapping[LimitState, "_DemandFits"]
     ) -> _Curve:
-        """Return the union of the exceedance fits of the modes; ``direct`` if a mode has none."""
+        """Return the union of the exceedance fits of the modes; ``direct`` if no mode has one.
+
+        A mode without a curve of its own, with few failures, does not count.
+        """
         curves = [known[m].curves[known[m].states.index(m)][METHODS[1]] for m in state.modes]
         parts = [curve for curve in curves if curve.fit.status == FITTED]
-        reached = [curve for curve in curves if curve.fit.status != fitting.NO_EXCEEDANCE]
-        if not parts or len(parts) < len(reached):
+        if not parts:
             return direct
         if len(parts) == 1:
             mode = state.modes[[curve.fit.status for curve in curves].index(FITTED)]

@@ -547,6 +547,10 @@ class BridgeModels:
         return self._curves[key]
 
 
+#: Dispersion above which a demand hardly grows with intensity where it reaches a threshold.
+_LARGEST_BETA: Final = 10.0
+
+
 def state_curve(
     models: Sequence[DemandModel | str],
     modes: Sequence[LimitState],
@@ -562,7 +566,7 @@ def state_curve(
         if isinstance(model, str):
             return model
         parts.append(StateCurve(*model.at(values).curves(mode.threshold, mode.dispersion)))
-        if np.isnan(parts[-1].ln_theta[0]):
+        if np.isnan(parts[-1].ln_theta[0]) or parts[-1].beta[0] > _LARGEST_BETA:
             return NON_INCREASING
     if rho is None:
         return parts[0]
