@@ -83,7 +83,7 @@ def headline_text(table: pd.DataFrame, runs: pd.DataFrame, motions: pd.DataFrame
     notes = filter(
         None,
         [
-            *limit_notes(table, is_brief=True).values(),
+            *limit_notes(table).values(),
             untested_skew_sentence(skews_deg),
         ],
     )

@@ -4,6 +4,7 @@ A change is not refused for an example that it did not bring. New examples are d
 `pytest --hypothesis-profile random tests/property`.
 """
 
+import pytest
 from hypothesis import settings
 
 from skewbridge.study.processes import hush_exit_message
@@ -12,3 +13,15 @@ hush_exit_message()
 settings.register_profile("random", deadline=None)
 settings.register_profile("repeatable", deadline=None, derandomize=True, database=None)
 settings.load_profile("repeatable")
+
+
+@pytest.fixture
+def written(tmp_path):
+    """Return a function that writes a bridge file and returns its path as a name."""
+
+    def write(text):
+        path = tmp_path / "made.yaml"
+        path.write_text(text, encoding="utf-8")
+        return str(path)
+
+    return write

@@ -162,4 +162,4 @@ def test_failure_in_any_mode_is_at_least_as_probable_as_in_each_mode(monkeypatch
     # a state of one mode, of both modes, and of modes without curves of their own
     found = curves[(curves["limit_state"] == "any") & (curves["method"] == "cloud")]
     assert (found["status"] == "ok").mean() > 0.9
-    assert {"union", "cloud_tobit"} <= set(found["model"])
+    assert {"union", "mixed_tobit"} <= set(found["model"])

@@ -30,18 +30,6 @@ abutments:
 """
 
 
-@pytest.fixture
-def written(tmp_path):
-    """Return a function that writes a bridge file and returns its path as a name."""
-
-    def write(text):
-        path = tmp_path / "made.yaml"
-        path.write_text(text, encoding="utf-8")
-        return str(path)
-
-    return write
-
-
 def reactions_of(bridge, skew_deg, options, moved):
     """Return the reactions (N, Nm) of the left end to displacements of its node."""
     with domain():

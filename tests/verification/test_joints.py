@@ -50,18 +50,6 @@ MIRRORED = HINGED.replace("from_left_m: 50.0", "from_left_m: 80.0").replace(
 )
 
 
-@pytest.fixture
-def written(tmp_path):
-    """Return a function that writes a bridge file and returns its path as a name."""
-
-    def write(text):
-        path = tmp_path / "spans.yaml"
-        path.write_text(text, encoding="utf-8")
-        return str(path)
-
-    return write
-
-
 # --- two bodies over a joint, against explicit integration of the same two bodies
 
 MASSES_KG, LEVERS_M, SKEW_DEG = (4.0e5, 3.0e5), (10.0, 8.0), 30.0

@@ -298,10 +298,10 @@ def extent_of_data(row: Mapping[str, Any]) -> str:
     return f"{missing:.0f} of {medians} medians without a curve" if missing > 0 else ""
 
 
-def limit_notes(table: pd.DataFrame, *, is_brief: bool = False) -> dict[tuple[str, str, str], str]:
-    """Return sentences for each leading state on its data and on effects that depend on an axis.
+def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
+    """Return a sentence on the data of each leading state that has few data.
 
-    The keys are bridge, abutment model and state. With ``is_brief``, only the data.
+    The keys are bridge, abutment model and state.
     """
     notes: dict[tuple[str, str, str], str] = {}
     names = short_names(table)
@@ -320,21 +320,29 @@ def limit_notes(table: pd.DataFrame, *, is_brief: bool = False) -> dict[tuple[st
                 f"{start}: some variants have no curve, because runs that ended early make the "
                 "median too uncertain; the ratios use the cloud fits of these variants."
             )
-        if is_brief:
-            continue
+    return notes
+
+
+def effect_notes(table: pd.DataFrame) -> list[str]:
+    """Return sentences on effects that one motion decides or that depend on another axis."""
+    notes: list[str] = []
+    names = short_names(table)
+    rows = table[table["demand"].isin(LEADING_STATES) & (table["status"] == OK)]
+    for place, own in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
+        texts: list[str] = []
         few = own[own["largest_share"] > LARGEST_SHARE]
         if len(few):
-            texts = [
+            motions = [
                 f"{change_name(row['axis'], row['from_value'], row['to_value'])} "
                 f"{row['largest_motion']} ({100 * row['largest_share']:.0f} %)"
                 for row in records_of(few)
             ]
-            text = f"One motion decides most of the uncertainty: {listed(texts)}."
-            notes[place] = f"{notes[place]} {text}" if place in notes else f"{start}: {text}"
+            texts.append(f"One motion decides most of the uncertainty: {listed(motions)}.")
         for row in records_of(own[own["by_value"].fillna("") != ""]):
             change = change_name(row["axis"], row["from_value"], row["to_value"])
-            text = f"{change} by value: {row['by_value']}."
-            notes[place] = f"{notes[place]} {text}" if place in notes else f"{start}: {text}"
+            texts.append(f"{change} by value: {row['by_value']}.")
+        if texts:
+            notes.append(f"{names[place[:2]]}, {effect_name(place[2])}: {' '.join(texts)}")
     return notes
 
 

@@ -175,8 +175,7 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
 
     ``table`` is from `answer_table`, ``counts`` from `run_counts`.
     """
-    names, notes = answer.short_names(table), answer.limit_notes(table, is_brief=True)
-    whole = answer.limit_notes(table)
+    names, notes = answer.short_names(table), answer.limit_notes(table)
     signs = {place: number for number, place in enumerate(notes, 1)}
     capacities = table[table["quantity"] == MEDIAN_CAPACITY]
     present = capacities["demand"].unique()
@@ -205,7 +204,7 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
         "states": [effect_name(state) for state in states],
         "rows": rows,
         "notes": list(notes.values()),
-        "details": [note for place, note in whole.items() if note != notes.get(place)],
+        "details": answer.effect_notes(table),
         "level": next((f"{100 * level:g} %" for level in table["level"].dropna()), ""),
         "margin": next((f"{100 * margin:g} %" for margin in capacities["margin"].dropna()), ""),
     }
