@@ -1,0 +1,149 @@
+"""Support motions: a ground motion of its own for each end and each bent of a bridge.
+
+Supports are `left`, `right` and `bent 1` and so on, from left to right. Their displacements are
+imposed on the fixed nodes of the model, so the model moves in fixed axes. `SupportInput.relative`
+subtracts from every node the ground of its own support: demands and histories then mean the same
+as under uniform input. The support of a node is the nearest one, measured parallel to the skewed
+lines of the supports.
+
+Under support motions damping is proportional to stiffness only: a part that is proportional to mass
+would damp the motion of the ground itself.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import radians, tan
+from typing import Final
+
+import numpy as np
+import openseespy.opensees as ops
+from numpy.typing import NDArray
+
+from skewbridge.analysis.ground import GroundInput
+from skewbridge.analysis.trace import ResponseTrace
+from skewbridge.bridge.frame import BridgeModel
+from skewbridge.bridge.script_units import view_constraints
+from skewbridge.errors import InputError
+from skewbridge.motions.record import GroundMotion
+
+type Matrix = NDArray[np.float64]
+
+#: Points of the imposed displacement per time step of the record or the analysis, if it is shorter.
+_POINTS_PER_STEP: Final = 4
+#: Time in which the correction of the baseline reaches its slope: so slowly that its acceleration
+#: is below 0.5 % g for an initial velocity of 5 cm/s.
+_SETTLING_S: Final = 1.0
+_IN_PLAN: Final = (1, 2)  # horizontal degrees of freedom
+
+
+def displacement_m(accel_mps2: Matrix, dt_s: float) -> Matrix:
+    """Return the displacement (m) of accelerations without drift, shape (n, columns).
+
+    A triggered or filtered record starts with a velocity that its file does not always state. The
+    displacement that is integrated from rest then drifts along a line. The line, entered smoothly
+    from rest, is subtracted.
+    """
+    velocity = np.zeros_like(accel_mps2)
+    velocity[1:] = np.cumsum((accel_mps2[1:] + accel_mps2[:-1]) * dt_s / 2.0, axis=0)
+    disp = np.zeros_like(accel_mps2)
+    steps = velocity[:-1] * dt_s + (2.0 * accel_mps2[:-1] + accel_mps2[1:]) * dt_s**2 / 6.0
+    disp[1:] = np.cumsum(steps, axis=0)
+    times = np.arange(len(disp)) * dt_s / _SETTLING_S
+    start = np.exp(-times)
+    lines = np.column_stack([1.0 - start * (1.0 + times), times - 1.0 + start])
+    return disp - lines @ np.linalg.lstsq(lines, disp, rcond=None)[0]
+
+
+def support_places_m(model: BridgeModel) -> dict[str, float]:
+    """Return the place of each support along the bridge by name, from left to right (m)."""
+    slope = tan(radians(model.variant.skew_deg))
+
+    def place(x_m: float, y_m: float) -> float:
+        return x_m + slope * y_m
+
+    bents: dict[float, list[float]] = {}
+    for column in model.columns:
+        x, y = (float(value) for value in ops.nodeCoord(column.base_node)[:2])
+        across = round(x * column.normal[0] + y * column.normal[1], 3)  # the same in a bent
+        bents.setdefault(across, []).append(place(x, y))
+    places = {end.plan.name: place(*end.plan.middle_m) for end in model.frame.ends}
+    middles = sorted(float(np.mean(of_bent)) for of_bent in bents.values())
+    places |= {f"bent {number}": middle for number, middle in enumerate(middles, start=1)}
+    return dict(sorted(places.items(), key=lambda item: item[1]))
+
+
+class SupportInput:
+    """Displacements imposed on the supports of a model in the open domain.
+
+    Raises:
+        InputError: A support of the model has no motion, or a motion has no support.
+    """
+
+    def __init__(
+        self, motions: Mapping[str, GroundMotion], ground: GroundInput, model: BridgeModel
+    ) -> None:
+        self._places = support_places_m(model)
+        if motions.keys() != self._places.keys():
+            raise InputError(
+                f"support motions: the supports are {', '.join(self._places)}, "
+                f"got {', '.join(motions)}"
+            )
+        self._slope = tan(radians(model.variant.skew_deg))
+        self._ground, self._centre = ground, model.frame.centre_node
+        step_s = ground.dt_s / _POINTS_PER_STEP
+        times = np.arange(0.0, ground.shaken_s + step_s / 2, step_s)
+        self._step_s = step_s
+        accel = {
+            name: np.column_stack(
+                [
+                    np.interp(times, np.arange(motion.npts) * motion.dt_s, ground.scale * values)
+                    for values in motion.components
+                ]
+            )
+            for name, motion in motions.items()
+        }
+        self._disp = {name: displacement_m(of, step_s) for name, of in accel.items()}
+
+    def apply(self, model: BridgeModel) -> None:
+        """Impose the displacement of its support on every node that is fixed in plan."""
+        tags, motions = model.tags, dict[tuple[str, int], int]()
+        view_constraints()  # with plain constraints, only velocities are imposed
+        ops.pattern("MultipleSupport", tags.pattern())
+        for name, disp in self._disp.items():
+            velocity = np.gradient(disp, self._step_s, axis=0)
+            for dof, column in enumerate(disp.T, start=1):
+                series = [tags.series() for _ in range(3)]
+                accel = np.gradient(velocity[:, dof - 1], self._step_s)
+                values = (column, velocity[:, dof - 1], accel)
+                for tag, of, last in zip(series, values, (("-useLast",), (), ()), strict=True):
+                    path = ("-dt", self._step_s, "-values", *of.tolist())
+                    ops.timeSeries("Path", tag, *path, *last)
+                motions[name, dof] = len(motions) + 1
+                kinds = ("-disp", series[0], "-vel", series[1], "-accel", series[2])
+                ops.groundMotion(motions[name, dof], "Plain", *kinds)
+        for node in ops.getNodeTags():
+            if set(_IN_PLAN) <= set(ops.getFixedDOFs(node)):
+                for dof in _IN_PLAN:
+                    ops.imposedMotion(node, dof, motions[self._support_of(node), dof])
+
+    def _support_of(self, node: int) -> str:
+        """Return the name of the support that is nearest to a node."""
+        x, y = ops.nodeCoord(node)[:2]
+        return min(self._places, key=lambda name: abs(self._places[name] - x - self._slope * y))
+
+    def moved_m(self, name: str, times_s: Matrix) -> Matrix:
+        """Return the imposed displacement of a support along x and y, shape (n, 2)."""
+        return np.column_stack(
+            [np.interp(times_s / self._step_s, np.arange(len(of)), of) for of in self._disp[name].T]
+        )
+
+    def relative(self, trace: ResponseTrace) -> ResponseTrace:
+        """Return a trace with displacements relative to the ground of the support of each node."""
+        moved = {name: self.moved_m(name, trace.time_s) for name in self._places}
+        nodes: dict[int, Matrix] = {}
+        for node, disp in trace.nodes.items():
+            nodes[node] = disp.copy()
+            nodes[node][:, :2] -= moved[self._support_of(node)]
+        # the ground of the whole model is that of the support of the mass centre
+        accel = trace.centre_accel_mps2 - self._ground.at(trace.time_s)
+        return replace(trace, nodes=nodes, centre_accel_mps2=accel)
