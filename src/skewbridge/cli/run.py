@@ -227,6 +227,9 @@ def doctor() -> Answer:
 def verify(
     names: Annotated[list[str] | None, arg("Studies; by default all.", "[NAME...]")] = None,
     out: Annotated[Path | None, opt("Folder for tables and figures.")] = None,
+    records: Annotated[
+        Path | None, opt("Recordings of an event, or folders of events, for `painter`.", "DIR")
+    ] = None,
 ) -> Answer:
     """Repeat the studies of the paper and compare with their references.
 
@@ -238,7 +241,7 @@ def verify(
     from skewbridge.verification.registry import run_studies
 
     folder = out or StudyFolder().verification
-    rows = run_studies(names or [], folder, report_progress=messages.print)
+    rows = run_studies(names or [], folder, report_progress=messages.print, records=records)
     checks = [row for row in rows if "outcome" not in row]
     statements = [row for row in rows if "outcome" in row]
     columns = ("study", "quantity", "value", "reference", "tolerance", "pass")
