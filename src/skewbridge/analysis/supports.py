@@ -36,22 +36,40 @@ _SETTLING_S: Final = 1.0
 _IN_PLAN: Final = (1, 2)  # horizontal degrees of freedom
 
 
-def displacement_m(accel_mps2: Matrix, dt_s: float) -> Matrix:
-    """Return the displacement (m) of accelerations without drift, shape (n, columns).
+def displacements_m(accel_mps2: Mapping[str, Matrix], dt_s: float) -> dict[str, Matrix]:
+    """Return the displacement (m) of each support from rest, shape (n, 2).
 
-    A triggered or filtered record starts with a velocity that its file does not always state. The
-    displacement that is integrated from rest then drifts along a line. The line, entered smoothly
-    from rest, is subtracted.
+    A triggered or filtered record starts with a velocity that its file does not always state, so
+    the displacements of two supports would drift apart. Their difference to the mean of all
+    supports is therefore corrected by a line, which is entered smoothly from rest. The mean is not
+    corrected: it moves the whole model, as in uniform input.
     """
-    velocity = np.zeros_like(accel_mps2)
-    velocity[1:] = np.cumsum((accel_mps2[1:] + accel_mps2[:-1]) * dt_s / 2.0, axis=0)
-    disp = np.zeros_like(accel_mps2)
-    steps = velocity[:-1] * dt_s + (2.0 * accel_mps2[:-1] + accel_mps2[1:]) * dt_s**2 / 6.0
-    disp[1:] = np.cumsum(steps, axis=0)
-    times = np.arange(len(disp)) * dt_s / _SETTLING_S
+    mean = np.mean(list(accel_mps2.values()), axis=0)
+    common = _integrated(mean, dt_s)
+    times = np.arange(len(mean)) * dt_s / _SETTLING_S
     start = np.exp(-times)
     lines = np.column_stack([1.0 - start * (1.0 + times), times - 1.0 + start])
-    return disp - lines @ np.linalg.lstsq(lines, disp, rcond=None)[0]
+    # after the start, and weighted so that the phase of a wave at the ends does not tilt the line
+    weight = np.zeros((len(mean), 1))
+    late = times > min(3.0, times[-1] / 2.0)
+    weight[late, 0] = np.hanning(np.count_nonzero(late))
+
+    def corrected(disp: Matrix) -> Matrix:
+        return disp - lines @ np.linalg.lstsq(weight * lines, weight * disp, rcond=None)[0]
+
+    return {
+        name: common + corrected(_integrated(accel - mean, dt_s))
+        for name, accel in accel_mps2.items()
+    }
+
+
+def _integrated(accel: Matrix, dt_s: float) -> Matrix:
+    """Return the integral of the integral of values that are linear between samples."""
+    velocity, disp = np.zeros_like(accel), np.zeros_like(accel)
+    velocity[1:] = np.cumsum((accel[1:] + accel[:-1]) * dt_s / 2.0, axis=0)
+    steps = velocity[:-1] * dt_s + (2.0 * accel[:-1] + accel[1:]) * dt_s**2 / 6.0
+    disp[1:] = np.cumsum(steps, axis=0)
+    return disp
 
 
 def support_places_m(model: BridgeModel) -> dict[str, float]:
@@ -102,7 +120,7 @@ class SupportInput:
             )
             for name, motion in motions.items()
         }
-        self._disp = {name: displacement_m(of, step_s) for name, of in accel.items()}
+        self._disp = displacements_m(accel, step_s)
 
     def apply(self, model: BridgeModel) -> None:
         """Impose the displacement of its support on every node that is fixed in plan."""

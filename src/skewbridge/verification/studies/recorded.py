@@ -123,9 +123,11 @@ def recording_of(event: Event, station: Station) -> Recording:
     )
 
 
-def predicted(recording: Recording, station: Station, case: Case) -> dict[str, Series]:
+def predicted(
+    recording: Recording, station: Station, case: Case, *, dt_s: float = DT_S
+) -> dict[str, Series]:
     """Return the quantities of a model in the strong part; raise `RuntimeError` if it fails."""
-    event, dt_s = recording.event, recording.event.dt_s
+    event, step_s = recording.event, recording.event.dt_s
     motions = event.motions(station)
     bent = next(name for name in motions if name.startswith("bent"))
     if case.uniform:
@@ -133,13 +135,13 @@ def predicted(recording: Recording, station: Station, case: Case) -> dict[str, S
     result = analyse(
         case.variant,
         Excitation(motion=motions[bent], supports=motions),
-        AnalysisSettings(dt_s=DT_S, contact_dt_s=DT_S),
+        AnalysisSettings(dt_s=dt_s, contact_dt_s=min(dt_s, DT_S)),
         case.options,
         histories=True,
     )
     if result.histories is None or result.status != "ok":
         raise RuntimeError(f"{event.date}: {result.status} {'; '.join(result.messages)}")
-    times_s = np.arange(motions[bent].npts) * dt_s
+    times_s = np.arange(motions[bent].npts) * step_s
     found: dict[str, Series] = {}
     for each in station.quantities:
         if each.name not in recording.recorded:
@@ -148,10 +150,10 @@ def predicted(recording: Recording, station: Station, case: Case) -> dict[str, S
         disp = np.interp(times_s, result.histories["t_s"], result.histories[each.deck])
         ground = motions[each.support].components["xy".index(axis)]
         if each.to is None:
-            accel = in_band(disp, dt_s, 2) + in_band(ground, dt_s)
+            accel = in_band(disp, step_s, 2) + in_band(ground, step_s)
             found[each.name] = accel[recording.part] / G_MPS2
         else:
-            found[each.name] = in_band(disp, dt_s)[recording.part] / CM
+            found[each.name] = in_band(disp, step_s)[recording.part] / CM
     return found
 
 
