@@ -1,7 +1,7 @@
 """Tables and figures for the page on the recorded bridge.
 
-`python docs/recorded_tables.py FOLDER` writes `docs/data/recorded*.csv` and `docs/theory/recorded_*`
-from the files of `skewbridge verify painter --records DIR --out FOLDER`.
+`python docs/recorded_tables.py FOLDER` writes tables in `docs/data` and figures in
+`docs/theory` from the files of `skewbridge verify painter --records DIR --out FOLDER`.
 """
 
 import shutil

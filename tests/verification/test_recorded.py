@@ -3,10 +3,12 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from cli_json import invoke, run
 from motions_files import rows_of
+from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
 from skewbridge.verification.references.station import (
     identified_period,
@@ -140,3 +142,43 @@ def test_an_event_has_rows_with_null_uniform_correlation_and_error(tmp_path):
     assert set(changes["model"]) >= {"model", "null", "uniform input", "no skew", "rigid deck",
                                      "fixed bases", "equal ends", "square bents"}  # fmt: skip
     assert set(study.figures) == {"2015-01-28", "changes"}
+
+
+def test_the_page_states_the_numbers_of_its_stored_tables():
+    page = " ".join((ROOT / "docs/theory/recorded.md").read_text().split())
+    readme = " ".join((ROOT / "README.md").read_text().split())
+    rows = pd.read_csv(ROOT / "docs/data/recorded.csv").set_index(["event", "quantity"])
+    drift = rows.loc["1992 predicted", "bent drift across (cm)"]
+    ratio, correlation = drift["predicted / recorded"], drift["correlation"]
+    assert f"is {ratio} times the recorded one with a correlation of {correlation}:" in page
+    assert f"The null has {drift['null']} and {drift['its correlation']}:" in page
+    assert f"it predicts {ratio} times the recorded peak" in readme
+    assert (drift["result"] == "miss") == (not 0.75 <= ratio <= 1.3 or correlation < 0.85)
+    fits = pd.read_csv(ROOT / "docs/data/recorded_fit.csv")
+    crossed = fits[(fits["quantity"] == "bent drift across") & (fits["fitted_to"] != fits["event"])]
+    sentences = {
+        "2015-01-28": "a ratio of {}, a correlation of {} and an error of {};",
+        "2019-06-22": "that of 2015 has {}, {} and {} (",
+    }
+    for row in crossed.itertuples():
+        if row.fitted_to == "both":
+            continue
+        values = (f"{value:.2f}" for value in (row.peak_ratio, row.correlation, row.error))
+        assert sentences[row.fitted_to].format(*values) in page
+        assert abs(row.peak_ratio - 1.0) <= 0.031  # of the README
+
+
+def test_the_numbers_of_the_bridge_are_those_of_the_fit_and_at_most_six():
+    bridge = load_bridge("painter")
+    fits = pd.read_csv(ROOT / "docs/data/recorded_fit.csv")
+    both = fits[fits["fitted_to"] == "both"].iloc[0]
+    ends = bridge.ends
+    assert bridge.deck.elastic_modulus_gpa == pytest.approx(both["deck_modulus_gpa"], rel=0.05)
+    for side, end in (("west", ends["left"]), ("east", ends["right"])):
+        assert end.piles.lateral_kn_per_m == pytest.approx(both[f"piles_{side}_kn_per_m"], rel=0.05)
+        assert end.piles.dashpot_s == pytest.approx(both["piles_dashpot_s"], rel=0.05)
+        assert end.backfill.stiffness_mn_per_m == pytest.approx(both["fill_mn_per_m2"], rel=0.05)
+    assert bridge.foundation.krx_mnm_per_rad == pytest.approx(both["rocking_mnm_per_rad"], rel=0.05)
+    fitted = [name for name, source in bridge.sources.items() if "fitted: 2015, 2019" in source]
+    single = [name for name in fitted if "one number with" not in bridge.sources[name]]
+    assert len(single) == 6

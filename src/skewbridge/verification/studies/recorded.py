@@ -330,22 +330,24 @@ def periods(
 
 
 def histories_figure(recording: Recording, model: Mapping[str, Series]) -> "Figure":
-    """Return recorded and predicted histories of all quantities in the strong part."""
-    units = {True: "cm", False: "g"}
+    """Return recorded and predicted histories of all quantities around the largest one."""
+    times_s, name = recording.times_s, f"recorded {recording.event.date}"
+    first = next(iter(recording.recorded.values()))
+    middle_s = times_s[np.abs(first).argmax()]
     panels = [
         Panel(
             "time (s)",
-            units["drift" in name or "ground" in name],
+            "cm" if "drift" in quantity or "ground" in quantity else "g",
             {
-                "recorded": (recording.times_s, recorded, {"color": "0.25", "lw": 1.3}),
-                "predicted": (recording.times_s, model[name], {"color": "C3", "lw": 0.9}),
+                name: (times_s, recorded, {"color": "0.25", "lw": 1.3}),
+                "predicted": (times_s, model[quantity], {"color": "C3", "lw": 0.9}),
             },
-            name,
+            quantity,
+            {"xlim": (middle_s - 2.0, middle_s + 6.0)},
         )
-        for name, recorded in recording.recorded.items()
+        for quantity, recorded in recording.recorded.items()
     ]
-    title = f"{recording.event.date}, 0.5 to 12 Hz"
-    return drawn(panels, columns=2, height_in=1.5 * ((len(panels) + 1) // 2) + 0.8, title=title)
+    return drawn(panels, columns=2, height_in=1.5 * ((len(panels) + 1) // 2) + 0.4)
 
 
 def changes_figure(changes: pd.DataFrame) -> "Figure":
