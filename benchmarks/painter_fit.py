@@ -9,7 +9,6 @@ numbers of the bridge file are those fitted to both, rounded to two digits; no o
 import csv
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
@@ -58,7 +57,7 @@ def histories(
     with TemporaryDirectory() as folder:
         path = Path(folder) / f"{name}.yaml"
         path.write_text(FILE.format(**dict(zip(NUMBERS, map(float, values), strict=True))))
-        case = replace(Case.of(STATION), bridge=str(path))
+        case = Case.of(STATION, str(path))
         return {
             date: predicted(each, STATION, case, dt_s=0.01) for date, each in recordings.items()
         }

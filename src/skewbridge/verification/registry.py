@@ -89,6 +89,11 @@ class Study:
     figures: "dict[str, Figure]" = field(default_factory=dict)
     tables: dict[str, pd.DataFrame] = field(default_factory=dict[str, pd.DataFrame])
 
+    def say(self, line: str) -> None:
+        """Send a line to `report_progress`, if it is set."""
+        if self.report_progress:
+            self.report_progress(line)
+
     def absolute(
         self, quantity: str, value: float, reference: float, tolerance: float | None, source: str
     ) -> None:

@@ -10,11 +10,11 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, read_mapping, read_text
@@ -41,11 +41,14 @@ _RECORDER_CHANNEL = re.compile(r"chan *(\d+):", re.IGNORECASE)  # the same if no
 _TITLE = re.compile(r"^\s*corrected accelerogram.*$", re.IGNORECASE | re.MULTILINE)
 
 
-class Ground(BaseModel, extra="forbid", frozen=True):
-    """Channel of the ground along one axis of the bridge; `factor` -1 if it is positive against it.
+class _Part(BaseModel, extra="forbid", frozen=True):
+    pass
 
-    Attributes:
-        instead: Channel that replaces a missing one.
+
+class Ground(_Part, frozen=True):
+    """Channel of the ground along an axis of the bridge, and the one that replaces it if missing.
+
+    `factor` is -1 for a channel that is positive against the axis.
     """
 
     channel: int
@@ -53,19 +56,15 @@ class Ground(BaseModel, extra="forbid", frozen=True):
     instead: int | None = None
 
 
-class Quantity(BaseModel, extra="forbid", frozen=True):
+class Quantity(_Part, frozen=True):
     """A compared quantity: an absolute acceleration (g), or a displacement to another channel (cm).
 
     Attributes:
-        channel: Recorded channel.
-        factor: -1 if the channels are positive against the axis of the bridge.
         to: Channel of the ground that is subtracted.
-        deck: Column of the histories with the motion of this place relative to its support.
-        support: That support.
+        deck: Column of the histories with the motion of this place relative to its `support`.
         rides_on: Share of each ground channel in the motion of a deck that only rides on its ends.
-        peak: Limits of predicted / recorded peak, for events that were fitted or predicted.
-        correlation: Least correlation, likewise.
-        error: Largest normalised error, likewise.
+        peak: Limits of predicted / recorded peak, for events that were fitted or predicted;
+            likewise the least correlation and the largest normalised error.
     """
 
     name: str
@@ -75,26 +74,31 @@ class Quantity(BaseModel, extra="forbid", frozen=True):
     deck: str
     support: str
     rides_on: dict[int, float]
-    peak: dict[Literal["fitted", "predicted"], tuple[float, float]] = {}
-    correlation: dict[Literal["fitted", "predicted"], float] = {}
-    error: dict[Literal["fitted", "predicted"], float] = {}
+    peak: dict[str, tuple[float, float]] = {}
+    correlation: dict[str, float] = {}
+    error: dict[str, float] = {}
 
     @property
     def unit(self) -> str:
         """Unit of the values in tables."""
         return "g" if self.to is None else "cm"
 
+    @property
+    def axis(self) -> str:
+        """Axis of the bridge, `x` or `y`."""
+        return self.deck.removesuffix("_m")[-1]
 
-class Station(BaseModel, extra="forbid", frozen=True):
+
+class Station(_Part, frozen=True):
     """An instrumented bridge.
 
     Attributes:
         station: Number of the station in the headers.
-        bridge: Name of its bridge in the catalogue; `other` is the same bridge with another end.
-        model: Modelling options of the site and of small strains.
+        bridge: Name of its bridge in the catalogue; `other` is another account of it.
+        model: Modelling options of the site.
         fitted: Dates of the events to which numbers of the bridge were fitted.
         ground: Ground of each support along x and y.
-        period: Name of the quantity, and ground channels, from which the period is identified.
+        period: Channel of the deck and those of the ground that identify the period.
     """
 
     station: str
@@ -107,15 +111,18 @@ class Station(BaseModel, extra="forbid", frozen=True):
     model: dict[str, Any] = {}
     fitted: tuple[str, ...] = ()
     ground: dict[str, dict[Literal["x", "y"], Ground]]
-    period: Annotated[tuple[int, ...], Field(min_length=2)]
+    period: tuple[int, ...]
     quantities: tuple[Quantity, ...]
+
+    @property
+    def grounds(self) -> tuple[Ground, ...]:
+        """Channels of the ground of all supports."""
+        return tuple(ground for pair in self.ground.values() for ground in pair.values())
 
     @property
     def required(self) -> set[int]:
         """Channels without which nothing can be compared."""
-        ground = {each.channel for pair in self.ground.values() for each in pair.values()}
-        replaced = {e.channel for pair in self.ground.values() for e in pair.values() if e.instead}
-        return ground - replaced | {self.period[0]}
+        return {each.channel for each in self.grounds if not each.instead} | {self.period[0]}
 
 
 def read_station(name: str) -> Station:
@@ -135,7 +142,6 @@ class Event:
     """
 
     date: str
-    folder: Path
     dt_s: float
     accel_mps2: Mapping[int, Series]
     notes: tuple[str, ...] = ()
@@ -163,23 +169,19 @@ def read_events(folder: Path, station: Station) -> list[Event]:
 
     Raises `InputError` for a folder without files, another station or missing channels.
     """
-    folders = [folder, *sorted(path for path in folder.glob("*") if path.is_dir())]
-    events = [read_event(each, station) for each in folders if _files(each)]
+    folders = [folder, *(path for path in folder.glob("*") if path.is_dir())]
+    files = {each: sorted(each.glob("*.[vV]2")) for each in folders}
+    events = [_event(each, paths, station) for each, paths in files.items() if paths]
     if not events:
         raise InputError(f"{folder}: no .V2 file of an event, here or in its folders")
     return sorted(events, key=lambda event: event.date)
 
 
-def _files(folder: Path) -> list[Path]:
-    return sorted(path for path in folder.glob("*") if path.suffix.lower() == ".v2")
-
-
-def read_event(folder: Path, station: Station) -> Event:
-    """Return one event from the files of a folder; see `read_events` for errors."""
+def _event(folder: Path, paths: list[Path], station: Station) -> Event:
     found: dict[int, Series] = {}
     steps_s: set[float] = set()
-    date = ""
-    for path in _files(folder):
+    date = folder.name
+    for path in paths:
         text = read_text(path, MAX_V2_BYTES)
         headers = [text[title.start() :][:2500] for title in _TITLE.finditer(text)]
         for number, header in enumerate(headers, start=1):
@@ -196,21 +198,7 @@ def read_event(folder: Path, station: Station) -> Event:
             trace = read_trace(path, Given(channel=number))
             found[int(channel[1])] = trace.accel_mps2
             steps_s.add(trace.dt_s)
-            date = date or _date(header)
-    return _complete(found, steps_s, date, folder, station)
-
-
-def _date(header: str) -> str:
-    for month, day, year in _DATE.findall(header):
-        if month.capitalize() in _MONTHS:
-            return f"{year}-{_MONTHS.index(month.capitalize()):02d}-{int(day):02d}"
-    return ""
-
-
-def _complete(
-    found: dict[int, Series], steps_s: set[float], date: str, folder: Path, station: Station
-) -> Event:
-    """Return the event with its replaced channels; raise `InputError` if it cannot be used."""
+            date = _date(header) or date
     if missing := sorted(station.required - found.keys()):
         raise InputError(
             f"{folder}: channel {', '.join(map(str, missing))} of station {station.station} is "
@@ -219,21 +207,23 @@ def _complete(
     if len(steps_s) > 1:
         raise InputError(f"{folder}: time steps of {sorted(steps_s)} s; one event has one step")
     notes: list[str] = []
-    for ground in (each for pair in station.ground.values() for each in pair.values()):
-        if ground.channel not in found and ground.instead is not None:
-            found[ground.channel] = found[ground.instead]
-            notes.append(f"channel {ground.instead} replaces channel {ground.channel}")
-    notes += [
-        f"channel {quantity.channel} is missing: no {quantity.name}"
-        for quantity in station.quantities
-        if quantity.channel not in found
-    ]
+    for each in station.grounds:
+        if each.channel not in found and each.instead is not None:
+            found[each.channel] = found[each.instead]
+            notes.append(f"channel {each.instead} replaces channel {each.channel}")
+    absent = [each for each in station.quantities if each.channel not in found]
+    notes += [f"channel {each.channel} is missing: no {each.name}" for each in absent]
+    # ASSUME recorders of one event start together; those of Painter Street do, within 6 ms
     count = min(values.size for values in found.values())
     cut = {channel: values[:count] for channel, values in sorted(found.items())}
-    step_s = steps_s.pop()
-    return Event(
-        date=date or folder.name, folder=folder, dt_s=step_s, accel_mps2=cut, notes=tuple(notes)
-    )
+    return Event(date=date, dt_s=steps_s.pop(), accel_mps2=cut, notes=tuple(notes))
+
+
+def _date(header: str) -> str:
+    for month, day, year in _DATE.findall(header):
+        if month.capitalize() in _MONTHS:
+            return f"{year}-{_MONTHS.index(month.capitalize()):02d}-{int(day):02d}"
+    return ""
 
 
 def strong_part(accel: Series, dt_s: float) -> slice:

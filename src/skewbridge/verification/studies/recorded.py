@@ -7,10 +7,10 @@ show what the recording can decide.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -26,7 +26,6 @@ from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from skewbridge.verification.references.station import (
     Event,
-    Period,
     Quantity,
     Series,
     Station,
@@ -41,83 +40,60 @@ from skewbridge.verification.registry import Panel, Study, drawn
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+type Histories = Mapping[str, Series]
+
 DT_S: Final = 0.005
 CM: Final = 0.01
-SKIPPED: Final = "skipped: it needs recordings, give their folder with --records DIR"
 #: Time before the strong part that is analysed, so that the model has forgotten its start.
 _BEFORE_S: Final = 6.0
 _AFTER_S: Final = 2.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Case:
+class Case(NamedTuple):
     """A model of the bridge; with `uniform`, all supports have the motion of the bent."""
 
-    bridge: str
-    skew_deg: float
-    gap_mm: float
-    friction: float
-    options: ModelOptions = field(default_factory=ModelOptions)
+    variant: Variant
+    options: ModelOptions
     uniform: bool = False
 
     @classmethod
     def of(cls, station: Station, bridge: str | None = None) -> "Case":
-        """Return the model of a station without changes."""
-        return cls(
-            bridge=bridge or station.bridge,
-            skew_deg=station.skew_deg,
-            gap_mm=station.gap_mm,
-            friction=station.friction,
-            options=checked(ModelOptions, dict(station.model), station.title),
-        )
-
-    @property
-    def variant(self) -> Variant:
-        """Its variant."""
-        axes = {"skew_deg": self.skew_deg, "gap_mm": self.gap_mm, "friction": self.friction}
-        return Variant.at(self.bridge, "contact_friction", axes)
+        """Return the model of a station, or of another bridge file, without changes."""
+        axes = {name: getattr(station, name) for name in ("skew_deg", "gap_mm", "friction")}
+        variant = Variant.at(bridge or station.bridge, "contact_friction", axes)
+        return cls(variant, checked(ModelOptions, dict(station.model), station.title))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recording:
-    """The strong part of an event and its quantities in the band, by name.
+    """The strong part of an event, with recorded quantities and those of the null, by name.
 
-    Attributes:
-        part: Samples of the strong part in those of `event`, which starts `_BEFORE_S` before it.
-        recorded: Recorded quantities.
-        null: Quantities of a deck that rides on its ends.
+    `part` are the samples of the strong part in those of `event`, which starts `_BEFORE_S` earlier.
     """
 
     event: Event
     part: slice
-    recorded: Mapping[str, Series]
-    null: Mapping[str, Series]
-
-    @property
-    def times_s(self) -> Series:
-        """Times of the strong part."""
-        return np.arange(self.part.start, self.part.stop) * self.event.dt_s
+    recorded: Histories
+    null: Histories
 
 
 def recording_of(event: Event, station: Station) -> Recording:
     """Return the recording of an event, cut to its strong part and the time before it."""
     dt_s, accel = event.dt_s, event.accel_mps2
     strong = strong_part(accel[station.period[0]], dt_s)
-    first = max(0, strong.start - round(_BEFORE_S / dt_s))
-    part = slice(strong.start - first, strong.stop - first)
+    first, last = max(0, strong.start - round(_BEFORE_S / dt_s)), round(_AFTER_S / dt_s)
 
     def quantity(each: Quantity, weights: Mapping[int, float]) -> Series:
-        moved = sum(weight * accel[channel] for channel, weight in weights.items())
+        moved = np.add.reduce([weight * accel[channel] for channel, weight in weights.items()])
         if each.to is None:
-            return each.factor * in_band(np.asarray(moved), dt_s)[strong] / G_MPS2
+            return each.factor * in_band(moved, dt_s)[strong] / G_MPS2
         return each.factor * in_band(moved - accel[each.to], dt_s, -2)[strong] / CM
 
     known = [each for each in station.quantities if each.channel in accel]
-    last = strong.stop + round(_AFTER_S / dt_s)
-    cut = {channel: values[first:last] for channel, values in accel.items()}
+    cut = {channel: values[first : strong.stop + last] for channel, values in accel.items()}
     return Recording(
         event=replace(event, accel_mps2=cut),
-        part=part,
+        part=slice(strong.start - first, strong.stop - first),
         recorded={each.name: quantity(each, {each.channel: 1.0}) for each in known},
         null={each.name: quantity(each, each.rides_on) for each in known},
     )
@@ -125,133 +101,99 @@ def recording_of(event: Event, station: Station) -> Recording:
 
 def predicted(
     recording: Recording, station: Station, case: Case, *, dt_s: float = DT_S
-) -> dict[str, Series]:
+) -> Histories:
     """Return the quantities of a model in the strong part; raise `RuntimeError` if it fails."""
     event, step_s = recording.event, recording.event.dt_s
     motions = event.motions(station)
-    bent = next(name for name in motions if name.startswith("bent"))
+    bent = motions["bent 1"]
     if case.uniform:
-        motions = dict.fromkeys(motions, motions[bent])
-    result = analyse(
-        case.variant,
-        Excitation(motion=motions[bent], supports=motions),
-        AnalysisSettings(dt_s=dt_s, contact_dt_s=min(dt_s, DT_S)),
-        case.options,
-        histories=True,
-    )
+        motions = dict.fromkeys(motions, bent)
+    settings = AnalysisSettings(dt_s=dt_s, contact_dt_s=min(dt_s, DT_S))
+    shaken = Excitation(motion=bent, supports=motions)
+    result = analyse(case.variant, shaken, settings, case.options, histories=True)
     if result.histories is None or result.status != "ok":
         raise RuntimeError(f"{event.date}: {result.status} {'; '.join(result.messages)}")
-    times_s = np.arange(motions[bent].npts) * step_s
-    found: dict[str, Series] = {}
+    times_s, found = np.arange(bent.npts) * step_s, dict[str, Series]()
     for each in station.quantities:
         if each.name not in recording.recorded:
             continue
-        axis = "y" if "_y_" in each.deck or "_uy_" in each.deck else "x"
         disp = np.interp(times_s, result.histories["t_s"], result.histories[each.deck])
-        ground = motions[each.support].components["xy".index(axis)]
         if each.to is None:
-            accel = in_band(disp, step_s, 2) + in_band(ground, step_s)
-            found[each.name] = accel[recording.part] / G_MPS2
+            ground = motions[each.support].components["xy".index(each.axis)]
+            moved = (in_band(disp, step_s, 2) + in_band(ground, step_s)) / G_MPS2
         else:
-            found[each.name] = in_band(disp, step_s)[recording.part] / CM
+            moved = in_band(disp, step_s) / CM
+        found[each.name] = moved[recording.part]
     return found
 
 
-# --- changes of the model: what the recording can decide
-
-
 def changed_cases(station: Station, folder: Path) -> dict[str, Case]:
-    """Return changes of the model, by name; bridges of changed numbers are written to a folder."""
-    case, data = Case.of(station), load_bridge(station.bridge)
-    files = {"rigid deck": _stiff_deck(data.deck.inertia_transverse_m4)}
-    if (ends := _equal_ends(station.bridge)) is not None:
-        files["equal ends"] = ends
-    changed: dict[str, Case] = {
-        "uniform input": replace(case, uniform=True),
-        "no skew": replace(case, skew_deg=0.0),
-        "square bents": replace(case, options=replace(case.options, bent_skew="square")),
-        "fixed bases": replace(case, options=replace(case.options, foundation="fixed")),
+    """Return changes of the model, by name; changed bridges are written to a folder."""
+    case = Case.of(station)
+    variant, options, _ = case
+    changed = {
+        "uniform input": case._replace(uniform=True),
+        "no skew": case._replace(variant=replace(variant, skew_deg=0.0)),
+        "square bents": case._replace(options=replace(options, bent_skew="square")),
+        "fixed bases": case._replace(options=replace(options, foundation="fixed")),
     }
+    stiff_m4 = 100.0 * load_bridge(station.bridge).deck.inertia_transverse_m4
+    files = {"rigid deck": f"deck: {{inertia_transverse_m4: {stiff_m4}}}"}
+    both = load_bridge(station.bridge).ends.values()
+    if len(ends := [end for end in both if isinstance(end, IntegralData)]) == 2:
+        fill = np.prod([end.backfill.stiffness_mn_per_m for end in ends]) ** 0.5
+        piles = np.prod([end.piles.lateral_kn_per_m for end in ends]) ** 0.5
+        mean = f"{{backfill: {{stiffness_mn_per_m: {fill}}}, piles: {{lateral_kn_per_m: {piles}}}}}"
+        files["equal ends"] = f"abutments: {{left: {mean}, right: {mean}}}"
     for name, text in files.items():
         path = folder / f"{name.replace(' ', '_')}.yaml"
         path.write_text(f"extends: {station.bridge}\nsource: 'd: {name}'\n{text}", encoding="utf-8")
-        changed[name] = replace(case, bridge=str(path))
+        changed[name] = Case.of(station, str(path))
     if station.other:
-        joint = replace(case, bridge=station.other)
-        changed |= {
-            "west end with a joint": joint,
-            "joint, friction 0": replace(joint, friction=0.0),
-            "joint, gap -50 %": replace(joint, gap_mm=0.5 * case.gap_mm),
-            "joint, gap +50 %": replace(joint, gap_mm=1.5 * case.gap_mm),
+        joint = Case.of(station, station.other)
+        changed |= {"west end with a joint": joint} | {
+            f"joint, {name}": joint._replace(variant=replace(joint.variant, **change))
+            for name, change in {
+                "friction 0": {"friction_pct": 0},
+                "gap -50 %": {"gap_mm": 0.5 * station.gap_mm},
+                "gap +50 %": {"gap_mm": 1.5 * station.gap_mm},
+            }.items()
         }
     return changed
 
 
-def _stiff_deck(inertia_m4: float) -> str:
-    return f"deck: {{inertia_transverse_m4: {100.0 * inertia_m4:.6g}}}\n"
-
-
-def _equal_ends(bridge: str) -> str | None:
-    """Return both ends with the geometric means of their stiffnesses, or None without such ends."""
-    both = load_bridge(bridge).ends.values()
-    ends = [end for end in both if isinstance(end, IntegralData)]
-    if len(ends) < len(both):
-        return None
-    fill = np.prod([end.backfill.stiffness_mn_per_m for end in ends]) ** 0.5
-    piles = np.prod([end.piles.lateral_kn_per_m for end in ends]) ** 0.5
-    mean = f"{{backfill: {{stiffness_mn_per_m: {fill}}}, piles: {{lateral_kn_per_m: {piles}}}}}"
-    return f"abutments:\n  left: {mean}\n  right: {mean}\n"
-
-
 def comparison(found: Series, recorded: Series) -> dict[str, float]:
-    """Return peak ratio, correlation and normalised error of a history."""
-    is_moving = np.ptp(found) > 0.0
+    """Return peak ratio, correlation (0 without motion) and normalised error of a history."""
     return {
         "peak_ratio": float(np.abs(found).max() / np.abs(recorded).max()),
-        "correlation": float(np.corrcoef(found, recorded)[0, 1]) if is_moving else 0.0,
+        "correlation": float(np.corrcoef(found, recorded)[0, 1]) if found.any() else 0.0,
         "error": float(np.linalg.norm(found - recorded) / np.linalg.norm(recorded)),
     }
-
-
-def cost(found: Mapping[str, Series], recorded: Mapping[str, Series], station: Station) -> float:
-    """Return the root mean square of the normalised errors of the quantities with limits."""
-    errors = [
-        comparison(found[each.name], recorded[each.name])["error"]
-        for each in station.quantities
-        if each.peak and each.name in recorded
-    ]
-    return float(np.sqrt(np.mean(np.square(errors))))
-
-
-# --- study
 
 
 def run_painter(study: Study) -> None:
     """Compare the Painter Street overcrossing with the recordings in the folder of the study."""
     if study.records is None:
-        if study.report_progress:
-            study.report_progress(f"{study.name}: {SKIPPED}")
+        study.say(f"{study.name}: skipped, it needs recordings: name a folder with --records DIR")
         return
     station = read_station("painter")
-    events = read_events(study.records, station)
     rows: list[dict[str, Any]] = []
     with TemporaryDirectory(prefix="skewbridge-") as folder:
-        cases = changed_cases(station, Path(folder))
-        for event in events:
-            if study.report_progress:
-                study.report_progress("; ".join([f"{event.date} ...", *event.notes]))
-            recording = recording_of(event, station)
-            model = predicted(recording, station, Case.of(station))
-            others = {name: predicted(recording, station, case) for name, case in cases.items()}
-            _compare(study, station, recording, model, others["uniform input"])
-            study.figures[event.date] = histories_figure(recording, model)
-            for name, found in {"model": model, "null": recording.null, **others}.items():
-                recorded = recording.recorded
-                total = cost(found, recorded, station)
+        cases = {"model": Case.of(station), **changed_cases(station, Path(folder))}
+        for event in read_events(study.records, station):
+            study.say("; ".join([f"{event.date} ...", *event.notes]))
+            of = recording_of(event, station)
+            models = {name: predicted(of, station, case) for name, case in cases.items()}
+            models = {"model": models.pop("model"), "null": of.null, **models}
+            _compare(study, station, of, models)
+            study.figures[event.date] = histories_figure(of, models["model"])
+            for name, found in models.items():
+                table = {key: comparison(found[key], of.recorded[key]) for key in of.recorded}
+                main = [e.name for e in station.quantities if e.peak and e.name in table]
+                cost = np.sqrt(np.mean([table[key]["error"] ** 2 for key in main]))
                 rows += [
-                    {"event": event.date, "model": name, "cost": total, "quantity": quantity}
-                    | comparison(found[quantity], recorded[quantity])
-                    for quantity in recorded
+                    {"event": event.date, "model": name, "cost": cost, "quantity": key} | agreement
+                    for key, agreement in table.items()
                 ]
     study.tables["rows"] = pd.DataFrame(study.comparisons)
     study.tables["changes"] = pd.DataFrame(rows)
@@ -259,11 +201,7 @@ def run_painter(study: Study) -> None:
 
 
 def _compare(
-    study: Study,
-    station: Station,
-    recording: Recording,
-    model: Mapping[str, Series],
-    uniform: Mapping[str, Series],
+    study: Study, station: Station, recording: Recording, models: Mapping[str, Histories]
 ) -> None:
     """Add the comparisons of one event: peaks of all quantities, and the period."""
     event = recording.event
@@ -271,96 +209,66 @@ def _compare(
     for each in station.quantities:
         if (recorded := recording.recorded.get(each.name)) is None:
             continue
-        value, reference = (float(np.abs(of).max()) for of in (model[each.name], recorded))
-        found = comparison(model[each.name], recorded)
+        found = {name: models[name][each.name] for name in ("model", "null", "uniform input")}
+        peak = {name: float(np.abs(values).max()) for name, values in found.items()}
+        model, null, uniform = (comparison(values, recorded) for values in found.values())
         least, most = each.peak.get(kind, (0.0, np.inf))
-        passed = (
-            least <= found["peak_ratio"] <= most
-            and found["correlation"] >= each.correlation.get(kind, -1.0)
-            and found["error"] <= each.error.get(kind, np.inf)
-        )
-        limits = f"{least:g} to {most:g} of the peak" if each.peak.get(kind) else "no limit"
-        source = f"channel {each.channel}, {kind}; {limits}"
-        name = f"{event.date} {each.name} ({each.unit})"
-        study.report(name, value, reference, source)
+        reference = float(np.abs(recorded).max())
+        source = f"channel {each.channel}, {kind}; peak ratio {least:g} to {most:g}"
+        study.report(f"{event.date} {each.name} ({each.unit})", peak["model"], reference, source)
         study.comparisons[-1] |= {
-            "pass": passed,
+            "pass": least <= model["peak_ratio"] <= most
+            and model["correlation"] >= each.correlation.get(kind, -1.0)
+            and model["error"] <= each.error.get(kind, np.inf),
             "tolerance": (most - 1.0) * reference if np.isfinite(most) else None,
             "event": event.date,
             "kind": kind,
-            "null": float(np.abs(recording.null[each.name]).max()),
-            "null_correlation": comparison(recording.null[each.name], recorded)["correlation"],
-            "uniform": float(np.abs(uniform[each.name]).max()),
-            "uniform_correlation": comparison(uniform[each.name], recorded)["correlation"],
-            "correlation": found["correlation"],
-            "error": found["error"],
+            "null": peak["null"],
+            "null_correlation": null["correlation"],
+            "uniform": peak["uniform input"],
+            "uniform_correlation": uniform["correlation"],
+            "correlation": model["correlation"],
+            "error": model["error"],
         }
-    of_record, of_model = periods(recording, station, model)
-    within = max(0.1 * of_record.period_s, of_record.half_range_s)
-    name = f"{event.date} period across (s)"
-    source = f"one mode, halves +- {of_record.half_range_s:.3f} s; ground {peak_g(event):.2f} g"
-    study.absolute(name, of_model.period_s, of_record.period_s, within, source)
-    study.comparisons[-1] |= {
-        "event": event.date,
-        "kind": kind,
-        "half_range": of_record.half_range_s,
-        "damping": of_record.damping,
-        "ground_g": peak_g(event),
-    }
-
-
-def peak_g(event: Event) -> float:
-    """Return the largest acceleration (g) of all channels of an event that are used."""
-    return max(float(np.abs(values).max()) for values in event.accel_mps2.values()) / G_MPS2
-
-
-def periods(
-    recording: Recording, station: Station, model: Mapping[str, Series]
-) -> tuple[Period, Period]:
-    """Return the identified periods of the recording and of the model, with the same inputs."""
-    event, part = recording.event, recording.part
     output, *inputs = station.period
-    ground = [in_band(event.accel_mps2[channel], event.dt_s)[part] for channel in inputs]
-    name = next(e.name for e in station.quantities if e.channel == output and e.to is None)
-    recorded, found = (
-        identified_period(of[name] * G_MPS2, np.column_stack(ground), event.dt_s)
-        for of in (recording.recorded, model)
+    grounds = [in_band(event.accel_mps2[c], event.dt_s)[recording.part] for c in inputs]
+    top = next(e.name for e in station.quantities if e.channel == output and e.to is None)
+    own, model = (
+        identified_period(of[top] * G_MPS2, np.column_stack(grounds), event.dt_s)
+        for of in (recording.recorded, models["model"])
     )
-    return recorded, found
+    ground_g = max(float(np.abs(a).max()) for a in event.motions(station)["left"].components)
+    source = f"halves +- {own.half_range_s:.3f} s; ground at the left end {ground_g / G_MPS2:.2f} g"
+    within = max(0.1 * own.period_s, own.half_range_s)
+    study.absolute(f"{event.date} period across (s)", model.period_s, own.period_s, within, source)
+    study.comparisons[-1] |= {"event": event.date, "kind": kind, "half_range": own.half_range_s}
 
 
-def histories_figure(recording: Recording, model: Mapping[str, Series]) -> "Figure":
+def histories_figure(recording: Recording, model: Histories) -> "Figure":
     """Return recorded and predicted histories of all quantities around the largest one."""
-    times_s, name = recording.times_s, f"recorded {recording.event.date}"
-    first = next(iter(recording.recorded.values()))
-    middle_s = times_s[np.abs(first).argmax()]
-    panels = [
-        Panel(
-            "time (s)",
-            "cm" if "drift" in quantity or "ground" in quantity else "g",
-            {
-                name: (times_s, recorded, {"color": "0.25", "lw": 1.3}),
-                "predicted": (times_s, model[quantity], {"color": "C3", "lw": 0.9}),
-            },
-            quantity,
-            {"xlim": (middle_s - 2.0, middle_s + 6.0)},
-        )
-        for quantity, recorded in recording.recorded.items()
-    ]
+    event, part = recording.event, recording.part
+    times_s, name = np.arange(part.start, part.stop) * event.dt_s, f"recorded {event.date}"
+    middle_s = times_s[np.abs(next(iter(recording.recorded.values()))).argmax()]
+    limits = {"xlim": (middle_s - 2.0, middle_s + 6.0)}
+    panels: list[Panel] = []
+    for quantity, recorded in recording.recorded.items():
+        lines = {
+            name: (times_s, recorded, {"color": "0.25", "lw": 1.3}),
+            "predicted": (times_s, model[quantity], {"color": "C3", "lw": 0.9}),
+        }
+        unit = "cm" if "drift" in quantity or "ground" in quantity else "g"
+        panels.append(Panel("time (s)", unit, lines, quantity, limits))
     return drawn(panels, columns=2, height_in=1.5 * ((len(panels) + 1) // 2) + 0.4)
 
 
 def changes_figure(changes: pd.DataFrame) -> "Figure":
-    """Return the error of each change of the model, one line per event."""
+    """Return the error of each change of the model, one colour per event."""
     costs = changes.drop_duplicates(["event", "model"])
     names = list(dict.fromkeys(costs["model"]))[::-1]
+    places, dots = np.arange(len(names)), {"marker": "o", "ls": "", "ms": 4}
     lines = {
-        str(event): (
-            rows.set_index("model")["cost"].reindex(names),
-            np.arange(len(names)),
-            {"marker": "o", "ls": "", "ms": 4},
-        )
+        str(event): (rows.set_index("model")["cost"].reindex(names), places, dots)
         for event, rows in costs.groupby("event")
     }
-    axes = {"yticks": np.arange(len(names)), "yticklabels": names, "xlim": (0.0, None)}
+    axes = {"yticks": places, "yticklabels": names, "xlim": (0.0, None)}
     return drawn([Panel("normalised error", "", lines, options=axes)], height_in=3.8)
