@@ -107,7 +107,7 @@ class SupportInput:
                 f"got {', '.join(motions)}"
             )
         self._slope = tan(radians(model.variant.skew_deg))
-        self._ground, self._centre = ground, model.frame.centre_node
+        self._ground = ground
         step_s = ground.dt_s / _POINTS_PER_STEP
         times = np.arange(0.0, ground.shaken_s + step_s / 2, step_s)
         self._step_s = step_s
@@ -149,15 +149,13 @@ class SupportInput:
         x, y = ops.nodeCoord(node)[:2]
         return min(self._places, key=lambda name: abs(self._places[name] - x - self._slope * y))
 
-    def moved_m(self, name: str, times_s: Matrix) -> Matrix:
-        """Return the imposed displacement of a support along x and y, shape (n, 2)."""
-        return np.column_stack(
-            [np.interp(times_s / self._step_s, np.arange(len(of)), of) for of in self._disp[name].T]
-        )
-
     def relative(self, trace: ResponseTrace) -> ResponseTrace:
         """Return a trace with displacements relative to the ground of the support of each node."""
-        moved = {name: self.moved_m(name, trace.time_s) for name in self._places}
+        rows = trace.time_s / self._step_s
+        moved = {
+            name: np.column_stack([np.interp(rows, np.arange(len(of)), of) for of in disp.T])
+            for name, disp in self._disp.items()
+        }
         nodes: dict[int, Matrix] = {}
         for node, disp in trace.nodes.items():
             nodes[node] = disp.copy()
