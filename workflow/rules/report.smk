@@ -11,6 +11,7 @@ rule figures:
         friction_pair=rules.friction_pair.output.histories,
         curves=rules.fit_fragility.output.curves,
         medians=rules.fit_fragility.output.medians,
+        system=rules.fit_fragility.output.system,
         effects=rules.fit_fragility.output.effects,
         intensity_effects=rules.fit_fragility.output.intensity_effects,
     output:

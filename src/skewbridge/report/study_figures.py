@@ -9,6 +9,7 @@ from fnmatch import fnmatchcase
 from functools import partial
 from importlib.resources import files
 from io import BytesIO
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
@@ -24,17 +25,26 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import figure_metadata, read_frame
 from skewbridge.files.text import shortened, write_text
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
+from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.fragility.verdicts import DECIDED
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.report import appearance, fragility_figures, run_figures
 from skewbridge.report.answer import listed, model_name, number
 from skewbridge.report.motion_figures import applied_spectra
+from skewbridge.report.pooled_curves import (
+    STATE,
+    curves_figure,
+    main_curves,
+    pooled_curves,
+    state_text,
+    with_system,
+)
 from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.repeats import read_friction_pair
 from skewbridge.units import INCH, MM
-from skewbridge.variant.axes import AXES
+from skewbridge.variant.axes import AXES, axis
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
 #: Templates of the captions for each kind of figure.
@@ -43,10 +53,10 @@ CAPTIONS: Final[Mapping[str, Mapping[str, str]]] = yaml.safe_load(
 )
 #: Sections of the figures, in the order of the gallery of the page.
 SECTIONS: Final = tuple(dict.fromkeys(caption["section"] for caption in CAPTIONS.values()))
-_TABLES: Final = ("demands", "curves", "effects", "intensity_effects")
+_TABLES: Final = ("demands", "curves", "effects", "medians", "system", "intensity_effects")
 _TEXTS: Final = appearance.templates(
-    *(appearance.demand_name, appearance.in_words, appearance.plain_label, listed),
-    *(appearance.threshold_text, appearance.variant_text),
+    *(appearance.demand_name, appearance.in_words, appearance.plain_label, listed, state_text),
+    *(appearance.threshold_text, appearance.value_text),
 )
 PNG_DPI: Final = 300
 #: Least number of figures per process: a start takes as long as drawing five figures.
@@ -85,6 +95,8 @@ class FigureTables:
     demands: pd.DataFrame
     curves: pd.DataFrame
     effects: pd.DataFrame  # effects on demands
+    medians: pd.DataFrame  # effects on median capacities
+    system: pd.DataFrame  # curves of the whole bridge
     intensity_effects: pd.DataFrame
     suite: Sequence[SuiteMotion]
     pair: tuple[Variant, str, dict[str, pd.DataFrame]] | None  # see `read_friction_pair`
@@ -93,22 +105,37 @@ class FigureTables:
 
 
 def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    """Yield caption and drawing function of each figure; those of single models come first."""
+    """Yield caption and drawing function of each figure; the main curves come first."""
     tables = replace(tables, demands=with_derived_columns(tables.demands))
+    drawn = with_system(tables.curves, tables.system)
+    pooled = pooled_curves(drawn, tables.medians)
+    for name, table in main_curves(pooled).items():
+        yield _curve_figure("main", name, table, drawn, tables.demands)
     models = tables.demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
         code = ABUTMENTS[abutment].code if abutment in ABUTMENTS else abutment
         start, model = f"{bridge}_{code}_", model_name(bridge, abutment)
+
+        def of_model(table: pd.DataFrame, model: Any = (bridge, abutment)) -> pd.DataFrame:
+            return table[(table["bridge"] == model[0]) & (table["abutment"] == model[1])]
+
         own = {
-            name: table[(table["bridge"] == bridge) & (table["abutment"] == abutment)]
+            name: of_model(table)
             for name, table in vars(tables).items()
             if isinstance(table, pd.DataFrame)
         }
-        for figures in (_curve_figures, _cloud_figures, _intensity_figures, _choice_figures):
-            for caption, draw in figures(replace(tables, **own)):
-                title = f"{model}: {caption.title}"
-                name = re.sub(r"[^\w.-]+", "-", start + caption.name)  # part of file names
-                yield replace(caption, name=name, title=title, model=model), draw
+        components = of_model(pooled).groupby("component", sort=False)
+        curves = (
+            _curve_figure("curves", str(name), table, of_model(drawn), own["demands"])
+            for name, table in components
+            if not set(table.index) <= set(pd.concat(main_curves(pooled).values()).index)
+        )
+        own_tables = replace(tables, **own)
+        drawings = (_cloud_figures, _intensity_figures, _choice_figures)
+        for caption, draw in chain(curves, *(figures(own_tables) for figures in drawings)):
+            title = f"{model}: {caption.title}"
+            name = re.sub(r"[^\w.-]+", "-", start + caption.name)  # part of file names
+            yield replace(caption, name=name, title=title, model=model), draw
     for figures in (_skew_figures, _round_figures, _history_figures):
         yield from figures(tables)
     if tables.suite:
@@ -125,26 +152,21 @@ def _caption(kind: str, **values: Any) -> Caption:
     return Caption(**texts)
 
 
-def _curve_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    curves = tables.curves
-    shown = fragility_figures.shown_curves(curves)
-    for component, rows in appearance.groups_of(shown, ["component"]):
-        drawn = rows[rows["preferred"]]
-        if drawn.empty:  # medians known by brackets only are in the tables
-            continue
-        first = drawn[drawn["limit_state"] == drawn["limit_state"].iloc[0]].sort_values("theta")
-        caption = _caption(
-            "curves",
-            component=component[0],
-            drawn=drawn,
-            shown=len(rows),
-            low=first.iloc[0],
-            high=first.iloc[-1],
-            axes=appearance.shown_axes(curves),
-            banded=appearance.VariantLayout(curves).banded_text,
-        )
-        draw = partial(fragility_figures.fragility_curves, curves, tables.demands, component[0])
-        yield caption, draw
+def _curve_figure(
+    kind: str, name: str, table: pd.DataFrame, curves: pd.DataFrame, demands: pd.DataFrame
+) -> StudyFigure:
+    first = table[(table[list(STATE)] == table[list(STATE)].iloc[0]).all(axis=1)]
+    caption = _caption(
+        kind,
+        component=name,
+        im=str(curves["im"].iloc[0]),
+        first=first.iloc[0],
+        last=first.iloc[-1],
+        changed=axis(first["axis"].iloc[0]),
+        effect_level=EFFECT_CONFIDENCE,
+        table=table,
+    )
+    return caption, partial(curves_figure, table, curves, demands)
 
 
 def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
@@ -166,7 +188,8 @@ def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
             below=(complete & (demands[name] < least)).sum(),
             above=(known > mildest["threshold"]).sum(),
         )
-        yield caption, partial(fragility_figures.demand_clouds, demands, curves, name)
+        draw = partial(fragility_figures.demand_clouds, demands, curves, tables.effects, name)
+        yield caption, draw
 
 
 def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
