@@ -8,11 +8,20 @@ import re
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from importlib.resources import files
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
-from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+import yaml
+from jinja2 import (
+    ChoiceLoader,
+    DictLoader,
+    Environment,
+    PackageLoader,
+    StrictUndefined,
+    select_autoescape,
+)
 from matplotlib.axis import Axis as DrawnAxis
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
@@ -49,6 +58,10 @@ STYLE: Final[Any] = {
     "font.size": 9,
     "legend.frameon": False,
 }
+#: Texts of the figures by kind, and of the page (key ``page``), as templates.
+TEXTS: Final[Mapping[str, Mapping[str, str]]] = yaml.safe_load(
+    (files("skewbridge.report") / "captions.yaml").read_text("utf-8")
+)
 #: Largest number of bands in a panel: more would hide each other.
 MAX_BANDS: Final = 2
 _MANY: Final = 2000.0  # ratio of the ends of an axis above which only decades have ticks
@@ -162,7 +175,8 @@ def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:
 def templates(*functions: Callable[..., Any]) -> Environment:
     """Return the environment of all templates, with ``functions`` as functions and filters."""
     escaped = select_autoescape(("html.j2", "css.j2"), default_for_string=False)
-    loader = PackageLoader("skewbridge.report")
+    texts = DictLoader({f"{name}.html.j2": text for name, text in TEXTS["page"].items()})
+    loader = ChoiceLoader([PackageLoader("skewbridge.report"), texts])
     environment = Environment(loader=loader, autoescape=escaped, undefined=StrictUndefined)
     named = {function.__name__: function for function in functions}
     environment.globals.update(named)

@@ -45,7 +45,7 @@ def model_figure(geometry: ModelGeometry) -> Figure:
     elevation.set(xlabel="x, longitudinal (m)", ylabel="z above soffit (m)")
     elevation.set_title("elevation (heights stretched)", fontsize=10)
     corners = np.array(geometry.deck_outline)
-    right = corners[corners[:, 0] > 0.0]
+    right = corners[corners[:, 0] > corners[:, 0].mean()]
     low, high = right.min(axis=0) - _AROUND_M, right.max(axis=0) + _AROUND_M
     end.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     end.set_title("right abutment", fontsize=10)

@@ -96,7 +96,7 @@ def demand_clouds(
     axes.set(xlim=(im.min() / 1.15, im.max() * 1.15), ylim=(least / 1.8, 1.6 * top))
     plain_log_ticks(axes.xaxis)
     plain_log_ticks(axes.yaxis)
-    name_lines(axes, f"{len(demands)} analyses; colours and mean lines by {lead.label.lower()}")
+    name_lines(axes, f"{len(demands)} analyses, colours by {lead.label.lower()}:")
     low, high = np.log(axes.get_ylim())
     height = -np.inf
     for name, threshold in sorted(thresholds.items(), key=lambda item: item[1]):

@@ -26,7 +26,6 @@ from skewbridge.variant.axes import Axis, axes_of, axis
 #: Component name of the series system of all components of a bridge.
 WHOLE_BRIDGE: Final = "whole_bridge"
 STATE: Final = (*BRIDGE_COLUMNS, "component", "limit_state")
-_COLUMNS_OF_PANELS: Final = 4
 _LINE_IN: Final = 0.17  # height of a line of text above a panel
 _SURE: Final = 1e-12  # smallest probability that is transformed to a normal variate
 
@@ -160,32 +159,39 @@ def state_text(component: str, state: str, demand: str, threshold: float) -> str
     return f"{words} ({appearance.threshold_text(demand, threshold)})"
 
 
+def three_digits(value: float) -> str:
+    """Return a number with three significant digits, such as ``1.60``."""
+    return f"{value:#.3g}".rstrip(".")
+
+
 def value_words(row: Mapping[str, Any], unit: str) -> str:
     """Return a value with its median, and the ratio of medians to the first value."""
-    text = f"{appearance.value_text(axis(row['axis']), row['value'])}: {row['theta']:.2f} {unit}"
-    text += " †" if row["n_extrapolated"] else ""
+    text = f"{appearance.value_text(axis(row['axis']), row['value'])}: "
+    text += f"{three_digits(row['theta'])} {unit}{' †' * (row['n_extrapolated'] > 0)}"
     if np.isfinite(row["ratio"]):
-        text += f", × {row['ratio']:.2f}"
+        text += f", × {three_digits(row['ratio'])}"
         if np.isfinite(row["ci_low"]):
-            text += f" [{row['ci_low']:.2f}, {row['ci_high']:.2f}]"
+            text += f" [{', '.join(three_digits(row[end]) for end in RATIOS[1:])}]"
     if row["n_curves"] < row["n_variants"]:
         text += f" ({row['n_curves']} of {row['n_variants']} variants)"
     return text
 
 
 @mpl.rc_context(STYLE)
-def curves_figure(table: pd.DataFrame, curves: pd.DataFrame, demands: pd.DataFrame) -> Figure:
+def curves_figure(
+    table: pd.DataFrame, curves: pd.DataFrame, demands: pd.DataFrame, columns: int = 3
+) -> Figure:
     """Draw pooled curves with bands, one panel per bridge, abutment model and state.
 
     Ticks are the runs with a known outcome: at the top those that exceed the state, at the bottom
     those that do not. ``table`` is from `pooled_curves`, ``curves`` from `with_system`.
     """
     groups = groups_of(table, STATE)
-    rows = -(-len(groups) // _COLUMNS_OF_PANELS)
+    rows = -(-len(groups) // columns)
     columns = -(-len(groups) // rows)
     lines = 2 + table.groupby(list(STATE)).size().max()
     height = (1.9 + _LINE_IN * lines) * rows + 0.2
-    figure = Figure(figsize=(3.3 * columns + 0.3, height), layout="constrained")
+    figure = Figure(figsize=(3.3 * max(columns, 2) + 0.3, height), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     im_column, demands = str(curves["im"].iloc[0]), with_derived_columns(demands)
     im = np.geomspace(0.7 * demands[im_column].min(), 1.3 * demands[im_column].max(), 160)
@@ -197,7 +203,7 @@ def curves_figure(table: pd.DataFrame, curves: pd.DataFrame, demands: pd.DataFra
         title = f"{state[0]}: {words}" if several else words[:1].upper() + words[1:]
         _draw_panel(axes, own, fits, demands, im)
         lead = axis(own["axis"].iloc[0])
-        name_lines(axes, f"{title}; median by {lead.label.lower()}")
+        name_lines(axes, title, f"median by {lead.label.lower()}:")
         axes.set_xlabel(appearance.shown_label(im_column)[0])
         axes.tick_params(labelbottom=True)
     for axes in panels[:, 0]:
@@ -229,11 +235,11 @@ def _draw_panel(
                 axes.plot(x, np.full(len(x), y), marker=marker, ls="", ms=3, color=color, alpha=0.4)
 
 
-def name_lines(axes: Axes, title: str) -> None:
-    """Write the title and the names of the lines above a panel, where they hide nothing."""
+def name_lines(axes: Axes, *titles: str) -> None:
+    """Write titles and the names of the lines above a panel, where they hide nothing."""
     look: dict[str, Any] = {"fontsize": 8, "title_fontsize": 9, "handlelength": 1.4}
-    axes.legend(loc="lower left", bbox_to_anchor=(-0.02, 1.0), title=fill(title, 42),
-                alignment="left", labelspacing=0.2, **look)  # fmt: skip
+    look |= {"title": "\n".join(fill(title, 44) for title in titles), "labelspacing": 0.2}
+    axes.legend(loc="lower left", bbox_to_anchor=(-0.02, 1.0), alignment="left", **look)
 
 
 def _outcomes(runs: pd.DataFrame, item: Mapping[Any, Any]) -> tuple[Any, Any]:

@@ -7,7 +7,6 @@ from dataclasses import asdict, dataclass, replace
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from functools import partial
-from importlib.resources import files
 from io import BytesIO
 from itertools import chain
 from pathlib import Path
@@ -15,7 +14,6 @@ from typing import Any, Final
 
 import matplotlib as mpl
 import pandas as pd
-import yaml
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
@@ -38,6 +36,7 @@ from skewbridge.report.pooled_curves import (
     main_curves,
     pooled_curves,
     state_text,
+    three_digits,
     with_system,
 )
 from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
@@ -48,14 +47,13 @@ from skewbridge.variant.axes import AXES, axis
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
 #: Templates of the captions for each kind of figure.
-CAPTIONS: Final[Mapping[str, Mapping[str, str]]] = yaml.safe_load(
-    (files("skewbridge.report") / "captions.yaml").read_text("utf-8")
-)
-#: Sections of the figures, in the order of the gallery of the page.
+CAPTIONS: Final = {kind: texts for kind, texts in appearance.TEXTS.items() if kind != "page"}
+#: Sections of the figures: the leading curves, then the gallery of the page in its order.
 SECTIONS: Final = tuple(dict.fromkeys(caption["section"] for caption in CAPTIONS.values()))
 _TABLES: Final = ("demands", "curves", "effects", "medians", "system", "intensity_effects")
 _TEXTS: Final = appearance.templates(
-    *(appearance.demand_name, appearance.in_words, appearance.plain_label, listed, state_text),
+    *(appearance.demand_name, appearance.in_words, appearance.plain_label, listed),
+    *(state_text, three_digits),
     *(appearance.threshold_text, appearance.value_text),
 )
 PNG_DPI: Final = 300
@@ -166,7 +164,8 @@ def _curve_figure(
         effect_level=EFFECT_CONFIDENCE,
         table=table,
     )
-    return caption, partial(curves_figure, table, curves, demands)
+    columns = 2 if kind == "main" else 3
+    return caption, partial(curves_figure, table, curves, demands, columns)
 
 
 def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
