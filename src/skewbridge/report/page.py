@@ -47,6 +47,7 @@ from skewbridge.report.pooled_curves import (
     pooled_curves,
     state_text,
     three_digits,
+    variants_text,
     with_system,
 )
 from skewbridge.report.study_figures import SECTIONS, Caption, draw_study, read_captions
@@ -416,7 +417,7 @@ def curve_rows(frames: Mapping[str, pd.DataFrame]) -> list[dict[str, Any]]:
             for row in records_of(part):
                 theta = _with_ends(row, ("theta", "theta_low", "theta_high"))
                 rows.append([
-                    appearance.named_value(axis_of(row["axis"]), row["value"]),
+                    appearance.named_value(axis_of(row["axis"]), row["value"]) + variants_text(row),
                     theta + " †" * (row["n_extrapolated"] > 0),
                     *(f"{row[name]:.2f}" for name in ("beta", "beta_total")),
                     f"{row['n_exceed']:.0f} of {row['n_runs']:.0f}",

@@ -15,7 +15,7 @@ from skewbridge.demands.validity import with_derived_columns
 from skewbridge.files.tables import Floats, records_of
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.limit_states import COLUMN_FAILURE, LimitState
+from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES, LimitState
 from skewbridge.fragility.outcomes import demand_outcomes
 from skewbridge.fragility.union import curve_probability, union_curve
 from skewbridge.fragility.verdicts import OK, RATIOS
@@ -96,7 +96,8 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     rows: list[dict[str, Any]] = []
     for (bridge, abutment, component), part in groups_of(curves, STATE[:3]):
         effects = medians[(medians["bridge"] == bridge) & (medians["abutment"] == abutment)]
-        lead = lead_axis(effects, set(component + "/" + part["limit_state"]), part)
+        names = set(component + "/" + part["limit_state"])
+        lead = lead_axis(effects, HEADLINE_STATES if component == WHOLE_BRIDGE else names, part)
         effects = effects[(effects["scope"] == "pooled") & (effects["axis"] == lead.name)]
         ratios = {(row["demand"], row["to_value"]): row for row in records_of(effects)}
         for (state,), own in groups_of(part, ["limit_state"]):
@@ -172,9 +173,13 @@ def value_words(row: Mapping[str, Any], unit: str) -> str:
         text += f", × {three_digits(row['ratio'])}"
         if np.isfinite(row["ci_low"]):
             text += f" [{', '.join(three_digits(row[end]) for end in RATIOS[1:])}]"
-    if row["n_curves"] < row["n_variants"]:
-        text += f" ({row['n_curves']} of {row['n_variants']} variants)"
-    return text
+    return text + variants_text(row)
+
+
+def variants_text(row: Mapping[str, Any]) -> str:
+    """Return how many variants have a curve; empty if all have one."""
+    some = row["n_curves"] < row["n_variants"]
+    return f" ({row['n_curves']} of {row['n_variants']} variants)" if some else ""
 
 
 @mpl.rc_context(STYLE)
