@@ -179,7 +179,7 @@ def value_words(row: Mapping[str, Any], unit: str) -> str:
 def variants_text(row: Mapping[str, Any]) -> str:
     """Return how many variants have a curve; empty if all have one."""
     some = row["n_curves"] < row["n_variants"]
-    return f" ({row['n_curves']} of {row['n_variants']} variants)" if some else ""
+    return f" ({row['n_curves']}/{row['n_variants']} variants)" if some else ""
 
 
 @mpl.rc_context(STYLE)
@@ -196,7 +196,7 @@ def curves_figure(
     columns = -(-len(groups) // rows)
     lines = 2 + table.groupby(list(STATE)).size().max()
     height = (1.9 + _LINE_IN * lines) * rows + 0.2
-    figure = Figure(figsize=(3.3 * max(columns, 2) + 0.3, height), layout="constrained")
+    figure = Figure(figsize=(3.4 * max(columns, 2) + 0.3, height), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     im_column, demands = str(curves["im"].iloc[0]), with_derived_columns(demands)
     im = np.geomspace(0.7 * demands[im_column].min(), 1.3 * demands[im_column].max(), 160)
@@ -242,7 +242,7 @@ def _draw_panel(
 
 def name_lines(axes: Axes, *titles: str) -> None:
     """Write titles and the names of the lines above a panel, where they hide nothing."""
-    look: dict[str, Any] = {"fontsize": 8, "title_fontsize": 9, "handlelength": 1.4}
+    look: dict[str, Any] = {"fontsize": 7.5, "title_fontsize": 9, "handlelength": 1.2}
     look |= {"title": "\n".join(fill(title, 44) for title in titles), "labelspacing": 0.2}
     axes.legend(loc="lower left", bbox_to_anchor=(-0.02, 1.0), alignment="left", **look)
 

@@ -107,8 +107,10 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     tables = replace(tables, demands=with_derived_columns(tables.demands))
     drawn = with_system(tables.curves, tables.system)
     pooled = pooled_curves(drawn, tables.medians)
-    for name, table in main_curves(pooled).items():
+    leading = main_curves(pooled)
+    for name, table in leading.items():
         yield _curve_figure("main", name, table, drawn, tables.demands)
+    further = pooled.drop(index=[row for table in leading.values() for row in table.index])
     models = tables.demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
         code = ABUTMENTS[abutment].code if abutment in ABUTMENTS else abutment
@@ -122,11 +124,11 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
             for name, table in vars(tables).items()
             if isinstance(table, pd.DataFrame)
         }
-        components = of_model(pooled).groupby("component", sort=False)
+        own_curves, own_drawn = of_model(pooled), of_model(drawn)
+        own_curves = own_curves[own_curves["component"].isin(of_model(further)["component"])]
         curves = (
-            _curve_figure("curves", str(name), table, of_model(drawn), own["demands"])
-            for name, table in components
-            if not set(table.index) <= set(pd.concat(main_curves(pooled).values()).index)
+            _curve_figure("curves", str(name), table, own_drawn, own["demands"])
+            for name, table in own_curves.groupby("component", sort=False)
         )
         own_tables = replace(tables, **own)
         drawings = (_cloud_figures, _intensity_figures, _choice_figures)
