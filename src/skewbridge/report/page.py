@@ -412,7 +412,7 @@ def curve_rows(frames: Mapping[str, pd.DataFrame]) -> list[dict[str, Any]]:
     for table in leading:
         for state, part in groups_of(table, STATE):
             fit = records_of(drawn[(drawn[list(STATE)] == list(state)).all(axis=1)])[0]
-            words = state_text(*state[2:], fit["demand"], fit["threshold"])
+            words = state_text(fit)
             rows: list[list[str]] = []
             for row in records_of(part):
                 theta = _with_ends(row, ("theta", "theta_low", "theta_high"))

@@ -56,11 +56,12 @@ def lead_axis(effects: pd.DataFrame, names: Collection[str], table: pd.DataFrame
     axis with several values in ``table``.
     """
     pooled = effects[(effects["scope"] == "pooled") & (effects["status"] == OK)]
-    pooled = pooled[pooled["ratio"] > 0.0].reset_index(drop=True)
+    pooled = pooled[pooled["ratio"] > 0.0]
     own = pooled[pooled["demand"].isin(names)]
     rows = own if len(own) else pooled
     if len(rows):
-        return axis(str(rows.loc[rows["ratio"].map(np.log).abs().idxmax(), "axis"]))
+        sizes = np.abs(np.log(rows["ratio"].to_numpy(np.float64)))
+        return axis(str(rows["axis"].iloc[int(sizes.argmax())]))
     axes = axes_of(table.columns)
     return next((each for each in axes if table[each.name].nunique() > 1), axes[0])
 
@@ -150,14 +151,15 @@ def _by_value(
     return rows
 
 
-def state_text(component: str, state: str, demand: str, threshold: float) -> str:
-    """Return a component and its state with its capacity, unless the name has the number."""
+def state_text(row: Mapping[Any, Any]) -> str:
+    """Return component and state of a row of curves with its capacity, unless the name has it."""
+    component, state, demand = row["component"], row["limit_state"], row.get("demand", "")
     words = f"{in_words(component)}, {in_words(state)}"
     if component == COLUMN_FAILURE:
         return in_words(component) if state == "any" else words
     if not demand or "dcr" in state:
         return words
-    return f"{words} ({appearance.threshold_text(demand, threshold)})"
+    return f"{words} ({appearance.threshold_text(demand, row['threshold'])})"
 
 
 def three_digits(value: float) -> str:
@@ -204,7 +206,7 @@ def curves_figure(
     for axes, (state, own) in zip(panels.flat, groups, strict=False):
         same = (curves[list(STATE)] == list(state)).all(axis=1)
         fits = curves[same]
-        words = state_text(*state[2:], fits["demand"].iloc[0], fits["threshold"].iloc[0])
+        words = state_text(records_of(fits)[0])
         title = f"{state[0]}: {words}" if several else words[:1].upper() + words[1:]
         _draw_panel(axes, own, fits, demands, im)
         lead = axis(own["axis"].iloc[0])
