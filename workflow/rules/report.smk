@@ -5,7 +5,6 @@ ON_REQUEST = {name: MADE_FROM[name] for name in ("modelling_choices", "check_pre
 rule figures:
     """Draw the figures of the report."""
     input:
-        **ROUNDS,
         demands=rules.collect_demands.output.demands,
         suite=rules.prepare_motions.output.suite,
         friction_pair=rules.friction_pair.output.histories,

@@ -9,14 +9,13 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import is_complete, with_derived_columns
 from skewbridge.files.tables import Floats, records_of
-from skewbridge.fragility.verdicts import CELL, DECIDED, OK
+from skewbridge.fragility.verdicts import OK
 from skewbridge.report import appearance
 from skewbridge.report.answer import model_name
 from skewbridge.report.appearance import (
@@ -181,35 +180,6 @@ def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed: Axis) -> None:
         for item in records_of(own[own["at_reference"]]):
             inside = "white" if item["clipped"] else colour
             axes.plot(item["im"], item["ratio"], "o", ms=5, color=colour, mfc=inside)
-
-
-@mpl.rc_context(STYLE)
-def widths_by_analyses(rounds: pd.DataFrame) -> Figure:
-    """Draw interval half-widths of the headline effects against the number of analyses.
-
-    A dot marks the round of the verdict; effects without a dot are undecided. Columns of the table:
-    `fragility.verdicts.ROUND_COLUMNS`.
-    """
-    rounds = rounds.assign(width=50.0 * np.log(rounds["ci_high"] / rounds["ci_low"]))
-    kinds = {"demand": "Demands", "median_capacity": "Median capacities"}
-    styles = {each.verdict: each for each in appearance.STYLES.values() if each.verdict in DECIDED}
-    dot: dict[str, Any] = {"marker": "o", "ls": "", "ms": 5, "mec": "#39434a"}
-    figure = Figure(figsize=(6.8, 3.0), layout="constrained")
-    panels = figure.subplots(1, 2, sharex=True, sharey=True)
-    for axes, (kind, title) in zip(panels, kinds.items(), strict=True):
-        for _, own in rounds[rounds["quantity"] == kind].groupby(list(CELL), sort=False):
-            line = own.sort_values("round")
-            axes.plot(line["analyses"], line["width"], color="#b9c0c5", linewidth=0.8)
-            for first in records_of(line[line["verdict"].isin(DECIDED)].head(1)):
-                fill_colour = styles[first["verdict"]].fill
-                axes.plot(first["analyses"], first["width"], color=fill_colour, **dot)
-        axes.set_title(title, fontsize=9)
-        axes.set_xlabel("Analyses of the study")
-    panels[0].set(yscale="log", ylabel="Half-width of the interval (%)")
-    plain_log_ticks(panels[0].yaxis)
-    handles = [Line2D([], [], color=each.fill, label=each.text, **dot) for each in styles.values()]
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
-    return figure
 
 
 def _ranked(choices: pd.DataFrame) -> dict[str, pd.DataFrame]:

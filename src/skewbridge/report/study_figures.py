@@ -24,7 +24,6 @@ from skewbridge.files.tables import figure_metadata, read_frame
 from skewbridge.files.text import shortened, write_text
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
-from skewbridge.fragility.verdicts import DECIDED
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.report import appearance, fragility_figures, run_figures
@@ -99,7 +98,6 @@ class FigureTables:
     suite: Sequence[SuiteMotion]
     pair: tuple[Variant, str, dict[str, pd.DataFrame]] | None  # see `read_friction_pair`
     choices: pd.DataFrame | None = None  # None before `make choices`
-    rounds: pd.DataFrame | None = None  # headline effects after each round
 
 
 def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
@@ -136,7 +134,7 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
             title = f"{model}: {caption.title}"
             name = re.sub(r"[^\w.-]+", "-", start + caption.name)  # part of file names
             yield replace(caption, name=name, title=title, model=model), draw
-    for figures in (_skew_figures, _round_figures, _history_figures):
+    for figures in (_skew_figures, _history_figures):
         yield from figures(tables)
     if tables.suite:
         caption = _caption("motions", scales=[item.scale for item in tables.suite])
@@ -240,23 +238,6 @@ def _skew_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     yield caption, partial(fragility_figures.skew_parts, rows)
 
 
-def _round_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    rounds, demands = tables.rounds, tables.demands
-    if rounds is None or rounds.empty:
-        return
-    last = rounds[rounds["round"] == rounds["round"].max()]
-    runs = len(tables.suite) * demands["incidence_deg"].nunique()
-    caption = _caption(
-        "rounds",
-        decided=last["verdict"].isin(DECIDED).sum(),
-        effects=len(last),
-        analyses=len(demands),
-        full=demands["variant"].nunique() * runs,
-        motions=len({each.motion.motion_id for each in tables.suite}),
-    )
-    yield caption, partial(fragility_figures.widths_by_analyses, rounds)
-
-
 def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     if tables.pair is None:
         return
@@ -278,13 +259,13 @@ def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 def read_tables(paths: Mapping[str, Path]) -> FigureTables:
     """Read the tables that the figures of a study are drawn from.
 
-    ``paths`` maps `_TABLES` to files, also suite, friction_pair, rounds and choices if made.
+    ``paths`` maps `_TABLES` to files, also suite, friction_pair and choices if made.
     """
     return FigureTables(
         **{name: read_frame(paths[name]) for name in _TABLES},
         suite=read_suite(paths["suite"]) if "suite" in paths else (),
         pair=read_friction_pair(paths["friction_pair"]) if "friction_pair" in paths else None,
-        **{name: read_frame(paths[name]) for name in ("choices", "rounds") if name in paths},
+        choices=read_frame(paths["choices"]) if "choices" in paths else None,
     )
 
 
@@ -325,7 +306,7 @@ def finished_figures(results: Path) -> list[StudyFigure]:
     """
     folder = StudyFolder(results)
     paths = folder.report_inputs | {"friction_pair": folder.friction_pair}
-    paths |= {"rounds": folder.rounds, "choices": folder.modelling_choices}
+    paths |= {"choices": folder.modelling_choices}
     for path in (paths[name] for name in _TABLES):
         if not path.is_file():
             raise InputError(f"{path} is missing: finish the study first", file=str(path))
