@@ -38,6 +38,7 @@ _SUPPORT: Final = "support_length_m"
 _LEAST: Final = {"disp_capacity_m": "capacity_m", "p_delta_capacity_m": "disp_at_p_delta_limit_m"}
 #: Columns of the demands table with the capacities of the model of each analysis.
 CAPACITIES: Final = (_SUPPORT, *_LEAST)
+#: Usual ranges: formula, ends of the ranges, and the words for a formula.
 _USUAL: Final = [(Formula(text), limits) for text, limits in TABLES["usual"].items()]
 #: Change of a rule's value above which an inherited number is stale.
 _STALE: Final = 0.1
@@ -120,7 +121,11 @@ def doubts(read: Completed) -> list[str]:
 
 def _outside_ranges(read: Completed) -> Iterator[str]:
     bridge = read.bridge
-    for formula, limits in _USUAL:
+    for formula, given in _USUAL:
+        limits = [each for each in given if not isinstance(each, str)]
+        name, keys = formula.text, ""
+        if isinstance(given[-1], str):
+            name, keys = given[-1], f" ({', '.join(formula.needs)})"
         values = {
             float(value)
             for number in range(len(bridge.bents) if "*" in formula.text else 1)
@@ -131,7 +136,7 @@ def _outside_ranges(read: Completed) -> Iterator[str]:
         for value in sorted(values):
             if not any(low <= value <= high for low, high in ranges):
                 usual = " or ".join(f"{low:g} to {high:g}" for low, high in ranges)
-                yield f"{formula.text} = {value:.3g} is outside the usual {usual}"
+                yield f"{name} = {value:.3g} is outside the usual {usual}{keys}"
 
 
 def _known(bridge: Any, number: int, need: str) -> Any:
@@ -152,7 +157,8 @@ def _far_from_rules(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iter
         worst = float(factors[np.abs(np.log(factors)).argmax()])
         if not 1 / rule.within <= worst <= rule.within:
             usual = ", ".join(f"{each:.4g}" for each in np.ravel(value))
-            yield f"{key} is {worst:.2g} times {usual} = {rule.formula.text} ({rule.src})"
+            worst = float(f"{worst:.2g}")
+            yield f"{key} is {worst:g} times {usual}, the value of its rule ({rule.src})"
 
 
 def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
