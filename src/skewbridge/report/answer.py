@@ -39,6 +39,7 @@ from skewbridge.report.appearance import (
     in_words,
     interval_text,
     margin_text,
+    number,
     shear_model_name,
     shown_value,
     value_text,
@@ -121,11 +122,6 @@ def effect_name(demand: Any) -> str:
         return f"{component} ({state})"
     label = demand_name(demand)
     return label[:1].lower() + label[1:]
-
-
-def number(value: float) -> str:
-    """Return a number as text with three significant digits, or as an integer from 100 up."""
-    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
 
 
 def largest_change(rows: Iterable[dict[str, Any]]) -> tuple[dict[str, Any], str, str]:
@@ -481,12 +477,13 @@ def failure_sentences(counts: pd.DataFrame, *, has_capacities: bool = True) -> t
     failed = f"Columns failed in {totals['n_failed']:.0f} of {totals['n_runs']:.0f} runs"
     if not has_capacities:
         failed, models = "The table has no column capacities, so no column failure is counted", ""
-    return (
-        f"{failed}{models}{': ' * bool(kinds)}{', '.join(kinds)}.",
-        f"{counted(int(totals['n_collapse']), 'run').capitalize()} collapsed. In "
-        f"{totals['n_bounds']:.0f} runs the demands are peaks up to a failure or an early stop, so "
-        "they are treated as lower bounds.",
-    )
+    further = f"{counted(int(totals['n_collapse']), 'run').capitalize()} collapsed."
+    if totals["n_bounds"] > 0:
+        further += (
+            f" In {totals['n_bounds']:.0f} runs the demands are peaks up to a failure or an early "
+            "stop, so they are treated as lower bounds."
+        )
+    return f"{failed}{models}{': ' * bool(kinds)}{', '.join(kinds)}.", further
 
 
 def shear_model_sentence(demands: pd.DataFrame) -> str:

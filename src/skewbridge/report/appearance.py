@@ -139,10 +139,16 @@ def shown_value(demand: str, value: float) -> tuple[float, str]:
     return factor * per_unit * value, f" {shown}".rstrip()
 
 
+def number(value: float, digits: int = 3) -> str:
+    """Return a number with significant digits, without an exponent if it is large."""
+    text = f"{value:.{digits}g}"
+    return f"{value:.0f}" if "e+" in text else text
+
+
 def threshold_text(demand: str, threshold: float) -> str:
     """Return the capacity of a limit state in its display unit as text."""
     value, unit = shown_value(demand, threshold)
-    return f"{value:.3g}{unit}"
+    return f"{number(value)}{unit}"
 
 
 def value_text(axis: Axis, value: float) -> str:

@@ -65,8 +65,7 @@ _NEEDED: Final = (*BRIDGE_COLUMNS, *_CHANGE, "demand", "n_motions", "needed_moti
 #: Columns of the ranked intensity measures; p tests whether residuals depend on a property.
 _MEASURES: Final = (
     *(*BRIDGE_COLUMNS, "demand", "im", "recommended", "proficiency", "efficiency", "practicality"),
-    *("r2", "p_magnitude", "p_ln_distance", "p_ln_scale", "p_ln_duration", "p_ln_shape"),
-    "p_best_proficiency",
+    *("p_magnitude", "p_ln_distance", "p_ln_scale", "p_ln_duration", "p_ln_shape"),
 )
 
 
@@ -184,7 +183,7 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
         "subtitle": subtitle(demands, str(curves["im"].iloc[0]), texts),
         "sketch_colours": dict(zip(("skew", "gap", "friction"), colours, strict=True)),
         "axis_texts": texts,
-        "answer": answer_rows(table, counts),
+        "answer": answer_rows(table, counts) | {"failures": has_capacities},
         "failures": answer.failure_sentences(counts, has_capacities=has_capacities),
         "shear_failures": answer.shear_model_sentence(demands),
         "motions_line": f"{motions} {suites_text} "
@@ -684,7 +683,7 @@ def number_text(value: Any, digits: int = 3) -> str:
         return ", ".join(str(item) for item in value)
     if pd.isna(value):
         return "–"
-    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
+    return appearance.number(value, digits) if isinstance(value, float) else str(value)
 
 
 def unbroken(text: str) -> str:

@@ -27,7 +27,8 @@ from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.report import appearance, fragility_figures, run_figures
-from skewbridge.report.answer import listed, model_name, number
+from skewbridge.report.answer import listed, model_name
+from skewbridge.report.appearance import number
 from skewbridge.report.motion_figures import applied_spectra
 from skewbridge.report.pooled_curves import (
     STATE,
