@@ -40,7 +40,7 @@ def model_figure(geometry: ModelGeometry) -> Figure:
         _draw_plan(axes, geometry)
     plan.margins(0.03, 0.10)
     _draw_members(elevation, geometry, [0, 2])
-    elevation.set(xlabel="x, longitudinal (m)", ylabel="z above soffit (m)")
+    elevation.set(xlabel="x, longitudinal (m)", ylabel="z (m)")
     elevation.set_title("elevation (heights stretched)", fontsize=10)
     corners = np.array(geometry.deck_outline)
     right = corners[corners[:, 0] > corners[:, 0].mean()]
@@ -138,7 +138,7 @@ def model_page(geometry: ModelGeometry) -> str:
     points = np.array([*(end for m in geometry.members for end in m.ends), *geometry.fixed])
     low, high = points.min(axis=0) - _AROUND_M, points.max(axis=0) + _AROUND_M
     sizes = 2.6 * (high - low) / (high - low).max()  # in units of plotly's camera
-    names = zip("xyz", ("x (m)", "y (m)", "z above soffit (m)"), low, high, strict=True)
+    names = zip("xyz", ("x (m)", "y (m)", "z (m)"), low, high, strict=True)
     figure.update_layout(
         title=geometry.title,
         scene={
