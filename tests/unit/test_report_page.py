@@ -37,6 +37,7 @@ from skewbridge.report.answer import (
 from skewbridge.report.appearance import demand_name, in_words
 from skewbridge.report.methods import methods_of
 from skewbridge.report.page import bridge_words, joint_rows, sketch
+from skewbridge.report.pooled_curves import main_curves, pooled_curves, with_system
 from skewbridge.report.study_figures import SECTIONS
 from skewbridge.study.config import parse_config
 from skewbridge.variant.options import ModelOptions
@@ -119,6 +120,38 @@ def assert_effects(tables, frames):
         )
 
 
+def assert_leading(tables, frames):
+    curves = with_system(frames["curves"], frames["system"])
+    lines = iter(tables.get("Leading curves", [[]])[1:])
+    for table in main_curves(pooled_curves(curves, frames["medians"])).values():
+        for state, part in table.groupby(["bridge", "component", "limit_state"], sort=False):
+            heading = next(lines)[0]
+            assert heading.startswith(state[0])
+            assert in_words(state[1]) in heading
+            for row in part.to_dict("records"):
+                cells = next(lines)
+                some = row["n_curves"] < row["n_variants"]
+                counts = [row["n_curves"], row["n_variants"]] if some else []
+                assert_printed(cells[0], [row["value"], *counts])
+                names = (*MEDIAN, "beta", "beta_total", "n_exceed", "n_runs")
+                ratios = [row[name] for name in ("ratio", "ci_low", "ci_high")]
+                assert_printed(" ".join(cells[1:5]), [row[name] for name in names])
+                assert_printed(cells[5], [ratio for ratio in ratios if np.isfinite(ratio)])
+    assert next(lines, None) is None
+
+
+def assert_published(tables, frames):
+    medians = frames["medians"]
+    pooled = medians[(medians["scope"] == "pooled") & (medians["axis"] == "skew_deg")]
+    for cells in tables.get("Published effects of skew", [[]])[1:]:
+        skew = float(cells[0].rstrip("°"))
+        assert_printed(cells[1], [np.sqrt(np.sin(np.radians(90.0 - skew)))])
+        for head, cell in zip(tables["Published effects of skew"][0][2:], cells[2:], strict=True):
+            demand = pooled["demand"].map(effect_name) == head.partition(", ")[2]
+            (row,) = pooled[demand & (pooled["to_value"] == skew)].to_dict("records")
+            assert_printed(cell, [row[name] for name in ("ratio", "ci_low", "ci_high")])
+
+
 def assert_system(tables, frames):
     system = frames["system"].to_dict("records")
     for cells, row in zip(tables["System"][1:], system, strict=True):
@@ -163,6 +196,7 @@ def assert_shear_models(tables, frames):
 
 CHECKS = {
     **dict.fromkeys(TABLES, assert_effects),
+    "Leading curves": assert_leading,
     "System": assert_system,
     "Fragility of every variant": assert_paper,
     SHEAR: assert_shear_models,
@@ -367,6 +401,18 @@ def test_headline_has_one_sentence_per_axis_certain_and_large_effects_first():
         "Gap 0 mm to 0.5 mm changes no median capacity by more than 5 % (most: 0.06 g).",
         "Not decided with these motions: friction on unseating (slight) (+2.0 %, -3.1 to +7.1 %).",
     ]
+
+
+def test_effects_of_skew_are_compared_with_the_factor_of_hazus(render):
+    demands = synthetic_demands(skews=(0, 30, 60), gaps=(25,))
+    demands["beyond_model"] = np.where(demands["column_shear_dcr"] > 0.62, "shear", "")
+    page, frames = render(demands)
+    tables = tables_of(page)
+    assert [row[:2] for row in tables["Published effects of skew"][1:]] == [
+        ["30°", "0.93"], ["60°", "0.71"],
+    ]  # fmt: skip
+    assert_published(tables, frames)
+    assert "only the abstracts were compared" in page
 
 
 def test_headline_states_a_smaller_range_whose_effect_is_certain():
