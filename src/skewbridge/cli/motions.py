@@ -162,3 +162,47 @@ def default_suite(
     from skewbridge.motions.synthesis.generate import write_default_suite
 
     return Answer({"count": write_default_suite(out, suite)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class TargetOptions:
+    """Values that a disaggregation does not have."""
+
+    measure: Annotated[str | None, opt("Measure, if the file has several: SA(T).")] = None
+    t1_s: Annotated[float | None, opt("Period of the bridge; default: of the measure.")] = None
+    vs30_mps: Annotated[float | None, opt("Mean shear-wave velocity of the upper 30 m.")] = None
+
+
+@command(motions)
+def select(
+    target: Annotated[Path, opt("YAML file, or disaggregation of OpenQuake or the USGS.", "FILE")],
+    sources: Annotated[list[Path], opt("Candidates: folder or p695; repeatable.", "DIR", "--from")],
+    out: Out,
+    given: TargetOptions,
+    count: Annotated[int, opt("Number of pairs at each level.")] = 30,
+    without: Annotated[Path | None, opt("Earlier selection to leave out.", "DIR")] = None,
+) -> Answer:
+    """Select and scale pairs that follow the conditional spectrum of each level.
+
+    Example: skewbridge motions select --target site.yaml --from p695 --from mine --out selected
+    """
+    from skewbridge.motions import conditional, selection
+    from skewbridge.motions.folder import read_index_table
+    from skewbridge.report.motion_figures import suite_spectra
+
+    spectra = conditional.conditional_spectra(conditional.read_target(target, **vars(given)))
+    writable_file(out / "index.csv")
+    used = set(read_index_table(without / "index.csv")["candidate"]) if without else set[str]()
+    periods_s = spectra[0].periods_s
+    candidates = selection.read_candidates(sources, periods_s, count, used)
+    chosen = [selection.select_pairs(candidates, level, count) for level in spectra]
+    index = selection.write_selections(chosen, out)
+    band = slice(conditional.BAND_POINTS)
+    for number, (level, own) in enumerate(zip(spectra, chosen, strict=True), start=1):
+        model = ("target", level.median_g[band], level.sigma[band])
+        title = f"{target.name}, level {number}: {level.causes['level_g']:.3g} g"
+        figure = suite_spectra(own.psa_g, periods_s[band], title=title, model=model)
+        figure.savefig(out / f"level_{number}.png", dpi=150)
+    if not all(own.summary["within_tolerances"] for own in chosen):
+        warn("a level misses the tolerances (median 5 %, dispersion 10 %): add candidates")
+    return Answer({"levels": [own.summary for own in chosen], "index": str(index)})
