@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from skewbridge.cli import COMMANDS, new_group
-from skewbridge.cli.options import Out
+from skewbridge.cli.options import Changes, Out, keys_and_values
 from skewbridge.cli.output import Answer, arg, command, messages, opt, warn
 from skewbridge.errors import EXIT_BAD_INPUT, InputError
 from skewbridge.files.text import writable_file
@@ -164,22 +164,13 @@ def default_suite(
     return Answer({"count": write_default_suite(out, suite)})
 
 
-@dataclass(frozen=True, kw_only=True)
-class TargetOptions:
-    """Values that a disaggregation does not have."""
-
-    measure: Annotated[str | None, opt("Measure, if the file has several: SA(T).")] = None
-    t1_s: Annotated[float | None, opt("Period of the bridge; default: of the measure.")] = None
-    vs30_mps: Annotated[float | None, opt("Mean shear-wave velocity of the upper 30 m.")] = None
-
-
 @command(motions)
 def select(
     target: Annotated[Path, opt("YAML file, or disaggregation of OpenQuake or the USGS.", "FILE")],
     sources: Annotated[list[Path], opt("Candidates: folder or p695; repeatable.", "DIR", "--from")],
     out: Out,
-    given: TargetOptions,
     count: Annotated[int, opt("Number of pairs at each level.")] = 30,
+    changes: Changes = None,  # keys of the target
     without: Annotated[Path | None, opt("Earlier selection to leave out.", "DIR")] = None,
 ) -> Answer:
     """Select and scale pairs that follow the conditional spectrum of each level.
@@ -190,7 +181,8 @@ def select(
     from skewbridge.motions.folder import read_index_table
     from skewbridge.report.motion_figures import suite_spectra
 
-    spectra = conditional.conditional_spectra(conditional.read_target(target, **vars(given)))
+    given = keys_and_values("--set", changes)
+    spectra = conditional.conditional_spectra(conditional.read_target(target, given))
     writable_file(out / "index.csv")
     used = set(read_index_table(without / "index.csv")["candidate"]) if without else set[str]()
     periods_s = spectra[0].periods_s

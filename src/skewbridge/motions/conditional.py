@@ -8,12 +8,13 @@ Earthquakes are mixed by their contributions (Lin et al. 2013, BSSA 103(2A)).
 
 import io
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 from pydantic.dataclasses import dataclass
 from scipy.interpolate import PchipInterpolator
 from scipy.stats import norm
@@ -34,27 +35,18 @@ _ROW: Final = ("magnitude", "distance_km", "epsilon", "weight", "level_g")
 class Rupture(Scenario):
     """Earthquake and site within the range of BSSA14, which exceeds that of the generator."""
 
-    LIMITS: ClassVar = {
-        "magnitude": (3.0, 8.5), "distance_km": (0.0, 400.0), "vs30_mps": (150.0, 1500.0)
-    }  # fmt: skip
+    LIMITS: ClassVar = {"magnitude": (3.0, 8.5), "distance_km": (0.0, 400.0)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=text.OPTIONS)
 class Cause:
-    """One of the earthquakes that cause a level."""
+    """An earthquake that causes a level; those of the same level are mixed by their weights."""
 
     magnitude: Number
     distance_km: Number
     epsilon: Annotated[Number, Field(ge=-6.0, le=6.0)]  # at the level: epsilon-0 of the USGS
     weight: Annotated[Number, Field(gt=0.0)] = 1.0
-    level_g: Level | None = None  # None: of BSSA14 at this epsilon
-
-
-def _listed(level: Any) -> Any:
-    return level if isinstance(level, list) else [level]
-
-
-_Causes = Annotated[tuple[Cause, ...], Field(min_length=1), BeforeValidator(_listed)]
+    level_g: Level | None = None  # None: level of its own, by BSSA14
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=text.OPTIONS)
@@ -62,10 +54,10 @@ class Target:
     """Intensity measure, site, period of the bridge (None: of the measure), earthquakes."""
 
     measure: Annotated[str, Field(pattern=r"^(SA|Sa_avg3?)\((\d*\.)?\d+\)$")]
-    vs30_mps: Number
+    vs30_mps: Annotated[Number, Field(ge=150.0, le=1500.0)]
     mechanism: Literal["strike_slip", "reverse"] = "strike_slip"
     t1_s: Number | None = None
-    levels: Annotated[tuple[_Causes, ...], Field(min_length=1, max_length=20)]
+    levels: Annotated[tuple[Cause, ...], Field(min_length=1)]
 
 
 class ConditionalSpectrum(NamedTuple):
@@ -91,57 +83,60 @@ def conditional_spectra(target: Target) -> list[ConditionalSpectrum]:
     """Return the spectrum of each level; `InputError` for values outside the range of BSSA14."""
     period_s = float(target.measure.split("(")[1][:-1])
     own = sa_avg_periods(period_s) if "avg" in target.measure else np.array([period_s])
-    band = (target.t1_s or period_s) * np.geomspace(0.2, 3.0, BAND_POINTS)
-    periods = np.append(band, own)
+    t1_s = target.t1_s or period_s
+    periods = np.append(t1_s * np.geomspace(0.2, 3.0, BAND_POINTS), own)
     if not 0.01 <= periods.min() <= periods.max() <= 10.0:
-        found = f"{periods.min():.3g} to {periods.max():.3g} s"
-        raise InputError(f"0.2 T1 to 3 T1 and the measure must be within 0.01 to 10 s, got {found}")
+        ends = f"{periods.min():.3g} to {periods.max():.3g} s"
+        raise InputError(f"0.2 T1 to 3 T1 and the measure must be within 0.01 to 10 s, got {ends}")
     weights = np.append(np.zeros(BAND_POINTS), np.full(own.size, 1.0 / own.size))
     rho = baker_jayaram_correlation(periods)
     site: dict[str, Any] = {"vs30_mps": target.vs30_mps, "mechanism": target.mechanism}
-    spectra: list[ConditionalSpectrum] = []
-    for level in target.levels:
-        means, variances = list[Vector](), list[Vector]()
+    levels, spectra = dict[float, list[Cause]](), list[ConditionalSpectrum]()
+    for number, cause in enumerate(target.levels):
+        levels.setdefault(cause.level_g or -float(number), []).append(cause)
+    for level in levels.values():
+        found: list[tuple[Vector, Vector]] = []
         for cause in level:
             rupture = Rupture(magnitude=cause.magnitude, distance_km=cause.distance_km, **site)
             median_g, sigma = bssa14(rupture, SPECTRUM_PERIODS_S)
             # between tabulated periods within 1 % of the equations, 0.1 to 5 s
             known = np.stack([np.log(median_g), sigma], axis=1)
             mean, sigma = PchipInterpolator(np.log(SPECTRUM_PERIODS_S), known)(np.log(periods)).T
-            found = condition(mean, rho * np.outer(sigma, sigma), weights, cause.epsilon)
-            means.append(found[0])
-            variances.append(found[1].diagonal())
+            given = condition(mean, rho * np.outer(sigma, sigma), weights, cause.epsilon)
+            found.append((given[0], given[1].diagonal()))
+        means, variances = np.transpose(found, (1, 0, 2))
         rows = np.array([(c.weight, c.magnitude, c.distance_km, c.epsilon) for c in level])
         share = rows[:, 0] / rows[:, 0].sum()
-        reached = np.array(means) @ weights
+        reached = means @ weights
         bssa14_g = float(np.exp(share @ reached))
         causes = {"level_g": level[0].level_g or bssa14_g, "bssa14_level_g": bssa14_g}
         causes |= zip(_ROW[:3], (share @ rows[:, 1:]).tolist(), strict=True)
         # ASSUME the models of the hazard differ from BSSA14 by the same factor at all periods
-        scaled = np.array(means) + (np.log(causes["level_g"]) - reached)[:, None]
+        scaled = means + (np.log(causes["level_g"]) - reached)[:, None]
         mean = share @ scaled
         sigma = np.sqrt(np.maximum(share @ variances + share @ (scaled - mean) ** 2, 0.0))
         spectra.append(ConditionalSpectrum(periods, np.exp(mean), sigma, weights, causes))
     return spectra
 
 
-def read_target(path: Path, measure: str | None = None, **given: Any) -> Target:
+def read_target(path: Path, given: Mapping[str, Any]) -> Target:
     """Return the target in a file: YAML by hand, CSV of OpenQuake, or JSON of the USGS.
 
-    ``measure`` selects from a disaggregation with several; ``given`` values that are not None
-    replace those of the file. Raises `InputError` for missing (such as epsilon) or wrong values.
+    ``given`` values replace those of the file; a measure selects from a file with several. Raises
+    `InputError` for wrong or missing values, such as epsilon.
     """
     if path.suffix.lower() in (".yaml", ".yml"):
         raw = text.read_mapping(path)
     else:
         table = _openquake(path) if path.suffix.lower() == ".csv" else _usgs(path)
         names = table["measure"].unique().tolist()
-        if len(names) != 1 if measure is None else measure not in names:
-            raise text.file_fault(path, f" has {', '.join(names) or 'no rates'}: give one measure")
-        own = table[table["measure"] == (measure or names[0])]
-        groups = own[list(_ROW)].groupby("level_g", sort=False)
-        raw = {"measure": measure or names[0], "levels": [g.to_dict("records") for _, g in groups]}
-    return text.checked(Target, raw | {k: v for k, v in given.items() if v is not None}, path)
+        measure = given.get("measure", names[0] if len(names) == 1 else None)
+        if measure not in names:
+            have = ", ".join(names) or "no rates"
+            raise text.file_fault(path, f" has {have}: select with --set measure=NAME")
+        rows = table.loc[table["measure"] == measure, list(_ROW)].to_dict("records")
+        raw = {"measure": measure, "levels": rows}
+    return text.checked(Target, {**raw, **given}, path)
 
 
 def _openquake(path: Path) -> pd.DataFrame:
@@ -168,27 +163,24 @@ def _openquake(path: Path) -> pd.DataFrame:
 
 def _usgs(path: Path) -> pd.DataFrame:
     """Return measures and rows of causes in a disaggregation of the USGS, by epsilon-0."""
-    rows: list[tuple[Any, ...]] = []
+    names = {"m": "magnitude", "r": "distance_km", "value": "weight"}
+    tables: list[pd.DataFrame] = []
     try:
         response = text.read_json(path)["response"]
         shared = response["metadata"] if isinstance(response, dict) else {}
         for block in response["disaggs"] if shared else response:
             about = shared | block | block.get("metadata", {})
             imt = about["imt"]["value"] if isinstance(about["imt"], dict) else about["imt"]
-            measure = re.sub(r"^SA(\d+)P(\d+)$", r"SA(\1.\2)", imt)
-            ends = {own["id"]: [own.get("min"), own.get("max")] for own in about["εbins"]}
-            # an open bin has the value of its edge
-            epsilon = {
-                n: np.mean([end for end in own if end is not None]) for n, own in ends.items()
-            }
+            bins = pd.DataFrame(about["εbins"], columns=["id", "min", "max"]).set_index("id")
+            middle = bins.astype(float).mean(axis=1)  # of an open bin: its edge
             total = next(o for o in block["data"] if o.get("component", "Total") == "Total")
             items = [item for part in total["summary"] for item in part["data"]]
             level_g = next(item["value"] for item in items if item.get("units") == "g")
-            for cell in total["data"]:
-                for own in cell["εdata"]:
-                    row = (cell["m"], cell["r"], epsilon[own["εbin"]], own["value"], level_g)
-                    rows.append((measure, *row))
-    except (KeyError, TypeError, AttributeError, StopIteration) as error:
+            rows = pd.json_normalize(total["data"], "εdata", ["m", "r"]).rename(columns=names)
+            rows = rows.assign(level_g=level_g, epsilon=rows["εbin"].map(middle)).astype(float)
+            measure = re.sub(r"^SA(\d+)P(\d+)$", r"SA(\1.\2)", imt)
+            tables.append(rows.assign(measure=measure))
+        return pd.concat(tables)
+    except (KeyError, TypeError, ValueError, AttributeError, StopIteration) as error:
         problem = " is not a disaggregation of the USGS by magnitude, distance and epsilon"
-        raise text.file_fault(path, f"{problem}: {error!r}") from None
-    return pd.DataFrame(rows, columns=["measure", *_ROW])
+        raise text.file_fault(path, f"{problem}: {error}") from None

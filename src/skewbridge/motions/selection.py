@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Index, Mask
@@ -65,9 +66,9 @@ def read_candidates(
     for motion in read_entries(entries.values()):
         psa_mps2 = pair_psa(*motion.components, motion.dt_s, periods_s).rotd50_mps2
         made = "synthetic:" in motion.source
-        event = motion.motion_id if made else motion.event or motion.motion_id
-        spectrum = np.log(psa_mps2 / G_MPS2)
-        candidates.append(Candidate(entries[motion.motion_id], motion, spectrum, made, event))
+        event = "" if made else motion.event
+        own = (np.log(psa_mps2 / G_MPS2), made, event or motion.motion_id)
+        candidates.append(Candidate(entries[motion.motion_id], motion, *own))
     return candidates
 
 
@@ -109,10 +110,8 @@ def _improved(
     away: Vector, sigma: Vector, event: Index, synthetic: Mask, start: Index, count: int
 ) -> tuple[float, list[int]]:
     """Return misfit and rows of ``away`` (pairs, periods) that no single replacement improves."""
-    chosen: list[int] = []
-    for n in start.tolist():
-        if len(chosen) < count and np.sum(event[chosen] == event[n]) < MOST_PER_EVENT:
-            chosen.append(n)
+    first = pd.Series(event[start]).groupby(event[start]).cumcount() < MOST_PER_EVENT
+    chosen = start[first][:count].tolist()
     misfit, before = np.inf, np.nan
     while not misfit >= before:
         before = misfit
@@ -132,7 +131,6 @@ def _improved(
 
 def write_selections(selections: Sequence[Selection], folder: Path) -> Path:
     """Write index and copied files of the pairs, a folder of motions; return the index."""
-    kept = ("unit", "channel_1", "channel_2", "made_from_number", "made_from_suite")
     rows: list[dict[str, object]] = []
     for number, selection in enumerate(selections, start=1):
         for (entry, motion, *_), factor in zip(selection.chosen, selection.factors, strict=True):
@@ -140,9 +138,9 @@ def write_selections(selections: Sequence[Selection], folder: Path) -> Path:
             paths = [path for path, _ in entry.components]
             files = [Path(shutil.copy(path, writable_folder(own))) for path in paths]
             name = motion.motion_id + (f"_{number}" if len(selections) > 1 else "")
-            row: dict[str, object] = {key: getattr(entry, key) or "" for key in kept}
+            row = entry.model_dump(exclude={"components", "licence"})
             row |= index_row(motion, files, folder) | {"motion_id": name, "scale": float(factor)}
-            level_g = selection.summary["level_g"]
-            rows.append(row | {"candidate": motion.motion_id, "level_g": level_g})
+            row |= {"candidate": motion.motion_id, "level_g": selection.summary["level_g"]}
+            rows.append(row)
     write_index(folder / INDEX_NAME, rows)
     return folder / INDEX_NAME
