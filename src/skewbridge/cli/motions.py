@@ -175,7 +175,7 @@ def select(
 ) -> Answer:
     """Select and scale pairs that follow the conditional spectrum of each level.
 
-    Example: skewbridge motions select --target site.yaml --from p695 --from mine --out selected
+    Example: skewbridge motions select --target target.yaml --from p695 --from mine --out selected
     """
     from skewbridge.motions import conditional, selection
     from skewbridge.motions.folder import read_index_table
@@ -196,5 +196,5 @@ def select(
         figure = suite_spectra(own.psa_g, periods_s[band], title=title, model=model)
         figure.savefig(out / f"level_{number}.png", dpi=150)
     if not all(own.summary["within_tolerances"] for own in chosen):
-        warn("a level misses the tolerances (median 5 %, dispersion 10 %): add candidates")
+        warn("a level misses the tolerances (mean 5 %, dispersion 10 %): add candidates")
     return Answer({"levels": [own.summary for own in chosen], "index": str(index)})
