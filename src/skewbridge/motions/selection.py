@@ -27,7 +27,7 @@ from skewbridge.units import G_MPS2
 TOLERANCES: Final = np.array([0.05, 0.10])
 MOST_PER_EVENT: Final = 2
 # ASSUME errors above 0.9 of a tolerance, and synthetic pairs, cost more (trial runs)
-_AIM, _COST_OVER, _COST_SYNTHETIC, _STARTS = 0.9, 20.0, 0.05, 8
+_AIM, _COST_OVER, _COST_SYNTHETIC, _STARTS = 0.9, 20.0, 0.05, 32
 
 
 class Candidate(NamedTuple):
