@@ -1,4 +1,4 @@
-"""Commands for ground motions: check, measure, draw, synthesize."""
+"""Commands for ground motions: check, measure, draw, synthesize, select."""
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
