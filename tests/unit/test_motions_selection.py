@@ -14,8 +14,7 @@ from motions_files import index_of, make_pairs
 from skewbridge.errors import InputError
 from skewbridge.motions import conditional
 from skewbridge.motions.conditional import BAND_POINTS, condition, read_target
-from skewbridge.motions.record import GroundMotion
-from skewbridge.motions.selection import Candidate, select_pairs
+from skewbridge.motions.selection import select_pairs
 from skewbridge.motions.spectrum import sa_avg_periods
 from skewbridge.motions.suite import prepare_suite
 from skewbridge.motions.synthesis.bssa14 import baker_jayaram_correlation, bssa14
@@ -173,40 +172,38 @@ def test_disaggregation_without_epsilon_or_measure_is_an_error(tmp_path):
 # ---- Selections
 
 
-def _drawn(target, count, seed, *, synthetic):
-    """Yield candidates with the spectra of a target before scaling, three of each event."""
-    rng = np.random.default_rng(seed)
+def _drawn(target, count):
+    """Return candidates with the spectra of a target before scaling: three of each event, then
+    as many synthetic ones."""
+    rng = np.random.default_rng(1)
     every = baker_jayaram_correlation(target.periods_s)
     mean, covariance = condition(np.log(target.median_g), every, target.weights, 0.0)
     factor = target.sigma / np.sqrt(np.maximum(covariance.diagonal(), 1e-12))
-    logs = rng.multivariate_normal(0.0 * mean, covariance, count, method="eigh")
-    logs = logs * factor + mean + rng.uniform(-1.6, 1.6, (count, 1))
-    for n, log_psa in enumerate(logs):
-        name = f"{'syn' if synthetic else 'RSN'}{n}"
-        motion = GroundMotion(motion_id=name, dt_s=1, accel_1_mps2=[0, 0], accel_2_mps2=[0, 0])
-        yield Candidate(None, motion, log_psa, synthetic, name if synthetic else f"event {n // 3}")
+    logs = rng.multivariate_normal(0.0 * mean, covariance, 2 * count, method="eigh")
+    logs = logs * factor + mean + rng.uniform(-1.6, 1.6, (2 * count, 1))
+    made = np.arange(2 * count) >= count
+    events = [n if made[n] else -n // 3 for n in range(2 * count)]
+    return pd.DataFrame({"log_psa": list(logs), "event": events, "is_synthetic": made})
 
 
 @pytest.mark.parametrize("measure", ["SA(0.75)", "Sa_avg(0.75)"])
 def test_two_disjoint_selections_meet_the_tolerances(measure):
     (target,) = _spectra(NEAR, measure=measure)
-    pool = [*_drawn(target, 150, 1, synthetic=False), *_drawn(target, 150, 2, synthetic=True)]
-    first = select_pairs(pool, target, 30)
-    chosen = {own.motion.motion_id for own in first.chosen}
-    second = select_pairs([c for c in pool if c.motion.motion_id not in chosen], target, 30)
-    for found in (first, second):
-        events = pd.Series([own.event for own in found.chosen]).value_counts()
-        assert (len(found.chosen), events.max() <= 2) == (30, True)
-        assert 0.25 <= found.factors.min() <= found.factors.max() <= 4.0
-        logs = np.log(found.psa_g)
+    pool = _drawn(target, 150)
+    first, summary = select_pairs(pool, target, 30)
+    second = select_pairs(pool.drop(first.index), target, 30)
+    assert summary["synthetic_share"] == first["is_synthetic"].mean() < 0.5
+    for chosen, found in ((first, summary), second):
+        assert (len(chosen), chosen["event"].value_counts().max() <= 2) == (30, True)
+        assert chosen["scale"].between(0.25, 4.0).all()
+        logs = np.stack(chosen["log_psa"])
         ratio = np.exp(logs.mean(axis=0)) / target.median_g[:BAND_POINTS]
         scatter = logs.std(axis=0, ddof=1) / target.sigma[:BAND_POINTS]
-        assert np.abs(ratio - 1.0).max() == pytest.approx(found.summary["mean_error"])
+        assert np.abs(ratio - 1.0).max() == pytest.approx(found["mean_error"])
         assert np.abs(ratio - 1.0).max() < 0.05
         assert np.abs(scatter - 1.0).max() < 0.10
-    assert first.summary["synthetic_share"] < 0.5
     with pytest.raises(InputError, match=r"only 2 pairs reach .* 2 per event: 3 are needed"):
-        select_pairs(pool[:3], target, 3)
+        select_pairs(pool[1:4], target, 3)
 
 
 def test_selected_folder_is_read_with_its_factors(tmp_path):

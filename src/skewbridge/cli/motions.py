@@ -177,6 +177,8 @@ def select(
 
     Example: skewbridge motions select --target target.yaml --from p695 --from mine --out selected
     """
+    import numpy as np
+
     from skewbridge.motions import conditional, selection
     from skewbridge.motions.folder import read_index_table
     from skewbridge.report.motion_figures import suite_spectra
@@ -187,14 +189,16 @@ def select(
     used = set(read_index_table(without / "index.csv")["candidate"]) if without else set[str]()
     periods_s = spectra[0].periods_s
     candidates = selection.read_candidates(sources, periods_s, count, used)
-    chosen = [selection.select_pairs(candidates, level, count) for level in spectra]
-    index = selection.write_selections(chosen, out)
+    found = [selection.select_pairs(candidates, level, count) for level in spectra]
+    index = selection.write_selections([chosen for chosen, _ in found], out)
     band = slice(conditional.BAND_POINTS)
-    for number, (level, own) in enumerate(zip(spectra, chosen, strict=True), start=1):
+    for number, (level, (chosen, _)) in enumerate(zip(spectra, found, strict=True), start=1):
         model = ("target", level.median_g[band], level.sigma[band])
         title = f"{target.name}, level {number}: {level.causes['level_g']:.3g} g"
-        figure = suite_spectra(own.psa_g, periods_s[band], title=title, model=model)
+        psa_g = np.exp(np.stack(chosen["log_psa"].to_list()))
+        figure = suite_spectra(psa_g, periods_s[band], title=title, model=model)
         figure.savefig(out / f"level_{number}.png", dpi=150)
-    if not all(own.summary["within_tolerances"] for own in chosen):
+    levels = [summary for _, summary in found]
+    if not all(summary["within_tolerances"] for summary in levels):
         warn("a level misses the tolerances (mean 5 %, dispersion 10 %): add candidates")
-    return Answer({"levels": [own.summary for own in chosen], "index": str(index)})
+    return Answer({"levels": levels, "index": str(index)})

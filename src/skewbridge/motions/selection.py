@@ -7,18 +7,18 @@ Each pair is scaled to the level. As in the greedy step of Baker and Lee (2018, 
 import shutil
 from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
 
 from skewbridge.errors import InputError
-from skewbridge.files.tables import Index, Mask
+from skewbridge.files.tables import Index, Mask, records_of
 from skewbridge.files.text import writable_folder
 from skewbridge.motions.conditional import BAND_POINTS, ConditionalSpectrum
-from skewbridge.motions.folder import INDEX_NAME, IndexEntry, index_row, list_motions, write_index
+from skewbridge.motions.folder import INDEX_NAME, index_row, list_motions, write_index
 from skewbridge.motions.levels import FACTOR_LIMITS
-from skewbridge.motions.record import GroundMotion, Vector
+from skewbridge.motions.record import Vector
 from skewbridge.motions.spectrum import pair_psa
 from skewbridge.motions.suite import read_entries
 from skewbridge.units import G_MPS2
@@ -30,80 +30,59 @@ MOST_PER_EVENT: Final = 2
 _AIM, _COST_OVER, _COST_SYNTHETIC, _STARTS = 0.9, 20.0, 0.05, 32
 
 
-class Candidate(NamedTuple):
-    """A pair and its ln PSA in g; a pair without event is an event of its own, as if synthetic."""
-
-    entry: IndexEntry
-    motion: GroundMotion
-    log_psa: Vector
-    is_synthetic: bool
-    event: str
-
-
-class Selection(NamedTuple):
-    """Pairs of one level, their factors and scaled PSA (pairs, BAND_POINTS), row of the table."""
-
-    chosen: list[Candidate]
-    factors: Vector
-    psa_g: Vector
-    summary: dict[str, Any]
-
-
 def read_candidates(
     folders: Sequence[Path], periods_s: Vector, count: int, without: Collection[str] = ()
-) -> list[Candidate]:
-    """Return the pairs of folders and suites of `p695.SUITES` except those ``without`` names.
+) -> pd.DataFrame:
+    """Return entry, motion, ln PSA (g), event and kind of the pairs of folders and suites.
 
-    Raises `InputError` for fewer than ``count`` pairs, or a name that two folders have.
+    A synthetic pair, or one without an event, is an event of its own. Raises `InputError` for fewer
+    than ``count`` pairs, names in ``without`` left out, or a name that two folders have.
     """
     listed = [entry for folder in folders for entry in list_motions(folder)]
-    entries = {entry.motion_id: entry for entry in listed if entry.motion_id not in without}
     if len({entry.motion_id for entry in listed}) < len(listed):
         raise InputError("two folders of candidates have motions of the same name: rename them")
+    entries = [entry for entry in listed if entry.motion_id not in without]
     if not 2 <= count <= len(entries):
         raise InputError(f"count must be within 2 and the {len(entries)} candidates, got {count}")
-    candidates: list[Candidate] = []
-    for motion in read_entries(entries.values()):
-        psa_mps2 = pair_psa(*motion.components, motion.dt_s, periods_s).rotd50_mps2
-        made = "synthetic:" in motion.source
-        event = "" if made else motion.event
-        own = (np.log(psa_mps2 / G_MPS2), made, event or motion.motion_id)
-        candidates.append(Candidate(entries[motion.motion_id], motion, *own))
-    return candidates
+    motions = read_entries(entries)
+    psa_mps2 = [pair_psa(*each.components, each.dt_s, periods_s).rotd50_mps2 for each in motions]
+    table = pd.DataFrame({"entry": entries, "motion": motions})
+    made = np.array(["synthetic:" in each.source for each in motions])
+    events = [each.event or each.motion_id for each in motions]
+    events = np.where(made, [each.motion_id for each in motions], events)
+    log_psa = list(np.log(np.array(psa_mps2) / G_MPS2))
+    return table.assign(log_psa=log_psa, event=events, is_synthetic=made)
 
 
 def select_pairs(
-    candidates: Sequence[Candidate], target: ConditionalSpectrum, count: int
-) -> Selection:
-    """Return the pairs of one level, at most `MOST_PER_EVENT` of an earthquake.
+    candidates: pd.DataFrame, target: ConditionalSpectrum, count: int
+) -> tuple[pd.DataFrame, dict[str, Any]]:
+    """Return the candidates of one level with factor and ln PSA of the scaled pair, and a summary.
 
     Raises `InputError` if too few pairs reach the level with factors of 1/4 to 4.
     """
-    log_psa = np.array([own.log_psa for own in candidates])
-    log_factors = np.log(target.causes["level_g"]) - log_psa @ target.weights
-    usable = np.flatnonzero(np.abs(log_factors) <= np.log(FACTOR_LIMITS[1]))
-    candidates = [candidates[n] for n in usable.tolist()]
-    event = np.unique([own.event for own in candidates], return_inverse=True)[1]
-    most = int(np.minimum(np.bincount(event), MOST_PER_EVENT).sum())
-    if most < count:
-        reach = f"only {most} pairs reach {target.causes['level_g']:.3g} g, factors of 1/4 to 4 and"
+    level_g, log_psa = target.causes["level_g"], np.stack(candidates["log_psa"].to_list())
+    log_factors = np.log(level_g) - log_psa @ target.weights
+    scaled = (log_psa + log_factors[:, None])[:, :BAND_POINTS]
+    pool = candidates.assign(scale=np.exp(log_factors), level_g=level_g, log_psa=list(scaled))
+    pool = pool[np.abs(log_factors) <= np.log(FACTOR_LIMITS[1])]
+    if (most := pool["event"].value_counts().clip(upper=MOST_PER_EVENT).sum()) < count:
+        reach = f"only {most} pairs reach {level_g:.3g} g with factors of 1/4 to 4 and"
         raise InputError(f"{reach} {MOST_PER_EVENT} per event: {count} are needed")
-    mean, sigma = np.log(target.median_g[:BAND_POINTS]), target.sigma[:BAND_POINTS]
-    away = (log_psa + log_factors[:, None])[usable, :BAND_POINTS] - mean
-    synthetic = np.array([own.is_synthetic for own in candidates])
-    starts = (np.random.default_rng(seed).permutation(usable.size) for seed in range(_STARTS))
-    best = min(_improved(away, sigma, event, synthetic, start, count) for start in starts)[1]
-    factors = np.exp(log_factors[usable[best]])
+    sigma = target.sigma[:BAND_POINTS]
+    away = np.stack(pool["log_psa"].to_list()) - np.log(target.median_g[:BAND_POINTS])
+    kind = pool["event"].factorize()[0], pool["is_synthetic"].to_numpy()
+    starts = (np.random.default_rng(seed).permutation(len(pool)) for seed in range(_STARTS))
+    best = min(_improved(away, sigma, *kind, start, count) for start in starts)[1]
     errors = np.expm1(away[best].mean(axis=0)), away[best].std(axis=0, ddof=1) / sigma - 1.0
-    largest = np.abs(errors).max(axis=1)
-    summary = {
+    largest, chosen = np.abs(errors).max(axis=1), pool.iloc[best]
+    return chosen, {
         **target.causes,
-        "synthetic_share": float(synthetic[best].mean()),
-        "factors": [float(factors.min()), float(factors.max())],
+        "synthetic_share": float(chosen["is_synthetic"].mean()),
+        "factors": [float(chosen["scale"].min()), float(chosen["scale"].max())],
         **dict(zip(("mean_error", "dispersion_error"), largest.tolist(), strict=True)),
         "within_tolerances": bool((largest <= TOLERANCES).all()),
     }
-    return Selection([candidates[n] for n in best], factors, np.exp(away[best] + mean), summary)
 
 
 def _improved(
@@ -129,18 +108,18 @@ def _improved(
     return misfit, chosen
 
 
-def write_selections(selections: Sequence[Selection], folder: Path) -> Path:
+def write_selections(selections: Sequence[pd.DataFrame], folder: Path) -> Path:
     """Write index and copied files of the pairs, a folder of motions; return the index."""
     rows: list[dict[str, object]] = []
     for number, selection in enumerate(selections, start=1):
-        for (entry, motion, *_), factor in zip(selection.chosen, selection.factors, strict=True):
-            own = folder / "files" / motion.motion_id
-            paths = [path for path, _ in entry.components]
+        for pair in records_of(selection):
+            name, entry = pair["motion"].motion_id, pair["entry"]
+            own, paths = folder / "files" / name, [path for path, _ in entry.components]
             files = [Path(shutil.copy(path, writable_folder(own))) for path in paths]
-            name = motion.motion_id + (f"_{number}" if len(selections) > 1 else "")
             row = entry.model_dump(exclude={"components", "licence"})
-            row |= index_row(motion, files, folder) | {"motion_id": name, "scale": float(factor)}
-            row |= {"candidate": motion.motion_id, "level_g": selection.summary["level_g"]}
+            row |= index_row(pair["motion"], files, folder) | {"candidate": name}
+            row |= {"scale": pair["scale"], "level_g": pair["level_g"]}
+            row["motion_id"] = name + (f"_{number}" if len(selections) > 1 else "")
             rows.append(row)
     write_index(folder / INDEX_NAME, rows)
     return folder / INDEX_NAME
