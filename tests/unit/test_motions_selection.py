@@ -32,13 +32,13 @@ def _spectra(*levels, measure="SA(0.75)", **more):
 
 def test_condition_has_the_values_computed_by_hand():
     """Correlation 0.5: one variable known, then the mean of both (variance 0.75)."""
-    covariance = np.array([[1.0, 0.5], [0.5, 1.0]])
-    mean, left = condition(np.zeros(2), covariance, np.array([1.0, 0.0]), 2.0)
-    np.testing.assert_allclose(mean, [2.0, 1.0])
-    np.testing.assert_allclose(left, [[0.0, 0.0], [0.0, 0.75]])
-    mean, left = condition(np.zeros(2), covariance, np.array([0.5, 0.5]), 1.0)
-    np.testing.assert_allclose(mean, np.sqrt(0.75))
-    np.testing.assert_allclose(left, [[0.25, -0.25], [-0.25, 0.25]])
+    given = np.zeros((1, 2)), np.ones((1, 2)), np.array([[1.0, 0.5], [0.5, 1.0]])
+    mean, sigma = condition(*given, np.array([1.0, 0.0]), np.array([2.0]))
+    np.testing.assert_allclose(mean, [[2.0, 1.0]])
+    np.testing.assert_allclose(sigma, [[0.0, np.sqrt(0.75)]])
+    mean, sigma = condition(*given, np.array([0.5, 0.5]), np.array([1.0]))
+    np.testing.assert_allclose(mean, [[np.sqrt(0.75)] * 2])
+    np.testing.assert_allclose(sigma, [[0.5, 0.5]])
 
 
 def test_spectrum_of_one_period_agrees_with_pygmm():
@@ -177,7 +177,8 @@ def _drawn(target, count):
     as many synthetic ones."""
     rng = np.random.default_rng(1)
     every = baker_jayaram_correlation(target.periods_s)
-    mean, covariance = condition(np.log(target.median_g), every, target.weights, 0.0)
+    mean, gain = np.log(target.median_g), every @ target.weights
+    covariance = every - np.outer(gain, gain) / (gain @ target.weights)
     factor = target.sigma / np.sqrt(np.maximum(covariance.diagonal(), 1e-12))
     logs = rng.multivariate_normal(0.0 * mean, covariance, 2 * count, method="eigh")
     logs = logs * factor + mean + rng.uniform(-1.6, 1.6, (2 * count, 1))

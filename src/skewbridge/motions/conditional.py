@@ -71,12 +71,12 @@ class ConditionalSpectrum(NamedTuple):
 
 
 def condition(
-    mean: Vector, covariance: Vector, weights: Vector, epsilon: float
+    mean: Vector, sigma: Vector, rho: Vector, weights: Vector, epsilon: Vector
 ) -> tuple[Vector, Vector]:
-    """Return mean and covariance if the weighted sum is epsilon deviations above its mean."""
-    gain = covariance @ weights
-    slope = gain / np.sqrt(weights @ gain)
-    return mean + epsilon * slope, covariance - np.outer(slope, slope)
+    """Return mean and deviation (n, periods) if the weighted sum is epsilon (n,) above its mean."""
+    gain = sigma * ((sigma * weights) @ rho)
+    slope = gain / np.sqrt(gain @ weights)[:, None]
+    return mean + epsilon[:, None] * slope, np.sqrt(np.maximum(sigma**2 - slope**2, 0.0))
 
 
 def conditional_spectra(target: Target) -> list[ConditionalSpectrum]:
@@ -95,27 +95,23 @@ def conditional_spectra(target: Target) -> list[ConditionalSpectrum]:
     for number, cause in enumerate(target.levels):
         levels.setdefault(cause.level_g or -float(number), []).append(cause)
     for level in levels.values():
-        found: list[tuple[Vector, Vector]] = []
-        for cause in level:
-            rupture = Rupture(magnitude=cause.magnitude, distance_km=cause.distance_km, **site)
-            median_g, sigma = bssa14(rupture, SPECTRUM_PERIODS_S)
-            # between tabulated periods within 1 % of the equations, 0.1 to 5 s
-            known = np.stack([np.log(median_g), sigma], axis=1)
-            mean, sigma = PchipInterpolator(np.log(SPECTRUM_PERIODS_S), known)(np.log(periods)).T
-            given = condition(mean, rho * np.outer(sigma, sigma), weights, cause.epsilon)
-            found.append((given[0], given[1].diagonal()))
-        means, variances = np.transpose(found, (1, 0, 2))
         rows = np.array([(c.weight, c.magnitude, c.distance_km, c.epsilon) for c in level])
-        share = rows[:, 0] / rows[:, 0].sum()
-        reached = means @ weights
+        ruptures = [Rupture(magnitude=m, distance_km=r, **site) for _, m, r, _ in rows.tolist()]
+        known = np.array([bssa14(rupture, SPECTRUM_PERIODS_S) for rupture in ruptures])
+        known[:, 0] = np.log(known[:, 0])
+        # between tabulated periods within 1 % of the equations, 0.1 to 5 s
+        interpolated = PchipInterpolator(np.log(SPECTRUM_PERIODS_S), known, axis=2)
+        mean, sigma = np.swapaxes(interpolated(np.log(periods)), 0, 1)
+        mean, sigma = condition(mean, sigma, rho, weights, rows[:, 3])
+        share, reached = rows[:, 0] / rows[:, 0].sum(), mean @ weights
         bssa14_g = float(np.exp(share @ reached))
         causes = {"level_g": level[0].level_g or bssa14_g, "bssa14_level_g": bssa14_g}
         causes |= zip(_ROW[:3], (share @ rows[:, 1:]).tolist(), strict=True)
         # ASSUME the models of the hazard differ from BSSA14 by the same factor at all periods
-        scaled = means + (np.log(causes["level_g"]) - reached)[:, None]
-        mean = share @ scaled
-        sigma = np.sqrt(np.maximum(share @ variances + share @ (scaled - mean) ** 2, 0.0))
-        spectra.append(ConditionalSpectrum(periods, np.exp(mean), sigma, weights, causes))
+        scaled = mean + (np.log(causes["level_g"]) - reached)[:, None]
+        mixed = share @ scaled
+        deviation = np.sqrt(share @ (sigma**2 + (scaled - mixed) ** 2))
+        spectra.append(ConditionalSpectrum(periods, np.exp(mixed), deviation, weights, causes))
     return spectra
 
 
