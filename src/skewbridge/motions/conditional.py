@@ -145,7 +145,7 @@ def _openquake(path: Path) -> pd.DataFrame:
         rate = -np.log1p(-np.minimum(table[column], 1.0 - 1.0e-12))
         rows = table.assign(weight=rate, moment=rate * table["eps"])[rate > 0.0]
         cells = rows.groupby(list(names.values()), sort=False)
-    except (KeyError, ValueError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         needed = "Mag_Dist_Eps with imt, iml, mag, dist, eps and one column of probabilities"
         raise text.file_fault(path, f" is not the export {needed}: {error}") from None
     totals = cells[["weight", "moment"]].sum().reset_index()
