@@ -276,7 +276,7 @@ def test_a_result_of_one_run_is_current_while_the_engine_is(tmp_path):
 
 
 ROUNDS = {"plan_round", "collect_rounds"}
-FITS = {"fit_fragility", "check_predict", "figures", "report"} | ROUNDS
+FITS = {"fit_fragility", "figures", "report"} | ROUNDS
 # the plans of rounds read the new demands
 NOT_OF_MODEL = {"prepare_motions", "verify_contact", "verification"} | ROUNDS
 
