@@ -95,7 +95,7 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
         other_springs=tuple(elements),
     )
     common: dict[str, Any] = {"blueprint": blueprint, "data": data, "handle": handle}
-    return Wall(end=plan, points=points, skew_deg=plan.skew_deg, **common)
+    return Wall(end=plan, points=points, **common)
 
 
 def _build_integral(wall: Wall) -> AbutmentHandle:

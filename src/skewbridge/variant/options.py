@@ -101,11 +101,6 @@ class ModelOptions:
     """bents: parallel to the abutments, or square to the deck"""
     bent_skew_deg: Number | None = Field(default=None, ge=-60.0, le=60.0)
     """skew of all bents; null: set by bent_skew"""
-    # not built so: `make choices` splits the effect of skew with them
-    seat_skew: Literal["abutment", "square"] = Field(default="abutment")
-    """deck ends, pads, gaps and walls: skewed, or square to the deck"""
-    key_skew: Literal["abutment", "square"] = Field(default="abutment")
-    """keys: at the corners of the skewed deck, or where a square deck has its corners"""
     # ASSUME the columns of a skewed bent stay under the same girders
     column_spacing: Literal["normal", "along_bent"] = Field(default="normal")
     """column spacing of the bridge file: normal to the deck's axis, or along a skewed bent"""
