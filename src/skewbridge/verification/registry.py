@@ -39,7 +39,6 @@ STUDIES: Final[dict[str, str]] = {
     "closed-forms": "blocks:run_closed_forms",
     "restitution": "blocks:run_integrators",
     "convergence": "strong_motions:run_convergence",
-    "native": "spatial_path:run_native",
     "hard-set": "strong_motions:run",
 }
 # Studies of many analyses: they run only when named, and an interrupted one can be resumed.
