@@ -23,6 +23,7 @@ from skewbridge.analysis.trace import Monitor, at_regular_steps
 from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.geometry import ModelGeometry, geometry_of
 from skewbridge.bridge.handles import ColumnHandle, Point
+from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.plan import PlanVector
 from skewbridge.contact import ContactError, ContactSet
@@ -121,6 +122,7 @@ def analyse(
         InputError: An argument is outside its limits; nothing was analysed.
     """
     ground = GroundInput(excitation, settings)
+    load_structure(variant.bridge)  # here: periods that its file does not give need the domain
     with solver_log(log_path), domain():
         model = build(variant, settings.model_options(options))
         rayleigh = apply_rayleigh(model)

@@ -5,6 +5,7 @@ A formula uses keys of the bridge file, intermediate results and the functions o
 
 import re
 from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
 from itertools import product
 from math import isfinite, pi, sqrt
 from pathlib import Path
@@ -155,9 +156,8 @@ def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
 
 def period_s(bridge: BridgeData, which: Any) -> float:
     """Return the period ``t1``, ``long`` or ``short`` of `bridge_period_s`."""
-    from skewbridge.bridge.periods import bridge_period_s
-
-    return bridge_period_s(bridge, which)
+    # by name: the model of a bridge, which has these periods, imports the catalogue
+    return import_module("skewbridge.bridge.periods").bridge_period_s(bridge, which)
 
 
 _FUNCTIONS: Final[dict[str, Any]] = {
