@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from skewbridge.analysis.bridge_check import check_bridge
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.model_script import recording
 from skewbridge.analysis.settings import AnalysisSettings
@@ -241,6 +242,32 @@ def test_errors_of_a_script_name_file_and_line_or_field(tmp_path, old, new, word
         load_structure(made(tmp_path, GOOD.replace(old, new))).build(
             0.0, ModelOptions(), TagAllocator()
         )
+
+
+def test_a_deck_node_without_mass_keeps_the_energy_balance(tmp_path):
+    divided = GOOD.replace(
+        "for tag in range(1, 5):", "ops.node(6, -30.0, 0.0, 7.2)\n    for tag in range(2, 5):"
+    ).replace(
+        "    ops.uniaxialMaterial(",
+        "    for tag, i, j in ((1, 1, 6), (6, 6, 2)):\n"
+        '        ops.element("elasticBeamColumn", tag, i, j, 7.0, 25e9, 1e10, 10.0, 3.5, 99.0, 1)\n'
+        "    ops.uniaxialMaterial(",
+        1,
+    )
+    text = divided.replace("damped=[1, 2, 3, 4, 20]", "damped=[1, 2, 3, 4, 6, 20]")
+    found = run(made(tmp_path, text), "contact_friction", 30.0, 25.0)
+    assert abs(found.demands["energy_residual_ratio"]) < 0.01
+
+
+def test_a_check_of_a_script_doubts_wrong_units(tmp_path):
+    def doubts(text):
+        found = check_bridge(made(tmp_path, text))["findings"]
+        return [finding.partition(" = ")[0] for finding in found if "check units" in finding]
+
+    assert doubts(GOOD) == []
+    heavy = GOOD.replace("share * 4.0e5", "share * 4.0e6")  # mass as weight
+    assert doubts(heavy) == ["weight over the area of the deck (kN/m2)"]
+    assert "T1 (s)" in doubts(GOOD.replace("share * 4.0e5", "share * 4.0e2"))
 
 
 def test_only_options_that_a_script_takes_act_on_its_elements(tmp_path):

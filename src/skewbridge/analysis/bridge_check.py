@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.analysis.modal import conditioning_period_s, periods_of_file, standing_bridge
+from skewbridge.analysis.modal import (
+    ModalResult,
+    conditioning_period_s,
+    periods_of_file,
+    standing_bridge,
+)
 from skewbridge.bridge.catalogue import read_bridge
 from skewbridge.bridge.catalogue.drawing import TABLES, Completed, Formula, Rule, value_at
 from skewbridge.bridge.column import BentCapacity, bent_capacities
@@ -70,13 +75,13 @@ def check_bridge(name: str) -> dict[str, Any]:
         for side, force_kn in (("left", left), ("right", right))
         if force_kn <= 0.0
     ]
-    if read is not None:
-        findings += doubts(read)
-    findings += _seat_findings(structure.description)
+    description = structure.description
+    findings += doubts(read) if read else _unit_doubts(description, standing)
+    findings += _seat_findings(description)
     return {
         "bridge": structure.name,
-        "title": structure.description.title,
-        "length_m": structure.description.length_m,
+        "title": description.title,
+        "length_m": description.length_m,
         "weight_kn": standing.weight_kn,
         "reaction_left_kn": left,
         "reaction_right_kn": right,
@@ -116,6 +121,27 @@ def doubts(read: Completed) -> list[str]:
     """Return a sentence for each number, or formula of numbers, outside its usual range."""
     rules = read.by_rule()
     return [*_outside_ranges(read), *_far_from_rules(read, rules), *_stale(read, rules)]
+
+
+# ASSUME a value of a script outside these ranges has a wrong unit
+_SCRIPT_RANGES: Final = {
+    "T1 (s)": (0.1, 5.0),
+    "length of the deck (m)": (10.0, 1000.0),
+    "width of the deck (m)": (4.0, 50.0),
+    "weight over the area of the deck (kN/m2)": (5.0, 60.0),
+    "height of a column (m)": (2.0, 60.0),
+}
+
+
+def _unit_doubts(bridge: Description, standing: ModalResult) -> Iterator[str]:
+    """Yield a sentence for each value of a script that suggests a wrong unit."""
+    per_m2 = standing.weight_kn / (bridge.length_m * bridge.width_m)
+    sizes = (bridge.length_m,), (bridge.width_m,), (per_m2,), bridge.bent_heights_m
+    values = (conditioning_period_s(standing),), *sizes
+    for (name, (low, high)), listed in zip(_SCRIPT_RANGES.items(), values, strict=True):
+        if wrong := [value for value in listed if not low <= value <= high]:
+            text = f"is outside the usual {low:g} to {high:g}: check units, masses and loads"
+            yield f"{name} = {wrong[0]:.3g} {text}"
 
 
 def _outside_ranges(read: Completed) -> Iterator[str]:

@@ -256,6 +256,8 @@ class Monitor:
 def _nodes(model: BridgeModel) -> Iterable[int]:
     yield model.frame.centre_node
     yield from model.frame.loads.masses_kg
+    for element in (*model.frame.elements["columns"], *model.frame.elements["deck"]):
+        yield from ops.eleNodes(element)  # a script may have nodes without mass
     for column in model.columns:
         yield from (column.base_node, column.top.node)
     for abutment in model.abutments:
