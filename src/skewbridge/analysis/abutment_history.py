@@ -49,8 +49,7 @@ def abutment_history(
 ) -> AbutmentHistory:
     """Analyse the right abutment of a variant with its share of the deck mass.
 
-    The deck end moves in plan without rotating; a displacement along +x pushes into the backfill.
-    Damping comes only from the wall dashpots, the pads and the soil.
+    The deck end does not rotate; +x pushes into the backfill. Only dashpots, pads and soil damp.
     """
     ground = GroundInput(excitation, settings)
     rows: list[list[float]] = []

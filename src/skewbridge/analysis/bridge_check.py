@@ -52,11 +52,9 @@ DIRECTIONS: Final = {"x": "longitudinal", "y": "transverse", "z": "vertical", "r
 def check_bridge(name: str) -> dict[str, Any]:
     """Build a bridge with open gaps at zero skew, apply its dead load and check it.
 
-    Returns:
-        Dictionary of weight, reactions, periods and sources of the input numbers; ``findings``:
-        sentences on properties that would cause trouble in a study; ``modes``; ``bents``: one row
-        per bent with the loads and capacities of one column; ``derived``: one row per number that
-        the file does not give, with its rule; ``inherited``: numbers of its parents.
+    Returns weight, reactions, periods and sources; ``findings`` (sentences on what would cause
+    trouble in a study), ``modes``, ``bents``, ``derived`` numbers with their rules, ``inherited``
+    ones.
     """
     structure, standing = load_structure(name), standing_bridge(name)
     read = read_bridge(name) if isinstance(structure, CatalogueBridge) else None
@@ -260,8 +258,8 @@ def seat_demand_sdc_m(bridge: Description, unseating_m: float) -> float:
 def seat_demand_aashto_m(bridge: Description, skew_rad: float) -> float:
     """Return the required support length 1.5 N in m.
 
-    N = (8 + 0.02 L + 0.08 H)(1 + 0.000125 S^2) inches. L is the length of deck to the next joint in
-    ft, H is the mean column height in ft, and S is the skew in degrees.
+    N = (8 + 0.02 L + 0.08 H)(1 + 0.000125 S^2) inches: deck length L and column height H in ft,
+    skew S in degrees.
 
     References:
         AASHTO LRFD Bridge Design Specifications 4.7.4.4.
@@ -276,11 +274,8 @@ def seat_demand_aashto_m(bridge: Description, skew_rad: float) -> float:
 def capacities_of(model: BridgeModel, bents: Sequence[Mapping[str, Any]]) -> dict[str, float]:
     """Return the capacity columns of an analysis from its model and the rows of `capacity_rows`.
 
-    The support length is at rest and normal to the seat, nan without seats. The others are nan
-    without bents.
-
-    References:
-        AASHTO LRFD figure 4.7.4.4-1: N is the overlap of girder and seat.
+    The support length is at rest and normal to the seat (AASHTO LRFD figure 4.7.4.4-1). Without
+    seats or bents they are nan.
     """
     values = {name: [bent[of] for bent in bents] for name, of in _LEAST.items()}
     values[_SUPPORT] = [end.support_length_m for end in model.seats]
@@ -290,8 +285,7 @@ def capacities_of(model: BridgeModel, bents: Sequence[Mapping[str, Any]]) -> dic
 def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:
     """Return the capacities of bents by the Caltrans SDC, one row per bent.
 
-    ``p_delta_ratio`` is taken at the displacement capacity. ``disp_at_p_delta_limit_m`` is the
-    displacement at which the ratio reaches its limit.
+    ``p_delta_ratio`` is at the displacement capacity, ``disp_at_p_delta_limit_m`` at its limit.
     """
     rows: list[dict[str, Any]] = []
     for bent in bents:
@@ -323,9 +317,8 @@ def sdc_rows(
 ) -> list[dict[str, object]]:
     """Return the design checks of one analysis, one row per check.
 
-    Columns: check, demand, capacity, ratio and ok. ``run`` is its row of the demands table, and
-    ``bents`` has the capacities of its bents. ``corners_m`` has the outward displacements of the
-    deck corners, from `corner_moves_m`.
+    ``run`` is its row of the demands table, ``bents`` the capacities of its bents, ``corners_m``
+    the result of `corner_moves_m`.
     """
     bridge, support = load_structure(variant.bridge).description, float(run[_SUPPORT])
     deck_disp_m = float(run["deck_disp_m"])
@@ -354,8 +347,7 @@ def sdc_rows(
 def summary_row(variant: Variant, runs: "pd.DataFrame") -> dict[str, Any]:
     """Return the demand-to-capacity ratios of one variant, as medians over its analyses.
 
-    ``runs`` are its rows of the demands table. Each demand is divided by the capacity of the same
-    analysis. The ratios of columns are nan for a bridge without bents.
+    ``runs`` are its rows; each demand is divided by the capacity of the same analysis.
     """
     bridge = load_structure(variant.bridge).description
     seats = ["acute_corner_unseating_m", "unseating_m"]
@@ -374,10 +366,7 @@ def summary_row(variant: Variant, runs: "pd.DataFrame") -> dict[str, Any]:
 def corner_moves_m(
     variant: Variant, histories: Mapping[str, NDArray[np.float64]]
 ) -> dict[str, float]:
-    """Return the largest outward displacement of each deck corner, normal to its seat, in m.
-
-    The histories come from a single analysis; a corner is named ``left acute``, for example.
-    """
+    """Return the largest outward displacement (m) of each deck corner, such as ``left acute``."""
     bridge = load_structure(variant.bridge).description
     moves: dict[str, float] = {}
     for end, outward in (("left", -1.0), ("right", 1.0)):

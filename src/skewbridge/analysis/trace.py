@@ -66,10 +66,7 @@ class ResponseTrace:
         return ResponseTrace(**parts)
 
     def position(self, place: int | Point) -> Series:
-        """Return displacements and rotations of a node or point from the unloaded state, (n, 6).
-
-        A point is rigidly attached to its node (small rotations).
-        """
+        """Return displacements and rotations of a node or point from the unloaded state, (n, 6)."""
         if isinstance(place, Point):
             if place not in self._points:
                 self._points[place] = moved = self.position(place.node).copy()
@@ -89,10 +86,9 @@ class ResponseTrace:
 
 
 def at_regular_steps(time_s: Series, dt_s: float) -> NDArray[np.bool_]:
-    """Return a mask, shape (n,), that selects the ends of regular steps and the last row.
+    """Return a mask, shape (n,), of the ends of regular steps and the last row.
 
-    Histories use these rows, so that their times are equally spaced. Peaks use all rows, including
-    sub-steps in contact and in retries.
+    Histories use these rows; peaks use all rows.
     """
     steps = time_s / dt_s
     kept = np.abs(steps - np.round(steps)) < STEP_ROUNDING
@@ -101,11 +97,9 @@ def at_regular_steps(time_s: Series, dt_s: float) -> NDArray[np.bool_]:
 
 
 class Recorder:
-    """Records the domain in binary files, one row per committed step.
+    """Records the domain in binary files, one row per committed step and one file per response.
 
-    OpenSees writes each row of a file to the disk at once, so there is one file per response. The
-    files are in a temporary folder, deleted with this object. Reading the same values from Python
-    in every step would cost four times as much.
+    The files are in a temporary folder; reading from Python would cost four times as much.
     """
 
     def __init__(self, units: UnitSystem | None = None) -> None:
@@ -146,8 +140,8 @@ class Recorder:
     def read(self, kind: str, *response: str) -> tuple[Series, dict[int, Series]]:
         """Stop recording; return times, shape (n,), and values of each tag, (n, components).
 
-        The kind is ``Node`` or ``Element``. Both results are empty for a response without tags.
-        Raises `OSError` if the file is incomplete.
+        Both are empty for a response (``Node`` or ``Element``) without tags. `OSError` if the file
+        is incomplete.
         """
         self.close()
         widths = self._widths[kind, *response]

@@ -115,11 +115,8 @@ def analyse(
 ) -> AnalysisResult:
     """Analyse one variant under one two-component motion.
 
-    The same call gives bitwise identical results: nothing depends on the clock. Messages of
-    OpenSees go to ``log_path``; ``progress`` is called with the time reached and the duration.
-
-    Raises:
-        InputError: An argument is outside its limits; nothing was analysed.
+    The same call gives bitwise identical results. OpenSees writes to ``log_path``; ``progress`` is
+    called with time and duration. `InputError` if an argument is outside its limits.
     """
     ground = GroundInput(excitation, settings)
     load_structure(variant.bridge)  # here: periods that its file does not give need the domain
@@ -232,11 +229,8 @@ class _History:
 class Watch:
     """Compares each step with the limits; create it in the state under gravity.
 
-    Attributes:
-        columns: Drifts of the columns since that state.
-
-    Raises:
-        InputError: The joint gap is at least as wide as the seat.
+    ``columns`` are the drifts since then. `InputError` if a joint gap is at least as wide as its
+    seat.
     """
 
     def __init__(self, model: BridgeModel, settings: AnalysisSettings) -> None:
@@ -272,8 +266,7 @@ class Watch:
     def diverged(self) -> str:
         """Return the reason why the state is not a solution, or an empty text.
 
-        Call it once after each step, before `collapsed`: a diverged solution does not prove
-        collapse.
+        Call it once after each step, before `collapsed`.
         """
         drift, disp_m = 0.0, hypot(*self._deck.disp_m())
         for column in self.columns:
@@ -360,15 +353,9 @@ def drifts_at_rest(
 ) -> Rest:
     """Let the model in the open domain come to rest; return the drifts of its columns.
 
-    It vibrates freely from its last displacements and velocities until no column moves. Damping is
-    proportional to the masses of deck and columns, critical at the long period of the bridge;
-    contacts are updated as before. A static release would fail, because open gaps and slipping
+    It vibrates freely from its last state until no column moves, damped by the masses of deck and
+    columns (critical at the long period). A static release would fail: open gaps and slipping
     contacts leave nodes without stiffness. The state of the history is lost.
-
-    Args:
-        model: Model after the last step of a history, whose motion has ended.
-        settings: Settings of the history.
-        columns: Drifts of the columns, from the state under gravity.
     """
     period_s = model.frame.damping.long_period_s
     # ASSUME the path to rest adds no plastic drift: critical damping leaves no cycles
@@ -405,8 +392,8 @@ def drifts_at_rest(
 def _forget_accelerations() -> None:
     """Set the accelerations of massless degrees of freedom to zero.
 
-    The trapezoidal rule does not use them, and they oscillate from step to step; the integrator of
-    the release would treat them as motion.
+    They oscillate under the trapezoidal rule; the integrator of the release would take them as
+    motion.
     """
     for node in ops.getNodeTags():
         for dof in range(1, 7):

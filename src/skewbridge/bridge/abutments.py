@@ -89,11 +89,7 @@ def build_arms(
     options: ModelOptions,
     tags: TagAllocator,
 ) -> tuple[Points, list[int]]:
-    """Create the nodes of a deck end and stiff arms to them from the end node of the spine.
-
-    Stations are the positions along the wall at which each line needs a node. Returns the nodes and
-    the tags of the arms.
-    """
+    """Create nodes at stations of each line, and stiff arms to them; return nodes and arms."""
     # no arm is parallel to the normal of the wall
     transformation = arm_transformation((*end.normal, 0.0), options, tags)
     points: Points = {}
@@ -147,10 +143,7 @@ def pad_stations(pads: PadData | PileData, end: DeckEnd) -> list[float]:
 def bearing_stations(
     pads: PadData | PileData, end: DeckEnd, options: ModelOptions, *, has_pads: bool = True
 ) -> list[float]:
-    """Return the positions along the wall (m) of the pad elements, or of the two supports.
-
-    Two pad elements are placed so that they have the rotational stiffness of all pads.
-    """
+    """Return positions along the wall (m) of all or two equivalent pads, or of supports."""
     if not has_pads:
         return [-end.wall_length_m / 2, end.wall_length_m / 2]
     stations = pad_stations(pads, end)
@@ -172,9 +165,8 @@ def build_bearings(
 ) -> tuple[BearingHandle, ...]:
     """Create pads, or vertical supports, between seat nodes and the bearing line.
 
-    Seat nodes are fixed, unless ``seat_at`` creates them at their place.
-    Vertical springs are elastic in compression and open in tension. The length of an element for
-    one pad is the pad height. Elements for half of the pads or for a support have zero length.
+    Seat nodes are fixed, unless ``seat_at`` creates them. Vertical springs are elastic in
+    compression and open in tension.
     """
     is_each = has_pads and options.pads == "each"
     number, height_m = (1, pads.height_m) if is_each else (pads.count / 2, 0.0)
@@ -206,8 +198,7 @@ def build_bearings(
 def _pad_section(pads: PadData, number: float, upright: int, tags: TagAllocator) -> int:
     """Create the section of several pads: a vertical spring, and shear with a yield circle.
 
-    In shear it behaves like the bearing element at a tenth of the cost: a plastic spring with the
-    characteristic strength acts in parallel with an elastic spring.
+    It is like the bearing element in shear at a tenth of the cost: plastic and elastic in parallel.
     """
     plastic = 1.0 - pads.hardening_ratio
     stiffness = number * pads.shear_stiffness_kn_per_m * KN
@@ -303,11 +294,7 @@ class Joint(Wall):
         return self.data.monolithic_key if is_monolithic else self.data.sacrificial_key
 
     def key_inward_normal(self, sign: float) -> PlanVector:
-        """Return the normal of a key's face, from the key towards the deck.
-
-        By default it is perpendicular to the deck edge; with ``key_frame: skewed`` it is along the
-        wall. The sign is +1 for the key at the end of the wall's tangent, -1 at the opposite end.
-        """
+        """Return the normal of a key's face to the deck, across its edge or along the wall."""
         # ASSUME the face of a key is parallel to the edge of the deck
         is_skewed = self.options.key_frame == "skewed"
         x, y = self.end.tangent if is_skewed else turned(self.end.outward)
@@ -388,10 +375,7 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
 
 
 def normal_gap_m(gap_mm: float, end: DeckEnd, options: ModelOptions) -> float:
-    """Return the opening of a joint at rest, normal to its faces, with the offset of the options.
-
-    If the gap is measured along the bridge, the opening is smaller by cos(skew).
-    """
+    """Return the opening of a joint at rest, normal to its faces, with the option's offset."""
     narrowing = cos(end.skew_rad) if options.gap_measured == "longitudinal" else 1.0
     return max(gap_mm * MM * narrowing + options.gap_offset_mm * MM, 0.0)
 

@@ -38,12 +38,8 @@ def domain() -> Generator[None]:
 def assemble(build_frame: FrameBuilder, variant: Variant, options: ModelOptions) -> BridgeModel:
     """Build a frame and its joints in the open domain, at rest under the dead load.
 
-    The joints are built after the dead load is applied, because the dead load rotates the deck ends
-    and gaps are openings at rest. Axes that the abutment model does not have are ignored.
-
-    Raises:
-        DomainError: The domain already contains a model.
-        GravityError: The gravity analysis does not converge.
+    The dead load rotates the deck ends, and gaps are openings at rest: joints are built after it.
+    Raises `DomainError` in a domain with a model, `GravityError` without equilibrium.
     """
     require_empty_domain()
     tags = TagAllocator()
@@ -67,11 +63,7 @@ def require_empty_domain() -> None:
 def blueprint_of(
     variant: Variant, options: ModelOptions, tags: TagAllocator, *, has_joints: bool = False
 ) -> Blueprint:
-    """Return the blueprint of a variant.
-
-    Abutment model `contact` has the contact units of `contact_friction` but never updates them.
-    Decks meet in contact units with every abutment model.
-    """
+    """Return the blueprint of a variant; contacts of model `contact` are never updated."""
     variant, contacts = variant.normalised(), None
     if variant.traits.has_contacts or has_joints:
         is_updated = variant.traits.has_friction

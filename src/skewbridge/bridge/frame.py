@@ -206,13 +206,7 @@ class Structure(Protocol):
         ...
 
     def build(self, skew_deg: float, options: ModelOptions, tags: TagAllocator) -> Frame:
-        """Build the frame of the bridge in the open, empty domain.
-
-        Args:
-            skew_deg: Skew of the abutments.
-            options: Modelling options with the factors of random properties.
-            tags: Tags of the domain.
-        """
+        """Build the frame in the open, empty domain, for a skew of the abutments."""
         ...
 
 
@@ -273,9 +267,8 @@ class BridgeModel:
     def energy_elements(self) -> dict[str, tuple[int, ...]]:
         """Element tags of each energy-balance group.
 
-        The groups are ``columns``, ``deck``, ``bearings`` (with restrainers), ``backfill`` (wall,
-        key, wing and restoring springs with their dashpots), ``contact`` and ``links`` (stiff
-        connections and foundation springs).
+        ``bearings`` include restrainers; ``backfill`` all springs of walls, keys and wings with
+        their dashpots; ``links`` stiff connections and foundation springs.
         """
         ends, units = self.abutments, self.contacts.units if self.contacts else ()
         springs = {spring.element for end in ends for spring in end.springs}

@@ -22,8 +22,8 @@ def hold_dead_load(
 ) -> None:
     """Apply and hold downward loads and moments about x and y at nodes; set the time to zero.
 
-    The loads are nodal because the corotational transformation ignores element loads. Raises
-    `GravityError` if there is no equilibrium.
+    Loads are nodal: the corotational transformation ignores element loads. `GravityError` without
+    equilibrium.
     """
     open_linear_pattern(tags)
     for node, load_n in loads_n.items():

@@ -77,10 +77,7 @@ class ColumnCapacity:
     def shear_strength_n(
         self, model: ShearModel, axial_n: FloatArray, drift: FloatArray, curvature: FloatArray
     ) -> FloatArray:
-        """Return the shear strength at axial forces and ductilities of drift and curvature, (n,).
-
-        It is nan if it is not stated.
-        """
+        """Return the strength at axial forces and ductilities, (n,); nan if not stated."""
         if self.shear is None:
             return np.full_like(axial_n, np.nan)
         if isinstance(self.shear, ShearSection):
@@ -120,10 +117,7 @@ class ColumnHandle:
 
     @property
     def foot(self) -> int | Point:
-        """Origin of the drift: the base, or a point at the top that moves with a fixed base.
-
-        The drift is then the deformation of the column, without the rotation of its foundation.
-        """
+        """Origin of the drift: the base, or a point at the top that moves with a fixed base."""
         arm_m = (0.0, 0.0, self.clear_height_m)
         return self.base_node if self.is_pinned else Point(self.base_node, arm_m)
 
@@ -132,8 +126,7 @@ class ColumnHandle:
 class CornerHandle:
     """One corner of the deck at an abutment: its node at the soffit and its position at rest.
 
-    ``side`` is ``left`` or ``right``; ``kind`` is ``acute`` or ``obtuse``. Zero skew counts as
-    positive skew.
+    ``side`` is left or right, ``kind`` acute or obtuse; zero skew counts as positive.
     """
 
     node: int
@@ -158,10 +151,7 @@ class BearingHandle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeatHandle:
-    """Corner of a deck end on a cap or a ledge; ``normal`` is out of this deck.
-
-    ``holder`` is the point below it that moves with the cap or the ledge.
-    """
+    """Corner of a deck end above a ``holder`` on a cap or ledge; ``normal`` is out of the deck."""
 
     corner: int
     holder: Point

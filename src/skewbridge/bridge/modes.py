@@ -24,8 +24,7 @@ class Mode:
 def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
     """Return the modes of a model under dead load with open gaps; the model is left as it was.
 
-    Friction springs are made soft, and walls and keys are held in plan: they are not coupled to the
-    bridge while gaps are open, and their local modes would fill the list.
+    Friction springs are made soft, walls and keys are held: their local modes would fill the list.
     """
     ends = model.abutments
     held = {node for end in ends for node in end.key_nodes}
@@ -52,8 +51,5 @@ def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
 
 
 def period_s(modes: Sequence[Mode], direction: str) -> float:
-    """Return the period of the mode with the most mass along ``x, y, z`` or ``rz``.
-
-    Modes couple and change order with skew, so their numbers do not identify them.
-    """
+    """Return the period of the mode with the most mass along ``x, y, z`` or ``rz``."""
     return max(modes, key=lambda mode: getattr(mode, f"mass_{direction}")).period_s

@@ -93,8 +93,8 @@ class DeckEnd:
 def tributary_shares(count: int) -> list[float]:
     """Return the share of the wall for each of equally spaced points, including the corners.
 
-    With three or more points, springs with these shares have the rotational stiffness of a
-    continuous wall. With half a spacing at each corner, five points would be 12 % stiffer.
+    Three or more springs have the rotational stiffness of a continuous wall (half a spacing at the
+    corners: 12 % too stiff with five).
     """
     inner = 1.0 / (count - 1)
     shares = [inner / 2 if i in (0, count - 1) else inner for i in range(count)]

@@ -177,10 +177,10 @@ def _inner_joints(
 
 
 def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.0) -> BridgeData:
-    """Return a bridge with materials, mass, pads and keys multiplied by the option factors.
+    """Return a bridge multiplied by the option factors, with the bents of a skewed bridge.
 
-    Bents of a skewed bridge get the column spacing along the bent and the weight of their longer
-    cap. The factors on damping and backfill are applied where damping and backfill are computed.
+    These have the spacing along the bent and the weight of a longer cap. Factors on damping and
+    backfill act where these are computed.
     """
     # the cap of a skewed bent ends at the edges of the deck
     stretch = 1.0 / cos(radians(options.skew_of_bents_deg(skew_deg)))

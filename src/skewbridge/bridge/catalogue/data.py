@@ -76,8 +76,8 @@ class FoundationData(Part, frozen=True):
 class BentData(Part, frozen=True):
     """One bent: columns equally spaced about the centreline, under an integral cap.
 
-    A bent of one column needs no ``column_spacing_m``. ``column`` and ``base`` are those of the
-    bridge if None; in the file, keys of ``column`` replace single keys of the bridge's column.
+    ``column`` and ``base`` are those of the bridge if None; in the file, ``column`` may have single
+    keys.
     """
 
     columns: Annotated[int, Field(ge=1, le=8)]

@@ -325,8 +325,7 @@ def _is_of_bridge(key: str) -> bool:
 def completed(tree: dict[str, Any], path: Path) -> Completed:
     """Return the bridge of a tree with plain values and ``sources``; rules add what it lacks.
 
-    Raises:
-        InputError: A value is invalid, or missing without a rule whose needs are given.
+    `InputError` for a value that is invalid, or missing without a rule whose needs are given.
     """
     where, derived = Path(path.name), dict[str, Rule]()
     drawn = _take_drawn(tree, path.name)
@@ -392,10 +391,7 @@ def overruled(tree: Mapping[str, Any]) -> set[str]:
 
 
 def _explained(error: InputError) -> InputError:
-    """Return the error with the drawing that would give each missing number.
-
-    A number that is missing only because another one is missing is left out.
-    """
+    """Return the error with the drawing that would give each missing number."""
     file = f"{error.details['file']}"
     first, *lines = str(error).split("\n  ")
     kept: list[str] = []
