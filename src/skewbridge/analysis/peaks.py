@@ -43,17 +43,11 @@ def demands(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelEnd:
-    """First failure of a column, after which the bridge model is no longer valid.
+    """First failure of a column, after which the bridge model is no longer valid."""
 
-    Attributes:
-        mode: ``shear`` or ``flexure``; empty if no column fails.
-        time_s: Time of the first row with a failed column; nan if no column fails.
-        rows: Number of rows up to and including the failure; all rows if no column fails.
-    """
-
-    mode: str
-    time_s: float
-    rows: int
+    mode: str  # ``shear`` or ``flexure``; empty if no column fails
+    time_s: float  # time of the first row with a failed column; nan if no column fails
+    rows: int  # number of rows up to and including the failure; all rows if no column fails
 
 
 def model_end(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> ModelEnd:

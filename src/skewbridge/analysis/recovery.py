@@ -12,19 +12,15 @@ from skewbridge.analysis.settings import AnalysisSettings, OpenSeesCommand
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Attempt:
-    """One solution strategy for a step (a recovery step).
+    """One solution strategy for a step (a recovery step)."""
 
-    Attributes:
-        algorithm: Arguments of the algorithm command.
-        substeps: Number of equal sub-steps; a multiple of the number in the previous recovery
-            step, so that a recovery step can continue where the previous one stopped.
-        tolerance_j: Tolerance of a looser convergence test, or 0 for the tolerance of the settings.
-        max_iterations: Iterations after which the attempt fails; None: as in the settings.
-    """
-
-    algorithm: OpenSeesCommand
+    algorithm: OpenSeesCommand  # arguments of the algorithm command
+    #: number of equal sub-steps; a multiple of the number in the previous recovery step, so that a
+    #: recovery step can continue where the previous one stopped
     substeps: int = 1
+    #: tolerance of a looser convergence test, or 0 for the tolerance of the settings
     tolerance_j: float = 0.0
+    #: iterations after which the attempt fails; None: as in the settings
     max_iterations: int | None = None
 
     @property

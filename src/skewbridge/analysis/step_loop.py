@@ -34,17 +34,11 @@ LONGEST_S: Final = 0.08
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ending:
-    """End of a response history.
+    """End of a response history."""
 
-    Attributes:
-        status: Status, as in the demands table.
-        collapse_criterion: Name of the demand that exceeded its limit, or empty.
-        message: Reason for an early end, or empty.
-    """
-
-    status: Status = "ok"
-    collapse_criterion: str = ""
-    message: str = ""
+    status: Status = "ok"  # status, as in the demands table
+    collapse_criterion: str = ""  # name of the demand that exceeded its limit, or empty
+    message: str = ""  # reason for an early end, or empty
 
 
 class StepLoop(Stepper):

@@ -28,30 +28,23 @@ STEP_ROUNDING: Final = 1.0e-6  # rounding error of a sum of steps, divided by th
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResponseTrace:
-    """All records of an analysis, n rows each; row 0 is the state under gravity.
+    """All records of an analysis, n rows each; row 0 is the state under gravity."""
 
-    Attributes:
-        time_s: Times of the rows.
-        centre_accel_mps2: Acceleration of the deck's mass centre relative to the ground, (n, 2).
-        nodes: Displacements and rotations of each node from the unloaded state, (n, 6). Nodes that
-            are not recorded are fixed.
-        columns: Global end forces of columns and other plastic elements, base first, (n, 12).
-        sections: Axial strain and curvatures about z, y, ... of each element and integration point.
-        springs: Basic forces of each spring element, (n, components).
-        bearings: Shear forces of each pad element on the deck along x and y, (n, 2).
-        normals_n: Normal forces of the contact units, compression positive, (n, units).
-        tangentials_n: Friction forces of the contact units along t1 and t2, (n, units, 2).
-    """
-
-    time_s: Series
+    time_s: Series  # times of the rows
+    #: acceleration of the deck's mass centre relative to the ground, (n, 2)
     centre_accel_mps2: Series
+    #: displacements and rotations of each node from the unloaded state, (n, 6). Nodes that are not
+    #: recorded are fixed.
     nodes: Mapping[int, Series]
+    #: global end forces of columns and other plastic elements, base first, (n, 12)
     columns: Mapping[int, Series]
+    #: axial strain and curvatures about z, y, ... of each element and integration point.
     sections: Mapping[tuple[int, int], Series]
-    springs: Mapping[int, Series]
+    springs: Mapping[int, Series]  # basic forces of each spring element, (n, components)
+    #: shear forces of each pad element on the deck along x and y, (n, 2)
     bearings: Mapping[int, Series]
-    normals_n: Series
-    tangentials_n: Series
+    normals_n: Series  # normal forces of the contact units, compression positive, (n, units)
+    tangentials_n: Series  # friction forces of the contact units along t1 and t2, (n, units, 2)
     _points: dict[Point, Series] = field(default_factory=dict[Point, Series], init=False)
 
     def at(self, rows: slice | list[int] | NDArray[np.bool_]) -> "ResponseTrace":

@@ -55,52 +55,32 @@ _RESIDUAL: Final = "column_residual_drift_ratio"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AnalysisResult:
-    """Result of one analysis, with the peaks up to its last step.
+    """Result of one analysis, with the peaks up to its last step."""
 
-    Attributes:
-        status: Status, as in the demands table.
-        collapse_criterion: Name of the demand that exceeded its limit, or empty.
-        time_reached_s: Time of the last converged step.
-        duration_s: Duration of the analysis if it does not end early.
-        recovery_rung: Highest recovery step in which a step converged; 0 if none was needed.
-        steps_by_rung: (Sub-)steps that converged in each recovery step.
-        loosened_ratio: Share of (sub-)steps that met only a looser convergence test.
-        substeps: Steps shorter than the regular one.
-        failed_attempts: Number of step attempts that did not converge.
-        houbolt_failures: `failed_attempts` if the integrator is Houbolt (each restarts it), else 0.
-        iterations: Equilibrium iterations, including failed attempts.
-        demands: The demand columns of the table, in their units.
-        whole_history: The demand columns as peaks over all steps, even after a column failure.
-        capacities: Capacity columns of the demands table.
-        bents: Capacities of the bents, from `capacity_rows`.
-        model_end: First failure of a column; `demands` are the peaks up to this failure.
-        energy_kj: Terms of the energy balance; empty if it was not computed.
-        histories: Columns of the history table at the regular steps, each of shape (steps + 1,),
-            or None.
-        geometry: Geometry of the model if there are histories and contacts, else None.
-        messages: Reason for an early end, and notes on the demands.
-    """
-
-    status: Status
-    collapse_criterion: str
-    time_reached_s: float
-    duration_s: float
-    recovery_rung: int
-    steps_by_rung: tuple[int, ...]
-    loosened_ratio: float
-    substeps: int
-    failed_attempts: int
+    status: Status  # status, as in the demands table
+    collapse_criterion: str  # name of the demand that exceeded its limit, or empty
+    time_reached_s: float  # time of the last converged step
+    duration_s: float  # duration of the analysis if it does not end early
+    recovery_rung: int  # highest recovery step in which a step converged; 0 if none was needed
+    steps_by_rung: tuple[int, ...]  # (Sub-)steps that converged in each recovery step
+    loosened_ratio: float  # share of (sub-)steps that met only a looser convergence test
+    substeps: int  # steps shorter than the regular one
+    failed_attempts: int  # number of step attempts that did not converge
+    #: `failed_attempts` if the integrator is Houbolt (each restarts it), else 0
     houbolt_failures: int
-    iterations: int
-    demands: dict[str, float]
+    iterations: int  # equilibrium iterations, including failed attempts
+    demands: dict[str, float]  # the demand columns of the table, in their units
+    #: the demand columns as peaks over all steps, even after a column failure
     whole_history: dict[str, float]
-    capacities: dict[str, float]
-    bents: list[dict[str, Any]]
-    model_end: ModelEnd
-    energy_kj: Mapping[str, float]
+    capacities: dict[str, float]  # capacity columns of the demands table
+    bents: list[dict[str, Any]]  # capacities of the bents, from `capacity_rows`
+    model_end: ModelEnd  # first failure of a column; `demands` are the peaks up to this failure
+    energy_kj: Mapping[str, float]  # terms of the energy balance; empty if it was not computed
+    #: columns of the history table at the regular steps, each of shape (steps + 1,), or None
     histories: dict[str, NDArray[np.float64]] | None
+    #: geometry of the model if there are histories and contacts, else None
     geometry: ModelGeometry | None
-    messages: tuple[str, ...]
+    messages: tuple[str, ...]  # reason for an early end, and notes on the demands
 
 
 def analyse(

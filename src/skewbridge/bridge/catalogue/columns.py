@@ -173,21 +173,13 @@ def _block(centre_m: Pair, sizes_m: Pair, counts: tuple[int, int]) -> Fibers:
 
 
 class Hoops(NamedTuple):
-    """Effect of the hoops of a column.
+    """Effect of the hoops of a column."""
 
-    Attributes:
-        confining: Effective steel ratios: times the yield strength, the pressures on the core.
-        volume_ratio: Volume of hoops over that of the core.
-        shear_area_m2: Area of steel across a crack in one layer of hoops.
-        shear_depth_m: Height of a crack of 45 degrees: Vs = area x yield x depth / spacing.
-        shear_ratio: Ratio that the concrete contribution of the shear strength depends on.
-    """
-
-    confining: Pair
-    volume_ratio: float
-    shear_area_m2: Pair
-    shear_depth_m: Pair
-    shear_ratio: Pair
+    confining: Pair  # effective steel ratios: times the yield strength, the pressures on the core
+    volume_ratio: float  # volume of hoops over that of the core
+    shear_area_m2: Pair  # area of steel across a crack in one layer of hoops
+    shear_depth_m: Pair  # height of a crack of 45 degrees: Vs = area x yield x depth / spacing
+    shear_ratio: Pair  # ratio that the concrete contribution of the shear strength depends on
 
 
 class ColumnData(Part, ABC, frozen=True):
