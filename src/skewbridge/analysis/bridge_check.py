@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import product
-from math import cos, degrees, inf, nan, radians, sin
+from math import cos, degrees, inf, radians, sin
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -19,7 +19,7 @@ from skewbridge.analysis.modal import (
 from skewbridge.bridge.catalogue import read_bridge
 from skewbridge.bridge.catalogue.drawing import TABLES, Completed, Formula, Rule, value_at
 from skewbridge.bridge.column import BentCapacity, bent_capacities
-from skewbridge.bridge.frame import BridgeModel, Description
+from skewbridge.bridge.frame import Description
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.section import sdc_shear_strength
 from skewbridge.bridge.structures import CatalogueBridge
@@ -27,7 +27,7 @@ from skewbridge.units import FOOT, INCH, KN, MPA
 from skewbridge.variant.variant import Variant
 
 if TYPE_CHECKING:
-    import pandas as pd
+    pass
 
 #: Limit of axial force under dead load / expected strength of the gross section.
 #: source: AASHTO Guide Specifications for LRFD Seismic Bridge Design, 8.7.2, ductile columns
@@ -38,11 +38,8 @@ SEAT_ALLOWANCE_M: Final = 4 * INCH  # source: same; added to movements and deman
 # ASSUME prestress shortening, creep, shrinkage and temperature together shorten the deck by 1/1000
 SHORTENING_RATIO: Final = 1.0e-3
 SEISMIC_SEAT_FACTOR: Final = 1.5  # source: AASHTO LRFD table 4.7.4.4-1, higher zones
-_SUPPORT: Final = "support_length_m"
-# columns of the demands table with the smallest value of a column of `capacity_rows`
-_LEAST: Final = {"disp_capacity_m": "capacity_m", "p_delta_capacity_m": "disp_at_p_delta_limit_m"}
-#: Columns of the demands table with the capacities of the model of each analysis.
-CAPACITIES: Final = (_SUPPORT, *_LEAST)
+#: Column of the demands table: length of the deck on its seats at rest (AASHTO figure 4.7.4.4-1).
+SUPPORT: Final = "support_length_m"
 _USUAL: Final = [(Formula(text), limits) for text, limits in TABLES["usual"].items()]
 #: Change of a rule's value above which an inherited number is stale.
 _STALE: Final = 0.1
@@ -271,17 +268,6 @@ def seat_demand_aashto_m(bridge: Description, skew_rad: float) -> float:
     return SEISMIC_SEAT_FACTOR * (8.0 + 0.02 * length_ft + 0.08 * height_ft) * skew * INCH
 
 
-def capacities_of(model: BridgeModel, bents: Sequence[Mapping[str, Any]]) -> dict[str, float]:
-    """Return the capacity columns of an analysis from its model and the rows of `capacity_rows`.
-
-    The support length is at rest and normal to the seat (AASHTO LRFD figure 4.7.4.4-1). Without
-    seats or bents they are nan.
-    """
-    values = {name: [bent[of] for bent in bents] for name, of in _LEAST.items()}
-    values[_SUPPORT] = [end.support_length_m for end in model.seats]
-    return {name: float(min(values[name], default=nan)) for name in CAPACITIES}
-
-
 def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:
     """Return the capacities of bents by the Caltrans SDC, one row per bent.
 
@@ -320,7 +306,7 @@ def sdc_rows(
     ``run`` is its row of the demands table, ``bents`` the capacities of its bents, ``corners_m``
     the result of `corner_moves_m`.
     """
-    bridge, support = load_structure(variant.bridge).description, float(run[_SUPPORT])
+    bridge, support = load_structure(variant.bridge).description, float(run[SUPPORT])
     deck_disp_m = float(run["deck_disp_m"])
     rows: list[dict[str, object]] = []
 
@@ -342,25 +328,6 @@ def sdc_rows(
     if bridge.seats_m:
         compare("seat, AASHTO 1.5 N (m)", aashto_m, support)
     return rows
-
-
-def summary_row(variant: Variant, runs: "pd.DataFrame") -> dict[str, Any]:
-    """Return the demand-to-capacity ratios of one variant, as medians over its analyses.
-
-    ``runs`` are its rows; each demand is divided by the capacity of the same analysis.
-    """
-    bridge = load_structure(variant.bridge).description
-    seats = ["acute_corner_unseating_m", "unseating_m"]
-    seats_m = runs[seats].map(partial(seat_demand_sdc_m, bridge))
-    aashto_m, support_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg)), runs[_SUPPORT]
-    ratios = {
-        "disp_ratio": runs["deck_disp_m"] / runs["disp_capacity_m"],
-        "p_delta_ratio": P_DELTA_LIMIT * runs["deck_disp_m"] / runs["p_delta_capacity_m"],
-        "seat_acute_ratio": seats_m[seats[0]] / support_m,
-        "seat_worst_ratio": seats_m[seats[1]] / support_m,
-        "seat_aashto_ratio": aashto_m / support_m,
-    }
-    return {"variant": variant.slug} | {name: each.median() for name, each in ratios.items()}
 
 
 def corner_moves_m(

@@ -11,7 +11,7 @@ import numpy as np
 import openseespy.opensees as ops
 from numpy.typing import NDArray
 
-from skewbridge.analysis.bridge_check import capacities_of, capacity_rows
+from skewbridge.analysis.bridge_check import capacity_rows
 from skewbridge.analysis.energy import EnergyBalance, energy_ratios
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.modal import apply_rayleigh, damp_columns
@@ -66,13 +66,11 @@ class AnalysisResult:
     loosened_ratio: float  # share of (sub-)steps that met only a looser convergence test
     substeps: int  # steps shorter than the regular one
     failed_attempts: int  # number of step attempts that did not converge
-    #: `failed_attempts` if the integrator is Houbolt (each restarts it), else 0
-    houbolt_failures: int
     iterations: int  # equilibrium iterations, including failed attempts
     demands: dict[str, float]  # the demand columns of the table, in their units
     #: the demand columns as peaks over all steps, even after a column failure
     whole_history: dict[str, float]
-    capacities: dict[str, float]  # capacity columns of the demands table
+    support_length_m: float  # of the deck on its seats at rest; nan without seats
     bents: list[dict[str, Any]]  # capacities of the bents, from `capacity_rows`
     model_end: ModelEnd  # first failure of a column; `demands` are the peaks up to this failure
     energy_kj: Mapping[str, float]  # terms of the energy balance; empty if it was not computed
@@ -159,8 +157,7 @@ class _History:
         if self._histories:
             steps = at_regular_steps(trace.time_s, self._settings.dt_s)
             histories = histories_of(self._model, trace.at(steps), ground[steps])
-        bents = capacity_rows(self._model.frame.bents)
-        is_houbolt = self._settings.integrator_command[0] == "Houbolt"
+        lengths_m = [end.support_length_m for end in self._model.seats]
         return AnalysisResult(
             status=ending.status,
             collapse_criterion=ending.collapse_criterion,
@@ -171,12 +168,11 @@ class _History:
             loosened_ratio=self._loosened_ratio(effort),
             substeps=effort.substeps,
             failed_attempts=effort.failed_attempts,
-            houbolt_failures=effort.failed_attempts if is_houbolt else 0,
             iterations=effort.iterations,
             demands=found,
             whole_history=whole,
-            capacities=capacities_of(self._model, bents),
-            bents=bents,
+            support_length_m=min(lengths_m, default=nan),
+            bents=capacity_rows(self._model.frame.bents),
             model_end=end,
             energy_kj=energy,
             histories=histories,

@@ -103,7 +103,6 @@ _CHECKS: Final = (
     _Check("work above friction limit, backwalls", "cone_excess_wall_ratio", _MAX_CONE_EXCESS),
     _Check("work above friction limit, keys", "cone_excess_key_ratio", _MAX_CONE_EXCESS),
     _Check("contact force / weight", "contact_force_ratio", 0.5, ".2f"),
-    _Check("failed attempts with Houbolt", "houbolt_failures", 2, ".0f"),
 )
 
 

@@ -13,7 +13,7 @@ from math import inf, nan
 from pathlib import Path
 from typing import Any
 
-from skewbridge.analysis.bridge_check import CAPACITIES
+from skewbridge.analysis.bridge_check import SUPPORT
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.recovery import steps_as_text
 from skewbridge.analysis.settings import AnalysisSettings
@@ -122,13 +122,12 @@ def outcome_of(result: AnalysisResult) -> dict[str, Any]:
         "collapse_criterion": result.collapse_criterion or reason,
         "beyond_model": result.model_end.mode,
         "beyond_model_s": result.model_end.time_s,
-        **result.capacities,
+        SUPPORT: result.support_length_m,
         "time_reached_s": result.time_reached_s,
         "duration_s": result.duration_s,
         "recovery_rung": result.recovery_rung,
         "steps_by_rung": steps_as_text(result.steps_by_rung),
         "loosened_ratio": result.loosened_ratio,
-        "houbolt_failures": result.houbolt_failures,
         "substeps": result.substeps,
     }
 
@@ -140,12 +139,11 @@ def no_result(status: str, reason: str) -> dict[str, Any]:
         "collapse_criterion": reason,
         "beyond_model": "",
         "beyond_model_s": nan,
-        **dict.fromkeys(CAPACITIES, nan),
+        SUPPORT: nan,
         "time_reached_s": 0.0,
         "duration_s": nan,
         "recovery_rung": 0,
         "steps_by_rung": "",
         "loosened_ratio": 0.0,
-        "houbolt_failures": 0,
         "substeps": 0,
     }
