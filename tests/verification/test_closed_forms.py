@@ -5,8 +5,9 @@ forms by tabulated values, and what the studies leave out.
 
 B1, B2: Den Hartog (1956), Mechanical Vibrations, and (1931), Transactions ASME 53; Shaw (1986),
 Journal of Sound and Vibration 108. B3: Newmark (1965), Geotechnique 15. B4, B5: Schwager and
-Poeschel (2007), Granular Matter 9; Goldsmith (1960), Impact; Johnson (1985), Contact Mechanics. B6, B7: steady radial return. B8: Popp
-and Stelter (1990), Phil. Trans. A 332. B9: Housner (1963), BSSA 53.
+Poeschel (2007), Granular Matter 9; Goldsmith (1960), Impact; Johnson (1985), Contact Mechanics.
+B6, B7: steady radial return. B8: Popp and Stelter (1990), Phil. Trans. A 332. B9: Housner (1963),
+BSSA 53.
 """
 
 from math import asin, atan, degrees

@@ -33,10 +33,7 @@ class AbutmentHistory:
 
 
 def abutment_history(
-    variant: Variant,
-    excitation: Excitation,
-    settings: AnalysisSettings,
-    options: ModelOptions,
+    variant: Variant, excitation: Excitation, settings: AnalysisSettings, options: ModelOptions
 ) -> AbutmentHistory:
     """Analyse the right abutment of a variant with its share of the deck mass.
 

@@ -93,7 +93,6 @@ def check_bridge(name: str) -> dict[str, Any]:
 
 
 def _derived(read: Completed) -> list[dict[str, Any]]:
-    """Return number, value and rule of each number that the file does not give."""
     return [
         {"number": key, "value": value_at(read.bridge, key), "rule": rule.src}
         for key, rule in read.derived.items()
@@ -101,7 +100,6 @@ def _derived(read: Completed) -> list[dict[str, Any]]:
 
 
 def _sources(read: Completed, inherited: Sequence[str]) -> str:
-    """Return how many numbers have each class of source."""
     sources = read.bridge.sources
     own = sources.keys() - read.derived.keys() - read.inherited
     kinds = Counter(sources[key].split(":", 1)[0] for key in own)

@@ -182,7 +182,6 @@ class EnergyBalance:
         return _work(force, np.hstack([trace.position(node) for node in self._masses]))
 
     def _moved(self, element: int, trace: ResponseTrace) -> Matrix:
-        """Return the displacements of both ends of an element, shape (n, 12)."""
         return np.hstack([trace.position(node) for node in self._nodes[element]])
 
     def _end_state(self) -> _EndState:

@@ -124,7 +124,6 @@ def column_drift(column: ColumnHandle, trace: ResponseTrace) -> Series:
 
 
 def _drifts(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return the drift along x and y, shape (n, 2)."""
     relative = trace.disp(column.top)[:, :2] - trace.disp(column.foot)[:, :2]
     return relative / column.clear_height_m
 
@@ -251,12 +250,10 @@ def _transverse_m(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
 
 
 def _deformation(spring: SpringHandle, trace: ResponseTrace) -> Series:
-    """Return the displacement of the deck side relative to the ground side, shape (n, 6)."""
     return trace.disp(spring.nodes[1]) - trace.disp(spring.nodes[0])
 
 
 def _along(direction: Sequence[float], disp: Series) -> Series:
-    """Return the plan displacement along a direction, shape (n,)."""
     return disp[:, 0] * direction[0] + disp[:, 1] * direction[1]
 
 

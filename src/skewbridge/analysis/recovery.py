@@ -178,7 +178,6 @@ class Stepper:
         return made + 1
 
     def _advance(self, size_s: float, *, is_far: bool) -> Generator[float]:
-        """Make one (sub-)step, by recovery steps if needed."""
         if size_s != self._last_s:
             self._last_s = size_s
             self._is_fresh = False
@@ -201,7 +200,6 @@ class Stepper:
         yield size_s
 
     def _recover(self, size_s: float) -> Generator[float]:
-        """Make a step by recovery steps after its first attempt failed."""
         self._count_failure(self.ladder[self._rung])
         solved_by = yield from self._climb(size_s)
         if solved_by and solved_by.substeps == 1:

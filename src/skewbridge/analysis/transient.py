@@ -106,8 +106,6 @@ def analyse(
 
 
 class _History:
-    """Response history of a model that starts from the state under gravity."""
-
     def __init__(
         self,
         model: BridgeModel,
@@ -192,7 +190,6 @@ class _History:
         return Ending(status="collapse", collapse_criterion=criterion) if criterion else None
 
     def _loosened_ratio(self, effort: Effort) -> float:
-        """Return the share of the steps that met only a looser convergence test."""
         usual_j, total = self._settings.tolerance_j, effort.steps_by_rung.total()
         loose = sum(
             count
@@ -322,11 +319,7 @@ class Rest:
     reason: str = ""
 
 
-def drifts_at_rest(
-    model: BridgeModel,
-    settings: AnalysisSettings,
-    columns: Sequence[Lean],
-) -> Rest:
+def drifts_at_rest(model: BridgeModel, settings: AnalysisSettings, columns: Sequence[Lean]) -> Rest:
     """Let the model in the open domain come to rest; return the drifts of its columns.
 
     It vibrates freely from its last state until no column moves, damped by the masses of deck and

@@ -484,7 +484,6 @@ def _build_body(joint: Joint) -> tuple[int, SpringHandle]:
 
 
 def _build_contact(joint: Joint) -> AbutmentHandle:
-    """Create the wall points and the keys with their contact units."""
     end, gap_m, options, tags = joint.end, joint.handle.gap_m, joint.options, joint.tags
     friction = joint.friction * (options.friction_at != "keys")
     units: list[int] = []

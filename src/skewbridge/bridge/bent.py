@@ -157,7 +157,6 @@ def column_places_m(
 
 
 def _along_cap(centre: int, joints: list[tuple[int, float]]) -> list[tuple[int, float]]:
-    """Return node and position (m) of all nodes of a cap, including its middle, sorted."""
     return sorted({(centre, 0.0), *joints}, key=lambda joint: joint[1])
 
 
@@ -304,7 +303,6 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
 
 
 def _elastic_section(column: ColumnData, tags: TagAllocator) -> int:
-    """Create the elastic section of a column with its cracked stiffness; return its tag."""
     section, shape, modulus = tags.section(), column.outline, column.elastic_modulus_gpa * GPA
     normal, along = (column.cracked_stiffness_ratio * shape.inertia_m4(k) for k in (0, 1))
     polar, shear = column.torsion_ratio * shape.torsion_m4, shear_modulus_pa(modulus)
@@ -329,7 +327,6 @@ def _shear_section(
 
 
 def _shear_material(bent: BentCapacity, options: ModelOptions, tags: TagAllocator) -> int:
-    """Create the shear spring of a hinge in one direction and return its tag."""
     loss = shear_loss(bent, options.shear_model)
     residual = RESIDUAL_SHEAR * loss.strength_n
     points = (

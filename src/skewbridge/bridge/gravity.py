@@ -16,9 +16,7 @@ class GravityError(SolutionError):
 
 
 def hold_dead_load(
-    loads_n: Mapping[int, float],
-    moments_nm: Mapping[int, tuple[float, float]],
-    tags: TagAllocator,
+    loads_n: Mapping[int, float], moments_nm: Mapping[int, tuple[float, float]], tags: TagAllocator
 ) -> None:
     """Apply and hold downward loads and moments about x and y at nodes; set the time to zero.
 

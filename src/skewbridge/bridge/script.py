@@ -15,13 +15,7 @@ import openseespy.opensees as ops
 from skewbridge.bridge.assembly import assemble, domain
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import AbutmentData
-from skewbridge.bridge.frame import (
-    Damping,
-    DeadLoad,
-    Description,
-    End,
-    Frame,
-)
+from skewbridge.bridge.frame import Damping, DeadLoad, Description, End, Frame
 from skewbridge.bridge.gravity import GravityError
 from skewbridge.bridge.handles import ColumnCapacity, ColumnHandle, Point, TagAllocator
 from skewbridge.bridge.modes import modes_of, period_s
@@ -292,7 +286,6 @@ class _Reader:
         known: Sequence[int] | None = None,
         kind: str = "node",
     ) -> None:
-        """Raise an `InputError` for a tag that is not in the domain."""
         for tag in tags:
             _need(
                 tag in (self._nodes if known is None else known),
@@ -457,7 +450,6 @@ class _Reader:
 def _strength_n(
     given: float | Callable[..., Any], newton: float, axial_n: Any, drift: Any, curvature: Any
 ) -> Any:
-    """Return the shear strength (N) by a number or function in the units of the script."""
     if not callable(given):
         return np.full_like(axial_n, given * newton)
     return newton * np.asarray(given(axial_n / newton, drift, curvature), dtype=np.float64)

@@ -50,7 +50,6 @@ def script_files(path: Path) -> list[Path]:
 
 
 def _names(file: Path) -> Iterator[str]:
-    """Yield the names of files that a module may import or read."""
     for node in ast.walk(_tree(file)):
         if isinstance(node, ast.Import):
             modules = [alias.name for alias in node.names]

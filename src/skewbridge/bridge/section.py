@@ -285,9 +285,7 @@ def shear_strength(
 
 
 def sdc_shear_strength(
-    section: ShearSection,
-    axial_n: ArrayLike,
-    displacement_ductility: ArrayLike,
+    section: ShearSection, axial_n: ArrayLike, displacement_ductility: ArrayLike
 ) -> FloatArray:
     """Return the Caltrans shear strength Vc + Vs of a plastic hinge in N, from specified strengths.
 

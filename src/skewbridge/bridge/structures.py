@@ -9,14 +9,7 @@ from typing import TYPE_CHECKING, Any
 from skewbridge.bridge.catalogue import BridgeData, load_bridge
 from skewbridge.bridge.catalogue.data import AbutmentData, EndData
 from skewbridge.bridge.column import bent_capacities
-from skewbridge.bridge.frame import (
-    Damping,
-    DeadLoad,
-    Description,
-    End,
-    Frame,
-    InnerJoint,
-)
+from skewbridge.bridge.frame import Damping, DeadLoad, Description, End, Frame, InnerJoint
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.plan import DeckEnd
 from skewbridge.files.digests import digest_of

@@ -51,14 +51,12 @@ def _drop_solver_messages(context: typer.Context) -> None:
 
 
 def _write(columns: Any, folder: Path, name: str) -> None:
-    """Write a table as Parquet."""
     import pandas as pd
 
     pd.DataFrame(columns).to_parquet(writable_folder(folder) / f"{name}.parquet", index=False)
 
 
 def _known_bridges() -> list[str]:
-    """Return the names of the catalogue and of the bridges in config/bridges."""
     from skewbridge.bridge.catalogue import OWN_FOLDER, bridge_names
 
     return [*bridge_names(), *(path.stem for path in sorted(OWN_FOLDER.glob("*.yaml")))]

@@ -39,9 +39,7 @@ commands.add_typer(study)
 
 
 @command(commands)
-def init(
-    folder: Annotated[Path, arg("Folder of the study; created if missing.")],
-) -> Answer:
+def init(folder: Annotated[Path, arg("Folder of the study; created if missing.")]) -> Answer:
     """Write Snakefile, rules, configuration and motions of a study to a folder.
 
     Example: skewbridge init my_study

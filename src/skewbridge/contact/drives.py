@@ -33,11 +33,7 @@ def stribeck_friction(
 
 
 def stribeck_drive(
-    *,
-    static: float,
-    kinetic: float,
-    stribeck_speed_mps: float,
-    viscous_s_per_m: float = 0.0,
+    *, static: float, kinetic: float, stribeck_speed_mps: float, viscous_s_per_m: float = 0.0
 ) -> Drive:
     """Return a drive that sets the friction coefficient from the slip speed of the last step."""
     if not 0.0 <= kinetic <= static:

@@ -98,10 +98,7 @@ class PairState(NamedTuple):
 
 
 def advance_pair(
-    law: ContactLaw,
-    stick_m: tuple[float, float],
-    position_m: tuple[float, float],
-    opening_m: float,
+    law: ContactLaw, stick_m: tuple[float, float], position_m: tuple[float, float], opening_m: float
 ) -> PairState:
     """Return the state after a step from the normal force at its end (exact discrete law).
 

@@ -245,7 +245,6 @@ class ContactUnit:
         return closed != was_closed
 
     def _record_excess(self, size_n: float, limit_n: float, moved_m: float, dt_s: float) -> None:
-        """Record the friction force at the end of the step, its work and its excess."""
         account, work_j, over_n = self.account, size_n * moved_m, size_n - limit_n
         account.friction_impulse_ns += size_n * dt_s
         account.friction_work_j += work_j
@@ -259,7 +258,6 @@ class ContactUnit:
             account.work_over_10_j += work_j
 
     def _check_friction(self, force_1: float, force_2: float) -> None:
-        """Check that the friction springs stay within their bounds."""
         if abs(force_1) <= self._b1 and abs(force_2) <= self._b2:
             return
         slack = FORCE_ROUNDING * self.kt * (abs(self._e1) + abs(self._e2))

@@ -116,8 +116,7 @@ class JournalWriter:
 def open_journal(path: Path, patience_s: float = 0.0) -> Generator[JournalWriter]:
     """Lock a journal and open it for writing.
 
-    Raises `InputError` if another process still holds the lock after `patience_s`, or if the
-    journal cannot be written.
+    `InputError` if another process holds the lock after `patience_s`, or it cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -86,7 +86,6 @@ class Choice:
 
 
 def _effective(task: "Task") -> tuple[object, object]:
-    """Return the analysis settings and the model options in effect under the scheme."""
     return task.settings, task.settings.model_options(task.options)
 
 
@@ -125,7 +124,6 @@ _WHEN_NULL: Final[Mapping[str, Callable[["Task"], Value]]] = {
 
 
 def _plain(value: Any) -> Any:
-    """Return a value of the YAML file with lists converted to tuples."""
     return tuple(map(_plain, value)) if isinstance(value, list) else value
 
 

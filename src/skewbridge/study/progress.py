@@ -84,9 +84,8 @@ def study_progress(run_keys: Mapping[str, Sequence[str]], content: JournalConten
 def forecast_study(config: StudyConfig) -> StudyProgress:
     """Return the progress of a study with its cost in the summary.
 
-    An analysis is done if its key is in a journal. Before motions are prepared, no analysis counts
-    as done and the configured motions are used. The cost of analyses and checks follows from the
-    lengths of the motions and the measured cost of finished analyses.
+    An analysis is done if its key is in a journal. The cost follows from the lengths of the motions
+    and the measured cost of finished analyses.
     """
     keys, durations_s = analysis_keys(config)
     folder = StudyFolder(Path(config.results))
@@ -113,10 +112,7 @@ def forecast_study(config: StudyConfig) -> StudyProgress:
 
 
 def measured_speed(rows: Iterable[Row], settings: AnalysisSettings, time: str = "cpu_s") -> float:
-    """Return the ratio of the measured to the expected time of analyses; 1 without any.
-
-    ``time`` is the column of the measured time. Runs that did not start have no times.
-    """
+    """Return the ratio of measured (column ``time``) to expected time of analyses; 1 without any."""
     names = (time, "duration_s")
     timed = [row for row in rows if all((row[name] or 0.0) > 0.0 for name in names)]
     expected_s = sum(forecast_s(row["duration_s"], row["abutment"], settings) for row in timed)
@@ -126,11 +122,7 @@ def measured_speed(rows: Iterable[Row], settings: AnalysisSettings, time: str = 
 def other_work_s(
     study: StudyConfig, durations_s: Sequence[float], speed: float, cores: float
 ) -> float:
-    """Return the wall time (s) of the work of a study other than the analyses of its variants.
-
-    It covers the numerical checks that are not yet done, fits, figures and page. `speed` is the
-    result of `measured_speed`.
-    """
+    """Return the wall time (s) of checks not yet done, fits, figures and page of a study."""
     folder, variants = StudyFolder(Path(study.results)), len(expand_grid(study.grid))
     *_, pair_s, rows_s = check_plan(study, durations_s)
     tail_s = TAIL_S + pair_s + TAIL_S_PER_VARIANT * variants / min(cores, 2.0)
@@ -143,7 +135,7 @@ def other_work_s(
 
 
 def analysis_keys(config: StudyConfig) -> tuple[Mapping[str, Sequence[str]], Sequence[float]]:
-    """Return the run keys of each variant, and the lengths (s) of the motions.
+    """Return the run keys of each variant and the lengths (s) of the motions.
 
     Before the motions are prepared, the keys are empty texts.
     """

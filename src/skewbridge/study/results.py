@@ -36,11 +36,7 @@ from skewbridge.fragility.effects import (
 )
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import JointModel
-from skewbridge.fragility.limit_states import (
-    States,
-    load_limit_states,
-    with_column_failure,
-)
+from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
 from skewbridge.fragility.paper_table import EXTRAPOLATED
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import fragility_tables, write_tables
@@ -77,7 +73,7 @@ def load_results(folder: Path) -> Results:
     """Read the demands of a study and all tables of its fits.
 
     Warns (`UserWarning`) when tables have different configurations, motions, commits or versions.
-    Raises `InputError` if the folder has no demands, or a table is damaged or of another version.
+    `InputError` without demands, or for a damaged table or another version.
     """
     demands = _frame(demands_file(folder))
     fits = {file.stem: _frame(file) for file in sorted(folder.glob("fragility/*.parquet"))}
@@ -156,8 +152,8 @@ def statistics_of(
 ) -> dict[str, Any]:
     """Write demands and fragility/ of a study from a table of demands; return their summary.
 
-    The summary lists limit states whose demand is missing as ``left_out``. For an invalid value,
-    `InputError` gives its row and column; a folder with a study is refused.
+    ``left_out`` are limit states without their demand. `InputError` for an invalid value, or a
+    folder with a study.
     """
     folder = StudyFolder(writable_folder(out))
     if folder.demands.is_file() and not is_from_statistics(out):
@@ -211,9 +207,8 @@ def compare_studies(
 ) -> StudyComparison:
     """Compare two studies, each given by its folder or its demands; ratios are second / first.
 
-    Runs are paired if bridge, abutment model, all axes, motion, scale and incidence agree. Motions
-    agree by the digests of their files if both studies have a suite, otherwise by name. Pairs in
-    which one run ended early count as bounds. `InputError` if a table, column or pair is missing.
+    Runs are paired if bridge, abutment model, axes, motion, scale and incidence agree; motions by
+    their digests, or by name without suites. Pairs in which one run ended early count as bounds.
     """
     settings, states = _settings(im, margin), _limit_states(limit_states)
     other = _other_motions(first, second)
@@ -294,9 +289,7 @@ def predict_states(
 ) -> list[Row]:
     """Return predictions at a point in the range of a study, one row per fitted limit state.
 
-    ``extrapolated`` and ``p_extrapolated`` are true if fewer than three motions are as strong, or
-    as weak, as the median or the intensity ``at``.
-
+    ``extrapolated`` and ``p_extrapolated``: fewer than three motions are as strong, or as weak.
     `InputError` for a missing table, bridge, model or state, or a value outside the range.
     """
     path = StudyFolder(results).fragility("joint")

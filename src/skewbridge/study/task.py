@@ -61,8 +61,7 @@ class Task:
 def run_key(task: Task) -> str:
     """Return the digest of everything that the result of an analysis depends on.
 
-    The digest includes the accelerations and time step of the motion as analysed, but not its
-    files, name, event or intensity measures.
+    Of the motion, these are the accelerations and time step as analysed, no names or measures.
     """
     return digest_of(
         canonical(asdict(task.variant)),
@@ -80,7 +79,6 @@ def run_key(task: Task) -> str:
 
 @lru_cache(maxsize=1024)
 def _motion_digest(motion: GroundMotion) -> str:
-    """Return the digest of the accelerations and the time step of a motion."""
     digest = hashlib.sha256(repr(float(motion.dt_s)).encode())
     for values in motion.components:
         digest.update(values.astype("<f8").tobytes())
@@ -88,11 +86,9 @@ def _motion_digest(motion: GroundMotion) -> str:
 
 
 def analyse_task(task: Task, log_path: Path, progress: Progress) -> dict[str, Any]:
-    """Run one analysis in this process and return its columns (`outcome_of`).
+    """Run one analysis in this process and return its columns (`outcome_of` or `no_result`).
 
-    An analysis that is refused or stops with an error has a status but no demands (`no_result`).
-    The solver's messages go to the log; `progress` is called with the time reached and the
-    duration, in s.
+    The solver's messages go to the log; `progress` gets the time reached and the duration (s).
     """
     try:
         result = analyse(

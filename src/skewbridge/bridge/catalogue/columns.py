@@ -141,7 +141,6 @@ def _disc_below(height: FloatArray, radius: float) -> FloatArray:
 
 
 def _circle(radius_m: float, area_m2: float, count: int) -> Fibers:
-    """Return fibers of equal area on a circle."""
     angles = [2 * math.pi * (number + 0.5) / count for number in range(count)]
     area = area_m2 / count
     return [(radius_m * math.cos(angle), radius_m * math.sin(angle), area) for angle in angles]

@@ -336,7 +336,6 @@ class BridgeData(Part, frozen=True):
     @model_validator(mode="before")
     @classmethod
     def _columns_of_bents(cls, raw: Any) -> Any:
-        """Complete the column of a bent from that of the bridge."""
         bents = raw.get("bents") if isinstance(raw, dict) else None
         if not isinstance(bents, list) or not isinstance(raw.get("column"), dict):
             return raw

@@ -135,10 +135,7 @@ def _analyze_to_next_row(row: int) -> None:
 
 
 def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]:
-    """Run a contact case and write its forces as CSV; return peaks, work and cone violation.
-
-    The CSV has t_s, fx_n, fy_n and fz_n at the path times, with the signs of `PathResult`.
-    """
+    """Run a contact case, write its forces as CSV; return peaks, work and cone violation."""
     case = read_case(case_file, ContactCase)
     path = read_path(file_of_case(case_file, case.path))
     writable_file(out)
@@ -181,8 +178,8 @@ def triangle(t_s: Array, period_s: float) -> Array:
 def figure_3(rows_per_s: int) -> Array:
     """Return the path of Figure 3 of the paper (12 s).
 
-    Triangle waves along x (period 4 s, amplitude 1 m) and y (6 s, 2 m), and a square wave along the
-    normal (2.5 s, 0.1 m) that is open in the first half of its period.
+    Triangle waves along x (4 s, 1 m) and y (6 s, 2 m); a square wave along the normal (2.5 s, 0.1
+    m).
     """
     # ASSUME all waves start at time zero, triangles rising, contact open: not in the paper.
     t = np.arange(12 * rows_per_s + 1) / rows_per_s

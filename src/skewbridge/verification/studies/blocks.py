@@ -73,10 +73,7 @@ def run_block(
     anchor_m: live.TimeFunction = np.zeros_like,
     integrator: tuple[str | float, ...] = ("Newmark", 0.5, 0.25),
 ) -> History:
-    """Run a block under a force along x, a base acceleration or a motion of the spring anchor.
-
-    With a base acceleration the response is relative to the surface.
-    """
+    """Run a block under a force along x, a base acceleration or a motion of the spring anchor."""
     times, contacts = live.even_times(duration_s, dt_s), ContactSet()
     ground, mass, anchor = 1, 2, 3
     with live.clean_domain(2, 2):
@@ -126,10 +123,8 @@ def run_upright(
 ) -> History:
     """Run a block of 1000 kg that can slide, tip and rock on two corners, with large rotations.
 
-    `half_m` is half of its width and height. It starts at rest and leans to the left if the angle
-    is positive; the floor accelerates by `base_mps2`. The penalty at the corners is 1e9 N/m.
-    The motion is that of the centre, the left and the right corner: x, y and rotation (from that at
-    the start, counter-clockwise) of each.
+    `half_m` is half of its width and height; it leans to the left if the angle is positive. Returns
+    x, y and rotation of the centre, the left and the right corner.
     """
     times, contacts = live.even_times(duration_s, dt_s), ContactSet()
     b, h = half_m
@@ -381,7 +376,7 @@ def spring_block(**changes: Any) -> Block:
 def _forced_response(r: float, friction_ratio: float) -> tuple[float, float]:
     """Return two amplitudes (m) under P cos(W t): computed after 30 cycles, and closed form.
 
-    The mass slides without stops; r = W / w must not be 1, 1/2, 1/3, ...; the other ratio is F / P.
+    r = W / w must not be 1, 1/2, 1/3, ...; the other ratio is F / P.
     """
     force = _FRICTION_N / friction_ratio
     w = r * (_SPRING_N_PER_M / MASS_KG) ** 0.5
@@ -402,7 +397,6 @@ def bounce(drive: Drive, *, speed_mps: float = 1.0, dt_s: float = 5e-4) -> Histo
 
 
 def _check_impacts(study: Study) -> None:
-    """Check restitution and penetration for drives of the normal force."""
     for e in (0.45, 0.6, 0.71, 0.9):
         dashpot = 2.0 * drives.kelvin_voigt_damping_ratio(e) * (1e7 * MASS_KG) ** 0.5
         drive = drives.kelvin_voigt_drive(kn_n_per_m=1e7, dashpot_n_s_per_m=dashpot)

@@ -82,7 +82,6 @@ def _compare_schemes(study: Study) -> None:
 
 
 def _draw(study: Study, path: Array, forces_kn: Array) -> None:
-    """Draw displacements and forces over time, and the loops in their planes."""
     t, (fx, fy, fz) = path[:, 0], forces_kn.T
     moves = {"x": (t, path[:, 1]), "y": (t, path[:, 2]), "10 uz": (t, 10.0 * path[:, 3])}
     total = {"N": (t, fz), "|F|": (t, np.hypot(fx, fy))}
@@ -152,11 +151,7 @@ def run_orders(study: Study) -> None:
 
 
 def smooth_path(rows: int, kind: PathKind) -> Array:
-    """Return two periods (1 s each) of a curve in space, with `rows` rows per period.
-
-    The path `closed` stays closed; `opening and closing` opens once per period; `reversals` stays
-    closed and moves back and forth on a slightly curved line.
-    """
+    """Return two periods (1 s each) of a curve in space, with `rows` rows per period."""
     t = np.linspace(0.0, 2.0, 2 * rows + 1)
     if kind == "reversals":
         x, y = 0.5 * np.sin(2.0 * pi * t), 0.005 * (1.0 - np.cos(4.0 * pi * t))
