@@ -32,7 +32,7 @@ PlannedStudy = Annotated[Path | None, opt(_STUDY, "DIR|FILE.yaml", "--study", "-
 
 
 def config_of(study: Path | None) -> Path:
-    """Return the configuration of a study, given its folder (one file must write to it) or itself."""
+    """Return the configuration of a study, given its results folder or the file itself."""
     if study is None or study.suffix in _YAML:
         return study or DEFAULT_CONFIG
     from skewbridge.study.folder import default_root
@@ -63,7 +63,7 @@ def study_of(study: Path | None) -> "tuple[StudyConfig, StudyFolder]":
 
 
 def study_near(file: Path) -> Path:
-    """Return the study that made a file: its results folder or configuration, or the default one."""
+    """Return the study that made a file: its folder or configuration, or the default one."""
     from skewbridge.study.folder import StudyFolder
 
     for folder in file.resolve().parents:

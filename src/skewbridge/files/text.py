@@ -165,7 +165,7 @@ def read_mapping(path: Path) -> dict[str, Any]:
 
 
 def read_json(path: Path) -> Any:
-    """Return the content of a JSON file; `InputError` if unreadable, too large or deep, or invalid."""
+    """Return the content of a JSON file; `InputError` if unreadable, too large or invalid."""
 
     def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         content = dict(pairs)

@@ -58,7 +58,7 @@ def restart_alarm(*_: object) -> None:
 
 
 def analysed_row(task: Task, key: str, log_folder: Path) -> Row:
-    """Run one analysis in this process; the key is that of the parent, whose sources may be older."""
+    """Run one analysis in this process; ``key`` comes from the parent process."""
     log_folder.mkdir(parents=True, exist_ok=True)
     wall_s, cpu_s = time.perf_counter(), time.process_time()
     log = log_folder / f"{task.motion.motion.motion_id}_{key}.log"

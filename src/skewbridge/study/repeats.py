@@ -126,7 +126,7 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
-    """Return the variants of least and most friction at the largest skew and smallest gap, or None."""
+    """Return the variants of least and most friction at the largest skew, or None."""
     by_bridge_and_gap: dict[Variant, list[Variant]] = {}
     for variant in map(Variant.of_row, records_of(demands.drop_duplicates("variant"))):
         by_bridge_and_gap.setdefault(replace(variant, friction_pct=0), []).append(variant)

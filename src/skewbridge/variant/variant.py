@@ -88,7 +88,7 @@ BRIDGE_PATTERN: Final = r"[a-z][a-z0-9_]{0,59}"
 
 @dataclass(frozen=True, slots=True, kw_only=True, order=True)
 class Variant:
-    """One bridge variant of the grid; whole values become integers. `InputError` for a wrong value."""
+    """One bridge variant of the grid; whole values become integers."""
 
     bridge: str  # name of a bridge, for example ``osb1``, or the path of its file
     abutment: str  # abutment model, a key of `ABUTMENTS`
