@@ -42,7 +42,7 @@ from skewbridge.bridge.script_units import (
     UnitSystem,
     view_constraints,
 )
-from skewbridge.bridge.structures import abutment_of, built_end, widened
+from skewbridge.bridge.structures import built_end, widened
 from skewbridge.contact.element import FIRST_FREE_MATERIAL
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked
@@ -358,7 +358,6 @@ class _Reader:
         _need(width > 0.0, f"width must be positive, got {width / metre:g}")
         _need(soffit >= 0.0, f"soffit must be at least 0, got {soffit / metre:g}")
         data, thickness_m = _abutment(own.abutment or given.abutment, width)
-        data = abutment_of(width, self._options) or data
         plan = DeckEnd(
             side,
             (place[0], place[1]),

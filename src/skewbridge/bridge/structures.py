@@ -6,7 +6,7 @@ from itertools import pairwise
 from math import cos, radians, sqrt
 from typing import TYPE_CHECKING, Any
 
-from skewbridge.bridge.catalogue import BridgeData, load_bridge
+from skewbridge.bridge.catalogue import BridgeData
 from skewbridge.bridge.catalogue.data import AbutmentData, EndData
 from skewbridge.bridge.column import bent_capacities
 from skewbridge.bridge.frame import Damping, DeadLoad, Description, End, Frame, InnerJoint
@@ -193,11 +193,7 @@ def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.
         "deck": {"line_load_kn_per_m": mass, "diaphragm_weight_kn": mass},
         "bents": bents,
     }
-    donor = abutment_of(bridge.deck.width_m, options)
-    built = {
-        name: built_end(donor if donor and end.type == "seat" else end, options)
-        for name, end in bridge.ends.items()
-    }
+    built = {name: built_end(end, options) for name, end in bridge.ends.items()}
     if bridge.abutments is None:
         ends = {"abutment": built["left"]}
     else:
@@ -220,14 +216,6 @@ def built_end(abutment: EndData, options: ModelOptions) -> EndData:
         "monolithic_key": key,
     }
     return _scaled(abutment, factors)
-
-
-def abutment_of(width_m: float, options: ModelOptions) -> AbutmentData | None:
-    """Return the abutment of the bridge in the option ``abutment_of``, if set, for a deck width."""
-    if options.abutment_of is None:
-        return None
-    donor = load_bridge(options.abutment_of)
-    return widened(donor.seat, width_m / donor.deck.width_m)
 
 
 def widened(abutment: AbutmentData, ratio: float) -> AbutmentData:

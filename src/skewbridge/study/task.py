@@ -69,7 +69,6 @@ def run_key(task: Task) -> str:
         canonical(asdict(task.settings)),
         canonical(asdict(task.options)),
         load_structure(task.variant.bridge).digest,
-        *(load_structure(name).digest for name in (task.options.abutment_of,) if name),
         float(task.motion.scale),
         float(task.incidence_deg),
         engine_digest(),

@@ -85,8 +85,6 @@ class ModelOptions:
     # ASSUME the backfill is uniform along the wall
     backfill_variation: Number = Field(default=0.0, ge=0.0, le=0.9)
     """change of the backfill from middle to ends of a wall at skew 60 (Kaviani: 0.3)"""
-    abutment_of: str | None = Field(default=None)
-    """bridge whose abutments replace those of the bridge, scaled to the width of its deck"""
     keys: Literal["sacrificial", "monolithic"] = Field(default="sacrificial")
     """backbone of the exterior shear keys"""
     key_frame: Literal["skewed", "deck_edge"] = Field(default="deck_edge")
