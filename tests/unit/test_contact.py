@@ -448,8 +448,6 @@ def test_the_values_of_a_drive_are_checked(values, message):
         ("stribeck_drive", {"static": 0.4, "kinetic": 0.3, "stribeck_speed_mps": 0.0}),
         ("kelvin_voigt_drive", {"kn_n_per_m": 0.0, "dashpot_n_s_per_m": 1.0}),
         ("kelvin_voigt_drive", {"kn_n_per_m": 1.0, "dashpot_n_s_per_m": -1.0}),
-        ("approach_stiffness_drive",
-         {"kn_n_per_m": 1.0, "reference_speed_mps": 0.0, "exponent": 1.0}),
         ("Drive", {"parameters": ("temperature",), "function": lambda state, time_s: {}}),
     ],
 )  # fmt: skip

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import product
 from math import cos, degrees, inf, radians, sin
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +25,6 @@ from skewbridge.bridge.section import sdc_shear_strength
 from skewbridge.bridge.structures import CatalogueBridge
 from skewbridge.units import FOOT, INCH, KN, MPA
 from skewbridge.variant.variant import Variant
-
-if TYPE_CHECKING:
-    pass
 
 #: Limit of axial force under dead load / expected strength of the gross section.
 #: source: AASHTO Guide Specifications for LRFD Seismic Bridge Design, 8.7.2, ductile columns
@@ -58,7 +55,7 @@ def check_bridge(name: str) -> dict[str, Any]:
     periods_s = {direction: standing.period_s(direction) for direction in DIRECTIONS}
     left, right = standing.abutment_reaction_kn
     inherited = sorted(read.inherited - read.derived.keys()) if read else []
-    bents = [_bent_row(bent) for bent in bent_capacities(read.bridge)] if read else []
+    bents = capacity_rows(bent_capacities(read.bridge)) if read else []
     findings = [finding for row in bents for finding in _bent_findings(row)]
     findings += [
         f"the bridge is a mechanism ({DIRECTIONS[direction]}): its period is infinite"
@@ -193,14 +190,23 @@ def _seat_findings(bridge: Description) -> Iterator[str]:
             yield f"the {end} seat of {seat_m:.3g} m is narrower than {least_m:.3g} m ({rule})"
 
 
+def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:
+    """Return dead loads and capacities of bents by the Caltrans SDC, one row per bent.
+
+    Shear strength and ``p_delta_ratio`` are at the displacement capacity.
+    """
+    return [_bent_row(bent) for bent in bents]
+
+
 def _bent_row(bent: BentCapacity) -> dict[str, Any]:
-    """Return column loads and capacities, with shear strength at the displacement capacity."""
     column, plastic_moment_knm = bent.column, bent.curve.plastic_moment_nm / KN
     strength_kn = column.expected_concrete_strength_mpa * MPA * column.outline.area_m2 / KN
-    ductility = bent.capacity_m / bent.yield_disp_m
+    ductility, ratio = bent.capacity_m / bent.yield_disp_m, bent.p_delta_ratio(bent.capacity_m)
     return {
         "bent": bent.bent,
         "direction": bent.direction,
+        "hinge_length_m": bent.hinge_length_m,
+        "hinge_length_by": bent.hinge_length_by,
         "axial_kn": bent.axial_n / KN,
         "axial_load_ratio": bent.axial_n / KN / strength_kn,
         "axial_load_limit": AXIAL_LOAD_LIMIT,
@@ -208,9 +214,11 @@ def _bent_row(bent: BentCapacity) -> dict[str, Any]:
         "plastic_shear_kn": plastic_moment_knm / bent.shear_span_m,
         "shear_strength_kn": float(sdc_shear_strength(bent.shear, bent.axial_n, ductility)) / KN,
         "yield_disp_m": bent.yield_disp_m,
-        "disp_capacity_m": bent.capacity_m,
-        "p_delta_ratio": bent.p_delta_ratio(bent.capacity_m),
+        "capacity_m": bent.capacity_m,
+        "p_delta_ratio": ratio,
         "p_delta_limit": P_DELTA_LIMIT,
+        "disp_at_p_delta_limit_m": P_DELTA_LIMIT * bent.capacity_m / ratio,
+        "ok": ratio <= P_DELTA_LIMIT,
     }
 
 
@@ -264,33 +272,6 @@ def seat_demand_aashto_m(bridge: Description, skew_rad: float) -> float:
     length_ft = bridge.length_m / FOOT
     skew = 1.0 + 0.000125 * degrees(skew_rad) ** 2
     return SEISMIC_SEAT_FACTOR * (8.0 + 0.02 * length_ft + 0.08 * height_ft) * skew * INCH
-
-
-def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:
-    """Return the capacities of bents by the Caltrans SDC, one row per bent.
-
-    ``p_delta_ratio`` is at the displacement capacity, ``disp_at_p_delta_limit_m`` at its limit.
-    """
-    rows: list[dict[str, Any]] = []
-    for bent in bents:
-        ratio = bent.p_delta_ratio(bent.capacity_m)
-        rows.append(
-            {
-                "bent": bent.bent,
-                "direction": bent.direction,
-                "hinge_length_m": bent.hinge_length_m,
-                "hinge_length_by": bent.hinge_length_by,
-                "axial_kn": bent.axial_n / KN,
-                "plastic_moment_knm": bent.curve.plastic_moment_nm / KN,
-                "yield_disp_m": bent.yield_disp_m,
-                "capacity_m": bent.capacity_m,
-                "p_delta_ratio": ratio,
-                "p_delta_limit": P_DELTA_LIMIT,
-                "disp_at_p_delta_limit_m": P_DELTA_LIMIT * bent.capacity_m / ratio,
-                "ok": ratio <= P_DELTA_LIMIT,
-            }
-        )
-    return rows
 
 
 def sdc_rows(

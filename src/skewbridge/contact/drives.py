@@ -55,25 +55,6 @@ def stribeck_drive(
     return Drive(parameters=("friction",), function=friction)
 
 
-def approach_stiffness_drive(
-    *, kn_n_per_m: float, reference_speed_mps: float, exponent: float
-) -> Drive:
-    """Return a drive that sets Kn = k (v / v_ref)^q from the approach speed v of the pair.
-
-    The stiffness is set while the pair is open and kept until it opens again.
-    """
-    require_limits("kn_n_per_m", kn_n_per_m, is_positive=True)
-    require_limits("reference_speed_mps", reference_speed_mps, is_positive=True)
-
-    def stiffness(state: UnitState, _time_s: float) -> dict[str, float]:
-        approach = -state.opening_rate_mps
-        if state.is_closed or approach <= 0.0:
-            return {}
-        return {"kn_n_per_m": kn_n_per_m * (approach / reference_speed_mps) ** exponent}
-
-    return Drive(parameters=("kn_n_per_m",), function=stiffness)
-
-
 def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
     """Return a drive for a normal spring with a dashpot, whose total force is never tensile.
 
