@@ -1,12 +1,13 @@
-"""Half-widths of effects in designs with equal numbers of analyses, from one full run.
+"""Half-widths of effects of osb1 in designs with equal numbers of analyses.
 
-The full run has 48 recorded pairs, both orientations and all twelve variants of osb1, at levels in
-bands. Sub-samples of 288 analyses: 24 pairs in one orientation and all variants (`full`), or 48
-pairs in both orientations, all skews and one cell of gap and friction each (`blocks`); and blocks
-with every sixth pair in all cells, which have more analyses (`default`). A second run has these
-blocks at levels spread over the range of the earlier studies.
+Designs of 288 analyses: `full`, 24 of 48 recorded pairs in one orientation and all twelve variants;
+`blocks`, the default study without its complete motions: 48 pairs in both orientations, all skews
+and one cell of gap and friction each; `spread`, such blocks with levels over the whole range
+instead of bands. `full` and `blocks` are means over random parts of larger runs: FULL has all pairs
+in one orientation and all variants, DEFAULT is the default study. `all` and `default` are these
+runs.
 
-Usage: design_efficiency.py FULL.parquet SPREAD.parquet
+Usage: design_efficiency.py FULL.parquet DEFAULT.parquet SPREAD.parquet
 """
 
 import json
@@ -25,35 +26,25 @@ from skewbridge.fragility.limit_states import (
     with_column_failure,
 )
 from skewbridge.fragility.settings import DEFAULTS
-from skewbridge.motions.blocks import assign
-from skewbridge.motions.levels import BlocksConfig
 
 DEMANDS = ("deck_disp_m", "column_drift_ratio", "column_shear_dcr", "unseating_m")
 DRAWS = 8
 CELL = ["gap_mm", "friction"]
 
 
-def full(table, rng):
-    """Return 24 motions, each in one orientation and in all variants."""
+def half_of_the_motions(table, rng):
+    """Return the runs of half of the motions."""
     motions = table["motion_id"].drop_duplicates().to_numpy()
-    angles = table["incidence_deg"].drop_duplicates().to_numpy()
-    chosen = rng.permutation(motions)[: motions.size // 2]
-    angle = dict(zip(chosen, rng.choice(angles, chosen.size), strict=True))
-    return table[table["motion_id"].map(angle) == table["incidence_deg"]]
+    return table[table["motion_id"].isin(rng.permutation(motions)[: motions.size // 2])]
 
 
-def blocks(table, rng, complete_share=0.0):
-    """Return all motions in both orientations, each in the cells of `motions.blocks`."""
-    levels = table.groupby("motion_id")[DEFAULTS.im].median()
-    levels = levels.iloc[rng.permutation(len(levels))]
-    cells = list(table[CELL].drop_duplicates().sort_values(CELL).itertuples(index=False, name=None))
-    cells = [cells[place] for place in rng.permutation(len(cells))]
-    angles = sorted(table["incidence_deg"].unique())
-    design = BlocksConfig(within=("skew_deg",), cells_per_motion=1, complete_share=complete_share)
-    runs = assign(levels.tolist(), len(cells), len(angles), design)
-    kept = {(levels.index[m], angles[a], *cells[c]) for m, a, c in np.argwhere(runs).tolist()}
-    keys = table[["motion_id", "incidence_deg", *CELL]].itertuples(index=False, name=None)
-    return table[[key in kept for key in keys]]
+def one_cell(table, rng):
+    """Return the runs of each motion and orientation in one cell of gap and friction."""
+    cell = table[CELL].astype(str).agg("/".join, axis=1)
+    chosen = cell.groupby([table["motion_id"], table["incidence_deg"]]).transform(
+        lambda cells: rng.choice(np.unique(cells))
+    )
+    return table[cell == chosen]
 
 
 def half_widths(table, states):
@@ -72,9 +63,10 @@ def half_widths(table, states):
     return dict(zip(pooled["axis"] + " " + pooled["demand"], width, strict=True))
 
 
-def main(full_run, spread_run):
+def main(full_run, default_study, spread_run):
     """Return the mean half-widths over draws of each design, and their ratios."""
-    table, spread = pd.read_parquet(full_run), pd.read_parquet(spread_run)
+    table, default, spread = map(pd.read_parquet, (full_run, default_study, spread_run))
+    default = default[default["bridge"] == "osb1"]
     limits = Path(__file__).parents[1] / "config" / "limit_states.yaml"
     states = [
         state
@@ -84,13 +76,13 @@ def main(full_run, spread_run):
     rng = np.random.default_rng(45)
     found, sizes = {}, {}
     for name, design, source, draws in (
-        ("all", lambda rows, _: rows, table, 1),
-        ("full", full, table, DRAWS),
-        ("blocks", blocks, table, DRAWS),
-        ("default", lambda rows, rng: blocks(rows, rng, 0.17), table, DRAWS),
-        ("spread", lambda rows, _: rows, spread, 1),
+        ("all", None, table, 1),
+        ("default", None, default, 1),
+        ("full", half_of_the_motions, table, DRAWS),
+        ("blocks", one_cell, default, DRAWS),
+        ("spread", None, spread, 1),
     ):
-        samples = [design(source, rng) for _ in range(draws)]
+        samples = [design(source, rng) if design else source for _ in range(draws)]
         sizes[name] = len(samples[0])
         widths = pd.DataFrame([half_widths(sample, states) for sample in samples])
         found[name] = widths.mean()
@@ -103,5 +95,5 @@ def main(full_run, spread_run):
 
 
 if __name__ == "__main__":
-    text = json.dumps(main(*sys.argv[1:3]), indent=1)
+    text = json.dumps(main(*sys.argv[1:4]), indent=1)
     Path(__file__).with_suffix(".json").write_text(text + "\n", encoding="utf-8")
