@@ -16,11 +16,11 @@ from skewbridge.analysis.model_script import model_script, recording
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import configure_solver
 from skewbridge.bridge.abutments import bearing_stations, build_arms, build_bearings
+from skewbridge.bridge.assembly import open_linear_pattern
 from skewbridge.bridge.backfill import variation_factors
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import PadData
 from skewbridge.bridge.column import bent_capacities
-from skewbridge.bridge.gravity import open_linear_pattern
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import (
     DomainError,

@@ -9,7 +9,7 @@ import numpy as np
 import openseespy.opensees as ops
 
 from skewbridge.analysis.trace import Series
-from skewbridge.bridge.gravity import open_linear_pattern
+from skewbridge.bridge.assembly import open_linear_pattern
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, build_abutment, domain
 from skewbridge.bridge.plan import PlanVector

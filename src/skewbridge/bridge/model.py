@@ -11,12 +11,12 @@ from skewbridge.bridge.assembly import (
     assemble,
     blueprint_of,
     domain,
+    hold_dead_load,
     require_empty_domain,
 )
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import AbutmentData
 from skewbridge.bridge.frame import Blueprint, BridgeModel, End
-from skewbridge.bridge.gravity import hold_dead_load
 from skewbridge.bridge.handles import AbutmentHandle, TagAllocator
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.structures import built_bridge, deck_ends
