@@ -27,7 +27,7 @@ COMMANDS: Final = {
     "export": ("fragility", "Write fragility curves for other tools, spreadsheets and papers."),
     "compare": ("study", "Compare two studies run by run: ratios of demands and of medians."),
     "provenance": ("study", "Show where a result comes from and whether it is up to date."),
-    "study": ("study", "Maintain and publish a study: retry, journal, plot, methods, archive."),
+    "study": ("study", "Maintain and publish a study: retry, plot, methods, archive."),
     "contact": ("run", "Drive one contact unit along a displacement path."),
     "deck": ("run", "Run the rigid skew deck under a pulse or a record."),
     "verify": ("run", "Repeat the studies of the paper and compare with their references."),
