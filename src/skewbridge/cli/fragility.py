@@ -5,14 +5,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from skewbridge.cli import new_group
-from skewbridge.cli.options import (
-    LIMIT_STATES,
-    LimitStates,
-    Out,
-    Study,
-    folder_of,
-    keys_and_values,
-)
+from skewbridge.cli.options import LIMIT_STATES, LimitStates, Out, Study, folder_of, keys_and_values
 from skewbridge.cli.output import Answer, arg, command, opt, rounded, selected, warn
 from skewbridge.errors import InputError
 from skewbridge.files.text import Number, checked
@@ -64,10 +57,7 @@ class ExportOptions:
     method: Annotated[str | None, opt("Method of the curves.", "[cloud|exceedance]")] = None
     hazard: Annotated[Path | None, opt("Hazard curve (CSV: im, rate): adds frequencies.")] = None
     im_range: Annotated[tuple[float, float] | None, opt("Intensities (csv).", "LOW HIGH")] = None
-    skew_factors: Annotated[
-        bool,
-        opt("Ratios to skew 0.", None, "--skew-factors"),
-    ] = False
+    skew_factors: Annotated[bool, opt("Ratios to skew 0.", None, "--skew-factors")] = False
 
 
 @command(commands)

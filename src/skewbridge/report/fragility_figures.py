@@ -17,7 +17,6 @@ from skewbridge.demands.validity import is_complete, with_derived_columns
 from skewbridge.files.tables import Floats, records_of
 from skewbridge.fragility.verdicts import OK
 from skewbridge.report import appearance
-from skewbridge.report.answer import model_name
 from skewbridge.report.appearance import (
     STYLE,
     VARIANT_COLOURS,
@@ -34,9 +33,6 @@ _NAME_ROOM: Final = 0.05  # height of the name of a state / height of a panel
 _FAR_BELOW: Final = 300.0  # demands below the mildest state / this are drawn at the bottom
 _COLOURS: Final = {"choice": VARIANT_COLOURS[0], "axis": VARIANT_COLOURS[1]}
 _KINDS: Final = {"choice": "choice of the modeller", "axis": "axis of the study"}
-COMPARED_KINDS: Final = tuple(_KINDS)
-_SKEW_MARKS: Final = {"skew": "s", "skew_part": "o", "skew_remainder": "D", "skew_extra": "o"}
-_SKEW_TICKS_PCT: Final = (-80, -50, -30, -20, -10, 0, 10, 20, 30, 50, 100, 200, 400)
 LINEAR_PCT: Final = 5.0  # the scale is linear up to here, then logarithmic
 _TICKS_PCT: Final = (2, 5, 20, 100, 500)
 _LEAST_PCT: Final = 6.0  # smallest range of a panel on each side
@@ -265,66 +261,3 @@ def choice_findings(choices: pd.DataFrame) -> list[str]:
                 + (f"larger changes: {sizes}." if sizes else "no choice changes it more.")
             )
     return found
-
-
-@mpl.rc_context(STYLE)
-def skew_parts(rows: pd.DataFrame) -> Figure:
-    """Draw the effect of the largest skew on the headline demands with its parts, by bridge."""
-    is_extra = rows["kind"] == "skew_extra"
-    rows = rows.assign(name=rows["name"].mask(is_extra, rows["name"] + ", not in total"))
-    models = appearance.groups_of(rows, ["bridge", "abutment"])
-    names, colours = list(rows["name"].unique()), VARIANT_COLOURS
-    demands = demands_for("headline", rows["demand"].unique())
-    size = 4.6 * len(models) + 1.4, 0.17 * (len(names) + 2) * len(demands) + 0.9
-    figure = Figure(figsize=size, layout="constrained")
-    panels = figure.subplots(1, len(models), squeeze=False, sharex=True, sharey=True)[0]
-    places = {
-        (demand, name): (len(names) + 2) * block + place
-        for block, demand in enumerate(demands)
-        for place, name in enumerate(names)
-    }
-    for panel, ((bridge, abutment), own) in zip(panels, models, strict=True):
-        counted = own[["n", "n_pairs"]].max()
-        motions = f"{counted['n']} of {counted['n_pairs']} motions"
-        panel.set_title(f"{model_name(bridge, abutment)} ({motions})", loc="left", fontsize=9)
-        across = panel.get_yaxis_transform()
-        for row in records_of(own[own["demand"].isin(demands)]):
-            kind, y = row["kind"], places[row["demand"], row["name"]]
-            is_sum = kind in ("skew", "skew_remainder")
-            shade = "black" if is_sum else colours[names.index(row["name"]) - 1]
-            inside = "white" if kind == "skew_extra" else shade
-            panel.plot([row["ci_low"], row["ci_high"]], [y, y], color=shade, linewidth=1.2)
-            panel.plot(row["ratio"], y, _SKEW_MARKS[kind], color=shade, mfc=inside, ms=4.5)
-            panel.text(1.01, y, _skew_text(row), transform=across, va="center", fontsize=7)
-        for demand in demands:
-            label, top = appearance.demand_name(demand), places[demand, names[0]] - 1
-            panel.text(0.0, top, label, transform=across, va="center", fontsize=8, weight="bold",
-                       bbox={"color": "white", "pad": 1.0})  # fmt: skip
-        panel.axvline(1.0, color="black", linewidth=0.8)
-        panel.set(xscale="log", xlabel="change of the demand (%)")
-    panels[0].set_yticks(list(places.values()), [name for _, name in places], fontsize=7.5)
-    panels[0].set_ylim(max(places.values()) + 0.7, -1.7)
-    low, high = panels[0].get_xlim()
-    step = 10 if high < 2.5 * low else 50  # keep the labels apart
-    ticks = [t for t in _SKEW_TICKS_PCT if t % step == 0 and low <= 1.0 + t / 100.0 <= high]
-    panels[0].set_xticks([1.0 + t / 100.0 for t in ticks], [f"{t:+d}" if t else "0" for t in ticks])
-    panels[0].xaxis.set_minor_locator(NullLocator())
-    return figure
-
-
-def _skew_text(row: Mapping[Any, Any]) -> str:
-    interval = appearance.interval_text(row).removesuffix(" %")
-    return f"{appearance.change_text(row)} ({interval})" if row["n"] else "no motion"
-
-
-def skew_findings(rows: pd.DataFrame) -> list[str]:
-    """Return one sentence per bridge: effects of skew on headline demands and largest parts."""
-    rows = rows[(rows["n"] > 0) & rows["demand"].isin(demands_for("headline"))]
-    found: dict[str, list[str]] = {}
-    for (bridge, demand), own in appearance.groups_of(rows, ["bridge", "demand"]):
-        sizes = own.loc[own["kind"] == "skew_part", "ratio"].map(np.log).abs()
-        shown = own[(own["kind"] == "skew") | own.index.isin(sizes.nlargest(1).index)]
-        texts = [f"{row['name']} {appearance.change_text(row)}" for row in records_of(shown)]
-        name = appearance.demand_name(demand).lower()
-        found.setdefault(bridge, []).append(f"{name} {', largest part '.join(texts)}")
-    return [f"{bridge}: {'; '.join(texts)}." for bridge, texts in found.items()]

@@ -135,8 +135,7 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
             title = f"{model}: {caption.title}"
             name = re.sub(r"[^\w.-]+", "-", start + caption.name)  # part of file names
             yield replace(caption, name=name, title=title, model=model), draw
-    for figures in (_skew_figures, _history_figures):
-        yield from figures(tables)
+    yield from _history_figures(tables)
     if tables.suite:
         caption = _caption("motions", scales=[item.scale for item in tables.suite])
         yield caption, partial(applied_spectra, tables.suite)
@@ -213,10 +212,8 @@ def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 
 
 def _choice_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    if tables.choices is None:
-        return
-    choices = tables.choices[tables.choices["kind"].isin(fragility_figures.COMPARED_KINDS)]
-    if choices.empty:
+    choices = tables.choices
+    if choices is None or choices.empty:
         return
     caption = _caption(
         "choices",
@@ -226,17 +223,6 @@ def _choice_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         linear_pct=fragility_figures.LINEAR_PCT,
     )
     yield caption, partial(fragility_figures.tornado, choices)
-
-
-def _skew_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    choices = tables.choices
-    if choices is None or not (choices["kind"] == "skew").any():
-        return
-    rows = choices[~choices["kind"].isin(fragility_figures.COMPARED_KINDS)]
-    caption = _caption(
-        "skew_parts", findings=fragility_figures.skew_findings(rows), pairs=rows["n_pairs"].max()
-    )
-    yield caption, partial(fragility_figures.skew_parts, rows)
 
 
 def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
