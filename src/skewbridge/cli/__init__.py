@@ -20,7 +20,7 @@ COMMANDS: Final = {
     "status": ("study", "Show how many analyses are done, failed and left, and the last failure."),
     "run": ("run", "Analyse one variant under one motion and draw its histories."),
     "bridge": ("bridge", "List, check, draw and push single bridges."),
-    "motions": ("motions", "Read, check, measure, draw and synthesize ground motions."),
+    "motions": ("motions", "Read, check, measure, draw, select and synthesize ground motions."),
     "fit": ("fragility", "Fit a fragility curve: theta, beta, their intervals and a status."),
     "statistics": ("fragility", "Fit curves and effects to any table of demands."),
     "predict": ("fragility", "Predict fragility between the variants of a study."),
