@@ -316,7 +316,7 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
         elif sums["n_without_curve"] > 0:
             notes[place] = (
                 f"{start}: some variants have no curve, because runs that ended early make the "
-                "median too uncertain; the ratios use the cloud fits of these variants."
+                "median too uncertain; the ratios use the demand model of all variants."
             )
     return notes
 

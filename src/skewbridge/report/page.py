@@ -75,7 +75,7 @@ def write_report(
     """Write the report to an HTML file.
 
     ``tables`` maps the names in `StudyFolder.report_inputs` to paths. It may also contain
-    check_predict and choices (modelling choices). ``figures`` is a folder. ``study`` is None for
+    choices (modelling choices). ``figures`` is a folder. ``study`` is None for
     tables of `skewbridge statistics`, without a study.
     """
     frames = {name: read_frame(path) for name, path in tables.items() if path.suffix == ".parquet"}
@@ -138,7 +138,7 @@ def _study_parts(
         "bridges": [(bridge, bridge_words(bridge.description)) for bridge in bridges],
         "joints": joint_rows(demands, bridges),
         "checks": json.loads(tables["checks"].read_text("utf-8")),
-        "quality": quality(demands, frames["sensitivity"], frames.get("check_predict")),
+        "quality": quality(demands, frames["sensitivity"]),
         "exclude_suspect": study.fragility.exclude_suspect,
         "methods": methods_of(study, frames["suite"]),
         "state_heads": STATE_HEADS,
@@ -718,16 +718,10 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
 
 
 def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
-    """Count the medians with both fits, the medians that differ, and the fits used for them."""
-    differs = curves["methods_differ"].eq(other=True)
-    used = differs & curves["preferred"].eq(other=True)
-    is_cloud = curves["method"] == "cloud"
-    return {
-        "both": int((is_cloud & curves["methods_ratio"].notna()).sum()),
-        "differ": int((is_cloud & differs).sum()),
-        "marked": int(used.sum()),
-        "by_exceedance": int((used & ~is_cloud).sum()),
-    }
+    """Count the medians with both fits, and those that differ."""
+    models = curves[curves["method"] == "cloud"]
+    both, differ = models["methods_ratio"].notna(), models["methods_differ"].eq(other=True)
+    return {"both": int(both.sum()), "differ": int(differ.sum())}
 
 
 def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
@@ -741,15 +735,9 @@ def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
     return f"{text} {paper_table.DAGGER}" if row.get(paper_table.EXTRAPOLATED) is True else text
 
 
-def quality(
-    demands: pd.DataFrame, sensitivity: pd.DataFrame, check: pd.DataFrame | None
-) -> dict[str, Any]:
-    """Return the numbers in the quality section of the page; shares are in per cent.
-
-    ``check`` has the errors of `predict` inside the grid, or is None if they were not measured.
-    """
+def quality(demands: pd.DataFrame, sensitivity: pd.DataFrame) -> dict[str, Any]:
+    """Return the numbers in the quality section of the page; shares are in per cent."""
     name, rubbed = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
-    compared = None if check is None else check[check["status"] == OK]
     # after the failure of a column its fibers lose their force in jumps, which the work of end
     # forces does not follow; demands count up to the failure
     standing = demands[~demands[BEYOND_MODEL].fillna("").astype(bool)]
@@ -758,6 +746,4 @@ def quality(
         "changes": 100.0 * sensitivity.get("reference_largest_change", pd.Series(dtype=float)),
         "compared": sensitivity[["rows", "analysed_s"]].max() if len(sensitivity) else None,
         "excesses": 100.0 * rubbed.get(name, pd.Series(dtype=float)),
-        "predicted": compared,
-        "errors": None if compared is None else 100.0 * compared["error"].abs(),
     }
