@@ -19,6 +19,8 @@ from skewbridge.files.text import Number, checked
 
 commands = new_group()
 
+Hazard = Annotated[Path | None, opt("Hazard curve (CSV: im, rate; OpenQuake; USGS): annual rates.")]
+
 
 @dataclass(frozen=True, kw_only=True)
 class FitCommand:
@@ -94,6 +96,7 @@ def statistics(
     limit_states: LimitStates = LIMIT_STATES,
     im: Annotated[str | None, opt("Intensity measure, if there are several.", "COLUMN")] = None,
     margin: Annotated[float | None, opt("Negligible relative change; default 0.05.")] = None,
+    hazard: Hazard = None,
     report: Annotated[bool, opt("Also write figures and report.html.", None, "--report")] = False,
 ) -> Answer:
     """Fit curves and effects to any table of demands.
@@ -107,7 +110,7 @@ def statistics(
     """
     from skewbridge.study.results import statistics_of
 
-    answer = statistics_of(demands, out, limit_states, im, margin)
+    answer = statistics_of(demands, out, limit_states, im, margin, hazard)
     for text in answer["warnings"]:
         warn(text)
     if report:

@@ -38,6 +38,7 @@ from skewbridge.fragility.effects import (
     run_pairs,
 )
 from skewbridge.fragility.fits import FITTED
+from skewbridge.fragility.hazard import HazardConfig, hazard_curve
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import (
     LimitState,
@@ -223,23 +224,33 @@ def _settings(im: str, margin: float | None) -> FitSettings:
 
 
 def statistics_of(
-    demands: Path, out: Path, limit_states: Path, im: str | None = None, margin: float | None = None
+    demands: Path,
+    out: Path,
+    limit_states: Path,
+    im: str | None = None,
+    margin: float | None = None,
+    hazard: Path | None = None,
 ) -> dict[str, Any]:
     """Write demands and fragility/ of a study from a table of demands; return their summary.
 
-    The summary lists limit states whose demand is missing as ``left_out``. For an invalid value,
-    `InputError` gives its row and column; a folder with a study is refused.
+    The summary lists limit states whose demand is missing as ``left_out``. With a hazard curve, the
+    curves are for its intensity measure. For an invalid value, `InputError` gives its row and
+    column; a folder with a study is refused.
     """
     folder = StudyFolder(writable_folder(out))
     if folder.demands.is_file() and not is_from_statistics(out):
         raise InputError(f"{out} has the demands of a study: choose another folder")
     states = _limit_states(limit_states)
-    table, measure = _read_demands(demands, im, states)
+    site = HazardConfig(file=hazard and str(hazard), measure=hazard and im)
+    measures = list(map(str, read_any(demands).filter(regex="^im_"))) if hazard else []
+    rates = hazard_curve(site, measures, DEFAULTS.im)
+    table, measure = _read_demands(demands, rates.im if rates else im, states)
     usable = [state for state in states if state.demand in table]
     if not usable:
         names = ", ".join(dict.fromkeys(state.demand for state in states))
         raise InputError(f"{demands.name} has none of the demands of the limit states: {names}")
-    tables = fragility_tables(table, usable, _settings(measure, margin), jobs=cpu_count())
+    settings = _settings(measure, margin)
+    tables = fragility_tables(table, usable, settings, hazard=rates, jobs=cpu_count())
     notes, texts = tables["input_notes"], {name: label_of(name) for name in map(str, table)}
     write_frame(table, folder.demands, provenance(**{_STATISTICS_OF: demands.name}), texts)
     write_tables(tables, folder.fragility("curves").parent)
