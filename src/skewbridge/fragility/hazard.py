@@ -104,6 +104,7 @@ class HazardCurve:
     levels: Floats  # in the unit of the column, shape (n,)
     rates: Floats  # 1/year, shape (1 + F, n)
     quantiles: Floats  # probability of each fractile, shape (F,)
+    source: str = ""  # name of the file
 
     @property
     def plain(self) -> tuple[object, ...]:
@@ -263,7 +264,7 @@ def _assembled(path: Path, parts: dict[float | None, _Part]) -> HazardCurve:
         raise file_fault(path, ": fewer than two intensities have a rate above zero")
     positive_rates = np.maximum(rates[:, used], _LEAST_RATE)
     arrays = {"levels": main.levels[used], "rates": positive_rates}
-    return HazardCurve(im=main.im, quantiles=np.array(quantiles), **arrays)
+    return HazardCurve(im=main.im, quantiles=np.array(quantiles), source=path.name, **arrays)
 
 
 def _parts(path: Path) -> Iterator[_Part]:

@@ -16,7 +16,7 @@ from scipy import special
 
 from skewbridge.files.tables import Floats, Row, records_of
 from skewbridge.fragility import demand_table
-from skewbridge.fragility.curves import METHODS
+from skewbridge.fragility.curves import CURVE_COLUMNS, METHODS
 from skewbridge.fragility.demand_model import BridgeModels, StateCurve
 from skewbridge.fragility.effects import effect_row
 from skewbridge.fragility.fits import ALL_EXCEED, BOUNDS_TOO_WIDE, FITTED, NO_EXCEEDANCE
@@ -133,17 +133,27 @@ def _with_variance(
     return rate.value, rate.value / factor, rate.value * factor
 
 
+def with_bounds(curves: pd.DataFrame) -> pd.DataFrame:
+    """Return curves in which bounds of medians, which one method gives, are in all methods."""
+    names = [name for name in _BOUNDS if name in curves]
+    largest = curves.groupby(list(_STATE))[names].transform("max")
+    return curves.assign(**{name: largest[name] for name in names})
+
+
 def rates_of_curves(curves: pd.DataFrame, joint: pd.DataFrame, hazard: HazardCurve) -> pd.DataFrame:
     """Return the columns of `state_columns` of curves, indexed as ``curves``.
 
     ``joint`` is the table next to them, possibly empty; without it, intervals are from variances.
     """
     names = ["bridge", "abutment", "component", "limit_state"]
-    usable = joint[joint["modes"].notna()] if len(joint) else joint
-    models = {tuple(row[n] for n in names): JointModel(row) for row in records_of(usable)}
+    models = {
+        tuple(row[name] for name in names): JointModel(row)
+        for row in records_of(joint[joint["modes"].notna()])
+    }
     rows: list[Row] = []
-    for row in records_of(curves):
-        model = models.get(tuple(row[n] for n in names))
+    columns = dict.fromkeys([*curves, *CURVE_COLUMNS])
+    for row in records_of(curves.reindex(columns=list(columns))):
+        model = models.get(tuple(row[name] for name in names))
         curve = model.curve(row) if model else None
         found = None if curve is None or np.isnan(curve.ln_theta[0]) else curve
         rows.append(state_columns(row, found, hazard, row["level"]))
@@ -166,12 +176,8 @@ def rate_table(
         values["variant"]: (each, values) for each in models for values in records_of(each.variants)
     }
     columns = demand_table.variant_columns(curves)
-    # bounds of medians are in the row of the exceedance fit
-    keys = [curves[name] for name in _STATE]
-    curves = curves.copy()
-    curves[_BOUNDS] = curves[_BOUNDS].groupby(keys).transform("max")
     rows: list[Row] = []
-    for row in records_of(chosen_curves(curves)):
+    for row in records_of(chosen_curves(with_bounds(curves))):
         place = {name: row[name] for name in (*columns, *_STATE[1:])}
         each, values = of_variant[row["variant"]]
         curve = each.curve(of_state[row["component"], row["limit_state"]], values)
