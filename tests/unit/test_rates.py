@@ -14,6 +14,7 @@ from skewbridge.errors import InputError
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.hazard import HazardConfig, hazard_curve, measure_column, read_hazard
+from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.rates import rate_effects, rate_table
 from skewbridge.fragility.system import system_curves
 from skewbridge.fragility.union import curve_probability
@@ -129,7 +130,8 @@ def rates_of(rows, states, hazard):
     models = fit_models(rows, states, SETTINGS)
     curves = fit_study(rows, states, SETTINGS, models=models)
     system = system_curves(rows, states, SETTINGS, models=models, hazard=hazard)
-    table = rate_table(curves, models, states, system, hazard)
+    joint = joint_table(rows, states, SETTINGS, models=models)
+    table = rate_table(curves, joint, system, hazard)
     further = {"curves": curves, "system": system}
     return curves, table, rate_effects(models, states, hazard, SETTINGS, **further)
 
@@ -205,10 +207,9 @@ def test_states_without_an_estimate_have_bounds_and_effects_are_paired(file):
     both = system["annual_rate"].reindex(largest.index)
     assert (both >= 0.99 * largest).all()
     assert ("system", "slight", "skew_deg") in pooled.index
-    wide = rate_table(
-        curves.assign(status="bounds_too_wide"), fit_models(rows, states, SETTINGS), states,
-        pd.DataFrame(), hazard,
-    )  # fmt: skip
+    joint = joint_table(rows, states, SETTINGS)
+    wide = rate_table(curves.assign(status="bounds_too_wide"), joint, pd.DataFrame(), hazard)
+    wide = wide[wide["annual_rate_high"].notna()]
     assert (wide["annual_rate_low"] < wide["annual_rate_high"]).all()
     assert wide["annual_rate"].isna().all()
 

@@ -161,34 +161,23 @@ def rates_of_curves(curves: pd.DataFrame, joint: pd.DataFrame, hazard: HazardCur
 
 
 def rate_table(
-    curves: pd.DataFrame,
-    models: Iterable[BridgeModels],
-    states: States,
-    system: pd.DataFrame,
-    hazard: HazardCurve,
+    curves: pd.DataFrame, joint: pd.DataFrame, system: pd.DataFrame, hazard: HazardCurve
 ) -> pd.DataFrame:
     """Return table `rates`: one row per variant and limit state, then per degree of the system.
 
     ``system`` has the columns `rate` and `shares` of `system_curves` with a hazard.
     """
-    of_state = {(state.component, state.name): state for state in states}
-    of_variant = {
-        values["variant"]: (each, values) for each in models for values in records_of(each.variants)
-    }
-    columns = demand_table.variant_columns(curves)
+    chosen, columns = chosen_curves(with_bounds(curves)), demand_table.variant_columns(curves)
+    places = chosen[[*columns, *_STATE[1:]]]
+    states = places.join(rates_of_curves(chosen, joint, hazard))
     rows: list[Row] = []
-    for row in records_of(chosen_curves(with_bounds(curves))):
-        place = {name: row[name] for name in (*columns, *_STATE[1:])}
-        each, values = of_variant[row["variant"]]
-        curve = each.curve(of_state[row["component"], row["limit_state"]], values)
-        model = None if isinstance(curve, str) else curve
-        rows.append(place | state_columns(row, model, hazard, row["level"]))
     for row in records_of(system):
         place = {name: row[name] for name in (*columns, "limit_state", "status", "level")}
         place |= {"component": SYSTEM, "method": SYSTEM, "im": hazard.im}
         has = isinstance(row["rate"], LogRate)
         found = row["rate"].interval(row["level"]) if has else (nan, nan, nan)
         rows.append(place | (row["shares"] if has else {}) | rate_columns(found))
+    rows = [*records_of(states), *rows]
     return pd.DataFrame(rows, columns=list(demand_table.described("rates")))
 
 

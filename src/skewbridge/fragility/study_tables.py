@@ -92,7 +92,7 @@ def fragility_tables(
     system = system_curves(rows, states, settings, models=models, hazard=hazard, jobs=jobs)
     tables |= {name: pd.DataFrame(columns=list(DESCRIPTIONS[name])) for name in RATES}
     if hazard is not None:
-        tables["rates"] = rate_table(curves, models, states, system, hazard)
+        tables["rates"] = rate_table(curves, joint, system, hazard)
         tables["rate_effects"] = rate_effects(
             models, states, hazard, settings, curves=curves, system=system
         )

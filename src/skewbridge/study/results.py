@@ -38,7 +38,7 @@ from skewbridge.fragility.effects import (
     run_pairs,
 )
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.hazard import HazardConfig, hazard_curve
+from skewbridge.fragility.hazard import HazardConfig, HazardCurve, hazard_curve
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import (
     LimitState,
@@ -48,6 +48,7 @@ from skewbridge.fragility.limit_states import (
 )
 from skewbridge.fragility.motion_means import interval
 from skewbridge.fragility.paper_table import EXTRAPOLATED
+from skewbridge.fragility.rates import curve_rate, rate_columns, rate_effects
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import fragility_tables, write_tables
 from skewbridge.study.folder import StudyFolder, starter_files
@@ -283,13 +284,20 @@ class StudyComparison(NamedTuple):
 
     demands: pd.DataFrame
     medians: pd.DataFrame
+    rates: pd.DataFrame  # empty without a hazard curve
     counts: dict[str, int]  # pairs, runs in one only, shared variants and motions, equal pairs
     other_motions: tuple[str, ...]  # left out: same name in both studies, different files
     warnings: tuple[str, ...]  # demands that seem to be in per cent
 
 
 def compare_studies(
-    first: Path, second: Path, limit_states: Path, *, im: str, margin: float
+    first: Path,
+    second: Path,
+    limit_states: Path,
+    *,
+    im: str,
+    margin: float,
+    hazard: Path | None = None,
 ) -> StudyComparison:
     """Compare two studies, each given by its folder or its demands; ratios are second / first.
 
@@ -298,6 +306,7 @@ def compare_studies(
     which one run ended early count as bounds. `InputError` if a table, column or pair is missing.
     """
     settings, states = _settings(im, margin), _limit_states(limit_states)
+    site = site_hazard(hazard, im)
     other = _other_motions(first, second)
     tables: list[pd.DataFrame] = []
     for number, study in enumerate((first, second)):
@@ -322,9 +331,13 @@ def compare_studies(
     runs, notes = demand_table.prepared(paired, [state.demand for state in states], settings)
     top, bottom = (pairs[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
     equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
+    models = fit_models(runs, states, settings, further=[STUDY])
+    shared: Any = {"models": models, "axes": [STUDY]}
+    rates = rate_effects(models, states, site, settings, axes=[STUDY]) if site else pd.DataFrame()
     return StudyComparison(
         demands=effect_table(both, effects),
-        medians=median_effects(runs, states, settings, axes=[STUDY]),
+        medians=median_effects(runs, states, settings, **shared),
+        rates=rates,
         counts={
             "pairs": len(pairs),
             "only_first": len(tables[0]) - len(pairs),
@@ -364,39 +377,53 @@ def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[st
     return f"the studies have no run in common; they share {shared} {reason}"
 
 
-def predict_states(
+def joint_rows(
     results: Path,  # folder of a study, or one written by `skewbridge statistics`
-    values: Mapping[str, float],  # value on each axis
-    *,
     bridge: str | None = None,  # None if the study has only one
     abutment: str | None = None,  # None: the only one, else contact-friction
     component: str | None = None,
     state: str | None = None,
-    at: float | None = None,  # intensity for `p` (with beta_total), `p_records` (with beta)
 ) -> list[Row]:
-    """Return predictions at a point in the range of a study, one row per fitted limit state.
+    """Return the rows of table `joint` with an estimate for one bridge and abutment model.
 
-    ``extrapolated`` and ``p_extrapolated`` are true if fewer than three motions are as strong, or
-    as weak, as the median or the intensity ``at``.
-
-    `InputError` for a missing table, bridge, model or state, or a value outside the range.
+    `InputError` for a missing table, bridge, model or state. Each row has `RANDOM_PROPERTIES`.
     """
     path = StudyFolder(results).fragility("joint")
     if not path.is_file():
         advice = "run the study or skewbridge statistics, or name another folder (--study)"
         raise InputError(f"{path} is missing: {advice}", file=str(path))
-    if at is not None and not 0.0 < at < np.inf:
-        raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
     stored = read_table(path)
     drawn = texts_of(stored.schema).get(RANDOM_PROPERTIES, "none")
     table = _chosen(frame_of(stored), "bridge", bridge)
     table = _chosen(table, "abutment", abutment and abutment.replace("-", "_"), "contact_friction")
     for column, name in (("component", component), ("limit_state", state)):
         table = table if name is None else _chosen(table, column, name)
-    usable = records_of(table[table["status"] == FITTED])
+    usable = records_of(table[table["status"] == FITTED].assign(**{RANDOM_PROPERTIES: drawn}))
     if not usable:
         why = ", ".join(sorted(set(table["status"])))
         raise InputError(f"no joint model of these limit states has an estimate: {why}")
+    return usable
+
+
+def predict_states(
+    results: Path,
+    values: Mapping[str, float],  # value on each axis
+    *,
+    at: float | None = None,  # intensity for `p` (with beta_total), `p_records` (with beta)
+    hazard: Path | None = None,  # hazard curve for the columns of `rate_columns`
+    **chosen: str | None,  # see `joint_rows`
+) -> list[Row]:
+    """Return predictions at a point in the range of a study, one row per fitted limit state.
+
+    ``extrapolated`` and ``p_extrapolated`` are true if fewer than three motions are as strong, or
+    as weak, as the median or the intensity ``at``.
+
+    `InputError` as for `joint_rows`, or for a value outside the range.
+    """
+    if at is not None and not 0.0 < at < np.inf:
+        raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
+    usable = joint_rows(results, **chosen)
+    site = site_hazard(hazard, usable[0]["im"])
     rows: list[Row] = []
     for row in usable:
         model = JointModel(row)
@@ -412,9 +439,16 @@ def predict_states(
         low, high = row.get("im_low", np.inf), row.get("im_high", -np.inf)
         found[EXTRAPOLATED] = not low <= theta <= high
         found[f"p_{EXTRAPOLATED}"] = None if at is None else not low <= at <= high
-        found |= {"loo_error": row["loo_error"], "im": row["im"], RANDOM_PROPERTIES: drawn}
-        rows.append(found)
+        if site is not None:
+            found |= rate_columns(curve_rate(site, curve).interval(model.level))
+        shared = {name: row[name] for name in ("loo_error", "im", RANDOM_PROPERTIES)}
+        rows.append(found | shared)
     return rows
+
+
+def site_hazard(file: Path | None, im: str) -> HazardCurve | None:
+    """Return the hazard curve of a file for the intensity of curves; None without a file."""
+    return hazard_curve(HazardConfig(file=file and str(file)), [im], im)
 
 
 def _chosen(table: pd.DataFrame, column: str, name: str | None, usual: str = "") -> pd.DataFrame:
