@@ -36,6 +36,7 @@ from skewbridge.report import answer, appearance
 from skewbridge.report.answer import change_name, counted, effect_name, model_name, number_word
 from skewbridge.report.appearance import groups_of, in_words, plain_label, shown_axes, variant_text
 from skewbridge.report.methods import STATE_HEADS, methods_of
+from skewbridge.report.rates import rates_on_page
 from skewbridge.report.study_figures import SECTIONS, Caption, draw_study, read_captions
 from skewbridge.statuses import STATUSES
 from skewbridge.study.config import FigureSettings, StudyConfig
@@ -65,7 +66,11 @@ def write_report(
     check_predict and choices (modelling choices). ``figures`` is a folder. ``study`` is None for
     tables of `skewbridge statistics`, without a study.
     """
-    frames = {name: read_frame(path) for name, path in tables.items() if path.suffix == ".parquet"}
+    frames = {
+        name: read_frame(path)
+        for name, path in tables.items()
+        if path.suffix == ".parquet" and path.is_file()
+    }
     curves, medians = frames["curves"], frames["medians"]
     functions = (axes_of, model_name, shown_axes, variant_text)
     filters = (groups_of, in_words, median_text, number_text, records_of, shown_rows, unbroken)
@@ -80,6 +85,7 @@ def write_report(
             **_effect_parts(frames),
             gallery=pictures_of(read_captions(tables["captions"]), figures),
             explorer=explorer_of(frames, units),
+            rates=rates_on_page(frames),
             tables=frames,
             paper=paper_rows(curves, medians, frames["joint"]),
             compared=methods_compared(curves),
