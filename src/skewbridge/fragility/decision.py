@@ -105,7 +105,7 @@ def decision(
             at_sdc = np.interp(hazard.level_of(SDC_RATE), np.log(medians), np.log(_LENGTHS_M))
             row["sdc_demand_m"] = float(np.exp(at_sdc))
             if column is not None:
-                rate = curve_rate(hazard, column.curve(place | values)).interval(column.level)
+                rate = curve_rate(column.curve(place | values), hazard).interval(column.level)
                 row |= dict(zip(_COLUMN, rate, strict=True))
             found.append(place | row)
     table = pd.DataFrame(found)
@@ -131,7 +131,7 @@ def _allowed_gaps(of_skew: pd.DataFrame, target: float) -> pd.Series:
 
 def _length(curves: Sequence[StateCurve], hazard: HazardCurve, target: float) -> LogRate:
     """Return ln of the length that is exceeded with the target rate; NaN outside `_LENGTHS_M`."""
-    rates = [curve_rate(hazard, curve) for curve in curves]
+    rates = [curve_rate(curve, hazard) for curve in curves]
     logs, fractiles = (
         np.array([_crossing(column, np.log(target)) for column in np.transpose(part)])
         for part in ([rate.logs for rate in rates], [rate.fractiles for rate in rates])

@@ -32,10 +32,9 @@ SYSTEM: Final = "system"
 YEARS: Final = 50.0
 _ENDS: Final = ("", "_low", "_high")
 _LEAST_MOTIONS: Final = 5  # as for ratios of medians
-_STEP: Final = ("from_value", "to_value")
-_STATE: Final = ("variant", "component", "limit_state")
+_STEP: Final = ["from_value", "to_value"]
+_STATE: Final = ["variant", "component", "limit_state"]
 _BOUNDS: Final = ["theta_bound_low", "theta_bound_high", "theta_bound_beta"]
-_STEP_SIZE: Final = 1e-4  # of ln theta and beta, for derivatives
 
 
 def rate_columns(rates: Sequence[float]) -> Row:
@@ -45,118 +44,84 @@ def rate_columns(rates: Sequence[float]) -> Row:
     return row | {f"probability_50y{end}": p for end, p in zip(_ENDS, years, strict=True)}
 
 
-def curve_rate(hazard: HazardCurve, curve: StateCurve) -> LogRate:
-    """Return the ln rate of the curves of a state, from all runs and without each block."""
-    narrow = curve.total if curve.modes is None else curve.modes.beta
-    return hazard.rate(partial(_probability, curve), float(np.nanmin(narrow)))
+def curve_rate(curve: StateCurve, hazard: HazardCurve) -> LogRate:
+    """Return the ln rate of the R curves of a state; NaN without a curve."""
 
-
-def _probability(curve: StateCurve, ln_im: Floats) -> Floats:
-    if curve.modes is not None:
-        return curve.modes.probability(ln_im)
-    return special.ndtr((ln_im - curve.ln_theta) / curve.total)
-
-
-def _lognormal(theta: float, beta: float, hazard: HazardCurve) -> LogRate:
     def probability(ln_im: Floats) -> Floats:
-        return special.ndtr((ln_im - np.log(theta)) / beta)
+        if curve.modes is not None:
+            return curve.modes.probability(ln_im)
+        return special.ndtr((ln_im - curve.ln_theta) / curve.total)
 
-    return hazard.rate(probability, beta)
-
-
-def _of_row(curve: Row, hazard: HazardCurve) -> LogRate:
-    """Return the ln rate of a row of table `curves`, without replicates."""
-    union = union_curve(curve)
-    if union is None:
-        return _lognormal(curve["theta"], _total(curve), hazard)
-    narrow = float(np.min(union.beta))
-    return hazard.rate(lambda ln_im: curve_probability(np.exp(ln_im), curve), narrow)
+    narrow = float(np.nanmin(curve.total if curve.modes is None else curve.modes.beta, initial=9.0))
+    return hazard.rate(probability, narrow)
 
 
-def _total(curve: Row) -> float:
-    return curve["beta"] if pd.isna(curve["beta_total"]) else curve["beta_total"]
+def _lognormal(theta: float, beta: float, hazard: HazardCurve) -> float:
+    """Return the annual rate of one lognormal curve."""
+    curve = StateCurve(np.log([theta]), np.array([nan]), np.array([beta]))
+    return curve_rate(curve, hazard).value
 
 
-def state_columns(
-    curve: Row,  # row of table `curves`
-    model: StateCurve | None,  # its curve by the demand model, with replicates
-    hazard: HazardCurve,
-    level: float,
-) -> Row:
-    """Return the columns of rate, interval and shares of a limit state in a variant.
+def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> Row:
+    """Return the columns of rate, interval and shares of a row of table `curves`.
 
-    A state with wide bounds has the rates of its bounds, and one that no run (or every run) exceeds
-    that of the bound of its median.
+    ``model`` has its curve by the demand model with replicates. Without it, the interval is that of
+    theta. A state with wide bounds has the rates of its bounds; a state that no run, or every run,
+    exceeds has the rate of the bound of its median.
     """
     status, found = curve["status"], (nan, nan, nan)
-    row: Row = {"status": status, "method": curve["method"], "im": curve["im"], "level": level}
-    capacity = float(np.nan_to_num(curve["capacity_dispersion"]))
-    # ASSUME a bound of a median has the slope 1 for the dispersion of its capacity
-    wide = float(np.hypot(curve["theta_bound_beta"], capacity))
-    of_bounds = partial(_lognormal, beta=wide, hazard=hazard)
+    row: Row = {name: curve[name] for name in ("status", "method", "im", "level")}
+    bound_beta = np.hypot(curve["theta_bound_beta"], np.nan_to_num(curve["capacity_dispersion"]))
     if status == FITTED:
-        rate = _of_row(curve, hazard)
+        wide = curve["beta"] if pd.isna(curve["beta_total"]) else curve["beta_total"]
+        own = StateCurve(np.log([curve["theta"]]), np.array([nan]), np.array([wide]))
+        own = own._replace(modes=union_curve(curve))
         if model is not None and curve["method"] == METHODS[0]:
-            found = curve_rate(hazard, model).interval(level)
-        else:
-            found = _with_variance(curve, rate, hazard, level)
+            found = curve_rate(model, hazard).interval(curve["level"])
+        else:  # ASSUME the dispersion is known
+            thetas = (curve[name] for name in ("theta", "theta_high", "theta_low"))
+            middle, *ends = (_lognormal(theta, wide, hazard) for theta in thetas)
+            rate = curve_rate(own, hazard).value
+            found = rate, *(rate * end / middle for end in ends)
         p = curve_probability(hazard.levels[[0, -1]], curve)
-        covered = curve["im_low"], curve["im_high"]
-        row |= hazard.shares(partial(_of_row, curve), p, *covered)
+        row |= hazard.shares(partial(curve_rate, own), p, curve["im_low"], curve["im_high"])
     elif status == BOUNDS_TOO_WIDE and model is not None:
-        extra = np.sqrt(np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0))
-        own, factors = curve_rate(hazard, model).interval(level), list[float]()
-        for name in TREATMENTS:
-            beta = float(np.hypot(curve[f"beta_{name}"], extra))
-            factors.append(_lognormal(curve[f"theta_{name}"], beta, hazard).value / own[0])
-        # the interval of the model, widened to the bounds
-        found = nan, own[1] * min(1.0, *factors), own[2] * max(1.0, *factors)
+        # the interval of the model, widened to the bounds with the dispersion of the capacity
+        extra = np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0)
+        rate, low, high = curve_rate(model, hazard).interval(curve["level"])
+        bounds = [
+            (curve[f"theta_{n}"], np.hypot(curve[f"beta_{n}"], extra**0.5)) for n in TREATMENTS
+        ]
+        factors = [1.0, *(_lognormal(*bound, hazard) / rate for bound in bounds)]
+        found = nan, low * np.nanmin(factors), high * np.nanmax(factors)
+    # ASSUME a bound of a median has the slope 1 for the dispersion of its capacity
     elif status == NO_EXCEEDANCE:
-        found = nan, 0.0, of_bounds(curve["theta_bound_low"]).value
+        found = nan, 0.0, _lognormal(curve["theta_bound_low"], bound_beta, hazard)
     elif status == ALL_EXCEED:
-        found = nan, of_bounds(curve["theta_bound_high"]).value, hazard.rates[0, 0]
+        least = _lognormal(curve["theta_bound_high"], bound_beta, hazard)
+        found = nan, least, float(hazard.rates[0, 0])
     return row | rate_columns(found)
-
-
-def _with_variance(
-    curve: Row, rate: LogRate, hazard: HazardCurve, level: float
-) -> tuple[float, float, float]:
-    """Return a rate with its interval from the variances of ln theta and beta (delta method)."""
-    theta, total = curve["theta"], _total(curve)
-    steps = (theta, total), (theta * np.exp(_STEP_SIZE), total), (theta, total + _STEP_SIZE)
-    logs = [_lognormal(*each, hazard).logs[0] for each in steps]
-    slope = (logs[1] - logs[0]) / _STEP_SIZE
-    of_beta = (logs[2] - logs[0]) / _STEP_SIZE * curve["beta"] / total
-    variance = slope**2 * curve["var_ln_theta"] + of_beta**2 * curve["var_beta"]
-    variance += 2.0 * slope * of_beta * curve["cov_ln_theta_beta"]
-    factor = float(np.exp(special.ndtri(0.5 + 0.5 * level) * np.sqrt(variance)))
-    return rate.value, rate.value / factor, rate.value * factor
 
 
 def with_bounds(curves: pd.DataFrame) -> pd.DataFrame:
     """Return curves in which bounds of medians, which one method gives, are in all methods."""
     names = [name for name in _BOUNDS if name in curves]
-    largest = curves.groupby(list(_STATE))[names].transform("max")
+    largest = curves.groupby(_STATE)[names].transform("max")
     return curves.assign(**{name: largest[name] for name in names})
 
 
 def rates_of_curves(curves: pd.DataFrame, joint: pd.DataFrame, hazard: HazardCurve) -> pd.DataFrame:
-    """Return the columns of `state_columns` of curves, indexed as ``curves``.
-
-    ``joint`` is the table next to them, possibly empty; without it, intervals are from variances.
-    """
-    names = ["bridge", "abutment", "component", "limit_state"]
-    models = {
-        tuple(row[name] for name in names): JointModel(row)
-        for row in records_of(joint[joint["modes"].notna()])
-    }
+    """Return the columns of `state_columns`, indexed as ``curves``; ``joint`` may be empty."""
+    key = ["bridge", "abutment", "component", "limit_state"]
+    usable = joint[joint["modes"].notna()]
+    models = {tuple(row[n] for n in key): JointModel(row) for row in records_of(usable)}
     rows: list[Row] = []
-    columns = dict.fromkeys([*curves, *CURVE_COLUMNS])
-    for row in records_of(curves.reindex(columns=list(columns))):
-        model = models.get(tuple(row[name] for name in names))
+    table = curves.reindex(columns=list(dict.fromkeys([*curves, *CURVE_COLUMNS])))
+    for row in records_of(table):
+        model = models.get(tuple(row[n] for n in key))
         curve = model.curve(row) if model else None
-        found = None if curve is None or np.isnan(curve.ln_theta[0]) else curve
-        rows.append(state_columns(row, found, hazard, row["level"]))
+        has = curve is not None and np.isfinite(curve.ln_theta[0])
+        rows.append(state_columns(row, curve if has else None, hazard))
     return pd.DataFrame(rows, curves.index)
 
 
@@ -168,93 +133,15 @@ def rate_table(
     ``system`` has the columns `rate` and `shares` of `system_curves` with a hazard.
     """
     chosen, columns = chosen_curves(with_bounds(curves)), demand_table.variant_columns(curves)
-    places = chosen[[*columns, *_STATE[1:]]]
-    states = places.join(rates_of_curves(chosen, joint, hazard))
-    rows: list[Row] = []
+    states = chosen[[*columns, *_STATE[1:]]].join(rates_of_curves(chosen, joint, hazard))
+    rows = records_of(states)
     for row in records_of(system):
         place = {name: row[name] for name in (*columns, "limit_state", "status", "level")}
         place |= {"component": SYSTEM, "method": SYSTEM, "im": hazard.im}
         has = isinstance(row["rate"], LogRate)
         found = row["rate"].interval(row["level"]) if has else (nan, nan, nan)
         rows.append(place | (row["shares"] if has else {}) | rate_columns(found))
-    rows = [*records_of(states), *rows]
     return pd.DataFrame(rows, columns=list(demand_table.described("rates")))
-
-
-def _effects(
-    models: BridgeModels,
-    states: Sequence[LimitState | str],  # a text is a degree of damage of the system
-    hazard: HazardCurve,
-    settings: FitSettings,
-    axis: str,
-    *,
-    fitted: frozenset[tuple[str, ...]] | None,  # variant, component, state with a curve; None: all
-    system: Mapping[tuple[str, str], LogRate],  # keys: variant, degree
-) -> list[Row]:
-    """Return the effects of an axis on the rates of one bridge, pooled and of pairs of variants."""
-    variants, blocks = models.variants, demand_table.block_names(models.runs)
-
-    @cache
-    def rate_of(state: LimitState | str, number: int) -> LogRate | None:
-        values = records_of(variants)[number]
-        if isinstance(state, str):
-            return system.get((values["variant"], state))
-        runs, curve = models.runs[models.variant == number], models.curve(state, values)
-        enough = runs["motion_id"].nunique() >= _LEAST_MOTIONS
-        if not enough or demand_outcomes(runs, [state]).status(state) != FITTED:
-            return None
-        return None if isinstance(curve, str) else curve_rate(hazard, curve)
-
-    def row(scope: str, start: LogRate, end: LogRate) -> Row:
-        change = end.minus(start)
-        found = {"scope": scope, "n_motions": len(blocks)}
-        found |= {"from_rate": start.value, "to_rate": end.value}
-        found |= effect_row(change.jackknifed, settings, blocks=blocks)
-        ratio, low, high = change.interval(EFFECT_CONFIDENCE)
-        found |= {"ratio": ratio, "ci_low": low, "ci_high": high}
-        return found | {"direction": int(low > 1.0) - int(high < 1.0)}
-
-    names = list(dict.fromkeys([*demand_table.axis_names(variants), axis]))
-    others = [name for name in names if name != axis]
-    rows: list[Row] = []
-    for step, cells in _pairs(variants, axis, others).groupby(list(_STEP)):
-        place = models.place | {"axis": axis, **dict(zip(_STEP, step, strict=True))}
-        for state in states:
-            key = (SYSTEM, state) if isinstance(state, str) else (state.component, state.name)
-            # ASSUME a ratio is worth reporting if at least one of both variants has a curve
-            usable = [
-                cell
-                for cell in records_of(cells)
-                if fitted is None or key[0] == SYSTEM
-                or {(cell[f"variant_{end}"], *key) for end in ("from", "to")} & fitted
-            ]  # fmt: skip
-            ends = [[rate_of(state, cell[f"number_{end}"]) for end in ("from", "to")]
-                    for cell in usable]  # fmt: skip
-            both = [(cell, a, b) for cell, (a, b) in zip(usable, ends, strict=True) if a and b]
-            own = place | dict(zip(_STATE[1:], key, strict=True))
-            if both:
-                means = _mean([a for _, a, _ in both]), _mean([b for *_, b in both])
-                rows.append(own | {"n_cells": len(both)} | row("pooled", *means))
-            for cell, a, b in both:
-                rows.append(own | {n: cell[n] for n in others} | row("variant", a, b))
-    return rows
-
-
-def _pairs(variants: pd.DataFrame, axis: str, others: Sequence[str]) -> pd.DataFrame:
-    """Return the pairs of variants that differ in one axis, each with the smallest value of it."""
-    keys = [*demand_table.BRIDGE_COLUMNS, *others]
-    table = variants[["variant", *keys, axis]].assign(number=np.arange(len(variants)))
-    lowest = table.groupby(keys, dropna=False)[axis].transform("min")
-    pairs = table.merge(table[table[axis] == lowest], on=keys, suffixes=("_to", "_from"))
-    pairs = pairs.rename(columns={f"{axis}_from": _STEP[0], f"{axis}_to": _STEP[1]})
-    return pairs[pairs[_STEP[1]] > pairs[_STEP[0]]]
-
-
-def _mean(rates: Sequence[LogRate]) -> LogRate:
-    """Return the mean of ln rates; a block without an estimate has no influence."""
-    logs = [np.where(np.isfinite(rate.logs), rate.logs, rate.logs[0]) for rate in rates]
-    fractiles = np.mean([rate.fractiles for rate in rates], axis=0)
-    return LogRate(np.mean(logs, axis=0), fractiles, rates[0].quantiles)
 
 
 def rate_effects(
@@ -271,22 +158,84 @@ def rate_effects(
 
     Pairs of variants are those of `median_effects`; a pooled row is their geometric mean.
     """
-    rates, fitted = dict[tuple[str, str], LogRate](), None
-    degrees: list[str] = []
-    if system is not None:
-        rated = records_of(system[[isinstance(rate, LogRate) for rate in system["rate"]]])
-        rates = {(row["variant"], row["limit_state"]): row["rate"] for row in rated}
-        degrees = list(dict.fromkeys(map(str, system["limit_state"])))
-    if curves is not None:
-        has = curves[curves["preferred"] & (curves["status"] == FITTED)]
-        fitted = frozenset(zip(*(has[name] for name in _STATE), strict=True))
-    rows = [
-        row
-        for each in models
-        for axis in axes or demand_table.varying_axes(each.variants)
-        for row in _effects(
-            each, [*states, *degrees], hazard, settings, axis, fitted=fitted, system=rates
-        )
-    ]
+    known = [] if system is None else records_of(system)
+    rates = {(row["variant"], row["limit_state"]): row["rate"] for row in known}
+    # the states, then the degrees of the system as texts
+    both = [*states, *dict.fromkeys(row["limit_state"] for row in known)]
+    has = None if curves is None else curves[curves["preferred"] & (curves["status"] == FITTED)]
+    fitted = None if has is None else set(zip(*(has[name] for name in _STATE), strict=True))
+    rows: list[Row] = []
+    for each in models:
+        blocks = demand_table.block_names(each.runs)
+        for axis in axes or demand_table.varying_axes(each.variants):
+            for place, scope, start, end in _changes(each, axis, both, hazard, rates, fitted):
+                change = end.minus(start)
+                row = effect_row(change.jackknifed, settings, blocks=blocks)
+                ends = change.interval(EFFECT_CONFIDENCE)
+                row |= dict(zip(("ratio", "ci_low", "ci_high"), ends, strict=True))
+                row |= {"direction": int(ends[1] > 1.0) - int(ends[2] < 1.0), "scope": scope}
+                row |= {"from_rate": start.value, "to_rate": end.value, "n_motions": len(blocks)}
+                rows.append(place | row)
     table = pd.DataFrame(rows, columns=list(demand_table.described("rate_effects")))
     return table.sort_values("scope", kind="stable", ignore_index=True)
+
+
+def _changes(
+    models: BridgeModels,
+    axis: str,
+    states: Sequence[LimitState | str],
+    hazard: HazardCurve,
+    system: Mapping[tuple[str, str], object],  # rates; keys: variant, degree
+    fitted: set[tuple[str, ...]] | None,
+) -> list[tuple[Row, str, LogRate, LogRate]]:
+    """Return place, scope and both ln rates of pairs that differ in one axis, and their means."""
+    variants = models.variants
+
+    @cache
+    def rate_of(state: LimitState | str, number: int) -> LogRate | None:
+        values = records_of(variants)[number]
+        if isinstance(state, str):
+            rate = system.get((values["variant"], state))
+            return rate if isinstance(rate, LogRate) else None
+        runs, curve = models.runs[models.variant == number], models.curve(state, values)
+        enough = runs["motion_id"].nunique() >= _LEAST_MOTIONS
+        if not enough or demand_outcomes(runs, [state]).status(state) != FITTED:
+            return None
+        return None if isinstance(curve, str) else curve_rate(curve, hazard)
+
+    names = list(dict.fromkeys([*demand_table.axis_names(variants), axis]))
+    others = [name for name in names if name != axis]
+    keys = [*demand_table.BRIDGE_COLUMNS, *others]
+    table = variants[["variant", *keys, axis]].assign(number=np.arange(len(variants)))
+    lowest = table.groupby(keys, dropna=False)[axis].transform("min")
+    pairs = table.merge(table[table[axis] == lowest], on=keys, suffixes=("_to", "_from"))
+    pairs = pairs.rename(columns={f"{axis}_from": _STEP[0], f"{axis}_to": _STEP[1]})
+    found: list[tuple[Row, str, LogRate, LogRate]] = []
+    for step, cells in pairs[pairs[_STEP[1]] > pairs[_STEP[0]]].groupby(_STEP):
+        for state in states:
+            key = (SYSTEM, state) if isinstance(state, str) else (state.component, state.name)
+            place = models.place | {
+                "axis": axis,
+                **dict(zip([*_STEP, *_STATE[1:]], (*step, *key), strict=True)),
+            }
+            rated: list[tuple[Row, str, LogRate, LogRate]] = []
+            for cell in records_of(cells):
+                start, end = rate_of(state, cell["number_from"]), rate_of(state, cell["number_to"])
+                # ASSUME a ratio is worth reporting if at least one of both variants has a curve
+                names = {(cell["variant_from"], *key), (cell["variant_to"], *key)}
+                usable = fitted is None or key[0] == SYSTEM or names & fitted
+                if start and end and usable:
+                    own = place | {name: cell[name] for name in others}
+                    rated.append((own, "variant", start, end))
+            if rated:
+                means = _mean([each[2] for each in rated]), _mean([each[3] for each in rated])
+                found.append((place | {"n_cells": len(rated)}, "pooled", *means))
+                found += rated
+    return found
+
+
+def _mean(rates: Sequence[LogRate]) -> LogRate:
+    """Return the mean of ln rates; a block without an estimate has no influence."""
+    logs = [np.where(np.isfinite(rate.logs), rate.logs, rate.logs[0]) for rate in rates]
+    fractiles = np.mean([rate.fractiles for rate in rates], axis=0)
+    return LogRate(np.mean(logs, axis=0), fractiles, rates[0].quantiles)

@@ -440,7 +440,7 @@ def predict_states(
         found[EXTRAPOLATED] = not low <= theta <= high
         found[f"p_{EXTRAPOLATED}"] = None if at is None else not low <= at <= high
         if site is not None:
-            found |= rate_columns(curve_rate(site, curve).interval(model.level))
+            found |= rate_columns(curve_rate(curve, site).interval(model.level))
         shared = {name: row[name] for name in ("loo_error", "im", RANDOM_PROPERTIES)}
         rows.append(found | shared)
     return rows
