@@ -243,6 +243,8 @@ def read_hazard(path: Path) -> list[HazardCurve]:
         except InputError as error:
             known = shown_path(file) in str(error)
             raise error if known else file_fault(file, f": {error}", **error.details) from None
+        except (AttributeError, LookupError, TypeError, ValueError):
+            raise file_fault(file, " is not a hazard curve in a known format") from None
     if not groups:
         raise file_fault(path, " has no hazard curve that this version can read")
     return [_assembled(path, parts) for parts in groups.values()]
