@@ -12,13 +12,15 @@ from cli_json import run
 from fragility_tables import FAILURES, IM, SETTINGS, STATES, ready, synthetic_demands, two_mode_runs
 from skewbridge.errors import InputError
 from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.decision import target_rate
 from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.hazard import HazardConfig, hazard_curve, measure_column, read_hazard
-from skewbridge.fragility.joint import joint_table
-from skewbridge.fragility.rates import rate_effects, rate_table
+from skewbridge.fragility.joint import JointModel, joint_table
+from skewbridge.fragility.rates import curve_rate, rate_effects, rate_table
 from skewbridge.fragility.system import system_curves
 from skewbridge.fragility.union import curve_probability
 from skewbridge.study.config import MEASURES, parse_config
+from skewbridge.study.results import joint_rows
 
 PGA = "im_pga_rotd50_g"
 TABLE = """im,rate,rate_p16,rate_p84
@@ -225,20 +227,67 @@ def test_fractiles_of_the_hazard_widen_intervals(file):
     assert (wide["annual_rate_low"] < narrow["annual_rate_low"]).all()
 
 
-def test_statistics_writes_rates_for_the_measure_of_the_hazard(file, tmp_path):
-    synthetic_demands(motions=12, frictions=(50,)).to_parquet(tmp_path / "demands.parquet")
-    out, states = tmp_path / "out", ("--limit-states", file(DRIFT, "states.yaml"))
-    given = ("--hazard", file(TABLE), "--out", out, *states)
-    code, report = run("statistics", tmp_path / "demands.parquet", *given)
+CAPACITIES = """
+- {component: column_drift, demand: column_drift_ratio, unit: percent, dispersion: 0.35,
+   citation: test, states: {moderate: 2.5}}
+- {component: unseating, demand: unseating_m, unit: mm, dispersion: 0.35, citation: test,
+   states: {slight: 114.0}}
+"""
+
+
+def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
+    demands = synthetic_demands(motions=12, frictions=(50,))
+    demands["unseating_m"] *= 1.0 + demands["skew_deg"] / 90.0
+    demands.to_parquet(tmp_path / "demands.parquet")
+    site, states, study = file(TABLE), file(CAPACITIES, "states.yaml"), tmp_path / "study"
+    given = ("--hazard", site, "--limit-states", states)
+    code, report = run("statistics", tmp_path / "demands.parquet", *given, "--out", study)
     assert code == 0
-    assert report["tables"]["rates"] > 0
-    assert pd.read_parquet(out / "fragility/rates.parquet")["im"].eq(IM).all()
+    rates = pd.read_parquet(study / "fragility/rates.parquet")
+    assert report["tables"]["rates"] == len(rates) > 0
+    assert rates["im"].eq(IM).all()
+    # predictions at a variant of the study are its rates
+    at = ("--skew-deg", 30, "--gap-mm", 51, "--friction", 0.5, "--hazard", site)
+    predicted = run("predict", "--study", study, *at)[1]["rows"]
+    own = rates.query("skew_deg == 30 and gap_mm == 51 and component != 'system'")
+    own = own.set_index(["component", "limit_state"])
+    for row in predicted:
+        for name in ("annual_rate", "annual_rate_low", "annual_rate_high"):
+            assert row[name] == pytest.approx(own.loc[(row["component"], row["state"]), name])
+    doubled = demands.assign(unseating_m=1.1 * demands["unseating_m"])
+    doubled.to_parquet(tmp_path / "other.parquet")
+    tables = (tmp_path / "demands.parquet", tmp_path / "other.parquet")
+    compared = run("compare", *tables, *given)[1]["rates"]
+    pooled = {row["component"]: row for row in compared if row["scope"] == "pooled"}
+    assert pooled["unseating"]["ci_low"] > 1.1
+    assert pooled["column_drift"]["ratio"] == pytest.approx(1.0, abs=1e-6)
+    # the seat that decide finds is exceeded at the target rate
+    other = ("--bridge", "osb1", "--rate", 1e-3, "--axis", "friction=0.5", "--hazard", site)
+    code, found = run("decide", "--study", study, *other, "--out", tmp_path / "chart")
+    assert code == 0
+    assert {path.suffix for path in (tmp_path / "chart").iterdir()} == {".csv", ".png", ".svg"}
+    needs = pd.DataFrame(found["rows"]).query("gap_mm == 51")
+    assert needs["seat_m"].is_monotonic_increasing
+    assert (needs["seat_m_low"] < needs["seat_m"]).all()
+    # AASHTO LRFD 4.7.4.4 grows by 0.000125 S^2, the gap is added
+    aashto = needs.set_index("skew_deg")["aashto_m"] - 0.051
+    assert aashto[45.0] / aashto[0.0] == pytest.approx(1.0 + 0.000125 * 45.0**2)
+    middle = needs[needs["skew_deg"] == 30.0].iloc[0]
+    (row,) = joint_rows(study, component="unseating")
+    mode = json.loads(row["modes"])[0] | {"threshold": middle["support_m"], "dispersion": 0.0}
+    model = JointModel(row | {"modes": json.dumps([mode])})
+    values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
+    assert curve_rate(model.curve(values), curve_of(site)).value == pytest.approx(1e-3, rel=5e-3)
+
+
+def test_commands_refuse_another_measure_and_wrong_targets(file, tmp_path):
+    synthetic_demands(motions=12, frictions=(50,)).to_parquet(tmp_path / "demands.parquet")
     other = ("--hazard", file("PGA (g),rate\n0.1,0.01\n0.2,0.001\n", "pga.csv"))
     code, report = run("statistics", tmp_path / "demands.parquet", *other, "--out", tmp_path / "b")
     assert code == 2
     assert "hazard of im_pga_rotd50_g, but the study has intensities" in report["message"]
-
-
-DRIFT = """- {component: column_drift, demand: column_drift_ratio, unit: percent, dispersion: 0.35,
-   citation: test, states: {slight: 1.0, moderate: 2.5}}
-"""
+    assert target_rate(None, None) == pytest.approx(-np.log(0.98) / 50.0)
+    for given, words in (((2.0, None), "rate must be"), ((None, 2.0), "probability_50y must"),
+                         ((1e-3, 0.02), "not both")):  # fmt: skip
+        with pytest.raises(InputError, match=words):
+            target_rate(*given)

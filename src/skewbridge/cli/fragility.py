@@ -209,15 +209,15 @@ def decide(
     write_csv(found.table, folder / "decision.csv")
     draw = partial(decision_figure, found, title)
     files = save_figure(draw, FigureSettings(), folder, "decision")
-    table = records_of(found.table)
-    names = ("skew_deg", "gap_mm", "seat_m", "seat_m_low", "seat_m_high", "hazus_m", "aashto_m")
-    ends = {found.table["gap_mm"].min(), found.table["gap_mm"].max()}
-    printed = [row for row in table if row["gap_mm"] in ends and row["skew_deg"] % 15.0 == 0.0]
-    shown = [
-        {name: rounded(value) for name, value in row.items()}
-        for row in selected(printed, *names, "sdc_m", "column_rate")
-    ]
+    table = found.table
+    names = ("seat_m", "seat_m_low", "seat_m_high", "hazus_m", "aashto_m", "sdc_m", "column_rate")
+    printed = table.loc[table["gap_mm"].isin([table["gap_mm"].min(), table["gap_mm"].max()])]
+    printed = printed.loc[printed["skew_deg"] % 15.0 == 0.0]
+    printed = printed[["skew_deg", "gap_mm", *(name for name in names if name in table)]]
+    shown = [{name: rounded(value) for name, value in row.items()} for row in records_of(printed)]
     notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
     return Answer(
-        {"target": target, "values": found.values, "rows": table}, {title: shown}, notes=notes
+        {"target": target, "values": found.values, "rows": records_of(table)},
+        {title: shown},
+        notes=notes,
     )
