@@ -81,5 +81,5 @@ if __name__ == "__main__":
         rng = np.random.default_rng(47)
         table = pd.DataFrame([covered(rng, case) for _ in range(count)]).astype(float)
         results[case] = table.mean().round(4).to_dict() | {"replicates": count}
-    text = json.dumps(results, indent=1)
-    Path(__file__).with_suffix(".json").write_text(text + "\n", encoding="utf-8")
+        text = json.dumps(results, indent=1)
+        Path(__file__).with_suffix(".json").write_text(text + "\n", encoding="utf-8")

@@ -99,8 +99,8 @@ def decision(
             median = float(np.interp(ends[0], _LENGTHS_M, medians))
             row["extrapolated"] = not unseating["im_low"] <= median <= unseating["im_high"]
             factor = 0.5 * np.log(np.cos(np.radians(skew_deg)))
-            hazus = [curve._replace(ln_theta=curve.ln_theta + factor) for curve in straight]
-            row["hazus_m"] = _length(hazus, hazard, target).value + gap_mm / 1000.0
+            hazus = _length(straight, hazard, target, factor)
+            row["hazus_m"] = hazus.value + gap_mm / 1000.0
             # SDC: displacement demand at 5 % in 50 years
             at_sdc = np.interp(hazard.level_of(SDC_RATE), np.log(medians), np.log(_LENGTHS_M))
             row["sdc_demand_m"] = float(np.exp(at_sdc))
@@ -129,9 +129,11 @@ def _allowed_gaps(of_skew: pd.DataFrame, target: float) -> pd.Series:
     return pd.Series(row)
 
 
-def _length(curves: Sequence[StateCurve], hazard: HazardCurve, target: float) -> LogRate:
+def _length(
+    curves: Sequence[StateCurve], hazard: HazardCurve, target: float, ln_factor: float = 0.0
+) -> LogRate:
     """Return ln of the length that is exceeded with the target rate; NaN outside `_LENGTHS_M`."""
-    rates = [curve_rate(curve, hazard) for curve in curves]
+    rates = [curve_rate(curve, hazard, ln_factor) for curve in curves]
     logs, fractiles = (
         np.array([_crossing(column, np.log(target)) for column in np.transpose(part)])
         for part in ([rate.logs for rate in rates], [rate.fractiles for rate in rates])

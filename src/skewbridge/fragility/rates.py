@@ -1,6 +1,7 @@
 """Annual rates of limit states and systems, and effects of the axes on them.
 
-A rate is the integral of a fragility curve (theta and beta_total, or a union) over a hazard curve.
+A rate is the integral of the probability of the demand model over a hazard curve; without a model,
+of the lognormal curve with theta and beta_total, or of a union.
 Its interval, and that of a ratio of rates, are from the jackknife over motions, as for medians. A
 ratio is for the same motions and the same hazard.
 """
@@ -26,7 +27,7 @@ from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.outcomes import TREATMENTS, demand_outcomes
 from skewbridge.fragility.paper_table import chosen_curves
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
-from skewbridge.fragility.union import curve_probability, union_curve
+from skewbridge.fragility.union import any_of, union_curve
 
 SYSTEM: Final = "system"
 YEARS: Final = 50.0
@@ -44,16 +45,24 @@ def rate_columns(rates: Sequence[float]) -> Row:
     return row | {f"probability_50y{end}": p for end, p in zip(_ENDS, years, strict=True)}
 
 
-def curve_rate(curve: StateCurve, hazard: HazardCurve) -> LogRate:
-    """Return the ln rate of the R curves of a state; NaN without a curve."""
+def exceedance(curve: StateCurve, ln_im: Floats) -> Floats:
+    """Return P(exceeds) of R curves, shape (k, R), at ln im (k, 1).
 
-    def probability(ln_im: Floats) -> Floats:
-        if curve.modes is not None:
-            return curve.modes.probability(ln_im)
-        return special.ndtr((ln_im - curve.ln_theta) / curve.total)
+    It is that of the demand models if there are any: their scatter may grow with the intensity.
+    """
+    if curve.points:
+        u = [each.score(s.threshold, s.dispersion, ln_im) for each, s in curve.points]
+        return any_of(u, np.zeros(1) if curve.modes is None else curve.modes.rho)
+    if curve.modes is not None:
+        return curve.modes.probability(ln_im)
+    return special.ndtr((ln_im - curve.ln_theta) / curve.total)
 
-    narrow = float(np.nanmin(curve.total if curve.modes is None else curve.modes.beta, initial=9.0))
-    return hazard.rate(probability, narrow)
+
+def curve_rate(curve: StateCurve, hazard: HazardCurve, ln_factor: float = 0.0) -> LogRate:
+    """Return the ln rate of R curves with medians times exp(ln_factor); NaN without a curve."""
+    wide = curve.total if curve.modes is None else curve.modes.beta
+    narrow = float(np.nanmin(wide, initial=9.0))
+    return hazard.rate(lambda ln_im: exceedance(curve, ln_im - ln_factor), narrow)
 
 
 def _lognormal(theta: float, beta: float, hazard: HazardCurve) -> float:
@@ -74,17 +83,18 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     bound_beta = np.hypot(curve["theta_bound_beta"], np.nan_to_num(curve["capacity_dispersion"]))
     if status == FITTED:
         wide = curve["beta"] if pd.isna(curve["beta_total"]) else curve["beta_total"]
-        own = StateCurve(np.log([curve["theta"]]), np.array([nan]), np.array([wide]))
-        own = own._replace(modes=union_curve(curve))
+        used = StateCurve(np.log([curve["theta"]]), np.array([nan]), np.array([wide]))
+        used = used._replace(modes=union_curve(curve))
         if model is not None and curve["method"] == METHODS[0]:
+            used = model
             found = curve_rate(model, hazard).interval(curve["level"])
         else:  # ASSUME the dispersion is known
             thetas = (curve[name] for name in ("theta", "theta_high", "theta_low"))
             middle, *ends = (_lognormal(theta, wide, hazard) for theta in thetas)
-            rate = curve_rate(own, hazard).value
+            rate = curve_rate(used, hazard).value
             found = rate, *(rate * end / middle for end in ends)
-        p = curve_probability(hazard.levels[[0, -1]], curve)
-        row |= hazard.shares(partial(curve_rate, own), p, curve["im_low"], curve["im_high"])
+        p = exceedance(used, np.log(hazard.levels[[0, -1]])[:, None])[:, 0]
+        row |= hazard.shares(partial(curve_rate, used), p, curve["im_low"], curve["im_high"])
     elif status == BOUNDS_TOO_WIDE and model is not None:
         # the interval of the model, widened to the bounds with the dispersion of the capacity
         extra = np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0)

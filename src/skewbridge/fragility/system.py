@@ -20,7 +20,7 @@ import pandas as pd
 from scipy import special
 
 from skewbridge.errors import InputError
-from skewbridge.files.tables import Floats, Mask, Row, records_of
+from skewbridge.files.tables import Floats, Index, Mask, Row, records_of
 from skewbridge.fragility import demand_table
 from skewbridge.fragility.demand_model import TOO_FEW_RUNS, BridgeModels, StateCurve, fit_models
 from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_bound
@@ -205,7 +205,11 @@ def _system(
     values = ln_theta[good], beta[good], correlation[good]
     again = _failures(*values, _POINTS_OF_REPLICATES, settings.seed)
     if systems.hazard is not None:
-        row |= _rated(first, np.min(again, axis=0), good, systems.hazard, covered)
+        both = [
+            _by_models(each, members, np.flatnonzero(which), systems.hazard)
+            for each, which in ((failures, np.arange(good.size) == 0), (again, good))
+        ]
+        row |= _rated(both[0][0], both[1], good, systems.hazard, covered)
     replicates = _quantiles(again[:, 1:])  # the first is not without a motion
     logs = np.column_stack([replicates[0], np.log(replicates[1])])
     of_theta, of_beta = jackknife_factors(logs, settings.confidence)
@@ -218,6 +222,26 @@ def _system(
     row["theta_correlated"] = exp_end(np.min(ln_theta[0]))
     row["theta_independent"] = exp_end(_quantiles(independent)[0, 0])
     return row | {"status": FITTED, "max_dp": np.max(distance)}
+
+
+def _by_models(
+    failures: Floats, members: Sequence[_Member], rows: Index, hazard: HazardCurve
+) -> Floats:
+    """Return ln im of the first failure, (R, n), with the probabilities of the demand models.
+
+    ``failures`` (m, R, n) are those of the lognormal curves of the estimates ``rows`` (R,).
+    """
+    low, high = np.log(hazard.levels[[0, -1]])
+    grid = np.linspace(low - 0.1, high + 0.1, 400)
+    first = np.full(failures.shape[1:], np.inf)
+    for member, ln_im in zip(members, failures, strict=True):
+        curve, ((point, state),) = member.curve, member.curve.points
+        z = point.score(state.threshold, state.dispersion, grid[:, None])[:, rows]
+        z = np.maximum.accumulate(z, axis=0)
+        e = (ln_im - curve.ln_theta[rows, None]) / curve.total[rows, None]
+        at = [np.interp(own, of, grid) for own, of in zip(e, z.T, strict=True)]
+        first = np.minimum(first, at)
+    return first
 
 
 def _rated(
