@@ -21,7 +21,6 @@ from skewbridge.fragility.study_tables import DESCRIPTIONS, PAPER_TABLE
 from skewbridge.fragility.verdicts import ROUND_COLUMNS
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.modelling_choices import CHOICE_COLUMNS
-from skewbridge.study.predict_check import CHECK_COLUMNS
 from skewbridge.study.processes import hush_exit_message
 
 ROOT: Final = Path(__file__).parents[1]
@@ -35,7 +34,6 @@ TABLES: Final = {
         for name, columns in DESCRIPTIONS.items()
     },
     "rounds": ROUND_COLUMNS,
-    "fragility/check_predict": CHECK_COLUMNS,
     "modelling_choices": CHOICE_COLUMNS,
 }
 
@@ -49,7 +47,6 @@ of `config/NAME.yaml` go to `results/NAME`.
 | file | study |
 |---|---|
 | `smoke.yaml`, `demo.yaml` | small studies for tests and `skewbridge demo` |
-| `p695.yaml` | recorded motions of FEMA P-695, in blocks |
 | `real.yaml` | recorded motions of a folder |
 | `full.yaml` | finer grid |
 | `stripes.yaml`, `ida.yaml` | every motion at every level; incremental dynamic analysis |
@@ -68,8 +65,9 @@ in a bridge file, reruns all analyses.
 - **Names of variants** have friction in hundredths and `p` as the decimal point: 22.5 degrees,
   25.4 mm and 0.375 give `osb1_cf_skew22p5_gap025p4_mu037p5`, -22.5 degrees `skewm22p5`.
 
-Keys are listed with their built-in default (`config.yaml` overrides one:
-`uncertainty.enabled: true`) and, in parentheses, their choices or limits.
+Keys are listed with their built-in default (`config.yaml` overrides
+`uncertainty.enabled` and keys of `motions`, so that other files with `motions.blocks: null` and
+`bands: null` run all variants under every motion) and, in parentheses, their choices or limits.
 """
 
 COLUMNS_HEAD: Final = """\

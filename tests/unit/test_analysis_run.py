@@ -134,10 +134,7 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
     support_m = 0.914 - max(0.051 * narrowing + 1e-3 * options.gap_offset_mm, 0.0)
     scaled = built_bridge(load_bridge(bridge), options, 60.0)
     bents = [bent_capacity(scaled, at, options.hinge_rule) for at in range(len(scaled.bents))]
-    disp_m = min(bent.capacity_m for bent in bents)
-    p_delta_m = min(0.2 / bent.p_delta_ratio(1.0) for bent in bents)
-    columns = ("support_length_m", "disp_capacity_m", "p_delta_capacity_m")
-    assert [row[name] for name in columns] == pytest.approx([support_m, disp_m, p_delta_m])
+    assert row["support_length_m"] == pytest.approx(support_m)
     checks = answer("bridge", "sdc", tmp_path)["checks"]
     seats = [check["capacity"] for check in checks if "seat" in check["check"]]
     assert seats == pytest.approx([support_m] * 5)
@@ -147,10 +144,6 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
         assert found[name]["capacity"] == pytest.approx(bent.capacity_m)
         ratio = found[f"bent {number} P-Delta ratio"]["demand"]
         assert ratio == pytest.approx(bent.p_delta_ratio(row["deck_disp_m"]))
-    (of_study,) = answer("bridge", "sdc", tmp_path / "demands.parquet")["checks"]
-    assert of_study["disp_ratio"] == pytest.approx(row["deck_disp_m"] / disp_m)
-    assert of_study["p_delta_ratio"] == pytest.approx(0.2 * row["deck_disp_m"] / p_delta_m)
-    assert of_study["seat_aashto_ratio"] == pytest.approx(found["seat, AASHTO 1.5 N (m)"]["ratio"])
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from median_coverage import CASES, covered
 
 from fragility_tables import IM, SETTINGS, ready, states_of, synthetic_demands
 from skewbridge.fragility.demand_model import fit_models
-from skewbridge.fragility.effects import median_effects
+from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.study_tables import fragility_tables
 
@@ -83,6 +83,16 @@ def test_motions_of_one_event_are_one_block():
     twice = pd.concat([table, table.assign(motion_id=table["motion_id"] + "b")], ignore_index=True)
     event = twice.assign(event=twice["motion_id"].str[:3])
     alone, apart, together = (skew_60(rows) for rows in (table, twice, event))
+    unnamed = skew_60(twice.assign(event=""))  # as in a table of synthetic motions
+    names = ("ratio", "ci_low", "ci_high", "n_effective_motions", "largest_motion")
+    assert [unnamed[name] for name in names] == [apart[name] for name in names]
+    drift = [
+        effect_tables(rows, ["column_drift_ratio"], SETTINGS).effects.iloc[0]
+        for rows in (table, twice, event)
+    ]
+    reach = [np.log(row["ci_high"] / row["ci_low"]) for row in drift]
+    assert reach[2] == pytest.approx(reach[0])
+    assert reach[1] == pytest.approx(reach[0] / np.sqrt(2.0), rel=0.1)
     widths = [np.log(row["ci_high"] / row["ci_low"]) for row in (alone, apart, together)]
     assert apart["ratio"] == pytest.approx(together["ratio"], rel=1e-3)
     assert widths[2] == pytest.approx(widths[0], rel=0.1)
@@ -98,7 +108,8 @@ def test_a_motion_with_most_of_the_variance_is_named():
     assert row["largest_motion"] == "m07"
     assert row["largest_share"] > 0.5
     assert row["n_effective_motions"] < 3.0
-    assert row["dof"] == pytest.approx(3.0 * row["n_effective_motions"])
+    # the error from the prior of the drift, which is not a motion's, adds degrees of freedom
+    assert 3.0 <= row["dof"] / row["n_effective_motions"] < 3.5
 
 
 def test_an_effect_that_depends_on_another_axis_is_given_by_its_value():

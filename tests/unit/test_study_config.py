@@ -44,9 +44,13 @@ def test_shipped_configurations_have_their_variants_defaults_and_results_of_thei
     assert studies["config"].results == DEFAULT_ROOT
     assert len({each.results for each in studies.values()}) == len(GRIDS)
     full = studies["full"].motions
-    assert full.count == 96 <= len(list_motions(ROOT / full.folder))
+    assert full.count == 96 <= len(list_motions(ROOT / "motions"))
     assert full.level_range_g == studies["config"].motions.level_range_g
-    assert studies["config"] == parse_config({"uncertainty": {"enabled": True}})  # the defaults
+    default = studies["config"].model_copy(update={"motions": parse_config({}).motions})
+    assert default == parse_config({"uncertainty": {"enabled": True}})
+    for name in set(GRIDS) - {"config"}:  # the design of the default study is not inherited
+        motions = studies[name].motions
+        assert (motions.blocks, motions.bands, motions.incidence_deg) == (None, None, (0.0,))
 
 
 @pytest.mark.parametrize(

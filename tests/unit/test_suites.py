@@ -85,7 +85,7 @@ def test_motions_keep_their_suite_and_number(tmp_path: Path) -> None:
         index_of(folder, make_pairs(folder, 2), scale=[1.0, 1.0])
         index = folder / "index.csv"
         index.write_text(index.read_text().replace("\nq", f"\n{letter}"))
-    given = motions_of(folder=str(folders[0]), suites=["near", str(folders[1])], count=None)
+    given = motions_of(suites=[*map(str, folders)], count=None)
     write_suite(prepare_suites(given, t1_s=0.7), tmp_path / "suite.parquet")
     back = read_suite(tmp_path / "suite.parquet")
     found = [(each.suite, each.number, each.motion.motion_id[0]) for each in back]

@@ -1,5 +1,5 @@
-# The page shows tables made on request if they are current when the page is made.
-ON_REQUEST = {name: MADE_FROM[name] for name in ("modelling_choices", "check_predict")}
+# The page shows the table of `make choices` if it is current when the page is made.
+ON_REQUEST = {"modelling_choices": MADE_FROM["modelling_choices"]}
 
 
 rule figures:

@@ -66,10 +66,7 @@ class ExportOptions:
     method: Annotated[str | None, opt("Method of the curves.", "[cloud|exceedance]")] = None
     hazard: Hazard = None
     im_range: Annotated[tuple[float, float] | None, opt("Intensities (csv).", "LOW HIGH")] = None
-    skew_factors: Annotated[
-        bool,
-        opt("Ratios to skew 0.", None, "--skew-factors"),
-    ] = False
+    skew_factors: Annotated[bool, opt("Ratios to skew 0.", None, "--skew-factors")] = False
 
 
 @command(commands)

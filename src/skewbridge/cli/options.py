@@ -33,11 +33,7 @@ PlannedStudy = Annotated[Path | None, opt(_STUDY, "DIR|FILE.yaml", "--study", "-
 
 
 def config_of(study: Path | None) -> Path:
-    """Return the configuration file of a study, given its results folder or that file.
-
-    Raises:
-        InputError: No configuration in config/, or more than one, writes to the folder.
-    """
+    """Return the configuration of a study, given its results folder or the file itself."""
     if study is None or study.suffix in _YAML:
         return study or DEFAULT_CONFIG
     from skewbridge.study.folder import default_root
@@ -68,10 +64,7 @@ def study_of(study: Path | None) -> "tuple[StudyConfig, StudyFolder]":
 
 
 def study_near(file: Path) -> Path:
-    """Return the study that made a file: its results folder or configuration, or the default one.
-
-    The configuration is stored in the folder, or one in config/ writes to the folder.
-    """
+    """Return the study that made a file: its folder or configuration, or the default one."""
     from skewbridge.study.folder import StudyFolder
 
     for folder in file.resolve().parents:
@@ -147,7 +140,6 @@ class VariantOptions:
 
 
 def _require_options(bridge: str, names: Mapping[str, Any]) -> None:
-    """Refuse modelling options that do not act on a bridge."""
     # Imported here: the help loads no numbers.
     from skewbridge.bridge.frame import require_options
     from skewbridge.bridge.library import load_structure

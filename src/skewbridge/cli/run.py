@@ -162,8 +162,7 @@ def _task_of_row(key: str, study: Path | None) -> "Task":
 
 @command(commands)
 def contact(
-    case: Case,
-    out: Annotated[Path, opt("File for the forces along the path.", "F.csv")],
+    case: Case, out: Annotated[Path, opt("File for the forces along the path.", "F.csv")]
 ) -> Answer:
     """Drive one contact unit along a displacement path.
 

@@ -40,9 +40,7 @@ commands.add_typer(study)
 
 
 @command(commands)
-def init(
-    folder: Annotated[Path, arg("Folder of the study; created if missing.")],
-) -> Answer:
+def init(folder: Annotated[Path, arg("Folder of the study; created if missing.")]) -> Answer:
     """Write Snakefile, rules, configuration and motions of a study to a folder.
 
     Example: skewbridge init my_study
@@ -87,13 +85,7 @@ def demo(out: Out = Path("demo")) -> Answer:
 
 
 @command(commands)
-def plan(
-    study: PlannedStudy = None,
-    profile: Annotated[
-        str | None,
-        opt("Cluster profile: its jobs.", "slurm|FOLDER"),
-    ] = None,
-) -> Answer:
+def plan(study: PlannedStudy = None) -> Answer:
     """Show the variants, analyses, cost and progress of a study.
 
     For a finished study, also show how many motions are needed to decide each pooled effect.
@@ -103,14 +95,14 @@ def plan(
     from skewbridge.analysis.modal import periods_of_file, standing_bridge
     from skewbridge.files.tables import read_frame, records_of
     from skewbridge.study.inputs import check_inputs
-    from skewbridge.study.progress import forecast_study, job_size
+    from skewbridge.study.progress import forecast_study
 
     config, folder = study_of(study)
     check_inputs(config)
     for name in config.bridges_with_periods():
         for warning in periods_of_file(name, standing_bridge(name)):
             warn(warning)
-    forecast = forecast_study(config, job_size(profile) if profile else None)
+    forecast = forecast_study(config)
     table = folder.fragility("needed_motions")
     needed = records_of(read_frame(table)) if table.is_file() else []
     more = ("needed_motions", "more_analyses", "more_core_hours")
@@ -250,23 +242,6 @@ def retry(
     ]
     note = f"{len(rows)} analyses will be repeated in the next run of the study"
     return Answer({"forgotten": len(rows), "analyses": rows}, notes=[note])
-
-
-@command(study)
-def journal(
-    compact: Annotated[bool, opt("Remove repeated or outdated lines.", None, "--compact")] = False,
-    study: Study = None,
-) -> Answer:
-    """Count the lines of the journals of finished analyses.
-
-    Example: skewbridge study journal --compact
-    """
-    from skewbridge.study.folder import StudyFolder
-    from skewbridge.study.journal import compact_journals, read_content
-
-    folder = StudyFolder(folder_of(study))
-    content = compact_journals(folder) if compact else read_content(folder.journals)
-    return Answer({"analyses": len(content.rows), **content.counts, "compacted": compact})
 
 
 @command(study)

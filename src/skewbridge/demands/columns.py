@@ -13,6 +13,7 @@ from skewbridge.variant.random_properties import DRAW_PREFIX
 from skewbridge.variant.variant import Variant
 
 SUITE: Final = "suite"
+#: Earthquake of the motion, or no text. Motions of one event are left out together.
 EVENT: Final = "event"
 KEY: Final = ("variant", "motion_id", "scale", "incidence_deg")
 

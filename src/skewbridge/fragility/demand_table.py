@@ -13,10 +13,11 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
 from skewbridge.demands import validity
-from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS
+from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS, EVENT
 from skewbridge.errors import InputError, did_you_mean
 from skewbridge.files.tables import Floats, Index, Mask, as_column, read_any, require
 from skewbridge.files.text import OPTIONS, shortened
@@ -31,8 +32,6 @@ LOADING_COLUMNS: Final = ("motion_id", "scale", "incidence_deg")
 KEY_COLUMNS: Final = (*IDENTITY_COLUMNS, *LOADING_COLUMNS, "status")
 TEXT_COLUMNS: Final = tuple(column.name for column in COLUMNS if column.kind == "text")
 
-#: Optional column: earthquake of the motion. Motions of one event are left out together.
-EVENT: Final = "event"
 #: Largest plausible drift ratio of a completed run.
 MAX_DRIFT: Final = 0.2
 #: Advice for a demand that is infinite because the run collapsed.
@@ -107,22 +106,29 @@ def motion_codes(table: pd.DataFrame) -> Index:
     return np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
 
 
+def _blocks(table: pd.DataFrame) -> NDArray[np.str_]:
+    """Return the event of each run, or its motion if no event is known, shape (n,)."""
+    motion = table["motion_id"].to_numpy(dtype=str)
+    if EVENT not in table:
+        return motion
+    event = table[EVENT].fillna("").to_numpy(dtype=str)
+    return np.where(event == "", motion, event)
+
+
 def block_codes(table: pd.DataFrame) -> Index:
     """Return the number of the block of each run, shape (n,): its event if known, else its motion.
 
     With more than 200 blocks, they are joined to 100 (Kott 2001).
     """
-    column = EVENT if EVENT in table else "motion_id"
-    codes = np.unique(table[column].to_numpy(dtype=str), return_inverse=True)[1]
+    codes = np.unique(_blocks(table), return_inverse=True)[1]
     # ASSUME the jackknife variance from 100 groups of motions is close enough to that of all
     return codes % 100 if codes.max(initial=0) >= 200 else codes
 
 
 def block_names(table: pd.DataFrame) -> list[str]:
-    """Return the name of each block: of its first motion, or of its event."""
-    column = EVENT if EVENT in table else "motion_id"
+    """Return the name of each block: its event, or its first motion."""
     _, first = np.unique(block_codes(table), return_index=True)
-    return table[column].astype(str).iloc[first].tolist()
+    return _blocks(table)[first].tolist()
 
 
 def need_columns(

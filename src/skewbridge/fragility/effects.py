@@ -16,7 +16,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import pandas as pd
 
-from skewbridge.demands.columns import Difference, column_of, demands_for
+from skewbridge.demands.columns import EVENT, Difference, column_of, demands_for
 from skewbridge.demands.validity import BEYOND_MODEL, is_beyond_model, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row, records_of
@@ -64,7 +64,8 @@ class Pairs:
         #: For each pair of variants (cell): values of the other axes, and numbers of its rows.
         self.cells = list(zip(places, rows, strict=True))
         self.motions = demand_table.motion_codes(table)
-        self.count = int(self.motions.max()) + 1
+        #: Number of the block (event or motion) of each row, shape (n,), and names of the blocks.
+        self.block = demand_table.block_codes(table)
         self.names = demand_table.block_names(table)
         (top, bottom), (status_to, status_from), (failed_to, failed_from) = (
             (table[f"{name}_to"].to_numpy(), table[f"{name}_from"].to_numpy())
@@ -105,8 +106,8 @@ class Pairs:
         cells: list[Jackknifed] = []
         for _, rows in self.cells:
             own = rows[known[rows]]
-            data = (values[own], self.side[own], self.motions[own], self.count)
-            cells.append(by_motion(*data, None if x is None else x[own]))
+            data = (values[own], self.side[own], self.motions[own], len(self.names))
+            cells.append(by_motion(*data, None if x is None else x[own], self.block[own]))
         return [average(cells), *cells]
 
     def counts(self, rows: Index, used: Mask, discordant: Mask) -> dict[str, int]:
@@ -121,12 +122,14 @@ class Pairs:
 def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.DataFrame:
     """Pair each run with the otherwise identical run at the smallest value of ``axis``.
 
-    Each pair has one row with bridge, abutment, other axes, motion_id, scale, incidence_deg,
-    from_value and to_value. The status, beyond_model and complete (both bool) and ``columns`` of
-    its runs have the endings ``_from`` and ``_to``. An `InputError` names a run that occurs twice.
+    Each pair has one row with bridge, abutment, other axes, motion_id, scale, incidence_deg, event
+    if known, from_value and to_value. The status, beyond_model and complete (both bool) and
+    ``columns`` of its runs have the endings ``_from`` and ``_to``. An `InputError` names a run that
+    occurs twice.
     """
     others = [name for name in demand_table.axis_names(demands) if name != axis]
-    key = [*demand_table.BRIDGE_COLUMNS, *others, *demand_table.LOADING_COLUMNS]
+    loading = [*demand_table.LOADING_COLUMNS, *({EVENT} & set(demands))]
+    key = [*demand_table.BRIDGE_COLUMNS, *others, *loading]
     table = demands[[*key, axis, "status", *columns]].assign(
         **{BEYOND_MODEL: is_beyond_model(demands), "complete": is_complete(demands)}
     )
@@ -134,7 +137,7 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
     if not once.all():
         row = demands.index[int(np.argmin(once))]
         raise InputError(f"the run of row {row} occurs twice in the demands table", row=row)
-    return _paired(table, axis, others, demand_table.LOADING_COLUMNS)
+    return _paired(table, axis, others, loading)
 
 
 def _paired(
@@ -225,9 +228,11 @@ def effect_row(
         row |= dict(zip(verdicts.DIFFERENCES, map(float, ends), strict=True))
     dof, square = float(judged.dof), judged.influence**2
     row |= {"scatter": float(judged.error) * max(dof + 1.0, 0.0) ** 0.5, "dof": dof}
-    row["n_effective_motions"] = float(motion_means.effective_number(judged.influence))
+    # the last influences may be those of priors
+    of_motions = judged.influence[: len(blocks)]
+    row["n_effective_motions"] = float(motion_means.effective_number(of_motions))
     if (total := np.sum(square)) > 0.0:
-        first = int(np.argmax(square))
+        first = int(np.argmax(square[: len(blocks)]))
         row |= {"largest_share": square[first] / total, "largest_motion": blocks[first]}
     return row
 

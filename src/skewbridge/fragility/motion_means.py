@@ -181,23 +181,26 @@ def average(cells: Sequence[Jackknifed]) -> Jackknifed:
 def by_motion(
     values: Floats,  # values or bounds, shape (n,)
     bound: NDArray[np.int_],  # 0: exact value, 1: lower bound, -1: upper bound; shape (n,)
-    motions: Index,  # number of the motion of each value, 0 .. count - 1
-    count: int,  # number of motions, including those without a value
+    motions: Index,  # number of the motion of each value
+    count: int,  # number of blocks, including those without a value
     x: Floats | None = None,  # independent variable of the line, shape (n,)
+    block: Index | None = None,  # number of the block of each value, 0 .. count - 1
 ) -> Jackknifed:
     """Return the mean over motions, shape (), or the line on ``x``: value at x = 0 and slope, (2,).
 
-    The estimate is NaN if fewer than three motions (four for a line) have an exact value, or if the
-    slope is undefined without one of them.
+    The jackknife leaves out blocks: events, or single motions if ``block`` is None. The estimate is
+    NaN if fewer than three blocks (four for a line) have an exact value, or if the slope is
+    undefined without one of them.
     """
+    block = motions if block is None else block
     design = np.column_stack([np.ones(values.size), *([] if x is None else [x])])
     parameters = design.shape[1]
     present, exact = np.zeros((2, count), dtype=np.bool_)
-    present[motions] = True
-    exact[motions[bound == 0]] = True
+    present[block] = True
+    exact[block[bound == 0]] = True
     coefficients = np.full((1 + count, parameters), np.nan)
     if np.count_nonzero(exact) >= MIN_EXACT + parameters - 1:
-        weights = (motions != np.arange(-1, count)[:, None]) / np.bincount(motions)[motions]
+        weights = (block != np.arange(-1, count)[:, None]) / np.bincount(motions)[motions]
         coefficients = bounded_regression(design, values, bound, weights)
     found = coefficients[:, 0] if x is None else coefficients
     return Jackknifed.of(found, present, exact, parameters)

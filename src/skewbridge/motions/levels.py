@@ -71,10 +71,10 @@ class BandsConfig:
 class MotionsConfig:
     """Ground motions of a study, their levels and their directions."""
 
-    folder: FileName = Field(default="motions")
-    """folder with an index.csv or with motion files"""
+    folder: FileName | None = Field(default=None)
+    """folder with an index.csv or with motion files, used instead of suites"""
     suites: tuple[FileName, ...] = Field(default=("near",), min_length=1, max_length=20)
-    """near (folder), far, pulse, p695[_far|_near] (motions/README.md), other folders"""
+    """near, far, pulse, p695, p695_far, p695_near (motions/README.md), or folders"""
     count: Whole | None = Field(default=32, ge=1, le=100_000)
     """number of motions of each suite, starting with the first; null: all"""
     design: Literal["scaled_cloud", "cloud", "stripes", "ida"] = Field(default="scaled_cloud")

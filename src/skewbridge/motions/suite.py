@@ -123,18 +123,19 @@ def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
     installed. They and all suites after the first may have fewer motions than `motions.count`.
     Raises `InputError` if such a suite has no motions or names are repeated.
     """
-    own = Path(motions.folder)
     first, *others = levels.SHIPPED_SUITES
     named = {name: (name, levels.SHIPPED_FOLDER / name) for name in others}
-    named[first] = (first if own == levels.SHIPPED_FOLDER else own.name, own)
+    named[first] = (first, levels.SHIPPED_FOLDER)
     named |= {name: (name, Path(name)) for name in p695.SUITES}
     found: list[SuiteSource] = []
-    lacking = [] if p695.package_folder() else [n for n in motions.suites if n in p695.SUITES]
+    wanted = motions.suites if motions.folder is None else (motions.folder,)
+    lacking = [] if p695.package_folder() else [name for name in wanted if name in p695.SUITES]
     if lacking:
         named[lacking[0]] = (first, levels.SHIPPED_FOLDER)
         logger.warning("%s", p695.missing_text(lacking[0], f"the synthetic suite {first} is used"))
-    dropped = lacking if first in motions.suites else lacking[1:]
-    for entry in (name for name in motions.suites if name not in dropped):
+    dropped = lacking if first in wanted else lacking[1:]
+    named[str(levels.SHIPPED_FOLDER)] = named[first]
+    for entry in (name for name in wanted if name not in dropped):
         name, folder = named.get(entry, (Path(entry).name, Path(entry)))
         count = motions.count
         if (found or entry in p695.SUITES) and count is not None:

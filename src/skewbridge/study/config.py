@@ -169,9 +169,8 @@ def parse_config(
 ) -> StudyConfig:
     """Return the validated configuration; omitted sections take their defaults.
 
-    If the key ``results`` is missing, the first of `files` sets the folder of the results. A hazard
-    curve sets the intensity measure of the curves (``fragility.im``). Raises
-    `InputError` with `where` and one line per unknown key or value outside its limits.
+    Without the key ``results``, the first of `files` sets the folder. A hazard curve sets the
+    intensity measure of the curves. `InputError` has one line per wrong key or value.
     """
     full = {"results": default_root(files[0]) if files else DEFAULT_ROOT, **raw}
     design, motions = raw.get("design"), raw.get("motions", {})
@@ -199,7 +198,7 @@ def store_configuration(
 ) -> None:
     """Write the configuration of a study into its results folder.
 
-    Each of its `files` is merged over the earlier ones; ``given`` has the values of `--config`.
+    Later `files` are merged over earlier ones; ``given`` has the values of `--config`.
     """
     paths = [Path(path).resolve() for path in files]
     names = [str(p.relative_to(Path.cwd()) if p.is_relative_to(Path.cwd()) else p) for p in paths]
@@ -208,10 +207,7 @@ def store_configuration(
 
 
 def stored_configuration(folder: Path) -> StudyConfig | None:
-    """Return the configuration of the study in a results folder; None if none is stored.
-
-    Its files are read again to include later edits, unless one is missing.
-    """
+    """Return the configuration stored in a results folder (its files are read again), or None."""
     path = StudyFolder(folder).configuration
     if not path.is_file():
         return None
@@ -239,9 +235,8 @@ def check_font(name: str) -> None:
 def chosen_variants(variants: Iterable[Variant], named: Sequence[str]) -> list[str]:
     """Return the variants of `make choices`: the named variants, or two of each bridge.
 
-    Both have the most complete abutment model, the largest friction and the smallest gap. One has
-    the middle skew and the second has the largest. Raises `InputError` if a named variant is not in
-    the grid.
+    These have the most complete abutment model, the largest friction, the smallest gap, and the
+    middle and the largest skew. `InputError` for a name that is not in the grid.
     """
     by_bridge, slugs = dict[str, list[Variant]](), set[str]()
     for variant in variants:

@@ -12,13 +12,11 @@ import pandas as pd
 from joblib import cpu_count
 
 from skewbridge.demands.columns import COLUMNS, demands_for, label_of, unit_of
-from skewbridge.demands.validity import is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import (
     Row,
     frame_of,
-    positive,
     read_any,
     read_frame,
     read_stamp,
@@ -29,7 +27,7 @@ from skewbridge.files.tables import (
 )
 from skewbridge.files.text import writable_folder
 from skewbridge.fragility import demand_table
-from skewbridge.fragility.demand_model import BridgeModels, fit_models
+from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.effects import (
     Pairs,
     demand_effects,
@@ -40,13 +38,7 @@ from skewbridge.fragility.effects import (
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.hazard import HazardConfig, HazardCurve, hazard_curve
 from skewbridge.fragility.joint import JointModel
-from skewbridge.fragility.limit_states import (
-    LimitState,
-    States,
-    load_limit_states,
-    with_column_failure,
-)
-from skewbridge.fragility.motion_means import interval
+from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
 from skewbridge.fragility.paper_table import EXTRAPOLATED
 from skewbridge.fragility.rates import curve_rate, rate_columns, rate_effects
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
@@ -79,52 +71,12 @@ class Results:
         tables = ", ".join(self.fragility) or "no tables of fits"
         return f"Results({self.folder}: {len(self.demands)} runs{counts}; {tables})"
 
-    def at(
-        self, demand: str, im: float, *, measure: str | None = None, **chosen: Any
-    ) -> pd.DataFrame:
-        """Return the median of a demand at one intensity, one row per variant.
-
-        ``chosen`` selects variants by bridge, abutment or axis, such as ``skew_deg=[0, 60]``. The
-        median is that of the demand model, fitted to the runs of all variants of a bridge; demands
-        of runs that ended early are lower bounds. ``p16`` and ``p84`` are the range of single
-        motions, ``ci_low`` and ``ci_high`` the 95 % interval of the median (jackknife over
-        motions). ``note`` warns of an intensity outside the complete runs. ``measure`` is the
-        intensity column, by default that of the curves. `InputError` names a missing column or
-        value.
-        """
-        positive([im], "im")
-        rows, curves = self.demands, self.fragility.get("curves", pd.DataFrame({"im": []}))
-        x = measure or next(iter(curves["im"]), DEFAULTS.im)
-        demand_table.need_columns(rows, (demand, x, *chosen))
-        for name, given in chosen.items():
-            values = given if isinstance(given, list | tuple | np.ndarray) else [given]
-            known = sorted(self.demands[name].unique())
-            if wrong := [value for value in values if value not in known]:
-                text = f"{name} must be one of {', '.join(map(str, known))}; got {wrong[0]}"
-                raise InputError(f"{text} (skewbridge predict interpolates)", column=name)
-            rows = rows[rows[name].isin(values)]
-        wanted, runs = set(rows["variant"]), self.demands
-        runs = runs[(runs[x] > 0.0) & runs[demand].notna()]
-        least = float(runs[demand][runs[demand] > 0.0].min())  # zero demands are below it
-        capacity: Any = {"threshold": least, "dispersion": 0.0}
-        state = LimitState(component="", name="", demand=demand, collapse="peak", **capacity)
-        rows_of = [
-            _at(models, demand, im, number)
-            for models in fit_models(runs, [state], replace(DEFAULTS, im=x))
-            for number, name in enumerate(models.variants["variant"])
-            if name in wanted
-        ]
-        table = pd.DataFrame(rows_of)
-        units = dict.fromkeys(_AT, unit_of(demand)) | {"im": unit_of(x)}
-        table.attrs["units"] = {name: unit_of(str(name)) for name in table} | units
-        return table
-
 
 def load_results(folder: Path) -> Results:
     """Read the demands of a study and all tables of its fits.
 
     Warns (`UserWarning`) when tables have different configurations, motions, commits or versions.
-    Raises `InputError` if the folder has no demands, or a table is damaged or of another version.
+    `InputError` without demands, or for a damaged table or another version.
     """
     demands = _frame(demands_file(folder))
     fits = {file.stem: _frame(file) for file in sorted(folder.glob("fragility/*.parquet"))}
@@ -144,32 +96,6 @@ def load_results(folder: Path) -> Results:
             stacklevel=3,
         )
     return Results(folder=folder, demands=demands, fragility=fits)
-
-
-#: Columns of `Results.at` in the unit of the demand.
-_AT: Final = ("median", "p16", "p84", "ci_low", "ci_high")
-
-
-def _at(models: BridgeModels, demand: str, im: float, number: int) -> Row:
-    """Return the row of `Results.at` of one variant."""
-    fit, values = models.fits["", demand], records_of(models.variants)[number]
-    own = models.variant == number
-    runs, level = models.runs[own], np.log(im)
-    row: Row = {name: values[name] for name in demand_table.variant_columns(models.variants)}
-    row |= {"im": im} | dict.fromkeys(_AT, np.nan)
-    complete = is_complete(runs)
-    row |= {"n_runs": len(runs), "n_motions": runs["motion_id"].nunique()}
-    row["n_bounds"] = int(np.sum(~complete))
-    if isinstance(fit, str):
-        return row | {"note": f"no model of the demand: {fit}"}
-    point = fit.model.at(values)
-    ln_median, scatter = point.ln_demand(np.array(level)), point.scatter(np.array(level))[0]
-    median, *ends = interval(ln_median, DEFAULTS.confidence)
-    spread = median * np.exp([-scatter, scatter])
-    row |= dict(zip(_AT, [median, *spread, *ends], strict=True))
-    x = runs[models.im].to_numpy(np.float64)[complete]
-    inside = np.min(x, initial=np.inf) <= im <= np.max(x, initial=0.0)
-    return row | {"note": "" if inside else "outside the intensities of the complete runs"}
 
 
 def demands_file(folder: Path) -> Path:
@@ -234,9 +160,8 @@ def statistics_of(
 ) -> dict[str, Any]:
     """Write demands and fragility/ of a study from a table of demands; return their summary.
 
-    The summary lists limit states whose demand is missing as ``left_out``. With a hazard curve, the
-    curves are for its intensity measure. For an invalid value, `InputError` gives its row and
-    column; a folder with a study is refused.
+    ``left_out`` are limit states without their demand. With a hazard curve, the curves are for its
+    intensity measure. `InputError` for an invalid value, or a folder with a study.
     """
     folder = StudyFolder(writable_folder(out))
     if folder.demands.is_file() and not is_from_statistics(out):
@@ -301,9 +226,8 @@ def compare_studies(
 ) -> StudyComparison:
     """Compare two studies, each given by its folder or its demands; ratios are second / first.
 
-    Runs are paired if bridge, abutment model, all axes, motion, scale and incidence agree. Motions
-    agree by the digests of their files if both studies have a suite, otherwise by name. Pairs in
-    which one run ended early count as bounds. `InputError` if a table, column or pair is missing.
+    Runs are paired if bridge, abutment model, axes, motion, scale and incidence agree; motions by
+    their digests, or by name without suites. Pairs in which one run ended early count as bounds.
     """
     settings, states = _settings(im, margin), _limit_states(limit_states)
     site = site_hazard(hazard, im)
