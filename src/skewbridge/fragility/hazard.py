@@ -106,11 +106,6 @@ class HazardCurve:
     quantiles: Floats  # probability of each fractile, shape (F,)
     source: str = ""  # name of the file
 
-    @property
-    def plain(self) -> tuple[object, ...]:
-        """The curve as plain values, for digests."""
-        return self.im, *(part.tolist() for part in (self.levels, self.rates, self.quantiles))
-
     def rate(self, probability: Callable[[Floats], Floats], narrowest: float) -> LogRate:
         """Return ln rates of R curves; ``probability`` (k, R) is a function of ln im (k, 1).
 
