@@ -212,8 +212,8 @@ def test_penalties_are_bounded_by_softening_and_by_the_step() -> None:
     kn, kt = penalties(1.0e9, 4000.0, options)
     assert 0.005 * (kn / 4000.0) ** 0.5 == pytest.approx(3.0)  # rad per step of 5 ms
     assert kt == pytest.approx(kn / NORMAL_OVER_TANGENT)
-    named = ModelOptions(normal_stiffness_n_per_m=7.0, tangent_stiffness_n_per_m=3.0)
-    assert penalties(1.0, 1.0, named) == (7.0, 3.0)
+    changed = ModelOptions(normal_stiffness_factor=2.0, tangent_stiffness_factor=3.0)
+    assert penalties(1.0e9, 4000.0, changed) == pytest.approx((2 * kn, 3 * kt))
 
 
 def test_four_elements_per_span_give_the_periods_of_sixteen() -> None:

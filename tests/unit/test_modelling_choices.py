@@ -16,7 +16,6 @@ from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.report.fragility_figures import (
-    COMPARED_KINDS,
     choice_findings,
     tornado,
 )
@@ -267,7 +266,6 @@ def test_only_a_current_table_is_shown(tmp_path: Path) -> None:
 
 def test_findings_and_tornado_list_choices_that_move_a_demand_more_than_friction(tmp_path, ran):
     table = made(setup_in(tmp_path))
-    table = table[table["kind"].isin(COMPARED_KINDS)]
     assert choice_findings(table)[1] == (
         "Column drift ratio: friction 0 → 0.5 changes it by +10.0 %; larger changes: "
         "Key frame deck edge → skewed (+25.0 %)."

@@ -5,12 +5,12 @@ ON_REQUEST = {"modelling_choices": MADE_FROM["modelling_choices"]}
 rule figures:
     """Draw the figures of the report."""
     input:
-        **ROUNDS,
         demands=rules.collect_demands.output.demands,
         suite=rules.prepare_motions.output.suite,
         friction_pair=rules.friction_pair.output.histories,
         curves=rules.fit_fragility.output.curves,
         medians=rules.fit_fragility.output.medians,
+        system=rules.fit_fragility.output.system,
         effects=rules.fit_fragility.output.effects,
         intensity_effects=rules.fit_fragility.output.intensity_effects,
     output:

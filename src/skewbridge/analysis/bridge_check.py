@@ -37,6 +37,7 @@ SHORTENING_RATIO: Final = 1.0e-3
 SEISMIC_SEAT_FACTOR: Final = 1.5  # source: AASHTO LRFD table 4.7.4.4-1, higher zones
 #: Column of the demands table: length of the deck on its seats at rest (AASHTO figure 4.7.4.4-1).
 SUPPORT: Final = "support_length_m"
+#: Usual ranges: formula, ends of the ranges, and the words for a formula.
 _USUAL: Final = [(Formula(text), limits) for text, limits in TABLES["usual"].items()]
 #: Change of a rule's value above which an inherited number is stale.
 _STALE: Final = 0.1
@@ -136,7 +137,11 @@ def _unit_doubts(bridge: Description, standing: ModalResult) -> Iterator[str]:
 
 def _outside_ranges(read: Completed) -> Iterator[str]:
     bridge = read.bridge
-    for formula, limits in _USUAL:
+    for formula, given in _USUAL:
+        limits = [each for each in given if not isinstance(each, str)]
+        name, keys = formula.text, ""
+        if isinstance(given[-1], str):
+            name, keys = given[-1], f" ({', '.join(formula.needs)})"
         values = {
             float(value)
             for number in range(len(bridge.bents) if "*" in formula.text else 1)
@@ -147,7 +152,7 @@ def _outside_ranges(read: Completed) -> Iterator[str]:
         for value in sorted(values):
             if not any(low <= value <= high for low, high in ranges):
                 usual = " or ".join(f"{low:g} to {high:g}" for low, high in ranges)
-                yield f"{formula.text} = {value:.3g} is outside the usual {usual}"
+                yield f"{name} = {value:.3g} is outside the usual {usual}{keys}"
 
 
 def _known(bridge: Any, number: int, need: str) -> Any:
@@ -168,7 +173,8 @@ def _far_from_rules(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iter
         worst = float(factors[np.abs(np.log(factors)).argmax()])
         if not 1 / rule.within <= worst <= rule.within:
             usual = ", ".join(f"{each:.4g}" for each in np.ravel(value))
-            yield f"{key} is {worst:.2g} times {usual} = {rule.formula.text} ({rule.src})"
+            worst = float(f"{worst:.2g}")
+            yield f"{key} is {worst:g} times {usual}, the value of its rule ({rule.src})"
 
 
 def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:

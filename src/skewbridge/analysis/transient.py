@@ -21,7 +21,6 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
 from skewbridge.analysis.trace import Monitor, at_regular_steps
 from skewbridge.bridge.frame import BridgeModel
-from skewbridge.bridge.geometry import ModelGeometry, geometry_of
 from skewbridge.bridge.handles import ColumnHandle, Point
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, domain
@@ -76,8 +75,6 @@ class AnalysisResult:
     energy_kj: Mapping[str, float]  # terms of the energy balance; empty if it was not computed
     #: columns of the history table at the regular steps, each of shape (steps + 1,), or None
     histories: dict[str, NDArray[np.float64]] | None
-    #: geometry of the model if there are histories and contacts, else None
-    geometry: ModelGeometry | None
     messages: tuple[str, ...]  # reason for an early end, and notes on the demands
 
 
@@ -174,7 +171,6 @@ class _History:
             model_end=end,
             energy_kj=energy,
             histories=histories,
-            geometry=geometry_of(self._model) if histories and self._model.contacts else None,
             messages=tuple(messages),
         )
 

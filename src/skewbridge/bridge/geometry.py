@@ -1,4 +1,4 @@
-"""Geometry of a built model as plain data, for drawings and replays."""
+"""Geometry of a built model as plain data, for drawings."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

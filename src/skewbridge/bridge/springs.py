@@ -214,14 +214,10 @@ def penalties(
 ) -> tuple[float, float]:
     """Return the normal and the tangential penalty of a contact in N/m.
 
-    By rule from the spring in series with the contact and the mass between them, unless options set
-    them.
+    They follow from the spring in series with the contact and the mass between them.
     """
-    normal, tangential = options.normal_stiffness_n_per_m, options.tangent_stiffness_n_per_m
-    if normal is None:
-        normal = NORMAL_OVER_NEIGHBOUR * neighbour_n_per_m
-        if mass_kg > 0.0:
-            normal = min(normal, mass_kg * (MAX_RADIANS_PER_STEP / NOMINAL_STEP_S) ** 2)
-    if tangential is None:
-        tangential = normal / NORMAL_OVER_TANGENT
+    normal = NORMAL_OVER_NEIGHBOUR * neighbour_n_per_m
+    if mass_kg > 0.0:
+        normal = min(normal, mass_kg * (MAX_RADIANS_PER_STEP / NOMINAL_STEP_S) ** 2)
+    tangential = normal / NORMAL_OVER_TANGENT
     return options.normal_stiffness_factor * normal, options.tangent_stiffness_factor * tangential

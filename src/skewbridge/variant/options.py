@@ -14,7 +14,6 @@ from skewbridge.units import MM
 Fibers = Annotated[Whole, Field(ge=1, le=200)]
 # fewer than three on a circle have different bending stiffness about different axes
 Wedges = Annotated[Whole, Field(ge=3, le=200)]
-Penalty = Annotated[Number, Field(ge=1.0e-3, le=1.0e18)]
 _Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
 #: Direction of a joint gap: normal to the backwall, or along the bridge.
 type GapMeasured = Literal["normal", "longitudinal"]
@@ -49,10 +48,6 @@ class ModelOptions:
     """cohesion of a backwall"""
     backwall_points: Whole = Field(default=3, ge=2, le=41)
     """contact points of a backwall, corners included"""
-    normal_stiffness_n_per_m: Penalty | None = Field(default=None)
-    """contact penalty of a wall point; null: set by rule"""
-    tangent_stiffness_n_per_m: Penalty | None = Field(default=None)
-    """tangential penalty; null: set by rule"""
     normal_stiffness_factor: _Factor = Field(default=1.0)
     """factor on the normal penalty"""
     tangent_stiffness_factor: _Factor = Field(default=1.0)
