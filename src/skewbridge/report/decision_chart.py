@@ -2,6 +2,7 @@
 
 from contextlib import suppress
 from math import radians
+from typing import Final
 
 import matplotlib as mpl
 import numpy as np
@@ -11,7 +12,9 @@ from skewbridge.analysis.bridge_check import seat_demand_aashto_m, seat_demand_s
 from skewbridge.bridge.library import load_structure
 from skewbridge.errors import InputError
 from skewbridge.fragility.decision import GAP, Decision
-from skewbridge.report.appearance import DASHES, STYLE, VARIANT_COLOURS, plain_log_ticks, shown_unit
+from skewbridge.report.appearance import STYLE, VARIANT_COLOURS, plain_log_ticks, shown_unit
+
+_DASHES: Final = ((0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)), "-")
 
 
 def with_codes(found: Decision, bridge: str) -> Decision:
@@ -49,7 +52,7 @@ def decision_figure(found: Decision, title: str) -> Figure:
         "sdc_m": "SDC 1.7, 7.8.3",
         "present_m": "seat of the bridge",
     }
-    for (name, label), dashes in zip(rules.items(), (*DASHES[1:], "-"), strict=True):
+    for (name, label), dashes in zip(rules.items(), _DASHES, strict=True):
         if name in own:
             line = {"ls": dashes, "color": "0.25", "lw": 1.2, "label": label}
             seats.plot(own["skew_deg"], per_m * own[name], **line)
