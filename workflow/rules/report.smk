@@ -55,6 +55,8 @@ rule report:
         joint=rules.fit_fragility.output.joint,
         suites=rules.fit_fragility.output.suites,
         shear_models=rules.fit_fragility.output.shear_models,
+        rates=rules.fit_fragility.output.rates,
+        rate_effects=rules.fit_fragility.output.rate_effects,
         checks=rules.fit_fragility.output.checks,
         sensitivity=rules.sensitivity.output.table,
     output:

@@ -24,6 +24,7 @@ COMMANDS: Final = {
     "fit": ("fragility", "Fit a fragility curve: theta, beta, their intervals and a status."),
     "statistics": ("fragility", "Fit curves and effects to any table of demands."),
     "predict": ("fragility", "Predict fragility between the variants of a study."),
+    "decide": ("fragility", "Find the seat length and joint gap that each skew needs."),
     "export": ("fragility", "Write fragility curves for other tools, spreadsheets and papers."),
     "compare": ("study", "Compare two studies run by run: ratios of demands and of medians."),
     "provenance": ("study", "Show where a result comes from and whether it is up to date."),

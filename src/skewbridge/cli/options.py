@@ -25,6 +25,7 @@ _YAML: Final = (".yaml", ".yml")
 Out = Annotated[Path, opt("Folder for the results.")]
 LimitStates = Annotated[Path, opt("Limit states; outside a study folder, those of the package.")]
 LIMIT_STATES: Final = Path("config/limit_states.yaml")
+Hazard = Annotated[Path | None, opt("Hazard curve (CSV, OpenQuake, USGS): adds annual rates.")]
 _STUDY: Final = "Results folder or configuration of a study; default: config/config.yaml."
 Study = Annotated[Path | None, opt(_STUDY, "DIR|FILE.yaml")]
 #: `plan` and `status` also take ``--config``.

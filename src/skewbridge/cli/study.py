@@ -11,6 +11,7 @@ from skewbridge.cli.options import (
     DEFAULT_CONFIG,
     LIMIT_STATES,
     Changes,
+    Hazard,
     LimitStates,
     Out,
     PlannedStudy,
@@ -148,6 +149,7 @@ def compare(
     limit_states: LimitStates = LIMIT_STATES,
     im: Annotated[str, opt("Intensity measure of the medians.", "COLUMN")] = "im_saavg_rotd50_g",
     margin: Annotated[float, opt("Relative change that counts as negligible.")] = 0.05,
+    hazard: Hazard = None,
     out: Annotated[Path | None, opt("CSV file for all rows, also of single variants.")] = None,
 ) -> Answer:
     """Compare two studies run by run: ratios of demands and of medians.
@@ -164,7 +166,7 @@ def compare(
 
     if out is not None and out.suffix.lower() != ".csv":
         raise InputError(f"--out must end with .csv, got {out.name}")
-    pair = compare_studies(first, second, limit_states, im=im, margin=margin)
+    pair = compare_studies(first, second, limit_states, im=im, margin=margin, hazard=hazard)
     if out is not None:
         write_csv(pd.concat([pair.demands, pair.medians], ignore_index=True), out)
     for text in pair.warnings:
@@ -177,6 +179,10 @@ def compare(
         f"Demands, {second} over {first}": list(map(_comparison_row, pooled)),
         f"Median capacities ({im}), {second} over {first}": list(map(_comparison_row, medians)),
     }
+    if hazard is not None:
+        rates = pair.rates[pair.rates["scope"] == "pooled"]
+        names = ("bridge", "component", "limit_state", "ratio", "ci_low", "ci_high", "to_rate")
+        shown[f"Annual rates, {second} over {first}"] = selected(records_of(rates), *names)
     if pair.other_motions:
         warn(
             f"{len(pair.other_motions)} motions have the same name in both studies but "
@@ -188,6 +194,7 @@ def compare(
         "demands": records_of(pair.demands),
         "medians": records_of(pair.medians),
         "medians_by_state": medians,
+        "rates": records_of(pair.rates),
     }
     return Answer(answer, shown, missing="fewer than two motions have a value in both studies")
 

@@ -301,6 +301,7 @@ class StateCurve(NamedTuple):
     total: Floats  # including the capacity
     modes: Union | None = None  # if the state is a union of two failure modes, with total beta
     records: Union | None = None  # the same union with beta of records
+    points: tuple[tuple[PointModel, LimitState], ...] = ()  # demand models of the modes
 
     def probability(self, ln_im: float, *, total: bool = True) -> float:
         """Return P(exceeds) from all runs, with or without the dispersion of the capacity."""
@@ -589,7 +590,9 @@ def state_curve(
     for model, mode in zip(models, modes, strict=True):
         if isinstance(model, str):
             return model
-        parts.append(StateCurve(*model.at(values).curves(mode.threshold, mode.dispersion)))
+        point = model.at(values)
+        curves = point.curves(mode.threshold, mode.dispersion)
+        parts.append(StateCurve(*curves, points=((point, mode),)))
         if np.isnan(parts[-1].ln_theta[0]) or parts[-1].beta[0] > _LARGEST_BETA:
             return NON_INCREASING
     if rho is None:
@@ -598,7 +601,8 @@ def state_curve(
     union = Union.of(medians, records, total, rho)
     middle, wide = union.summary()
     of_records = Union(medians, records, rho)
-    return StateCurve(middle, of_records.summary()[1], wide, union, of_records)
+    points = tuple(point for part in parts for point in part.points)
+    return StateCurve(middle, of_records.summary()[1], wide, union, of_records, points)
 
 
 def fit_models(

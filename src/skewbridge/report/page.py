@@ -50,6 +50,7 @@ from skewbridge.report.pooled_curves import (
     variants_text,
     with_system,
 )
+from skewbridge.report.rates import rates_on_page
 from skewbridge.report.study_figures import SECTIONS, Caption, draw_study, read_captions
 from skewbridge.statuses import STATUSES
 from skewbridge.study.config import FigureSettings, StudyConfig
@@ -78,7 +79,11 @@ def write_report(
     choices (modelling choices). ``figures`` is a folder. ``study`` is None for
     tables of `skewbridge statistics`, without a study.
     """
-    frames = {name: read_frame(path) for name, path in tables.items() if path.suffix == ".parquet"}
+    frames = {
+        name: read_frame(path)
+        for name, path in tables.items()
+        if path.suffix == ".parquet" and path.is_file()
+    }
     curves, medians = frames["curves"], frames["medians"]
     functions = (axes_of, model_name, shown_axes, variant_text)
     filters = (groups_of, in_words, median_text, number_text, records_of, shown_rows, unbroken)
@@ -97,6 +102,7 @@ def write_report(
             published=published_rows(medians),
             gallery=[each for each in pictures if not _is_leading(each)],
             explorer=explorer_of(frames),
+            rates=rates_on_page(frames),
             tables=frames,
             paper=paper_rows(curves, medians, frames["joint"]),
             compared=methods_compared(curves),

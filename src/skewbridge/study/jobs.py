@@ -88,6 +88,7 @@ def made_from(study: StudyConfig) -> dict[str, dict[str, str]]:
         "bridges": digest_of(canonical(bridges)),
         "opensees": opensees_version(),
         "variants": digest_of(*sorted(variant.slug for variant in expand_grid(study.grid))),
+        "hazard": digest_of(study.hazard_curve),
         "limit_states": digest_of(load_limit_states(Path(study.fragility.limit_states))),
     }
     sources = layer_digests({rule: recipe.sources for rule, recipe in RECIPES.items()})

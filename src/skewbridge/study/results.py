@@ -27,6 +27,7 @@ from skewbridge.files.tables import (
 )
 from skewbridge.files.text import writable_folder
 from skewbridge.fragility import demand_table
+from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.effects import (
     Pairs,
     demand_effects,
@@ -35,9 +36,11 @@ from skewbridge.fragility.effects import (
     run_pairs,
 )
 from skewbridge.fragility.fits import FITTED
+from skewbridge.fragility.hazard import HazardConfig, HazardCurve, hazard_curve
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
 from skewbridge.fragility.paper_table import EXTRAPOLATED
+from skewbridge.fragility.rates import curve_rate, rate_columns, rate_effects
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import fragility_tables, write_tables
 from skewbridge.study.folder import StudyFolder, starter_files
@@ -148,23 +151,32 @@ def _settings(im: str, margin: float | None) -> FitSettings:
 
 
 def statistics_of(
-    demands: Path, out: Path, limit_states: Path, im: str | None = None, margin: float | None = None
+    demands: Path,
+    out: Path,
+    limit_states: Path,
+    im: str | None = None,
+    margin: float | None = None,
+    hazard: Path | None = None,
 ) -> dict[str, Any]:
     """Write demands and fragility/ of a study from a table of demands; return their summary.
 
-    ``left_out`` are limit states without their demand. `InputError` for an invalid value, or a
-    folder with a study.
+    ``left_out`` are limit states without their demand. With a hazard curve, the curves are for its
+    intensity measure. `InputError` for an invalid value, or a folder with a study.
     """
     folder = StudyFolder(writable_folder(out))
     if folder.demands.is_file() and not is_from_statistics(out):
         raise InputError(f"{out} has the demands of a study: choose another folder")
     states = _limit_states(limit_states)
-    table, measure = _read_demands(demands, im, states)
+    site = HazardConfig(file=hazard and str(hazard), measure=hazard and im)
+    measures = list(map(str, read_any(demands).filter(regex="^im_"))) if hazard else []
+    rates = hazard_curve(site, measures, DEFAULTS.im)
+    table, measure = _read_demands(demands, rates.im if rates else im, states)
     usable = [state for state in states if state.demand in table]
     if not usable:
         names = ", ".join(dict.fromkeys(state.demand for state in states))
         raise InputError(f"{demands.name} has none of the demands of the limit states: {names}")
-    tables = fragility_tables(table, usable, _settings(measure, margin), jobs=cpu_count())
+    settings = _settings(measure, margin)
+    tables = fragility_tables(table, usable, settings, hazard=rates, jobs=cpu_count())
     notes, texts = tables["input_notes"], {name: label_of(name) for name in map(str, table)}
     write_frame(table, folder.demands, provenance(**{_STATISTICS_OF: demands.name}), texts)
     write_tables(tables, folder.fragility("curves").parent)
@@ -197,13 +209,20 @@ class StudyComparison(NamedTuple):
 
     demands: pd.DataFrame
     medians: pd.DataFrame
+    rates: pd.DataFrame  # empty without a hazard curve
     counts: dict[str, int]  # pairs, runs in one only, shared variants and motions, equal pairs
     other_motions: tuple[str, ...]  # left out: same name in both studies, different files
     warnings: tuple[str, ...]  # demands that seem to be in per cent
 
 
 def compare_studies(
-    first: Path, second: Path, limit_states: Path, *, im: str, margin: float
+    first: Path,
+    second: Path,
+    limit_states: Path,
+    *,
+    im: str,
+    margin: float,
+    hazard: Path | None = None,
 ) -> StudyComparison:
     """Compare two studies, each given by its folder or its demands; ratios are second / first.
 
@@ -211,6 +230,7 @@ def compare_studies(
     their digests, or by name without suites. Pairs in which one run ended early count as bounds.
     """
     settings, states = _settings(im, margin), _limit_states(limit_states)
+    site = site_hazard(hazard, im)
     other = _other_motions(first, second)
     tables: list[pd.DataFrame] = []
     for number, study in enumerate((first, second)):
@@ -235,9 +255,13 @@ def compare_studies(
     runs, notes = demand_table.prepared(paired, [state.demand for state in states], settings)
     top, bottom = (pairs[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
     equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
+    models = fit_models(runs, states, settings, further=[STUDY])
+    shared: Any = {"models": models, "axes": [STUDY]}
+    rates = rate_effects(models, states, site, settings, axes=[STUDY]) if site else pd.DataFrame()
     return StudyComparison(
         demands=effect_table(both, effects),
-        medians=median_effects(runs, states, settings, axes=[STUDY]),
+        medians=median_effects(runs, states, settings, **shared),
+        rates=rates,
         counts={
             "pairs": len(pairs),
             "only_first": len(tables[0]) - len(pairs),
@@ -277,37 +301,53 @@ def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[st
     return f"the studies have no run in common; they share {shared} {reason}"
 
 
-def predict_states(
+def joint_rows(
     results: Path,  # folder of a study, or one written by `skewbridge statistics`
-    values: Mapping[str, float],  # value on each axis
-    *,
     bridge: str | None = None,  # None if the study has only one
     abutment: str | None = None,  # None: the only one, else contact-friction
     component: str | None = None,
     state: str | None = None,
-    at: float | None = None,  # intensity for `p` (with beta_total), `p_records` (with beta)
 ) -> list[Row]:
-    """Return predictions at a point in the range of a study, one row per fitted limit state.
+    """Return the rows of table `joint` with an estimate for one bridge and abutment model.
 
-    ``extrapolated`` and ``p_extrapolated``: fewer than three motions are as strong, or as weak.
-    `InputError` for a missing table, bridge, model or state, or a value outside the range.
+    `InputError` for a missing table, bridge, model or state. Each row has `RANDOM_PROPERTIES`.
     """
     path = StudyFolder(results).fragility("joint")
     if not path.is_file():
         advice = "run the study or skewbridge statistics, or name another folder (--study)"
         raise InputError(f"{path} is missing: {advice}", file=str(path))
-    if at is not None and not 0.0 < at < np.inf:
-        raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
     stored = read_table(path)
     drawn = texts_of(stored.schema).get(RANDOM_PROPERTIES, "none")
     table = _chosen(frame_of(stored), "bridge", bridge)
     table = _chosen(table, "abutment", abutment and abutment.replace("-", "_"), "contact_friction")
     for column, name in (("component", component), ("limit_state", state)):
         table = table if name is None else _chosen(table, column, name)
-    usable = records_of(table[table["status"] == FITTED])
+    usable = records_of(table[table["status"] == FITTED].assign(**{RANDOM_PROPERTIES: drawn}))
     if not usable:
         why = ", ".join(sorted(set(table["status"])))
         raise InputError(f"no joint model of these limit states has an estimate: {why}")
+    return usable
+
+
+def predict_states(
+    results: Path,
+    values: Mapping[str, float],  # value on each axis
+    *,
+    at: float | None = None,  # intensity for `p` (with beta_total), `p_records` (with beta)
+    hazard: Path | None = None,  # hazard curve for the columns of `rate_columns`
+    **chosen: str | None,  # see `joint_rows`
+) -> list[Row]:
+    """Return predictions at a point in the range of a study, one row per fitted limit state.
+
+    ``extrapolated`` and ``p_extrapolated`` are true if fewer than three motions are as strong, or
+    as weak, as the median or the intensity ``at``.
+
+    `InputError` as for `joint_rows`, or for a value outside the range.
+    """
+    if at is not None and not 0.0 < at < np.inf:
+        raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
+    usable = joint_rows(results, **chosen)
+    site = site_hazard(hazard, usable[0]["im"])
     rows: list[Row] = []
     for row in usable:
         model = JointModel(row)
@@ -323,9 +363,16 @@ def predict_states(
         low, high = row.get("im_low", np.inf), row.get("im_high", -np.inf)
         found[EXTRAPOLATED] = not low <= theta <= high
         found[f"p_{EXTRAPOLATED}"] = None if at is None else not low <= at <= high
-        found |= {"loo_error": row["loo_error"], "im": row["im"], RANDOM_PROPERTIES: drawn}
-        rows.append(found)
+        if site is not None:
+            found |= rate_columns(curve_rate(curve, site).interval(model.level))
+        shared = {name: row[name] for name in ("loo_error", "im", RANDOM_PROPERTIES)}
+        rows.append(found | shared)
     return rows
+
+
+def site_hazard(file: Path | None, im: str) -> HazardCurve | None:
+    """Return the hazard curve of a file for the intensity of curves; None without a file."""
+    return hazard_curve(HazardConfig(file=file and str(file)), [im], im)
 
 
 def _chosen(table: pd.DataFrame, column: str, name: str | None, usual: str = "") -> pd.DataFrame:
