@@ -21,7 +21,7 @@ STAMP := $(VENV)/.installed
 export OMP_NUM_THREADS ?= 1
 LINTERS := lint-pyright lint-ruff lint-snakemake lint-starter lint-deptry
 
-.PHONY: help setup study choices check-predict headline smoke demo-data test test-browser test-cluster test-exports lint $(LINTERS) bench verify verify-accuracy audit mutants docs clean
+.PHONY: help setup study choices headline smoke demo-data test test-browser test-cluster test-exports lint $(LINTERS) bench verify verify-accuracy audit mutants docs clean
 
 help:
 	@echo "make study        install, run the default study   (CONFIG=config/real.yaml MOTIONS=DIR for yours)"
@@ -30,7 +30,6 @@ help:
 	@echo "                  UNTIL=decided selects analyses in rounds until the effects are decided"
 	@echo "                  PROFILE=slurm runs on a Slurm cluster: docs/cluster.md"
 	@echo "make choices      compare other modelling choices with friction, gap and skew"
-	@echo "make check-predict  error of predict inside the grid: three new variants, 16 motions each"
 	@echo "make test         install, run all checks"
 	@echo "make headline     write sentences, table and picture of the README from a finished study   (RESULTS=folder)"
 	@echo "make test-browser test the page in a browser   (needs chromium)"
@@ -48,6 +47,7 @@ help:
 	@echo "make setup lint clean"
 
 setup: $(STAMP)
+	@$(if $(filter setup,$(MAKECMDGOALS)),echo "setup: done. Next: make smoke (a minute) or make study (about 20 minutes); the page is report.html in results")
 
 # ASSUME a Python 3 with venv; uv brings Python $(PYTHON_VERSION) if the machine has none.
 $(STAMP): requirements.lock workflow/recorded.txt pyproject.toml .python-version
@@ -59,9 +59,6 @@ study: setup
 
 choices: setup
 	@bash workflow/study.sh $(BIN) $(CORES) "$(CONFIG)" "$(MOTIONS)" choices "" "$(PROFILE)"
-
-check-predict: setup
-	@bash workflow/study.sh $(BIN) $(CORES) "$(CONFIG)" "$(MOTIONS)" predict_check "" "$(PROFILE)"
 
 headline: setup
 	$(BIN)/python docs/headline.py "$(RESULTS)"

@@ -33,8 +33,11 @@ CASES = {
 STATE = LimitState(component="c", name="s", demand=DEMAND, threshold=0.02, dispersion=0.35)
 
 
-def study(rng, *, drift, blocks=False, wild=1.0):
-    """Return demands of one simulated study; the slope of ln demand on ln intensity is 1."""
+def study(rng, *, drift, blocks=False, wild=1.0, even=False):
+    """Return demands of one simulated study; the slope of ln demand on ln intensity is 1.
+
+    Demands of skewed bridges scatter more than those of straight ones, unless ``even``.
+    """
     x = np.linspace(np.log(0.1), np.log(1.5), MOTIONS)
     scale = 2.0 ** ((x - x.mean()) / np.ptp(x))
     scale[rng.integers(MOTIONS)] *= wild
@@ -43,7 +46,7 @@ def study(rng, *, drift, blocks=False, wild=1.0):
     rows = []
     for m in range(MOTIONS):
         common = 0.3 * rng.normal()
-        of_skew = {skew: 0.12 * rng.normal() * (skew > 0) for skew in SHIFTS["skew_deg"]}
+        of_skew = {skew: 0.12 * rng.normal() * (skew > 0 or even) for skew in SHIFTS["skew_deg"]}
         for gap, friction in pairs[m % 6] if blocks else cells:
             for skew, shift in SHIFTS["skew_deg"].items():
                 y = np.log(0.035) + x[m] + shift + drift * (skew == 60) * (x[m] - x.mean())

@@ -21,7 +21,6 @@ from skewbridge.fragility.study_tables import DESCRIPTIONS, PAPER_TABLE
 from skewbridge.fragility.verdicts import ROUND_COLUMNS
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.modelling_choices import CHOICE_COLUMNS
-from skewbridge.study.predict_check import CHECK_COLUMNS
 from skewbridge.study.processes import hush_exit_message
 
 ROOT: Final = Path(__file__).parents[1]
@@ -35,7 +34,6 @@ TABLES: Final = {
         for name, columns in DESCRIPTIONS.items()
     },
     "rounds": ROUND_COLUMNS,
-    "fragility/check_predict": CHECK_COLUMNS,
     "modelling_choices": CHOICE_COLUMNS,
 }
 

@@ -2,7 +2,8 @@
 Demands against intensity
 =========================
 
-One marker per analysis. Lines are cloud fits; dotted lines are limit states.
+One marker per analysis, coloured by the axis with the largest effect. Lines are mean cloud fits;
+dotted lines are limit states.
 """
 
 import skewbridge
@@ -10,4 +11,5 @@ from skewbridge.cli.study import DEMO_STUDY
 from skewbridge.report.fragility_figures import demand_clouds
 
 study = skewbridge.load(DEMO_STUDY)
-figure = demand_clouds(study.demands, study.fragility["curves"], "column_shear_dcr")
+tables = study.fragility
+figure = demand_clouds(study.demands, tables["curves"], tables["effects"], "column_shear_dcr")

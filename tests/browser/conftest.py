@@ -11,7 +11,7 @@ from fragility_tables import synthetic_demands
 from report_pages import write_page
 from skewbridge.report.study_figures import SECTIONS
 
-CURVES, CLOUDS, *_, MOTIONS = SECTIONS
+MAIN, CURVES, CLOUDS, *_, MOTIONS = SECTIONS
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
@@ -41,6 +41,12 @@ CAPTIONS = [
         "title": f"{model}: {section} of {item}", "text": "Of a test.", "finding": "It rises.",
     }
     for number, (model, section, item) in enumerate(FIGURES)
+] + [
+    {
+        "name": f"main_{item}", "model": "", "section": MAIN, "item": item, "title": item,
+        "text": "Of a test.", "finding": "It rises.",
+    }
+    for item in ("column_failure", "whole_bridge")
 ]  # fmt: skip
 
 

@@ -5,11 +5,18 @@ import sys
 
 import numpy as np
 from openquake.hazardlib import nrml
-from openquake.risklib import read_nrml  # teaches `nrml` the models
+from openquake.risklib import read_nrml, scientific  # read_nrml teaches `nrml` the models
 
 
-def functions(path, levels):
-    """Limit states, and by function its intensity measure and the probabilities at the levels."""
+def annual_rate(curve, hazard):
+    """Annual rate of one curve, by the classical damage calculator."""
+    poes = -np.expm1(-np.array(hazard["rates"]))  # in one year
+    *_, p = scientific.classical_damage([curve], hazard["imls"], poes, 1.0, 1.0)
+    return float(-np.log1p(-p))
+
+
+def functions(path, levels, hazard):
+    """Limit states, and by function its intensity measure, probabilities and annual rates."""
     model = nrml.to_python(path)
     return {
         "limit_states": model.limitStates,
@@ -20,6 +27,7 @@ def functions(path, levels):
                 "probabilities": [
                     curve(np.array(levels)).tolist() for curve in each.build(model.limitStates)
                 ],
+                "rates": [annual_rate(curve, hazard) for curve in each.build(model.limitStates)],
             }
             for (imt, name), each in model.items()
         },
@@ -29,4 +37,7 @@ def functions(path, levels):
 if __name__ == "__main__":
     assert read_nrml
     asked = json.load(sys.stdin)
-    json.dump({path: functions(path, asked["levels"]) for path in asked["files"]}, sys.stdout)
+    json.dump(
+        {path: functions(path, asked["levels"], asked["hazard"]) for path in asked["files"]},
+        sys.stdout,
+    )

@@ -16,6 +16,7 @@ from scipy.special import ndtr
 from fragility_tables import STATES, curves_of, synthetic_demands
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility.exports import export_curves, identifier
+from skewbridge.fragility.hazard import HazardCurve
 
 pytestmark = pytest.mark.exports
 
@@ -23,6 +24,9 @@ HERE = Path(__file__).parent
 ENVIRONMENTS = HERE.parents[1] / ".exports"
 LEVELS = [0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.5]
 TOLERANCE = 1e-6
+IMLS = np.geomspace(0.02, 4.0, 400)  # the calculator of OpenQuake takes steps of a half level
+RATES = 1e-3 * np.exp(-2.0 * np.log(IMLS / 0.2) - 0.25 * np.log(IMLS / 0.2) ** 2)
+HAZARD = HazardCurve(im="", levels=IMLS, rates=RATES[None], quantiles=np.zeros(0))
 LONG = "x" * 60
 
 
@@ -47,7 +51,10 @@ def read_by(program, files):
         pytest.skip(f"{program} is not installed in {ENVIRONMENTS}: make test-exports")
     done = subprocess.run(
         [python, HERE / f"read_{program}.py"],
-        input=json.dumps({"files": files, "levels": LEVELS}),
+        input=json.dumps(
+            {"files": files, "levels": LEVELS}
+            | {"hazard": {"imls": IMLS.tolist(), "rates": RATES.tolist()}}
+        ),
         capture_output=True,
         text=True,
         check=False,
@@ -94,10 +101,12 @@ def test_openquake_reads_every_file_and_gets_our_probabilities(curves, tmp_path,
     report = export_curves(curves, "nrml", tmp_path / "curves.xml", method=method)
     found = read_by("openquake", report["files"])
     functions = {
-        (name, state): (function, values)
+        (name, state): (function, *values)
         for content in found.values()
         for name, function in content["functions"].items()
-        for state, values in zip(content["limit_states"], function["probabilities"], strict=True)
+        for state, *values in zip(
+            content["limit_states"], function["probabilities"], function["rates"], strict=True
+        )
     }
     for model in report["models"]:
         assert found[model["file"]]["limit_states"] == model["limit_states"]
@@ -106,10 +115,12 @@ def test_openquake_reads_every_file_and_gets_our_probabilities(curves, tmp_path,
     assert len(functions) == len(expected)
     for row in expected.itertuples():
         name = identifier(f"{row.variant}:{row.component}", r"A-Za-z0-9_:\-", 75)
-        function, values = functions[name, row.limit_state]
+        function, values, rate = functions[name, row.limit_state]
         assert function["imt"] == "AvgSA"
         # outside the range OpenQuake has 0 below, and no more than at its end above
         low, high = function["range"]
         inside = (np.array(LEVELS) > low) & (np.array(LEVELS) < high)
         ours = probabilities(row)
         np.testing.assert_allclose(np.array(values)[inside], ours[inside], atol=TOLERANCE, rtol=0.0)
+        ours = HAZARD.rate(lambda x, row=row: ndtr((x - np.log(row.theta)) / row.b), row.b).value
+        assert rate == pytest.approx(ours, rel=0.01)

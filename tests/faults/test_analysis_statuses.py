@@ -72,7 +72,6 @@ def test_failed_steps_are_recovered_counted_and_logged(tmp_path):
     result = run(log_path=log, max_iterations=3, tolerance_j=1e-8, integrator=("Houbolt",))
     assert result.recovery_rung >= 1
     assert result.failed_attempts > 2
-    assert result.houbolt_failures == result.failed_attempts
     assert sum(result.steps_by_rung[1:]) > 2
     assert "failed" in log.read_text(encoding="utf-8")
     assert_has_peaks(result)
@@ -105,7 +104,6 @@ def test_a_too_strict_tolerance_is_loosened_and_reported_and_changes_no_later_an
     assert result.status == "ok"
     assert result.recovery_rung == 2
     assert result.failed_attempts > 1
-    assert result.houbolt_failures == 0
     assert result.loosened_ratio > 0.0
     assert run(duration_s=1.0).demands == clean.demands
     # without further attempts it is a failure

@@ -53,7 +53,7 @@ def run(pair, out, *options):
     return run_json("run", "--motion", *pair, "--out", out, *options)
 
 
-def test_a_run_leaves_its_row_histories_figures_and_replay(pair, tmp_path):
+def test_a_run_leaves_its_row_histories_and_figures(pair, tmp_path):
     out = tmp_path / "out"
     code, row = run(pair, out, "--skew-deg", "30", "--abutment", "contact-friction")
     assert code == 0, row
@@ -83,9 +83,6 @@ def test_a_run_leaves_its_row_histories_figures_and_replay(pair, tmp_path):
     assert histories["t_s"].iloc[-1] == pytest.approx(row["time_reached_s"])
     for name in ("displacements", "hysteresis", "columns", "contacts"):
         assert (out / f"{name}.png").stat().st_size > 10_000
-    page = (out / "contact_replay.html").read_text(encoding="utf-8")
-    assert "Contacts closed" in page
-    assert 'src="http' not in page
 
 
 def test_a_row_lists_its_suspect_properties(pair, tmp_path):
@@ -107,7 +104,7 @@ def test_the_printed_answer_has_the_main_demands_in_the_units_asked_for(pair, tm
 def test_a_roller_has_no_contacts_to_draw_and_a_collapse_is_a_result(pair, tmp_path):
     code, row = run(pair, tmp_path / "out", "--abutment", "roller", "--duration-s", "0.5")
     assert (code, row["variant"]) == (0, "osb1_ro_skew00_gap000_mu000")
-    assert not (tmp_path / "out" / "contact_replay.html").exists()
+    assert not (tmp_path / "out" / "contacts.png").exists()
     code, row = run(pair, tmp_path / "out", "--scale", "4", "--no-figures")
     assert code == 0
     assert (row["status"], row["collapse_criterion"]) == ("collapse", "column_drift_ratio")
@@ -134,10 +131,7 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
     support_m = 0.914 - max(0.051 * narrowing + 1e-3 * options.gap_offset_mm, 0.0)
     scaled = built_bridge(load_bridge(bridge), options, 60.0)
     bents = [bent_capacity(scaled, at, options.hinge_rule) for at in range(len(scaled.bents))]
-    disp_m = min(bent.capacity_m for bent in bents)
-    p_delta_m = min(0.2 / bent.p_delta_ratio(1.0) for bent in bents)
-    columns = ("support_length_m", "disp_capacity_m", "p_delta_capacity_m")
-    assert [row[name] for name in columns] == pytest.approx([support_m, disp_m, p_delta_m])
+    assert row["support_length_m"] == pytest.approx(support_m)
     checks = answer("bridge", "sdc", tmp_path)["checks"]
     seats = [check["capacity"] for check in checks if "seat" in check["check"]]
     assert seats == pytest.approx([support_m] * 5)
@@ -147,10 +141,6 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
         assert found[name]["capacity"] == pytest.approx(bent.capacity_m)
         ratio = found[f"bent {number} P-Delta ratio"]["demand"]
         assert ratio == pytest.approx(bent.p_delta_ratio(row["deck_disp_m"]))
-    (of_study,) = answer("bridge", "sdc", tmp_path / "demands.parquet")["checks"]
-    assert of_study["disp_ratio"] == pytest.approx(row["deck_disp_m"] / disp_m)
-    assert of_study["p_delta_ratio"] == pytest.approx(0.2 * row["deck_disp_m"] / p_delta_m)
-    assert of_study["seat_aashto_ratio"] == pytest.approx(found["seat, AASHTO 1.5 N (m)"]["ratio"])
 
 
 @pytest.mark.parametrize(

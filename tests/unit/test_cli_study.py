@@ -38,9 +38,9 @@ from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import write_starter
 from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.jobs import for_terminal
-from skewbridge.study.journal import open_journal
+from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.processes import cancel_left_behind
-from skewbridge.study.progress import forecast_study, job_size
+from skewbridge.study.progress import forecast_study
 from skewbridge.study.task import run_key
 from skewbridge.variant.grid import expand_grid
 from study_parts import row_of, study_of, wave, without_workers
@@ -83,7 +83,7 @@ def test_a_bad_or_missing_configuration_ends_with_2_and_one_message(tmp_path, te
     assert words in found["message"]
 
 
-def test_journals_are_counted_and_compacted_and_failures_forgotten(tmp_path: Path) -> None:
+def test_failures_are_forgotten(tmp_path: Path) -> None:
     """The journal has a result, a crash and a torn line."""
     (tmp_path / "mine.yaml").write_text(f"results: {tmp_path}/results\n")
     path = tmp_path / "results" / "journal" / "v.jsonl"
@@ -91,13 +91,10 @@ def test_journals_are_counted_and_compacted_and_failures_forgotten(tmp_path: Pat
         for key, status in (("a", "ok"), ("b", "crash")):
             journal.append({"run_key": key, "status": status, "variant": "v", "motion_id": "m"})
     path.write_bytes(path.read_bytes() + b'{"run_key": "c')
-    counted = {"analyses": 2, "repeated": 0, "outdated": 0, "damaged": 1}
     config = ("--study", str(tmp_path / "mine.yaml"))
-    assert answer("study", "journal", *config) == counted | {"compacted": False}
-    assert answer("study", "journal", "--compact", *config) == counted | {"compacted": True}
-    assert answer("study", "journal", *config)["damaged"] == 0
     retried = answer("study", "retry", *config)
     assert retried["analyses"] == [{"variant": "v", "motion": "m", "status": "crash"}]
+    assert read_content([path]).counts["damaged"] == 0
     assert answer("study", "retry", *config)["forgotten"] == 0
     refused = answer("study", "retry", "--status", "ok", code=2)
     assert "--status must be failed, numerical_failure" in refused["message"]
@@ -316,18 +313,9 @@ def program(folder: Path, name: str, text: str) -> None:
     path.chmod(0o755)
 
 
-def test_size_of_a_job_and_status_of_jobs_come_from_profile_and_accounting(programs, monkeypatch):
+def test_status_of_jobs_comes_from_the_accounting(programs, monkeypatch):
     program(programs, "sacct", "exit 1")
     monkeypatch.chdir(ROOT)
-    monkeypatch.setenv("SKEWBRIDGE_JOB_CORES", "8")
-    monkeypatch.setenv("SKEWBRIDGE_JOBS", "7")
-    assert job_size("slurm") == {"cores": 8, "jobs": 7}
-    assert job_size("profiles/default") is None
-    with pytest.raises(InputError, match="no profile 'nowhere'"):
-        job_size("nowhere")
-    (programs / "config.yaml").write_text("executor: slurm\njobs: 3\n")
-    with pytest.raises(InputError, match="not a valid cluster profile"):
-        job_size(str(programs))
     # An account is named only where there is accounting, or the executor would look it up.
     monkeypatch.setenv("SBATCH_ACCOUNT", "mine")
     program(programs, "sacct", "echo 'Slurm accounting storage is disabled' >&2; exit 1")
@@ -336,18 +324,6 @@ def test_size_of_a_job_and_status_of_jobs_come_from_profile_and_accounting(progr
     program(programs, "sacct", "exit 0")
     assert profile()["slurm-status-command"] == "sacct"
     assert profile()["default-resources"]["slurm_account"] == "mine"
-
-
-def test_forecast_of_jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A job for each of 12 variants of 32 analyses of 1.6 s: 13 s on 4 processors, 3 s to start."""
-    monkeypatch.chdir(ROOT)
-    over = {"results": str(tmp_path), "grid": {"bridge": ["osb1"]}, "motions": {"count": 32}}
-    config = parse_config(over)
-    for at_once, hours in ((100, 0.0), (2, 0.03)):
-        found = forecast_study(config, {"cores": 4, "jobs": at_once}).summary
-        expected = {"jobs": 12, "job_cores": 4, "job_hours": 0.0, "hours": hours}
-        assert found.items() >= expected.items()
-    assert "jobs" not in forecast_study(config).summary
 
 
 # Studies whose processor time was measured from the start of Snakemake to the page, on two

@@ -108,7 +108,8 @@ def test_a_motion_with_most_of_the_variance_is_named():
     assert row["largest_motion"] == "m07"
     assert row["largest_share"] > 0.5
     assert row["n_effective_motions"] < 3.0
-    assert row["dof"] == pytest.approx(3.0 * row["n_effective_motions"])
+    # the error from the prior of the drift, which is not a motion's, adds degrees of freedom
+    assert 3.0 <= row["dof"] / row["n_effective_motions"] < 3.5
 
 
 def test_an_effect_that_depends_on_another_axis_is_given_by_its_value():

@@ -461,7 +461,7 @@ def test_a_row_of_an_analysis_says_whether_it_is_complete(status, mode, complete
     values = dict.fromkeys((field.name for field in fields(AnalysisResult)), 0)
     values |= {"status": status, "collapse_criterion": "", "steps_by_rung": (1,), "messages": ()}
     values |= {"demands": {"column_shear_dcr": 0.9, "drift_over_capacity": 1.25}}
-    values |= {"whole_history": {}, "energy_kj": {}, "capacities": {}}
+    values |= {"whole_history": {}, "energy_kj": {}}
     end = ModelEnd(mode=mode, time_s=0.5, rows=2)
     result = AnalysisResult(**values | {"model_end": end})
     row = row_of_task(outcome_of(result), task_of(), "key")

@@ -23,8 +23,8 @@ PACKAGE = Path(skewbridge.__file__).parent
 ANALYSES = "the analyses themselves"
 PARTS = {ANALYSES: ENGINE, **{rule: recipe.sources for rule, recipe in RECIPES.items()}}
 #: Rules that list or run analyses; all but the last look at the journals, which say what is new.
-ANALYSING = {"analyse", "sensitivity", "friction_pair", "modelling_choices", "check_predict"}
-FITS = {"fit_fragility", "check_predict"}
+ANALYSING = {"analyse", "sensitivity", "friction_pair", "modelling_choices"}
+FITS = {"fit_fragility"}
 PAGES = {"figures", "report"}
 VERIFYING = {"verify_contact", "verification"}
 ALL = {ANALYSES, *RECIPES}
@@ -54,7 +54,7 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     "study/jobs.py": (set(), ALL),
     "study/repeats.py": ({"sensitivity", "friction_pair"}, ALL - {"sensitivity", "friction_pair"}),
     "study/analyses.py": ({*ANALYSING, "verification"}, {ANALYSES}),
-    "study/modelling_choices.py": ({"modelling_choices", *PAGES}, {"analyse", "check_predict"}),
+    "study/modelling_choices.py": ({"modelling_choices", *PAGES}, {"analyse"}),
     "report/checks.py": ({"fit_fragility", *PAGES}, {ANALYSES, *ANALYSING}),
     "report/run_figures.py": ({*PAGES, "verification"}, {ANALYSES, *ANALYSING, *FITS}),
     "report/page.py": (PAGES, ALL - PAGES),

@@ -20,8 +20,10 @@ from typer.testing import CliRunner
 from skewbridge.bridge.catalogue import bridge_schema
 from skewbridge.cli import build_app
 from skewbridge.cli.study import DEMO_STUDY
+from skewbridge.files.text import checked
 from skewbridge.fragility.demand_table import ColumnMap
 from skewbridge.fragility.limit_states import load_limit_states
+from skewbridge.motions.conditional import Target
 from skewbridge.study.config import StudyConfig, parse_config
 
 mpl.use("Agg")
@@ -162,6 +164,8 @@ def test_yaml_of_a_page_is_taken(name: str, text: str, tmp_path: Path) -> None:
         assert ColumnMap(**content).columns
     elif "extends" in content:
         assert set(content) <= {*bridge_schema()["properties"], "extends"}
+    elif "measure" in content:
+        assert checked(Target, content, name).levels
     elif "executor" in content:
         assert set(content) == {"executor", "jobs", "cores"}
     else:

@@ -1,4 +1,4 @@
-"""Bridges written from a drawing: quantities, rules, periods without OpenSees, and doubts."""
+"""Bridges written from a drawing: quantities, rules, and doubts."""
 
 import random
 import re
@@ -12,7 +12,6 @@ import yaml
 from reference_pages import ROOT
 
 from skewbridge.analysis.bridge_check import check_bridge, doubts
-from skewbridge.analysis.modal import conditioning_period_s, modal_properties, standing_bridge
 from skewbridge.bridge.catalogue import (
     BridgeData,
     bridge_names,
@@ -26,13 +25,9 @@ from skewbridge.bridge.catalogue.drawing import (
     girder_section,
     value_at,
 )
-from skewbridge.bridge.periods import frame_periods_s
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked
 from skewbridge.units import KIP, MN, quantity, unit_in_name
-from skewbridge.variant.axes import AXES
-from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
 
 TEMPLATE = ROOT / "config/bridges/template.yaml"
 DRAWINGS = sorted((ROOT / "tests/data/drawings").glob("*.yaml"))
@@ -135,7 +130,7 @@ def test_osb1_from_its_drawing_has_the_numbers_of_its_file(tmp_path) -> None:
         assert value == (pytest.approx(known[key], rel=0.02) if is_number else known[key]), key
     assert len(read.derived) > 50
     assert {"t1_s", "bents.0.cap_weight_kn", "deck.torsion_constant_m4"} <= read.derived.keys()
-    assert read.bridge.sources["t1_s"].startswith("calc: linear frame")
+    assert read.bridge.sources["t1_s"].startswith("calc: model with pads")
     own = read_bridge(written(tmp_path, *OSB1, ("t1_s", 0.7)))
     assert (own.bridge.t1_s, "t1_s" in own.derived) == (0.7, False)
 
@@ -153,20 +148,6 @@ def test_sections_agree_with_published_ones() -> None:
     centre = (789 * 24.73 + 768 * 58) / 1557
     inertia = 260_730 + 789 * (centre - 24.73) ** 2 + 96 * 8**3 / 12 + 768 * (58 - centre) ** 2
     assert beams.vertical == pytest.approx(inertia * 0.0254**4, rel=1e-9)
-
-
-@pytest.mark.parametrize("name", ["osb1", "osb1_fixed", "bridge_a", "bridge_c"])
-def test_the_linear_frame_has_the_periods_of_the_opensees_model(name: str) -> None:
-    data, standing = load_bridge(name), standing_bridge(name)
-    pads, roller = (frame_periods_s(data, supports) for supports in ("pads", "roller"))
-    assert (pads["x"] * pads["y"]) ** 0.5 == pytest.approx(
-        conditioning_period_s(standing), rel=0.005
-    )
-    usual = {axis.name: axis.usual for axis in AXES} | {"skew_deg": 0}
-    variant = Variant.at(name, "roller", usual)
-    model = modal_properties(variant, ModelOptions(elastic_columns=True))
-    for axis, period_s in roller.items():
-        assert period_s == pytest.approx(model.period_s(axis), rel=0.005)
 
 
 @pytest.mark.parametrize("path", DRAWINGS, ids=lambda path: path.stem)
@@ -214,10 +195,10 @@ def test_a_drawing_replaces_inherited_numbers_and_stale_ones_are_named(tmp_path)
     ("changes", "words"),
     [
         ({"deck.inertia_vertical_m4": 114.5, "deck.inertia_transverse_m4": 3.778},
-         "deck.inertia_vertical_m4 / (deck.area_m2 * deck.depth_m**2) = 4.63"),
+         "vertical inertia of the deck / (area x depth squared) = 4.63"),
         ({"column.bar_area_mm2": 100.6}, "column.bar_area_mm2 is 0.1 times 1007"),
         ({"column.bar_area_mm2": 12.6, "column.bar_diameter_mm": 4.0}, "outside the usual 0.005"),
-        ({"abutment.backfill.stiffness_mn_per_m": 20_300.0}, "is 1e+03 times 20.3"),
+        ({"abutment.backfill.stiffness_mn_per_m": 20_300.0}, "is 1000 times 20.3"),
         ({"spans_m": (150.0, 150.0)}, "spans_m = 150 is outside the usual 9 to 90"),
         ({"abutment.wall_height_m": 2.5}, "abutment.wall_height_m is 1.4 times 1.829"),
         ({"t1_s": 1.2}, "t1_s is 1.7 times 0.71"),
@@ -281,8 +262,13 @@ def is_caught(name: str, *slips: tuple[str, float]) -> bool:
 @pytest.mark.parametrize("name", bridge_names())
 def test_a_bridge_of_the_catalogue_is_plausible(name: str) -> None:
     bridge = read_bridge(name)
-    fitted = [key for key, source in bridge.bridge.sources.items() if "fitted:" in source]
-    assert [doubt for doubt in doubts(bridge) if not any(key in doubt for key in fitted)] == []
+    # numbers from recordings of the bridge may differ from the rules
+    recorded = [
+        key
+        for key, source in bridge.bridge.sources.items()
+        if "record" in source or "fitted:" in source
+    ]
+    assert [doubt for doubt in doubts(bridge) if not any(key in doubt for key in recorded)] == []
 
 
 @pytest.mark.parametrize("name", ["osb1", "bridge_a", "osb2s"])

@@ -2,10 +2,7 @@
 
 import json
 import re
-import shutil
-import subprocess
 from dataclasses import replace
-from importlib.resources import files
 
 import numpy as np
 import pandas as pd
@@ -18,7 +15,6 @@ from typer.testing import CliRunner
 from fragility_tables import (
     DRIFT_ENTRY,
     FAILURES,
-    IM,
     curves_of,
     synthetic_demands,
     two_mode_runs,
@@ -29,16 +25,18 @@ from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.effects import effect_tables
 from skewbridge.fragility.limit_states import limit_states_of
 from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.study_tables import fragility_tables
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.report import fragility_figures
-from skewbridge.report.appearance import MARKS, VariantLayout, shown_axes, shown_in
-from skewbridge.report.fragility_figures import (
+from skewbridge.report.appearance import shown_axes, shown_in
+from skewbridge.report.fragility_figures import demand_clouds, effects_by_intensity, least_shown
+from skewbridge.report.pooled_curves import (
     curve_values,
-    demand_clouds,
-    effects_by_intensity,
-    fragility_curves,
-    least_shown,
-    shown_curves,
+    curves_figure,
+    lead_axis,
+    main_curves,
+    pooled_curves,
+    with_system,
 )
 from skewbridge.report.study_figures import (
     FigureTables,
@@ -74,6 +72,12 @@ def tables(demands):
     )
 
 
+@pytest.fixture(scope="module")
+def fragility(demands):
+    """Return all tables of the fits."""
+    return fragility_tables(demands, STATES, SETTINGS)
+
+
 def texts(figure):
     figure.canvas.draw()
     return [text.get_text() for axes in figure.axes for text in axes.texts]
@@ -85,101 +89,112 @@ def lines_of(figure, *markers):
     return [line for line in lines if not markers or line.get_marker() in markers]
 
 
-def legend(figure):
-    return [text.get_text() for text in figure.legends[0].get_texts()]
+def shown_text(figure):
+    return figure.axes[0].get_legend().get_title().get_text()
 
 
 def points_of(lines):
     return sum(len(line.get_xdata()) for line in lines)
 
 
-def test_drawn_curves_are_the_preferred_rows_with_the_total_dispersion(demands, tables):
-    curves = tables[0]
-    figure = fragility_curves(curves, demands, "column_drift")
-    preferred = curves[curves["preferred"] & (curves["component"] == "column_drift")]
-    drawn = [line for line in lines_of(figure) if len(line.get_xdata()) == 160]
-    assert len(drawn) == len(preferred) == 8 * 2
-    found = sorted(float(np.interp(0.5, line.get_ydata(), line.get_xdata())) for line in drawn)
-    np.testing.assert_allclose(found, sorted(preferred["theta"]), rtol=0.01)
-    item = preferred.iloc[0]
+def drawn_component(fragility, component):
+    """Return the pooled curves of a component, and the curves behind them."""
+    curves = with_system(fragility["curves"], fragility["system"])
+    pooled = pooled_curves(curves, fragility["median_effects"])
+    return pooled[pooled["component"] == component], curves
+
+
+def test_pooled_curves_are_means_over_the_other_axes_with_the_paired_ratio(demands, fragility):
+    pooled, curves = drawn_component(fragility, "column_drift")
+    effects = fragility["median_effects"]
+    effects = effects[(effects["scope"] == "pooled") & (effects["status"] == "ok")]
+    own = effects[effects["demand"].str.startswith("column_drift/")]
+    largest = own.loc[np.log(own["ratio"]).abs().idxmax(), "axis"]
+    assert set(pooled["axis"]) == {largest}
+    for row in pooled.to_dict("records"):
+        fits = curves[curves["preferred"] & (curves["component"] == "column_drift")]
+        fits = fits[(fits["limit_state"] == row["limit_state"]) & (fits[largest] == row["value"])]
+        assert row["theta"] == pytest.approx(np.exp(np.log(fits["theta"]).mean()))
+        assert row["beta_total"] == pytest.approx(fits["beta_total"].mean())
+        assert row["theta_low"] < row["theta"] < row["theta_high"]
+        same = own[(own["demand"] == f"column_drift/{row['limit_state']}")
+                   & (own["axis"] == largest) & (own["to_value"] == row["value"])]  # fmt: skip
+        ratios = row["ratio"], row["ci_low"], row["ci_high"]
+        expected = same[["ratio", "ci_low", "ci_high"]].to_numpy()
+        assert ratios == pytest.approx(expected[0] if len(same) else [np.nan] * 3, nan_ok=True)
+    figure = curves_figure(pooled, curves, demands)
+    lines = [line for line in lines_of(figure) if len(line.get_xdata()) == 160]
+    found = sorted(float(np.interp(0.5, line.get_ydata(), line.get_xdata())) for line in lines)
+    np.testing.assert_allclose(found, sorted(pooled["theta"]), rtol=0.02)
+    assert all(len(axes.collections) == len(axes.get_legend().get_texts()) for axes in figure.axes)
+
+
+def test_the_band_of_a_curve_contains_it_and_has_the_total_dispersion(fragility):
+    curves = fragility["curves"]
+    item = curves[curves["preferred"] & (curves["component"] == "column_drift")].iloc[0]
     im = np.array([0.1, 0.5])
     values, (low, high) = curve_values(im, item)
     expected = stats.norm.cdf(np.log(im / item["theta"]) / item["beta_total"])
     np.testing.assert_allclose(values, expected)
     assert item["beta_total"] > item["beta"]
     assert ((low < values) & (values < high)).all()
-    panels = [axes for axes in figure.axes if len(axes.lines) > 8]
-    assert [len(axes.collections) for axes in panels] == [2] * len(panels)  # bands
-    assert "gap 25 mm, μ 0 and gap 25 mm, μ 0.5" in figure.get_suptitle()
 
 
-def test_states_and_panels_without_a_curve_give_the_reason_and_no_texts_overlap(demands, tables):
-    curves = tables[0]
-    figure = fragility_curves(curves, demands, "column_drift")
-    labels = " ".join(axes.get_ylabel() for axes in figure.axes)
-    assert "moderate" in labels
-    assert "complete" not in labels
-    title = figure.get_suptitle()
-    assert "complete, no curve: Column drift ratio: largest 0." in title
-    assert "state at 0.9" in title
-    curves = curves.copy()
-    lost = curves["skew_deg"] == 30
+def test_every_panel_has_a_curve_and_no_texts_overlap(demands, fragility):
+    pooled, curves = drawn_component(fragility, "column_drift")
+    assert set(pooled["limit_state"]) == {"slight", "moderate"}  # no run reaches complete
+    curves, value = curves.copy(), pooled["value"].max()
+    lost = (curves[pooled["axis"].iloc[0]] == value) & (curves["gap_mm"] == 25)
     curves.loc[lost, "preferred"] = False
-    curves.loc[lost, "status"] = "bounds_too_wide"
-    figure = fragility_curves(curves, demands, "column_drift")
-    assert any("4 of 4 without a curve: bounds too wide" in text for text in texts(figure))
+    pooled = pooled_curves(curves, fragility["median_effects"])
+    pooled = pooled[pooled["component"] == "column_drift"]
+    figure = curves_figure(pooled, curves, demands)
+    figure.canvas.draw()
+    names = [text.get_text() for axes in figure.axes for text in axes.get_legend().get_texts()]
+    assert sum("(2/4 variants)" in name for name in names) == 2
     boxes = [
-        text.get_window_extent().padded(-1.0)
+        each.get_window_extent().padded(-1.0)
         for axes in figure.axes
-        for text in (axes.title, axes.xaxis.label, axes.yaxis.label, *axes.texts)
-        if text.get_text().strip() and text.get_window_extent().width > 2
-    ]  # fmt: skip
+        for each in (axes.xaxis.label, axes.yaxis.label, axes.get_legend(), axes.patch)
+        if each.get_window_extent().width > 2
+    ]
     overlaps = [(a, b) for i, a in enumerate(boxes) for b in boxes[i + 1 :] if a.overlaps(b)]
     assert len(boxes) > 6
     assert not overlaps
 
 
-def test_curves_of_exceedance_fits_have_crosses_and_those_that_differ_diamonds(demands, tables):
-    curves = tables[0].copy()
-    curves["methods_differ"] = False
-    assert not lines_of(fragility_curves(curves, demands, "column_drift"), "x", "D")
-    state = (curves["component"] == "column_drift") & (curves["limit_state"] == "slight")
-    state &= curves["skew_deg"] == 30
-    fitted = state & (curves["method"] == "exceedance") & (curves["status"] == "ok")
-    assert fitted.any()
-    names = curves.loc[fitted, "variant"]
-    curves.loc[state & curves["variant"].isin(names), "preferred"] = False
-    curves.loc[fitted, ["preferred", "methods_differ"]] = True
-    figure = fragility_curves(curves, demands, "column_drift")
-    assert len(lines_of(figure, "x")) == len(lines_of(figure, "D")) == fitted.sum()
-    assert {"exceedance fit", "median, other method"} < set(legend(figure))
+def test_a_failure_mode_that_is_every_failure_has_no_second_curve(fragility):
+    pooled, curves = drawn_component(fragility, "column_drift")
+    states = {"slight": "any", "moderate": "flexure"}
+    drift = curves[curves["component"] == "column_drift"]
+    same = drift[drift["limit_state"] == "slight"]
+    failures = pd.concat([same, same.assign(limit_state="moderate")], ignore_index=True)
+    failures["limit_state"] = failures["limit_state"].map(states)
+    found = pooled_curves(failures, fragility["median_effects"])
+    assert set(found["limit_state"]) == {"any"}
+    assert len(pooled) > 0
 
 
-def test_separated_outcomes_are_drawn_as_a_bracket_of_the_median():
-    demands = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=12)
-    hit = demands[IM] > 0.5
-    demands[DRIFT] = np.where(hit, 0.03, 0.008) * (1 + 0.1 * demands[IM])
-    curves = fit_study(demands, STATES, SETTINGS)
-    curves["preferred"] = False
-    shown = shown_curves(curves)
-    assert len(shown)
-    figure = fragility_curves(curves, demands, "column_drift")
-    level = [line for line in lines_of(figure) if set(line.get_ydata()) == {0.5}]
-    spans = {tuple(np.round(line.get_xdata(), 6)) for line in level}
-    ends = shown[["theta_bracket_low", "theta_bracket_high"]].iloc[0]
-    assert tuple(np.round(ends, 6)) in spans
+def test_the_axis_of_a_system_and_of_a_study_without_effects():
+    runs = synthetic_demands(skews=(0, 30), gaps=(25,), motions=8)
+    found = fragility_tables(runs, STATES, SETTINGS)
+    effects = found["median_effects"]
+    assert lead_axis(effects.head(0), {"a/b"}, runs).name == "skew_deg"
+    pooled = pooled_curves(with_system(found["curves"], found["system"]), effects)
+    leading = main_curves(pooled)
+    assert set(leading) <= {"column_failure", "unseating", "whole_bridge"}
+    assert leading["whole_bridge"]["theta"].gt(0.0).all()
 
 
 def test_cloud_marks_runs_that_ended_early_and_demands_of_zero(demands, tables):
-    figure = demand_clouds(demands, tables[0], DRIFT)
+    figure = demand_clouds(demands, tables[0], tables[1].effects, DRIFT)
     assert points_of(lines_of(figure, 2)) == 1  # a tick
     assert figure.axes[0].get_ylabel() == "Column drift ratio"
     low = demands.copy()
     low.loc[low["motion_id"] == "m00", DRIFT] = 0.0
-    figure = demand_clouds(low, tables[0], DRIFT)
+    figure = demand_clouds(low, tables[0], tables[1].effects, DRIFT)
     assert points_of(lines_of(figure, "v")) == (low[DRIFT] == 0.0).sum() == 8
-    per_panel = int((low["skew_deg"] == 0).sum())
-    assert any(text.startswith(f"4 of {per_panel} analyses below") for text in texts(figure))
+    figure.canvas.draw()
     notes = [text for axes in figure.axes for text in axes.texts]
     assert {"slight", "moderate"} < {note.get_text() for note in notes}
     for note in notes:  # outside the panels
@@ -190,7 +205,8 @@ def test_cloud_marks_runs_that_ended_early_and_demands_of_zero(demands, tables):
 
 def test_marks_of_a_large_cloud_are_pixels_in_a_vector_file(demands, tables, monkeypatch):
     def drawn_as_pixels():
-        marks = lines_of(demand_clouds(demands, tables[0], DRIFT), *MARKS, "v")
+        figure = demand_clouds(demands, tables[0], tables[1].effects, DRIFT)
+        marks = lines_of(figure, "o", "v")
         assert points_of(marks) == len(demands)
         return {bool(line.get_rasterized()) for line in marks}
 
@@ -220,7 +236,7 @@ FOURTH = "transverse_gap_mm"
 
 
 @pytest.fixture(scope="module")
-def study(demands, tables):
+def study(demands, tables, fragility):
     wave = np.sin(np.arange(400) * 0.1)
     motion = GroundMotion(motion_id="m00", dt_s=0.01, accel_1_mps2=wave, accel_2_mps2=0.5 * wave)
     curves, effects = tables
@@ -228,68 +244,52 @@ def study(demands, tables):
         demands=demands,
         curves=curves,
         effects=effects.effects,
+        medians=fragility["median_effects"],
+        system=fragility["system"],
         intensity_effects=effects.intensities,
         suite=[SuiteMotion(motion=motion, scale=1.5, measures={})],
         pair=None,
     )
 
 
-@pytest.fixture(scope="module")
-def wide_study():
-    """Return demands and curves with a transverse gap of 25 and 50 mm."""
-    parts = []
-    for gap_mm, seed in ((25, 1), (50, 2)):
-        rows = synthetic_demands(skews=(0, 30), seed=seed, friction_effect=-0.004 * gap_mm)
-        rows["variant"] += f"_tgap{gap_mm:03d}"
-        curves = fit_study(rows, STATES, SETTINGS)
-        parts.append([table.assign(**{FOURTH: gap_mm}) for table in (rows, curves)])
-    return [pd.concat(each, ignore_index=True) for each in zip(*parts, strict=True)]
+def test_clouds_have_the_colours_of_the_largest_effect_and_its_size(study):
+    figure = demand_clouds(study.demands, study.curves, study.effects, DRIFT)
+    pooled = study.effects[
+        (study.effects["scope"] == "pooled") & (study.effects["demand"] == DRIFT)
+    ]
+    largest = pooled.loc[np.log(pooled["ratio"]).abs().idxmax()]
+    names = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    assert len(names) == study.demands[largest["axis"]].nunique()
+    assert f"{100 * (largest['ratio'] - 1):+.0f}" in names[-1] or "%" in names[-1]
+    lines = [line for line in lines_of(figure) if len(line.get_xdata()) == 41]
+    fits = study.curves[(study.curves["demand"] == DRIFT) & (study.curves["method"] == "cloud")]
+    fits = fits[fits[largest["axis"]] == largest["to_value"]].drop_duplicates("variant")
+    x, y = lines[-1].get_xdata(), lines[-1].get_ydata()
+    expected = np.mean([row["ln_a"] + row["b"] * np.log(x[0]) for row in fits.to_dict("records")])
+    assert np.log(y[0]) == pytest.approx(expected)
 
 
-def titles(figure):
-    return [axes.get_title() for axes in figure.axes]
-
-
-def test_three_axes_have_panels_dashes_and_colours(study):
-    figure = demand_clouds(study.demands, study.curves, DRIFT)
-    assert titles(figure) == ["skew 0°", "skew 30°"]
-    assert legend(figure)[:2] == ["gap 25 mm, μ 0", "gap 25 mm, μ 0.5"]
-    styles = VariantLayout(study.demands).styles
-    looks = {(each["color"], each["linestyle"], each["marker"]) for each in styles.values()}
-    assert len(looks) == len(styles) == 4
-    assert styles[25, 0.0]["color"] == styles[51, 0.0]["color"] != styles[25, 0.5]["color"]
-    assert styles[25, 0.0]["linestyle"] == styles[25, 0.5]["linestyle"]
-    solid = [style for style in styles.values() if style["linestyle"] == "-"]
-    assert solid[0]["linewidth"] > 2 * solid[1]["linewidth"]  # drawn first, seen on both sides
-
-
-def test_a_fourth_axis_replaces_constant_ones_or_multiplies_the_panels(wide_study):
-    demands, curves = wide_study
-
+def test_constant_axes_are_shown_up_to_three(study):
     def shown(table):
         return [axis.name for axis in shown_axes(table)]
 
+    demands = study.demands.assign(**{FOURTH: np.where(study.demands.index % 2, 25, 50)})
     assert shown(demands) == ["skew_deg", "gap_mm", "friction", FOURTH]
     assert shown(demands[demands["gap_mm"] == 25]) == ["skew_deg", "friction", FOURTH]
     assert len(shown(demands[demands[FOURTH] == 25])) == 3
-    panels = [f"skew {skew}°, transverse gap {gap} mm" for skew in (0, 30) for gap in (25, 50)]
-    for figure in (
-        demand_clouds(demands, curves, DRIFT),
-        fragility_curves(curves, demands, "column_drift"),
-    ):
-        assert titles(figure)[:4] == panels
-        assert len(legend(figure)) == 4
 
 
 def test_list_of_figures_follows_limit_states_and_leaves_out_empty_plots(study):
     names = [caption.name.removeprefix("osb1_cf_") for caption, _ in study_figures(study)]
+    assert names.pop(0) == "main_whole_bridge"
     curves = ["curves_column_drift", "curves_bearing"]
     clouds = ["cloud_column_drift_ratio", "cloud_bearing_disp_m"]
     assert names == [*curves, *clouds, "effects_by_intensity", "suite_spectra"]
     nothing = replace(
         study,
         demands=study.demands.assign(bearing_disp_m=0.0),
-        curves=study.curves.assign(preferred=False, theta_bracket_low=np.nan),
+        curves=study.curves.assign(preferred=False),
+        system=study.system.head(0),
         effects=study.effects.head(0),
         intensity_effects=study.intensity_effects.head(0),
     )
@@ -299,31 +299,29 @@ def test_list_of_figures_follows_limit_states_and_leaves_out_empty_plots(study):
 
 def test_captions_and_findings_have_the_numbers_of_the_tables(study):
     captions = {caption.name: caption for caption, _ in study_figures(study)}
-    drawn = study.curves[study.curves["preferred"]]
-    drawn = drawn[drawn["component"] == "column_drift"]
-    of_curves = captions["osb1_cf_curves_column_drift"]
-    assert f"{(drawn['method'] == 'cloud').sum()} from cloud fits" in of_curves.text
     assert "Sa,avg RotD50 (g) 0.5." in captions["osb1_cf_effects_by_intensity"].text
     assert all(caption.finding.endswith(".") for caption in captions.values())
     above = int((study.demands["bearing_disp_m"] > 0.1).sum())
     assert captions["osb1_cf_cloud_bearing_disp_m"].finding == (
         f"{above} of {len(study.demands)} analyses exceed bearing, slight (100 mm)."
     )
-    mild = drawn.loc[drawn["limit_state"] == "slight", "theta"]
-    assert f"(g) for slight (1 %): {mild.min():.3g} (skew" in of_curves.finding
-    assert f") to {mild.max():.3g} (skew" in of_curves.finding
+    curves = pooled_curves(study.curves, study.medians)
+    mild = curves[(curves["component"] == "column_drift") & (curves["limit_state"] == "slight")]
+    finding = captions["osb1_cf_curves_column_drift"].finding
+    assert f"(g) is {mild['theta'].iloc[0]:#.3g} at " in finding
+    assert f" and {mild['theta'].iloc[-1]:#.3g} at " in finding
 
 
 def test_figures_in_us_units_have_inches(study):
     with shown_in("us"):
         captions = {caption.name: caption for caption, _ in study_figures(study)}
-        figure = demand_clouds(study.demands, study.curves, "bearing_disp_m")
+        figure = demand_clouds(study.demands, study.curves, study.effects, "bearing_disp_m")
     assert "(3.94 in)" in captions["osb1_cf_cloud_bearing_disp_m"].finding
     assert figure.axes[0].get_ylabel().endswith("(in)")
     drawn = [line.get_ydata() for line in lines_of(figure, "o") if len(line.get_ydata())]
     largest = study.demands["bearing_disp_m"].max() / 0.0254
     assert max(max(values) for values in drawn) <= largest * (1 + 1e-9)
-    assert "gap 0.984 in, μ 0" in legend(figure)
+    assert shown_text(figure).startswith(f"{len(study.demands)} analyses, colours by ")
 
 
 def stored(folder, **tables):
@@ -343,6 +341,8 @@ def test_files_do_not_depend_on_the_number_of_processes(study, tmp_path, monkeyp
         curves=study.curves[bearings & (study.curves["skew_deg"] == 0)],
         friction_pair=pd.DataFrame(),
         effects=study.effects.head(0),
+        medians=study.medians.head(0),
+        system=study.system.head(0),
         intensity_effects=study.intensity_effects.head(0),
         suite=pd.DataFrame(),
     )
@@ -419,7 +419,9 @@ def written(study, tmp_path, monkeypatch):
     write_starter(tmp_path)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "own.yaml").write_text("results: own\nfigures: {width_mm: 100}\n")
-    tables = {f"fragility/{name}": getattr(study, name) for name in ("curves", "effects")}
+    names = ("curves", "effects", "system")
+    tables = {f"fragility/{name}": getattr(study, name) for name in names}
+    tables["fragility/median_effects"] = study.medians
     tables |= {"demands": study.demands, "fragility/intensity_effects": study.intensity_effects}
     tables |= dict.fromkeys(("friction_pair", "motions/suite"), pd.DataFrame())
     stored(tmp_path / "own", **tables)
@@ -488,22 +490,3 @@ def test_the_curve_of_a_union_has_the_probabilities_of_both_modes():
         both = stats.multivariate_normal(cov=[[1.0, rho], [rho, 1.0]])
         assert p == pytest.approx(1.0 - both.cdf(-u), abs=1e-6)
         assert np.all((low <= p) & (p <= high))
-
-
-@pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
-def test_the_explorer_computes_the_curve_and_band_of_a_union(tmp_path):
-    rows, im = unions(), np.geomspace(0.05, 3.0, 25)
-    fits = pd.DataFrame(rows).astype(object).where(pd.notna(pd.DataFrame(rows)), None)
-    source = files("skewbridge.report") / "templates" / "explorer" / "statistics.js"
-    script = tmp_path / "union.js"
-    script.write_text(
-        f"{source.read_text()}\nconst fits = {json.dumps(fits.to_dict('records'))};\n"
-        f"const im = {json.dumps(im.tolist())};\n"
-        "const of = (fit) => [im.map((x) => exceedance(fit, x)), "
-        "...[-1, 1].map((side) => im.map((x) => bandOf(fit)(x, side)))];\n"
-        "console.log(JSON.stringify(fits.map(of)));"
-    )
-    done = subprocess.run(["node", script], capture_output=True, text=True, check=True)
-    for row, found in zip(rows, json.loads(done.stdout), strict=True):
-        p, band = curve_values(im, row)
-        np.testing.assert_allclose(found, [p, *band], rtol=0.0, atol=1e-9)

@@ -25,7 +25,6 @@ from fragility_tables import (
 )
 from skewbridge.cli import build_app
 from skewbridge.demands.validity import FAILURE_DEMANDS
-from skewbridge.errors import InputError
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility.demand_model import fit_models, state_curve
 from skewbridge.fragility.joint import JOINT_COLUMNS, JointModel, joint_table
@@ -33,7 +32,6 @@ from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.paper_table import PAPER_COLUMNS
 from skewbridge.fragility.study_tables import write_tables
 from skewbridge.report.page import median_text
-from skewbridge.study.predict_check import CHECK_COLUMNS, check_predict, inner_variants
 
 ROOT = Path(__file__).parents[2]
 DRIFT = states_of("column_drift")
@@ -175,42 +173,6 @@ def test_states_without_an_estimate_or_with_large_errors_have_a_status():
     assert row["status"] == "prediction_error_above_25_percent"
     assert row["loo_error_max_variant"] == table["variant"].iloc[-1]
     assert row["loo_error_max"] == pytest.approx(0.6, abs=0.1)
-
-
-def test_inner_variants_are_inside_the_grid_and_not_among_its_variants():
-    grid = {"skew_deg": [0, 30, 60], "gap_mm": [25, 51], "friction": [0.0, 0.5]}
-    points = inner_variants(grid)
-    assert [point["friction"] for point in points] == [0.25, 0.125, 0.375]
-    assert points[0] == {"skew_deg": 30.0, "gap_mm": 38.0, "friction": 0.25}
-    for own in (grid, {"skew_deg": [0, 30, 60], "gap_mm": [51]}, {"friction": [0.0, 0.5, 1.0]}):
-        found = inner_variants(own)
-        assert len({tuple(point.items()) for point in found}) == 3
-        for point in found:
-            assert any(value not in own[name] for name, value in point.items())
-            assert all(min(own[name]) <= value <= max(own[name]) for name, value in point.items())
-    with pytest.raises(InputError, match="one value on every axis"):
-        inner_variants({"skew_deg": [30]})
-
-
-def test_prediction_inside_the_grid_agrees_with_analyses_under_the_same_motions():
-    def effect(t):
-        return 0.3 * t["skew_deg"] / 60.0 - 0.2 * t["friction"]
-
-    study = shifted(synthetic_demands(**SMALL | {"motions": 32}), effect)
-    whole = synthetic_demands(skews=(15, 45), gaps=(51,), frictions=(25,), motions=32)
-    inner = shifted(whole, effect)
-    inner = inner[inner["motion_id"].isin([f"m{number:02d}" for number in range(0, 32, 2)])]
-    found = check_predict(joint(study), ready(study, DRIFT), ready(inner, DRIFT), DRIFT, SETTINGS)
-    assert list(found.columns) == list(CHECK_COLUMNS)
-    compared = found[found["status"] == "ok"]
-    assert {"slight", "moderate"} <= set(compared["limit_state"])
-    assert compared["error"].abs().max() < 0.04
-    # the scatter from motion to motion is larger than the errors: it is the same in both medians
-    assert compared["se_analysed"].min() > 2.0 * compared["error"].abs().max()
-    assert set(found["status"]) == {"ok", "no_exceedance"}
-    other = ready(inner.assign(motion_id="other"), DRIFT)
-    with pytest.raises(InputError, match="the study has no runs of motion other"):
-        check_predict(joint(study), ready(study, DRIFT), other, DRIFT, SETTINGS)
 
 
 # --- statistics of any table, predictions and the table of a paper

@@ -15,14 +15,10 @@ from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
 from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import read_frame, write_frame
-from skewbridge.report import study_figures
 from skewbridge.report.fragility_figures import (
-    COMPARED_KINDS,
     choice_findings,
-    skew_findings,
     tornado,
 )
-from skewbridge.report.study_figures import FigureTables
 from skewbridge.study import modelling_choices
 from skewbridge.study.analyses import StudySetup, sampled
 from skewbridge.study.config import chosen_variants, parse_config
@@ -117,7 +113,7 @@ def built(task: Task) -> tuple[str, ...]:
 
 @pytest.mark.parametrize(
     "choice",
-    [*modelling_choices.CHOICES, *modelling_choices.SKEW_PARTS],
+    modelling_choices.CHOICES,
     ids=lambda choice: f"{choice.key} {choice.values[0]}",
 )
 def test_every_choice_changes_the_models_on_which_it_acts_and_no_other(choice, task) -> None:
@@ -270,7 +266,6 @@ def test_only_a_current_table_is_shown(tmp_path: Path) -> None:
 
 def test_findings_and_tornado_list_choices_that_move_a_demand_more_than_friction(tmp_path, ran):
     table = made(setup_in(tmp_path))
-    table = table[table["kind"].isin(COMPARED_KINDS)]
     assert choice_findings(table)[1] == (
         "Column drift ratio: friction 0 → 0.5 changes it by +10.0 %; larger changes: "
         "Key frame deck edge → skewed (+25.0 %)."
@@ -296,141 +291,3 @@ def test_the_effect_of_friction_is_divided_between_walls_and_keys(tmp_path, ran)
     # all motions have the same ratio here
     assert list(rows["ci_low"]) == pytest.approx(list(rows["ratio"]))
     assert set(rows["n"]) == {2}
-
-
-def effect_of(task: Task) -> float:
-    """Log demand of a made-up bridge: parts add up but for bents and seats, which also interact."""
-    options, is_skewed = task.options, task.variant.skew_deg != 0
-    bents, seats = options.bent_skew == "abutment", options.seat_skew == "abutment"
-    skewed = {
-        # scatter over motions
-        "bents": bents * (0.10 + 0.02 * task.motion.motion.accel_2_mps2.max()),
-        "strength": -0.03 * (options.backfill_skew != "none"),
-        "stiffness": -0.2 * (options.backfill_skew == "strength_and_stiffness"),
-        "seats": 0.05 * seats,
-        "interaction": 0.04 * (bents and seats),
-        "keys": 0.01 * (options.key_skew == "abutment"),
-        "walls": 0.07 * (options.friction_at != "keys"),
-    }
-    friction = -0.3 * (options.friction_at != "keys") - 0.1 * (options.friction_at != "walls")
-    return is_skewed * sum(skewed.values()) + friction
-
-
-SKEW_EFFECTS = {
-    "total": "skew",
-    "bents": "skew_part",
-    "backfill strength": "skew_part",
-    "backfill stiffness": "skew_extra",
-    "seats and walls": "skew_part",
-    "key positions": "skew_part",
-    "friction at walls": "skew_part",
-    "friction at keys": "skew_part",
-    "remainder": "skew_remainder",
-}
-
-
-def split(setup: StudySetup, slugs: Sequence[str] = (SLUG,)) -> pd.DataFrame:
-    path = setup.folder.root / "split.parquet"
-    axes = AXES | {"gap_mm": (25.0, 51.0)}
-    modelling_choices.write_choices(setup, slugs, axes, 2, path)
-    table = read_frame(path)
-    return table[~table["kind"].isin(COMPARED_KINDS)]
-
-
-def test_parts_and_remainder_add_up_to_the_effect_of_skew(tmp_path, monkeypatch) -> None:
-    ran = without_workers(monkeypatch, lambda task: row_of(task, exp(effect_of(task))))
-    table = split(setup_in(tmp_path, motions=3))
-    rows = table[table["demand"] == "column_drift_ratio"].set_index("name")
-    assert dict(rows["kind"]) == SKEW_EFFECTS
-    assert (rows["n"], rows["n_pairs"])[0].tolist() == [3] * 9, "all motions, not those of choices"
-    logs = {name: log(ratio) for name, ratio in rows["ratio"].items()}
-    ends = [rows.loc[name, ["from_value", "to_value"]].tolist() for name in ("total", "bents")]
-    assert ends == [["0 deg", "30 deg"], ["square", "abutment"]]
-    peaks = [wave(number=n).motion.accel_2_mps2.max() for n in range(3)]
-    bents = [0.14 + 0.02 * peak for peak in peaks]
-    mean = sum(bents) / 3
-    expected = {
-        "total": mean + 0.10,  # bents and seats with their interaction, and all other parts
-        "bents": mean,
-        "backfill strength": -0.03,
-        "backfill stiffness": -0.2,
-        "seats and walls": 0.09,
-        "key positions": 0.01,
-        "friction at walls": 0.07,  # not its effect of -0.3 at skew 0
-        "friction at keys": 0.0,
-        "remainder": -0.04,
-    }
-    assert logs == pytest.approx(expected, abs=1e-12)
-    in_total = [name for name, kind in SKEW_EFFECTS.items() if kind not in ("skew", "skew_extra")]
-    assert sum(logs[name] for name in in_total) == pytest.approx(logs["total"], abs=1e-12)
-    reach = 2.919986 * (sum((each - mean) ** 2 for each in bents) / 2 / 3) ** 0.5
-    for name in ("total", "bents"):
-        low, high = rows.loc[name, ["ci_low", "ci_high"]]
-        assert (log(low), log(high)) == pytest.approx((logs[name] - reach, logs[name] + reach))
-    corner = {"osb1_cf_skew00_gap051_mu050", "osb1_cf_skew30_gap051_mu050"}
-    of_split = [task for task in ran if task.variant.slug in corner]
-    assert len(set(map(run_key, of_split))) == 3 * 11, "analyses per motion"
-
-
-def test_a_motion_with_a_failed_column_counts_in_no_part(tmp_path, monkeypatch) -> None:
-    def answer(task: Task) -> dict:
-        is_last = task.motion.motion.motion_id == "wave2" and task.options.bent_skew == "square"
-        failure = {"beyond_model": "shear"} if is_last else {}
-        return row_of(task, exp(effect_of(task))) | failure
-
-    without_workers(monkeypatch, answer)
-    table = split(setup_in(tmp_path, motions=3))
-    assert set(table["n"]) == {2}
-    assert set(table["n_failed"]) == {1}
-
-
-def test_parts_depend_on_the_configured_model_and_the_scheme(task: Task) -> None:
-    def kinds(*, abutment: str = "contact_friction", scheme: str = "default", **given) -> dict:
-        settings, options = AnalysisSettings(scheme=scheme), replace(task.options, **given)
-        own = replace(at(task, abutment=abutment), settings=settings, options=options)
-        sums = modelling_choices.skew_sums(at(own, skew_deg=0), at(own, skew_deg=60))
-        return {labels["name"]: labels["kind"] for labels, _ in sums}
-
-    assert kinds() == SKEW_EFFECTS
-    assert kinds(backfill_skew="strength_and_stiffness")["backfill stiffness"] == "skew_part"
-    assert kinds(bent_skew="square")["bents"] == "skew_extra"
-    without = {"friction at walls", "friction at keys"}
-    assert SKEW_EFFECTS.keys() - kinds(abutment="contact").keys() == without
-    without |= {"backfill strength", "backfill stiffness", "key positions"}
-    assert SKEW_EFFECTS.keys() - kinds(abutment="roller").keys() == without
-    assert "bents" not in kinds(bent_skew_deg=10.0)
-    fixed = {"backfill strength", "backfill stiffness"}
-    assert SKEW_EFFECTS.keys() - kinds(scheme="paper").keys() == fixed
-
-
-def test_figure_of_the_parts_has_a_panel_per_bridge(tmp_path, monkeypatch) -> None:
-    without_workers(monkeypatch, lambda task: row_of(task, exp(effect_of(task))))
-    setup = study_of(tmp_path, wave("one"), wave("two", number=2), bridges=("osb1", "osb1_fixed"))
-    table = split(setup, (SLUG, SLUG.replace("osb1", "osb1_fixed")))
-    nothing = dict.fromkeys(("demands", "curves", "effects", "intensity_effects"), pd.DataFrame())
-    tables = FigureTables(**nothing, suite=(), pair=None, choices=table)
-    ((caption, draw),) = study_figures._skew_figures(tables)
-    assert (caption.name, caption.section) == ("skew_parts", "modelling choices")
-    assert "up to 2 motions" in caption.text
-    figure = draw()
-    assert [panel.get_title(loc="left") for panel in figure.axes] == [
-        "osb1, contact-friction (2 of 2 motions)",
-        "osb1_fixed, contact-friction (2 of 2 motions)",
-    ]
-    demands = demands_for("headline")
-    for panel in figure.axes:
-        marks = [line for line in panel.lines if line.get_marker() in "soD"]
-        assert len(marks) == len(demands) * len(SKEW_EFFECTS)
-        ratios = [float(line.get_xdata()[0]) for line in marks]
-        assert ratios == list(table["ratio"][table["demand"].isin(demands)][: len(ratios)])
-        assert [line.get_markerfacecolor() for line in marks].count("white") == len(demands)
-    labels = [text.get_text() for text in figure.axes[0].get_yticklabels()]
-    names = [
-        f"{name}, not in total" * (kind == "skew_extra") or name
-        for name, kind in SKEW_EFFECTS.items()
-    ]
-    assert labels == names * len(demands)
-    sentence, _ = skew_findings(table)
-    assert caption.finding.startswith(sentence)
-    assert sentence.startswith("osb1: column shear demand/capacity total +")
-    assert "; column drift ratio total +31 %, largest part bents +19 %; " in sentence

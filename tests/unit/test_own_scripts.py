@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from skewbridge.analysis.bridge_check import check_bridge
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.model_script import recording
 from skewbridge.analysis.settings import AnalysisSettings
@@ -243,6 +244,32 @@ def test_errors_of_a_script_name_file_and_line_or_field(tmp_path, old, new, word
         )
 
 
+def test_a_deck_node_without_mass_keeps_the_energy_balance(tmp_path):
+    divided = GOOD.replace(
+        "for tag in range(1, 5):", "ops.node(6, -30.0, 0.0, 7.2)\n    for tag in range(2, 5):"
+    ).replace(
+        "    ops.uniaxialMaterial(",
+        "    for tag, i, j in ((1, 1, 6), (6, 6, 2)):\n"
+        '        ops.element("elasticBeamColumn", tag, i, j, 7.0, 25e9, 1e10, 10.0, 3.5, 99.0, 1)\n'
+        "    ops.uniaxialMaterial(",
+        1,
+    )
+    text = divided.replace("damped=[1, 2, 3, 4, 20]", "damped=[1, 2, 3, 4, 6, 20]")
+    found = run(made(tmp_path, text), "contact_friction", 30.0, 25.0)
+    assert abs(found.demands["energy_residual_ratio"]) < 0.01
+
+
+def test_a_check_of_a_script_doubts_wrong_units(tmp_path):
+    def doubts(text):
+        found = check_bridge(made(tmp_path, text))["findings"]
+        return [finding.partition(" = ")[0] for finding in found if "check units" in finding]
+
+    assert doubts(GOOD) == []
+    heavy = GOOD.replace("share * 4.0e5", "share * 4.0e6")  # mass as weight
+    assert doubts(heavy) == ["weight over the area of the deck (kN/m2)"]
+    assert "T1 (s)" in doubts(GOOD.replace("share * 4.0e5", "share * 4.0e2"))
+
+
 def test_only_options_that_a_script_takes_act_on_its_elements(tmp_path):
     script, words = made(tmp_path, GOOD), r"deck_mass_factor cannot act on .*mine\.py"
     with pytest.raises(InputError, match=words):
@@ -283,12 +310,10 @@ def test_abutments_are_those_of_the_script_of_osb1_or_of_an_option(tmp_path):
     osb1, other = load_bridge("osb1"), load_bridge("bridge_a")
     wider = 2 * osb1.deck.width_m
 
-    def ends(own: str = "", **options):
+    def ends(own: str = ""):
         text = GOOD.replace("width=13.0 * M", f"width={wider}{own}")
         with domain():
-            frame = load_structure(made(tmp_path, text)).build(
-                0.0, ModelOptions(**options), TagAllocator()
-            )
+            frame = load_structure(made(tmp_path, text)).build(0.0, ModelOptions(), TagAllocator())
         return [end.abutment for end in frame.ends]
 
     usual, same = ends()
@@ -299,11 +324,10 @@ def test_abutments_are_those_of_the_script_of_osb1_or_of_an_option(tmp_path):
     (given, _) = ends(', abutment={"pads": {"count": 7}, "seat_width_m": {"v": 0.5}}')
     assert (given.pads.count, given.seat_width_m) == (7, 0.5)
     assert given.pads.height_m == usual.pads.height_m
-    for chosen in (ends(', abutment="bridge_a"'), ends(abutment_of="bridge_a")):
-        assert chosen[0].seat_width_m == other.abutment.seat_width_m
-        assert chosen[0].wall_width_m == pytest.approx(
-            other.abutment.wall_width_m * wider / other.deck.width_m
-        )
+    (chosen, _) = ends(', abutment="bridge_a"')
+    assert chosen.seat_width_m == other.abutment.seat_width_m
+    scaled_m = other.abutment.wall_width_m * wider / other.deck.width_m
+    assert chosen.wall_width_m == pytest.approx(scaled_m)
 
 
 @pytest.mark.parametrize(

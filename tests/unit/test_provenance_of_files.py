@@ -5,22 +5,19 @@ import json
 import logging
 import os
 import platform
-import re
 import signal
 import warnings
 from pathlib import Path
 from types import SimpleNamespace
 
-import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pytest
 from matplotlib.figure import Figure
-from scipy import stats
 
 import skewbridge
 from cli_json import invoke, run
-from fragility_tables import IM, curves_of, states_of, synthetic_demands
+from fragility_tables import curves_of, states_of, synthetic_demands
 from skewbridge.cli.options import study_of
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.files import tables
@@ -276,7 +273,7 @@ def test_a_result_of_one_run_is_current_while_the_engine_is(tmp_path):
 
 
 ROUNDS = {"plan_round", "collect_rounds"}
-FITS = {"fit_fragility", "check_predict", "figures", "report"} | ROUNDS
+FITS = {"fit_fragility", "figures", "report"} | ROUNDS
 # the plans of rounds read the new demands
 NOT_OF_MODEL = {"prepare_motions", "verify_contact", "verification"} | ROUNDS
 
@@ -343,77 +340,3 @@ def loaded(folder: Path, demands: pd.DataFrame) -> Results:
 def test_results_are_printed_in_one_line(tmp_path):
     study = loaded(tmp_path, synthetic_demands(skews=(0, 60), gaps=(51,), motions=12))
     assert repr(study) == f"Results({tmp_path}: 48 runs, 4 variants, 12 motions; curves)"
-
-
-def test_demands_at_an_intensity_follow_the_line_of_each_variant(tmp_path):
-    demands = synthetic_demands(skews=(0, 60), gaps=(51,), motions=24, scales=(0.7, 1.4))
-    study = loaded(tmp_path, demands)
-    table = study.at("column_drift_ratio", im=0.5, skew_deg=[0, 60], friction=0.5)
-    assert table[["skew_deg", "friction"]].to_numpy().tolist() == [[0.0, 0.5], [60.0, 0.5]]
-    assert table[["n_runs", "n_motions", "n_bounds"]].to_numpy().tolist() == [[48, 24, 0]] * 2
-    assert table.attrs["units"]["im"] == "g"
-    assert study.at("deck_disp_m", 0.5).attrs["units"]["p84"] == "m"
-    for row in table.to_dict("records"):
-        runs = demands[demands["variant"] == row["variant"]]
-        x, y = np.log(runs[IM] / 0.5), np.log(runs["column_drift_ratio"])
-        line = np.polyfit(x, y, 1)
-        scatter = np.sqrt(np.sum((y - np.polyval(line, x)) ** 2) / (len(x) - 2))
-        # all variants share a slope and a scatter, so a line of one variant alone differs a little
-        assert row["median"] == pytest.approx(np.exp(line[1]), rel=0.03)
-        assert row["p16"] == pytest.approx(np.exp(line[1] - scatter), rel=0.06)
-        assert row["p84"] == pytest.approx(np.exp(line[1] + scatter), rel=0.06)
-        # both runs of a motion have one residual, so the error is that of 24 motions
-        means = runs.assign(x=x, y=y).groupby("motion_id")[["x", "y"]].mean()
-        fit = stats.linregress(means["x"], means["y"])
-        half = stats.t.ppf(0.975, 22) * fit.intercept_stderr
-        assert np.log(row["ci_high"] / row["median"]) == pytest.approx(half, rel=0.25)
-        assert row["ci_low"] < row["median"] < row["ci_high"]
-    # the runs reach from 0.07 to 2.1 g
-    notes = [study.at("column_drift_ratio", im=im)["note"].iloc[0] for im in (0.06, 0.08, 2.0, 2.2)]
-    assert [bool(note) for note in notes] == [True, False, False, True]
-
-
-def test_demands_of_runs_that_ended_early_are_bounds_at_an_intensity(tmp_path):
-    whole = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,), motions=40)
-    strong = whole["column_drift_ratio"] > 0.03
-    cut = whole.assign(
-        column_drift_ratio=whole["column_drift_ratio"].clip(upper=0.03),
-        status=np.where(strong, "timeout", "ok"),
-    )
-    ends = [
-        loaded(tmp_path / name, table).at("column_drift_ratio", im=0.8).iloc[0]
-        for name, table in (("whole", whole), ("cut", cut), ("lost", cut[~strong]))
-    ]
-    assert ends[1]["n_bounds"] == strong.sum() > 5
-    assert ends[1]["median"] == pytest.approx(ends[0]["median"], rel=0.06)
-    assert ends[2]["median"] < 0.93 * ends[0]["median"]
-    curve = skewbridge.load(tmp_path / "cut").fragility["curves"].query("method == 'cloud'").iloc[0]
-    assert ends[1]["median"] == pytest.approx(np.exp(curve["ln_a"] + curve["b"] * np.log(0.8)))
-    # zero demands, which have no logarithm, lie below the smallest positive one
-    weak = whole.sort_values("column_drift_ratio").index[:6]
-    zero = whole.assign(
-        column_drift_ratio=whole["column_drift_ratio"].mask(whole.index.isin(weak), 0.0)
-    )
-    row = loaded(tmp_path / "zero", zero).at("column_drift_ratio", im=0.8).iloc[0]
-    assert row["median"] == pytest.approx(ends[0]["median"], rel=0.05)
-
-
-@pytest.mark.parametrize(
-    ("demand", "given", "words"),
-    [
-        ("column_drift", {}, "did you mean column_drift_ratio?"),
-        ("column_drift_ratio", {"skew_deg": 45}, "skew_deg must be one of 0, 60; got 45"),
-        (
-            "column_drift_ratio",
-            {"bridge": ["osb1", "osb7"]},
-            "bridge must be one of osb1; got osb7",
-        ),
-        ("column_drift_ratio", {"skew": 0}, "no column 'skew' (did you mean skew_deg?)"),
-        ("column_drift_ratio", {"im": 0.0}, "im must be > 0 and finite"),
-        ("column_drift_ratio", {"measure": "im_pgv"}, "no column 'im_pgv'"),
-    ],
-)
-def test_unknown_demands_variants_and_measures_are_named(tmp_path, demand, given, words):
-    study = loaded(tmp_path, synthetic_demands(skews=(0, 60), gaps=(51,), motions=12))
-    with pytest.raises(InputError, match=re.escape(words)):
-        study.at(demand, **{"im": 0.5} | given)

@@ -169,7 +169,7 @@ def test_a_failed_check_stops_the_study_only_when_asked(tmp_path: Path, caplog):
 HEALTHY = {
     "loosened_ratio": 0.0, "recovery_rung": 1, "energy_residual_ratio": -0.004,
     "contact_energy_ratio": 0.002, "cone_excess_wall_ratio": 0.009, "cone_excess_key_ratio": 0.002,
-    "contact_force_ratio": 0.1, "houbolt_failures": 0,
+    "contact_force_ratio": 0.1,
 }  # fmt: skip
 NAN = float("nan")
 
@@ -187,7 +187,6 @@ NAN = float("nan")
         ({"cone_excess_wall_ratio": 0.06}, "work above friction limit, backwalls 6.0%"),
         ({"cone_excess_key_ratio": 0.06}, "work above friction limit, keys 6.0%"),
         ({"contact_force_ratio": 1.25}, "contact force / weight 1.25"),
-        ({"houbolt_failures": 3}, "failed attempts with Houbolt 3"),
         (
             {"recovery_rung": 5, "energy_residual_ratio": NAN, "contact_force_ratio": 0.7},
             "recovery step 5; contact force / weight 0.70",

@@ -27,13 +27,17 @@ from skewbridge.report.answer import (
     answer_table,
     change_name,
     effect_name,
+    failure_sentences,
     limit_notes,
     run_counts,
-    title_of,
+)
+from skewbridge.report.answer import (
+    headline as headline_of,
 )
 from skewbridge.report.appearance import demand_name, in_words
 from skewbridge.report.methods import methods_of
 from skewbridge.report.page import bridge_words, joint_rows, sketch
+from skewbridge.report.pooled_curves import main_curves, pooled_curves, with_system
 from skewbridge.report.study_figures import SECTIONS
 from skewbridge.study.config import parse_config
 from skewbridge.variant.options import ModelOptions
@@ -116,6 +120,38 @@ def assert_effects(tables, frames):
         )
 
 
+def assert_leading(tables, frames):
+    curves = with_system(frames["curves"], frames["system"])
+    lines = iter(tables.get("Leading curves", [[]])[1:])
+    for table in main_curves(pooled_curves(curves, frames["medians"])).values():
+        for state, part in table.groupby(["bridge", "component", "limit_state"], sort=False):
+            heading = next(lines)[0]
+            assert heading.startswith(state[0])
+            assert in_words(state[1]) in heading
+            for row in part.to_dict("records"):
+                cells = next(lines)
+                some = row["n_curves"] < row["n_variants"]
+                counts = [row["n_curves"], row["n_variants"]] if some else []
+                assert_printed(cells[0], [row["value"], *counts])
+                names = (*MEDIAN, "beta", "beta_total", "n_exceed", "n_runs")
+                ratios = [row[name] for name in ("ratio", "ci_low", "ci_high")]
+                assert_printed(" ".join(cells[1:5]), [row[name] for name in names])
+                assert_printed(cells[5], [ratio for ratio in ratios if np.isfinite(ratio)])
+    assert next(lines, None) is None
+
+
+def assert_published(tables, frames):
+    medians = frames["medians"]
+    pooled = medians[(medians["scope"] == "pooled") & (medians["axis"] == "skew_deg")]
+    for cells in tables.get("Published effects of skew", [[]])[1:]:
+        skew = float(cells[0].rstrip("°"))
+        assert_printed(cells[1], [np.sqrt(np.sin(np.radians(90.0 - skew)))])
+        for head, cell in zip(tables["Published effects of skew"][0][2:], cells[2:], strict=True):
+            demand = pooled["demand"].map(effect_name) == head.partition(", ")[2]
+            (row,) = pooled[demand & (pooled["to_value"] == skew)].to_dict("records")
+            assert_printed(cell, [row[name] for name in ("ratio", "ci_low", "ci_high")])
+
+
 def assert_system(tables, frames):
     system = frames["system"].to_dict("records")
     for cells, row in zip(tables["System"][1:], system, strict=True):
@@ -160,6 +196,7 @@ def assert_shear_models(tables, frames):
 
 CHECKS = {
     **dict.fromkeys(TABLES, assert_effects),
+    "Leading curves": assert_leading,
     "System": assert_system,
     "Fragility of every variant": assert_paper,
     SHEAR: assert_shear_models,
@@ -178,7 +215,7 @@ def test_bases_axes_counts_and_answers_are_those_of_the_study(render):
     page, frames = render(demands)
     assert "pinned column bases" in page
     assert "skew 0°, 60° × gap 25 mm × friction 0, 0.5" in page
-    assert f"Columns failed in 0 of {len(demands)} runs" in page
+    assert f"Columns failed in 0 of {len(demands)} runs." in page
     assert "a median of 3 %" in page  # friction above its limit, of the analyses that rub
     assert "fixed column bases" not in page
     assert "three capacity models" not in page
@@ -341,23 +378,54 @@ def answer_row(axis, demand, ratio, claim, verdict=None):
         "bridge": "osb1", "abutment": "contact_friction", "axis": axis, "from_value": 0.0,
         "to_value": 0.5, "quantity": "median_capacity", "demand": demand, "status": "ok",
         "ratio": ratio, "ci_low": 0.95 * ratio, "ci_high": 1.05 * ratio, "level": 0.9,
-        "margin": 0.05, "verdict": verdict or claim, "claim": claim,
+        "margin": 0.05, "verdict": verdict or claim, "claim": claim, "from_demand": 2.0,
+        "to_demand": 2.0 * ratio,
     }  # fmt: skip
     return {name: given.get(name, float("nan")) for name in ANSWER_COLUMNS}
 
 
-def test_title_gives_the_most_severe_median_capacity_with_a_clear_direction():
+def test_headline_has_one_sentence_per_axis_certain_and_large_effects_first():
     rows = [
-        answer_row("skew_deg", "column_failure/any", 0.72, "detectable", "lower"),
-        answer_row("skew_deg", "unseating/slight", 0.8, "lower"),
-        answer_row("gap_mm", "unseating/slight", 1.0, "negligible"),
         answer_row("friction", "unseating/slight", 1.02, "undecided"),
+        answer_row("gap_mm", "unseating/slight", 1.03, "negligible"),
+        answer_row("skew_deg", "column_failure/any", 0.72, "detectable"),
+        answer_row("skew_deg", "unseating/slight", 0.8, "lower"),
     ]
-    assert title_of(pd.DataFrame(rows)) == (
-        "Skew lowers the median capacity for column failure by 28 % (-32 to -24 %, size uncertain) "
-        "and for unseating (slight) by 20 % (-24 to -16 %); the effect of friction on median "
-        "capacities is uncertain; the joint gap changes no median capacity by more than 5 %"
-    )
+    moved = answer_row("skew_deg", "deck_disp_m", 1.25, "higher") | {
+        "quantity": "demand", "im": 0.5, "from_demand": 0.1, "to_demand": 0.125,
+    }  # fmt: skip
+    assert headline_of(pd.DataFrame([*rows, moved])) == [
+        "Skew 0° to 0.5° lowers the median capacity for column failure by 0.56 g (2.00 to 1.44 g, "
+        "direction certain) and for unseating (slight) by 0.40 g (2.00 to 1.60 g, certain) and "
+        "raises deck displacement by 25 mm (100 to 125 mm at 0.5 g; certain).",
+        "Gap 0 mm to 0.5 mm changes no median capacity by more than 5 % (most: 0.06 g).",
+        "Not decided with these motions: friction on unseating (slight) (+2.0 %, -3.1 to +7.1 %).",
+    ]
+
+
+def test_effects_of_skew_are_compared_with_the_factor_of_hazus(render):
+    demands = synthetic_demands(skews=(0, 30, 60), gaps=(25,))
+    demands["beyond_model"] = np.where(demands["column_shear_dcr"] > 0.62, "shear", "")
+    page, frames = render(demands)
+    tables = tables_of(page)
+    assert [row[:2] for row in tables["Published effects of skew"][1:]] == [
+        ["30°", "0.93"], ["60°", "0.71"],
+    ]  # fmt: skip
+    assert_published(tables, frames)
+    assert "only the abstracts were compared" in page
+
+
+def test_headline_states_a_smaller_range_whose_effect_is_certain():
+    row = answer_row("skew_deg", "column_failure/any", 0.9, "undecided")
+    row |= {"sure_to": 0.3, "sure_ratio": 0.7, "sure_low": 0.6, "sure_high": 0.8}
+    (first, *_) = headline_of(pd.DataFrame([row]))
+    assert "certain up to 0.3°: -30 % (-40 to -20 %)" in first
+
+
+def test_failures_are_counted_only_with_capacities_of_columns():
+    runs = run_counts(synthetic_demands(motions=2).assign(beyond_model=""))
+    assert failure_sentences(runs)[0] == f"Columns failed in 0 of {runs['n_runs'].iloc[0]} runs."
+    assert "no column capacities" in failure_sentences(runs, has_capacities=False)[0]
 
 
 @pytest.mark.parametrize(
@@ -381,14 +449,14 @@ def test_title_and_notes_state_medians_that_leave_the_data():
     limits = {"im_low": 1.7, "im_high": 2.1, "n_cells": 4,
               "n_without_curve": 0, "n_extrapolated": 8}  # fmt: skip
     row = answer_row("friction", "column_failure/any", 1.08, "higher") | limits
-    assert "+13 %, extrapolated)" in title_of(pd.DataFrame([row]))
+    assert "g, certain, extrapolated)" in headline_of(pd.DataFrame([row]))[0]
     note = ("osb1, column failure: medians of 1.70 to 2.10 g are extrapolated, because fewer "
             "than three motions are that strong.")  # fmt: skip
     assert [*limit_notes(pd.DataFrame([row])).values()] == [note]
     row |= {"n_extrapolated": 3}
-    assert "+13 %, partly extrapolated)" in title_of(pd.DataFrame([row]))
+    assert "g, certain, partly extrapolated)" in headline_of(pd.DataFrame([row]))[0]
     row |= {"n_extrapolated": 0, "n_without_curve": 4}
-    assert "4 of 8 medians without a curve" in title_of(pd.DataFrame([row]))
+    assert "4 of 8 medians without a curve" in headline_of(pd.DataFrame([row]))[0]
     assert limit_notes(pd.DataFrame([row | {"n_without_curve": 0}])) == {}
 
 
@@ -470,7 +538,7 @@ def test_title_and_cells_state_why_there_is_no_ratio_and_how_many_runs_exceed_th
     bearing, _ = counts.loc["bearing", "slight"]
     assert 0 < failed < runs == len(demands)
     assert f"Columns failed in {failed} of {runs} runs" in page
-    title = re.search(r"<h1>(.*?)</h1>", page)[1].replace("\u00a0", " ")
+    title = re.search(r'<ul class="headline"><li>(.*?)</li>', page)[1].replace("\u00a0", " ")
     assert title.startswith("No median capacities can be compared; osb1, column failure: ")
     assert f", {failed} of {runs} runs exceed it" in title
     for row in tables_of(page)["The answer"][1:]:
@@ -492,7 +560,7 @@ def test_every_text_on_a_missing_ratio_has_its_status(status, exceed, text):
     counts = {"status": status, "n_exceed": exceed, "n_runs": 16}
     table = pd.DataFrame([row | counts for row in rows])
     title = "No median capacities can be compared; osb1, column failure: "
-    assert title_of(table) == f"{title}{text}"
+    assert headline_of(table) == [f"{title}{text}."]
     known = pd.DataFrame([answer_row("friction", "unseating/slight", 1.02, "undecided")])
     runs = run_counts(synthetic_demands(motions=2))
     motions = pd.DataFrame({"source": ["synthetic"]})
@@ -557,7 +625,7 @@ def headline_values(table, runs, motions):
     yield from whole[["n_failed", "n_runs"]].sum()
     for model, name in zip(models, names, strict=True):
         yield from [*whole.loc[model, ["n_failed", "n_runs"]], *name] if name else []
-    yield from whole[["n_shear", "n_flexure"]].sum()
+    yield from (count for count in whole[["n_shear", "n_flexure"]].sum() if count > 0)
     yield whole["n_bounds"].sum()
     yield 100.0 * medians["level"].max()
     yield len(motions)

@@ -215,7 +215,6 @@ def test_every_journal_of_the_folder_counts(tmp_path: Path) -> None:
     keys = {slug: [run_key(task) for task in setup.tasks(slug)] for slug in SLUGS[:2]}
     state = study_progress(keys, read_content(setup.folder.journals))
     assert [state.summary[name] for name in ("analyses", "done", "left")] == [6, 3, 3]
-    assert state.variants_left == 1
 
 
 def test_the_cost_of_a_study_of_searches_is_that_of_all_their_analyses(tmp_path, monkeypatch):

@@ -14,7 +14,6 @@ from skewbridge.fragility.verdicts import rounds_table
 from skewbridge.motions.intensity import IM_COLUMNS
 from skewbridge.motions.levels import LEVEL_MEASURE, MotionsConfig
 from skewbridge.motions.record import GroundMotion, SuiteMotion
-from skewbridge.report.fragility_figures import widths_by_analyses
 from skewbridge.study import batch, rounds
 from skewbridge.study.analyses import forecast_s
 from skewbridge.study.batch import row_of_task, search_capacity, search_limits
@@ -157,8 +156,6 @@ def test_cells_of_all_rounds_are_one_table_and_one_figure() -> None:
     table = rounds_table(plans)
     found = table[["round", "analyses", "verdict"]].to_numpy().tolist()
     assert found == [[1, 48, "undecided"], [2, 64, "negligible"]]
-    lines = widths_by_analyses(table).axes[0].lines
-    assert [line.get_xdata().tolist() for line in lines if line.get_marker() == "o"] == [[64]]
     assert rounds_table(plans[:1]).empty
 
 

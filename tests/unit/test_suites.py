@@ -172,7 +172,7 @@ def test_the_first_screen_states_the_difference() -> None:
         return suites_summary(tables["suites"], table)
 
     title, text = summary({"near": 0.95, "far": 0.80})
-    assert title == "; the effect of friction depends on the motions"
+    assert title == "The effect of friction depends on the motions."
     assert "under near" in text
     assert "expected by chance: 0" in text
     title, text = summary({"near": 0.95, "far": 0.95})

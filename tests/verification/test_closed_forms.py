@@ -5,9 +5,9 @@ forms by tabulated values, and what the studies leave out.
 
 B1, B2: Den Hartog (1956), Mechanical Vibrations, and (1931), Transactions ASME 53; Shaw (1986),
 Journal of Sound and Vibration 108. B3: Newmark (1965), Geotechnique 15. B4, B5: Schwager and
-Poeschel (2007), Granular Matter 9; Hunt and Crossley (1975), Journal of Applied Mechanics 42;
-Goldsmith (1960), Impact; Johnson (1985), Contact Mechanics. B6, B7: steady radial return. B8: Popp
-and Stelter (1990), Phil. Trans. A 332. B9: Housner (1963), BSSA 53.
+Poeschel (2007), Granular Matter 9; Goldsmith (1960), Impact; Johnson (1985), Contact Mechanics.
+B6, B7: steady radial return. B8: Popp and Stelter (1990), Phil. Trans. A 332. B9: Housner (1963),
+BSSA 53.
 """
 
 from math import asin, atan, degrees
@@ -30,7 +30,7 @@ SLIP_M = 0.045
 # Tolerances of the studies: 0.5 % for depths, slips and periods (elastic slip of the penalty, first
 # order in the step), 0.01 for restitution, 2 % for uplift and for the belt, whose closed form lets
 # friction fall at once where the law takes 0.2 mm/s of slip.
-@pytest.mark.parametrize(("name", "count"), [("closed-forms", 27), ("fig1", 21)])
+@pytest.mark.parametrize(("name", "count"), [("closed-forms", 16), ("fig1", 21)])
 def test_studies_of_closed_forms_agree(name, count):
     study = run_study(name)
     assert len(study.comparisons) == count

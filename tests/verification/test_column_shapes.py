@@ -8,10 +8,10 @@ import pytest
 from scipy.optimize import brentq
 
 from bridge_variants import analysed, static_steps, variant
+from skewbridge.bridge.assembly import open_linear_pattern
 from skewbridge.bridge.bent import build_fiber_section
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_directions
-from skewbridge.bridge.gravity import open_linear_pattern
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.section import sdc_shear_strength, section_response, shear_strength

@@ -10,10 +10,10 @@ from bridge_variants import analysed, static_steps, variant
 from skewbridge.analysis.peaks import column_shear_n
 from skewbridge.analysis.pushover import push_bridge
 from skewbridge.analysis.trace import Monitor
+from skewbridge.bridge.assembly import open_linear_pattern
 from skewbridge.bridge.bent import bar_material, core_materials
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import axial_failure_drift, bent_capacity, shear_loss
-from skewbridge.bridge.gravity import open_linear_pattern
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.section import core_concrete

@@ -1,15 +1,21 @@
 """The contact checks before every study, other contact elements, and integrators at impact."""
 
+import native
 import numpy as np
+import openseespy.opensees as ops
 import pytest
 
 from skewbridge.contact import ContactSet
 from skewbridge.contact import law as contact_law
+from skewbridge.verification.references import driven_unit as unit
 from skewbridge.verification.references.cases import deck_case
 from skewbridge.verification.references.deck_solvers import run_deck
 from skewbridge.verification.references.driven_unit import drive_unit, path_work_j
+from skewbridge.verification.references.live_model import clean_domain
 from skewbridge.verification.studies import spatial_path
 from skewbridge.verification.studies.blocks import integrator_restitution, verify_contact_gate
+
+IMPLEX = 1  # integration of the native element
 
 
 def test_contact_checks_pass():
@@ -35,15 +41,38 @@ def test_contact_checks_fail_with_a_fault_in_friction(monkeypatch):
         assert any(word in quantity for quantity in failed for word in words)
 
 
-@pytest.mark.parametrize("integration", [spatial_path.IMPLICIT, spatial_path.IMPLEX])
+def curved_path(rows_per_period):
+    """A smooth path in space that opens and closes."""
+    t = np.linspace(0.0, 2.0, 2 * rows_per_period + 1)
+    x, y = 0.5 * np.sin(2.0 * np.pi * t), 0.4 * np.sin(4.0 * np.pi * t + 0.7) - 0.4 * np.sin(0.7)
+    return np.column_stack([t, x, y, 0.03 - 0.08 * np.sin(np.pi * t + 0.4)])
+
+
+def driven_native(law, path, integration, substeps):
+    """Forces of the native element along a path, as in `PathResult`."""
+    forces = np.zeros((len(path), 3))
+    with clean_domain(3, 3):
+        unit.support_nodes(law.gap_m)
+        native.native_contact(2, (unit.SURFACE, unit.BODY), law, (0.0, 0.0, 1.0), integration)
+        unit.drive_body(path, system="FullGeneral")
+        ops.analyze(1)
+        ops.integrator("LoadControl", 1.0 / substeps)
+        for row in range(1, len(path)):
+            ops.analyze(substeps)
+            fx, fy, fz = ops.eleForce(2)[3:6]
+            forces[row] = (fx, fy, -fz)
+    return forces
+
+
+@pytest.mark.parametrize("integration", [native.IMPLICIT, IMPLEX])
 def test_native_element_gives_the_same_forces_on_a_path(integration):
-    path = spatial_path.curved_path(400)
+    path = curved_path(400)
     law = contact_law.ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3)
     ours = drive_unit(law, path, substeps=10).forces_n
-    native = spatial_path.drive_native(law, path, integration, substeps=10)
+    theirs = driven_native(law, path, integration, substeps=10)
     limit = 0.3 * ours[:, 2].max()
-    assert np.sqrt(np.mean(np.sum((ours - native) ** 2, axis=1))) <= 0.01 * limit
-    assert path_work_j(path, ours) == pytest.approx(path_work_j(path, native), rel=2e-3)
+    assert np.sqrt(np.mean(np.sum((ours - theirs) ** 2, axis=1))) <= 0.01 * limit
+    assert path_work_j(path, ours) == pytest.approx(path_work_j(path, theirs), rel=2e-3)
 
 
 def test_native_element_converges_to_our_frictional_deck():
@@ -52,7 +81,7 @@ def test_native_element_converges_to_our_frictional_deck():
     ours = run_deck(case)
     errors = []
     for dt_s in (4e-4, 1e-4):
-        t_s, q = spatial_path.run_native_deck("C5", spatial_path.IMPLICIT, dt_s)
+        t_s, q = native.run_native_deck("C5", native.IMPLICIT, dt_s)
         found = np.interp(ours.t_s, t_s, q[:, 1])
         errors.append(np.abs(found - ours.q[:, 1]).max())
     assert errors[1] < 0.45 * errors[0]

@@ -150,7 +150,7 @@ def test_one_end_integral_and_one_seat_unseats_at_the_seat_only(written):
         + sin(radians(30)) * histories["abutment_left_acute_y_m"]
     )
     assert found["abutment_passive_m"] >= 0.99 * fill_m.max() > 0.0
-    assert result.capacities["support_length_m"] == pytest.approx(0.914 - 0.040)
+    assert result.support_length_m == pytest.approx(0.914 - 0.040)
 
 
 @pytest.mark.parametrize("kinds", [("fixed", "roller"), ("integral", "integral")])
@@ -161,7 +161,7 @@ def test_a_bridge_without_seats_has_no_unseating(written, kinds):
     result = analysed(case, strong_motion(duration_s=2.0))
     assert result.status == "ok"
     assert isnan(result.demands["unseating_m"])
-    assert isnan(result.capacities["support_length_m"])
+    assert isnan(result.support_length_m)
     assert (result.demands["abutment_passive_m"] > 0.0) == (left == "integral")
     assert abs(result.demands["energy_residual_ratio"]) < 1e-3
     modes = modal_properties(case)

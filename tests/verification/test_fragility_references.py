@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 import statsmodels.api as sm
 from scipy import special, stats
+from scipy.special import ndtr
 from statsmodels.miscmodels.ordinal_model import OrderedModel
 from statsmodels.stats.diagnostic import het_breuschpagan
 
@@ -20,8 +21,8 @@ from reference_data import fragility_case as case
 from skewbridge.errors import InputError
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
-from skewbridge.fragility.exports import annual_frequency
 from skewbridge.fragility.fits import fit_brackets, fit_capacities, fit_cloud, fit_stripes
+from skewbridge.fragility.hazard import HazardCurve
 from skewbridge.fragility.likelihood import NormalKernel, maximise
 from skewbridge.fragility.limit_states import LimitState, with_column_failure
 from skewbridge.fragility.lines import fit_lines, lilliefors
@@ -29,6 +30,7 @@ from skewbridge.fragility.lines import tested_line as line_with_tests
 from skewbridge.fragility.mixed import MixedData, fit_mixed, predictive_loglik
 from skewbridge.fragility.motion_means import jackknife_covariance
 from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
+from skewbridge.fragility.rates import rate_columns
 from skewbridge.fragility.system import _failures
 
 MSA = (
@@ -184,14 +186,16 @@ def test_probit_of_several_covariates_reproduces_greene():
     assert best.loglik[0] == pytest.approx(expected["probit_loglik"], rel=1e-6)
 
 
-def test_annual_frequency_reproduces_its_formula():
+def test_annual_rate_reproduces_its_formula():
     given, expected = case("risk_maf_power_law")
     # wide enough that nothing is left outside; few points, for each segment is integrated exactly
     im = np.geomspace(1e-3, 1e5, 12)
     rate = given["k0"] * im ** -given["k"]
-    found = annual_frequency(given["theta"], given["beta"], im, rate)
-    assert found["annual_frequency"] == pytest.approx(expected["maf"], rel=1e-8)
-    assert found["probability_50y"] == pytest.approx(expected["p50yr"], rel=1e-8)
+    hazard = HazardCurve(im="", levels=im, rates=rate[None], quantiles=np.zeros(0))
+    beta = given["beta"]
+    found = hazard.rate(lambda ln_im: ndtr((ln_im - np.log(given["theta"])) / beta), beta).value
+    assert found == pytest.approx(expected["maf"], rel=1e-8)
+    assert rate_columns([found] * 3)["probability_50y"] == pytest.approx(expected["p50yr"])
 
 
 # --- statsmodels and scipy as oracles: independent code for the same formulas

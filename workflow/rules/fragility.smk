@@ -18,6 +18,8 @@ rule fit_fragility:
         suites=FOLDER.fragility("suites"),
         suite_curves=FOLDER.fragility("suite_curves"),
         shear_models=FOLDER.fragility("shear_models"),
+        rates=FOLDER.fragility("rates"),
+        rate_effects=FOLDER.fragility("rate_effects"),
         tex=FOLDER.fragility("table", "tex"),
         csv=report(
             FOLDER.fragility("table", "csv"),
@@ -38,29 +40,3 @@ rule fit_fragility:
         made_from=MADE_FROM["fit_fragility"],
     script:
         "../scripts/fit_fragility.py"
-
-
-# Not needed for the report, which includes this table if it exists and is current.
-rule check_predict:
-    """Compare predicted medians with new analyses of variants inside the grid."""
-    input:
-        suite=rules.prepare_motions.output.suite,
-        intensities=rules.prepare_motions.output.intensities,
-        demands=rules.collect_demands.output.demands,
-        joint=rules.fit_fragility.output.joint,
-        limit_states=ancient(STUDY.fragility.limit_states),  # its content is in params
-    output:
-        table=FOLDER.fragility("check_predict"),
-    log:
-        FOLDER.log("check_predict"),
-    benchmark:
-        FOLDER.benchmark("check_predict")
-    threads: 64  # Snakemake reduces this to the cores that it may use
-    resources:
-        mem_mb=lambda wildcards, threads, attempt: (900 + 350 * threads) * attempt,
-        runtime=by_attempt(240),
-    params:
-        results=results_folder,
-        made_from=MADE_FROM["check_predict"],
-    script:
-        "../scripts/check_predict.py"

@@ -1,16 +1,16 @@
-# The page shows tables made on request if they are current when the page is made.
-ON_REQUEST = {name: MADE_FROM[name] for name in ("modelling_choices", "check_predict")}
+# The page shows the table of `make choices` if it is current when the page is made.
+ON_REQUEST = {"modelling_choices": MADE_FROM["modelling_choices"]}
 
 
 rule figures:
     """Draw the figures of the report."""
     input:
-        **ROUNDS,
         demands=rules.collect_demands.output.demands,
         suite=rules.prepare_motions.output.suite,
         friction_pair=rules.friction_pair.output.histories,
         curves=rules.fit_fragility.output.curves,
         medians=rules.fit_fragility.output.medians,
+        system=rules.fit_fragility.output.system,
         effects=rules.fit_fragility.output.effects,
         intensity_effects=rules.fit_fragility.output.intensity_effects,
     output:
@@ -55,6 +55,8 @@ rule report:
         joint=rules.fit_fragility.output.joint,
         suites=rules.fit_fragility.output.suites,
         shear_models=rules.fit_fragility.output.shear_models,
+        rates=rules.fit_fragility.output.rates,
+        rate_effects=rules.fit_fragility.output.rate_effects,
         checks=rules.fit_fragility.output.checks,
         sensitivity=rules.sensitivity.output.table,
     output:

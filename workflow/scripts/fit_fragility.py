@@ -17,7 +17,8 @@ if __name__ == "__main__":
         if study.model.shear_failure == "degrade":  # the response depends on the shear capacity
             demands = demands[[n for n in demands if n not in SHEAR_MODEL_DEMANDS.values()]]
         states = load_limit_states(paths["limit_states"])
-        tables = fragility_tables(demands, states, study.fragility, suite, jobs=snakemake.threads)
+        further = {"hazard": study.hazard_curve, "jobs": snakemake.threads}
+        tables = fragility_tables(demands, states, study.fragility, suite, **further)
         if "rounds" in paths:
             rounds = read_frame(paths["rounds"])
             tables = valid_tables(tables, demands, rounds, study.design.looks, study.fragility)

@@ -11,12 +11,8 @@ if __name__ == "__main__":
             require_passed(job.inputs["checks"])
         on_request = snakemake.params.on_request
         choices = job.current(job.folder.modelling_choices, on_request["modelling_choices"])
-        check = job.folder.fragility("check_predict")
-        check = job.current(check, on_request["check_predict"])
-        found = {"choices": choices, "check_predict": check}
-        tables = {**job.inputs, **{name: path for name, path in found.items() if path}}
         write_report(
-            tables=tables,
+            tables={**job.inputs, **({"choices": choices} if choices else {})},
             figures=job.folder.figures,
             study=job.study,
             output=job.outputs["html"],

@@ -19,38 +19,25 @@ MAX_DISP_M = 5.0  # larger than any seat width: the abutment model is no longer 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbutmentHistory:
-    """Response of an abutment at n regular times.
-
-    Attributes:
-        disp_m: Displacement of the deck end along x and y since dead load, shape (n, 2).
-        force_n: Force on the deck, positive if it opposes positive displacement, shape (n, 2).
-        normals_n: Normal forces of the contact units, shape (n, units).
-        friction_n: Resultant friction forces of the contact units, shape (n, units).
-        is_complete: Whether the analysis reached its end.
-        failed_attempts: Number of step attempts that did not converge.
-    """
+    """Response of an abutment at n regular times."""
 
     t_s: Series
-    disp_m: Series
-    force_n: Series
-    normals_n: Series
-    friction_n: Series
+    disp_m: Series  # displacement of the deck end along x and y since dead load, shape (n, 2)
+    force_n: Series  # force on the deck, positive if it opposes positive displacement, shape (n, 2)
+    normals_n: Series  # normal forces of the contact units, shape (n, units)
+    friction_n: Series  # resultant friction forces of the contact units, shape (n, units)
     unit_names: tuple[str, ...]
     ledger: tuple[UnitLedger, ...]
-    is_complete: bool
-    failed_attempts: int
+    is_complete: bool  # whether the analysis reached its end
+    failed_attempts: int  # number of step attempts that did not converge
 
 
 def abutment_history(
-    variant: Variant,
-    excitation: Excitation,
-    settings: AnalysisSettings,
-    options: ModelOptions,
+    variant: Variant, excitation: Excitation, settings: AnalysisSettings, options: ModelOptions
 ) -> AbutmentHistory:
     """Analyse the right abutment of a variant with its share of the deck mass.
 
-    The deck end moves in plan without rotating; a displacement along +x pushes into the backfill.
-    Damping comes only from the wall dashpots, the pads and the soil.
+    The deck end does not rotate; +x pushes into the backfill. Only dashpots, pads and soil damp.
     """
     ground = GroundInput(excitation, settings)
     rows: list[list[float]] = []

@@ -4,25 +4,27 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import product
-from math import cos, degrees, inf, nan, radians, sin
-from typing import TYPE_CHECKING, Any, Final
+from math import cos, degrees, inf, radians, sin
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from skewbridge.analysis.modal import conditioning_period_s, periods_of_file, standing_bridge
+from skewbridge.analysis.modal import (
+    ModalResult,
+    conditioning_period_s,
+    periods_of_file,
+    standing_bridge,
+)
 from skewbridge.bridge.catalogue import read_bridge
 from skewbridge.bridge.catalogue.drawing import TABLES, Completed, Formula, Rule, value_at
 from skewbridge.bridge.column import BentCapacity, bent_capacities
-from skewbridge.bridge.frame import BridgeModel, Description
+from skewbridge.bridge.frame import Description
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.section import sdc_shear_strength
 from skewbridge.bridge.structures import CatalogueBridge
 from skewbridge.units import FOOT, INCH, KN, MPA
 from skewbridge.variant.variant import Variant
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 #: Limit of axial force under dead load / expected strength of the gross section.
 #: source: AASHTO Guide Specifications for LRFD Seismic Bridge Design, 8.7.2, ductile columns
@@ -33,11 +35,9 @@ SEAT_ALLOWANCE_M: Final = 4 * INCH  # source: same; added to movements and deman
 # ASSUME prestress shortening, creep, shrinkage and temperature together shorten the deck by 1/1000
 SHORTENING_RATIO: Final = 1.0e-3
 SEISMIC_SEAT_FACTOR: Final = 1.5  # source: AASHTO LRFD table 4.7.4.4-1, higher zones
-_SUPPORT: Final = "support_length_m"
-# columns of the demands table with the smallest value of a column of `capacity_rows`
-_LEAST: Final = {"disp_capacity_m": "capacity_m", "p_delta_capacity_m": "disp_at_p_delta_limit_m"}
-#: Columns of the demands table with the capacities of the model of each analysis.
-CAPACITIES: Final = (_SUPPORT, *_LEAST)
+#: Column of the demands table: length of the deck on its seats at rest (AASHTO figure 4.7.4.4-1).
+SUPPORT: Final = "support_length_m"
+#: Usual ranges: formula, ends of the ranges, and the words for a formula.
 _USUAL: Final = [(Formula(text), limits) for text, limits in TABLES["usual"].items()]
 #: Change of a rule's value above which an inherited number is stale.
 _STALE: Final = 0.1
@@ -47,18 +47,16 @@ DIRECTIONS: Final = {"x": "longitudinal", "y": "transverse", "z": "vertical", "r
 def check_bridge(name: str) -> dict[str, Any]:
     """Build a bridge with open gaps at zero skew, apply its dead load and check it.
 
-    Returns:
-        Dictionary of weight, reactions, periods and sources of the input numbers; ``findings``:
-        sentences on properties that would cause trouble in a study; ``modes``; ``bents``: one row
-        per bent with the loads and capacities of one column; ``derived``: one row per number that
-        the file does not give, with its rule; ``inherited``: numbers of its parents.
+    Returns weight, reactions, periods and sources; ``findings`` (sentences on what would cause
+    trouble in a study), ``modes``, ``bents``, ``derived`` numbers with their rules, ``inherited``
+    ones.
     """
     structure, standing = load_structure(name), standing_bridge(name)
     read = read_bridge(name) if isinstance(structure, CatalogueBridge) else None
     periods_s = {direction: standing.period_s(direction) for direction in DIRECTIONS}
     left, right = standing.abutment_reaction_kn
     inherited = sorted(read.inherited - read.derived.keys()) if read else []
-    bents = [_bent_row(bent) for bent in bent_capacities(read.bridge)] if read else []
+    bents = capacity_rows(bent_capacities(read.bridge)) if read else []
     findings = [finding for row in bents for finding in _bent_findings(row)]
     findings += [
         f"the bridge is a mechanism ({DIRECTIONS[direction]}): its period is infinite"
@@ -70,13 +68,13 @@ def check_bridge(name: str) -> dict[str, Any]:
         for side, force_kn in (("left", left), ("right", right))
         if force_kn <= 0.0
     ]
-    if read is not None:
-        findings += doubts(read)
-    findings += _seat_findings(structure.description)
+    description = structure.description
+    findings += doubts(read) if read else _unit_doubts(description, standing)
+    findings += _seat_findings(description)
     return {
         "bridge": structure.name,
-        "title": structure.description.title,
-        "length_m": structure.description.length_m,
+        "title": description.title,
+        "length_m": description.length_m,
         "weight_kn": standing.weight_kn,
         "reaction_left_kn": left,
         "reaction_right_kn": right,
@@ -93,7 +91,6 @@ def check_bridge(name: str) -> dict[str, Any]:
 
 
 def _derived(read: Completed) -> list[dict[str, Any]]:
-    """Return number, value and rule of each number that the file does not give."""
     return [
         {"number": key, "value": value_at(read.bridge, key), "rule": rule.src}
         for key, rule in read.derived.items()
@@ -101,7 +98,6 @@ def _derived(read: Completed) -> list[dict[str, Any]]:
 
 
 def _sources(read: Completed, inherited: Sequence[str]) -> str:
-    """Return how many numbers have each class of source."""
     sources = read.bridge.sources
     own = sources.keys() - read.derived.keys() - read.inherited
     kinds = Counter(sources[key].split(":", 1)[0] for key in own)
@@ -118,9 +114,34 @@ def doubts(read: Completed) -> list[str]:
     return [*_outside_ranges(read), *_far_from_rules(read, rules), *_stale(read, rules)]
 
 
+# ASSUME a value of a script outside these ranges has a wrong unit
+_SCRIPT_RANGES: Final = {
+    "T1 (s)": (0.1, 5.0),
+    "length of the deck (m)": (10.0, 1000.0),
+    "width of the deck (m)": (4.0, 50.0),
+    "weight over the area of the deck (kN/m2)": (5.0, 60.0),
+    "height of a column (m)": (2.0, 60.0),
+}
+
+
+def _unit_doubts(bridge: Description, standing: ModalResult) -> Iterator[str]:
+    """Yield a sentence for each value of a script that suggests a wrong unit."""
+    per_m2 = standing.weight_kn / (bridge.length_m * bridge.width_m)
+    sizes = (bridge.length_m,), (bridge.width_m,), (per_m2,), bridge.bent_heights_m
+    values = (conditioning_period_s(standing),), *sizes
+    for (name, (low, high)), listed in zip(_SCRIPT_RANGES.items(), values, strict=True):
+        if wrong := [value for value in listed if not low <= value <= high]:
+            text = f"is outside the usual {low:g} to {high:g}: check units, masses and loads"
+            yield f"{name} = {wrong[0]:.3g} {text}"
+
+
 def _outside_ranges(read: Completed) -> Iterator[str]:
     bridge = read.bridge
-    for formula, limits in _USUAL:
+    for formula, given in _USUAL:
+        limits = [each for each in given if not isinstance(each, str)]
+        name, keys = formula.text, ""
+        if isinstance(given[-1], str):
+            name, keys = given[-1], f" ({', '.join(formula.needs)})"
         values = {
             float(value)
             for number in range(len(bridge.bents) if "*" in formula.text else 1)
@@ -131,7 +152,7 @@ def _outside_ranges(read: Completed) -> Iterator[str]:
         for value in sorted(values):
             if not any(low <= value <= high for low, high in ranges):
                 usual = " or ".join(f"{low:g} to {high:g}" for low, high in ranges)
-                yield f"{formula.text} = {value:.3g} is outside the usual {usual}"
+                yield f"{name} = {value:.3g} is outside the usual {usual}{keys}"
 
 
 def _known(bridge: Any, number: int, need: str) -> Any:
@@ -152,7 +173,8 @@ def _far_from_rules(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iter
         worst = float(factors[np.abs(np.log(factors)).argmax()])
         if not 1 / rule.within <= worst <= rule.within:
             usual = ", ".join(f"{each:.4g}" for each in np.ravel(value))
-            yield f"{key} is {worst:.2g} times {usual} = {rule.formula.text} ({rule.src})"
+            worst = float(f"{worst:.2g}")
+            yield f"{key} is {worst:g} times {usual}, the value of its rule ({rule.src})"
 
 
 def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
@@ -174,14 +196,23 @@ def _seat_findings(bridge: Description) -> Iterator[str]:
             yield f"the {end} seat of {seat_m:.3g} m is narrower than {least_m:.3g} m ({rule})"
 
 
+def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:
+    """Return dead loads and capacities of bents by the Caltrans SDC, one row per bent.
+
+    Shear strength and ``p_delta_ratio`` are at the displacement capacity.
+    """
+    return [_bent_row(bent) for bent in bents]
+
+
 def _bent_row(bent: BentCapacity) -> dict[str, Any]:
-    """Return column loads and capacities, with shear strength at the displacement capacity."""
     column, plastic_moment_knm = bent.column, bent.curve.plastic_moment_nm / KN
     strength_kn = column.expected_concrete_strength_mpa * MPA * column.outline.area_m2 / KN
-    ductility = bent.capacity_m / bent.yield_disp_m
+    ductility, ratio = bent.capacity_m / bent.yield_disp_m, bent.p_delta_ratio(bent.capacity_m)
     return {
         "bent": bent.bent,
         "direction": bent.direction,
+        "hinge_length_m": bent.hinge_length_m,
+        "hinge_length_by": bent.hinge_length_by,
         "axial_kn": bent.axial_n / KN,
         "axial_load_ratio": bent.axial_n / KN / strength_kn,
         "axial_load_limit": AXIAL_LOAD_LIMIT,
@@ -189,9 +220,11 @@ def _bent_row(bent: BentCapacity) -> dict[str, Any]:
         "plastic_shear_kn": plastic_moment_knm / bent.shear_span_m,
         "shear_strength_kn": float(sdc_shear_strength(bent.shear, bent.axial_n, ductility)) / KN,
         "yield_disp_m": bent.yield_disp_m,
-        "disp_capacity_m": bent.capacity_m,
-        "p_delta_ratio": bent.p_delta_ratio(bent.capacity_m),
+        "capacity_m": bent.capacity_m,
+        "p_delta_ratio": ratio,
         "p_delta_limit": P_DELTA_LIMIT,
+        "disp_at_p_delta_limit_m": P_DELTA_LIMIT * bent.capacity_m / ratio,
+        "ok": ratio <= P_DELTA_LIMIT,
     }
 
 
@@ -234,8 +267,8 @@ def seat_demand_sdc_m(bridge: Description, unseating_m: float) -> float:
 def seat_demand_aashto_m(bridge: Description, skew_rad: float) -> float:
     """Return the required support length 1.5 N in m.
 
-    N = (8 + 0.02 L + 0.08 H)(1 + 0.000125 S^2) inches. L is the length of deck to the next joint in
-    ft, H is the mean column height in ft, and S is the skew in degrees.
+    N = (8 + 0.02 L + 0.08 H)(1 + 0.000125 S^2) inches: deck length L and column height H in ft,
+    skew S in degrees.
 
     References:
         AASHTO LRFD Bridge Design Specifications 4.7.4.4.
@@ -247,48 +280,6 @@ def seat_demand_aashto_m(bridge: Description, skew_rad: float) -> float:
     return SEISMIC_SEAT_FACTOR * (8.0 + 0.02 * length_ft + 0.08 * height_ft) * skew * INCH
 
 
-def capacities_of(model: BridgeModel, bents: Sequence[Mapping[str, Any]]) -> dict[str, float]:
-    """Return the capacity columns of an analysis from its model and the rows of `capacity_rows`.
-
-    The support length is at rest and normal to the seat, nan without seats. The others are nan
-    without bents.
-
-    References:
-        AASHTO LRFD figure 4.7.4.4-1: N is the overlap of girder and seat.
-    """
-    values = {name: [bent[of] for bent in bents] for name, of in _LEAST.items()}
-    values[_SUPPORT] = [end.support_length_m for end in model.seats]
-    return {name: float(min(values[name], default=nan)) for name in CAPACITIES}
-
-
-def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:
-    """Return the capacities of bents by the Caltrans SDC, one row per bent.
-
-    ``p_delta_ratio`` is taken at the displacement capacity. ``disp_at_p_delta_limit_m`` is the
-    displacement at which the ratio reaches its limit.
-    """
-    rows: list[dict[str, Any]] = []
-    for bent in bents:
-        ratio = bent.p_delta_ratio(bent.capacity_m)
-        rows.append(
-            {
-                "bent": bent.bent,
-                "direction": bent.direction,
-                "hinge_length_m": bent.hinge_length_m,
-                "hinge_length_by": bent.hinge_length_by,
-                "axial_kn": bent.axial_n / KN,
-                "plastic_moment_knm": bent.curve.plastic_moment_nm / KN,
-                "yield_disp_m": bent.yield_disp_m,
-                "capacity_m": bent.capacity_m,
-                "p_delta_ratio": ratio,
-                "p_delta_limit": P_DELTA_LIMIT,
-                "disp_at_p_delta_limit_m": P_DELTA_LIMIT * bent.capacity_m / ratio,
-                "ok": ratio <= P_DELTA_LIMIT,
-            }
-        )
-    return rows
-
-
 def sdc_rows(
     variant: Variant,
     run: Mapping[str, Any],
@@ -297,11 +288,10 @@ def sdc_rows(
 ) -> list[dict[str, object]]:
     """Return the design checks of one analysis, one row per check.
 
-    Columns: check, demand, capacity, ratio and ok. ``run`` is its row of the demands table, and
-    ``bents`` has the capacities of its bents. ``corners_m`` has the outward displacements of the
-    deck corners, from `corner_moves_m`.
+    ``run`` is its row of the demands table, ``bents`` the capacities of its bents, ``corners_m``
+    the result of `corner_moves_m`.
     """
-    bridge, support = load_structure(variant.bridge).description, float(run[_SUPPORT])
+    bridge, support = load_structure(variant.bridge).description, float(run[SUPPORT])
     deck_disp_m = float(run["deck_disp_m"])
     rows: list[dict[str, object]] = []
 
@@ -325,33 +315,10 @@ def sdc_rows(
     return rows
 
 
-def summary_row(variant: Variant, runs: "pd.DataFrame") -> dict[str, Any]:
-    """Return the demand-to-capacity ratios of one variant, as medians over its analyses.
-
-    ``runs`` are its rows of the demands table. Each demand is divided by the capacity of the same
-    analysis. The ratios of columns are nan for a bridge without bents.
-    """
-    bridge = load_structure(variant.bridge).description
-    seats = ["acute_corner_unseating_m", "unseating_m"]
-    seats_m = runs[seats].map(partial(seat_demand_sdc_m, bridge))
-    aashto_m, support_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg)), runs[_SUPPORT]
-    ratios = {
-        "disp_ratio": runs["deck_disp_m"] / runs["disp_capacity_m"],
-        "p_delta_ratio": P_DELTA_LIMIT * runs["deck_disp_m"] / runs["p_delta_capacity_m"],
-        "seat_acute_ratio": seats_m[seats[0]] / support_m,
-        "seat_worst_ratio": seats_m[seats[1]] / support_m,
-        "seat_aashto_ratio": aashto_m / support_m,
-    }
-    return {"variant": variant.slug} | {name: each.median() for name, each in ratios.items()}
-
-
 def corner_moves_m(
     variant: Variant, histories: Mapping[str, NDArray[np.float64]]
 ) -> dict[str, float]:
-    """Return the largest outward displacement of each deck corner, normal to its seat, in m.
-
-    The histories come from a single analysis; a corner is named ``left acute``, for example.
-    """
+    """Return the largest outward displacement (m) of each deck corner, such as ``left acute``."""
     bridge = load_structure(variant.bridge).description
     moves: dict[str, float] = {}
     for end, outward in (("left", -1.0), ("right", 1.0)):

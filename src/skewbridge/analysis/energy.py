@@ -46,8 +46,8 @@ class _EndState(NamedTuple):
 class EnergyBalance:
     """Records forces that the monitor does not record, and computes all terms at the end.
 
-    Create it before the monitor starts. ``ground_accel_mps2`` is a function of times, shape (n,),
-    that returns shape (n, 2). ``rayleigh`` has the mass (1/s) and stiffness (s) damping factors.
+    Create it before the monitor starts. ``ground_accel_mps2`` maps times (n,) to (n, 2);
+    ``rayleigh`` has the mass (1/s) and stiffness (s) factors.
     """
 
     def __init__(
@@ -125,8 +125,7 @@ class EnergyBalance:
     def _damping(self, trace: ResponseTrace, forces: Mapping[int, Matrix]) -> float:
         """Return the work of Rayleigh damping on masses, columns and deck, in J.
 
-        The mean velocity of a step is its displacement increment / its duration, which is exact
-        under the trapezoidal rule.
+        Mean velocities of steps are exact under the trapezoidal rule.
         """
         per_s = 1.0 / np.diff(trace.time_s)
         work = 0.0
@@ -142,10 +141,7 @@ class EnergyBalance:
         return work
 
     def _joint_works(self, trace: ResponseTrace, forces: Mapping[int, Matrix]) -> dict[str, float]:
-        """Return the work (J) on the pads and on the recorded backfill springs, as a dictionary.
-
-        Either the forces on the two nodes of an element are opposite, or the first node is fixed.
-        """
+        """Return the work (J) on the pads and on the recorded backfill springs, as a dictionary."""
         works = dict.fromkeys(self._joints, 0.0)
         for name, elements in self._joints.items():
             for element in elements:
@@ -170,8 +166,8 @@ class EnergyBalance:
     def _unbalanced_work(self, trace: ResponseTrace, accelerations: Mapping[int, Matrix]) -> float:
         """Return the work of the unbalanced forces (input - damping - restoring forces), in J.
 
-        HHT satisfies equilibrium within a step, M a_n+1 = alpha G_n+1 + (1 - alpha) G_n, so its
-        accelerations lag behind the forces. Other methods satisfy M a = G at the end of the step.
+        HHT satisfies equilibrium within a step, M a_n+1 = alpha G_n+1 + (1 - alpha) G_n; other
+        methods satisfy M a = G at its end.
 
         References:
             Hilber, Hughes and Taylor (1977), Earthquake Engineering and Structural Dynamics 5.
@@ -186,7 +182,6 @@ class EnergyBalance:
         return _work(force, np.hstack([trace.position(node) for node in self._masses]))
 
     def _moved(self, element: int, trace: ResponseTrace) -> Matrix:
-        """Return the displacements of both ends of an element, shape (n, 12)."""
         return np.hstack([trace.position(node) for node in self._nodes[element]])
 
     def _end_state(self) -> _EndState:
@@ -237,10 +232,8 @@ class EnergyBalance:
 def energy_ratios(terms: Mapping[str, float]) -> dict[str, float]:
     """Return the energy columns of the demands table, as ratios to the largest input.
 
-    They are the residual, the energy dissipated by the integrator, and the work done on the normal
-    springs of the contacts minus the energy stored in them. The last is negative if the springs
-    generated energy. It excludes slip, which always dissipates energy and would hide this. All are
-    nan if no balance was computed or the input is zero.
+    Residual, dissipation by the integrator, and work on normal springs of contacts minus their
+    energy (negative: generated). All are nan without a balance or input.
     """
     columns = {
         "energy_residual_ratio": "residual",
@@ -266,7 +259,7 @@ def _work(force: Matrix, moved: Matrix) -> float:
 def elastic_stiffness(element: int) -> Matrix:
     """Return the global stiffness of an elastic beam-column in N, m and rad, shape (12, 12).
 
-    The basic deformations are axial, two end rotations about z, two about y, and twist.
+    Basic deformations: axial, two end rotations about z, two about y, twist.
     """
     first, last = (np.array(ops.nodeCoord(node)) for node in ops.eleNodes(element))
     length = float(np.linalg.norm(last - first))
@@ -286,10 +279,9 @@ def elastic_stiffness(element: int) -> Matrix:
 
 
 def held_by_contacts(model: BridgeModel) -> dict[int, tuple[int, ...]]:
-    """Return the springs between each contact node and the ground that carry the contact force.
+    """Return, by contact node, the springs to the ground that carry only the contact force.
 
-    The keys are nodes. Contact nodes with a mass, or with other elements, are omitted: only if
-    nothing else acts on a node and on the nodes behind it do their springs carry that force.
+    Contact nodes with a mass, or with other elements at or behind them, are omitted.
     """
     at_node: dict[int, list[int]] = {}
     for element in ops.getEleTags():

@@ -21,10 +21,9 @@ MAX_SCALED_ACCEL_MPS2: Final = 1.0e3  # 100 g: a larger value means a wrong unit
 class Excitation:
     """Ground motion of an analysis, with its factor and direction.
 
-    At incidence 0, component 1 points along x; incidence is counter-clockwise. With `supports`,
-    each support has the motion of its name (`skewbridge.analysis.supports`), along the axes of the
-    bridge, and `motion` is that of the support of the mass centre. Raises `InputError` if a number
-    is not finite or the scale is not positive.
+    At incidence 0, component 1 is along x; incidence is counter-clockwise. With `supports`, each
+    support has the motion of its name along x and y, and `motion` is that of the mass centre's
+    support. `InputError` unless finite, with a positive scale.
     """
 
     motion: GroundMotion
@@ -44,8 +43,7 @@ class Excitation:
 class GroundInput:
     """Ground acceleration of one analysis along the bridge axes, linear between samples.
 
-    Raises:
-        InputError: The acceleration is so large that its unit must be wrong.
+    `InputError` if it is so large that its unit must be wrong.
     """
 
     def __init__(self, excitation: Excitation, settings: AnalysisSettings) -> None:

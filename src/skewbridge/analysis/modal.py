@@ -9,8 +9,8 @@ from typing import Final
 import openseespy.opensees as ops
 
 from skewbridge.analysis.step_loop import solver_log
+from skewbridge.bridge.assembly import GravityError
 from skewbridge.bridge.frame import BridgeModel, Damping
-from skewbridge.bridge.gravity import GravityError
 from skewbridge.bridge.handles import ColumnHandle
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, column_axial_forces_n, domain, support_reactions_n
@@ -74,8 +74,7 @@ def standing_bridge(bridge: str) -> ModalResult:
 def conditioning_period_s(modes: ModalResult) -> float:
     """Return T1 in s, the geometric mean of the longitudinal and the transverse period.
 
-    It comes from the model with pads, open gaps and zero skew, and it is the same for all variants.
-    If the intensity measure changed with the variant, runs could not be paired.
+    It is the same for all variants; otherwise runs could not be paired.
     """
     return sqrt(modes.period_s("x") * modes.period_s("y"))
 
@@ -132,13 +131,10 @@ def rayleigh_factors(
 
 
 def apply_rayleigh(model: BridgeModel, kind: RayleighKind | None = None) -> tuple[float, float]:
-    """Apply Rayleigh damping to deck and columns only, of the kind of the options by default.
+    """Apply Rayleigh damping to deck and columns only; return a0 (1/s) and a1 (s).
 
-    Penalty springs, gaps, walls and keys stay undamped. The stiffness part follows the committed
-    stiffness; see `damp_columns`.
-
-    Returns:
-        The mass factor a0 (1/s) and the stiffness factor a1 (s).
+    Penalty springs, gaps, walls and keys stay undamped. The stiffness is the committed one; see
+    `damp_columns`.
     """
     damping, region = model.frame.damping, model.tags.region
     a0, a1 = rayleigh_factors(
@@ -155,9 +151,8 @@ def apply_rayleigh(model: BridgeModel, kind: RayleighKind | None = None) -> tupl
 def damp_columns(columns: Sequence[ColumnHandle], a1_s: float, *, by_tangent: bool) -> None:
     """Make the damping of columns proportional to their tangent or their committed stiffness.
 
-    The committed stiffness is from the start of the step, but the velocity is from its end, which
-    causes an error of first order in the step size. The tangent at the end avoids this error, but
-    makes Newton's method cycle when contacts and yielding columns change together.
+    The committed one causes an error of first order in the step; the tangent makes Newton's method
+    cycle when contacts and yielding columns change together.
     """
     factors = (a1_s, 0.0, 0.0) if by_tangent else (0.0, 0.0, a1_s)
     for column in columns:

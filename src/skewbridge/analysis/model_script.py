@@ -35,10 +35,7 @@ import openseespy.opensees as ops
 
 
 def model_script(variant: Variant, options: ModelOptions) -> str:
-    """Return a script that builds a variant, applies gravity and sets the damping.
-
-    A list at its end has the contact pairs with the data for their run-time updates.
-    """
+    """Return a script of a variant at rest under gravity, with damping and its contacts."""
     with recording() as record, domain():
         model = build(variant, options)
         apply_rayleigh(model)

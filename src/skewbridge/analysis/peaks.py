@@ -27,8 +27,8 @@ def demands(
 ) -> dict[str, float]:
     """Return the demand columns of the demands table: peaks over the trace.
 
-    ``ground_accel_mps2`` is along x and y at the times of the trace, shape (n, 2). Totals of the
-    contacts cover the entire analysis, even if the trace covers only a part of it.
+    ``ground_accel_mps2`` is along x and y, shape (n, 2). Totals of the contacts cover the entire
+    analysis.
     """
     return {
         **column_demands(model.columns, trace),
@@ -43,25 +43,18 @@ def demands(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelEnd:
-    """First failure of a column, after which the bridge model is no longer valid.
+    """First failure of a column, after which the bridge model is no longer valid."""
 
-    Attributes:
-        mode: ``shear`` or ``flexure``; empty if no column fails.
-        time_s: Time of the first row with a failed column; nan if no column fails.
-        rows: Number of rows up to and including the failure; all rows if no column fails.
-    """
-
-    mode: str
-    time_s: float
-    rows: int
+    mode: str  # ``shear`` or ``flexure``; empty if no column fails
+    time_s: float  # time of the first row with a failed column; nan if no column fails
+    rows: int  # number of rows up to and including the failure; all rows if no column fails
 
 
 def model_end(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> ModelEnd:
     """Return the first failure of a column.
 
-    A column fails in shear when demand / capacity reaches 1, unless the model includes the loss of
-    shear strength. It fails in flexure when its drift reaches the displacement capacity of the
-    bent. Elastic columns do not fail.
+    Shear: demand / capacity 1, unless the model loses shear strength. Flexure: drift at the
+    displacement capacity of the bent. Elastic columns do not fail.
     """
     reached: list[tuple[int, str]] = []
     for column in columns:
@@ -115,8 +108,8 @@ def column_base_shear_n(column: ColumnHandle, trace: ResponseTrace) -> Series:
 def column_shear_n(column: ColumnHandle, trace: ResponseTrace) -> Series:
     """Return the section shear of a column along x and y (N), shape (n, 2).
 
-    It has the sign of the base force. A section is normal to the inclined chord, so the axial force
-    has a component along it. The shear is V + P theta: the sum of the end moments over the height.
+    It has the sign of the base force and is V + P theta: the axial force has a component along a
+    section normal to the inclined chord.
     """
     top, base = trace.position(column.top), trace.position(column.base_node)
     chord = (top - base)[:, :2] / column.clear_height_m
@@ -126,15 +119,11 @@ def column_shear_n(column: ColumnHandle, trace: ResponseTrace) -> Series:
 
 
 def column_drift(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return the drift: resultant relative displacement divided by clear height, shape (n,).
-
-    The rotation of the foundation under a fixed base is not part of it.
-    """
+    """Return resultant relative displacement / clear height, without foundation rotation, (n,)."""
     return np.hypot(*_drifts(column, trace).T)
 
 
 def _drifts(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return the drift along x and y, shape (n, 2)."""
     relative = trace.disp(column.top)[:, :2] - trace.disp(column.foot)[:, :2]
     return relative / column.clear_height_m
 
@@ -158,8 +147,8 @@ def column_shear_dcr(
 ) -> Series:
     """Return the ratio of section shear to shear capacity at the same time, shape (n,).
 
-    The capacity follows ``model``, or the model of the column if None. It depends on the current
-    axial force and the largest ductility so far, because dilated concrete does not recover.
+    ``model`` is that of the column if None. The capacity depends on the axial force and the largest
+    ductility so far, because dilated concrete does not recover.
     """
     axial, yields = (
         trace.columns[column.element][:, 2],
@@ -261,20 +250,17 @@ def _transverse_m(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
 
 
 def _deformation(spring: SpringHandle, trace: ResponseTrace) -> Series:
-    """Return the displacement of the deck side relative to the ground side, shape (n, 6)."""
     return trace.disp(spring.nodes[1]) - trace.disp(spring.nodes[0])
 
 
 def _along(direction: Sequence[float], disp: Series) -> Series:
-    """Return the plan displacement along a direction, shape (n,)."""
     return disp[:, 0] * direction[0] + disp[:, 1] * direction[1]
 
 
 def unseating_m(abutment: AbutmentHandle, trace: ResponseTrace, kind: str | None = None) -> Series:
-    """Return the displacement of a deck corner away from the backwall, shape (n,).
+    """Return the displacement of a deck corner away from the backwall, normal to the seat, (n,).
 
-    It is normal to the seat. ``kind`` selects the ``acute`` or ``obtuse`` corner; with None, the
-    larger value of both corners is returned.
+    ``kind`` is ``acute`` or ``obtuse``; None: the larger value.
     """
     moves = [
         -_along(abutment.normal, trace.disp(corner.node))
@@ -287,7 +273,7 @@ def unseating_m(abutment: AbutmentHandle, trace: ResponseTrace, kind: str | None
 def _wall_push_m(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
     """Return the displacement of backwall points into the fill (m), shape (n, points).
 
-    In models without wall nodes, it is the closure of each wall spring minus the gap, at least 0.
+    Without wall nodes, it is the closure of each wall spring minus the gap, at least 0.
     """
     if abutment.wall_nodes:
         return np.column_stack(
@@ -331,8 +317,7 @@ def wall_force_n(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
 def backfill_force_n(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
     """Return the force of the deck on the backfill through one backwall, shape (n,).
 
-    Unlike the contact force, it excludes the dashpot of the wall and, if the wall has a mass, the
-    impact spikes. It is zero while the deck does not touch the wall.
+    It excludes dashpot and impact spikes of the wall, and is zero without contact.
     """
     total = np.zeros(len(trace.time_s))
     for spring in abutment.wall_springs:
@@ -354,7 +339,7 @@ def key_forces_n(abutment: AbutmentHandle, trace: ResponseTrace) -> list[Series]
 def _key_deformations_m(abutment: AbutmentHandle, trace: ResponseTrace) -> list[Series]:
     """Return the deformation of each shear key along its normal (m), at least 0, shape (n,).
 
-    In models without key nodes, it is the closure of the transverse springs minus the gap.
+    Without key nodes, it is the closure of the transverse springs minus the gap.
     """
     gap_m = 0.0 if abutment.key_nodes else abutment.transverse_gap_m
     return [
@@ -370,9 +355,8 @@ def _closed(trace: ResponseTrace, units: Sequence[int]) -> NDArray[np.bool_]:
 def _contact_demands(model: BridgeModel) -> dict[str, float]:
     """Return the contact columns of the demands table; all zero for a model without contacts.
 
-    The number of closures and the peaks of single contacts depend on the time step; times,
-    impulses and work converge (docs/theory/analysis.md). Shares of friction work refer to all
-    contacts, or to the contacts at backwalls or keys.
+    Closures and peaks of single contacts depend on the time step; times, impulses and work converge
+    (docs/theory/analysis.md).
     """
     units = [] if model.contacts is None else model.contacts.ledger()
     walls, keys = (
@@ -417,8 +401,7 @@ def histories_of(
 ) -> dict[str, Series]:
     """Return the history columns, each of shape (n,); the first row is the state under gravity.
 
-    The force of an abutment on the deck is the sum over contacts, springs and pads. It is positive
-    when it opposes a positive displacement, so that it plots as a hysteresis loop.
+    Forces of abutments on the deck are positive against a positive displacement, as in loops.
     """
     disp = trace.disp(model.frame.centre_node)
 

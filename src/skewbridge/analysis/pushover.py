@@ -9,7 +9,7 @@ import numpy as np
 import openseespy.opensees as ops
 
 from skewbridge.analysis.trace import Series
-from skewbridge.bridge.gravity import open_linear_pattern
+from skewbridge.bridge.assembly import open_linear_pattern
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, build_abutment, domain
 from skewbridge.bridge.plan import PlanVector
@@ -63,10 +63,9 @@ def push_bridge(
     max_disp_m: float,
     steps: int = 200,
 ) -> PushCurve:
-    """Push the deck horizontally with forces proportional to its masses.
+    """Push the deck with forces proportional to its masses, at an angle counter-clockwise from x.
 
-    The angle is counter-clockwise from x. Returns the base shear (the sum of the forces) and the
-    displacement of the mass centre along the push.
+    Returns base shear and displacement of the mass centre along the push.
     """
     direction = _direction(angle_deg, max_disp_m, steps)
     with domain():
@@ -97,10 +96,8 @@ def push_abutment(
 ) -> PushCurve:
     """Push one abutment (the right one) by its deck end, without the bridge.
 
-    The deck end carries its dead-load reaction. It is guided: it moves only along the push, and
-    does not rotate in plan. The angle is counter-clockwise from x: 0 pushes into the backfill, 180
-    pulls away from it, and the skew angle pushes normal to the wall. Returns the guide force along
-    the push and the displacement of the deck end.
+    The deck end carries its dead-load reaction and moves only along the push: 0 degrees into the
+    backfill, 180 away from it, the skew normal to the wall. Returns guide force and displacement.
     """
     direction = _direction(angle_deg, max_disp_m, steps)
     with domain():

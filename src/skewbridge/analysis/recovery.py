@@ -12,19 +12,15 @@ from skewbridge.analysis.settings import AnalysisSettings, OpenSeesCommand
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Attempt:
-    """One solution strategy for a step (a recovery step).
+    """One solution strategy for a step (a recovery step)."""
 
-    Attributes:
-        algorithm: Arguments of the algorithm command.
-        substeps: Number of equal sub-steps; a multiple of the number in the previous recovery
-            step, so that a recovery step can continue where the previous one stopped.
-        tolerance_j: Tolerance of a looser convergence test, or 0 for the tolerance of the settings.
-        max_iterations: Iterations after which the attempt fails; None: as in the settings.
-    """
-
-    algorithm: OpenSeesCommand
+    algorithm: OpenSeesCommand  # arguments of the algorithm command
+    #: number of equal sub-steps; a multiple of the number in the previous recovery step, so that a
+    #: recovery step can continue where the previous one stopped
     substeps: int = 1
+    #: tolerance of a looser convergence test, or 0 for the tolerance of the settings
     tolerance_j: float = 0.0
+    #: iterations after which the attempt fails; None: as in the settings
     max_iterations: int | None = None
 
     @property
@@ -88,9 +84,8 @@ class NoConvergenceError(Exception):
 class Stepper:
     """Advances the domain by regular steps, and by recovery steps if one does not converge.
 
-    A step in which contacts change is divided into halves, quarters, and so on. The methods without
-    an underscore are the policy: here that of a model without contacts, other policies override
-    them.
+    Steps in which contacts change are halved repeatedly. Methods without an underscore are the
+    policy, here that of a model without contacts.
     """
 
     ladder: Sequence[Attempt] = LADDER
@@ -109,10 +104,7 @@ class Stepper:
         self._is_fresh = False  # its tangent need not be renewed
 
     def halvings(self, least: int) -> int:
-        """Return how often to halve the regular step for the next (sub-)step.
-
-        At least ``least``, which keeps sub-steps at multiples of their size and inside the step.
-        """
+        """Return how often to halve the next step: at least ``least``, to stay inside the step."""
         return least
 
     def is_far(self) -> bool:
@@ -186,7 +178,6 @@ class Stepper:
         return made + 1
 
     def _advance(self, size_s: float, *, is_far: bool) -> Generator[float]:
-        """Make one (sub-)step, by recovery steps if needed."""
         if size_s != self._last_s:
             self._last_s = size_s
             self._is_fresh = False
@@ -209,7 +200,6 @@ class Stepper:
         yield size_s
 
     def _recover(self, size_s: float) -> Generator[float]:
-        """Make a step by recovery steps after its first attempt failed."""
         self._count_failure(self.ladder[self._rung])
         solved_by = yield from self._climb(size_s)
         if solved_by and solved_by.substeps == 1:
@@ -262,11 +252,9 @@ class Stepper:
         return None
 
     def _reset(self) -> None:
-        """Reset integrator and equations after a failed step.
+        """Reset integrator and equations, which keep values of a failed step.
 
-        Houbolt keeps values of the failed step. With rigid links, the equations of every integrator
-        keep them too. A retry without a reset is silently wrong (accelerations of hundreds of m/s2
-        at OSB1).
+        A retry without a reset is silently wrong (accelerations of hundreds of m/s2 at OSB1).
         """
         ops.integrator(*self._settings.integrator_command)
         ops.domainChange()
@@ -297,15 +285,10 @@ def steps_from_text(text: str) -> list[int]:
 
 
 def rung_shares(steps_by_rung: Iterable[Sequence[int]]) -> list[dict[str, Any]]:
-    """Return numbers and shares of steps and analyses for each recovery step.
+    """Return numbers and shares of steps and analyses, one row per recovery step.
 
-    Args:
-        steps_by_rung: For each analysis, its (sub-)steps in each recovery step; may be empty.
-
-    Returns:
-        One row per recovery step: ``rung``, ``attempt`` (description), ``steps`` and
-        ``steps_share`` ((sub-)steps that converged at it), ``analyses`` and ``analyses_share``
-        (analyses that needed it but no higher one).
+    ``steps_by_rung`` has the (sub-)steps of each analysis in each recovery step. ``analyses``
+    counts those that needed this recovery step but no higher one.
     """
     counts = list(steps_by_rung)
     highest = [max((rung for rung, n in enumerate(steps) if n), default=0) for steps in counts]

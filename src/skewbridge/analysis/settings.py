@@ -60,12 +60,7 @@ NUMERICS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class AnalysisSettings:
-    """Settings of the transient analysis; each field is a key of the configuration.
-
-    Raises:
-        ValidationError: A value is outside its limits (`files.text.checked` turns it into
-            an `InputError`).
-    """
+    """Settings of the transient analysis; each field is a key of the configuration."""
 
     scheme: AnalysisScheme = Field(default="default")
     """paper: numerics and wall model of the paper"""

@@ -34,17 +34,11 @@ LONGEST_S: Final = 0.08
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ending:
-    """End of a response history.
+    """End of a response history."""
 
-    Attributes:
-        status: Status, as in the demands table.
-        collapse_criterion: Name of the demand that exceeded its limit, or empty.
-        message: Reason for an early end, or empty.
-    """
-
-    status: Status = "ok"
-    collapse_criterion: str = ""
-    message: str = ""
+    status: Status = "ok"  # status, as in the demands table
+    collapse_criterion: str = ""  # name of the demand that exceeded its limit, or empty
+    message: str = ""  # reason for an early end, or empty
 
 
 class StepLoop(Stepper):
@@ -135,10 +129,7 @@ class StepLoop(Stepper):
         return self._settings.reuse_tangent and contacts is not None and not contacts.is_any_closed
 
     def together(self, size_s: float) -> int:
-        """Return how many steps of this size fit before a contact could close.
-
-        Steps near contact events are made one at a time.
-        """
+        """Return how many steps of this size fit before a contact could close; 1 near contact."""
         contacts, settings = self._contacts, self._settings
         if contacts is None or contacts.is_any_closed:
             return 1
@@ -187,10 +178,7 @@ def solver_log(path: Path | None) -> Generator[None]:
 
 
 def configure_solver(settings: AnalysisSettings) -> None:
-    """Set the solver of all attempts and the convergence test of a regular step.
-
-    The solver is symmetric: friction by parameter updates keeps the tangent symmetric.
-    """
+    """Set the solver of all attempts (symmetric, as the tangent is) and the convergence test."""
     ops.wipeAnalysis()
     ops.constraints("Plain")
     ops.numberer("RCM")

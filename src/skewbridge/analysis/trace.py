@@ -28,30 +28,23 @@ STEP_ROUNDING: Final = 1.0e-6  # rounding error of a sum of steps, divided by th
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResponseTrace:
-    """All records of an analysis, n rows each; row 0 is the state under gravity.
+    """All records of an analysis, n rows each; row 0 is the state under gravity."""
 
-    Attributes:
-        time_s: Times of the rows.
-        centre_accel_mps2: Acceleration of the deck's mass centre relative to the ground, (n, 2).
-        nodes: Displacements and rotations of each node from the unloaded state, (n, 6). Nodes that
-            are not recorded are fixed.
-        columns: Global end forces of columns and other plastic elements, base first, (n, 12).
-        sections: Axial strain and curvatures about z, y, ... of each element and integration point.
-        springs: Basic forces of each spring element, (n, components).
-        bearings: Shear forces of each pad element on the deck along x and y, (n, 2).
-        normals_n: Normal forces of the contact units, compression positive, (n, units).
-        tangentials_n: Friction forces of the contact units along t1 and t2, (n, units, 2).
-    """
-
-    time_s: Series
+    time_s: Series  # times of the rows
+    #: acceleration of the deck's mass centre relative to the ground, (n, 2)
     centre_accel_mps2: Series
+    #: displacements and rotations of each node from the unloaded state, (n, 6). Nodes that are not
+    #: recorded are fixed.
     nodes: Mapping[int, Series]
+    #: global end forces of columns and other plastic elements, base first, (n, 12)
     columns: Mapping[int, Series]
+    #: axial strain and curvatures about z, y, ... of each element and integration point.
     sections: Mapping[tuple[int, int], Series]
-    springs: Mapping[int, Series]
+    springs: Mapping[int, Series]  # basic forces of each spring element, (n, components)
+    #: shear forces of each pad element on the deck along x and y, (n, 2)
     bearings: Mapping[int, Series]
-    normals_n: Series
-    tangentials_n: Series
+    normals_n: Series  # normal forces of the contact units, compression positive, (n, units)
+    tangentials_n: Series  # friction forces of the contact units along t1 and t2, (n, units, 2)
     _points: dict[Point, Series] = field(default_factory=dict[Point, Series], init=False)
 
     def at(self, rows: slice | list[int] | NDArray[np.bool_]) -> "ResponseTrace":
@@ -66,10 +59,7 @@ class ResponseTrace:
         return ResponseTrace(**parts)
 
     def position(self, place: int | Point) -> Series:
-        """Return displacements and rotations of a node or point from the unloaded state, (n, 6).
-
-        A point is rigidly attached to its node (small rotations).
-        """
+        """Return displacements and rotations of a node or point from the unloaded state, (n, 6)."""
         if isinstance(place, Point):
             if place not in self._points:
                 self._points[place] = moved = self.position(place.node).copy()
@@ -89,10 +79,9 @@ class ResponseTrace:
 
 
 def at_regular_steps(time_s: Series, dt_s: float) -> NDArray[np.bool_]:
-    """Return a mask, shape (n,), that selects the ends of regular steps and the last row.
+    """Return a mask, shape (n,), of the ends of regular steps and the last row.
 
-    Histories use these rows, so that their times are equally spaced. Peaks use all rows, including
-    sub-steps in contact and in retries.
+    Histories use these rows; peaks use all rows.
     """
     steps = time_s / dt_s
     kept = np.abs(steps - np.round(steps)) < STEP_ROUNDING
@@ -101,11 +90,9 @@ def at_regular_steps(time_s: Series, dt_s: float) -> NDArray[np.bool_]:
 
 
 class Recorder:
-    """Records the domain in binary files, one row per committed step.
+    """Records the domain in binary files, one row per committed step and one file per response.
 
-    OpenSees writes each row of a file to the disk at once, so there is one file per response. The
-    files are in a temporary folder, deleted with this object. Reading the same values from Python
-    in every step would cost four times as much.
+    The files are in a temporary folder; reading from Python would cost four times as much.
     """
 
     def __init__(self, units: UnitSystem | None = None) -> None:
@@ -146,8 +133,8 @@ class Recorder:
     def read(self, kind: str, *response: str) -> tuple[Series, dict[int, Series]]:
         """Stop recording; return times, shape (n,), and values of each tag, (n, components).
 
-        The kind is ``Node`` or ``Element``. Both results are empty for a response without tags.
-        Raises `OSError` if the file is incomplete.
+        Both are empty for a response (``Node`` or ``Element``) without tags. `OSError` if the file
+        is incomplete.
         """
         self.close()
         widths = self._widths[kind, *response]
@@ -256,6 +243,8 @@ class Monitor:
 def _nodes(model: BridgeModel) -> Iterable[int]:
     yield model.frame.centre_node
     yield from model.frame.loads.masses_kg
+    for element in (*model.frame.elements["columns"], *model.frame.elements["deck"]):
+        yield from ops.eleNodes(element)  # a script may have nodes without mass
     for column in model.columns:
         yield from (column.base_node, column.top.node)
     for abutment in model.abutments:

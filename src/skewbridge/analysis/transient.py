@@ -11,7 +11,7 @@ import numpy as np
 import openseespy.opensees as ops
 from numpy.typing import NDArray
 
-from skewbridge.analysis.bridge_check import capacities_of, capacity_rows
+from skewbridge.analysis.bridge_check import capacity_rows
 from skewbridge.analysis.energy import EnergyBalance, energy_ratios
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.modal import apply_rayleigh, damp_columns
@@ -22,8 +22,8 @@ from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_
 from skewbridge.analysis.supports import SupportInput
 from skewbridge.analysis.trace import Monitor, at_regular_steps
 from skewbridge.bridge.frame import BridgeModel
-from skewbridge.bridge.geometry import ModelGeometry, geometry_of
 from skewbridge.bridge.handles import ColumnHandle, Point
+from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.plan import PlanVector
 from skewbridge.contact import ContactError, ContactSet
@@ -55,52 +55,28 @@ _RESIDUAL: Final = "column_residual_drift_ratio"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AnalysisResult:
-    """Result of one analysis, with the peaks up to its last step.
+    """Result of one analysis, with the peaks up to its last step."""
 
-    Attributes:
-        status: Status, as in the demands table.
-        collapse_criterion: Name of the demand that exceeded its limit, or empty.
-        time_reached_s: Time of the last converged step.
-        duration_s: Duration of the analysis if it does not end early.
-        recovery_rung: Highest recovery step in which a step converged; 0 if none was needed.
-        steps_by_rung: (Sub-)steps that converged in each recovery step.
-        loosened_ratio: Share of (sub-)steps that met only a looser convergence test.
-        substeps: Steps shorter than the regular one.
-        failed_attempts: Number of step attempts that did not converge.
-        houbolt_failures: `failed_attempts` if the integrator is Houbolt (each restarts it), else 0.
-        iterations: Equilibrium iterations, including failed attempts.
-        demands: The demand columns of the table, in their units.
-        whole_history: The demand columns as peaks over all steps, even after a column failure.
-        capacities: Capacity columns of the demands table.
-        bents: Capacities of the bents, from `capacity_rows`.
-        model_end: First failure of a column; `demands` are the peaks up to this failure.
-        energy_kj: Terms of the energy balance; empty if it was not computed.
-        histories: Columns of the history table at the regular steps, each of shape (steps + 1,),
-            or None.
-        geometry: Geometry of the model if there are histories and contacts, else None.
-        messages: Reason for an early end, and notes on the demands.
-    """
-
-    status: Status
-    collapse_criterion: str
-    time_reached_s: float
-    duration_s: float
-    recovery_rung: int
-    steps_by_rung: tuple[int, ...]
-    loosened_ratio: float
-    substeps: int
-    failed_attempts: int
-    houbolt_failures: int
-    iterations: int
-    demands: dict[str, float]
+    status: Status  # status, as in the demands table
+    collapse_criterion: str  # name of the demand that exceeded its limit, or empty
+    time_reached_s: float  # time of the last converged step
+    duration_s: float  # duration of the analysis if it does not end early
+    recovery_rung: int  # highest recovery step in which a step converged; 0 if none was needed
+    steps_by_rung: tuple[int, ...]  # (Sub-)steps that converged in each recovery step
+    loosened_ratio: float  # share of (sub-)steps that met only a looser convergence test
+    substeps: int  # steps shorter than the regular one
+    failed_attempts: int  # number of step attempts that did not converge
+    iterations: int  # equilibrium iterations, including failed attempts
+    demands: dict[str, float]  # the demand columns of the table, in their units
+    #: the demand columns as peaks over all steps, even after a column failure
     whole_history: dict[str, float]
-    capacities: dict[str, float]
-    bents: list[dict[str, Any]]
-    model_end: ModelEnd
-    energy_kj: Mapping[str, float]
+    support_length_m: float  # of the deck on its seats at rest; nan without seats
+    bents: list[dict[str, Any]]  # capacities of the bents, from `capacity_rows`
+    model_end: ModelEnd  # first failure of a column; `demands` are the peaks up to this failure
+    energy_kj: Mapping[str, float]  # terms of the energy balance; empty if it was not computed
+    #: columns of the history table at the regular steps, each of shape (steps + 1,), or None
     histories: dict[str, NDArray[np.float64]] | None
-    geometry: ModelGeometry | None
-    messages: tuple[str, ...]
+    messages: tuple[str, ...]  # reason for an early end, and notes on the demands
 
 
 def analyse(
@@ -115,14 +91,12 @@ def analyse(
 ) -> AnalysisResult:
     """Analyse one variant under one two-component motion, or a motion of each support.
 
-    Under support motions there is no energy balance. The same call gives bitwise identical results:
-    nothing depends on the clock. Messages of OpenSees go to ``log_path``; ``progress`` is called
-    with the time reached and the duration.
-
-    Raises:
-        InputError: An argument is outside its limits; nothing was analysed.
+    The same call gives bitwise identical results. Under support motions there is no energy balance.
+    OpenSees writes to ``log_path``; ``progress`` is called with time and duration. `InputError` if
+    an argument is outside its limits.
     """
     ground = GroundInput(excitation, settings)
+    load_structure(variant.bridge)  # here: periods that its file does not give need the domain
     with solver_log(log_path), domain():
         model = build(variant, settings.model_options(options))
         if not excitation.supports:
@@ -138,8 +112,6 @@ def analyse(
 
 
 class _History:
-    """Response history of a model that starts from the state under gravity."""
-
     def __init__(
         self,
         model: BridgeModel,
@@ -195,8 +167,7 @@ class _History:
         if self._histories:
             steps = at_regular_steps(trace.time_s, self._settings.dt_s)
             histories = histories_of(self._model, trace.at(steps), ground[steps])
-        bents = capacity_rows(self._model.frame.bents)
-        is_houbolt = self._settings.integrator_command[0] == "Houbolt"
+        lengths_m = [end.support_length_m for end in self._model.seats]
         return AnalysisResult(
             status=ending.status,
             collapse_criterion=ending.collapse_criterion,
@@ -207,16 +178,14 @@ class _History:
             loosened_ratio=self._loosened_ratio(effort),
             substeps=effort.substeps,
             failed_attempts=effort.failed_attempts,
-            houbolt_failures=effort.failed_attempts if is_houbolt else 0,
             iterations=effort.iterations,
             demands=found,
             whole_history=whole,
-            capacities=capacities_of(self._model, bents),
-            bents=bents,
+            support_length_m=min(lengths_m, default=nan),
+            bents=capacity_rows(self._model.frame.bents),
             model_end=end,
             energy_kj=energy,
             histories=histories,
-            geometry=geometry_of(self._model) if histories and self._model.contacts else None,
             messages=tuple(messages),
         )
 
@@ -232,7 +201,6 @@ class _History:
         return Ending(status="collapse", collapse_criterion=criterion) if criterion else None
 
     def _loosened_ratio(self, effort: Effort) -> float:
-        """Return the share of the steps that met only a looser convergence test."""
         usual_j, total = self._settings.tolerance_j, effort.steps_by_rung.total()
         loose = sum(
             count
@@ -245,11 +213,8 @@ class _History:
 class Watch:
     """Compares each step with the limits; create it in the state under gravity.
 
-    Attributes:
-        columns: Drifts of the columns since that state.
-
-    Raises:
-        InputError: The joint gap is at least as wide as the seat.
+    ``columns`` are the drifts since then. `InputError` if a joint gap is at least as wide as its
+    seat.
     """
 
     def __init__(self, model: BridgeModel, settings: AnalysisSettings) -> None:
@@ -290,8 +255,7 @@ class Watch:
     def diverged(self) -> str:
         """Return the reason why the state is not a solution, or an empty text.
 
-        Call it once after each step, before `collapsed`: a diverged solution does not prove
-        collapse.
+        Call it once after each step, before `collapsed`.
         """
         (x, y), (ground_x, ground_y) = self._deck.disp_m(), self._ground.disp_m()
         drift, disp_m = 0.0, hypot(x - ground_x, y - ground_y)
@@ -376,22 +340,12 @@ class Rest:
     reason: str = ""
 
 
-def drifts_at_rest(
-    model: BridgeModel,
-    settings: AnalysisSettings,
-    columns: Sequence[Lean],
-) -> Rest:
+def drifts_at_rest(model: BridgeModel, settings: AnalysisSettings, columns: Sequence[Lean]) -> Rest:
     """Let the model in the open domain come to rest; return the drifts of its columns.
 
-    It vibrates freely from its last displacements and velocities until no column moves. Damping is
-    proportional to the masses of deck and columns, critical at the long period of the bridge;
-    contacts are updated as before. A static release would fail, because open gaps and slipping
+    It vibrates freely from its last state until no column moves, damped by the masses of deck and
+    columns (critical at the long period). A static release would fail: open gaps and slipping
     contacts leave nodes without stiffness. The state of the history is lost.
-
-    Args:
-        model: Model after the last step of a history, whose motion has ended.
-        settings: Settings of the history.
-        columns: Drifts of the columns, from the state under gravity.
     """
     period_s = model.frame.damping.long_period_s
     # ASSUME the path to rest adds no plastic drift: critical damping leaves no cycles
@@ -428,8 +382,8 @@ def drifts_at_rest(
 def _forget_accelerations() -> None:
     """Set the accelerations of massless degrees of freedom to zero.
 
-    The trapezoidal rule does not use them, and they oscillate from step to step; the integrator of
-    the release would treat them as motion.
+    They oscillate under the trapezoidal rule; the integrator of the release would take them as
+    motion.
     """
     for node in ops.getNodeTags():
         for dof in range(1, 7):

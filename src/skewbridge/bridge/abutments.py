@@ -22,7 +22,7 @@ References:
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import cos, radians, sqrt
+from math import cos, sqrt
 from typing import Any, Final
 
 import openseespy.opensees as ops
@@ -89,11 +89,7 @@ def build_arms(
     options: ModelOptions,
     tags: TagAllocator,
 ) -> tuple[Points, list[int]]:
-    """Create the nodes of a deck end and stiff arms to them from the end node of the spine.
-
-    Stations are the positions along the wall at which each line needs a node. Returns the nodes and
-    the tags of the arms.
-    """
+    """Create nodes at stations of each line, and stiff arms to them; return nodes and arms."""
     # no arm is parallel to the normal of the wall
     transformation = arm_transformation((*end.normal, 0.0), options, tags)
     points: Points = {}
@@ -147,10 +143,7 @@ def pad_stations(pads: PadData | PileData, end: DeckEnd) -> list[float]:
 def bearing_stations(
     pads: PadData | PileData, end: DeckEnd, options: ModelOptions, *, has_pads: bool = True
 ) -> list[float]:
-    """Return the positions along the wall (m) of the pad elements, or of the two supports.
-
-    Two pad elements are placed so that they have the rotational stiffness of all pads.
-    """
+    """Return positions along the wall (m) of all or two equivalent pads, or of supports."""
     if not has_pads:
         return [-end.wall_length_m / 2, end.wall_length_m / 2]
     stations = pad_stations(pads, end)
@@ -172,9 +165,8 @@ def build_bearings(
 ) -> tuple[BearingHandle, ...]:
     """Create pads, or vertical supports, between seat nodes and the bearing line.
 
-    Seat nodes are fixed, unless ``seat_at`` creates them at their place.
-    Vertical springs are elastic in compression and open in tension. The length of an element for
-    one pad is the pad height. Elements for half of the pads or for a support have zero length.
+    Seat nodes are fixed, unless ``seat_at`` creates them. Vertical springs are elastic in
+    compression and open in tension.
     """
     is_each = has_pads and options.pads == "each"
     number, height_m = (1, pads.height_m) if is_each else (pads.count / 2, 0.0)
@@ -206,8 +198,7 @@ def build_bearings(
 def _pad_section(pads: PadData, number: float, upright: int, tags: TagAllocator) -> int:
     """Create the section of several pads: a vertical spring, and shear with a yield circle.
 
-    In shear it behaves like the bearing element at a tenth of the cost: a plastic spring with the
-    characteristic strength acts in parallel with an elastic spring.
+    It is like the bearing element in shear at a tenth of the cost: plastic and elastic in parallel.
     """
     plastic = 1.0 - pads.hardening_ratio
     stiffness = number * pads.shear_stiffness_kn_per_m * KN
@@ -224,17 +215,13 @@ CONCRETE_KG_PER_M3 = 2400.0  # source: usual density of reinforced concrete
 
 @dataclass(frozen=True, kw_only=True)
 class Wall:
-    """Supported deck end at rest in front of a fill; ``handle`` has no walls and keys yet.
-
-    ``skew_deg`` is the skew of the abutment, also where options do not skew its seat or keys.
-    """
+    """Supported deck end at rest in front of a fill; ``handle`` has no walls and keys yet."""
 
     blueprint: Blueprint
     data: WallData
     end: DeckEnd
     points: Points
     handle: AbutmentHandle
-    skew_deg: float
 
     @property
     def options(self) -> ModelOptions:
@@ -245,11 +232,6 @@ class Wall:
     def tags(self) -> TagAllocator:
         """Tags of the domain."""
         return self.blueprint.tags
-
-    @property
-    def skew_rad(self) -> float:
-        """Skew of the abutment."""
-        return radians(self.skew_deg)
 
     @property
     def wing(self) -> Passive:
@@ -265,7 +247,7 @@ class Wall:
         """Return for each wall point its position (m), share of the wall and backfill curve."""
         options, end = self.options, self.end
         height = options.backfill_height_exponent
-        soil = options.backfill, self.skew_rad, height, options.backfill_skew
+        soil = options.backfill, self.end.skew_rad, height, options.backfill_skew
         whole = self.soil(wall_backfill(self.data, *soil))
         stations = end.wall_stations(options.backwall_points)
         shares = tributary_shares(len(stations))
@@ -296,15 +278,9 @@ class Wall:
 
 @dataclass(frozen=True, kw_only=True)
 class Joint(Wall):
-    """Deck end on the pads of a seat.
-
-    The keys are at the corners of `key_end`, which is `end` unless options skew keys and seats
-    differently.
-    """
+    """Deck end on the pads of a seat."""
 
     data: AbutmentData
-    key_end: DeckEnd
-    key_points: Points
 
     @property
     def friction(self) -> float:
@@ -318,14 +294,10 @@ class Joint(Wall):
         return self.data.monolithic_key if is_monolithic else self.data.sacrificial_key
 
     def key_inward_normal(self, sign: float) -> PlanVector:
-        """Return the normal of a key's face, from the key towards the deck.
-
-        By default it is perpendicular to the deck edge; with ``key_frame: skewed`` it is along the
-        wall. The sign is +1 for the key at the end of the wall's tangent, -1 at the opposite end.
-        """
+        """Return the normal of a key's face to the deck, across its edge or along the wall."""
         # ASSUME the face of a key is parallel to the edge of the deck
         is_skewed = self.options.key_frame == "skewed"
-        x, y = self.key_end.tangent if is_skewed else turned(self.key_end.outward)
+        x, y = self.end.tangent if is_skewed else turned(self.end.outward)
         return (-sign * x, -sign * y)
 
     def key_spring(self, nodes: tuple[int, int], inward: PlanVector) -> SpringHandle:
@@ -380,18 +352,11 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
     traits, data, deck_node = variant.traits, end.abutment, end.node
     if not isinstance(data, AbutmentData):
         raise TypeError(f"{data.type} is not a seat")
-    # the opening of a square joint is measured along the bridge
-    plan = end.plan if options.seat_skew == "abutment" else replace(end.plan, skew_deg=0.0)
-    key_end = end.plan if options.key_skew == "abutment" else replace(end.plan, skew_deg=0.0)
+    plan = end.plan
     bearing_line = bearing_stations(data.pads, plan, options, has_pads=traits.has_pads)
     outer = plan.wall_stations(options.backwall_points if traits.has_wall_points else 2)
     lines: dict[Line, list[float]] = {"bearing": bearing_line, "outer": outer}
     points, arms = build_arms(plan, deck_node, lines, options, tags)
-    key_points = points
-    if traits.has_wall_points and key_end != plan:
-        corners: dict[Line, list[float]] = {"outer": key_end.wall_stations(2)}
-        key_points, key_arms = build_arms(key_end, deck_node, corners, options, tags)
-        arms += key_arms
     bearings = build_bearings(plan, points, data.pads, options, tags, has_pads=traits.has_pads)
     pads = pad_stations(data.pads, plan) if traits.has_pads else bearing_line
     own_mm = data.gap_mm if "gap_mm" in traits.axes else None
@@ -406,23 +371,11 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
         holders=tuple(bearing.seat_node for bearing in bearings),
         links=tuple(arms),
     )
-    return Joint(
-        blueprint=blueprint,
-        data=data,
-        end=plan,
-        points=points,
-        handle=handle,
-        skew_deg=end.plan.skew_deg,
-        key_end=key_end,
-        key_points=key_points,
-    )
+    return Joint(blueprint=blueprint, data=data, end=plan, points=points, handle=handle)
 
 
 def normal_gap_m(gap_mm: float, end: DeckEnd, options: ModelOptions) -> float:
-    """Return the opening of a joint at rest, normal to its faces, with the offset of the options.
-
-    If the gap is measured along the bridge, the opening is smaller by cos(skew).
-    """
+    """Return the opening of a joint at rest, normal to its faces, with the option's offset."""
     narrowing = cos(end.skew_rad) if options.gap_measured == "longitudinal" else 1.0
     return max(gap_mm * MM * narrowing + options.gap_offset_mm * MM, 0.0)
 
@@ -468,7 +421,7 @@ def _build_simplified(joint: Joint) -> AbutmentHandle:
     """Create the springs at both ends of the bar, each with half of the resistance."""
     end, tags = joint.end, joint.tags
     straight, skew_rule = joint.soil(sdc_backfill(joint.data)), joint.options.backfill_skew
-    longitudinal = reduced_for_skew(straight, joint.skew_rad, skew_rule).scaled(0.5)
+    longitudinal = reduced_for_skew(straight, joint.end.skew_rad, skew_rule).scaled(0.5)
     # ASSUME the transverse springs have no gap, as in the published model
     transverse = joint.wing.scaled(0.5)
     ends = end.wall_stations(2)
@@ -517,7 +470,7 @@ def _build_body(joint: Joint) -> tuple[int, SpringHandle]:
     # ASSUME across the wall the body has the initial stiffness of one wall point at zero skew
     across = joint.wall_parts()[0][2].stiffness_n_per_m
     if joint.options.backfill_skew == "strength_and_stiffness":
-        across /= skew_reduction(joint.skew_rad)
+        across /= skew_reduction(joint.end.skew_rad)
     moving_kg = joint.moving_mass_kg(joint.wall_mass_kg) + embankment_kg
     body = plane_node(end.point("outer", 0.0), moving_kg, tags)
     ground = grounded_node(end.point("outer", 0.0), tags)
@@ -531,7 +484,6 @@ def _build_body(joint: Joint) -> tuple[int, SpringHandle]:
 
 
 def _build_contact(joint: Joint) -> AbutmentHandle:
-    """Create the wall points and the keys with their contact units."""
     end, gap_m, options, tags = joint.end, joint.handle.gap_m, joint.options, joint.tags
     friction = joint.friction * (options.friction_at != "keys")
     units: list[int] = []
@@ -571,7 +523,7 @@ def hold_wall_point(
     """
     end, tags, mass_kg = joint.end, joint.tags, joint.wall_mass_kg * share
     # in proportion to the strength of the soil
-    reduction = skew_reduction(joint.skew_rad, joint.options.backfill_skew)
+    reduction = skew_reduction(joint.end.skew_rad, joint.options.backfill_skew)
     weak = joint.options.wall_restoring_n_per_m * reduction * share
     stiffness, wing = passive.stiffness_n_per_m, joint.wing.scaled(share)
     # ASSUME towards the deck the stem of the wall has the initial stiffness of the soil: shaking
@@ -603,7 +555,7 @@ def hold_wall_point(
 
 def _build_keys(joint: Joint, handle: AbutmentHandle, body: int | None) -> AbutmentHandle:
     """Create both exterior keys: on the ground with contacts, or on a body with gap springs."""
-    end, options, tags = joint.key_end, joint.options, joint.tags
+    end, options, tags = joint.end, joint.options, joint.tags
     friction = joint.friction * (options.friction_at != "walls")
     mass_kg = joint.moving_mass_kg(joint.key_mass_kg)
     stiffness = penalties(key_stiffness_n_per_m(joint.key), mass_kg, options)
@@ -618,7 +570,7 @@ def _build_keys(joint: Joint, handle: AbutmentHandle, body: int | None) -> Abutm
         holder = grounded_node(end.point("outer", along), tags) if body is None else body
         springs.append(joint.key_spring((holder, node), inward))
         keys.append(node)
-        nodes = node, joint.key_points["outer", along]
+        nodes = node, joint.points["outer", along]
         if body is None:
             name, gap_m = f"key {'+' if sign > 0.0 else '-'}", options.transverse_gap_m
             units.append(joint.add_contact(nodes, inward, gap_m, stiffness, friction, name))

@@ -28,12 +28,11 @@ _LONGEST_HYPERBOLA = 1.0e3
 class Passive:
     """Passive resistance in N as a function of the closure d in m.
 
-    The curve is the hyperbola ``d / (1/stiffness + failure_ratio d / ultimate)`` up to the ultimate
-    force. If ``failure_ratio`` is zero it is bilinear: ``min(stiffness d, ultimate)``.
+    The hyperbola ``d / (1/stiffness + failure_ratio d / ultimate)`` up to the ultimate force, or
+    bilinear if ``failure_ratio`` is zero.
 
     References:
-        Shamsabadi, Rollins and Kapuskar (2007), J. Geotech. Geoenviron. Eng. 133(6):707-720: the
-        hyperbola ends at the ultimate force.
+        Shamsabadi, Rollins and Kapuskar (2007), J. Geotech. Geoenviron. Eng. 133(6):707-720.
     """
 
     stiffness_n_per_m: float
@@ -48,10 +47,7 @@ class Passive:
         return np.minimum(hyperbola, self.ultimate_n)
 
     def polygon(self, chords: int) -> tuple[FloatArray, FloatArray]:
-        """Return closures in m and forces in N of a polygon inscribed in the hyperbola.
-
-        The largest relative error of the force is the same in all chords: 0.1 % with 30 chords.
-        """
+        """Return closures (m) and forces (N) of an inscribed polygon of equal relative errors."""
         ratio = self.failure_ratio
         yield_m = self.ultimate_n / self.stiffness_n_per_m
         end = min(1.0 / max(1.0 - ratio, 1e-12), _LONGEST_HYPERBOLA)
@@ -69,9 +65,7 @@ class Passive:
 
 
 def skew_reduction(skew_rad: float, rule: BackfillSkew = "strength") -> float:
-    """Return the reduction factor exp(-|skew| / 45 deg), the same for both signs of the skew.
-
-    It is 1 with the rule ``none``.
+    """Return the reduction factor exp(-|skew| / 45 deg), or 1 with the rule ``none``.
 
     References:
         Caltrans SDC 2.0 section 6.3.1.2 (Shamsabadi and Rollins), limited to 66 degrees.
@@ -135,8 +129,7 @@ def reduced_for_skew(passive: Passive, skew_rad: float, rule: BackfillSkew) -> P
     """Return the curve of a skewed wall from that of a straight one.
 
     With ``strength``, a hyperbola keeps its initial stiffness and its closure at full strength, as
-    in tests (verification/skew_passive.csv); a bilinear curve can keep only its stiffness.
-    ``strength_and_stiffness`` reduces all forces, ``none`` nothing.
+    in tests (verification/skew_passive.csv). ``strength_and_stiffness`` reduces all forces.
     """
     reduction = skew_reduction(skew_rad, rule)
     if rule == "strength_and_stiffness":
@@ -173,8 +166,7 @@ def wing_share(abutment: WallData) -> float:
     """Return the ratio of wing-wall to backwall resistance of one abutment.
 
     References:
-        Aviram, Mackie and Stojadinovic (2008), PEER 2008/03: the product of wing length /
-        wall width, participation and effectiveness.
+        Aviram, Mackie and Stojadinovic (2008), PEER 2008/03.
     """
     return abutment.wing_length_ratio * abutment.wing_participation * abutment.wing_effectiveness
 

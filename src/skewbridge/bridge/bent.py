@@ -40,8 +40,7 @@ def build_bents(
 ) -> tuple[tuple[ColumnHandle, ...], tuple[int, ...]]:
     """Create caps, columns and bases with their weights; return columns and foundation springs.
 
-    ``skew_deg`` is the skew of the bents; column spacings and cap weights of the bridge are those
-    of the skewed bents (`skewbridge.bridge.model.built_bridge`).
+    ``skew_deg`` is that of the bents; the bridge is that of `built_bridge` for this skew.
     """
     normal = (cos(radians(skew_deg)), sin(radians(skew_deg)))
     within, level = tags.transformation(), tags.transformation()
@@ -118,7 +117,7 @@ def _build_cap(
     transformation: int,
     tags: TagAllocator,
 ) -> list[tuple[int, float]]:
-    """Create the cap; return node and position along the cap (m) of its joint above each column.
+    """Create the cap; return node and position (m) of its joint above each column.
 
     ``place`` is x of the middle of the cap and the normal of the bent.
     """
@@ -158,7 +157,6 @@ def column_places_m(
 
 
 def _along_cap(centre: int, joints: list[tuple[int, float]]) -> list[tuple[int, float]]:
-    """Return node and position (m) of all nodes of a cap, including its middle, sorted."""
     return sorted({(centre, 0.0), *joints}, key=lambda joint: joint[1])
 
 
@@ -171,9 +169,8 @@ def _spread_deck_load(
 ) -> None:
     """Spread the dead load of the deck over the length of a cap.
 
-    The spine applies this load at the middle of the cap, which would bend the cap and push the
-    column bases apart. The function adds the fixed-end forces of a uniform load on the cap and
-    subtracts the same total load at its middle.
+    The spine applies it at the middle, which would bend the cap and push the column bases apart.
+    This adds the fixed-end forces of a uniform load and subtracts the load at the middle.
     """
     bent, length_m = bridge.bents[number], bridge.deck.width_m / normal[0]
     load_n = deck_reactions_n(bridge)[number + 1] + bent.cap_weight_kn * KN
@@ -229,9 +226,8 @@ RESIDUAL_CORE = 0.2
 def core_materials(column: ColumnData, tags: TagAllocator, *, has_end: bool) -> list[int]:
     """Create confined concrete as one or two parallel materials; return their tags.
 
-    With ``has_end`` the concrete crushes: a fiber that has exceeded the ultimate strain of Mander's
-    energy balance (first hoop rupture) keeps 0.2 of its strength at any strain. The first material
-    holds the strength that is lost, and the second holds the strength that remains.
+    With ``has_end``, a fiber that has exceeded Mander's ultimate strain (first hoop rupture) keeps
+    0.2 of its strength; the first material holds the strength that is lost.
     """
     core = core_concrete(column)
     crushed_pa = float(core.stress_pa(core.ultimate_strain))
@@ -246,11 +242,9 @@ def core_materials(column: ColumnData, tags: TagAllocator, *, has_end: bool) -> 
 def concrete_material(
     concrete: Concrete, crushed_pa: float, tags: TagAllocator, *, share: float = 1.0
 ) -> int:
-    """Create Concrete01 with a share of the strength and the modulus of a Mander curve.
+    """Create Concrete01 with a share of the strength and the initial modulus of a Mander curve.
 
-    Its parabola starts with the slope 2 x strength / peak strain; the peak strain is chosen so that
-    this is the initial modulus. The parabola is then above the Mander curve by less than 8 % of the
-    strength.
+    Its peak strain follows from the modulus; it is above the Mander curve by less than 8 %.
     """
     peak_pa = share * concrete.peak_pa
     # ASSUME the initial stiffness matters more than the strain at the peak
@@ -262,8 +256,7 @@ def concrete_material(
 def bar_material(column: ColumnData, tags: TagAllocator, *, has_end: bool) -> int:
     """Create the material of the longitudinal bars and return its tag.
 
-    With ``has_end``, a bar breaks at the reduced ultimate tensile strain and buckles at the
-    compressive strain that breaks the hoops; a broken or buckled bar carries no force.
+    With ``has_end``, bars break at the reduced ultimate strain and buckle when the hoops break.
     """
     steel = steel_of(column)
     backbone = (steel.yield_pa, steel.modulus_pa, steel.hardening_ratio)
@@ -310,7 +303,6 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
 
 
 def _elastic_section(column: ColumnData, tags: TagAllocator) -> int:
-    """Create the elastic section of a column with its cracked stiffness; return its tag."""
     section, shape, modulus = tags.section(), column.outline, column.elastic_modulus_gpa * GPA
     normal, along = (column.cracked_stiffness_ratio * shape.inertia_m4(k) for k in (0, 1))
     polar, shear = column.torsion_ratio * shape.torsion_m4, shear_modulus_pa(modulus)
@@ -324,8 +316,7 @@ def _shear_section(
 ) -> int:
     """Add the loss of shear strength to the fiber section of a hinge; return the new section tag.
 
-    The two directions fail independently, so an oblique resultant of a round column can reach 1.41
-    times the strength.
+    The two directions fail independently: an oblique resultant can reach 1.41 times the strength.
     """
     normal, along = both
     across = _shear_material(normal, options, tags)
@@ -336,7 +327,6 @@ def _shear_section(
 
 
 def _shear_material(bent: BentCapacity, options: ModelOptions, tags: TagAllocator) -> int:
-    """Create the shear spring of a hinge in one direction and return its tag."""
     loss = shear_loss(bent, options.shear_model)
     residual = RESIDUAL_SHEAR * loss.strength_n
     points = (
@@ -354,15 +344,9 @@ def build_integration(
 ) -> tuple[int, tuple[int, ...]]:
     """Create the beam integration shared by the columns of a bent, given in both directions.
 
-    Plastic hinges are integrated as in HingeRadau. The sections between them are elastic, as is the
-    hinge at a pinned base, which never yields; `elastic_points` replaces all elastic sections with
-    two. The top section includes the loss of shear strength, if any.
-
-    Returns:
-        Tag, and numbers of the sections where plastic curvature is read (none if elastic).
-
-    Raises:
-        InputError: Loss of shear strength is combined with distributed plasticity.
+    Hinges are integrated as in HingeRadau; sections between them, and the hinge at a pinned base,
+    are elastic (`elastic_points`). Returns its tag and the numbers of the sections where plastic
+    curvature is read. `InputError` for shear failure with distributed plasticity.
     """
     bent = both[0]
     column, is_pinned = bent.column, bent.base == "pinned"
@@ -393,9 +377,9 @@ def build_integration(
 def elastic_points(hinge_ratio: float, *, is_pinned: bool) -> tuple[list[float], list[float]]:
     """Return positions (from the base) and weights of the elastic sections, divided by the height.
 
-    The flexibility of an elastic part is an integral of at most quadratic functions. Two points
-    that match the first four moments of HingeRadau's elastic points therefore give the same result.
-    A hinge is ``hinge_ratio`` of the height long; the hinge at a pinned base is elastic.
+    The flexibility of an elastic part integrates quadratic functions at most: two points that match
+    the first four moments of HingeRadau's points (hinges ``hinge_ratio`` long) give the same
+    result.
 
     References:
         Scott and Fenves (2006), J. Struct. Eng. 132(2), 244-252: HingeRadau. Golub and Welsch

@@ -29,12 +29,10 @@ RESIDUAL_SHEAR = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BentCapacity:
-    """Displacement capacity of one of the equal columns of a bent, under dead load.
+    """Displacement capacity of one of the equal columns of a bent (1, 2, ...), under dead load.
 
-    It is that normal to the bent or along it, or in all directions if it is the same. Bents are
-    numbered from the left, starting at 1. The shear span is the distance from a plastic
-    hinge to the point of contraflexure. The axial force is at the base. ``yield_disp_m``
-    and ``capacity_m`` are the displacements at yield and at the ultimate curvature.
+    It is normal to the bent, along it, or in all directions. The shear span is from a hinge to the
+    point of contraflexure; the axial force is at the base.
     """
 
     bent: int
@@ -68,11 +66,10 @@ class BentCapacity:
 def bent_capacity(
     bridge: BridgeData, bent_number: int, hinge_rule: HingeRule = "sdc", direction: int = 0
 ) -> BentCapacity:
-    """Return the displacement capacity of a bent (numbered from 0) under a rigid deck.
+    """Return the displacement capacity of a bent (0, 1, ...), normal (0) to it or along it (1).
 
-    The direction is normal to the bent (0) or along it (1). A column with a pinned base is one
-    cantilever. A column with a fixed base is two cantilevers of half its height. Normal to a bent
-    below a joint, it is one cantilever, and its moment vanishes at the bearings on the cap.
+    A pinned base makes one cantilever, a fixed one two of half the height; normal to a bent below a
+    joint it is one, whose moment vanishes at the bearings.
 
     References:
         Caltrans SDC 1.7 section 3.1.3.
@@ -126,12 +123,11 @@ def bent_capacities(bridge: BridgeData, hinge_rule: HingeRule = "sdc") -> list[B
 def hinge_length_m(column: ColumnData, shear_span_m: float, rule: HingeRule) -> float:
     """Return the length of the plastic hinges in m, from the bridge file or otherwise from a rule.
 
-    Both rules are 0.08 L + 0.022 fye db (MPa, mm) with the shear span L. Rule ``sdc`` has the lower
-    limit 0.044 fye db, which governs short spans.
+    Both rules are 0.08 L + 0.022 fye db (MPa, mm); ``sdc`` has the lower limit 0.044 fye db.
 
     References:
         Caltrans SDC 1.7 section 7.6.2, equation 7.25; Paulay and Priestley (1992), Seismic Design
-        of Reinforced Concrete and Masonry Buildings, equation 3.39, without the lower limit.
+        of Reinforced Concrete and Masonry Buildings, equation 3.39.
     """
     if column.hinge_length_m is not None:
         return column.hinge_length_m
@@ -167,10 +163,9 @@ def shear_section(
 class ShearLoss:
     """Shear force-deformation backbone of a column in one direction.
 
-    The column fails when its shear reaches ``strength_n``, at the shear deformation ``elastic_m``.
-    In a monotonic push, ``failure_drift_ratio`` is the flexural drift at failure; for a column that
-    never fails, it is the drift at the displacement capacity. ``residual_m`` is the shear
-    deformation at which the residual strength is reached.
+    The column fails at ``strength_n`` and the shear deformation ``elastic_m``, in a push at the
+    flexural drift ``failure_drift_ratio`` (without failure, that of the displacement capacity).
+    ``residual_m`` is the shear deformation at the residual strength.
     """
 
     strength_n: float
@@ -182,14 +177,13 @@ class ShearLoss:
 def shear_loss(bent: BentCapacity, shear_model: ShearModel = DEFAULT_SHEAR_MODEL) -> ShearLoss:
     """Return the shear backbone of a column of a bent, with a linear loss of strength.
 
-    Under dead load, the column fails when the shear of its flexural response, M(phi) / shear span,
-    reaches the capacity at the same ductility. If it never does, the strength is the capacity at
-    the ultimate curvature. The shear then falls linearly to zero at the drift of axial failure, but
-    not below the residual strength.
+    It fails when its flexural shear, M(phi) / shear span, reaches the capacity at the same
+    ductility; else the strength is the capacity at the ultimate curvature. The shear falls to zero
+    at the drift of axial failure, but not below the residual strength.
 
     References:
         Elwood and Moehle (2005), Earthquake Spectra 21(1), 71-89: drift at axial failure; Elwood
-        (2004), Can. J. Civ. Eng. 31(5), 846-859: linear loss between the two drifts.
+        (2004), Can. J. Civ. Eng. 31(5), 846-859: linear loss.
     """
     curve, height, section = bent.curve, bent.clear_height_m, bent.shear
     yielded, yield_drift = curve.yield_curvature_per_m, bent.yield_disp_m / height
@@ -219,8 +213,7 @@ def axial_failure_drift(section: ShearSection, axial_n: float) -> float:
     """Return the drift ratio at which a column that failed in shear loses its axial load.
 
     References:
-        Elwood and Moehle (2005), equation 3; the hoops across a crack are those of the shear
-        strength.
+        Elwood and Moehle (2005), equation 3.
     """
     slope = tan(radians(CRACK_ANGLE_DEG))
     hoops_n = hoop_strength_n(section.as_expected)

@@ -96,7 +96,7 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
         other_springs=tuple(elements),
     )
     common: dict[str, Any] = {"blueprint": blueprint, "data": data, "handle": handle}
-    return Wall(end=plan, points=points, skew_deg=plan.skew_deg, **common)
+    return Wall(end=plan, points=points, **common)
 
 
 def _pile_springs(
@@ -148,7 +148,6 @@ def _build_integral(wall: Wall) -> AbutmentHandle:
 
 
 def _support_fixed(end: End, blueprint: Blueprint) -> AbutmentHandle:
-    """Fix the end node of the deck."""
     ops.fix(end.node, 1, 1, 1, 1, 1, 1)
     return AbutmentHandle(**placed(end.plan, end.node, {}), is_seat=False, holders=(end.node,))
 
@@ -166,7 +165,6 @@ def _support_roller(end: End, blueprint: Blueprint) -> AbutmentHandle:
 
 
 def _finished(handle: AbutmentHandle) -> AbutmentHandle:
-    """Add nothing at rest."""
     return handle
 
 

@@ -24,32 +24,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Blueprint:
-    """What all parts of the model of a variant use.
+    """What all parts of the model of a variant use."""
 
-    Attributes:
-        variant: The normalised variant.
-        tags: Tag allocator of the model, also for the patterns, series and regions of an analysis.
-        contacts: The contact units, or None for models without contact.
-    """
-
-    variant: Variant
+    variant: Variant  # the normalised variant
     options: ModelOptions
+    #: tag allocator of the model, also for the patterns, series and regions of an analysis
     tags: TagAllocator
-    contacts: "ContactSet | None"
+    contacts: "ContactSet | None"  # the contact units, or None for models without contact
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeadLoad:
-    """Dead load and mass by node.
+    """Dead load and mass by node."""
 
-    Attributes:
-        forces_n: Downward force.
-        moments_nm: Fixed-end moments about x and y.
-        masses_kg: Horizontal mass of deck, caps and columns; the masses are already in the domain.
-    """
-
-    forces_n: Mapping[int, float]
-    moments_nm: Mapping[int, tuple[float, float]]
+    forces_n: Mapping[int, float]  # downward force
+    moments_nm: Mapping[int, tuple[float, float]]  # fixed-end moments about x and y
+    #: horizontal mass of deck, caps and columns; the masses are already in the domain
     masses_kg: Mapping[int, float]
 
 
@@ -65,105 +55,71 @@ class Damping:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class End:
-    """One end of a deck that will get a joint.
+    """One end of a deck that will get a joint."""
 
-    Attributes:
-        node: End node at the centroid of the deck.
-        plan: Position, skew and size in plan.
-        abutment: Data of its abutment, of any kind in `skewbridge.bridge.ends`.
-    """
-
-    node: int
-    plan: DeckEnd
-    abutment: EndData
+    node: int  # end node at the centroid of the deck
+    plan: DeckEnd  # position, skew and size in plan
+    abutment: EndData  # data of its abutment, of any kind in `skewbridge.bridge.ends`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InnerJoint:
-    """Two deck ends that face each other.
+    """Two deck ends that face each other."""
 
-    Attributes:
-        name: ``joint 1`` and so on.
-        ends: End of the left deck and of the right deck, with outer faces at the same place.
-        nodes: End nodes of both decks at their centroid.
-        holders: Node that carries the pads of each end, or None for an end without pads.
-        axial_n_per_m: Axial stiffness of both decks in series.
-    """
-
-    name: str
+    name: str  # ``joint 1`` and so on
+    #: end of the left deck and of the right deck, with outer faces at the same place
     ends: tuple[DeckEnd, DeckEnd]
-    nodes: tuple[int, int]
+    nodes: tuple[int, int]  # end nodes of both decks at their centroid
+    #: node that carries the pads of each end, or None for an end without pads
     holders: tuple[int | None, int | None]
     data: JointData
-    axial_n_per_m: float
+    axial_n_per_m: float  # axial stiffness of both decks in series
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Frame:
-    """A bridge in the open domain without joints, before dead load.
+    """A bridge in the open domain without joints, before dead load."""
 
-    Attributes:
-        centre_node: Node at the mass centre of the deck; its displacements are those of the deck.
-        loads: Dead load and masses.
-        ends: Deck ends at abutments, left to right.
-        joints: Joints inside the bridge, left to right.
-        columns: All columns, in the order of the bents.
-        damping: Rayleigh damping of deck and columns.
-        elements: Elements of the energy-balance groups ``columns``, ``deck`` and ``links`` (stiff
-            connections and foundation springs). Elements of columns are recorded; those of deck
-            and links are elastic beams or springs.
-        units: Units of the domain behind its SI view; None if it has SI units.
-        bents: Capacities of the bents under a rigid deck; empty if the bridge does not state them.
-    """
-
-    centre_node: int
-    loads: DeadLoad
-    ends: tuple[End, ...]
-    columns: tuple[ColumnHandle, ...]
-    damping: Damping
+    centre_node: int  # node at the mass centre of the deck; its displacements are those of the deck
+    loads: DeadLoad  # dead load and masses
+    ends: tuple[End, ...]  # deck ends at abutments, left to right
+    columns: tuple[ColumnHandle, ...]  # all columns, in the order of the bents
+    damping: Damping  # Rayleigh damping of deck and columns
+    #: elements of the energy-balance groups ``columns``, ``deck`` and ``links`` (stiff connections
+    #: and foundation springs). Elements of columns are recorded; those of deck and links are
+    #: elastic beams or springs.
     elements: Mapping[str, tuple[int, ...]]
-    joints: tuple[InnerJoint, ...] = ()
+    joints: tuple[InnerJoint, ...] = ()  # joints inside the bridge, left to right
+    #: capacities of the bents under a rigid deck; empty if the bridge does not state them
     bents: tuple[BentCapacity, ...] = ()
+    #: units of the domain behind its SI view; None if it has SI units
     units: "UnitSystem | None" = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Description:
-    """What a bridge says about itself, for pages, answers and checks; lengths in m.
-
-    Attributes:
-        details: ``surrogate`` or ``published`` details, or a ``script``.
-        bent_heights_m: Clear height of each bent.
-        bent_columns: Number of columns of each bent.
-        bent_bases: How the columns of each bent stand; empty if it is not known.
-        columns_m: Places of the columns at zero skew: along the bridge from its middle, and across.
-        outlines_m: Points of the outline of each column: along its bent, and normal to it.
-        seats_m: Seat width of each seat end and inner joint by its name.
-        end_kinds: Kind of each end by its name, such as ``seat`` or ``integral``.
-        skews_deg: Own skew of the ends and inner joints that have one.
-        joints_m: Place of each inner joint along the bridge from its middle, by its place in words.
-        wall_m: Thickness of the backwalls.
-        backfill_rule: Rule of the backfill.
-        damping_ratio: Ratio of the Rayleigh damping.
-        on_springs: Whether the columns stand on foundation springs.
-    """
+    """What a bridge says about itself, for pages, answers and checks; lengths in m."""
 
     title: str
-    details: str
+    details: str  # ``surrogate`` or ``published`` details, or a ``script``
     spans_m: tuple[float, ...]
     width_m: float
-    bent_heights_m: tuple[float, ...]
-    bent_columns: tuple[int, ...]
-    bent_bases: tuple[str, ...]
+    bent_heights_m: tuple[float, ...]  # clear height of each bent
+    bent_columns: tuple[int, ...]  # number of columns of each bent
+    bent_bases: tuple[str, ...]  # how the columns of each bent stand; empty if it is not known
+    #: places of the columns at zero skew: along the bridge from its middle, and across
     columns_m: tuple[PlanVector, ...]
+    #: points of the outline of each column: along its bent, and normal to it
     outlines_m: tuple[Sequence[Sequence[float]], ...]
-    seats_m: Mapping[str, float]
-    end_kinds: Mapping[str, str]
-    wall_m: float
-    backfill_rule: str
-    damping_ratio: float
-    on_springs: bool = False
+    seats_m: Mapping[str, float]  # seat width of each seat end and inner joint by its name
+    end_kinds: Mapping[str, str]  # kind of each end by its name, such as ``seat`` or ``integral``
+    wall_m: float  # thickness of the backwalls
+    backfill_rule: str  # rule of the backfill
+    damping_ratio: float  # ratio of the Rayleigh damping
+    on_springs: bool = False  # whether the columns stand on foundation springs
+    #: own skew of the ends and inner joints that have one
     skews_deg: Mapping[str, float] = field(default_factory=dict[str, float])
+    #: place of each inner joint along the bridge from its middle, by its place in words
     joints_m: Mapping[str, float] = field(default_factory=dict[str, float])
 
     @property
@@ -206,13 +162,7 @@ class Structure(Protocol):
         ...
 
     def build(self, skew_deg: float, options: ModelOptions, tags: TagAllocator) -> Frame:
-        """Build the frame of the bridge in the open, empty domain.
-
-        Args:
-            skew_deg: Skew of the abutments.
-            options: Modelling options with the factors of random properties.
-            tags: Tags of the domain.
-        """
+        """Build the frame in the open, empty domain, for a skew of the abutments."""
         ...
 
 
@@ -273,9 +223,8 @@ class BridgeModel:
     def energy_elements(self) -> dict[str, tuple[int, ...]]:
         """Element tags of each energy-balance group.
 
-        The groups are ``columns``, ``deck``, ``bearings`` (with restrainers), ``backfill`` (wall,
-        key, wing and restoring springs with their dashpots), ``contact`` and ``links`` (stiff
-        connections and foundation springs).
+        ``bearings`` include restrainers; ``backfill`` all springs of walls, keys and wings with
+        their dashpots; ``links`` stiff connections and foundation springs.
         """
         ends, units = self.abutments, self.contacts.units if self.contacts else ()
         springs = {spring.element for end in ends for spring in end.springs}

@@ -1,4 +1,4 @@
-"""Geometry of a built model as plain data, for drawings and replays."""
+"""Geometry of a built model as plain data, for drawings."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -24,18 +24,14 @@ class Member:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactPlace:
-    """Position and law of a contact unit.
-
-    Attributes:
-        surface: Position of both nodes of the pair at rest, in m; it does not show the gap.
-        normal: Outward normal of the surface (direction of its force on the deck), in plan.
-        tangent: First direction of slip; the friction force on the deck is opposite to the slip.
-    """
+    """Position and law of a contact unit."""
 
     name: str
     side: str
-    surface: Position
+    surface: Position  # position of both nodes of the pair at rest, in m; it does not show the gap
+    #: outward normal of the surface (direction of its force on the deck), in plan
     normal: PlanVector
+    #: first direction of slip; the friction force on the deck is opposite to the slip
     tangent: PlanVector
     gap_m: float
     friction: float
@@ -43,19 +39,13 @@ class ContactPlace:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelGeometry:
-    """Geometry of a variant, for drawings.
-
-    Attributes:
-        members: All elements as lines; zero-length springs have equal ends.
-        fixed: Positions of fully or partly fixed nodes.
-        corners: Deck corners, counter-clockwise.
-    """
+    """Geometry of a variant, for drawings."""
 
     title: str
-    members: tuple[Member, ...]
+    members: tuple[Member, ...]  # all elements as lines; zero-length springs have equal ends
     contacts: tuple[ContactPlace, ...]
-    fixed: tuple[Position, ...]
-    corners: tuple[CornerHandle, ...]
+    fixed: tuple[Position, ...]  # positions of fully or partly fixed nodes
+    corners: tuple[CornerHandle, ...]  # deck corners, counter-clockwise
 
     @property
     def deck_outline(self) -> list[PlanVector]:

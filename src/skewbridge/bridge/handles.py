@@ -45,42 +45,29 @@ class Point:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpringHandle:
-    """One spring of a zeroLength element, from the ground side to the deck side.
-
-    Attributes:
-        component: 0-based index in ``basicForce`` and ``basicDeformation``.
-        direction: Plan unit vector of positive deformation (second node minus first).
-    """
+    """One spring of a zeroLength element, from the ground side to the deck side."""
 
     element: int
-    component: int
-    direction: PlanVector
+    component: int  # 0-based index in ``basicForce`` and ``basicDeformation``
+    direction: PlanVector  # plan unit vector of positive deformation (second node minus first)
     nodes: tuple[int, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnCapacity:
-    """Capacity of a column in one horizontal direction; what is not stated is nan or None.
+    """Capacity of a column in one horizontal direction; what is not stated is nan or None."""
 
-    Attributes:
-        yield_curvature_per_m: Idealised yield curvature under dead load.
-        yield_drift_ratio: Idealised yield displacement over clear height, for the displacement
-            ductility in the shear capacity.
-        drift_capacity_ratio: Displacement capacity over clear height (Caltrans criteria).
-    """
-
-    yield_curvature_per_m: float
+    yield_curvature_per_m: float  # idealised yield curvature under dead load
+    #: idealised yield displacement over clear height, for the displacement ductility in the shear
+    #: capacity
     yield_drift_ratio: float
-    drift_capacity_ratio: float
+    drift_capacity_ratio: float  # displacement capacity over clear height (Caltrans criteria)
     shear: ShearSection | Strength | None
 
     def shear_strength_n(
         self, model: ShearModel, axial_n: FloatArray, drift: FloatArray, curvature: FloatArray
     ) -> FloatArray:
-        """Return the shear strength at axial forces and ductilities of drift and curvature, (n,).
-
-        It is nan if it is not stated.
-        """
+        """Return the strength at axial forces and ductilities, (n,); nan if not stated."""
         if self.shear is None:
             return np.full_like(axial_n, np.nan)
         if isinstance(self.shear, ShearSection):
@@ -90,40 +77,31 @@ class ColumnCapacity:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnHandle:
-    """One column.
+    """One column."""
 
-    Attributes:
-        element: Element tag; end i is at the base. ``eleResponse(element, "force")`` gives 12
-            global components, starting with the six at the base.
-        top: Top of the column at the soffit, ``clear_height_m`` above the base node.
-        hinge_sections: 1-based integration points where plastic curvature is read, for
-            ``eleResponse(element, "section", str(k), "deformation")`` = (axial, about z, about y,
-            torsion); empty for elastic columns.
-        capacities: Capacity in the direction ``normal`` and at +90 degrees to it. Local z of the
-            element is ``normal``.
-        is_pinned: Whether the column turns freely about its base.
-        is_elastic: Whether the column is elastic, so that it never fails.
-        loses_shear_strength: Whether the column of the model softens at its shear failure.
-    """
-
+    #: element tag; end i is at the base. ``eleResponse(element, "force")`` gives 12 global
+    #: components, starting with the six at the base.
     element: int
     base_node: int
-    top: Point
+    top: Point  # top of the column at the soffit, ``clear_height_m`` above the base node
     clear_height_m: float
+    #: 1-based integration points where plastic curvature is read, for ``eleResponse(element,
+    #: "section", str(k), "deformation")`` = (axial, about z, about y, torsion); empty for elastic
+    #: columns
     hinge_sections: tuple[int, ...]
+    #: capacity in the direction ``normal`` and at +90 degrees to it. Local z of the element is
+    #: ``normal``.
     capacities: tuple[ColumnCapacity, ColumnCapacity]
     normal: PlanVector = (1.0, 0.0)
     shear_model: ShearModel = DEFAULT_SHEAR_MODEL
-    is_pinned: bool = False
-    is_elastic: bool = False
+    is_pinned: bool = False  # whether the column turns freely about its base
+    is_elastic: bool = False  # whether the column is elastic, so that it never fails
+    #: whether the column of the model softens at its shear failure
     loses_shear_strength: bool = False
 
     @property
     def foot(self) -> int | Point:
-        """Origin of the drift: the base, or a point at the top that moves with a fixed base.
-
-        The drift is then the deformation of the column, without the rotation of its foundation.
-        """
+        """Origin of the drift: the base, or a point at the top that moves with a fixed base."""
         arm_m = (0.0, 0.0, self.clear_height_m)
         return self.base_node if self.is_pinned else Point(self.base_node, arm_m)
 
@@ -132,8 +110,7 @@ class ColumnHandle:
 class CornerHandle:
     """One corner of the deck at an abutment: its node at the soffit and its position at rest.
 
-    ``side`` is ``left`` or ``right``; ``kind`` is ``acute`` or ``obtuse``. Zero skew counts as
-    positive skew.
+    ``side`` is left or right, ``kind`` acute or obtuse; zero skew counts as positive.
     """
 
     node: int
@@ -158,10 +135,7 @@ class BearingHandle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeatHandle:
-    """Corner of a deck end on a cap or a ledge; ``normal`` is out of this deck.
-
-    ``holder`` is the point below it that moves with the cap or the ledge.
-    """
+    """Corner of a deck end above a ``holder`` on a cap or ledge; ``normal`` is out of the deck."""
 
     corner: int
     holder: Point
@@ -171,26 +145,16 @@ class SeatHandle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointHandle:
-    """One joint inside the bridge.
+    """One joint inside the bridge."""
 
-    Attributes:
-        name: ``joint 1`` and so on, from left to right.
-        gap_m: Opening at rest, normal to the faces.
-        units: Indices of the contacts between the decks.
-        bearings: Pad elements, from the cap or ledge up to the deck.
-        pads: Top and bottom of each pad.
-        restrainers: Elements of the cables.
-        links: Stiff arms.
-    """
-
-    name: str
-    gap_m: float
+    name: str  # ``joint 1`` and so on, from left to right
+    gap_m: float  # opening at rest, normal to the faces
     seats: tuple[SeatHandle, ...]
-    units: tuple[int, ...]
-    bearings: tuple[BearingHandle, ...]
-    pads: tuple[tuple[Point, Point], ...]
-    restrainers: tuple[int, ...]
-    links: tuple[int, ...]
+    units: tuple[int, ...]  # indices of the contacts between the decks
+    bearings: tuple[BearingHandle, ...]  # pad elements, from the cap or ledge up to the deck
+    pads: tuple[tuple[Point, Point], ...]  # top and bottom of each pad
+    restrainers: tuple[int, ...]  # elements of the cables
+    links: tuple[int, ...]  # stiff arms
 
     @property
     def column(self) -> str:
@@ -200,51 +164,39 @@ class JointHandle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbutmentHandle:
-    """One abutment with the deck end it supports.
+    """One abutment with the deck end it supports."""
 
-    Attributes:
-        side: ``left`` (negative x) or ``right``.
-        is_seat: Whether the deck end rests on a seat behind a gap, from which it can fall.
-        normal: Outward normal of the deck end (towards the backfill), in plan.
-        tangent: ``normal`` turned by +90 degrees: along the wall.
-        gap_m: Opening of the joint at rest, normal to the wall; the transverse gap is at the keys.
-        seat_width_m: Distance from backwall to edge of the seat, normal to the wall.
-        centre: Middle of the bearing line at the top of the pads.
-        bearings: Elements of pads (each may represent several) or of supports.
-        pads: Tops of all pads or supports.
-        holders: Fixed nodes whose vertical reactions are that of the abutment.
-        links: Stiff arms from the end node of the deck to the points of the joint.
-        wall_units: Indices of the backwall contacts in `BridgeModel.contacts`, in the direction of
-            ``tangent``; empty in models without contact.
-        key_units: Indices of the key contacts, in the same order.
-        wall_springs: Backfill springs: between ground and wall node in contact models, otherwise
-            between ground and deck.
-        key_springs: Springs of the shear keys, from the ground (in `spring`: from the body) to the
-            key node; in `simplified`, the transverse springs.
-        wing_springs: Wing-wall springs.
-        other_springs: Gap elements at the keys of `spring`, and piles; no demand uses them.
-    """
-
-    side: str
-    normal: PlanVector
-    tangent: PlanVector
-    centre: Point
+    side: str  # ``left`` (negative x) or ``right``
+    normal: PlanVector  # outward normal of the deck end (towards the backfill), in plan
+    tangent: PlanVector  # ``normal`` turned by +90 degrees: along the wall
+    centre: Point  # middle of the bearing line at the top of the pads
     corners: tuple[CornerHandle, ...]
+    #: whether the deck end rests on a seat behind a gap, from which it can fall
     is_seat: bool = True
+    #: opening of the joint at rest, normal to the wall; the transverse gap is at the keys
     gap_m: float = 0.0
     transverse_gap_m: float = 0.0
-    seat_width_m: float = nan
+    seat_width_m: float = nan  # distance from backwall to edge of the seat, normal to the wall
+    #: elements of pads (each may represent several) or of supports
     bearings: tuple[BearingHandle, ...] = ()
-    pads: tuple[Point, ...] = ()
-    holders: tuple[int, ...] = ()
+    pads: tuple[Point, ...] = ()  # tops of all pads or supports
+    holders: tuple[int, ...] = ()  # fixed nodes whose vertical reactions are that of the abutment
+    #: stiff arms from the end node of the deck to the points of the joint
     links: tuple[int, ...] = ()
+    #: indices of the backwall contacts in `BridgeModel.contacts`, in the direction of ``tangent``;
+    #: empty in models without contact
     wall_units: tuple[int, ...] = ()
-    key_units: tuple[int, ...] = ()
+    key_units: tuple[int, ...] = ()  # indices of the key contacts, in the same order
     wall_nodes: tuple[int, ...] = ()
     key_nodes: tuple[int, ...] = ()
+    #: backfill springs: between ground and wall node in contact models, otherwise between ground
+    #: and deck
     wall_springs: tuple[SpringHandle, ...] = ()
+    #: springs of the shear keys, from the ground (in `spring`: from the body) to the key node; in
+    #: `simplified`, the transverse springs
     key_springs: tuple[SpringHandle, ...] = ()
-    wing_springs: tuple[SpringHandle, ...] = ()
+    wing_springs: tuple[SpringHandle, ...] = ()  # wing-wall springs
+    #: gap elements at the keys of `spring`, and piles; no demand uses them
     other_springs: tuple[int, ...] = ()
 
     @property

@@ -138,7 +138,6 @@ def build_inner_joint(joint: Supported) -> JointHandle:
 
 
 def _restrain(joint: Supported, pairs: Sequence[tuple[int, int]]) -> list[int]:
-    """Create half of the cables at each end of the joint."""
     cables, tags = joint.inner.data.restrainers, joint.blueprint.tags
     if cables is None:
         return []
@@ -153,7 +152,6 @@ def _restrain(joint: Supported, pairs: Sequence[tuple[int, int]]) -> list[int]:
 
 
 def _below(place: tuple[float, float, float], holder: int) -> Point:
-    """Return the point at a place that moves with a cap or a ledge."""
     x, y, z = (float(at - of) for at, of in zip(place, ops.nodeCoord(holder), strict=True))
     return Point(holder, (x, y, z))
 

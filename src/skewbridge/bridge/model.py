@@ -11,12 +11,12 @@ from skewbridge.bridge.assembly import (
     assemble,
     blueprint_of,
     domain,
+    hold_dead_load,
     require_empty_domain,
 )
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import AbutmentData
 from skewbridge.bridge.frame import Blueprint, BridgeModel, End
-from skewbridge.bridge.gravity import hold_dead_load
 from skewbridge.bridge.handles import AbutmentHandle, TagAllocator
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.structures import built_bridge, deck_ends
@@ -33,14 +33,7 @@ __all__ = [
 
 
 def build(variant: Variant, options: ModelOptions) -> BridgeModel:
-    """Build the model of a variant in the open domain, at rest under its dead load; see `assemble`.
-
-    Returns:
-        Handles of the model, valid until the domain closes.
-
-    Raises:
-        InputError: The bridge does not exist, or its file has invalid data.
-    """
+    """Build a variant in the open domain, at rest under its dead load; see `assemble`."""
     return assemble(load_structure(variant.bridge).build, variant, options)
 
 
@@ -75,8 +68,8 @@ def build_abutment(
 ) -> AbutmentModel:
     """Build the right abutment of a variant in the open domain, at rest under its dead load.
 
-    ``guide`` is called with the connector and the tag allocator before the dead load is applied. It
-    can restrain the deck end in plan in directions in which the abutment does not.
+    ``guide`` is called with connector and tags before the dead load: it can restrain the deck end
+    in plan.
     """
     require_empty_domain()
     blueprint = blueprint_of(variant, options, TagAllocator())

@@ -21,25 +21,15 @@ def turned(direction: PlanVector) -> PlanVector:
 
 @dataclass(frozen=True, slots=True)
 class DeckEnd:
-    """One end of a deck in plan, with signed skew.
+    """One end of a deck in plan, with signed skew."""
 
-    Attributes:
-        name: Name in tables and histories, for example ``left``.
-        middle_m: Crossing of the bearing line and the centreline of the deck.
-        outward: Unit vector of the centreline, out of the deck.
-        skew_deg: Angle from ``outward`` to the normal of the end face, counter-clockwise.
-        width_m: Width of the deck, square to the centreline.
-        thickness_m: Thickness of the end diaphragm, normal to its faces.
-        soffit_m: Height z of the soffit, where all points of the joint are.
-    """
-
-    name: str
-    middle_m: PlanVector
-    outward: PlanVector
-    skew_deg: float
-    width_m: float
-    thickness_m: float
-    soffit_m: float = 0.0
+    name: str  # name in tables and histories, for example ``left``
+    middle_m: PlanVector  # crossing of the bearing line and the centreline of the deck
+    outward: PlanVector  # unit vector of the centreline, out of the deck
+    skew_deg: float  # angle from ``outward`` to the normal of the end face, counter-clockwise
+    width_m: float  # width of the deck, square to the centreline
+    thickness_m: float  # thickness of the end diaphragm, normal to its faces
+    soffit_m: float = 0.0  # height z of the soffit, where all points of the joint are
 
     @property
     def skew_rad(self) -> float:
@@ -93,8 +83,8 @@ class DeckEnd:
 def tributary_shares(count: int) -> list[float]:
     """Return the share of the wall for each of equally spaced points, including the corners.
 
-    With three or more points, springs with these shares have the rotational stiffness of a
-    continuous wall. With half a spacing at each corner, five points would be 12 % stiffer.
+    Three or more springs have the rotational stiffness of a continuous wall (half a spacing at the
+    corners: 12 % too stiff with five).
     """
     inner = 1.0 / (count - 1)
     shares = [inner / 2 if i in (0, count - 1) else inner for i in range(count)]

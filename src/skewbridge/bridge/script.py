@@ -12,17 +12,10 @@ from typing import Any, Final
 import numpy as np
 import openseespy.opensees as ops
 
-from skewbridge.bridge.assembly import assemble, domain
+from skewbridge.bridge.assembly import GravityError, assemble, domain
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import AbutmentData
-from skewbridge.bridge.frame import (
-    Damping,
-    DeadLoad,
-    Description,
-    End,
-    Frame,
-)
-from skewbridge.bridge.gravity import GravityError
+from skewbridge.bridge.frame import Damping, DeadLoad, Description, End, Frame
 from skewbridge.bridge.handles import ColumnCapacity, ColumnHandle, Point, TagAllocator
 from skewbridge.bridge.modes import modes_of, period_s
 from skewbridge.bridge.plan import DeckEnd, PlanVector
@@ -48,7 +41,7 @@ from skewbridge.bridge.script_units import (
     UnitSystem,
     view_constraints,
 )
-from skewbridge.bridge.structures import abutment_of, built_end, widened
+from skewbridge.bridge.structures import built_end, widened
 from skewbridge.contact.element import FIRST_FREE_MATERIAL
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked
@@ -292,7 +285,6 @@ class _Reader:
         known: Sequence[int] | None = None,
         kind: str = "node",
     ) -> None:
-        """Raise an `InputError` for a tag that is not in the domain."""
         for tag in tags:
             _need(
                 tag in (self._nodes if known is None else known),
@@ -365,7 +357,6 @@ class _Reader:
         _need(width > 0.0, f"width must be positive, got {width / metre:g}")
         _need(soffit >= 0.0, f"soffit must be at least 0, got {soffit / metre:g}")
         data, thickness_m = _abutment(own.abutment or given.abutment, width)
-        data = abutment_of(width, self._options) or data
         plan = DeckEnd(
             side,
             (place[0], place[1]),
@@ -457,7 +448,6 @@ class _Reader:
 def _strength_n(
     given: float | Callable[..., Any], newton: float, axial_n: Any, drift: Any, curvature: Any
 ) -> Any:
-    """Return the shear strength (N) by a number or function in the units of the script."""
     if not callable(given):
         return np.full_like(axial_n, given * newton)
     return newton * np.asarray(given(axial_n / newton, drift, curvature), dtype=np.float64)

@@ -32,10 +32,7 @@ _OPTIONS: Final = tuple(field.name for field in fields(ModelOptions))
 
 
 def script_files(path: Path) -> list[Path]:
-    """Return a script, the modules in or below its folder that it imports, and their data files.
-
-    A data file is one whose name is written in the script or in such a module.
-    """
+    """Return a script, local modules that it imports, and local files that they name."""
     folder, found = path.parent, [path]
     for file in found:
         if file.suffix != ".py":
@@ -53,7 +50,6 @@ def script_files(path: Path) -> list[Path]:
 
 
 def _names(file: Path) -> Iterator[str]:
-    """Yield the names of files that a module may import or read."""
     for node in ast.walk(_tree(file)):
         if isinstance(node, ast.Import):
             modules = [alias.name for alias in node.names]
@@ -94,11 +90,7 @@ def files_digest(files: list[Path]) -> str:
 
 
 def parameters(path: Path) -> tuple[str, ...]:
-    """Return the parameters of the function of a script: the skew and modelling options.
-
-    Raises:
-        InputError: The script has no such function, or a parameter is unknown.
-    """
+    """Return the parameters of a script's function: the skew and modelling options."""
     for node in _tree(path).body:
         if isinstance(node, ast.FunctionDef) and node.name == FUNCTION:
             given = node.args
@@ -114,10 +106,7 @@ def parameters(path: Path) -> tuple[str, ...]:
 
 
 def call_script(files: list[Path], arguments: dict[str, Any]) -> Any:
-    """Run a script from its start and return the answer of its function.
-
-    Every call runs it and its modules anew, so that nothing is left from an earlier model.
-    """
+    """Run a script and its modules from their start; return the answer of its function."""
     path, local = files[0], {str(file) for file in files}
 
     def forget() -> None:

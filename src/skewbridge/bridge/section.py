@@ -23,11 +23,7 @@ def shear_modulus_pa(modulus_pa: float) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Steel:
-    """Reinforcing steel with its expected strength and a bilinear backbone.
-
-    The rupture strain is the reduced ultimate strain. The hardening ratio is the ratio of
-    post-yield to elastic stiffness.
-    """
+    """Reinforcing steel with its expected strength, bilinear up to the rupture strain."""
 
     yield_pa: float
     modulus_pa: float = 200e9
@@ -89,7 +85,7 @@ def cover_concrete(column: ColumnData) -> Concrete:
 def core_concrete(column: ColumnData) -> Concrete:
     """Return the concrete confined by hoops with expected yield strength, after Mander.
 
-    The simplified energy balance gives the ultimate strain: 0.004 + 1.4 rho_s f_yh eps_su / f_cc.
+    Ultimate strain by the simplified energy balance: 0.004 + 1.4 rho_s f_yh eps_su / f_cc.
 
     References:
         Mander, Priestley and Park (1988), eq. 5; Priestley, Seible and Calvi (1996), Seismic Design
@@ -115,7 +111,7 @@ def confined_strength_ratio(least: float, most: float) -> float:
 
     References:
         Mander, Priestley and Park (1988), eq. 29, for equal pressures; Chang and Mander (1994),
-        NCEER-94-0006, for their chart of unequal ones.
+        NCEER-94-0006, for unequal ones.
     """
     if least == most:
         return float(-1.254 + 2.254 * np.sqrt(1.0 + 7.94 * most) - 2.0 * most)
@@ -129,10 +125,8 @@ def confined_strength_ratio(least: float, most: float) -> float:
 class MomentCurvature:
     """Moment-curvature curve under constant axial force, up to the ultimate curvature.
 
-    At first yield the first bar yields; at the ultimate curvature the core concrete or a bar
-    reaches its ultimate strain. The idealised elastic-perfectly-plastic curve of equal area has its
-    corner at the yield curvature and its plateau at the plastic moment. The neutral axis depth at
-    this corner is measured from the compression face.
+    The idealised curve of equal area has its corner at the yield curvature and its plateau at the
+    plastic moment; the neutral axis depth at the corner is from the compression face.
     """
 
     curvature_per_m: FloatArray
@@ -147,10 +141,7 @@ class MomentCurvature:
 
 @lru_cache(maxsize=32)
 def section_response(column: ColumnData, axial_n: float, direction: int = 0) -> MomentCurvature:
-    """Return the moment-curvature curve of a column section; compression is positive.
-
-    The column bends normal to the bent (direction 0) or along it (1). Concrete follows Mander's
-    curves. Steel is bilinear, as in the fiber model.
+    """Return the moment-curvature curve of a column, bent normal to the bent (0) or along it (1).
 
     References:
         Caltrans SDC 1.7 section 3.3.1 for the equal-area idealisation through the first yield.
@@ -245,11 +236,9 @@ class _Section:
 class ShearSection:
     """Inputs of the shear strength of a column in one direction.
 
-    ``hoop_area_m2`` x yield strength x ``hoop_depth_m`` / spacing is the force of the hoops across
-    a crack of 45 degrees: pi/2 A_b and D' for a circle, the area of all legs and the effective
-    depth for a rectangle. Core and cover meet at the hoop centre line. Strengths without
-    ``expected`` in the name are specified values. The neutral axis depth is taken at yield
-    curvature under dead load.
+    ``hoop_area_m2`` x yield x ``hoop_depth_m`` / spacing is the force across a crack of 45 degrees:
+    pi/2 A_b and D' for a circle, all legs and the effective depth for a rectangle. Strengths are
+    specified ones unless ``expected``; the neutral axis depth is at yield under dead load.
     """
 
     depth_m: float
@@ -284,10 +273,7 @@ def shear_strength(
     displacement_ductility: ArrayLike,
     curvature_ductility: ArrayLike,
 ) -> FloatArray:
-    """Return the shear strength in N; each shear model uses one of the two ductilities.
-
-    Arguments are scalars or arrays of equal shape, such as response histories.
-    """
+    """Return the shear strength in N; each model uses one of the two ductilities."""
     if model == "ucsd_tests":
         return MEASURED_OVER_UCSD * kowalsky_priestley_strength(
             section, axial_n, displacement_ductility, UCSD_DISPLACEMENT_DUCTILITIES
@@ -299,20 +285,17 @@ def shear_strength(
 
 
 def sdc_shear_strength(
-    section: ShearSection,
-    axial_n: ArrayLike,
-    displacement_ductility: ArrayLike,
+    section: ShearSection, axial_n: ArrayLike, displacement_ductility: ArrayLike
 ) -> FloatArray:
     """Return the Caltrans shear strength Vc + Vs of a plastic hinge in N, from specified strengths.
 
-    Axial compression is positive. Under a tension P, Vc is multiplied by exp(P / (500 psi A)).
-    Displacement ductilities below 1 count as 1.
+    Compression is positive. Under a tension P, Vc is multiplied by exp(P / (500 psi A)).
 
     References:
-        Caltrans Seismic Design Criteria 1.7 section 3.6 and 2.0 section 5.3.7; both set Vc to
-        zero under any tension; rectangles: AASHTO Guide Specifications for LRFD Seismic Bridge
-        Design 8.6.2-8.6.3, with 2 A_v / (b s) as ratio of the hoops. ATC-32 (1996), quoted by
-        Kowalsky and Priestley (2000), eq. 2: Vc is multiplied by 1 + P / (500 psi A) under tension.
+        Caltrans Seismic Design Criteria 1.7 section 3.6 and 2.0 section 5.3.7 (both: no Vc under
+        tension); rectangles: AASHTO Guide Specifications for LRFD Seismic Bridge Design
+        8.6.2-8.6.3. ATC-32 (1996), quoted by Kowalsky and Priestley (2000), eq. 2: factor 1 + P /
+        (500 psi A).
     """
     axial = np.asarray(axial_n, dtype=np.float64)
     ductility = np.maximum(np.asarray(displacement_ductility, dtype=np.float64), 1.0)
@@ -361,13 +344,12 @@ def kowalsky_priestley_strength(
 ) -> FloatArray:
     """Return the revised UCSD shear strength (N) of a column of expected strength.
 
-    The concrete contribution decreases between two ductilities; the default ones are of curvature.
-    A rectangle differs from a circle in the area of the hoops only.
+    The concrete contribution decreases between two ductilities (default: of curvature).
 
     References:
-        Kowalsky and Priestley (2000), ACI Structural Journal 97(3), 388-396, for single
-        curvature and a crack angle of 30 degrees; Priestley, Verma and Xiao (1994), J. Struct. Eng.
-        120(8), 2310-2329, for rectangles.
+        Kowalsky and Priestley (2000), ACI Structural Journal 97(3), 388-396, single curvature and
+        cracks at 30 degrees; Priestley, Verma and Xiao (1994), J. Struct. Eng. 120(8), 2310-2329,
+        for rectangles.
     """
     axial = np.asarray(axial_n, dtype=np.float64)
     aspect = np.clip(3.0 - section.shear_span_m / section.depth_m, 1.0, 1.5)

@@ -17,9 +17,8 @@ from skewbridge.units import G_MPS2, GPA, KN
 class Spine:
     """The built spine with nodes from left to right; bents add their elements and dead load.
 
-    ``decks`` has the nodes between joints; ``bent_nodes`` are in the deck, or, below a joint, in
-    the cap. The end nodes of decks at abutments and on caps are ``heavy``: they have a diaphragm.
-    Nodal loads are positive downward; moments are the fixed-end moments about x and y.
+    ``decks`` are the nodes between joints; ``bent_nodes`` are in the deck or, below a joint, in the
+    cap; ``heavy`` end nodes have a diaphragm. Loads are positive downward.
     """
 
     nodes: list[int]
@@ -37,10 +36,7 @@ class Spine:
 
 
 def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) -> Spine:
-    """Create the spine with its masses and dead loads.
-
-    The local y axis is in plan: Iy is for vertical bending, Iz for bending in plan.
-    """
+    """Create the spine with masses and dead loads; Iy is for vertical bending, Iz in plan."""
     deck = bridge.deck
     pieces = spine_points_m(bridge, elements_per_span)
     x = [place for piece in pieces for place in piece]
@@ -116,10 +112,7 @@ def add_moment(
 
 
 def add_weight(spine: Spine, node: int, weight_n: float, mass_kg: float) -> None:
-    """Add dead load and translational mass at a node.
-
-    Used for caps and columns, whose rotational inertia follows from the positions of their nodes.
-    """
+    """Add dead load and translational mass of a cap or column at a node."""
     spine.loads_n[node] += weight_n
     before = [float(ops.nodeMass(node, dof)) for dof in range(1, 7)]
     ops.mass(node, *(value + mass_kg for value in before[:3]), *before[3:])

@@ -48,8 +48,8 @@ def _indented_material(
 ) -> int:
     """Create a plastic spring without tension from closures and forces of its first loading.
 
-    It unloads with ``stiffness``, which no part of the polygon exceeds. ``tangent`` is the flag of
-    the algorithmic tangent; without it the solver uses the stiffness of unloading.
+    It unloads with ``stiffness``, the steepest of the polygon; without the flag ``tangent`` the
+    solver uses it too.
     """
     # ASDConcrete1D takes a plastic curve of any shape, without tension. HyperbolicGapMaterial does
     # not end at the ultimate force, and jumps when it reloads after a trial that overshot. The gap
@@ -114,10 +114,7 @@ def elastic_material(
     *,
     compression_n_per_m: float | None = None,
 ) -> int:
-    """Create an elastic spring with a parallel dashpot.
-
-    ``compression_n_per_m`` replaces the stiffness in compression (negative deformation).
-    """
+    """Create an elastic spring, with another stiffness in compression, and a dashpot."""
     negative = stiffness_n_per_m if compression_n_per_m is None else compression_n_per_m
     return uniaxial(tags, "Elastic", stiffness_n_per_m, dashpot_n_s_per_m, negative)
 
@@ -141,10 +138,7 @@ def key_material(key: KeyData, tags: TagAllocator) -> int:
 
 
 def key_face_material(key: KeyData, tags: TagAllocator) -> int:
-    """Create the spring of a shear key parallel to its face.
-
-    It has the initial stiffness of the key up to its strength, and almost no stiffness above it.
-    """
+    """Create the spring of a key along its face: its initial stiffness up to its strength."""
     # Not Hysteretic or MultiLinear: if a trial returns to the committed strain, they keep stress or
     # tangent of the previous trial, and the solver finds no equilibrium.
     stiffness, strength_n = key_stiffness_n_per_m(key), key.force_kn[1] * KN
@@ -170,8 +164,7 @@ def spring_element(
 ) -> tuple[SpringHandle, SpringHandle]:
     """Create a zeroLength element with materials along and normal to a plan direction.
 
-    Returns:
-        Handles of the first spring along the direction and of the first spring normal to it.
+    Returns the handles of the first spring along the direction and of the first normal to it.
     """
     materials, local = [*along_x, *along_y], [1] * len(along_x) + [2] * len(along_y)
     across = turned(direction)
@@ -221,14 +214,10 @@ def penalties(
 ) -> tuple[float, float]:
     """Return the normal and the tangential penalty of a contact in N/m.
 
-    By default they follow from the spring in series with the contact, and are limited by the mass
-    of the node between them (no limit without mass). The options can set or scale them.
+    They follow from the spring in series with the contact and the mass between them.
     """
-    normal, tangential = options.normal_stiffness_n_per_m, options.tangent_stiffness_n_per_m
-    if normal is None:
-        normal = NORMAL_OVER_NEIGHBOUR * neighbour_n_per_m
-        if mass_kg > 0.0:
-            normal = min(normal, mass_kg * (MAX_RADIANS_PER_STEP / NOMINAL_STEP_S) ** 2)
-    if tangential is None:
-        tangential = normal / NORMAL_OVER_TANGENT
+    normal = NORMAL_OVER_NEIGHBOUR * neighbour_n_per_m
+    if mass_kg > 0.0:
+        normal = min(normal, mass_kg * (MAX_RADIANS_PER_STEP / NOMINAL_STEP_S) ** 2)
+    tangential = normal / NORMAL_OVER_TANGENT
     return options.normal_stiffness_factor * normal, options.tangent_stiffness_factor * tangential

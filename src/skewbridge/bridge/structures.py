@@ -6,17 +6,10 @@ from itertools import pairwise
 from math import cos, radians, sqrt
 from typing import TYPE_CHECKING, Any
 
-from skewbridge.bridge.catalogue import BridgeData, load_bridge
+from skewbridge.bridge.catalogue import BridgeData
 from skewbridge.bridge.catalogue.data import AbutmentData, EndData
 from skewbridge.bridge.column import bent_capacities
-from skewbridge.bridge.frame import (
-    Damping,
-    DeadLoad,
-    Description,
-    End,
-    Frame,
-    InnerJoint,
-)
+from skewbridge.bridge.frame import Damping, DeadLoad, Description, End, Frame, InnerJoint
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.plan import DeckEnd
 from skewbridge.files.digests import digest_of
@@ -177,10 +170,10 @@ def _inner_joints(
 
 
 def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.0) -> BridgeData:
-    """Return a bridge with materials, mass, pads and keys multiplied by the option factors.
+    """Return a bridge multiplied by the option factors, with the bents of a skewed bridge.
 
-    Bents of a skewed bridge get the column spacing along the bent and the weight of their longer
-    cap. The factors on damping and backfill are applied where damping and backfill are computed.
+    These have the spacing along the bent and the weight of a longer cap. Factors on damping and
+    backfill act where these are computed.
     """
     # the cap of a skewed bent ends at the edges of the deck
     stretch = 1.0 / cos(radians(options.skew_of_bents_deg(skew_deg)))
@@ -200,11 +193,7 @@ def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.
         "deck": {"line_load_kn_per_m": mass, "diaphragm_weight_kn": mass},
         "bents": bents,
     }
-    donor = abutment_of(bridge.deck.width_m, options)
-    built = {
-        name: built_end(donor if donor and end.type == "seat" else end, options)
-        for name, end in bridge.ends.items()
-    }
+    built = {name: built_end(end, options) for name, end in bridge.ends.items()}
     if bridge.abutments is None:
         ends = {"abutment": built["left"]}
     else:
@@ -227,14 +216,6 @@ def built_end(abutment: EndData, options: ModelOptions) -> EndData:
         "monolithic_key": key,
     }
     return _scaled(abutment, factors)
-
-
-def abutment_of(width_m: float, options: ModelOptions) -> AbutmentData | None:
-    """Return the abutment of the bridge in the option ``abutment_of``, if set, for a deck width."""
-    if options.abutment_of is None:
-        return None
-    donor = load_bridge(options.abutment_of)
-    return widened(donor.seat, width_m / donor.deck.width_m)
 
 
 def widened(abutment: AbutmentData, ratio: float) -> AbutmentData:

@@ -20,7 +20,7 @@ def continuous_reactions_n(
 ) -> list[float]:
     """Return the reactions in N of a beam under uniform load (three-moment equation).
 
-    Hinges are at distances from the left end, also at supports; their rotations are unknowns.
+    Hinges are at distances from the left end; their rotations are unknowns.
     """
     count = len(spans_m)
     moments = np.zeros(count + 1)
@@ -94,10 +94,9 @@ def mass_centre_m(bridge: BridgeData) -> float:
 
 
 def spine_points_m(bridge: BridgeData, elements_per_span: int) -> list[dict[float, float]]:
-    """Return the deck length lumped at each spine node, keyed by increasing x coordinate.
+    """Return the deck length lumped at each spine node, keyed by x, for each deck.
 
-    There is one dictionary for each deck between joints. Every span has equal elements, also on
-    both sides of a hinge. A node added at the mass centre has no mass.
+    Every span has equal elements. A node added at the mass centre has no mass.
     """
     decks: list[dict[float, float]] = [{}]
     start, joints = -bridge.length_m / 2, bridge.joint_positions_m
@@ -124,9 +123,8 @@ def spine_points_m(bridge: BridgeData, elements_per_span: int) -> list[dict[floa
 def lumping_shares(elements: int) -> list[float]:
     """Return horizontal masses at the nodes of equal elements, in units of one element's mass.
 
-    Gregory's end-corrected weights have the total, centre and moment of inertia of the continuous
-    mass. With half an element at each end node, a deck of 8 elements has 3 % more rotational
-    inertia.
+    Gregory's weights keep total, centre and moment of inertia; half an element at the ends would
+    give 8 elements 3 % more inertia.
 
     References:
         Davis and Rabinowitz (1984), Methods of Numerical Integration, section 2.9.

@@ -1,7 +1,7 @@
 """Commands for single bridges: catalogue, checks, modes, static pushes, columns, drawings."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import product
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from skewbridge.analysis.pushover import PushCurve
 
 LADDER_ANGLES_DEG: Final = (0.0, 30.0, 60.0, 90.0, 150.0, 180.0)
-_OF_RUN: Final = ("capacities", "histories")  # tables in a folder of `run` that `sdc` reads
+_OF_RUN: Final = ("demands", "capacities", "histories")  # tables of `run` that `sdc` reads
 OptionalOut = Annotated[Path | None, opt("Folder for the table.")]
 MaxDisp = Annotated[float, opt("Final displacement of the push, in m.")]
 
@@ -51,14 +51,12 @@ def _drop_solver_messages(context: typer.Context) -> None:
 
 
 def _write(columns: Any, folder: Path, name: str) -> None:
-    """Write a table as Parquet."""
     import pandas as pd
 
     pd.DataFrame(columns).to_parquet(writable_folder(folder) / f"{name}.parquet", index=False)
 
 
 def _known_bridges() -> list[str]:
-    """Return the names of the catalogue and of the bridges in config/bridges."""
     from skewbridge.bridge.catalogue import OWN_FOLDER, bridge_names
 
     return [*bridge_names(), *(path.stem for path in sorted(OWN_FOLDER.glob("*.yaml")))]
@@ -263,15 +261,14 @@ def column(
 
 @command(bridge)
 def sdc(
-    source: Annotated[Path | None, arg("Folder of run, or demands.", "[RUN|DEMANDS]")] = None,
+    source: Annotated[Path | None, arg("Folder of run, or a bridge.", "[RUN|BRIDGE]")] = None,
     bridge: Annotated[str | None, opt("Bridge; for SOURCE, its bridge file.", "NAME|FILE")] = None,
     out: OptionalOut = None,
     units: UnitsOpt = "si",
 ) -> Answer:
     """Check displacements, P-Delta ratio and seat width against the Caltrans criteria.
 
-    A folder of `run` gives all checks of one analysis, for each corner. The demands of a study give
-    one row of ratios per variant, from the medians over its motions. A bridge alone gives the
+    A folder of `run` gives all checks of one analysis, for each corner. A bridge alone gives the
     capacities of its bents, with the P-Delta ratio at the displacement capacity.
 
     Example: skewbridge bridge sdc --bridge osb1
@@ -280,12 +277,6 @@ def sdc(
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.bridge.column import bent_capacities
     from skewbridge.files.tables import read_frame, records_of
-    from skewbridge.fragility.demand_table import need_columns
-
-    def variant_of_row(row: Mapping[str, Any]) -> Variant:
-        variant = Variant.of_row(row)
-        is_own = bridge is not None and Path(bridge).stem == variant.bridge_name
-        return replace(variant, bridge=bridge) if is_own else variant
 
     kind = "checks"
     if source is None or str(source) in _known_bridges() or source.suffix in (".yaml", ".yml"):
@@ -293,21 +284,14 @@ def sdc(
         kind, title = "bents", data.title
         rows = bridge_check.capacity_rows(bent_capacities(data))
     else:
-        demands = read_frame(source if source.is_file() else source / "demands.parquet")
-        need_columns(demands, bridge_check.CAPACITIES, f"repeat the analyses: {source}")
-        if (source / "histories.parquet").is_file():
-            bents, table = (read_frame(source / f"{name}.parquet") for name in _OF_RUN)
-            histories = {str(name): table[name].to_numpy() for name in table}
-            row = records_of(demands)[0]
-            variant = variant_of_row(row)
-            title, moves_m = variant.slug, bridge_check.corner_moves_m(variant, histories)
-            rows = bridge_check.sdc_rows(variant, row, records_of(bents), moves_m)
-        else:
-            title = f"median of {len(demands)} analyses"
-            rows = [
-                bridge_check.summary_row(variant_of_row(records_of(of.head(1))[0]), of)
-                for _, of in demands.groupby("variant")
-            ]
+        demands, bents, table = (read_frame(source / f"{name}.parquet") for name in _OF_RUN)
+        (row,) = records_of(demands)
+        variant = Variant.of_row(row)
+        if bridge is not None and Path(bridge).stem == variant.bridge_name:
+            variant = replace(variant, bridge=bridge)
+        histories = {str(name): table[name].to_numpy() for name in table}
+        title, moves_m = variant.slug, bridge_check.corner_moves_m(variant, histories)
+        rows = bridge_check.sdc_rows(variant, row, records_of(bents), moves_m)
     if out is not None:
         _write(rows, out, "sdc")
     return Answer({"title": title, kind: rows}, units=units)

@@ -1,12 +1,14 @@
 """Commands for fragility curves: fit, export, statistics of a demands table, prediction."""
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
 from skewbridge.cli import new_group
 from skewbridge.cli.options import (
     LIMIT_STATES,
+    Hazard,
     LimitStates,
     Out,
     Study,
@@ -62,12 +64,9 @@ class ExportOptions:
     """Curves and table to export."""
 
     method: Annotated[str | None, opt("Method of the curves.", "[cloud|exceedance]")] = None
-    hazard: Annotated[Path | None, opt("Hazard curve (CSV: im, rate): adds frequencies.")] = None
+    hazard: Hazard = None
     im_range: Annotated[tuple[float, float] | None, opt("Intensities (csv).", "LOW HIGH")] = None
-    skew_factors: Annotated[
-        bool,
-        opt("Ratios to skew 0.", None, "--skew-factors"),
-    ] = False
+    skew_factors: Annotated[bool, opt("Ratios to skew 0.", None, "--skew-factors")] = False
 
 
 @command(commands)
@@ -94,6 +93,7 @@ def statistics(
     limit_states: LimitStates = LIMIT_STATES,
     im: Annotated[str | None, opt("Intensity measure, if there are several.", "COLUMN")] = None,
     margin: Annotated[float | None, opt("Negligible relative change; default 0.05.")] = None,
+    hazard: Hazard = None,
     report: Annotated[bool, opt("Also write figures and report.html.", None, "--report")] = False,
 ) -> Answer:
     """Fit curves and effects to any table of demands.
@@ -107,7 +107,7 @@ def statistics(
     """
     from skewbridge.study.results import statistics_of
 
-    answer = statistics_of(demands, out, limit_states, im, margin)
+    answer = statistics_of(demands, out, limit_states, im, margin, hazard)
     for text in answer["warnings"]:
         warn(text)
     if report:
@@ -129,6 +129,7 @@ def predict(
     component: Annotated[str | None, opt("Only this component.", "NAME")] = None,
     state: Annotated[str | None, opt("Only this limit state.", "NAME")] = None,
     at: Annotated[float | None, opt("Intensity at which to give probabilities.")] = None,
+    hazard: Hazard = None,
 ) -> Answer:
     """Predict fragility between the variants of a study.
 
@@ -146,8 +147,10 @@ def predict(
     further = {name.replace("-", "_"): value for name, value in named.items()}
     values |= checked(dict[str, Number], further, "--axis")
     chosen = {"bridge": bridge, "abutment": abutment, "component": component, "state": state}
-    rows = predict_states(folder_of(study), values, at=at, **chosen)
+    rows = predict_states(folder_of(study), values, at=at, hazard=hazard, **chosen)
     names = ("component", "state", "theta", "ci_theta", "beta_total", "beta", "p", "loo_error")
+    if hazard is not None:
+        names = (*names[:4], "annual_rate", "annual_rate_low", "annual_rate_high")
     statistics = [
         {name: rounded(value) for name, value in row.items()} for row in selected(rows, *names)
     ]
@@ -163,3 +166,55 @@ def predict(
     notes += filter(None, [untested_skew_sentence([values.get("skew_deg", 0.0)])])
     reason = "too few variants have an estimate for this state"
     return Answer({"rows": rows}, shown, notes=notes, missing=reason)
+
+
+@command(commands)
+def decide(
+    hazard: Annotated[Path, opt("Hazard curve of the site (CSV, OpenQuake, USGS).")],
+    rate: Annotated[float | None, opt("Target rate per year.")] = None,
+    probability_50y: Annotated[float | None, opt("Target in 50 years; default 0.02.")] = None,
+    axis: Annotated[list[str] | None, opt("Value on another axis.", "NAME=VALUE")] = None,
+    study: Study = None,
+    bridge: Annotated[str | None, opt("Bridge; required if the study has several.", "NAME")] = None,
+    out: Out = Path("decision"),
+) -> Answer:
+    """Find the seat length and joint gap that each skew needs.
+
+    Writes decision.csv and the chart decision.svg and .png: seat length with its interval so that
+    unseating stays below the target, the rules of AASHTO, SDC and Hazus, and the gaps for which
+    column failure does. The intensity of the study must be that of the hazard.
+
+    Example: skewbridge decide --hazard site.csv --bridge osb1 --axis friction=0.5 --out decision
+    """
+    from skewbridge.files.tables import records_of, write_csv
+    from skewbridge.files.text import writable_folder
+    from skewbridge.fragility.decision import decision, target_rate
+    from skewbridge.report.decision_chart import decision_figure, with_codes
+    from skewbridge.report.study_figures import save_figure
+    from skewbridge.study.config import FigureSettings
+    from skewbridge.study.results import joint_rows, site_hazard
+
+    target = target_rate(rate, probability_50y)
+    values = checked(dict[str, Number], keys_and_values("--axis", axis), "--axis")
+    rows = joint_rows(folder_of(study), bridge)
+    site = site_hazard(hazard, rows[0]["im"])
+    assert site is not None
+    found = with_codes(decision(rows, site, target, values), rows[0]["bridge"])
+    others = ", ".join(f"{name} {value:g}" for name, value in found.values.items())
+    title = f"{rows[0]['bridge']}, {others}: rate below {target:.3g} per year"
+    folder = writable_folder(out)
+    write_csv(found.table, folder / "decision.csv")
+    draw = partial(decision_figure, found, title)
+    files = save_figure(draw, FigureSettings(), folder, "decision")
+    table = found.table
+    names = ("seat_m", "seat_m_low", "seat_m_high", "hazus_m", "aashto_m", "sdc_m", "column_rate")
+    printed = table.loc[table["gap_mm"].isin([table["gap_mm"].min(), table["gap_mm"].max()])]
+    printed = printed.loc[printed["skew_deg"] % 15.0 == 0.0]
+    printed = printed[["skew_deg", "gap_mm", *(name for name in names if name in table)]]
+    shown = [{name: rounded(value) for name, value in row.items()} for row in records_of(printed)]
+    notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
+    return Answer(
+        {"target": target, "values": found.values, "rows": records_of(table)},
+        {title: shown},
+        notes=notes,
+    )

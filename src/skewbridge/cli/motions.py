@@ -1,11 +1,11 @@
-"""Commands for ground motions: check, measure, draw, synthesize."""
+"""Commands for ground motions: check, measure, draw, synthesize, select."""
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from skewbridge.cli import COMMANDS, new_group
-from skewbridge.cli.options import Out
+from skewbridge.cli.options import Changes, Out, keys_and_values
 from skewbridge.cli.output import Answer, arg, command, messages, opt, warn
 from skewbridge.errors import EXIT_BAD_INPUT, InputError
 from skewbridge.files.text import writable_file
@@ -162,3 +162,43 @@ def default_suite(
     from skewbridge.motions.synthesis.generate import write_default_suite
 
     return Answer({"count": write_default_suite(out, suite)})
+
+
+@command(motions)
+def select(
+    target: Annotated[Path, opt("YAML file, or disaggregation of OpenQuake or the USGS.", "FILE")],
+    sources: Annotated[list[Path], opt("Candidates: folder or p695; repeatable.", "DIR", "--from")],
+    out: Out,
+    count: Annotated[int, opt("Number of pairs at each level.")] = 30,
+    changes: Changes = None,  # keys of the target
+    without: Annotated[Path | None, opt("Earlier selection to leave out.", "DIR")] = None,
+) -> Answer:
+    """Select and scale pairs that follow the conditional spectrum of each level.
+
+    Example: skewbridge motions select --target target.yaml --from p695 --from mine --out selected
+    """
+    import numpy as np
+
+    from skewbridge.motions import conditional, selection
+    from skewbridge.motions.folder import read_index_table
+    from skewbridge.report.motion_figures import suite_spectra
+
+    given = keys_and_values("--set", changes)
+    spectra = conditional.conditional_spectra(conditional.read_target(target, given))
+    writable_file(out / "index.csv")
+    used = set(read_index_table(without / "index.csv")["candidate"]) if without else set[str]()
+    periods_s = spectra[0].periods_s
+    candidates = selection.read_candidates(sources, periods_s, count, used)
+    found = [selection.select_pairs(candidates, level, count) for level in spectra]
+    index = selection.write_selections([chosen for chosen, _ in found], out)
+    band = slice(conditional.BAND_POINTS)
+    for number, (level, (chosen, _)) in enumerate(zip(spectra, found, strict=True), start=1):
+        model = ("target", level.median_g[band], level.sigma[band])
+        title = f"{target.name}, level {number}: {level.causes['level_g']:.3g} g"
+        psa_g = np.exp(np.stack(chosen["log_psa"].to_list()))
+        figure = suite_spectra(psa_g, periods_s[band], title=title, model=model)
+        figure.savefig(out / f"level_{number}.png", dpi=150)
+    levels = [summary for _, summary in found]
+    if not all(summary["within_tolerances"] for summary in levels):
+        warn("a level misses the tolerances (mean 5 %, dispersion 10 %): add candidates")
+    return Answer({"levels": levels, "index": str(index)})

@@ -25,6 +25,7 @@ _YAML: Final = (".yaml", ".yml")
 Out = Annotated[Path, opt("Folder for the results.")]
 LimitStates = Annotated[Path, opt("Limit states; outside a study folder, those of the package.")]
 LIMIT_STATES: Final = Path("config/limit_states.yaml")
+Hazard = Annotated[Path | None, opt("Hazard curve (CSV, OpenQuake, USGS): adds annual rates.")]
 _STUDY: Final = "Results folder or configuration of a study; default: config/config.yaml."
 Study = Annotated[Path | None, opt(_STUDY, "DIR|FILE.yaml")]
 #: `plan` and `status` also take ``--config``.
@@ -32,11 +33,7 @@ PlannedStudy = Annotated[Path | None, opt(_STUDY, "DIR|FILE.yaml", "--study", "-
 
 
 def config_of(study: Path | None) -> Path:
-    """Return the configuration file of a study, given its results folder or that file.
-
-    Raises:
-        InputError: No configuration in config/, or more than one, writes to the folder.
-    """
+    """Return the configuration of a study, given its results folder or the file itself."""
     if study is None or study.suffix in _YAML:
         return study or DEFAULT_CONFIG
     from skewbridge.study.folder import default_root
@@ -67,10 +64,7 @@ def study_of(study: Path | None) -> "tuple[StudyConfig, StudyFolder]":
 
 
 def study_near(file: Path) -> Path:
-    """Return the study that made a file: its results folder or configuration, or the default one.
-
-    The configuration is stored in the folder, or one in config/ writes to the folder.
-    """
+    """Return the study that made a file: its folder or configuration, or the default one."""
     from skewbridge.study.folder import StudyFolder
 
     for folder in file.resolve().parents:
@@ -146,7 +140,6 @@ class VariantOptions:
 
 
 def _require_options(bridge: str, names: Mapping[str, Any]) -> None:
-    """Refuse modelling options that do not act on a bridge."""
     # Imported here: the help loads no numbers.
     from skewbridge.bridge.frame import require_options
     from skewbridge.bridge.library import load_structure

@@ -37,8 +37,8 @@ def warn(text: str) -> None:
 class Answer:
     """Output of a command: a JSON value with ``--json``, otherwise tables or text.
 
-    Single values of a mapping are printed as a table with one row per value. Each list of rows is
-    printed as a table below it. Lists of more than three numbers are not printed.
+    Single values are one table, each list of rows is another; long lists of numbers are not
+    printed.
     """
 
     payload: Any  # JSON value, numbers in SI
@@ -247,8 +247,7 @@ _US_UNITS: Final = {
 def in_units(row: Row, units: Units) -> Row:
     """Return a row with its numbers, and the units in its names, converted to these units.
 
-    The unit of a number is the suffix of its name. In a row of a check (key ``check``), the suffix
-    of the name of the check is the unit of demand and capacity.
+    In a row of a check, the unit of demand and capacity is in the name of the check.
     """
     if units == "si":
         return row

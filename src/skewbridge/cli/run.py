@@ -9,7 +9,7 @@ from skewbridge.cli import new_group
 from skewbridge.cli.options import Out, Study, VariantOptions, study_of
 from skewbridge.cli.output import Answer, UnitsOpt, arg, command, messages, opt, selected
 from skewbridge.errors import EXIT_FAILED, InputError
-from skewbridge.files.text import writable_folder, write_text
+from skewbridge.files.text import writable_folder
 from skewbridge.statuses import RAN
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def run(
     from skewbridge.demands.tables import to_table
     from skewbridge.demands.validity import SUSPECT, reasons
     from skewbridge.files.digests import engine_digest, provenance
-    from skewbridge.files.tables import figure_metadata, stamp, write_frame, write_table
+    from skewbridge.files.tables import figure_metadata, write_frame, write_table
     from skewbridge.study.batch import row_of_task
     from skewbridge.study.task import outcome_of, run_key
 
@@ -95,17 +95,12 @@ def run(
     write_frame(histories, out / "histories.parquet", digests)
     write_frame(pd.DataFrame(result.bents), out / "capacities.parquet", digests)
     if figures:
-        from skewbridge.report.bridge_figures import replay_page
         from skewbridge.report.run_figures import run_figures
 
         title = f"{task.variant.slug}, {motion.motion_id} x {task.motion.scale:g}"
         for name, figure in run_figures(histories, title=title).items():
             for path in (out / f"{name}.png", out / f"{name}.svg"):
                 figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
-        if result.geometry is not None:
-            page = out / "contact_replay.html"
-            write_text(page, replay_page(result.geometry, histories, title=title))
-            stamp(page, digests)
     notes = [*result.messages, f"written to {out}"]
     code = 0 if result.status in RAN else EXIT_FAILED
     return Answer(demands, selected([demands], *_SHOWN)[0], units, notes, code)
@@ -174,8 +169,7 @@ def _task_of_row(key: str, study: Path | None) -> "Task":
 
 @command(commands)
 def contact(
-    case: Case,
-    out: Annotated[Path, opt("File for the forces along the path.", "F.csv")],
+    case: Case, out: Annotated[Path, opt("File for the forces along the path.", "F.csv")]
 ) -> Answer:
     """Drive one contact unit along a displacement path.
 

@@ -11,6 +11,7 @@ from skewbridge.cli.options import (
     DEFAULT_CONFIG,
     LIMIT_STATES,
     Changes,
+    Hazard,
     LimitStates,
     Out,
     PlannedStudy,
@@ -39,9 +40,7 @@ commands.add_typer(study)
 
 
 @command(commands)
-def init(
-    folder: Annotated[Path, arg("Folder of the study; created if missing.")],
-) -> Answer:
+def init(folder: Annotated[Path, arg("Folder of the study; created if missing.")]) -> Answer:
     """Write Snakefile, rules, configuration and motions of a study to a folder.
 
     Example: skewbridge init my_study
@@ -86,13 +85,7 @@ def demo(out: Out = Path("demo")) -> Answer:
 
 
 @command(commands)
-def plan(
-    study: PlannedStudy = None,
-    profile: Annotated[
-        str | None,
-        opt("Cluster profile: its jobs.", "slurm|FOLDER"),
-    ] = None,
-) -> Answer:
+def plan(study: PlannedStudy = None) -> Answer:
     """Show the variants, analyses, cost and progress of a study.
 
     For a finished study, also show how many motions are needed to decide each pooled effect.
@@ -102,14 +95,14 @@ def plan(
     from skewbridge.analysis.modal import periods_of_file, standing_bridge
     from skewbridge.files.tables import read_frame, records_of
     from skewbridge.study.inputs import check_inputs
-    from skewbridge.study.progress import forecast_study, job_size
+    from skewbridge.study.progress import forecast_study
 
     config, folder = study_of(study)
     check_inputs(config)
     for name in config.bridges_with_periods():
         for warning in periods_of_file(name, standing_bridge(name)):
             warn(warning)
-    forecast = forecast_study(config, job_size(profile) if profile else None)
+    forecast = forecast_study(config)
     table = folder.fragility("needed_motions")
     needed = records_of(read_frame(table)) if table.is_file() else []
     more = ("needed_motions", "more_analyses", "more_core_hours")
@@ -156,6 +149,7 @@ def compare(
     limit_states: LimitStates = LIMIT_STATES,
     im: Annotated[str, opt("Intensity measure of the medians.", "COLUMN")] = "im_saavg_rotd50_g",
     margin: Annotated[float, opt("Relative change that counts as negligible.")] = 0.05,
+    hazard: Hazard = None,
     out: Annotated[Path | None, opt("CSV file for all rows, also of single variants.")] = None,
 ) -> Answer:
     """Compare two studies run by run: ratios of demands and of medians.
@@ -172,7 +166,7 @@ def compare(
 
     if out is not None and out.suffix.lower() != ".csv":
         raise InputError(f"--out must end with .csv, got {out.name}")
-    pair = compare_studies(first, second, limit_states, im=im, margin=margin)
+    pair = compare_studies(first, second, limit_states, im=im, margin=margin, hazard=hazard)
     if out is not None:
         write_csv(pd.concat([pair.demands, pair.medians], ignore_index=True), out)
     for text in pair.warnings:
@@ -185,6 +179,10 @@ def compare(
         f"Demands, {second} over {first}": list(map(_comparison_row, pooled)),
         f"Median capacities ({im}), {second} over {first}": list(map(_comparison_row, medians)),
     }
+    if hazard is not None:
+        rates = pair.rates[pair.rates["scope"] == "pooled"]
+        names = ("bridge", "component", "limit_state", "ratio", "ci_low", "ci_high", "to_rate")
+        shown[f"Annual rates, {second} over {first}"] = selected(records_of(rates), *names)
     if pair.other_motions:
         warn(
             f"{len(pair.other_motions)} motions have the same name in both studies but "
@@ -196,6 +194,7 @@ def compare(
         "demands": records_of(pair.demands),
         "medians": records_of(pair.medians),
         "medians_by_state": medians,
+        "rates": records_of(pair.rates),
     }
     return Answer(answer, shown, missing="fewer than two motions have a value in both studies")
 
@@ -243,23 +242,6 @@ def retry(
     ]
     note = f"{len(rows)} analyses will be repeated in the next run of the study"
     return Answer({"forgotten": len(rows), "analyses": rows}, notes=[note])
-
-
-@command(study)
-def journal(
-    compact: Annotated[bool, opt("Remove repeated or outdated lines.", None, "--compact")] = False,
-    study: Study = None,
-) -> Answer:
-    """Count the lines of the journals of finished analyses.
-
-    Example: skewbridge study journal --compact
-    """
-    from skewbridge.study.folder import StudyFolder
-    from skewbridge.study.journal import compact_journals, read_content
-
-    folder = StudyFolder(folder_of(study))
-    content = compact_journals(folder) if compact else read_content(folder.journals)
-    return Answer({"analyses": len(content.rows), **content.counts, "compacted": compact})
 
 
 @command(study)

@@ -88,7 +88,6 @@ class ContactSet:
         kn: float,
         kt: float,
         tangent: Sequence[float] | None = None,
-        gap_closing_m: float = 0.0,
         drive: Drive | None = None,
         name: str = "",
     ) -> int:
@@ -109,7 +108,6 @@ class ContactSet:
             kn: Normal penalty in N/m.
             kt: Tangential penalty in N/m.
             tangent: First direction of the contact plane; horizontal by default.
-            gap_closing_m: Part of the gap already closed by temperature, creep or shrinkage.
             drive: User function that sets declared parameters after every step.
             name: Name in messages and in the ledger.
 
@@ -120,7 +118,7 @@ class ContactSet:
             InputError: A value is outside its limits, or the nodes cannot form a pair.
             ContactError: A parameter has no effect in this OpenSees build.
         """
-        law = ContactLaw(kn, kt, friction, cohesion_n, gap_m, gap_closing_m)
+        law = ContactLaw(kn, kt, friction, cohesion_n, gap_m)
         ndm = int(ops.getNDM()[0]) if ops.getNDM() else 0
         frame = contact_frame(normal, tangent, ndm)
         nodes = (node_i, node_j)

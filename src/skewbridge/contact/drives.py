@@ -33,11 +33,7 @@ def stribeck_friction(
 
 
 def stribeck_drive(
-    *,
-    static: float,
-    kinetic: float,
-    stribeck_speed_mps: float,
-    viscous_s_per_m: float = 0.0,
+    *, static: float, kinetic: float, stribeck_speed_mps: float, viscous_s_per_m: float = 0.0
 ) -> Drive:
     """Return a drive that sets the friction coefficient from the slip speed of the last step."""
     if not 0.0 <= kinetic <= static:
@@ -57,50 +53,6 @@ def stribeck_drive(
         return {"friction": coefficient}
 
     return Drive(parameters=("friction",), function=friction)
-
-
-def hunt_crossley_drive(
-    *, stiffness_n_per_m_p: float, exponent: float, damping: float = 0.0
-) -> Drive:
-    """Return a drive that sets the secant stiffness of F = k x^p (1 + d / v0 x') >= 0.
-
-    The stiffness k is in N/m^p, v0 is the approach speed, and `hunt_crossley_damping` gives the
-    damping d. Hertz contact of a sphere has p = 3/2 and no damping.
-    """
-    require_limits("stiffness_n_per_m_p", stiffness_n_per_m_p, is_positive=True)
-    require_limits("exponent", exponent, is_positive=True)
-    require_limits("damping", damping)
-
-    def secant(state: UnitState, _time_s: float) -> dict[str, float]:
-        penetration = -state.predicted_opening_m
-        if penetration <= 0.0:
-            return {"kn_n_per_m": 0.0}
-        rate = -state.opening_rate_mps
-        approach = state.approach_speed_mps if state.is_closed else rate
-        growth = 1.0 + damping * rate / approach if damping and approach > 0.0 else 1.0
-        stiffness = stiffness_n_per_m_p * penetration ** (exponent - 1.0)
-        return {"kn_n_per_m": stiffness * max(0.0, growth)}
-
-    return Drive(parameters=("kn_n_per_m",), function=secant)
-
-
-def approach_stiffness_drive(
-    *, kn_n_per_m: float, reference_speed_mps: float, exponent: float
-) -> Drive:
-    """Return a drive that sets Kn = k (v / v_ref)^q from the approach speed v of the pair.
-
-    The stiffness is set while the pair is open and kept until it opens again.
-    """
-    require_limits("kn_n_per_m", kn_n_per_m, is_positive=True)
-    require_limits("reference_speed_mps", reference_speed_mps, is_positive=True)
-
-    def stiffness(state: UnitState, _time_s: float) -> dict[str, float]:
-        approach = -state.opening_rate_mps
-        if state.is_closed or approach <= 0.0:
-            return {}
-        return {"kn_n_per_m": kn_n_per_m * (approach / reference_speed_mps) ** exponent}
-
-    return Drive(parameters=("kn_n_per_m",), function=stiffness)
 
 
 def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
@@ -154,26 +106,6 @@ def kelvin_voigt_damping_ratio(restitution: float) -> float:
         return 0.0
     ends = 0.0, _LARGEST_DAMPING_RATIO
     return float(brentq(lambda z: kelvin_voigt_restitution(z) - restitution, *ends, xtol=1e-14))
-
-
-def hunt_crossley_damping(restitution: float) -> float:
-    """Return d of F = k x^p (1 + d / v0 x') for a restitution e in (0, 1] and any exponent p.
-
-    It solves ln((1 + d) / (1 - e d)) = d (1 + e); v0 is the approach speed. The force does not
-    become tensile before the penetration is zero, so it needs no clipping.
-
-    References:
-        Hunt and Crossley (1975), Journal of Applied Mechanics 42 (damping times penetration).
-    """
-    _require_restitution(restitution)
-    if restitution == 1.0:
-        return 0.0
-    e = restitution
-    # Zero is also a root; the residual is negative just above it and infinite at d = 1 / e.
-    ends = 1e-3 * (1.0 - e), (1.0 - 1e-15) / e
-    return float(
-        brentq(lambda d: log((1.0 + d) / (1.0 - e * d)) - d * (1.0 + e), *ends, xtol=1e-14)
-    )
 
 
 def _require_restitution(restitution: float) -> None:

@@ -153,7 +153,6 @@ class Springs:
     moduli: tuple[int, ...]
     bounds: tuple[int, ...]
     dashpot: int | None = None
-    gap_offset: int | None = None
 
 
 def require_nodes(nodes: tuple[int, int], ndm: int) -> None:
@@ -183,17 +182,13 @@ def make_springs(
 ) -> Springs:
     """Create the element and its parameters; raise `ContactError` if a parameter has no effect.
 
-    A driven dashpot or gap has its own material and parameter.
+    A driven dashpot has its own material and parameter.
     """
-    directions, is_gap_driven = len(frame) - 1, "gap_closing_m" in driven
-    has_dashpot = "dashpot_n_s_per_m" in driven
+    directions, has_dashpot = len(frame) - 1, "dashpot_n_s_per_m" in driven
     kn, kt = law.kn_n_per_m, law.kt_n_per_m
     # acts in compression once the gap is closed: gap and yield have the same sign
-    gap = (kn, -kn * _NEVER_M, -law.open_gap_m, 0.0, "noDamage")
+    gap = (kn, -kn * _NEVER_M, -law.gap_m, 0.0, "noDamage")
     normal = uniaxial(tags, "ElasticPPGap", *gap)
-    if is_gap_driven:
-        # The gap itself cannot be a parameter: OpenSees accepts an update but keeps the old gap.
-        normal = uniaxial(tags, "InitStrainMaterial", normal, 0.0)
     if is_elastic:
         spring = uniaxial(tags, "Elastic", kt)
         tangential = uniaxial(tags, "InitStrainMaterial", spring, _SIGNATURE_M)
@@ -214,7 +209,6 @@ def make_springs(
         moduli=tuple(_attach(tags, element, k, "E") for k in range(2, directions + 2)),
         bounds=tuple(_attach(tags, element, k, bound_name) for k in range(2, directions + 2)),
         dashpot=_attach(tags, element, directions + 2, "eta") if has_dashpot else None,
-        gap_offset=_attach(tags, element, 1, "epsInit") if is_gap_driven else None,
     )
     _prove(made, law, is_elastic=is_elastic)
     return made

@@ -39,7 +39,6 @@ class ContactLaw:
         cohesion_n: Part of the friction limit that does not depend on the normal force; it acts
             only while the pair is closed.
         gap_m: Initial opening.
-        gap_closing_m: Part of the gap already closed by temperature, creep or shrinkage.
 
     Raises:
         InputError: A value is outside its limits.
@@ -50,22 +49,12 @@ class ContactLaw:
     friction: float = 0.0
     cohesion_n: float = 0.0
     gap_m: float = 0.0
-    gap_closing_m: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("kn_n_per_m", "kt_n_per_m"):
             require_limits(name, getattr(self, name), is_positive=True)
-        for name in ("friction", "cohesion_n", "gap_m", "gap_closing_m"):
+        for name in ("friction", "cohesion_n", "gap_m"):
             require_limits(name, getattr(self, name))
-        if self.gap_closing_m > self.gap_m:
-            raise InputError(
-                f"gap_closing_m must be at most gap_m = {self.gap_m}, got {self.gap_closing_m}"
-            )
-
-    @property
-    def open_gap_m(self) -> float:
-        """Gap that is still open."""
-        return self.gap_m - self.gap_closing_m
 
 
 def friction_limit_n(normal_n: float, friction: float, cohesion_n: float) -> float:
@@ -98,10 +87,7 @@ class PairState(NamedTuple):
 
 
 def advance_pair(
-    law: ContactLaw,
-    stick_m: tuple[float, float],
-    position_m: tuple[float, float],
-    opening_m: float,
+    law: ContactLaw, stick_m: tuple[float, float], position_m: tuple[float, float], opening_m: float
 ) -> PairState:
     """Return the state after a step from the normal force at its end (exact discrete law).
 
@@ -150,7 +136,7 @@ def yields_by_direction(trial_1_n: float, trial_2_n: float, limit_n: float) -> t
 # --- drives and ledger
 
 DRIVEN_PARAMETERS: Final = (
-    "friction", "cohesion_n", "kn_n_per_m", "kt_n_per_m", "gap_closing_m", "dashpot_n_s_per_m"
+    "friction", "cohesion_n", "kn_n_per_m", "kt_n_per_m", "dashpot_n_s_per_m"
 )  # fmt: skip
 
 
@@ -194,17 +180,13 @@ class UnitState:
 class Drive:
     """A user function of state and time that sets parameters of a unit after every step.
 
-    It can model effects of temperature, creep, wear or speed. The returned values act in the
-    coming step. Example: temperature closes a joint by 20 mm in 100 s of analysis time, and wear
-    reduces the friction by 0.1 per metre of slip::
+    It can model effects of wear, speed or time. The returned values act in the coming step.
+    Example: wear reduces the friction by 0.1 per metre of slip::
 
-        def season(state: UnitState, time_s: float) -> dict[str, float]:
-            return {
-                "gap_closing_m": 0.020 * min(1.0, time_s / 100.0),
-                "friction": max(0.3, 0.5 - 0.1 * state.slip_path_m),
-            }
+        def worn(state: UnitState, time_s: float) -> dict[str, float]:
+            return {"friction": max(0.3, 0.5 - 0.1 * state.slip_path_m)}
 
-        contacts.add(..., drive=Drive(parameters=("gap_closing_m", "friction"), function=season))
+        contacts.add(..., drive=Drive(parameters=("friction",), function=worn))
 
     The parameters are names in `DRIVEN_PARAMETERS` (`InputError` otherwise). The function gets the
     state of the unit and the sum of all steps in s; it returns new values of these parameters.

@@ -49,12 +49,12 @@ class ContactUnit:
         element: Tag of the zeroLength element.
         normal: Outward normal of the surface.
         tangents: One direction of the contact plane in plane models, two in space.
-        gap_m: Initial gap less the part already closed, by the law or by a drive.
+        gap_m: Initial gap.
         opening_before: Opening before the last step.
     """
 
     __slots__ = (
-        "_b1", "_b2", "_bend_1", "_bend_2", "_dt", "_e1", "_e2", "_gap_closing", "_is_space",
+        "_b1", "_b2", "_bend_1", "_bend_2", "_dt", "_e1", "_e2", "_is_space",
         "_is_watched", "_slip_1_before", "_slip_2_before", "_step_1", "_step_2", "_stick_1",
         "_stick_2", "account", "approach_speed", "closed", "cohesion", "dashpot", "drive",
         "element", "force_1", "force_2", "friction", "gap_m", "kn", "kt", "moved", "name",
@@ -74,19 +74,18 @@ class ContactUnit:
         self.name, self.springs, self.element = name, springs, springs.element
         self.node_i, self.node_j = nodes
         self.normal, self.tangents = frame[0], frame[1:]
-        self.gap_m = law.open_gap_m
+        self.gap_m = law.gap_m
         self.kn, self.kt = law.kn_n_per_m, law.kt_n_per_m
         self.friction, self.cohesion, self.dashpot = law.friction, law.cohesion_n, 0.0
         self.drive = drive
         self.account = UnitLedger(name)
         self._is_space = len(frame) == 3
         self.closed = self._is_watched = False
-        self.opening = self.opening_before = law.open_gap_m
+        self.opening = self.opening_before = law.gap_m
         self.normal_n = self.force_1 = self.force_2 = 0.0
         self._e1 = self._e2 = self._step_1 = self._step_2 = self._bend_1 = self._bend_2 = 0.0
         self._stick_1 = self._stick_2 = self.slip_1 = self.slip_2 = 0.0
-        self._slip_1_before = self._slip_2_before = 0.0
-        self._b1 = self._b2 = self._gap_closing = 0.0
+        self._slip_1_before = self._slip_2_before = self._b1 = self._b2 = 0.0
         self.moved = self.approach_speed = self._dt = self.over = 0.0
         self.start()
 
@@ -148,13 +147,6 @@ class ContactUnit:
         if "dashpot_n_s_per_m" in values and self.springs.dashpot is not None:
             self.dashpot = values["dashpot_n_s_per_m"]
             ops.updateParameter(self.springs.dashpot, self.dashpot)
-        if "gap_closing_m" in values and self.springs.gap_offset is not None:
-            change = values["gap_closing_m"] - self._gap_closing
-            self._gap_closing += change
-            self.gap_m -= change
-            self.opening -= change
-            self.opening_before -= change
-            ops.updateParameter(self.springs.gap_offset, -self._gap_closing)
 
     def scale_tangents(self, ratio: float) -> None:
         """Set the stiffness of the friction springs to `ratio` times the tangential penalty."""
@@ -245,7 +237,6 @@ class ContactUnit:
         return closed != was_closed
 
     def _record_excess(self, size_n: float, limit_n: float, moved_m: float, dt_s: float) -> None:
-        """Record the friction force at the end of the step, its work and its excess."""
         account, work_j, over_n = self.account, size_n * moved_m, size_n - limit_n
         account.friction_impulse_ns += size_n * dt_s
         account.friction_work_j += work_j
@@ -259,7 +250,6 @@ class ContactUnit:
             account.work_over_10_j += work_j
 
     def _check_friction(self, force_1: float, force_2: float) -> None:
-        """Check that the friction springs stay within their bounds."""
         if abs(force_1) <= self._b1 and abs(force_2) <= self._b2:
             return
         slack = FORCE_ROUNDING * self.kt * (abs(self._e1) + abs(self._e2))

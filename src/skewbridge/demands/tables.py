@@ -35,7 +35,7 @@ def demands_schema(columns: Iterable[Column] = COLUMNS) -> pa.Schema:
 def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -> pa.Table:
     """Return rows of demands as an Arrow table sorted by `KEY`, with provenance as metadata.
 
-    Raises `ValueError` if a row lacks a column, has an unknown column or status, or repeats a key.
+    `ValueError` for a wrong column or status, or a repeated key.
     """
     by_key: dict[tuple[Any, ...], dict[str, Any]] = {}
     for row in rows:
@@ -68,9 +68,7 @@ def write_variant(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
 def join_variants(paths: Sequence[Path], output: Path) -> None:
     """Join the demands of all variants of a study into one file, one variant in memory at a time.
 
-    ``paths`` are files that `write_variant` wrote, sorted by variant: all rounds of one variant
-    are adjacent; those without a row are left out. Raises `ValueError` if the files have different
-    columns.
+    ``paths`` are files of `write_variant`, sorted by variant. `ValueError` for different columns.
     """
     own = {path: pq.read_table(path, columns=["run_key"])["run_key"].to_pylist() for path in paths}
     keys: list[Any] = [key for of_file in own.values() for key in of_file]

@@ -51,8 +51,7 @@ def completed(status: ArrayLike, failure_kind: ArrayLike) -> NDArray[np.bool_]:
 def is_complete(table: "pd.DataFrame") -> NDArray[np.bool_]:
     """Return for each row whether its demands are peaks over the whole motion, shape (n,).
 
-    A row is incomplete if its status is not ok, a column failed, or `COMPLETE` is false. If the
-    table has no column `COMPLETE`, only the first two conditions apply.
+    Status ok, no column failure, and `COMPLETE` (if there is this column) not false.
     """
     derived = completed(table["status"].to_numpy(), failure_kinds(table))
     if COMPLETE not in table.columns:
@@ -103,7 +102,6 @@ _CHECKS: Final = (
     _Check("work above friction limit, backwalls", "cone_excess_wall_ratio", _MAX_CONE_EXCESS),
     _Check("work above friction limit, keys", "cone_excess_key_ratio", _MAX_CONE_EXCESS),
     _Check("contact force / weight", "contact_force_ratio", 0.5, ".2f"),
-    _Check("failed attempts with Houbolt", "houbolt_failures", 2, ".0f"),
 )
 
 

@@ -116,7 +116,6 @@ def _git(*arguments: str) -> str | None:
 
 
 def _processor() -> str:
-    """Return the processor model as reported by the system."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text(encoding="utf-8").splitlines() if info.is_file() else []
     models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]

@@ -91,8 +91,8 @@ def texts_of(schema: pa.Schema) -> dict[str, str]:
 def read_table(path: Path) -> pa.Table:
     """Read a parquet table of this format version, or one that another program wrote.
 
-    Checksums of pages are verified. Raises `InputError` if the file is missing, not parquet,
-    damaged, too large, or of a different format version. The message states what to do.
+    `InputError` if it is missing, not parquet, damaged (checksums), too large, or of another
+    version.
     """
     content = pa.BufferReader(read_bytes(path, MAX_TABLE_BYTES))
     try:
@@ -130,10 +130,7 @@ def read_any(path: Path) -> pd.DataFrame:
 
 
 def frame_of(table: pa.Table) -> pd.DataFrame:
-    """Return an Arrow table as a data frame, even if its pandas metadata are damaged.
-
-    The named levels of an index that pandas stored are the first columns of the frame.
-    """
+    """Return an Arrow table as a data frame, even if its pandas metadata are damaged."""
     try:
         frame = table.to_pandas()
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, pa.ArrowException):

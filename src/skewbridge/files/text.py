@@ -99,9 +99,8 @@ class _Loader(yaml.SafeLoader):
 def parse_yaml(text: str, where: str, **details: object) -> Any:
     """Return the plain value of a YAML text, or None if it is empty.
 
-    Raises:
-        InputError: The text is not valid YAML, contains a tag, a repeated key or a key that is not
-            text, or exceeds a limit of this module. The message names `where` and the line.
+    `InputError` (with `where` and line) for a tag, a repeated key, a key that is not text, or a
+    limit.
     """
     try:
         loader = _Loader(text)
@@ -139,7 +138,6 @@ def _check_node(node: Any) -> int:
 
 
 def _check_keys(node: yaml.MappingNode) -> None:
-    """Refuse a key that is not text or appears twice."""
     seen: set[str] = set()
     for key, _ in node.value:
         if not key.tag.endswith((":str", ":merge")):
@@ -167,11 +165,7 @@ def read_mapping(path: Path) -> dict[str, Any]:
 
 
 def read_json(path: Path) -> Any:
-    """Return the content of a JSON file.
-
-    Raises:
-        InputError: The file is unreadable, too large, too deep or invalid, or repeats a key.
-    """
+    """Return the content of a JSON file; `InputError` if unreadable, too large or invalid."""
 
     def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         content = dict(pairs)
@@ -193,9 +187,7 @@ def read_json(path: Path) -> Any:
 def read_csv(path: Path, **options: Any) -> "pd.DataFrame":
     """Return a CSV table with one header line; options are passed to `pandas.read_csv`.
 
-    Raises:
-        InputError: The file is unreadable or too large, a column appears twice, or a row has more
-            or fewer cells than the header. The message names the line.
+    `InputError` (with the line) for a repeated column or a row of another length.
     """
     import pandas as pd  # here: pandas takes longer to import than everything else
 
@@ -209,10 +201,7 @@ def read_csv(path: Path, **options: Any) -> "pd.DataFrame":
 
 
 def _check_rows(text: str) -> int:
-    """Return the number of columns; refuse repeated names and rows of a different length.
-
-    Blank rows, and blank cells to the right of the header, are ignored.
-    """
+    """Return the number of columns; refuse repeated names and rows of a different length."""
     rows = csv.reader(io.StringIO(text), skipinitialspace=True, strict=True)
     header = next((row for row in rows if row), None)
     if header is None:
@@ -240,10 +229,7 @@ def no_formula(value: Any) -> Any:
 
 @contextmanager
 def written_aside(path: Path) -> Generator[Path]:
-    """Yield a temporary path next to a file, and rename it to the file when it is complete.
-
-    A reader, or a study that resumes after a kill, never sees an incomplete file.
-    """
+    """Yield a temporary path next to a file, and rename it to the file when it is complete."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{_writer()}")
     try:
@@ -260,11 +246,7 @@ def write_text(path: Path, text: str) -> None:
 
 
 def writable_folder(folder: Path) -> Path:
-    """Create a folder if necessary and return it; raises `InputError` if it is not writable.
-
-    The test creates a file, because access rights alone are not sufficient, for example for the
-    superuser or on a read-only file system.
-    """
+    """Create a folder if necessary and return it; raises `InputError` if it is not writable."""
     probe = folder / f".write-test-{_writer()}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -314,11 +296,7 @@ _NO_KEYS: Final = {"dataclass_type", "model_type", "model_attributes_type", "dic
 
 
 def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
-    """Return plain values as an instance of the pydantic model or dataclass `kind`.
-
-    Raises:
-        InputError: The message names `where` and lists key, limit and given value of each error.
-    """
+    """Return plain values as an instance of `kind`; `InputError` lists the errors of `where`."""
     adapter = TypeAdapter(kind)
     try:
         return adapter.validate_python(raw)

@@ -119,7 +119,7 @@ def _variants(models: BridgeModels, states: States, settings: FitSettings) -> It
     }
     columns = [settings.im, *(state.demand for state in every)]
     runs = demand_table.demand_columns(models.runs, columns)
-    blocks = int(np.max(models.block)) + 1
+    blocks = models.replicates - 1
     two = [state for state in states if len(models.modes(state)) > 1]
     correlations = {state: models.correlation(*models.modes(state)) for state in two}
     for number, values in enumerate(records_of(models.variants)):
@@ -182,7 +182,7 @@ class _BridgeState:
         """Return the slope of ln demand at the median; NaN for a union or without a model."""
         fit, curve = self._fits[0], self._models.curve(self._state, values)
         if isinstance(fit, str) or isinstance(curve, str) or len(self._fits) > 1:
-            return np.full(2 + int(np.max(self._models.block)), nan)
+            return np.full(self._models.replicates, nan)
         return fit.model.at(values).slope_at(curve.ln_theta)
 
     def cloud(self, values: Row) -> _Cloud:

@@ -184,7 +184,10 @@ def _cardinal_spline(levels: tuple[float, ...]) -> Callable[[Floats], Floats]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DemandModel:
-    """R models of one demand: of all runs, then without each block (the jackknife)."""
+    """R models of one demand: of all runs, then without each block (the jackknife).
+
+    The last models, one per drift, add the error from its prior to the jackknife's variance.
+    """
 
     axes: AxisRange
     #: Level, slope, bend, coefficients of shift and drift, gamma, ln tau, ln sigma; shape (R, m).
@@ -200,7 +203,7 @@ class DemandModel:
         variance = np.sum(np.exp(2.0 * self.parameters[:, -2:]), axis=1)
         # level and slope, and a bend, were estimated
         lost, count = 2 + bool(np.isfinite(self.knot)), np.full(len(variance), self.motions)
-        count[1:] -= 1
+        count[1 : len(variance) - self.axes.drifts] -= 1
         return np.sqrt(variance * count / np.maximum(count - lost, 1))
 
     def at(self, values: Mapping[str, Any]) -> "PointModel":
@@ -298,6 +301,7 @@ class StateCurve(NamedTuple):
     total: Floats  # including the capacity
     modes: Union | None = None  # if the state is a union of two failure modes, with total beta
     records: Union | None = None  # the same union with beta of records
+    points: tuple[tuple[PointModel, LimitState], ...] = ()  # demand models of the modes
 
     def probability(self, ln_im: float, *, total: bool = True) -> float:
         """Return P(exceeds) from all runs, with or without the dispersion of the capacity."""
@@ -461,8 +465,10 @@ def fit_demand(
     predicted, model, fit, without = best
     if fit.parameters[1] <= FLATTEST:
         return NON_INCREASING
-    parameters = np.tile(fit.parameters, (2 + int(np.max(block)), 1))
+    blocks = 1 + int(np.max(block))
+    parameters = np.tile(fit.parameters, (1 + blocks + axes.drifts, 1))
     parameters[1 + present] = without
+    parameters[1 + blocks :] += _shrinkage_errors(fit, axes.drifts)
     model = replace(model, parameters=parameters)
     design = setup.design(centre, model.knot)
     residuals = np.full((len(parameters), used.size), nan)
@@ -495,6 +501,20 @@ def _precision(setup: _Setup, outcomes: DemandOutcomes, model: DemandModel, grou
     return setup.axes.deviations**-2.0 * np.maximum(theirs / ours, 1.0)
 
 
+def _shrinkage_errors(fit: MixedFit, drifts: int) -> Floats:
+    """Return the errors of all parameters from one standard deviation of each drift, (drifts, m).
+
+    The prior pulls a drift to zero, whatever the block that is left out: the jackknife lacks the
+    error of the shrinkage, which is averaged here over the prior.
+    """
+    held, last = ~np.isfinite(fit.precision), fit.parameters.size - 3
+    prior = np.where(held, 0.0, fit.precision)
+    information = np.sum(fit.information, axis=0)
+    information[held], information[:, held] = 0.0, 0.0
+    pull = np.diag(prior)[:, last - drifts : last] * _DRIFT
+    return np.linalg.solve(information + np.diag(prior + held), pull).T
+
+
 def _knots(x: Floats, known: Mask, motion: Index) -> list[float]:
     """Return the places of the knot to compare: infinite (straight), then inside the runs."""
     places = [float(np.quantile(x[known], share)) for share in _KNOTS]
@@ -519,6 +539,11 @@ class BridgeModels:
     fits: Mapping[tuple[str, str], DemandFit | str]  # keys: component and demand
     _curves: dict[tuple[Any, ...], StateCurve | str] = field(default_factory=dict)
 
+    @property
+    def replicates(self) -> int:
+        """Number R of models of each demand."""
+        return 2 + int(np.max(self.block)) + self.axes.drifts
+
     def modes(self, state: LimitState) -> list[LimitState]:
         """Return the failure modes of a state that some run exceeds; the state itself if none."""
         return reached_modes(self.runs, state) or [state]
@@ -528,9 +553,9 @@ class BridgeModels:
         return self.fits.get((state.component, state.demand), NO_EXCEEDANCE)
 
     def correlation(self, one: LimitState, other: LimitState) -> Floats:
-        """Return the correlation of the demands of two states without modes, shape (1 + B,)."""
+        """Return the correlation of the demands of two states without modes, shape (R,)."""
         first, second = self.fit(one), self.fit(other)
-        count = 2 + int(np.max(self.block))
+        count = self.replicates
         if isinstance(first, str) or isinstance(second, str):
             return np.zeros(count)
         weights = (self.block != np.arange(-1, count - 1)[:, None]).astype(np.float64)
@@ -565,7 +590,9 @@ def state_curve(
     for model, mode in zip(models, modes, strict=True):
         if isinstance(model, str):
             return model
-        parts.append(StateCurve(*model.at(values).curves(mode.threshold, mode.dispersion)))
+        point = model.at(values)
+        curves = point.curves(mode.threshold, mode.dispersion)
+        parts.append(StateCurve(*curves, points=((point, mode),)))
         if np.isnan(parts[-1].ln_theta[0]) or parts[-1].beta[0] > _LARGEST_BETA:
             return NON_INCREASING
     if rho is None:
@@ -574,7 +601,8 @@ def state_curve(
     union = Union.of(medians, records, total, rho)
     middle, wide = union.summary()
     of_records = Union(medians, records, rho)
-    return StateCurve(middle, of_records.summary()[1], wide, union, of_records)
+    points = tuple(point for part in parts for point in part.points)
+    return StateCurve(middle, of_records.summary()[1], wide, union, of_records, points)
 
 
 def fit_models(

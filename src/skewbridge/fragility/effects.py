@@ -228,9 +228,11 @@ def effect_row(
         row |= dict(zip(verdicts.DIFFERENCES, map(float, ends), strict=True))
     dof, square = float(judged.dof), judged.influence**2
     row |= {"scatter": float(judged.error) * max(dof + 1.0, 0.0) ** 0.5, "dof": dof}
-    row["n_effective_motions"] = float(motion_means.effective_number(judged.influence))
+    # the last influences may be those of priors
+    of_motions = judged.influence[: len(blocks)]
+    row["n_effective_motions"] = float(motion_means.effective_number(of_motions))
     if (total := np.sum(square)) > 0.0:
-        first = int(np.argmax(square))
+        first = int(np.argmax(square[: len(blocks)]))
         row |= {"largest_share": square[first] / total, "largest_motion": blocks[first]}
     return row
 

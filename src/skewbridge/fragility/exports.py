@@ -2,14 +2,13 @@
 
 Sources: OpenQuake engine manual (NRML 0.5, shape ``logncdf``: mean and stddev of the lognormal
 variable, not of its logarithm); pelicun 3, fragility database; Damage and Loss Model Library (DLML)
-of the SimCenter; Hazus 6.1, section 7: medians times sqrt(sin(90 deg - skew)), FEMA (2022);
-frequencies, Cornell et al. (2002), J. Struct. Eng. 128(4):526-533.
+of the SimCenter; Hazus 6.1, section 7: medians times sqrt(sin(90 deg - skew)), FEMA (2022).
 """
 
 import json
 import re
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
@@ -19,25 +18,23 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
 from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.files.digests import digest_of
 from skewbridge.files.tables import (
     Floats,
-    positive,
     read_any,
     records_of,
-    require,
-    same_length,
     write_csv,
 )
 from skewbridge.files.text import write_text
 from skewbridge.fragility.curves import METHODS
 from skewbridge.fragility.demand_table import axis_names, described, need_columns, variant_columns
 from skewbridge.fragility.fits import FITTED
+from skewbridge.fragility.hazard import HazardConfig, hazard_curve
 from skewbridge.fragility.paper_table import chosen_curves, latex_table, paper_table, with_ratios
+from skewbridge.fragility.rates import rates_of_curves, with_bounds
 from skewbridge.fragility.union import UNION_COLUMNS, Union, curve_probability, union_curve
 
 FORMATS: Final = ("nrml", "pelicun", "dlml", "csv", "latex")
@@ -51,12 +48,6 @@ PARAMETERS: Final = (
     "beta_total_low", "beta_total_high", "beta", "beta_low", "beta_high", "ci_method", "level",
     "status", "warnings", "methods_ratio", "methods_differ", "n_exceed", "n_runs", "n_records",
     "n_unknown", "extrapolated", *UNION_COLUMNS,
-)  # fmt: skip
-#: Columns that a hazard table adds: frequency (1/year) and probability of exceedance due to its
-#: intensities, bounds of the frequency due to stronger ones, and the curve at its first intensity.
-FREQUENCY_COLUMNS: Final = (
-    "annual_frequency", "probability_50y", "annual_frequency_above_least",
-    "annual_frequency_above_most", "probability_at_first_level",
 )  # fmt: skip
 #: Last columns of a CSV of skew factors: factor = theta / theta_straight (median at skew 0). The
 #: interval is paired (same motions at both skews, from median_effects.parquet next to the curves)
@@ -77,7 +68,6 @@ _MEASURES: Final = {
 _PELICUN_ID: Final = ("A-Za-z0-9_.", 200)
 _PELICUN_PARAMETERS: Final = ("Family", "Theta_0", "Theta_1", "DamageStateWeights")
 _ABSENT: Final = pd.Series(dtype=np.bool_)  # replaces a missing column
-_STEPS: Final = 500  # between two points of a hazard table, to integrate over a union
 _LEVELS: Final = 800  # of a curve that is a union; linear interpolation errs by less than 5e-5
 
 
@@ -87,7 +77,7 @@ def export_curves(
     out: Path,
     *,
     method: str | None = None,  # method of the curves; None: preferred curves
-    hazard: Path | None = None,  # CSV with im and rate (1/year), for `FREQUENCY_COLUMNS` in a csv
+    hazard: Path | None = None,  # hazard curve: a csv also has the columns of `rates`
     im_range: tuple[float, float] | None = None,  # csv: 50 probabilities between these intensities
     skew_factors: bool = False,  # csv: `SKEW_FACTOR_COLUMNS`; pelicun: scaling of capacities
 ) -> dict[str, Any]:
@@ -109,7 +99,12 @@ def export_curves(
         raise InputError("a csv has one table: use one of --hazard, --im-range and --skew-factors")
     if im_range is not None and not 0.0 < im_range[0] < im_range[1] < float("inf"):
         raise InputError(f"--im-range needs 0 < low < high, got {im_range[0]:g} to {im_range[1]:g}")
-    curves = exported_curves(read_any(source), method)
+    curves = exported_curves(with_bounds(read_any(source)), method)
+    measures = list(map(str, curves["im"].dropna().unique()))
+    if hazard is not None and len(measures) > 1:
+        text = f"the curves use {', '.join(measures)}"
+        raise InputError(f"a hazard curve is for one intensity measure; {text}")
+    site = hazard_curve(HazardConfig(file=hazard and str(hazard)), measures, measures[0])
     has_estimate = curves["status"] == FITTED
     if not has_estimate.any() and form != "csv":
         raise InputError(f"{source.name}: nothing to write, because no curve has an estimate")
@@ -155,15 +150,12 @@ def export_curves(
         else:
             names = (*variant_columns(curves), *PARAMETERS)
             table = curves[[name for name in names if name in curves]]
-            if hazard is not None:
-                table = table.join(_frequencies(curves[has_estimate], hazard))
-                shares = table.filter(like="_above_").div(table["annual_frequency"], axis=0)
-                least, most = shares.max()
-                text = f"at most {most:.1%} to any curve, and at least {least:.1%} to one curve"
-                notes.append(
-                    f"annual frequencies include only the intensities in {hazard.name}; "
-                    f"higher intensities would add {text}"
-                )
+            if site is not None:
+                rates = rates_of_curves(curves, _table_next_to(source, "joint"), site)
+                table = table.join(rates[[name for name in rates if name not in table]])
+                share = rates["share_outside_high"].max()
+                text = f"those above add at most {share:.1%} to one of the rates"
+                notes.append(f"rates include only the intensities in {site.source}; {text}")
             write_csv(table, out)
     except OSError as error:
         raise InputError(f"cannot write {out}: {error}") from error
@@ -220,36 +212,6 @@ def _probabilities(curves: pd.DataFrame, intensities: Floats) -> pd.DataFrame:
     return long[names]
 
 
-def _frequencies(fitted: pd.DataFrame, path: Path) -> pd.DataFrame:
-    """Return `FREQUENCY_COLUMNS` of fitted curves for the hazard table at ``path``."""
-    hazard = read_any(path)
-    need_columns(hazard, ("im", "rate"), path.name)
-    if fitted["im"].nunique() > 1:
-        names = ", ".join(fitted["im"].unique())
-        raise InputError(f"a hazard table is for one intensity measure; the curves use {names}")
-    im, rate = hazard["im"].to_numpy(), hazard["rate"].to_numpy()
-    rows: list[dict[str, float]] = []
-    for row in records_of(fitted):
-        rows.append(annual_frequency(row["theta"], row["curve_beta"], im, rate))
-        if union_curve(row) is not None:
-            rows[-1] = _union_frequency(row, im, rate)
-    return pd.DataFrame(rows, fitted.index, list(FREQUENCY_COLUMNS))
-
-
-def _union_frequency(row: Mapping[str, Any], im: Floats, rate: Floats) -> dict[str, float]:
-    """Return `FREQUENCY_COLUMNS` of a union, by the midpoint rule in ln intensity."""
-    places = np.linspace(0.0, im.size - 1.0, _STEPS * (im.size - 1) + 1)
-    ln_im, ln_rate = (np.interp(places, np.arange(im.size), np.log(each)) for each in (im, rate))
-    p = curve_probability(np.exp(0.5 * (ln_im[1:] + ln_im[:-1])), row)
-    total = float(np.sum(p * -np.diff(np.exp(ln_rate))))
-    return _frequency_columns(total, curve_probability(im, row), rate)
-
-
-def _frequency_columns(total: float, curve: Floats, rate: Floats) -> dict[str, float]:
-    values = (total, -np.expm1(-50.0 * total), curve[-1] * rate[-1], rate[-1], curve[0])
-    return dict(zip(FREQUENCY_COLUMNS, map(float, values), strict=True))
-
-
 def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     """Return the ratios of medians at each skew to the median at skew 0, with intervals."""
     fitted = curves[curves["status"] == FITTED]
@@ -301,27 +263,6 @@ def write_skew_scaling(curves: pd.DataFrame, medians: pd.DataFrame, out: Path) -
             states = of_skew.setdefault(end.removeprefix("factor_"), {})
             states.setdefault(name, {})[number] = f"*{row[end]:.6g}"
     write_text(out, json.dumps(scaling, indent=1) + "\n")
-
-
-def annual_frequency(theta: float, beta: float, im: ArrayLike, rate: ArrayLike) -> dict[str, float]:
-    """Return `FREQUENCY_COLUMNS` from lambda = int P(LS | x) |dH(x)| over a hazard table.
-
-    Between the points of the table the hazard is a power law, so the integral has a closed form.
-    ``im`` increases and has the unit of theta; ``rate`` is its mean annual frequency of exceedance.
-    An `InputError` names the row of a value that is not positive or not monotone.
-    """
-    x, h = positive(im, "im"), positive(rate, "rate")
-    same_length(im=x, rate=h)
-    require(np.append(True, np.diff(x) > 0.0), "im", "must increase", x)
-    require(np.append(True, np.diff(h) <= 0.0), "rate", "must not increase", h)
-    u = (np.log(x) - np.log(theta)) / beta
-    curve = special.ndtr(u)
-    k = -np.diff(np.log(h)) / np.diff(np.log(x))
-    # int P |dH| = -[P H] + int H dP, with H = H1 (x/x1)^-k on each segment
-    scale = np.exp(np.log(h[:-1]) + k * beta * u[:-1] + 0.5 * (k * beta) ** 2)
-    weight = special.ndtr(u[1:] + k * beta) - special.ndtr(u[:-1] + k * beta)
-    total = float(np.sum(curve[:-1] * h[:-1] - curve[1:] * h[1:] + scale * weight))
-    return _frequency_columns(total, curve, h)
 
 
 def identifier(name: str, signs: str, longest: int) -> str:

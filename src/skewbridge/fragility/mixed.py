@@ -5,7 +5,8 @@
 g is the motion of a run; the scatter grows with the variable w if gamma > 0. A value y is known,
 right-censored (larger than a bound) or left-censored (smaller). The likelihood of a motion is
 integrated over u_g by Gauss-Legendre panels. Newton's method maximises the product of these
-likelihoods and of normal priors about zero of some coefficients. Runs need not be balanced.
+likelihoods and of normal priors about zero of gamma and some coefficients. Runs need not be
+balanced.
 
 Sources: the model, Laird and Ware (1982), Biometrics 38(4):963-974; information of incomplete data,
 Louis (1982), JRSS B 44(2):226-233; estimates without a group by one Newton step, Pregibon (1981),
@@ -30,6 +31,9 @@ _SMALLEST_SHARE: Final = 0.01
 _THINNEST: Final = 1e-10  # smallest eigenvalue of a scaled matrix that counts as regular
 #: Range of the share of a variance that remains if a group is left out.
 _SHARES: Final = (0.2, 2.0)
+# ASSUME scatter changes by a factor of about exp(0.5) or less per unit of the growth variable;
+# without this prior, a run beside values without scatter would have all of it
+_GROWTH: Final = 0.5
 #: Largest change of gamma if a group is left out.
 _LARGEST_GROWTH: Final = 0.5
 
@@ -119,7 +123,7 @@ def fit_mixed(data: MixedData, start: Floats | None = None, steps: int = 100) ->
     """
     likelihood = _Likelihood(data)
     first, floor = _first_parameters(data)
-    precision = np.append(data.precision, np.zeros(3))
+    precision = np.concatenate([data.precision, [_GROWTH**-2.0, 0.0, 0.0]])
     if not np.any(data.growth):
         precision[-3] = np.inf
     if np.bincount(data.motion).max() == 1:  # scatter between motions is that of runs

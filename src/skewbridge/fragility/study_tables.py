@@ -25,9 +25,11 @@ from skewbridge.fragility.curves import METHODS, fit_study
 from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.fits import FITTED
+from skewbridge.fragility.hazard import HazardCurve
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, States, with_column_failure
 from skewbridge.fragility.measures import measure_table
+from skewbridge.fragility.rates import rate_effects, rate_table
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
 from skewbridge.fragility.system import system_curves
 from skewbridge.statuses import OK
@@ -36,6 +38,7 @@ from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.random_properties import RANDOM_PROPERTIES, drawn_properties
 
 PAPER_TABLE: Final = "table"
+RATES: Final = ("rates", "rate_effects")
 #: States whose median is the reference intensity of effects on demands, in order of preference.
 REFERENCE_STATES: Final = tuple(
     f"{component}/{state}"
@@ -55,7 +58,7 @@ DESCRIPTIONS: Final = {
     name: demand_table.described(name)
     for name in (
         *("curves", "median_effects", "effects", "intensity_effects", "needed_motions", "joint"),
-        *("system", "measures", "input_notes", "suites", "suite_curves", "shear_models"),
+        *("system", "measures", "input_notes", "suites", "suite_curves", "shear_models", *RATES),
     )
 } | {PAPER_TABLE: paper_table.PAPER_COLUMNS}
 
@@ -66,6 +69,7 @@ def fragility_tables(
     settings: FitSettings,
     suite: pd.DataFrame | None = None,
     *,
+    hazard: HazardCurve | None = None,  # without it, the tables of rates are empty
     jobs: int = 1,
 ) -> dict[str, pd.DataFrame]:
     """Return a dict of all tables of results/fragility. An `InputError` names row and column."""
@@ -85,6 +89,13 @@ def fragility_tables(
     reference = reference_intensities(curves)
     effects, intensities = effect_tables(rows, names, settings, reference_im=reference, jobs=jobs)
     tables = {} if suite is None else {"measures": measure_table(rows, suite, settings)}
+    system = system_curves(rows, states, settings, models=models, hazard=hazard, jobs=jobs)
+    tables |= {name: pd.DataFrame(columns=list(DESCRIPTIONS[name])) for name in RATES}
+    if hazard is not None:
+        tables["rates"] = rate_table(curves, joint, system, hazard)
+        tables["rate_effects"] = rate_effects(
+            models, states, hazard, settings, curves=curves, system=system
+        )
     tables |= {
         "curves": curves,
         "median_effects": medians,
@@ -94,7 +105,7 @@ def fragility_tables(
             pd.concat([effects, medians], ignore_index=True), rows
         ),
         "joint": joint,
-        "system": system_curves(rows, states, settings, models=models, jobs=jobs),
+        "system": system.drop(columns=["rate", "shares"], errors="ignore"),
         PAPER_TABLE: paper_table.paper_table(curves, medians, joint, settings),
         "input_notes": checked.notes,
         "shear_models": shear_model_curves(rows, settings, jobs=jobs),

@@ -20,10 +20,11 @@ import pandas as pd
 from scipy import special
 
 from skewbridge.errors import InputError
-from skewbridge.files.tables import Floats, Row, records_of
+from skewbridge.files.tables import Floats, Index, Mask, Row, records_of
 from skewbridge.fragility import demand_table
 from skewbridge.fragility.demand_model import TOO_FEW_RUNS, BridgeModels, StateCurve, fit_models
 from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_bound
+from skewbridge.fragility.hazard import HazardCurve
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import covered_range, exp_end, jackknife_factors
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, end_counts
@@ -42,6 +43,7 @@ def system_curves(
     settings: FitSettings = DEFAULTS,
     *,
     models: Sequence[BridgeModels] | None = None,
+    hazard: HazardCurve | None = None,
     jobs: int = 1,
 ) -> pd.DataFrame:
     """Return the table `system`: one row per variant and degree of damage.
@@ -49,12 +51,12 @@ def system_curves(
     The curves of the components are those of the demand models, which are fitted if not given. A
     component is included if some runs of the variant, but not all, exceed its state and its demand
     increases with intensity. An `InputError` names a degree of damage that components rank
-    differently.
+    differently. With a hazard, the columns `rate` (a `LogRate`) and `shares` are added.
     """
     members = system_members([state for state in limit_states if state.system_degree])
     if models is None:
         models = fit_models(demands, limit_states, settings, jobs=jobs)
-    systems = [_Systems(each, members, settings) for each in models]
+    systems = [_Systems(each, members, settings, hazard) for each in models]
     items = ((each, number) for each in systems for number in range(len(each.models.variants)))
     rows = demand_table.spread(_variant_rows, items, jobs)
     return pd.DataFrame([row for part in rows for row in part])
@@ -103,6 +105,7 @@ class _Systems:
     models: BridgeModels
     members: Mapping[str, States]
     settings: FitSettings
+    hazard: HazardCurve | None
     correlations: dict[tuple[LimitState, LimitState], Floats] = field(default_factory=dict)
 
     def correlation(self, one: LimitState, other: LimitState) -> Floats:
@@ -154,14 +157,16 @@ def _variant_rows(item: tuple[_Systems, int]) -> list[Row]:
         row |= {"limit_state": degree, "weakest": ""}
         row |= {"components": ";".join(names), "left_out": ";".join(left_out)}
         row |= {"level": settings.confidence, "n_runs": len(part), **end_counts(part)}
-        row |= _system(taking, np.log(im), systems) | {"im_low": low, "im_high": high}
+        row |= _system(taking, np.log(im), systems, (low, high)) | {"im_low": low, "im_high": high}
         theta = row["theta"]
         outside = isinstance(theta, float) and not (np.isnan(theta) or low <= theta <= high)
         rows.append(variant | row | {"extrapolated": outside})
     return rows
 
 
-def _system(members: Sequence[_Member], ln_im: Floats, systems: _Systems) -> Row:
+def _system(
+    members: Sequence[_Member], ln_im: Floats, systems: _Systems, covered: tuple[float, float]
+) -> Row:
     """Return the table columns of one system: the estimate, or a status if there is none."""
     settings = systems.settings
     none = np.zeros(ln_im.size, dtype=np.bool_)
@@ -197,9 +202,15 @@ def _system(members: Sequence[_Member], ln_im: Floats, systems: _Systems) -> Row
     own = component == weakest
     independent = _failures(*one, np.eye(size)[None], _POINTS, settings.seed)
     good = np.all(np.isfinite(ln_theta) & np.isfinite(beta), axis=1)
-    good[0] = False  # keep only the estimates without one motion
     values = ln_theta[good], beta[good], correlation[good]
-    replicates = _quantiles(_failures(*values, _POINTS_OF_REPLICATES, settings.seed))
+    again = _failures(*values, _POINTS_OF_REPLICATES, settings.seed)
+    if systems.hazard is not None:
+        both = [
+            _by_models(each, members, np.flatnonzero(which), systems.hazard)
+            for each, which in ((failures, np.arange(good.size) == 0), (again, good))
+        ]
+        row |= _rated(both[0][0], both[1], good, systems.hazard, covered)
+    replicates = _quantiles(again[:, 1:])  # the first is not without a motion
     logs = np.column_stack([replicates[0], np.log(replicates[1])])
     of_theta, of_beta = jackknife_factors(logs, settings.confidence)
     theta = exp_end(ln_median)
@@ -211,6 +222,42 @@ def _system(members: Sequence[_Member], ln_im: Floats, systems: _Systems) -> Row
     row["theta_correlated"] = exp_end(np.min(ln_theta[0]))
     row["theta_independent"] = exp_end(_quantiles(independent)[0, 0])
     return row | {"status": FITTED, "max_dp": np.max(distance)}
+
+
+def _by_models(
+    failures: Floats, members: Sequence[_Member], rows: Index, hazard: HazardCurve
+) -> Floats:
+    """Return ln im of the first failure, (R, n), with the probabilities of the demand models.
+
+    ``failures`` (m, R, n) are those of the lognormal curves of the estimates ``rows`` (R,).
+    """
+    low, high = np.log(hazard.levels[[0, -1]])
+    grid = np.linspace(low - 0.1, high + 0.1, 400)
+    first = np.full(failures.shape[1:], np.inf)
+    for member, ln_im in zip(members, failures, strict=True):
+        curve, ((point, state),) = member.curve, member.curve.points
+        z = point.score(state.threshold, state.dispersion, grid[:, None])[:, rows]
+        z = np.maximum.accumulate(z, axis=0)
+        e = (ln_im - curve.ln_theta[rows, None]) / curve.total[rows, None]
+        at = [np.interp(own, of, grid) for own, of in zip(e, z.T, strict=True)]
+        first = np.minimum(first, at)
+    return first
+
+
+def _rated(
+    first: Floats,  # ln im of the first failure, shape (n,)
+    again: Floats,  # the same of good estimates with fewer points, (r, n)
+    good: Mask,  # estimates that exist: from all runs, then without each motion, (R,)
+    hazard: HazardCurve,
+    covered: tuple[float, float],
+) -> Row:
+    """Return the columns `rate` and `shares` of a system."""
+    rate, changes = hazard.rate_of_failures(first[None]), hazard.rate_of_failures(again).logs
+    logs = np.full(good.size, nan)
+    logs[good] = rate.logs[0] + changes - changes[0]
+    p = np.mean(first <= np.log(hazard.levels[[0, -1]])[:, None], axis=1)
+    shares = hazard.shares(lambda part: part.rate_of_failures(first[None]), p, *covered)
+    return {"rate": rate._replace(logs=logs), "shares": shares}
 
 
 def _correlation(members: Sequence[_Member], systems: _Systems) -> Floats:

@@ -12,7 +12,7 @@ rho = rho_demands s_1 s_2, with s_i = record-to-record / total dispersion.
 Source: the bivariate normal distribution by Owen (1956), Ann. Math. Stat. 27(4):1075-1090.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
@@ -55,12 +55,8 @@ class Union(NamedTuple):
 
     def probability(self, ln_im: Floats) -> Floats:
         """Return P(any) at ln intensities whose shape broadcasts with (R,)."""
-        u = [(ln_im - mean) / beta for mean, beta in zip(self.ln_theta, self.beta, strict=True)]
-        p = [special.ndtr(each) for each in u]
-        if len(u) == 1:
-            return p[0]
-        total = p[0] + p[1]
-        return np.clip(total - _both(u[0], u[1], self.rho), np.maximum(*p), np.minimum(total, 1.0))
+        modes = zip(self.ln_theta, self.beta, strict=True)
+        return any_of([(ln_im - mean) / beta for mean, beta in modes], self.rho)
 
     def quantile(self, z: float) -> Floats:
         """Return ln of the intensity at which P(any) = Phi(z), shape (R,)."""
@@ -80,6 +76,15 @@ class Union(NamedTuple):
         """Return ln of the median and half of the ln range from 16 to 84 %, shape (R,) each."""
         low, middle, high = (self.quantile(z) for z in (-1.0, 0.0, 1.0))
         return middle, 0.5 * (high - low)
+
+
+def any_of(u: Sequence[Floats], rho: Floats) -> Floats:
+    """Return P(any) of one or two modes with probabilities Phi(u_i), correlated by ``rho``."""
+    p = [special.ndtr(each) for each in u]
+    if len(u) == 1:
+        return p[0]
+    total = p[0] + p[1]
+    return np.clip(total - _both(u[0], u[1], rho), np.maximum(*p), np.minimum(total, 1.0))
 
 
 def _both(u: Floats, v: Floats, rho: Floats) -> Floats:

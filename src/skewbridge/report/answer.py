@@ -39,6 +39,7 @@ from skewbridge.report.appearance import (
     in_words,
     interval_text,
     margin_text,
+    number,
     shear_model_name,
     shown_value,
     value_text,
@@ -56,13 +57,14 @@ ANSWER_COLUMNS: Final = (
     *(*_EFFECT[:-1], "quantity", "demand", "status", "ratio", "ci_low", "ci_high", "level"),
     *("margin", "claim", "im", "from_demand", "to_demand", "first_im", "last_im", "seat_m"),
     *("im_low", "im_high", *_COUNTS, "n_exceed", "n_runs", "largest_share", "largest_motion"),
-    "by_value",
+    *("by_value", "sure_to", "sure_ratio", "sure_low", "sure_high"),
 )
 NOT_REACHED: Final = "not_reached"
 #: Share of one motion in the variance of an effect above which the page warns.
 LARGEST_SHARE: Final = 0.3
 #: Limit states on the first screen and in the README.
-LEADING_STATES: Final = (f"{COLUMN_FAILURE}/any", "unseating/slight")
+LEADING_STATES: Final = (f"{COLUMN_FAILURE}/any", "joint_unseating/slight", "unseating/slight")
+_STATES: Final = tuple(dict.fromkeys((*LEADING_STATES, *HEADLINE_STATES)))
 #: Certainty of a claim in a few words.
 CERTAINTY: Final = {
     LOWER: "certain",
@@ -122,11 +124,6 @@ def effect_name(demand: Any) -> str:
     return label[:1].lower() + label[1:]
 
 
-def number(value: float) -> str:
-    """Return a number as text with three significant digits, or as an integer from 100 up."""
-    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
-
-
 def largest_change(rows: Iterable[dict[str, Any]]) -> tuple[dict[str, Any], str, str]:
     """Return the row with the largest |ln ratio|, its verb (``lowers``, ``raises``) and change."""
     row = max(rows, key=lambda each: abs(np.log(each["ratio"])))
@@ -164,23 +161,24 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows).astype(dict.fromkeys(names, int))
 
 
-def _values_text(medians: pd.DataFrame, row: Mapping[str, Any]) -> str:
-    """Return the effect by the value of the axis on which it depends, and the certain smaller step.
+def _further_steps(medians: pd.DataFrame, row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the effect by the value of another axis, and the largest smaller step if certain.
 
-    The text is empty if the effect depends on no other axis, and is certain over the whole range.
+    The text ``by_value`` is empty if the effect depends on no other axis. The numbers ``sure_..``
+    are of the largest smaller step whose effect is certain, if that of the whole range is not.
     """
     same = (medians[[*_EFFECT[:4], "demand"]] == [row[n] for n in (*_EFFECT[:4], "demand")]).all(
         axis=1
     )
     steps = medians[same & (medians["scope"] == "pooled") & (medians["status"] == OK)]
-    texts: list[str] = []
+    found: dict[str, Any] = {}
     if row["claim"] not in (LOWER, HIGHER, NEGLIGIBLE):
-        certain = steps[steps["verdict_family"].isin((LOWER, HIGHER))]
-        texts += [
-            f"{change_name(step['axis'], step['from_value'], step['to_value'])}: certain, "
-            f"{change_text(step)} ({interval_text(step)})"
-            for step in records_of(certain.tail(1))
-        ]
+        certain = steps[steps["verdict_family"].isin((LOWER, HIGHER))].sort_values("to_value")
+        for step in records_of(certain.tail(1)):
+            names = zip(("sure_to", "sure_ratio", "sure_low", "sure_high"),
+                        ("to_value", "ratio", "ci_low", "ci_high"), strict=True)  # fmt: skip
+            found = {name: step[source] for name, source in names}
+    texts: list[str] = []
     own = steps[steps["to_value"] == row["to_value"]]
     for other in own.loc[own["p_interaction"] < 0.05, "interaction"]:
         parts = medians[same & (medians["scope"] == "by_value") & medians[other].notna()]
@@ -190,7 +188,7 @@ def _values_text(medians: pd.DataFrame, row: Mapping[str, Any]) -> str:
             f"{change_text(part)} ({interval_text(part)})"
             for part in records_of(parts)
         ]
-    return "; ".join(texts)
+    return found | {"by_value": "; ".join(texts)}
 
 
 def answer_table(
@@ -204,9 +202,9 @@ def answer_table(
     """Return the pooled headline effects of each axis, for the change to its largest value.
 
     The columns are `ANSWER_COLUMNS`. For each bridge, abutment model and axis, the states of
-    `HEADLINE_STATES` in ``curves`` come first, then the headline demands. A state without a ratio
-    has the most frequent status of its variants without an estimate, or `NOT_REACHED` if no run
-    exceeds it. ``bridges`` are names or files of the study.
+    `HEADLINE_STATES` and of joints in ``curves`` come first, then the headline demands. A state
+    without a ratio has the most frequent status of its variants without an estimate, or
+    `NOT_REACHED` if no run exceeds it. ``bridges`` are names or files of the study.
     """
     headline = demands_for("headline")
     pooled = effects[(effects["scope"] == "pooled") & effects["demand"].isin(headline)]
@@ -226,7 +224,7 @@ def answer_table(
         n_exceed=("n_exceed", "sum"), n_runs=("n_runs", "sum"), missing=("status", reason)
     )
     places = pooled[list(_EFFECT[:-1])].drop_duplicates()
-    capacities = places.merge(states[states["demand"].isin(HEADLINE_STATES)])
+    capacities = places.merge(states[states["demand"].isin(_STATES)])
     own = medians[medians["scope"] == "pooled"]
     capacities = capacities.merge(own, how="left", on=list(_EFFECT))
     unreached = (capacities["missing"] == NO_EXCEEDANCE) & (capacities["n_exceed"] == 0)
@@ -238,12 +236,12 @@ def answer_table(
         from_demand=capacities["from_mean"],
         to_demand=capacities["from_mean"] * capacities["ratio"],
     )
-    texts = [_values_text(medians, row) for row in records_of(capacities)]
-    capacities = capacities.assign(by_value=texts)
+    further = [_further_steps(medians, row) for row in records_of(capacities)]
+    capacities = capacities.join(pd.DataFrame(further, index=capacities.index))
 
     table = pd.concat([capacities, demands]).reindex(columns=list(ANSWER_COLUMNS))
     order = {"axis": [each.name for each in axes_of(table["axis"])]}
-    order["demand"] = [*HEADLINE_STATES, *headline]
+    order["demand"] = [*_STATES, *headline]
     ranks = {f"_{name}": table[name].map(values.index) for name, values in order.items()}
     table = table.assign(**ranks).sort_values([*BRIDGE_COLUMNS, "_axis", "from_value", "_demand"])
     seats_m, files = dict[str, float](), {Path(name).stem: name for name in bridges}
@@ -318,7 +316,7 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
         elif sums["n_without_curve"] > 0:
             notes[place] = (
                 f"{start}: some variants have no curve, because runs that ended early make the "
-                "median too uncertain; the ratios use the cloud fits of these variants."
+                "median too uncertain; the ratios use the demand model of all variants."
             )
     return notes
 
@@ -346,32 +344,15 @@ def effect_notes(table: pd.DataFrame) -> list[str]:
     return notes
 
 
-def clearest_clause(rows: Sequence[dict[str, Any]]) -> str:
-    """Return a clause on the largest of the effects on demands that certainly exceed the margin."""
-    known = [row for row in rows if np.isfinite(row["im"])]
-    clear = [row for row in known if row["claim"] in (LOWER, HIGHER) and np.isfinite(row["ratio"])]
-    if not clear:
-        return f"no change is certain at {known[0]['im']:.2g} g" if known else "not estimable"
-    row, verb, size = largest_change(clear)
-    text = f"at {row['im']:.2g} g it {verb} {effect_name(row['demand'])} by {size} "
-    text += f"({interval_text(row)})"
-    ends = [row["from_demand"], row["to_demand"]]
-    if not np.isfinite(ends).all():
-        return text
-    (low, unit), (high, _) = (shown_value(row["demand"], end) for end in ends)
-    if row["demand"].endswith("dcr"):
-        low, high, unit = 100.0 * low, 100.0 * high, " % of the capacity"
-    text += f": {number(low)} to {number(high)}{unit}"
-    if np.isfinite(row["seat_m"]):
-        seat, unit = shown_value(row["demand"], row["seat_m"])
-        text += f" on a seat of {number(seat)}{unit}"
-    return text
+def headline(table: pd.DataFrame) -> list[str]:
+    """Return one sentence per axis on its effects, certain and large ones first.
 
-
-def title_of(table: pd.DataFrame) -> str:
-    """Return the main result in one sentence: the effect of each axis on median capacities."""
+    A sentence names the change of each leading median capacity (g) and the largest certain change
+    of a displacement, for the bridge with the largest effect. The last sentence lists the effects
+    that are not decided.
+    """
     if table.empty:
-        return "No comparison is possible: no two variants differ in one axis only"
+        return ["No comparison is possible: no two variants differ in one axis only."]
     names = short_names(table)
     capacities = table[table["quantity"] == MEDIAN_CAPACITY]
     estimated = capacities[capacities["status"] == OK]
@@ -383,47 +364,104 @@ def title_of(table: pd.DataFrame) -> str:
             f"{no_ratio_text(row)}"
             for row in records_of(rows[leads] if leads.any() else rows)
         ]
-        return "; ".join(["No median capacities can be compared", *reasons])
-    clear, unclear, small = list[str](), list[str](), list[str]()
-    for name, part in estimated.groupby("axis", sort=False):
-        title, claims = axis(str(name)).title, set(part["claim"])
-        if claims & {LOWER, HIGHER, DETECTABLE}:
-            clear.append(f"{title} {_title_claim(part, names)}")
-        elif claims == {NEGLIGIBLE}:
-            margin = margin_text(part.iloc[0])
-            small.append(f"{title} changes no median capacity by more than {margin}")
-        else:
-            unclear.append(f"the effect of {title} on median capacities is uncertain")
-    text = "; ".join([*clear, *unclear, *small])
-    return text[:1].upper() + text[1:]
+        return [f"{'; '.join(['No median capacities can be compared', *reasons])}."]
+    sentences = list[tuple[tuple[int, float], str]]()
+    open_effects = list[str]()
+    for (name, *_), part in estimated.groupby(["axis", "from_value", "to_value"], sort=False):
+        demands = table[(table["axis"] == name) & (table["quantity"] != MEDIAN_CAPACITY)]
+        sentences += _axis_sentence(part, demands, names)
+        undecided = part[(part["claim"] == UNDECIDED) & part["demand"].isin(LEADING_STATES)]
+        for (state,), rows in groups_of(undecided, ["demand"]):
+            texts = [
+                f"{names[row['bridge'], row['abutment']] + ' ' if len(names) > 1 else ''}"
+                f"{change_text(row)}, {interval_text(row)}"
+                for row in records_of(rows)
+            ]
+            open_effects.append(
+                f"{axis(str(name)).title} on {effect_name(state)} ({'; '.join(texts)})"
+            )
+    texts = [text for _, text in sorted(sentences)]
+    if open_effects:
+        texts.append(f"Not decided with these motions: {listed(open_effects)}.")
+    return texts
 
 
-def _title_claim(part: pd.DataFrame, names: Mapping[tuple[str, str], str]) -> str:
-    """Return the clause of the title on the effects of an axis on median capacities.
-
-    It names the most severe state whose direction of change is clear, and the bridge on which this
-    change is largest. If a different state is the most severe one whose change certainly exceeds
-    the margin, that state is added.
-    """
-    claims: dict[str, list[str]] = {}
-    for wanted in ((LOWER, HIGHER, DETECTABLE), (LOWER, HIGHER)):
-        rows = part[part["claim"].isin(wanted)]
-        state = next((name for name in HEADLINE_STATES if (rows["demand"] == name).any()), None)
-        if state is None:
-            continue
-        row, verb, size = largest_change(records_of(rows[rows["demand"] == state]))
+def _axis_sentence(
+    part: pd.DataFrame, demands: pd.DataFrame, names: Mapping[tuple[str, str], str]
+) -> list[tuple[tuple[int, float], str]]:
+    """Return the sentence on an axis with its rank, or nothing if no effect is decided."""
+    start = change_name(*part[["axis", "from_value", "to_value"]].iloc[0])
+    by_verb, sizes, ranks = dict[str, list[str]](), list[float](), list[int]()
+    decided = part[part["claim"].isin((LOWER, HIGHER, DETECTABLE)) | part["sure_ratio"].notna()]
+    leads = decided[decided["demand"].isin(LEADING_STATES)]
+    for (state,), rows in groups_of(leads if len(leads) else decided, ["demand"]):
+        certain = rows["claim"].isin((LOWER, HIGHER))
+        row, verb, _ = largest_change(records_of(rows[certain] if certain.any() else rows))
+        doubt = CERTAINTY[row["claim"]].partition(",")[0]
+        if np.isfinite(row["sure_ratio"]):
+            sure = {"ratio": row["sure_ratio"], "ci_low": row["sure_low"],
+                    "ci_high": row["sure_high"]}  # fmt: skip
+            doubt += (
+                f"; certain up to {value_text(axis(row['axis']), row['sure_to'])}: "
+                f"{change_text(sure)} ({interval_text(sure)})"
+            )
+        moved_g = abs(row["to_demand"] - row["from_demand"])
         model = f" of {names[row['bridge'], row['abutment']]}" if len(names) > 1 else ""
-        doubt = "size uncertain" if row["claim"] == DETECTABLE else ""
-        details = filter(None, [interval_text(row), doubt, extent_of_data(row)])
-        text = f"for {effect_name(state)} by {size} ({', '.join(details)})"
-        claims.setdefault(f"{verb} the median capacity{model}", []).append(text)
-    return " and ".join(
-        f"{start} {' and '.join(dict.fromkeys(texts))}" for start, texts in claims.items()
+        details = ", ".join(filter(None, [doubt, extent_of_data(row)]))
+        by_verb.setdefault(f"{verb} the median capacity", []).append(
+            f"for {effect_name(state)}{model} by {moved_g:.2f} g "
+            f"({row['from_demand']:.2f} to {row['to_demand']:.2f} g, {details})"
+        )
+        sizes.append(abs(float(np.log(row["ratio"]))))
+        ranks.append(0 if row["claim"] in (LOWER, HIGHER) or np.isfinite(row["sure_ratio"]) else 1)
+    clauses = [f"{verb} {' and '.join(texts)}" for verb, texts in by_verb.items()]
+    moved = displacement_clause(records_of(demands), names)
+    if moved:
+        clauses.append(moved)
+    if not sizes and set(part["claim"]) == {NEGLIGIBLE}:
+        most_g = (part["to_demand"] - part["from_demand"]).abs().max()
+        margin = margin_text(part.iloc[0])
+        clauses.insert(
+            0, f"changes no median capacity by more than {margin} (most: {most_g:.2f} g)"
+        )
+    if not clauses:
+        return []
+    return [((min(ranks, default=2), -max(sizes, default=0.0)), f"{start} {listed(clauses)}.")]
+
+
+def displacement_clause(
+    rows: Sequence[dict[str, Any]], names: Mapping[tuple[str, str], str]
+) -> str:
+    """Return a clause on the largest certain change of a displacement; empty if none is certain."""
+    clear = [
+        row
+        for row in rows
+        if row["claim"] in (LOWER, HIGHER)
+        and np.isfinite([row["im"], row["ratio"], row["from_demand"], row["to_demand"]]).all()
+        and row["demand"].endswith("_m")
+    ]
+    if not clear:
+        return ""
+    row = max(clear, key=lambda each: abs(each["to_demand"] - each["from_demand"]))
+    low, high = row["from_demand"], row["to_demand"]
+    (low, unit), (high, _), (size, _) = (
+        shown_value(row["demand"], value) for value in (low, high, abs(high - low))
     )
+    text = f"{'lowers' if row['ratio'] < 1.0 else 'raises'} {effect_name(row['demand'])}"
+    if len(names) > 1:
+        text += f" of {names[row['bridge'], row['abutment']]}"
+    text += f" by {number(size)}{unit} ({number(low)} to {number(high)}{unit} at {row['im']:.2g} g"
+    if np.isfinite(row["seat_m"]):
+        seat, unit = shown_value(row["demand"], row["seat_m"])
+        text += f", seat {number(seat)}{unit}"
+    return f"{text}; certain)"
 
 
-def failure_sentences(counts: pd.DataFrame) -> tuple[str, str]:
-    """Return two texts: runs with a failed column, and runs that collapsed or ended early."""
+def failure_sentences(counts: pd.DataFrame, *, has_capacities: bool = True) -> tuple[str, str]:
+    """Return two texts: runs with a failed column, and runs that collapsed or ended early.
+
+    Without capacities of columns in the demands, no failure can be counted.
+    """
     whole, names = counts[counts["axis"] == ""], short_names(counts)
     totals = whole.filter(regex="^n_").sum()
     parts = [
@@ -431,14 +469,21 @@ def failure_sentences(counts: pd.DataFrame) -> tuple[str, str]:
         for row in records_of(whole)
     ]
     models = f" ({listed(parts)})" if len(parts) > 1 else ""
-    modes = f"{totals['n_shear']:.0f} in shear, {totals['n_flexure']:.0f} in flexure"
-    return (
-        f"Columns failed in {totals['n_failed']:.0f} of {totals['n_runs']:.0f} runs{models}: "
-        f"{modes}.",
-        f"{counted(int(totals['n_collapse']), 'run').capitalize()} collapsed. In "
-        f"{totals['n_bounds']:.0f} runs the demands are peaks up to a failure or an early stop, so "
-        "they are treated as lower bounds.",
-    )
+    kinds = [
+        f"{totals[f'n_{mode}']:.0f} in {mode}"
+        for mode in ("shear", "flexure")
+        if totals[f"n_{mode}"] > 0
+    ]
+    failed = f"Columns failed in {totals['n_failed']:.0f} of {totals['n_runs']:.0f} runs"
+    if not has_capacities:
+        failed, models = "The table has no column capacities, so no column failure is counted", ""
+    further = f"{counted(int(totals['n_collapse']), 'run').capitalize()} collapsed."
+    if totals["n_bounds"] > 0:
+        further += (
+            f" In {totals['n_bounds']:.0f} runs the demands are peaks up to a failure or an early "
+            "stop, so they are treated as lower bounds."
+        )
+    return f"{failed}{models}{': ' * bool(kinds)}{', '.join(kinds)}.", further
 
 
 def shear_model_sentence(demands: pd.DataFrame) -> str:
@@ -492,7 +537,7 @@ def untested_skew_sentence(skews_deg: Iterable[float]) -> str:
 def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]:
     """Return two texts on whether the headline effects depend on the suite of motions.
 
-    The first is a clause for the title; it is empty if no more suites differ than expected by
+    The first is a sentence for the headline; it is empty if no more suites differ than expected by
     chance. The second states the largest difference and its interval; it is empty for one suite.
     """
     if suites.empty:
@@ -523,7 +568,7 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
     if len(differing) <= 0.05 * len(compared):  # no more than expected by chance
         return "", text
     axes = listed(dict.fromkeys(axis(str(name)).title for name in differing["axis"]))
-    return f"; the effect of {axes} {DEPENDS}", text
+    return f"The effect of {axes} {DEPENDS}.", text
 
 
 def properties_sentence(demands: pd.DataFrame) -> str:

@@ -5,18 +5,24 @@ in all common kinds of colour blindness (Okabe and Ito 2008), and a sign repeats
 """
 
 import re
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from itertools import product
-from textwrap import fill
+from importlib.resources import files
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
-from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+import yaml
+from jinja2 import (
+    ChoiceLoader,
+    DictLoader,
+    Environment,
+    PackageLoader,
+    StrictUndefined,
+    select_autoescape,
+)
 from matplotlib.axis import Axis as DrawnAxis
-from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from skewbridge.demands.columns import label_of, unit_of
@@ -52,14 +58,14 @@ STYLE: Final[Any] = {
     "font.size": 9,
     "legend.frameon": False,
 }
+#: Texts of the figures by kind, and of the page (key ``page``), as templates.
+TEXTS: Final[Mapping[str, Mapping[str, str]]] = yaml.safe_load(
+    (files("skewbridge.report") / "captions.yaml").read_text("utf-8")
+)
 #: Largest number of bands in a panel: more would hide each other.
 MAX_BANDS: Final = 2
-#: Marks of the runs in a cloud.
-MARKS: Final = ("o", "s", "D", "P", "X", "*")
 _MANY: Final = 2000.0  # ratio of the ends of an axis above which only decades have ticks
-DASHES: Final = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
-_WIDEST, _THINNEST = 2.3, 1.0  # points; later lines are thinner, so that overlaid lines are visible
-_LEAST_SHOWN: Final = 3  # an axis each for panels, dashes and colours, even if constant
+_LEAST_SHOWN: Final = 3  # number of axes that name a variant, even if constant
 
 #: US unit of an SI unit, and the factor to it.
 US_UNITS: Final = {
@@ -70,7 +76,6 @@ US_UNITS: Final = {
 }
 _UNITS: ContextVar[str] = ContextVar("units", default="si")
 
-type Values = tuple[float, ...]
 type Row = Mapping[Any, Any] | pd.Series
 
 
@@ -134,10 +139,16 @@ def shown_value(demand: str, value: float) -> tuple[float, str]:
     return factor * per_unit * value, f" {shown}".rstrip()
 
 
+def number(value: float, digits: int = 3) -> str:
+    """Return a number with significant digits, without an exponent if it is large."""
+    text = f"{value:.{digits}g}"
+    return f"{value:.0f}" if "e+" in text else text
+
+
 def threshold_text(demand: str, threshold: float) -> str:
     """Return the capacity of a limit state in its display unit as text."""
     value, unit = shown_value(demand, threshold)
-    return f"{value:.3g}{unit}"
+    return f"{number(value)}{unit}"
 
 
 def value_text(axis: Axis, value: float) -> str:
@@ -170,7 +181,8 @@ def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:
 def templates(*functions: Callable[..., Any]) -> Environment:
     """Return the environment of all templates, with ``functions`` as functions and filters."""
     escaped = select_autoescape(("html.j2", "css.j2"), default_for_string=False)
-    loader = PackageLoader("skewbridge.report")
+    texts = DictLoader({f"{name}.html.j2": text for name, text in TEXTS["page"].items()})
+    loader = ChoiceLoader([PackageLoader("skewbridge.report"), texts])
     environment = Environment(loader=loader, autoescape=escaped, undefined=StrictUndefined)
     named = {function.__name__: function for function in functions}
     environment.globals.update(named)
@@ -183,7 +195,7 @@ def groups_of(table: pd.DataFrame, columns: Sequence[str]) -> list[tuple[Any, pd
     return list(table.groupby(list(columns), sort=False))
 
 
-# --- panels, line styles and ticks of figures
+# --- ticks of figures
 
 
 def plain_log_ticks(axis: DrawnAxis) -> None:
@@ -197,65 +209,6 @@ def plain_log_ticks(axis: DrawnAxis) -> None:
     axis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
     axis.set_major_formatter(FuncFormatter(plain))
     axis.set_minor_locator(NullLocator())
-
-
-class VariantLayout:
-    """Panels and line styles of the variants in a table with a column per axis.
-
-    Each value of the first shown axis has its panel, each value of the second its dash and mark,
-    each value of the third its colour and width. Every further axis multiplies the panels, so no
-    axis is averaged over. ``styles`` maps the values of the line axes to line styles. ``banded``
-    lists the values whose lines have bands, which are the first `MAX_BANDS`. ``banded_text`` names
-    them in words; it is empty if all lines have bands.
-    """
-
-    def __init__(self, table: pd.DataFrame) -> None:
-        shown = shown_axes(table)
-        self.panel_axes = (*shown[:1], *shown[_LEAST_SHOWN:])
-        self.line_axes = shown[1:_LEAST_SHOWN]
-        values = [sorted(table[axis.name].unique()) for axis in self.line_axes]
-        widths = np.linspace(_WIDEST, _THINNEST, max(len(values[-1]), 2) if values else 2)
-        self.styles: dict[Values, dict[str, Any]] = {}
-        for key in product(*(enumerate(own) for own in values)):
-            shade = key[-1][0] if key else 0
-            pattern = key[0][0] if len(key) > 1 else 0
-            self.styles[tuple(value for _, value in key)] = {
-                "color": VARIANT_COLOURS[shade % len(VARIANT_COLOURS)],
-                "linewidth": float(widths[shade]),
-                "linestyle": DASHES[pattern % len(DASHES)],
-                "marker": MARKS[pattern % len(MARKS)],
-            }
-        self.banded = tuple(self.styles)[:MAX_BANDS]
-        words = " and ".join(_joined(self.line_axes, each) for each in self.banded)
-        self.banded_text = words if len(self.styles) > MAX_BANDS else ""
-
-    def panels(self, table: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-        """Return for every panel its title, in lines of up to 34 characters, and its rows."""
-        return [
-            (fill(_joined(self.panel_axes, values), 34), part)
-            for values, part in _groups(table, self.panel_axes)
-        ]
-
-    def lines(self, table: pd.DataFrame) -> Iterator[tuple[Values, pd.DataFrame, dict[str, Any]]]:
-        """Yield for every line the values of the line axes, its rows and its style."""
-        for values, part in _groups(table, self.line_axes):
-            yield values, part, self.styles[values]
-
-    def handles(self, *, marks: bool = False) -> list[Line2D]:
-        """Return the legend entries; ``marks`` adds the marks of clouds."""
-        hidden: dict[str, Any] = {} if marks else {"marker": ""}
-        return [
-            Line2D([], [], label=_joined(self.line_axes, values), ms=4.0, **style | hidden)
-            for values, style in self.styles.items()
-        ]
-
-
-def _groups(table: pd.DataFrame, axes: Sequence[Axis]) -> list[tuple[Any, pd.DataFrame]]:
-    return list(table.groupby([axis.name for axis in axes])) if axes else [((), table)]
-
-
-def _joined(axes: Sequence[Axis], values: Sequence[Any]) -> str:
-    return ", ".join(map(named_value, axes, values))
 
 
 # --- verdicts

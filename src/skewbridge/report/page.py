@@ -22,37 +22,51 @@ from PIL import Image
 from skewbridge.bridge.frame import Description, Structure
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.plan import PlanVector
-from skewbridge.demands.columns import KEY, Column, column_of, demands_for
-from skewbridge.demands.validity import BEYOND_MODEL, is_complete, with_derived_columns
+from skewbridge.demands.columns import demands_for
+from skewbridge.demands.validity import (
+    BEYOND_MODEL,
+    FAILURE_DEMANDS,
+    is_complete,
+    with_derived_columns,
+)
 from skewbridge.files.tables import read_frame, read_stamp, records_of, stamp
 from skewbridge.files.text import write_text
 from skewbridge.fragility import paper_table, verdicts
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import HEADLINE_STATES
-from skewbridge.fragility.union import UNION_COLUMNS
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, OK
 from skewbridge.report import answer, appearance
 from skewbridge.report.answer import change_name, counted, effect_name, model_name, number_word
 from skewbridge.report.appearance import groups_of, in_words, plain_label, shown_axes, variant_text
 from skewbridge.report.methods import STATE_HEADS, methods_of
+from skewbridge.report.pooled_curves import (
+    STATE,
+    curve_values,
+    main_curves,
+    pooled_curves,
+    state_text,
+    three_digits,
+    variants_text,
+    with_system,
+)
+from skewbridge.report.rates import rates_on_page
 from skewbridge.report.study_figures import SECTIONS, Caption, draw_study, read_captions
 from skewbridge.statuses import STATUSES
 from skewbridge.study.config import FigureSettings, StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of
+from skewbridge.variant.axes import axis as axis_of
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
 
 _CHANGE: Final = ("axis", "from_value", "to_value")
-_WIDEST_BAR: Final = 2.5  # largest ratio that the interval bars of the first screen cover
 _NEEDED: Final = (*BRIDGE_COLUMNS, *_CHANGE, "demand", "n_motions", "needed_motions")
 #: Columns of the ranked intensity measures; p tests whether residuals depend on a property.
 _MEASURES: Final = (
     *(*BRIDGE_COLUMNS, "demand", "im", "recommended", "proficiency", "efficiency", "practicality"),
-    *("r2", "p_magnitude", "p_ln_distance", "p_ln_scale", "p_ln_duration", "p_ln_shape"),
-    "p_best_proficiency",
+    *("p_magnitude", "p_ln_distance", "p_ln_scale", "p_ln_duration", "p_ln_shape"),
 )
 
 
@@ -62,10 +76,14 @@ def write_report(
     """Write the report to an HTML file.
 
     ``tables`` maps the names in `StudyFolder.report_inputs` to paths. It may also contain
-    check_predict and choices (modelling choices). ``figures`` is a folder. ``study`` is None for
+    choices (modelling choices). ``figures`` is a folder. ``study`` is None for
     tables of `skewbridge statistics`, without a study.
     """
-    frames = {name: read_frame(path) for name, path in tables.items() if path.suffix == ".parquet"}
+    frames = {
+        name: read_frame(path)
+        for name, path in tables.items()
+        if path.suffix == ".parquet" and path.is_file()
+    }
     curves, medians = frames["curves"], frames["medians"]
     functions = (axes_of, model_name, shown_axes, variant_text)
     filters = (groups_of, in_words, median_text, number_text, records_of, shown_rows, unbroken)
@@ -73,13 +91,18 @@ def write_report(
     units = study.figures.units if study else FigureSettings().units
     environment = appearance.templates(*functions, *filters)
     unreached = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
+    pictures = pictures_of(read_captions(tables["captions"]), figures)
     with appearance.shown_in(units):
         page = environment.get_template("report.html.j2").render(
             **_first_screen(frames, study.grid.bridge if study else ()),
             **(_study_parts(frames, tables, study) if study else {"methods": None}),
             **_effect_parts(frames),
-            gallery=pictures_of(read_captions(tables["captions"]), figures),
-            explorer=explorer_of(frames, units),
+            leading={each["caption"].name: each for each in pictures if _is_leading(each)},
+            curve_groups=curve_rows(frames),
+            published=published_rows(medians),
+            gallery=[each for each in pictures if not _is_leading(each)],
+            explorer=explorer_of(frames),
+            rates=rates_on_page(frames),
             tables=frames,
             paper=paper_rows(curves, medians, frames["joint"]),
             compared=methods_compared(curves),
@@ -121,7 +144,7 @@ def _study_parts(
         "bridges": [(bridge, bridge_words(bridge.description)) for bridge in bridges],
         "joints": joint_rows(demands, bridges),
         "checks": json.loads(tables["checks"].read_text("utf-8")),
-        "quality": quality(demands, frames["sensitivity"], frames.get("check_predict")),
+        "quality": quality(demands, frames["sensitivity"]),
         "exclude_suspect": study.fragility.exclude_suspect,
         "methods": methods_of(study, frames["suite"]),
         "state_heads": STATE_HEADS,
@@ -157,13 +180,17 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
         axis.name: ", ".join(appearance.value_text(axis, value) for value in values[axis.name])
         for axis in axes_of(values)
     }
+    varied = [axis.title for axis in axes_of(values) if len(values[axis.name]) > 1]
+    title = f"Fragility of {answer.listed(demands['bridge'].unique())}"
+    has_capacities = any(name in demands for name in (*FAILURE_DEMANDS.values(), BEYOND_MODEL))
     return {
-        "title": f"{answer.title_of(table)}{on_suites}",
+        "title": f"{title}: effect of {answer.listed(varied)}" if varied else title,
+        "headline": [*answer.headline(table), *filter(None, [on_suites])],
         "subtitle": subtitle(demands, str(curves["im"].iloc[0]), texts),
         "sketch_colours": dict(zip(("skew", "gap", "friction"), colours, strict=True)),
         "axis_texts": texts,
-        "answer": answer_rows(table, counts),
-        "failures": answer.failure_sentences(counts),
+        "answer": answer_rows(table, counts) | {"failures": has_capacities},
+        "failures": answer.failure_sentences(counts, has_capacities=has_capacities),
         "shear_failures": answer.shear_model_sentence(demands),
         "motions_line": f"{motions} {suites_text} "
         f"{answer.untested_skew_sentence(with_backfill['skew_deg'])}".rstrip(),
@@ -180,8 +207,6 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
     capacities = table[table["quantity"] == MEDIAN_CAPACITY]
     present = capacities["demand"].unique()
     states = sorted(present, key=lambda state: state not in answer.LEADING_STATES)[:2]
-    ends = capacities.loc[capacities["status"] == OK, ["ci_low", "ci_high"]].to_numpy(np.float64)
-    reach = min(np.nanmax(np.abs(np.log(ends)), initial=0.05), np.log(_WIDEST_BAR))
     by_value = dict(groups_of(counts, (*BRIDGE_COLUMNS, "axis")))
     rows: list[dict[str, Any]] = []
     for change, part in groups_of(table, _CHANGE):
@@ -189,15 +214,13 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
             effects = {row["demand"]: row for row in records_of(own)}
             failed, runs = (by_value[*model, change[0]][name] for name in ("n_failed", "n_runs"))
             cells = [
-                _answer_cell(effects.get(state), reach) | {"note": signs.get((*model, state), "")}
+                _answer_cell(effects.get(state)) | {"note": signs.get((*model, state), "")}
                 for state in states
             ]
-            demands = [row for name, row in effects.items() if "/" not in name]
             row = {
                 "change": change_name(*change),
                 "model": names[model] if len(names) > 1 else "",
                 "failed": f"{failed.iloc[0]} to {failed.iloc[-1]} of {runs.iloc[0]}",
-                "clearest": answer.clearest_clause(demands),
             }
             rows.append({**row, "cells": cells})
     return {
@@ -210,21 +233,16 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def _answer_cell(row: Mapping[str, Any] | None, reach: float) -> dict[str, Any]:
-    """Return the change, median capacities, interval, certainty and interval bar of an effect.
-
-    Positions on the bar are in per cent of its width, which covers ln ratios of -reach to reach.
-    """
+def _answer_cell(row: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return the change, median capacities, interval and certainty of an effect."""
     if row is None or row["status"] != OK:
         reason = "no comparison" if row is None else answer.no_ratio_text(row)
         return {"text": reason, "sizes": ""}
-    bar = [np.clip(np.log(row[end]) / reach, -1.0, 1.0) for end in ("ci_low", "ratio", "ci_high")]
     return {
         **_cell({**row, "verdict_family": row["claim"]}),
-        "certainty": answer.CERTAINTY[row["claim"]],
+        "certainty": answer.CERTAINTY[row["claim"]].partition(",")[0],
         "sizes": f"{row['from_demand']:.2f} → {row['to_demand']:.2f} g",
         "extent": answer.extent_of_data(row) if row["n_extrapolated"] > 0 else "",
-        "bar": [round(50.0 + 49.0 * float(share), 1) for share in bar],
     }
 
 
@@ -284,7 +302,7 @@ def sketch(
     The decks are filled at the largest skew of the study and outlined at the other skews. Walls,
     keys and inner joints have the largest gap, exaggerated ``factor`` times and normal to the
     faces. A seat has a gap and keys, an integral or fixed end touches its wall, and a roller has no
-    wall. The columns have their places at the largest skew.
+    wall. Bents and columns have their places at the largest skew.
     """
     skew, gap_m = max(skews_deg, key=abs), max(gaps_mm) / 1000.0
     end, half, own_deg = bridge.length_m / 2, bridge.width_m / 2, bridge.skews_deg
@@ -346,6 +364,12 @@ def sketch(
             ]
             for (x_m, along_m), outline in zip(bridge.columns_m, bridge.outlines_m, strict=True)
         ],
+        # a line is an area of two corners
+        "bents": [
+            [_skewed((x, bent_skew), -half), _skewed((x, bent_skew), half)]
+            for x in sorted({x for x, _ in bridge.columns_m})
+        ],
+        "ends": list(bridge.end_kinds.values()),
         "arm": arm,
         "tip": (-end - arm * sin(tilt), arm * cos(tilt)),
         "factor": factor,
@@ -377,6 +401,46 @@ def joint_rows(demands: pd.DataFrame, bridges: Sequence[Structure]) -> list[dict
     return rows
 
 
+# --- curves
+
+
+def _is_leading(picture: Mapping[str, Any]) -> bool:
+    """Return whether a figure is one of the leading curves, outside the gallery."""
+    return picture["caption"].section == SECTIONS[0]
+
+
+def curve_rows(frames: Mapping[str, pd.DataFrame]) -> list[dict[str, Any]]:
+    """Return the leading curves as groups of text rows: a state, and a row for each value."""
+    drawn = with_system(frames["curves"], frames["system"])
+    leading = main_curves(pooled_curves(drawn, frames["medians"])).values()
+    groups: list[dict[str, Any]] = []
+    for table in leading:
+        for state, part in groups_of(table, STATE):
+            fit = records_of(drawn[(drawn[list(STATE)] == list(state)).all(axis=1)])[0]
+            words = state_text(fit)
+            rows: list[list[str]] = []
+            for row in records_of(part):
+                theta = _with_ends(row, ("theta", "theta_low", "theta_high"))
+                rows.append([
+                    appearance.named_value(axis_of(row["axis"]), row["value"]) + variants_text(row),
+                    theta + " †" * (row["n_extrapolated"] > 0),
+                    *(f"{row[name]:.2f}" for name in ("beta", "beta_total")),
+                    f"{row['n_exceed']:.0f} of {row['n_runs']:.0f}",
+                    _with_ends(row, verdicts.RATIOS),
+                ])  # fmt: skip
+            groups.append({"state": f"{model_name(*state[:2])}: {words}", "rows": rows})
+    return groups
+
+
+def _with_ends(row: Mapping[str, Any], names: Sequence[str]) -> str:
+    """Return an estimate with its interval, if it has one."""
+    value, low, high = (row[name] for name in names)
+    if pd.isna(value):
+        return "–"
+    ends = "" if pd.isna(low) else f" [{three_digits(low)}, {three_digits(high)}]"
+    return three_digits(value) + ends
+
+
 # --- effects
 
 
@@ -395,6 +459,26 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
         "needed": needed.loc[needed["forecast"] == verdicts.MORE, list(_NEEDED)],
         "styles": appearance.STYLES.values(),
     }
+
+
+def published_rows(medians: pd.DataFrame) -> list[dict[str, str]]:
+    """Return ratios of medians to skew 0 and the Hazus factor, one row per skew.
+
+    source: Hazus 6.1, section 7, FEMA (2022): medians times sqrt(sin(90 deg - skew)).
+    """
+    pooled = medians[(medians["scope"] == "pooled") & (medians["axis"] == "skew_deg")]
+    pooled = pooled[pooled["demand"].isin(answer.LEADING_STATES) & (pooled["from_value"] == 0.0)]
+    order = pooled["demand"].map(answer.LEADING_STATES.index)
+    pooled = pooled[pooled["status"] == OK].assign(order=order)
+    names, rows = answer.short_names(pooled), list[dict[str, str]]()
+    for (skew,), part in groups_of(pooled.sort_values(["to_value", "order"]), ["to_value"]):
+        factor = np.sqrt(cos(radians(skew)))
+        row = {"skew": f"{skew:g}°", "Hazus": f"{factor:.2f}"}
+        for each in records_of(part):
+            head = f"{names[each['bridge'], each['abutment']]}, {effect_name(each['demand'])}"
+            row[head] = _with_ends(each, verdicts.RATIOS)
+        rows.append(row)
+    return records_of(pd.DataFrame(rows).fillna("–"))
 
 
 def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, Any]:
@@ -468,21 +552,13 @@ def _packed(path: Path) -> dict[str, Any]:
 
 _FIT_COLUMNS: Final = (
     *("variant", "component", "limit_state", "method", "demand", "preferred", "methods_differ"),
-    *("theta", "theta_low", "theta_high", "beta", "beta_total", "threshold"),
-    *("capacity_dispersion", "ln_a", "b", "knot", "b_above", "sigma", "growth"),
-    *("var_ln_theta", "cov_ln_theta_beta", "var_beta"),
-    *("level", "methods_ratio", "n_exceed", "n_runs", "extrapolated", "im_low", "im_high"),
-    *UNION_COLUMNS,
+    *("theta", "beta_total", "threshold", "ln_a", "b", "knot", "b_above"),
+    *("extrapolated", "im_low", "im_high", "curve"),
 )
-_EFFECT_COLUMNS: Final = (
-    *("model", "quantity", "demand", "axis", "from", "to", "values", "judged_by", "unit", "status"),
-    *("value", "low", "high", "margin", "styles", "n_motions"),
-)
-#: Factors on the margins of the study, of which the reader of the page chooses one.
-MARGIN_FACTORS: Final = (0.5, 1.0, 2.0)
+_CURVE_POINTS: Final = 80
 
 
-def explorer_of(frames: Mapping[str, pd.DataFrame], units: str) -> dict[str, str]:
+def explorer_of(frames: Mapping[str, pd.DataFrame]) -> dict[str, str]:
     """Return the compressed data and library of the explorer; empty if no curve was fitted.
 
     The library is the basic bundle of plotly.js 4.1.1 (MIT, `vendor/LICENSE`), as published in the
@@ -491,37 +567,36 @@ def explorer_of(frames: Mapping[str, pd.DataFrame], units: str) -> dict[str, str
     if not (frames["curves"]["status"] == FITTED).any():
         return {}
     library = files("skewbridge.report") / "vendor" / "plotly-basic.min.js"
-    return {"data": explorer_data(frames, units), "library": _compressed(library.read_bytes())}
+    return {"data": explorer_data(frames), "library": _compressed(library.read_bytes())}
 
 
-def explorer_data(frames: Mapping[str, pd.DataFrame], units: str = "si") -> str:
-    """Return a study as compressed JSON: tables as columns and rows, runs as lists of values.
+def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
+    """Return runs and curves as compressed JSON: tables as columns and rows, runs as lists.
 
-    ``frames`` are demands, curves, effects (on demands) and medians (effects on median capacities);
-    ``units`` (si or us) are the initial units of the page.
+    ``frames`` are demands and curves. A curve is its probabilities and both ends of its band.
     """
-    curves, effects, medians = (frames[name] for name in ("curves", "effects", "medians"))
-    demands, us_units = with_derived_columns(frames["demands"]), appearance.US_UNITS
+    curves, demands = frames["curves"], with_derived_columns(frames["demands"])
     im = str(curves["im"].iloc[0])
-    named = dict.fromkeys([*curves["demand"], *effects["demand"]])
-    columns = [name for name in named if name in demands]
+    named = [*curves["demand"].unique(), *demands_for("effect", demands.columns)]
+    columns = [name for name in dict.fromkeys(named) if name in demands]
     motions, variants = list(demands["motion_id"].unique()), demands.drop_duplicates("variant")
-    models = {model: place for place, model in enumerate(dict.fromkeys(_models_of(demands)))}
+    models = {
+        model: place
+        for place, model in enumerate(
+            demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False, name=None)
+        )
+    }
     places = {name: place for place, name in enumerate(variants["variant"])}
     axes = axes_of(demands.columns)
-    names = [axis.name for axis in axes]
     values = {axis: sorted(demands[axis.name].unique()) for axis in axes}
+    grid = np.geomspace(0.7 * demands[im].min(), 1.3 * demands[im].max(), _CURVE_POINTS)
     fits = curves[curves["status"] == FITTED]
-    fits = fits.assign(variant=fits["variant"].map(places))
-    # tables without failures in two modes have no columns of a union
-    fits = fits.reindex(columns=[*dict.fromkeys((*fits, *UNION_COLUMNS))])
-    rows = [row for table in (effects, medians) for row in _effect_rows(table, models, names)]
+    drawn = [np.vstack(curve_values(grid, row)).round(4).tolist() for row in records_of(fits)]
+    fits = fits.assign(variant=fits["variant"].map(places), curve=drawn)
     payload: dict[str, Any] = {
         "im": plain_label(im),
         "im_name": im,
-        "im_range": [demands[im].min(), demands[im].max()],
-        "units": units,
-        "us": {si: {"unit": us, "factor": factor} for si, (us, factor) in us_units.items()},
+        "im_values": grid.tolist(),
         "colours": appearance.VARIANT_COLOURS,
         "models": [model_name(*model) for model in models],
         "axes": [
@@ -530,7 +605,6 @@ def explorer_data(frames: Mapping[str, pd.DataFrame], units: str = "si") -> str:
                 "label": axis.label,
                 "values": own,
                 "texts": [appearance.value_text(axis, value) for value in own],
-                "named": [appearance.named_value(axis, value) for value in own],
             }
             for axis, own in values.items()
         ],
@@ -539,23 +613,23 @@ def explorer_data(frames: Mapping[str, pd.DataFrame], units: str = "si") -> str:
                 "name": row["variant"],
                 "model": models[row["bridge"], row["abutment"]],
                 "text": variant_text(shown_axes(variants), row),
-                "values": [row[name] for name in names],
+                "values": [row[axis.name] for axis in axes],
             }
             for row in records_of(variants)
         ],
-        "demands": {name: _demand(name) for name in columns},
-        "states": {str(name): effect_name(name) for name in medians["demand"].unique()},
-        "fits": {"columns": _FIT_COLUMNS, "rows": _rows(fits, _FIT_COLUMNS)},
-        "effects": {"columns": _EFFECT_COLUMNS, "rows": rows},
-        "factors": MARGIN_FACTORS,
-        "styles": {name: style._asdict() for name, style in appearance.STYLES.items()},
+        "demands": {
+            name: dict(zip(("label", "factor"), appearance.shown_label(name), strict=True))
+            for name in columns
+        },
+        "fits": {
+            "columns": _FIT_COLUMNS,
+            "rows": _finite(fits[list(_FIT_COLUMNS)]).to_numpy().tolist(),
+        },
         "motions": motions,
         "statuses": STATUSES,
         "runs": {
             "variant": demands["variant"].map(places).tolist(),
             "motion": pd.Categorical(demands["motion_id"], motions).codes.tolist(),
-            # runs under the same loading have the same number
-            "loading": demands.groupby(list(KEY[1:]), sort=False).ngroup().tolist(),
             "scale": demands["scale"].tolist(),
             "status": pd.Categorical(demands["status"], STATUSES).codes.tolist(),
             "complete": is_complete(demands).astype(int).tolist(),
@@ -570,56 +644,9 @@ def explorer_data(frames: Mapping[str, pd.DataFrame], units: str = "si") -> str:
     return _compressed(text.encode("utf-8"))
 
 
-def _models_of(table: pd.DataFrame) -> list[tuple[str, str]]:
-    return list(table[list(BRIDGE_COLUMNS)].itertuples(index=False, name=None))
-
-
 def _compressed(content: bytes) -> str:
     """Return content as gzip in base64, which is a third as long as the text."""
     return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
-
-
-def _demand(name: str) -> dict[str, Any]:
-    column = column_of(name) or Column(name)
-    per_unit = column.difference.per_unit if column.difference else 1.0
-    label = column.label or name.replace("_", " ")
-    return {"label": label, "unit": column.unit, "per_unit": per_unit}
-
-
-def _effect_rows(
-    effects: pd.DataFrame, models: Mapping[Any, int], axes: Sequence[str]
-) -> list[list[Any]]:
-    """Return rows of `_EFFECT_COLUMNS`, with the ratio or difference that the verdict uses.
-
-    Pooled rows have no values of other axes. ``styles`` names the style at each margin factor.
-    """
-    effects = effects[effects["scope"] != "by_value"]
-    names = ("margin", "difference_margin")
-    tables = (
-        effects
-        if factor == 1.0
-        else verdicts.judged(effects.assign(**{name: factor * effects[name] for name in names}))
-        for factor in MARGIN_FACTORS
-    )
-    styles = [[appearance.verdict_style(row).name for row in records_of(t)] for t in tables]
-    is_ratio = effects["judged_by"] != verdicts.DIFFERENCE
-    ratios, differences = (*verdicts.RATIOS, "margin"), (*verdicts.DIFFERENCES, "difference_margin")
-    scaled = [
-        effects[ratio].where(is_ratio, effects[difference])
-        for ratio, difference in zip(ratios, differences, strict=True)
-    ]
-    others = pd.Series(_rows(effects, axes), index=effects.index, dtype=object)
-    table = effects.assign(
-        **dict(zip(("value", "low", "high", "margin"), scaled, strict=True)),
-        model=[models[model] for model in _models_of(effects)],
-        values=others.where(effects["scope"] != "pooled", None),
-        styles=pd.Series(list(map(list, zip(*styles, strict=True))), effects.index, dtype=object),
-    )
-    return _rows(table.rename(columns={"from_value": "from", "to_value": "to"}), _EFFECT_COLUMNS)
-
-
-def _rows(table: pd.DataFrame, columns: Sequence[str]) -> list[list[Any]]:
-    return _finite(table[list(columns)]).to_numpy().tolist()
 
 
 def _finite(table: pd.DataFrame) -> pd.DataFrame:
@@ -662,7 +689,7 @@ def number_text(value: Any, digits: int = 3) -> str:
         return ", ".join(str(item) for item in value)
     if pd.isna(value):
         return "–"
-    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
+    return appearance.number(value, digits) if isinstance(value, float) else str(value)
 
 
 def unbroken(text: str) -> str:
@@ -697,16 +724,10 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
 
 
 def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
-    """Count the medians with both fits, the medians that differ, and the fits used for them."""
-    differs = curves["methods_differ"].eq(other=True)
-    used = differs & curves["preferred"].eq(other=True)
-    is_cloud = curves["method"] == "cloud"
-    return {
-        "both": int((is_cloud & curves["methods_ratio"].notna()).sum()),
-        "differ": int((is_cloud & differs).sum()),
-        "marked": int(used.sum()),
-        "by_exceedance": int((used & ~is_cloud).sum()),
-    }
+    """Count the medians with both fits, and those that differ."""
+    models = curves[curves["method"] == "cloud"]
+    both, differ = models["methods_ratio"].notna(), models["methods_differ"].eq(other=True)
+    return {"both": int(both.sum()), "differ": int(differ.sum())}
 
 
 def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
@@ -720,15 +741,9 @@ def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
     return f"{text} {paper_table.DAGGER}" if row.get(paper_table.EXTRAPOLATED) is True else text
 
 
-def quality(
-    demands: pd.DataFrame, sensitivity: pd.DataFrame, check: pd.DataFrame | None
-) -> dict[str, Any]:
-    """Return the numbers in the quality section of the page; shares are in per cent.
-
-    ``check`` has the errors of `predict` inside the grid, or is None if they were not measured.
-    """
+def quality(demands: pd.DataFrame, sensitivity: pd.DataFrame) -> dict[str, Any]:
+    """Return the numbers in the quality section of the page; shares are in per cent."""
     name, rubbed = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
-    compared = None if check is None else check[check["status"] == OK]
     # after the failure of a column its fibers lose their force in jumps, which the work of end
     # forces does not follow; demands count up to the failure
     standing = demands[~demands[BEYOND_MODEL].fillna("").astype(bool)]
@@ -737,6 +752,4 @@ def quality(
         "changes": 100.0 * sensitivity.get("reference_largest_change", pd.Series(dtype=float)),
         "compared": sensitivity[["rows", "analysed_s"]].max() if len(sensitivity) else None,
         "excesses": 100.0 * rubbed.get(name, pd.Series(dtype=float)),
-        "predicted": compared,
-        "errors": None if compared is None else 100.0 * compared["error"].abs(),
     }

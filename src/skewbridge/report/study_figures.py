@@ -7,14 +7,13 @@ from dataclasses import asdict, dataclass, replace
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from functools import partial
-from importlib.resources import files
 from io import BytesIO
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
 import matplotlib as mpl
 import pandas as pd
-import yaml
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
@@ -24,29 +23,38 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import figure_metadata, read_frame
 from skewbridge.files.text import shortened, write_text
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
-from skewbridge.fragility.verdicts import DECIDED
+from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.report import appearance, fragility_figures, run_figures
-from skewbridge.report.answer import listed, model_name, number
+from skewbridge.report.answer import listed, model_name
+from skewbridge.report.appearance import number
 from skewbridge.report.motion_figures import applied_spectra
+from skewbridge.report.pooled_curves import (
+    STATE,
+    curves_figure,
+    main_curves,
+    pooled_curves,
+    state_text,
+    three_digits,
+    with_system,
+)
 from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.repeats import read_friction_pair
 from skewbridge.units import INCH, MM
-from skewbridge.variant.axes import AXES
+from skewbridge.variant.axes import AXES, axis
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
 #: Templates of the captions for each kind of figure.
-CAPTIONS: Final[Mapping[str, Mapping[str, str]]] = yaml.safe_load(
-    (files("skewbridge.report") / "captions.yaml").read_text("utf-8")
-)
-#: Sections of the figures, in the order of the gallery of the page.
+CAPTIONS: Final = {kind: texts for kind, texts in appearance.TEXTS.items() if kind != "page"}
+#: Sections of the figures: the leading curves, then the gallery of the page in its order.
 SECTIONS: Final = tuple(dict.fromkeys(caption["section"] for caption in CAPTIONS.values()))
-_TABLES: Final = ("demands", "curves", "effects", "intensity_effects")
+_TABLES: Final = ("demands", "curves", "effects", "medians", "system", "intensity_effects")
 _TEXTS: Final = appearance.templates(
     *(appearance.demand_name, appearance.in_words, appearance.plain_label, listed),
-    *(appearance.threshold_text, appearance.variant_text),
+    *(state_text, three_digits),
+    *(appearance.threshold_text, appearance.value_text),
 )
 PNG_DPI: Final = 300
 #: Least number of figures per process: a start takes as long as drawing five figures.
@@ -85,32 +93,49 @@ class FigureTables:
     demands: pd.DataFrame
     curves: pd.DataFrame
     effects: pd.DataFrame  # effects on demands
+    medians: pd.DataFrame  # effects on median capacities
+    system: pd.DataFrame  # curves of the whole bridge
     intensity_effects: pd.DataFrame
     suite: Sequence[SuiteMotion]
     pair: tuple[Variant, str, dict[str, pd.DataFrame]] | None  # see `read_friction_pair`
     choices: pd.DataFrame | None = None  # None before `make choices`
-    rounds: pd.DataFrame | None = None  # headline effects after each round
 
 
 def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    """Yield caption and drawing function of each figure; those of single models come first."""
+    """Yield caption and drawing function of each figure; the main curves come first."""
     tables = replace(tables, demands=with_derived_columns(tables.demands))
+    drawn = with_system(tables.curves, tables.system)
+    pooled = pooled_curves(drawn, tables.medians)
+    leading = main_curves(pooled)
+    for name, table in leading.items():
+        yield _curve_figure("main", name, table, drawn, tables.demands)
+    further = pooled.drop(index=[row for table in leading.values() for row in table.index])
     models = tables.demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
         code = ABUTMENTS[abutment].code if abutment in ABUTMENTS else abutment
         start, model = f"{bridge}_{code}_", model_name(bridge, abutment)
+
+        def of_model(table: pd.DataFrame, model: Any = (bridge, abutment)) -> pd.DataFrame:
+            return table[(table["bridge"] == model[0]) & (table["abutment"] == model[1])]
+
         own = {
-            name: table[(table["bridge"] == bridge) & (table["abutment"] == abutment)]
+            name: of_model(table)
             for name, table in vars(tables).items()
             if isinstance(table, pd.DataFrame)
         }
-        for figures in (_curve_figures, _cloud_figures, _intensity_figures, _choice_figures):
-            for caption, draw in figures(replace(tables, **own)):
-                title = f"{model}: {caption.title}"
-                name = re.sub(r"[^\w.-]+", "-", start + caption.name)  # part of file names
-                yield replace(caption, name=name, title=title, model=model), draw
-    for figures in (_skew_figures, _round_figures, _history_figures):
-        yield from figures(tables)
+        own_curves, own_drawn = of_model(pooled), of_model(drawn)
+        own_curves = own_curves[own_curves["component"].isin(of_model(further)["component"])]
+        curves = (
+            _curve_figure("curves", str(name), table, own_drawn, own["demands"])
+            for name, table in own_curves.groupby("component", sort=False)
+        )
+        own_tables = replace(tables, **own)
+        drawings = (_cloud_figures, _intensity_figures, _choice_figures)
+        for caption, draw in chain(curves, *(figures(own_tables) for figures in drawings)):
+            title = f"{model}: {caption.title}"
+            name = re.sub(r"[^\w.-]+", "-", start + caption.name)  # part of file names
+            yield replace(caption, name=name, title=title, model=model), draw
+    yield from _history_figures(tables)
     if tables.suite:
         caption = _caption("motions", scales=[item.scale for item in tables.suite])
         yield caption, partial(applied_spectra, tables.suite)
@@ -125,26 +150,22 @@ def _caption(kind: str, **values: Any) -> Caption:
     return Caption(**texts)
 
 
-def _curve_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    curves = tables.curves
-    shown = fragility_figures.shown_curves(curves)
-    for component, rows in appearance.groups_of(shown, ["component"]):
-        drawn = rows[rows["preferred"]]
-        if drawn.empty:  # medians known by brackets only are in the tables
-            continue
-        first = drawn[drawn["limit_state"] == drawn["limit_state"].iloc[0]].sort_values("theta")
-        caption = _caption(
-            "curves",
-            component=component[0],
-            drawn=drawn,
-            shown=len(rows),
-            low=first.iloc[0],
-            high=first.iloc[-1],
-            axes=appearance.shown_axes(curves),
-            banded=appearance.VariantLayout(curves).banded_text,
-        )
-        draw = partial(fragility_figures.fragility_curves, curves, tables.demands, component[0])
-        yield caption, draw
+def _curve_figure(
+    kind: str, name: str, table: pd.DataFrame, curves: pd.DataFrame, demands: pd.DataFrame
+) -> StudyFigure:
+    first = table[(table[list(STATE)] == table[list(STATE)].iloc[0]).all(axis=1)]
+    caption = _caption(
+        kind,
+        component=name,
+        im=str(curves["im"].iloc[0]),
+        first=first.iloc[0],
+        last=first.iloc[-1],
+        changed=axis(first["axis"].iloc[0]),
+        effect_level=EFFECT_CONFIDENCE,
+        table=table,
+    )
+    columns = 2 if kind == "main" else 3
+    return caption, partial(curves_figure, table, curves, demands, columns)
 
 
 def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
@@ -166,7 +187,8 @@ def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
             below=(complete & (demands[name] < least)).sum(),
             above=(known > mildest["threshold"]).sum(),
         )
-        yield caption, partial(fragility_figures.demand_clouds, demands, curves, name)
+        draw = partial(fragility_figures.demand_clouds, demands, curves, tables.effects, name)
+        yield caption, draw
 
 
 def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
@@ -190,10 +212,8 @@ def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 
 
 def _choice_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    if tables.choices is None:
-        return
-    choices = tables.choices[tables.choices["kind"].isin(fragility_figures.COMPARED_KINDS)]
-    if choices.empty:
+    choices = tables.choices
+    if choices is None or choices.empty:
         return
     caption = _caption(
         "choices",
@@ -203,34 +223,6 @@ def _choice_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         linear_pct=fragility_figures.LINEAR_PCT,
     )
     yield caption, partial(fragility_figures.tornado, choices)
-
-
-def _skew_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    choices = tables.choices
-    if choices is None or not (choices["kind"] == "skew").any():
-        return
-    rows = choices[~choices["kind"].isin(fragility_figures.COMPARED_KINDS)]
-    caption = _caption(
-        "skew_parts", findings=fragility_figures.skew_findings(rows), pairs=rows["n_pairs"].max()
-    )
-    yield caption, partial(fragility_figures.skew_parts, rows)
-
-
-def _round_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    rounds, demands = tables.rounds, tables.demands
-    if rounds is None or rounds.empty:
-        return
-    last = rounds[rounds["round"] == rounds["round"].max()]
-    runs = len(tables.suite) * demands["incidence_deg"].nunique()
-    caption = _caption(
-        "rounds",
-        decided=last["verdict"].isin(DECIDED).sum(),
-        effects=len(last),
-        analyses=len(demands),
-        full=demands["variant"].nunique() * runs,
-        motions=len({each.motion.motion_id for each in tables.suite}),
-    )
-    yield caption, partial(fragility_figures.widths_by_analyses, rounds)
 
 
 def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
@@ -254,13 +246,13 @@ def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 def read_tables(paths: Mapping[str, Path]) -> FigureTables:
     """Read the tables that the figures of a study are drawn from.
 
-    ``paths`` maps `_TABLES` to files, also suite, friction_pair, rounds and choices if made.
+    ``paths`` maps `_TABLES` to files, also suite, friction_pair and choices if made.
     """
     return FigureTables(
         **{name: read_frame(paths[name]) for name in _TABLES},
         suite=read_suite(paths["suite"]) if "suite" in paths else (),
         pair=read_friction_pair(paths["friction_pair"]) if "friction_pair" in paths else None,
-        **{name: read_frame(paths[name]) for name in ("choices", "rounds") if name in paths},
+        choices=read_frame(paths["choices"]) if "choices" in paths else None,
     )
 
 
@@ -301,7 +293,7 @@ def finished_figures(results: Path) -> list[StudyFigure]:
     """
     folder = StudyFolder(results)
     paths = folder.report_inputs | {"friction_pair": folder.friction_pair}
-    paths |= {"rounds": folder.rounds, "choices": folder.modelling_choices}
+    paths |= {"choices": folder.modelling_choices}
     for path in (paths[name] for name in _TABLES):
         if not path.is_file():
             raise InputError(f"{path} is missing: finish the study first", file=str(path))

@@ -140,10 +140,8 @@ class StudySetup:
     def tasks(self, of: Variant | str) -> list[Task]:
         """Return the tasks of a variant, or of the variant of the grid with a name.
 
-        Raises `InputError` if no motions are prepared for its bridge.
-
-        In an IDA, each motion has the first factor of its search. A modelling option that is an
-        axis of the grid has the value of the variant.
+        In an IDA, each motion has the first factor of its search. Options that are axes have the
+        value of the variant. `InputError` if no motions are prepared for its bridge.
         """
         variant = self.named(of) if isinstance(of, str) else of
         files = {Path(bridge).stem: bridge for bridge, _ in self.measures}
@@ -206,10 +204,7 @@ def forecast_s(duration_s: float, abutment: str, settings: AnalysisSettings) -> 
 
 
 def analyses_s(study: StudyConfig, durations_s: Sequence[float]) -> float:
-    """Return the expected processor time (s) of all analyses, given the lengths of the motions.
-
-    With blocks, it is the same share of the cost as of the number of all analyses.
-    """
+    """Return the expected processor time (s) of all analyses for these lengths of the motions."""
     per_motion = float(len(study.motions.incidence_deg))
     if study.motions.blocks:
         runs = planned_runs(study.grid, study.motions, unread(len(durations_s)))
@@ -226,8 +221,8 @@ def analyses_s(study: StudyConfig, durations_s: Sequence[float]) -> float:
 def check_plan(study: StudyConfig, durations_s: Sequence[float]) -> tuple[float, int, float, float]:
     """Return the extent of the numerical checks, limited by the expected cost of the analyses.
 
-    These are the longest part of a motion (s) for the friction pair (0: no pair), the rows of the
-    sensitivity check, and the expected processor time (s) of the pair and of the rows.
+    The longest part of a motion (s) for the friction pair (0: no pair), the rows of the sensitivity
+    check, and the expected processor times (s) of both.
     """
     variants, settings, check = expand_grid(study.grid), study.analysis, study.sensitivity
     abutment = max((variant.abutment for variant in variants), key=list(ABUTMENTS).index)
@@ -273,9 +268,8 @@ def run_in_journal(
 ) -> list[Row]:
     """Run the analyses that are not in a journal, longest first; return all rows in task order.
 
-    ``name`` is the name of the journal for new rows and of the folder for solver messages. Equal
-    tasks are analysed once. With ``of_variant``, only the journals of the variant are read, and in
-    an IDA each task starts a search. `InputError` if the journal is locked or cannot be written.
+    ``name`` is that of the journal for new rows. With ``of_variant``, only its journals are read,
+    and in an IDA each task starts a search. `InputError` if the journal is locked or unwritable.
     """
     folder, ida = setup.folder, setup.ida if of_variant else None
     own, searches = folder.journal(name), folder.journal(f"{name}_searches")

@@ -52,20 +52,13 @@ _NO_DEMANDS: Final = {column.name: math.nan for column in DEMAND_COLUMNS}
 
 
 def restart_alarm(*_: object) -> None:
-    """Restart the timer that ends a worker by SIGALRM after some time without a step.
-
-    The limit is the interval of the timer; a process without a timer has no limit. Time in which
-    the machine sleeps does not count.
-    """
+    """Restart the timer (if any) that ends a worker by SIGALRM after some time without a step."""
     limit_s = signal.getitimer(signal.ITIMER_REAL)[1]
     signal.setitimer(signal.ITIMER_REAL, limit_s, limit_s)
 
 
 def analysed_row(task: Task, key: str, log_folder: Path) -> Row:
-    """Run one analysis in this process and return its row of the demands table.
-
-    The key comes from the parent process, whose sources may be older than the sources here.
-    """
+    """Run one analysis in this process; ``key`` comes from the parent process."""
     log_folder.mkdir(parents=True, exist_ok=True)
     wall_s, cpu_s = time.perf_counter(), time.process_time()
     log = log_folder / f"{task.motion.motion.motion_id}_{key}.log"
@@ -128,10 +121,9 @@ def search_capacity(
 ) -> list[Row]:
     """Return the rows of all analyses that bracket the capacity of one motion.
 
-    Analyses in `done` (by `run_key`) are not repeated. New rows are written to the journal at once,
-    so that a killed search can resume, except the row of the first task: the caller writes it
-    afterwards to mark the search as done. A failed or incomplete analysis counts as an exceedance:
-    the search continues at lower levels, where the model is valid.
+    Analyses in `done` (by `run_key`) are not repeated. New rows are written to the journal, except
+    that of the first task, which the caller writes to mark the search as done. A failed or
+    incomplete analysis counts as an exceedance.
     """
     rows: list[Row] = []
 
@@ -184,8 +176,7 @@ def run_tasks(
 ) -> dict[str, list[Row]]:
     """Run the tasks without a row in the journals; return the rows of each task (dict by key).
 
-    A worker that dies (a fault inside the solver) or hangs affects only its analysis. The analysis
-    is repeated once by itself; if it ends a second worker, it is recorded with status ``crash``.
+    An analysis whose worker dies or hangs is repeated by itself; a second time it is a ``crash``.
     With ``search``, all tasks run; a search skips the analyses that are in the journals.
     """
     rows = {key: [done[key]] for key in tasks if key in done and search is None}

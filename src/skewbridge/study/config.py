@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import reduce
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
@@ -10,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.analysis.settings import NUMERICS, Accuracy, AnalysisSettings, under_explicit_keys
+from skewbridge.demands.columns import INTENSITY_COLUMNS
 from skewbridge.errors import InputError, did_you_mean
 from skewbridge.files.text import (
     OPTIONS,
@@ -23,6 +25,7 @@ from skewbridge.files.text import (
     shortened,
     write_text,
 )
+from skewbridge.fragility.hazard import HazardConfig, HazardCurve, hazard_curve
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.motions.levels import MotionsConfig
 from skewbridge.study.folder import DEFAULT_ROOT, StudyFolder, default_root
@@ -37,6 +40,8 @@ from skewbridge.variant.variant import ABUTMENTS, Variant
 CONDITIONING_BRIDGE: Final = "osb1"
 #: Generic font families; matplotlib chooses the font for each.
 GENERIC_FONTS: Final = ("sans-serif", "serif", "monospace")
+#: Intensity columns of every study.
+MEASURES: Final = tuple(column.name for column in INTENSITY_COLUMNS)
 #: Label size for which the figures are designed.
 DESIGN_FONT_PT: Final = 9.0
 
@@ -125,6 +130,7 @@ class StudyConfig(BaseModel):
     uncertainty: UncertaintyConfig = Field(default_factory=UncertaintyConfig)
     analysis: AnalysisSettings = Field(default_factory=AnalysisSettings)
     fragility: FitSettings = Field(default_factory=FitSettings)
+    hazard: HazardConfig = Field(default_factory=HazardConfig)
     sensitivity: SensitivityConfig = Field(default_factory=SensitivityConfig)
     checks: Literal["report", "strict"] = Field(default="report")
     """a failed check of the tables is reported on the page, or stops the study"""
@@ -146,6 +152,11 @@ class StudyConfig(BaseModel):
             raise ValueError(f"motions.blocks.within: {', '.join(sorted(unknown))} is not an axis")
         return self
 
+    @property
+    def hazard_curve(self) -> HazardCurve | None:
+        """Hazard curve of the site for an intensity of the study, or None."""
+        return hazard_curve(self.hazard, MEASURES, self.fragility.im)
+
     def bridges_with_periods(self) -> tuple[str, ...]:
         """Return the bridges whose conditioning periods the study uses, as the grid names them."""
         return tuple(dict.fromkeys((CONDITIONING_BRIDGE, *self.grid.bridge)))
@@ -158,8 +169,8 @@ def parse_config(
 ) -> StudyConfig:
     """Return the validated configuration; omitted sections take their defaults.
 
-    If the key ``results`` is missing, the first of `files` sets the folder of the results. Raises
-    `InputError` with `where` and one line per unknown key or value outside its limits.
+    Without the key ``results``, the first of `files` sets the folder. A hazard curve sets the
+    intensity measure of the curves. `InputError` has one line per wrong key or value.
     """
     full = {"results": default_root(files[0]) if files else DEFAULT_ROOT, **raw}
     design, motions = raw.get("design"), raw.get("motions", {})
@@ -168,7 +179,12 @@ def parse_config(
     chosen = raw.get("accuracy")
     if isinstance(chosen, str) and chosen in NUMERICS:
         full = under_explicit_keys(full, chosen)
-    return checked(StudyConfig, full, where)
+    study = checked(StudyConfig, full, where)
+    if (hazard := study.hazard_curve) is None:
+        return study
+    # curves of a study with a hazard are for its intensity measure
+    settings = replace(study.fragility, im=hazard.im)
+    return study.model_copy(update={"fragility": settings})
 
 
 def load_config(path: Path, base: Path | None = None) -> StudyConfig:
@@ -182,7 +198,7 @@ def store_configuration(
 ) -> None:
     """Write the configuration of a study into its results folder.
 
-    Each of its `files` is merged over the earlier ones; ``given`` has the values of `--config`.
+    Later `files` are merged over earlier ones; ``given`` has the values of `--config`.
     """
     paths = [Path(path).resolve() for path in files]
     names = [str(p.relative_to(Path.cwd()) if p.is_relative_to(Path.cwd()) else p) for p in paths]
@@ -191,10 +207,7 @@ def store_configuration(
 
 
 def stored_configuration(folder: Path) -> StudyConfig | None:
-    """Return the configuration of the study in a results folder; None if none is stored.
-
-    Its files are read again to include later edits, unless one is missing.
-    """
+    """Return the configuration stored in a results folder (its files are read again), or None."""
     path = StudyFolder(folder).configuration
     if not path.is_file():
         return None
@@ -222,9 +235,8 @@ def check_font(name: str) -> None:
 def chosen_variants(variants: Iterable[Variant], named: Sequence[str]) -> list[str]:
     """Return the variants of `make choices`: the named variants, or two of each bridge.
 
-    Both have the most complete abutment model, the largest friction and the smallest gap. One has
-    the middle skew and the second has the largest. Raises `InputError` if a named variant is not in
-    the grid.
+    These have the most complete abutment model, the largest friction, the smallest gap, and the
+    middle and the largest skew. `InputError` for a name that is not in the grid.
     """
     by_bridge, slugs = dict[str, list[Variant]](), set[str]()
     for variant in variants:

@@ -29,10 +29,7 @@ STARTER_PARTS: Final = (
 
 
 def default_root(configuration: str | Path) -> str:
-    """Return the folder of a study whose configuration does not name it.
-
-    It is `results/NAME` for `config/NAME.yaml` other than `config/config.yaml`, else `results`.
-    """
+    """Return the folder of a study: `results/NAME` for `config/NAME.yaml`, else `results`."""
     path = Path(configuration).resolve()
     is_named = path.parent.name == "config" and path.stem != "config"
     return f"{DEFAULT_ROOT}/{path.stem}" if is_named else DEFAULT_ROOT
@@ -95,7 +92,7 @@ class StudyFolder:
         """Input files of the page as a dictionary, without the figures in their separate folder."""
         own = ("captions", "demands", "suite", "contact_checks", "checks", "sensitivity")
         fits = ("curves", "effects", "needed_motions", "intensity_effects", "input_notes", "suites")
-        more = ("system", "measures", "joint", "shear_models")
+        more = ("system", "measures", "joint", "shear_models", "rates", "rate_effects")
         return {
             **{name: getattr(self, name) for name in own},
             **{name: self.fragility(name) for name in (*fits, *more)},
@@ -121,10 +118,7 @@ def starter_files(package: Path = PACKAGE) -> Path:
 
 
 def write_starter(folder: Path) -> list[Path]:
-    """Write the starter files of a study into a folder; return the files and folders written.
-
-    If any of them exists, nothing is written and an `InputError` names it.
-    """
+    """Write the starter files of a study, unless one of them exists; return files and folders."""
     source = starter_files()
     if there := [part for part in STARTER_PARTS if (folder / part).exists()]:
         raise InputError(f"{folder} already has {', '.join(there)}: nothing was written")

@@ -65,7 +65,6 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
 
 
 def _check_options(bridge: str, config: StudyConfig) -> None:
-    """Refuse axes and modelling options that do not act on a bridge."""
     usual = ModelOptions(**NUMERICS[config.accuracy]["model"])
     changed = (n for n, value in asdict(config.model).items() if value != getattr(usual, n))
     try:
@@ -122,9 +121,8 @@ def band_medians(study: StudyConfig) -> tuple[float, ...]:
 def medians_of(study: StudyConfig, demands: pd.DataFrame) -> tuple[float, ...]:
     """Return the level (Sa_avg in g) that best separates exceedance, by bridge and headline state.
 
-    Below it, the fewest analyses exceed the state, and above it the fewest do not. This is a
-    median for the choice of levels: it ignores that variants differ. A state that all analyses
-    exceed is left out; one that is exceeded too rarely has the highest level if a demand is `NEAR`.
+    The fewest analyses exceed the state below it and do not exceed it above. A state that all
+    exceed is left out; a rare one has the highest level if a demand is `NEAR`.
     """
     demands = with_derived_columns(demands).sort_values(LEVEL_MEASURE)
     states = load_limit_states(Path(study.fragility.limit_states))
@@ -145,11 +143,7 @@ def medians_of(study: StudyConfig, demands: pd.DataFrame) -> tuple[float, ...]:
 
 
 def run_pilot(study: StudyConfig, workers: int) -> tuple[float, ...]:
-    """Run the analyses of the study under its first motions; store and return their medians.
-
-    The motions of the folder must be prepared. The rows are in the journals of the variants, so
-    the jobs of the variants do not repeat these analyses.
-    """
+    """Run the analyses of the study under its first motions; store and return their medians."""
     from skewbridge.study.analyses import StudySetup, run_in_journal
 
     setup = StudySetup.of(study, workers).of_motions(0, BLOCK)
@@ -167,10 +161,7 @@ def run_pilot(study: StudyConfig, workers: int) -> tuple[float, ...]:
 
 
 def prepare_motions(study: StudyConfig, workers: int = 1) -> None:
-    """Read and scale the motions, and write the tables of motions and intensity measures.
-
-    If the levels need a pilot, it runs here; its medians are kept in the folder of the study.
-    """
+    """Read and scale the motions, after a pilot if the levels need one; write their tables."""
     medians_g = band_medians(study)
     _write_motions(study, medians_g)
     if has_pilot(study.motions) and not medians_g:

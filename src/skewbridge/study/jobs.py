@@ -78,8 +78,7 @@ RECIPES: Final[Mapping[str, Recipe]] = _recipes()
 def made_from(study: StudyConfig) -> dict[str, dict[str, str]]:
     """Return for each rule a dictionary of the digests of everything its outputs depend on.
 
-    The digests are parameters of the rules, so that Snakemake reruns the rules whose digests have
-    changed. Raises `InputError` for an invalid input.
+    They are parameters of the rules, so that Snakemake reruns rules whose digests have changed.
     """
     periods = {name: load_structure(name).t1_s for name in study.bridges_with_periods()}
     bridges = {Path(name).stem: load_structure(name).digest for name in study.grid.bridge}
@@ -89,6 +88,7 @@ def made_from(study: StudyConfig) -> dict[str, dict[str, str]]:
         "bridges": digest_of(canonical(bridges)),
         "opensees": opensees_version(),
         "variants": digest_of(*sorted(variant.slug for variant in expand_grid(study.grid))),
+        "hazard": digest_of(study.hazard_curve),
         "limit_states": digest_of(load_limit_states(Path(study.fragility.limit_states))),
     }
     sources = layer_digests({rule: recipe.sources for rule, recipe in RECIPES.items()})
@@ -124,11 +124,9 @@ def stamp_of(rule: str, made: Mapping[str, str], study: StudyConfig) -> dict[str
 def origin_of(path: Path, find_study: Callable[[], StudyConfig]) -> dict[str, Any]:
     """Return the provenance of a file of a study or ``skewbridge run``, and whether it is current.
 
-    An output of the workflow is current if its rule would now use the same sources, motions and
-    configuration sections (of `find_study`). A result of ``skewbridge run`` is current if the
-    engine sources and OpenSees are the same. Keys: ``current`` (bool), ``provenance`` (as
-    recorded), ``now`` (as it would be recorded now) and ``differences`` (names). Raises
-    `InputError` for a file without provenance.
+    Keys: ``current``, ``provenance`` (as recorded), ``now`` (as it would be recorded) and
+    ``differences``. An output is current if its rule (of `find_study`), or the engine and OpenSees,
+    are unchanged. `InputError` for a file without provenance.
     """
     recorded = read_stamp(path)
     now = {name: value for name, value in provenance().items() if name in recorded}
@@ -184,7 +182,7 @@ def script_session(snakemake: Any) -> Generator[Job]:
     """Yield the job of a script; log to a file, and show warnings and progress in the terminal.
 
     On success, write the provenance into the outputs. On failure, log one sentence and raise
-    `SystemExit`: 2 (`InputError`, full disk, access rights), 1 (`SolutionError`), 130 (Ctrl-C).
+    `SystemExit`: 2 (input, disk, access rights), 1 (`SolutionError`), 130 (Ctrl-C).
     """
     hush_exit_message()
     end_with_parent()

@@ -45,7 +45,7 @@ class JournalContent:
         kinds = {"outdated": "of another version of skewbridge", "damaged": "cut short or altered"}
         return tuple(
             f"The journals hold {self.counts[name]} line(s) {kind}, which are ignored: their "
-            "analyses run again (`skewbridge study journal --compact` removes the lines)."
+            "analyses run again (`skewbridge study retry` removes the lines)."
             for name, kind in kinds.items()
             if self.counts[name]
         )
@@ -116,8 +116,7 @@ class JournalWriter:
 def open_journal(path: Path, patience_s: float = 0.0) -> Generator[JournalWriter]:
     """Lock a journal and open it for writing.
 
-    Raises `InputError` if another process still holds the lock after `patience_s`, or if the
-    journal cannot be written.
+    `InputError` if another process holds the lock after `patience_s`, or it cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -151,33 +150,24 @@ def _lock(descriptor: int, path: Path, patience_s: float) -> None:
         time.sleep(POLL_S)
 
 
-def compact_journals(folder: StudyFolder, dropped: Collection[str] = ()) -> JournalContent:
-    """Rewrite the journals with only the last line of each key; return their previous content.
+def forget(folder: StudyFolder, statuses: Collection[str]) -> list[Row]:
+    """Remove analyses with the given statuses from the journals and return their rows.
 
-    Rows with a status in `dropped` are removed. If the study is running,
-    nothing is changed and an `InputError` is raised.
+    Only the last line of each other key is kept. The page and the demands files with the removed
+    rows are deleted, because Snakemake reruns only the jobs whose outputs are missing.
+    `InputError` if the study runs.
     """
-    content = read_content(folder.journals)
+    rows = read_content(folder.journals).rows.values()
+    forgotten = [row for row in rows if row["status"] in statuses]
     with ExitStack() as locks:
         for path in folder.journals:
             locks.enter_context(open_journal(path))
         for path in folder.journals:
             with written_aside(path) as part:
-                rows = read_content([path]).rows.values()
-                part.write_bytes(b"".join(_line(r) for r in rows if r.get("status") not in dropped))
-    return content
-
-
-def forget(folder: StudyFolder, statuses: Collection[str]) -> list[Row]:
-    """Remove analyses with the given statuses from the journals and return their rows.
-
-    The page and the demands files with these rows are deleted too, because Snakemake reruns only
-    the jobs whose outputs are missing. `InputError` if the study runs.
-    """
-    rows = read_content(folder.journals).rows.values()
-    forgotten = [row for row in rows if row["status"] in statuses]
+                kept = read_content([path]).rows.values()
+                lines = [_line(row) for row in kept if row.get("status") not in statuses]
+                part.write_bytes(b"".join(lines))
     if forgotten:
-        compact_journals(folder, dropped=statuses)
         variants = {row["variant"] for row in forgotten}
         made = [path for name in variants for path in folder.demands_files(name)]
         for path in (folder.report, folder.demands, *made):

@@ -3,10 +3,6 @@
 Each choice is an option that another engineer could set differently. It is changed by itself under
 a few motions, and the demands are compared with the configured model motion by motion. The axes of
 the grid are compared in the same way, from their lowest to their highest value.
-
-The effect of the largest skew is split into `SKEW_PARTS`: the effect with a part as configured,
-less the effect with this part kept as it is without skew. In logarithms, the parts and a remainder
-(parts that act together) add up to the effect.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -31,7 +27,6 @@ from skewbridge.files.text import read_yaml
 from skewbridge.statuses import OK
 from skewbridge.study.folder import COLUMNS_FILE
 from skewbridge.units import MN, split_unit
-from skewbridge.variant.axes import AXES
 from skewbridge.variant.options import HingeRule
 from skewbridge.variant.variant import Variant
 
@@ -44,8 +39,6 @@ type Value = bool | float | str | tuple[str | float, ...]
 #: Labels (kind, name, from_value, to_value) and two analyses that differ in one modelling option
 #: (kind ``choice``) or one axis of the grid (kind ``axis``).
 type TaskPair = tuple[dict[str, str], "Task", "Task"]
-#: The same labels and the analyses whose log demands, times a sign, add up to a log ratio.
-type LogSum = tuple[dict[str, str], list[tuple[float, "Task"]]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +86,6 @@ class Choice:
 
 
 def _effective(task: "Task") -> tuple[object, object]:
-    """Return the analysis settings and the model options in effect under the scheme."""
     return task.settings, task.settings.model_options(task.options)
 
 
@@ -132,16 +124,13 @@ _WHEN_NULL: Final[Mapping[str, Callable[["Task"], Value]]] = {
 
 
 def _plain(value: Any) -> Any:
-    """Return a value of the YAML file with lists converted to tuples."""
     return tuple(map(_plain, value)) if isinstance(value, list) else value
 
 
-CHOICES, SKEW_PARTS = (
-    tuple(Choice(**{name: _plain(value) for name, value in entry.items()}) for entry in entries)
-    for entries in read_yaml(Path(__file__).with_suffix(".yaml")).values()
+CHOICES: Final = tuple(
+    Choice(**{name: _plain(value) for name, value in entry.items()})
+    for entry in read_yaml(Path(__file__).with_suffix(".yaml"))["choices"]
 )
-#: Smallest number of motions for the parts of the effect of skew.
-SKEW_MOTIONS: Final = 16
 
 
 def choice_text(key: str, value: Value) -> str:
@@ -215,8 +204,7 @@ def write_choices(
 ) -> None:
     """Run the analyses that are not in a journal and write the table of `CHOICE_COLUMNS`.
 
-    Each variant is analysed under `motions` motions, the parts of the effect of skew under at least
-    `SKEW_MOTIONS`; `axes` has the values of the grid.
+    Each variant is analysed under `motions` motions; `axes` has the values of the grid.
     """
     from skewbridge.study.analyses import run_in_journal, sampled
 
@@ -224,18 +212,13 @@ def write_choices(
     for slug in variants:
         pairs += choice_pairs(sampled(setup.tasks(slug), motions))
         pairs += axis_pairs(setup, slug, axes, motions)
-    ends = skew_pairs(setup, variants, axes, max(motions, SKEW_MOTIONS))
-    sums = [each for both in ends for each in skew_sums(*both)]
     tasks = [task for _, *both in pairs for task in both]
-    tasks += [task for _, terms in sums for sign, task in terms if sign]
     rows = run_in_journal(setup, "modelling_choices", tasks)
     by_key = {row["run_key"]: row for row in rows}
-    write_frame(choices_table(pairs, by_key, sums), output, provenance())
+    write_frame(choices_table(pairs, by_key), output, provenance())
 
 
-def choices_table(
-    pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any]], sums: Sequence[LogSum] = ()
-) -> pd.DataFrame:
+def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
     """Return the ratios of the demands, one row per compared value and demand.
 
     ``rows`` maps each `run_key` to a row of the demands table. A repeated pair counts once; one
@@ -243,20 +226,19 @@ def choices_table(
     """
     from skewbridge.study.task import run_key
 
-    ratios = ((labels, [(1.0, other), (-1.0, one)]) for labels, one, other in pairs)
     distinct = {
-        (*labels.values(), *((sign, run_key(task)) for sign, task in terms)): (labels, terms)
-        for labels, terms in (*ratios, *sums)
+        (*labels.values(), run_key(before), run_key(after)): (labels, before, after)
+        for labels, before, after in pairs
     }
     compared: list[dict[str, Any]] = []
-    for labels, terms in distinct.values():
-        task, runs = terms[0][1], [(sign, rows[run_key(task)]) for sign, task in terms]
+    for labels, task, other in distinct.values():
+        runs = rows[run_key(task)], rows[run_key(other)]
         place = {"bridge": task.variant.bridge_name, "abutment": task.variant.abutment, **labels}
         place["motion"] = task.motion.motion.motion_id
-        failed = any(row["status"] != OK or row[BEYOND_MODEL] for _, row in runs)
+        failed = any(row["status"] != OK or row[BEYOND_MODEL] for row in runs)
         for demand in demands_for("effect"):
-            usable = not failed and all(float(row[demand]) > 0.0 for _, row in runs)
-            log = sum(sign * np.log(row[demand]) for sign, row in runs) if usable else np.nan
+            usable = not failed and all(float(row[demand]) > 0.0 for row in runs)
+            log = np.log(runs[1][demand] / runs[0][demand]) if usable else np.nan
             compared.append(place | {"demand": demand, "log": log, "failed": failed})
     table = pd.DataFrame(compared)
     logs = table.groupby([*_COMPARED, "demand"], sort=False)
@@ -268,47 +250,3 @@ def choices_table(
     ratios = pd.DataFrame({"ratio": logs["log"].mean()} | ends | spread).apply(np.exp)
     counts = logs.agg(n=("log", "count"), n_failed=("failed", "sum"), n_pairs=("failed", "size"))
     return ratios.join(counts).reset_index()
-
-
-def skew_pairs(
-    setup: "StudySetup", variants: Sequence[str], axes: Mapping[str, Sequence[float]], count: int
-) -> Iterator[tuple["Task", "Task"]]:
-    """Yield analyses of each bridge without skew and at the largest skew of the grid.
-
-    Both have the abutment model of the last variant, the largest gap and the largest friction.
-    """
-    from skewbridge.study.analyses import sampled
-
-    for variant in {each.bridge: each for each in map(setup.named, variants)}.values():
-        largest = {axis.name: max(axes[axis.name], key=abs) for axis in AXES if axis.name in axes}
-        skewed = Variant.at(variant.bridge, variant.abutment, variant.values() | largest)
-        if skewed.skew_deg:
-            ends = (each.normalised() for each in (replace(skewed, skew_deg=0), skewed))
-            yield from zip(*(sampled(setup.tasks(each), count) for each in ends), strict=True)
-
-
-def skew_sums(straight: "Task", skewed: "Task") -> Iterator[LogSum]:
-    """Yield the effect of skew, its parts, those it does not have, and the remainder.
-
-    All have the same analyses, those of the others with sign 0, so that a motion counts in all or
-    in none. Parts that do not act, or whose option the scheme sets, are left out.
-    """
-    skews = [choice_text("skew_deg", each.variant.skew_deg) for each in (straight, skewed)]
-    total = [(1.0, skewed), (-1.0, straight)]
-    sums, left = {("skew", "total", *skews): total}, list(total)
-    for part in SKEW_PARTS:
-        if (configured := part.configured_in(skewed)) in part.values and part.alternatives(skewed):
-            without, present, *_ = part.values
-            terms = [
-                (sign * added, part.set_in(task, value))
-                for sign, task in (total[:1] if "skew" in part.acts_on else total)
-                for added, value in ((1.0, present), (-1.0, without))
-            ]
-            kind = "skew_extra" if configured == without else "skew_part"
-            texts = (choice_text(part.key, value) for value in (without, present))
-            sums[kind, part.label, *texts] = terms
-            left += [(-sign, task) for sign, task in terms if kind == "skew_part"]
-    sums["skew_remainder", "remainder", *skews] = left
-    others = [(0.0, task) for terms in sums.values() for _, task in terms]
-    for labels, terms in sums.items():
-        yield _labelled(*labels), [*terms, *others]

@@ -33,10 +33,7 @@ PARENT_VARIABLE: Final = "SKEWBRIDGE_PARENT"
 
 @cache
 def end_with_parent() -> None:
-    """Let the kernel end this process with its parent, even while it is stopped.
-
-    A killed parent cannot end its children, and an orphan would compete with the next study.
-    """
+    """Let the kernel end this process with its parent, even while it is stopped."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != int(os.environ.get(PARENT_VARIABLE, _PARENT)):  # the parent has ended
@@ -58,8 +55,7 @@ def hush_exit_message() -> None:
 def stopped_workers_ended(limit_s: float) -> Generator[set[int]]:
     """Inside the block, end workers of this process that stay stopped (SIGSTOP) for `limit_s`.
 
-    Only time in which this process runs counts, so that workers are kept when the entire study is
-    stopped (Ctrl-Z). Yields the set of ids of the processes ended so far.
+    Only time in which this process runs counts (Ctrl-Z). Yields the ids of the processes ended.
     """
     stopped_s: dict[int, float] = {}
     ended: set[int] = set()
@@ -94,11 +90,7 @@ def worker_processes() -> list[psutil.Process]:
 
 
 def hold_tree(folder: Path) -> None:
-    """Take the study lock in ``.snakemake``; `InputError` if another study is running there.
-
-    The kernel releases the lock when this process ends, whereas a killed run leaves Snakemake's own
-    lock files behind.
-    """
+    """Take the study lock in ``.snakemake``; `InputError` if another study is running there."""
     folder.mkdir(parents=True, exist_ok=True)
     # Kept open until the process ends, because closing it ends the lock. No child inherits it.
     descriptor = os.open(folder / LOCK_NAME, os.O_RDWR | os.O_CREAT, 0o644)
@@ -116,10 +108,7 @@ def hold_tree(folder: Path) -> None:
 
 
 def cancel_left_behind(prefix: str) -> None:
-    """Cancel Slurm jobs of a killed workflow, whose names start with the prefix.
-
-    They would compete with the new jobs. Their finished analyses are in their journals.
-    """
+    """Cancel Slurm jobs of a killed workflow, whose names start with the prefix."""
     command = ["squeue", "--me", "--noheader", "--format=%i %j"]
     listed = subprocess.run(command, capture_output=True, text=True, check=True)
     names = dict(line.split(maxsplit=1) for line in listed.stdout.splitlines())

@@ -4,12 +4,9 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from math import ceil, inf
+from math import inf
 from pathlib import Path
 from typing import Any, Final
-
-import yte
-from yte.exceptions import YteError
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.validity import reasons
@@ -29,7 +26,6 @@ from skewbridge.variant.grid import expand_grid
 CRASH: Final = "crash"
 CORES: Final = 2  # workers of a study
 DISK_KB_PER_ANALYSIS: Final = 6.0  # journal line, parquet row and solver log
-PROFILES: Final = Path("workflow/profiles")
 # Processor time of the other work of a study, on the processor of `forecast_s`.
 # source: 2 to 24 variants under 3 to 32 motions, two processors
 START_S: Final = 10.0  # Snakemake, motions and contact checks
@@ -51,7 +47,6 @@ class StudyProgress:
     failures: list[dict[str, Any]]  # failed analyses, each with the command that repeats it
     rows: list[Row]  # finished analyses
     variants: dict[str, int]  # number of analyses by variant
-    variants_left: int  # variants with analyses left
     notes: tuple[str, ...]  # on crashed analyses and on unused journal lines
 
 
@@ -82,38 +77,15 @@ def study_progress(run_keys: Mapping[str, Sequence[str]], content: JournalConten
         failures=failures,
         rows=rows,
         variants={slug: len(keys) for slug, keys in run_keys.items()},
-        variants_left=sum(not done.keys() >= set(keys) for keys in run_keys.values()),
         notes=notes,
     )
 
 
-def job_size(profile: str) -> dict[str, int] | None:
-    """Return the processors per cluster job (`cores`) and the largest number of queued `jobs`.
-
-    They are read from a Snakemake profile, a folder of `PROFILES` or a path; None if the profile is
-    for one machine. `InputError` if it is missing or invalid.
-    """
-    own, ours = Path(profile), PROFILES / profile
-    file = next(filter(Path.is_file, (own / "config.yaml", ours / "config.yaml")), None)
-    if file is None:
-        raise InputError(f"no profile {profile!r}: neither {own} nor {ours} is a profile")
-    try:
-        content: Any = yte.process_yaml(file.read_text(encoding="utf-8"), require_use_yte=True)
-        if "executor" not in content:
-            return None
-        return {"cores": content["set-threads"]["analyse"], "jobs": content["jobs"]}
-    except (YteError, KeyError, TypeError) as error:
-        raise InputError(f"{file} is not a valid cluster profile: {error}") from None
-
-
-def forecast_study(config: StudyConfig, size: Mapping[str, int] | None = None) -> StudyProgress:
+def forecast_study(config: StudyConfig) -> StudyProgress:
     """Return the progress of a study with its cost in the summary.
 
-    An analysis is done if its key is in a journal. Before motions are prepared, no analysis counts
-    as done and the configured motions are used. The cost of analyses and checks follows from the
-    lengths of the motions and the measured cost of finished analyses. With the `job_size` of a
-    cluster, the summary also has `jobs`, `job_cores` and, without queueing, the wall time of one
-    job (`job_hours`) and of all jobs (`hours`).
+    An analysis is done if its key is in a journal. The cost follows from the lengths of the motions
+    and the measured cost of finished analyses.
     """
     keys, durations_s = analysis_keys(config)
     folder = StudyFolder(Path(config.results))
@@ -136,19 +108,11 @@ def forecast_study(config: StudyConfig, size: Mapping[str, int] | None = None) -
     summary = state.summary | {"core_hours": round(sum(cpu_s.values()) / 3600, 4), "cpu_s": cpu_s}
     summary["eta_s"] = round((left_s + rest_s) / CORES, 1)
     summary["disk_mb"] = round(analyses * DISK_KB_PER_ANALYSIS / 1024, 1)
-    if size is not None:
-        jobs, cores = state.variants_left, size["cores"]
-        job_hours = (left_s / cores / max(jobs, 1) + JOB_START_S * speed) / 3600
-        summary |= {"jobs": jobs, "job_cores": cores, "job_hours": round(job_hours, 2)}
-        summary["hours"] = round(job_hours * ceil(jobs / size["jobs"]), 2)
     return replace(state, summary=summary, notes=notes)
 
 
 def measured_speed(rows: Iterable[Row], settings: AnalysisSettings, time: str = "cpu_s") -> float:
-    """Return the ratio of the measured to the expected time of analyses; 1 without any.
-
-    ``time`` is the column of the measured time. Runs that did not start have no times.
-    """
+    """Return measured (column ``time``) over expected time of analyses; 1 without any."""
     names = (time, "duration_s")
     timed = [row for row in rows if all((row[name] or 0.0) > 0.0 for name in names)]
     expected_s = sum(forecast_s(row["duration_s"], row["abutment"], settings) for row in timed)
@@ -158,11 +122,7 @@ def measured_speed(rows: Iterable[Row], settings: AnalysisSettings, time: str = 
 def other_work_s(
     study: StudyConfig, durations_s: Sequence[float], speed: float, cores: float
 ) -> float:
-    """Return the wall time (s) of the work of a study other than the analyses of its variants.
-
-    It covers the numerical checks that are not yet done, fits, figures and page. `speed` is the
-    result of `measured_speed`.
-    """
+    """Return the wall time (s) of checks not yet done, fits, figures and page of a study."""
     folder, variants = StudyFolder(Path(study.results)), len(expand_grid(study.grid))
     *_, pair_s, rows_s = check_plan(study, durations_s)
     tail_s = TAIL_S + pair_s + TAIL_S_PER_VARIANT * variants / min(cores, 2.0)
@@ -175,7 +135,7 @@ def other_work_s(
 
 
 def analysis_keys(config: StudyConfig) -> tuple[Mapping[str, Sequence[str]], Sequence[float]]:
-    """Return the run keys of each variant, and the lengths (s) of the motions.
+    """Return the run keys of each variant and the lengths (s) of the motions.
 
     Before the motions are prepared, the keys are empty texts.
     """

@@ -54,8 +54,7 @@ def sampled_rows(
 ) -> "list[Task]":
     """Return `count` tasks of the study, spread over its variants, under its strongest motions.
 
-    The first task has the motion with the largest scaled PGV, the next the second largest, and so
-    on. Motions are cut to their strongest `window_s`, unless it is None or the analysis is shorter.
+    Motions are cut to their strongest `window_s`, unless it is None or the analysis is shorter.
     """
     from skewbridge.study.analyses import PGV
 
@@ -81,9 +80,7 @@ def in_window(task: "Task", window_s: float | None) -> "Task":
 def write_sensitivity(setup: "StudySetup", slugs: Sequence[str], output: Path) -> None:
     """Run the repeated analyses that are not in a journal; write the changes of the demands.
 
-    The file has one row per demand: the mean ratio of default to reference, the largest change of a
-    row for each of `REPEATS`, and the longest analysed time (s). It is empty if no rows are
-    repeated.
+    One row per demand: mean ratio of default to reference, and largest changes by `REPEATS`.
     """
     from skewbridge.study.analyses import check_plan, run_in_journal
 
@@ -101,8 +98,7 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
     """Return the changes of the demands, one row per demand.
 
     ``rows`` is a demands table with the columns ``row`` (number) and ``change`` (of `REPEATS`).
-    Analyses that did not finish are only counted. Rows whose columns fail in different cycles are
-    not compared.
+    Rows whose columns fail in different cycles are not compared.
     """
     ran = rows[rows["status"].isin(RAN)]
     ends_s = ran.set_index(["row", "change"])["beyond_model_s"].unstack().fillna(np.inf)
@@ -130,10 +126,7 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
-    """Return the variants of lowest and highest friction at the largest skew and smallest gap.
-
-    None if the study has only one value of friction.
-    """
+    """Return the variants of least and most friction at the largest skew, or None."""
     by_bridge_and_gap: dict[Variant, list[Variant]] = {}
     for variant in map(Variant.of_row, records_of(demands.drop_duplicates("variant"))):
         by_bridge_and_gap.setdefault(replace(variant, friction_pct=0), []).append(variant)
@@ -151,10 +144,9 @@ def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:
 
 
 def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> None:
-    """Repeat one analysis for both variants of `friction_pair` and write their histories.
+    """Repeat one analysis for both variants of `friction_pair`; write their keys and histories.
 
-    Columns: those of the key of the demands table, and the histories. In a small study, they cover
-    only the strongest part of the motion. The table is empty without a pair.
+    In a small study, they cover only the strongest part of the motion.
     """
     from skewbridge.analysis.transient import analyse
     from skewbridge.study.analyses import check_plan
@@ -177,8 +169,7 @@ def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> Non
 def read_friction_pair(path: Path) -> tuple[Variant, str, dict[str, pd.DataFrame]] | None:
     """Return the content of a file of `write_friction_pair`, or None if there was no pair.
 
-    It consists of the variant without friction, the motion, and a dictionary of histories whose
-    keys are legend texts such as ``friction 0.5``.
+    The variant without friction, the motion, and histories by legend text (``friction 0.5``).
     """
     table = read_frame(path)
     if table.empty:

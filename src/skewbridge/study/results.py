@@ -12,13 +12,11 @@ import pandas as pd
 from joblib import cpu_count
 
 from skewbridge.demands.columns import COLUMNS, demands_for, label_of, unit_of
-from skewbridge.demands.validity import is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import (
     Row,
     frame_of,
-    positive,
     read_any,
     read_frame,
     read_stamp,
@@ -29,7 +27,7 @@ from skewbridge.files.tables import (
 )
 from skewbridge.files.text import writable_folder
 from skewbridge.fragility import demand_table
-from skewbridge.fragility.demand_model import BridgeModels, fit_models
+from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.effects import (
     Pairs,
     demand_effects,
@@ -38,15 +36,11 @@ from skewbridge.fragility.effects import (
     run_pairs,
 )
 from skewbridge.fragility.fits import FITTED
+from skewbridge.fragility.hazard import HazardConfig, HazardCurve, hazard_curve
 from skewbridge.fragility.joint import JointModel
-from skewbridge.fragility.limit_states import (
-    LimitState,
-    States,
-    load_limit_states,
-    with_column_failure,
-)
-from skewbridge.fragility.motion_means import interval
+from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
 from skewbridge.fragility.paper_table import EXTRAPOLATED
+from skewbridge.fragility.rates import curve_rate, rate_columns, rate_effects
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.study_tables import fragility_tables, write_tables
 from skewbridge.study.folder import StudyFolder, starter_files
@@ -77,52 +71,12 @@ class Results:
         tables = ", ".join(self.fragility) or "no tables of fits"
         return f"Results({self.folder}: {len(self.demands)} runs{counts}; {tables})"
 
-    def at(
-        self, demand: str, im: float, *, measure: str | None = None, **chosen: Any
-    ) -> pd.DataFrame:
-        """Return the median of a demand at one intensity, one row per variant.
-
-        ``chosen`` selects variants by bridge, abutment or axis, such as ``skew_deg=[0, 60]``. The
-        median is that of the demand model, fitted to the runs of all variants of a bridge; demands
-        of runs that ended early are lower bounds. ``p16`` and ``p84`` are the range of single
-        motions, ``ci_low`` and ``ci_high`` the 95 % interval of the median (jackknife over
-        motions). ``note`` warns of an intensity outside the complete runs. ``measure`` is the
-        intensity column, by default that of the curves. `InputError` names a missing column or
-        value.
-        """
-        positive([im], "im")
-        rows, curves = self.demands, self.fragility.get("curves", pd.DataFrame({"im": []}))
-        x = measure or next(iter(curves["im"]), DEFAULTS.im)
-        demand_table.need_columns(rows, (demand, x, *chosen))
-        for name, given in chosen.items():
-            values = given if isinstance(given, list | tuple | np.ndarray) else [given]
-            known = sorted(self.demands[name].unique())
-            if wrong := [value for value in values if value not in known]:
-                text = f"{name} must be one of {', '.join(map(str, known))}; got {wrong[0]}"
-                raise InputError(f"{text} (skewbridge predict interpolates)", column=name)
-            rows = rows[rows[name].isin(values)]
-        wanted, runs = set(rows["variant"]), self.demands
-        runs = runs[(runs[x] > 0.0) & runs[demand].notna()]
-        least = float(runs[demand][runs[demand] > 0.0].min())  # zero demands are below it
-        capacity: Any = {"threshold": least, "dispersion": 0.0}
-        state = LimitState(component="", name="", demand=demand, collapse="peak", **capacity)
-        rows_of = [
-            _at(models, demand, im, number)
-            for models in fit_models(runs, [state], replace(DEFAULTS, im=x))
-            for number, name in enumerate(models.variants["variant"])
-            if name in wanted
-        ]
-        table = pd.DataFrame(rows_of)
-        units = dict.fromkeys(_AT, unit_of(demand)) | {"im": unit_of(x)}
-        table.attrs["units"] = {name: unit_of(str(name)) for name in table} | units
-        return table
-
 
 def load_results(folder: Path) -> Results:
     """Read the demands of a study and all tables of its fits.
 
     Warns (`UserWarning`) when tables have different configurations, motions, commits or versions.
-    Raises `InputError` if the folder has no demands, or a table is damaged or of another version.
+    `InputError` without demands, or for a damaged table or another version.
     """
     demands = _frame(demands_file(folder))
     fits = {file.stem: _frame(file) for file in sorted(folder.glob("fragility/*.parquet"))}
@@ -142,32 +96,6 @@ def load_results(folder: Path) -> Results:
             stacklevel=3,
         )
     return Results(folder=folder, demands=demands, fragility=fits)
-
-
-#: Columns of `Results.at` in the unit of the demand.
-_AT: Final = ("median", "p16", "p84", "ci_low", "ci_high")
-
-
-def _at(models: BridgeModels, demand: str, im: float, number: int) -> Row:
-    """Return the row of `Results.at` of one variant."""
-    fit, values = models.fits["", demand], records_of(models.variants)[number]
-    own = models.variant == number
-    runs, level = models.runs[own], np.log(im)
-    row: Row = {name: values[name] for name in demand_table.variant_columns(models.variants)}
-    row |= {"im": im} | dict.fromkeys(_AT, np.nan)
-    complete = is_complete(runs)
-    row |= {"n_runs": len(runs), "n_motions": runs["motion_id"].nunique()}
-    row["n_bounds"] = int(np.sum(~complete))
-    if isinstance(fit, str):
-        return row | {"note": f"no model of the demand: {fit}"}
-    point = fit.model.at(values)
-    ln_median, scatter = point.ln_demand(np.array(level)), point.scatter(np.array(level))[0]
-    median, *ends = interval(ln_median, DEFAULTS.confidence)
-    spread = median * np.exp([-scatter, scatter])
-    row |= dict(zip(_AT, [median, *spread, *ends], strict=True))
-    x = runs[models.im].to_numpy(np.float64)[complete]
-    inside = np.min(x, initial=np.inf) <= im <= np.max(x, initial=0.0)
-    return row | {"note": "" if inside else "outside the intensities of the complete runs"}
 
 
 def demands_file(folder: Path) -> Path:
@@ -223,23 +151,32 @@ def _settings(im: str, margin: float | None) -> FitSettings:
 
 
 def statistics_of(
-    demands: Path, out: Path, limit_states: Path, im: str | None = None, margin: float | None = None
+    demands: Path,
+    out: Path,
+    limit_states: Path,
+    im: str | None = None,
+    margin: float | None = None,
+    hazard: Path | None = None,
 ) -> dict[str, Any]:
     """Write demands and fragility/ of a study from a table of demands; return their summary.
 
-    The summary lists limit states whose demand is missing as ``left_out``. For an invalid value,
-    `InputError` gives its row and column; a folder with a study is refused.
+    ``left_out`` are limit states without their demand. With a hazard curve, the curves are for its
+    intensity measure. `InputError` for an invalid value, or a folder with a study.
     """
     folder = StudyFolder(writable_folder(out))
     if folder.demands.is_file() and not is_from_statistics(out):
         raise InputError(f"{out} has the demands of a study: choose another folder")
     states = _limit_states(limit_states)
-    table, measure = _read_demands(demands, im, states)
+    site = HazardConfig(file=hazard and str(hazard), measure=hazard and im)
+    measures = list(map(str, read_any(demands).filter(regex="^im_"))) if hazard else []
+    rates = hazard_curve(site, measures, DEFAULTS.im)
+    table, measure = _read_demands(demands, rates.im if rates else im, states)
     usable = [state for state in states if state.demand in table]
     if not usable:
         names = ", ".join(dict.fromkeys(state.demand for state in states))
         raise InputError(f"{demands.name} has none of the demands of the limit states: {names}")
-    tables = fragility_tables(table, usable, _settings(measure, margin), jobs=cpu_count())
+    settings = _settings(measure, margin)
+    tables = fragility_tables(table, usable, settings, hazard=rates, jobs=cpu_count())
     notes, texts = tables["input_notes"], {name: label_of(name) for name in map(str, table)}
     write_frame(table, folder.demands, provenance(**{_STATISTICS_OF: demands.name}), texts)
     write_tables(tables, folder.fragility("curves").parent)
@@ -272,21 +209,28 @@ class StudyComparison(NamedTuple):
 
     demands: pd.DataFrame
     medians: pd.DataFrame
+    rates: pd.DataFrame  # empty without a hazard curve
     counts: dict[str, int]  # pairs, runs in one only, shared variants and motions, equal pairs
     other_motions: tuple[str, ...]  # left out: same name in both studies, different files
     warnings: tuple[str, ...]  # demands that seem to be in per cent
 
 
 def compare_studies(
-    first: Path, second: Path, limit_states: Path, *, im: str, margin: float
+    first: Path,
+    second: Path,
+    limit_states: Path,
+    *,
+    im: str,
+    margin: float,
+    hazard: Path | None = None,
 ) -> StudyComparison:
     """Compare two studies, each given by its folder or its demands; ratios are second / first.
 
-    Runs are paired if bridge, abutment model, all axes, motion, scale and incidence agree. Motions
-    agree by the digests of their files if both studies have a suite, otherwise by name. Pairs in
-    which one run ended early count as bounds. `InputError` if a table, column or pair is missing.
+    Runs are paired if bridge, abutment model, axes, motion, scale and incidence agree; motions by
+    their digests, or by name without suites. Pairs in which one run ended early count as bounds.
     """
     settings, states = _settings(im, margin), _limit_states(limit_states)
+    site = site_hazard(hazard, im)
     other = _other_motions(first, second)
     tables: list[pd.DataFrame] = []
     for number, study in enumerate((first, second)):
@@ -311,9 +255,13 @@ def compare_studies(
     runs, notes = demand_table.prepared(paired, [state.demand for state in states], settings)
     top, bottom = (pairs[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
     equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
+    models = fit_models(runs, states, settings, further=[STUDY])
+    shared: Any = {"models": models, "axes": [STUDY]}
+    rates = rate_effects(models, states, site, settings, axes=[STUDY]) if site else pd.DataFrame()
     return StudyComparison(
         demands=effect_table(both, effects),
-        medians=median_effects(runs, states, settings, axes=[STUDY]),
+        medians=median_effects(runs, states, settings, **shared),
+        rates=rates,
         counts={
             "pairs": len(pairs),
             "only_first": len(tables[0]) - len(pairs),
@@ -353,39 +301,53 @@ def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[st
     return f"the studies have no run in common; they share {shared} {reason}"
 
 
-def predict_states(
+def joint_rows(
     results: Path,  # folder of a study, or one written by `skewbridge statistics`
-    values: Mapping[str, float],  # value on each axis
-    *,
     bridge: str | None = None,  # None if the study has only one
     abutment: str | None = None,  # None: the only one, else contact-friction
     component: str | None = None,
     state: str | None = None,
-    at: float | None = None,  # intensity for `p` (with beta_total), `p_records` (with beta)
 ) -> list[Row]:
-    """Return predictions at a point in the range of a study, one row per fitted limit state.
+    """Return the rows of table `joint` with an estimate for one bridge and abutment model.
 
-    ``extrapolated`` and ``p_extrapolated`` are true if fewer than three motions are as strong, or
-    as weak, as the median or the intensity ``at``.
-
-    `InputError` for a missing table, bridge, model or state, or a value outside the range.
+    `InputError` for a missing table, bridge, model or state. Each row has `RANDOM_PROPERTIES`.
     """
     path = StudyFolder(results).fragility("joint")
     if not path.is_file():
         advice = "run the study or skewbridge statistics, or name another folder (--study)"
         raise InputError(f"{path} is missing: {advice}", file=str(path))
-    if at is not None and not 0.0 < at < np.inf:
-        raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
     stored = read_table(path)
     drawn = texts_of(stored.schema).get(RANDOM_PROPERTIES, "none")
     table = _chosen(frame_of(stored), "bridge", bridge)
     table = _chosen(table, "abutment", abutment and abutment.replace("-", "_"), "contact_friction")
     for column, name in (("component", component), ("limit_state", state)):
         table = table if name is None else _chosen(table, column, name)
-    usable = records_of(table[table["status"] == FITTED])
+    usable = records_of(table[table["status"] == FITTED].assign(**{RANDOM_PROPERTIES: drawn}))
     if not usable:
         why = ", ".join(sorted(set(table["status"])))
         raise InputError(f"no joint model of these limit states has an estimate: {why}")
+    return usable
+
+
+def predict_states(
+    results: Path,
+    values: Mapping[str, float],  # value on each axis
+    *,
+    at: float | None = None,  # intensity for `p` (with beta_total), `p_records` (with beta)
+    hazard: Path | None = None,  # hazard curve for the columns of `rate_columns`
+    **chosen: str | None,  # see `joint_rows`
+) -> list[Row]:
+    """Return predictions at a point in the range of a study, one row per fitted limit state.
+
+    ``extrapolated`` and ``p_extrapolated`` are true if fewer than three motions are as strong, or
+    as weak, as the median or the intensity ``at``.
+
+    `InputError` as for `joint_rows`, or for a value outside the range.
+    """
+    if at is not None and not 0.0 < at < np.inf:
+        raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
+    usable = joint_rows(results, **chosen)
+    site = site_hazard(hazard, usable[0]["im"])
     rows: list[Row] = []
     for row in usable:
         model = JointModel(row)
@@ -401,9 +363,16 @@ def predict_states(
         low, high = row.get("im_low", np.inf), row.get("im_high", -np.inf)
         found[EXTRAPOLATED] = not low <= theta <= high
         found[f"p_{EXTRAPOLATED}"] = None if at is None else not low <= at <= high
-        found |= {"loo_error": row["loo_error"], "im": row["im"], RANDOM_PROPERTIES: drawn}
-        rows.append(found)
+        if site is not None:
+            found |= rate_columns(curve_rate(curve, site).interval(model.level))
+        shared = {name: row[name] for name in ("loo_error", "im", RANDOM_PROPERTIES)}
+        rows.append(found | shared)
     return rows
+
+
+def site_hazard(file: Path | None, im: str) -> HazardCurve | None:
+    """Return the hazard curve of a file for the intensity of curves; None without a file."""
+    return hazard_curve(HazardConfig(file=file and str(file)), [im], im)
 
 
 def _chosen(table: pd.DataFrame, column: str, name: str | None, usual: str = "") -> pd.DataFrame:

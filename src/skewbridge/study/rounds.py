@@ -76,10 +76,9 @@ def targets(
 ) -> tuple[pd.DataFrame, list[dict[str, int]]]:
     """Return the pooled effects and, for each, the motions of each variant that decide it.
 
-    ``needed`` is the number of motions that decides an effect if it is equal in all of its pairs of
-    variants. Pairs with small scatter or long analyses get fewer motions and the remaining pairs
-    more, so that the error is unchanged (Neyman 1934). No motions are planned for a decided effect,
-    or if the probability of a decision after the last round is below `LEAST_CHANCE`.
+    ``needed`` is the number in all pairs of variants. Pairs with small scatter or long analyses get
+    fewer (Neyman 1934). No motions are planned for a decided effect, or if the probability of a
+    decision after the last round is below `LEAST_CHANCE`.
     """
     axes = axis_names(places)
     pooled = effects[effects["scope"] == "pooled"].reset_index(drop=True)
@@ -126,10 +125,7 @@ def _keys(table: pd.DataFrame, axes: Sequence[str]) -> list[tuple[Any, ...]]:
 
 
 def whole_blocks(wanted: Mapping[str, int], bridges: Mapping[str, str]) -> dict[str, int]:
-    """Return the motions that decide one effect, equal for all variants of a bridge (blocks).
-
-    ``bridges`` are the bridges of all variants.
-    """
+    """Return the motions that decide one effect, equal for all variants of a bridge (blocks)."""
     most: dict[str, int] = {}
     for slug, number in wanted.items():
         most[bridges[slug]] = max(number, most.get(bridges[slug], 0))
@@ -145,8 +141,7 @@ def next_motions(
 ) -> dict[str, int]:
     """Return the number of motions of each variant after the next round.
 
-    Effects are added in order of increasing cost of a decision, while the round fits into
-    ``time_s``. A variant gets at most the motions of one round.
+    Effects are added in order of the cost of a decision, while the round fits into ``time_s``.
     """
 
     def left_s(cell: Mapping[str, int]) -> float:
@@ -168,8 +163,7 @@ def first_motions(
 ) -> dict[str, int]:
     """Return the number of motions of each variant after the next round: ``first``, or fewer.
 
-    It is less than ``first`` if time is short. A round that would take more than half of the time
-    is split in two: motions differ in cost, so the second part has a better forecast.
+    A round that would take more than half of the time is split in two.
     """
     of_one = sum(cost_s.values())
     more = min(first - min(motions.values()), max(int(time_s / of_one), 0))
@@ -182,9 +176,8 @@ def first_motions(
 def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output: Path) -> None:
     """Write the plan of a round (1, 2, ...) from the demands of all earlier rounds; log a line.
 
-    The plan is a JSON object: ``motions`` of each variant before and after the round, ``analyses``
-    of the round, ``decided`` and ``cells`` (pooled effects) after the earlier rounds, and
-    ``ended``: the reason why the study ends (decided, most or hours), or null if it continues.
+    A JSON object: ``motions`` of each variant before and after, ``analyses``, ``decided`` and
+    ``cells`` (pooled effects) so far, and ``ended``: decided, most or hours, or null.
     """
     entered_s = time.monotonic()
     design, setup = study.design, StudySetup.of(study)
@@ -250,7 +243,6 @@ def _looked_at(
     motions: Mapping[str, int],
     mean_s: Mapping[str, float],
 ) -> tuple[pd.DataFrame, list[dict[str, int]]]:
-    """Return the results of `targets` after the earlier rounds."""
     settings, looks = study.fragility, study.design.looks
     states = load_limit_states(Path(settings.limit_states))
     states = with_column_failure(states, with_derived_columns(demands.head(0)).columns)
@@ -287,10 +279,9 @@ def tables_of_round(folder: StudyFolder, plan: Path) -> list[Path]:
 
 
 def limit_of_round(plan: Path, hours: float) -> float:
-    """Return the time limit (h) of the plan of a round.
+    """Return the time limit (h) of the plan of a round; a larger one if time had run out.
 
-    A plan keeps its limit, unless it ended the study for lack of time and ``hours`` is now larger.
-    The limit is a parameter of the checkpoint, so Snakemake then plans the round again.
+    It is a parameter of the checkpoint: Snakemake then plans the round again.
     """
     if not plan.is_file():
         return hours

@@ -13,7 +13,7 @@ from math import inf, nan
 from pathlib import Path
 from typing import Any
 
-from skewbridge.analysis.bridge_check import CAPACITIES
+from skewbridge.analysis.bridge_check import SUPPORT
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.recovery import steps_as_text
 from skewbridge.analysis.settings import AnalysisSettings
@@ -66,8 +66,7 @@ class Task:
 def run_key(task: Task) -> str:
     """Return the digest of everything that the result of an analysis depends on.
 
-    The digest includes the accelerations and time step of the motion as analysed, but not its
-    files, name, event or intensity measures.
+    Of the motion, these are the accelerations and time step as analysed, no names or measures.
     """
     return digest_of(
         canonical(asdict(task.variant)),
@@ -75,7 +74,6 @@ def run_key(task: Task) -> str:
         canonical(asdict(task.settings)),
         canonical(asdict(task.options)),
         load_structure(task.variant.bridge).digest,
-        *(load_structure(name).digest for name in (task.options.abutment_of,) if name),
         *((name, _motion_digest(motion)) for name, motion in task.supports.items()),
         float(task.motion.scale),
         float(task.incidence_deg),
@@ -86,7 +84,6 @@ def run_key(task: Task) -> str:
 
 @lru_cache(maxsize=1024)
 def _motion_digest(motion: GroundMotion) -> str:
-    """Return the digest of the accelerations and the time step of a motion."""
     digest = hashlib.sha256(repr(float(motion.dt_s)).encode())
     for values in motion.components:
         digest.update(values.astype("<f8").tobytes())
@@ -94,11 +91,9 @@ def _motion_digest(motion: GroundMotion) -> str:
 
 
 def analyse_task(task: Task, log_path: Path, progress: Progress) -> dict[str, Any]:
-    """Run one analysis in this process and return its columns (`outcome_of`).
+    """Run one analysis in this process and return its columns (`outcome_of` or `no_result`).
 
-    An analysis that is refused or stops with an error has a status but no demands (`no_result`).
-    The solver's messages go to the log; `progress` is called with the time reached and the
-    duration, in s.
+    The solver's messages go to the log; `progress` gets the time reached and the duration (s).
     """
     try:
         result = analyse(
@@ -128,13 +123,12 @@ def outcome_of(result: AnalysisResult) -> dict[str, Any]:
         "collapse_criterion": result.collapse_criterion or reason,
         "beyond_model": result.model_end.mode,
         "beyond_model_s": result.model_end.time_s,
-        **result.capacities,
+        SUPPORT: result.support_length_m,
         "time_reached_s": result.time_reached_s,
         "duration_s": result.duration_s,
         "recovery_rung": result.recovery_rung,
         "steps_by_rung": steps_as_text(result.steps_by_rung),
         "loosened_ratio": result.loosened_ratio,
-        "houbolt_failures": result.houbolt_failures,
         "substeps": result.substeps,
     }
 
@@ -146,12 +140,11 @@ def no_result(status: str, reason: str) -> dict[str, Any]:
         "collapse_criterion": reason,
         "beyond_model": "",
         "beyond_model_s": nan,
-        **dict.fromkeys(CAPACITIES, nan),
+        SUPPORT: nan,
         "time_reached_s": 0.0,
         "duration_s": nan,
         "recovery_rung": 0,
         "steps_by_rung": "",
         "loosened_ratio": 0.0,
-        "houbolt_failures": 0,
         "substeps": 0,
     }

@@ -17,36 +17,22 @@ from skewbridge.variant.options import ModelOptions
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Axis:
-    """One axis of the grid.
+    """One axis of the grid."""
 
-    Attributes:
-        name: Key under ``grid:`` and column in every table.
-        label: Short name in figures and tables, without unit.
-        title: Name within a sentence.
-        description: Meaning of the value.
-        code: Letters before the number in the name of a variant.
-        low: Smallest valid value.
-        high: Largest valid value.
-        decimals: Maximum number of decimals of a value, so that variant names are unique; None
-            for modelling options without a limit.
-        name_factor: The name contains the value times this factor (100 for friction).
-        digits: Minimum number of digits before the decimals in the name; 0: value unchanged.
-        usual: Default value on the command line.
-        symbol: Symbol that replaces the label before a value in figures.
-    """
-
-    name: str
-    label: str
-    title: str
-    description: str
-    code: str
-    low: float
-    high: float
+    name: str  # key under ``grid:`` and column in every table
+    label: str  # short name in figures and tables, without unit
+    title: str  # name within a sentence
+    description: str  # meaning of the value
+    code: str  # letters before the number in the name of a variant
+    low: float  # smallest valid value
+    high: float  # largest valid value
+    #: maximum number of decimals of a value, so that variant names are unique; None for modelling
+    #: options without a limit
     decimals: int | None
-    name_factor: int = 1
-    digits: int = 0
-    usual: float = 0
-    symbol: str = ""
+    name_factor: int = 1  # the name contains the value times this factor (100 for friction)
+    digits: int = 0  # minimum number of digits before the decimals in the name; 0: value unchanged
+    usual: float = 0  # default value on the command line
+    symbol: str = ""  # symbol that replaces the label before a value in figures
 
     @property
     def unit(self) -> str:

@@ -116,19 +116,15 @@ def _refuse(kind: LiteralString, findings: Mapping[Any, tuple[str, Any]]) -> Non
 
 
 def expand_grid(grid: GridConfig) -> list[Variant]:
-    """Return the variants of a grid, sorted, without duplicates.
-
-    Axes that an abutment model lacks are set to zero first (a roller has no gap), so that the
-    same bridge is never analysed twice.
-    """
+    """Return the variants of a grid, sorted, with zero on axes that an abutment model lacks."""
     return sorted({variant for variant, _ in _points(grid)})
 
 
 def cells_of(grid: GridConfig, within: Sequence[str]) -> tuple[int, dict[str, list[int]]]:
     """Return the number of cells of a grid, and the cells of each variant by its name.
 
-    A cell is a combination of the axes that are not ``within``. Bridges and abutment models do not
-    form cells. A variant without some axes belongs to several cells.
+    A cell is a combination of the axes that are not ``within``. A variant without some axes belongs
+    to several cells.
     """
     outer = [name for name in grid.values() if name not in within]
     numbers: dict[tuple[float, ...], int] = {}

@@ -14,7 +14,6 @@ from skewbridge.units import MM
 Fibers = Annotated[Whole, Field(ge=1, le=200)]
 # fewer than three on a circle have different bending stiffness about different axes
 Wedges = Annotated[Whole, Field(ge=3, le=200)]
-Penalty = Annotated[Number, Field(ge=1.0e-3, le=1.0e18)]
 _Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
 #: Direction of a joint gap: normal to the backwall, or along the bridge.
 type GapMeasured = Literal["normal", "longitudinal"]
@@ -50,10 +49,6 @@ class ModelOptions:
     """cohesion of a backwall"""
     backwall_points: Whole = Field(default=3, ge=2, le=41)
     """contact points of a backwall, corners included"""
-    normal_stiffness_n_per_m: Penalty | None = Field(default=None)
-    """contact penalty of a wall point; null: set by rule"""
-    tangent_stiffness_n_per_m: Penalty | None = Field(default=None)
-    """tangential penalty; null: set by rule"""
     normal_stiffness_factor: _Factor = Field(default=1.0)
     """factor on the normal penalty"""
     tangent_stiffness_factor: _Factor = Field(default=1.0)
@@ -86,8 +81,6 @@ class ModelOptions:
     # ASSUME the backfill is uniform along the wall
     backfill_variation: Number = Field(default=0.0, ge=0.0, le=0.9)
     """change of the backfill from middle to ends of a wall at skew 60 (Kaviani: 0.3)"""
-    abutment_of: str | None = Field(default=None)
-    """bridge whose abutments replace those of the bridge, scaled to the width of its deck"""
     keys: Literal["sacrificial", "monolithic"] = Field(default="sacrificial")
     """backbone of the exterior shear keys"""
     key_frame: Literal["skewed", "deck_edge"] = Field(default="deck_edge")
@@ -102,11 +95,6 @@ class ModelOptions:
     """bents: parallel to the abutments, or square to the deck"""
     bent_skew_deg: Number | None = Field(default=None, ge=-60.0, le=60.0)
     """skew of all bents; null: set by bent_skew"""
-    # not built so: `make choices` splits the effect of skew with them
-    seat_skew: Literal["abutment", "square"] = Field(default="abutment")
-    """deck ends, pads, gaps and walls: skewed, or square to the deck"""
-    key_skew: Literal["abutment", "square"] = Field(default="abutment")
-    """keys: at the corners of the skewed deck, or where a square deck has its corners"""
     # ASSUME the columns of a skewed bent stay under the same girders
     column_spacing: Literal["normal", "along_bent"] = Field(default="normal")
     """column spacing of the bridge file: normal to the deck's axis, or along a skewed bent"""

@@ -147,14 +147,10 @@ class UncertaintyConfig:
         return {name: what for name, what in listed if what is not None}
 
     def draws(self, motion_ids: Sequence[str], suite: str = "") -> dict[str, dict[str, float]]:
-        """Return the drawn properties of each motion; empty if drawing is not enabled.
+        """Return the drawn properties of each motion of a suite; empty if drawing is not enabled.
 
-        A draw depends on the seed, the suite and the position of the motion in it, but not on
-        later motions, variants or which properties are fixed. 16 motions form a Latin hypercube.
-
-        Args:
-            motion_ids: Motions in the order of the suite.
-            suite: Name of the suite; each name gives different draws.
+        A draw depends on the seed, the suite and the position of the motion in it. 16 motions form
+        a Latin hypercube.
         """
         drawn = self.drawn
         if not drawn:

@@ -11,31 +11,24 @@ from skewbridge.variant.axes import AXES, axes_of, axis
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbutmentTraits:
-    """Properties of an abutment model; a new model needs a row in `ABUTMENTS` and a builder.
+    """Properties of an abutment model; a new model needs a row in `ABUTMENTS` and a builder."""
 
-    Attributes:
-        code: Two letters in the names of variants.
-        description: Continuation of "the abutments are modelled".
-        axes: Axes of the model in addition to skew, by their names in `skewbridge.variant.axes`;
-            the values on other axes count as zero.
-        backfill: Curve of the backfill: ``option`` (set by the option ``backfill``), ``sdc`` or
-            ``none``.
-        without_friction: Name of the model with the same equations but no friction, or empty.
-        has_pads: Whether elastomeric pads carry the deck end, rather than plain vertical supports.
-        has_wall_points: Whether soil or contacts are at points along the backwall, rather
-            than only at the deck corners.
-        has_contacts: Whether deck, backwall and keys meet in contact units.
-        has_body: Whether the keys are on a body, which may carry the mass of the embankment.
-    """
-
-    code: str
-    description: str
+    code: str  # two letters in the names of variants
+    description: str  # continuation of "the abutments are modelled"
+    #: axes of the model in addition to skew, by their names in `skewbridge.variant.axes`; the
+    #: values on other axes count as zero
     axes: frozenset[str] = frozenset()
+    #: curve of the backfill: ``option`` (set by the option ``backfill``), ``sdc`` or ``none``
     backfill: Literal["option", "sdc", "none"] = "option"
+    #: name of the model with the same equations but no friction, or empty
     without_friction: str = ""
+    #: whether elastomeric pads carry the deck end, rather than plain vertical supports
     has_pads: bool = False
+    #: whether soil or contacts are at points along the backwall, rather than only at the deck
+    #: corners
     has_wall_points: bool = False
-    has_contacts: bool = False
+    has_contacts: bool = False  # whether deck, backwall and keys meet in contact units
+    #: whether the keys are on a body, which may carry the mass of the embankment
     has_body: bool = False
 
     @property
@@ -95,25 +88,14 @@ BRIDGE_PATTERN: Final = r"[a-z][a-z0-9_]{0,59}"
 
 @dataclass(frozen=True, slots=True, kw_only=True, order=True)
 class Variant:
-    """One bridge variant of the grid; whole values become integers.
+    """One bridge variant of the grid; whole values become integers."""
 
-    Attributes:
-        bridge: Name of a bridge, for example ``osb1``, or the path of its file.
-        abutment: Abutment model, a key of `ABUTMENTS`.
-        skew_deg: Skew of the abutment line from the transverse axis, in degrees.
-        gap_mm: Opening of the joint at rest, in millimetres (option ``gap_measured``).
-        friction_pct: Coulomb coefficient at the contacts, in hundredths.
-        options: Modelling options that are axes of the grid, with their values, sorted.
-
-    Raises:
-        InputError: A value is outside its limits or has too many decimals.
-    """
-
-    bridge: str
-    abutment: str
-    skew_deg: float
-    gap_mm: float
-    friction_pct: float
+    bridge: str  # name of a bridge, for example ``osb1``, or the path of its file
+    abutment: str  # abutment model, a key of `ABUTMENTS`
+    skew_deg: float  # skew of the abutment line from the transverse axis, in degrees
+    gap_mm: float  # opening of the joint at rest, in millimetres (option ``gap_measured``)
+    friction_pct: float  # Coulomb coefficient at the contacts, in hundredths
+    #: modelling options that are axes of the grid, with their values, sorted
     options: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:

@@ -39,7 +39,6 @@ STUDIES: Final[dict[str, str]] = {
     "closed-forms": "blocks:run_closed_forms",
     "restitution": "blocks:run_integrators",
     "convergence": "strong_motions:run_convergence",
-    "native": "spatial_path:run_native",
     "hard-set": "strong_motions:run",
     "painter": "recorded:run_painter",  # with --records
 }
@@ -143,8 +142,7 @@ class Study:
     ) -> None:
         """Add the verdict on a statement (a row of `statements.csv`) from the numbers of one case.
 
-        The verdicts of several runs of a case are combined; a run that does not meet the premise of
-        the statement does not count.
+        Verdicts of several runs are combined; one that does not meet the premise does not count.
         """
         verdict = STATEMENTS[statement].verdict(*numbers, **conditions)
         self.runs.setdefault((statement, case), {})[run] = verdict if premise else None
@@ -152,8 +150,7 @@ class Study:
     def statement_rows(self, open_because: str = "") -> list[Row]:
         """Return one row per statement and case; a verdict never fails the study.
 
-        If the study has no case of a statement, the statement is undecidable; the reason is taken
-        from its row in `statements.csv`, or else is `open_because`.
+        Without a case the statement is undecidable, for the reason of its row or `open_because`.
         """
         verdicts = {key: over_runs(runs) for key, runs in self.runs.items()}
         judged = {statement for statement, _ in verdicts}
@@ -201,8 +198,8 @@ def drawn(
 ) -> "Figure":
     """Return a figure of panels, filled row by row.
 
-    A line is (x, y) or (x, y, matplotlib keywords). Lines of the same name have the same colour in
-    all panels and one legend entry; names that start with an underscore have none.
+    A line is (x, y) or (x, y, matplotlib keywords); names that start with an underscore have no
+    legend.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
@@ -234,12 +231,10 @@ def run_studies(
     report_progress: Callable[[str], None] | None = None,
     records: Path | None = None,
 ) -> list[Row]:
-    """Run studies, write their tables and figures, and return all rows.
+    """Run studies (by default all but the long ones), write tables and figures, return all rows.
 
-    The folder gets the comparisons of each study (`<study>.parquet`, `<study>.json`), its figures
-    and other tables, all comparisons (`studies.parquet`) and the verdicts on the paper's statements
-    (`statements.parquet`). Without names, all studies except the long ones run. The returned rows
-    are the comparisons, followed by the verdicts with `outcome`, `reason` and `case`.
+    Comparisons are in `<study>.parquet` and .json and `studies.parquet`, verdicts on the paper's
+    statements (rows with `outcome`, `reason`, `case`) in `statements.parquet`.
     """
     known = STUDIES | LONG_STUDIES
     unknown = [name for name in names if name not in known]

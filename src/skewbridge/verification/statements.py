@@ -60,8 +60,8 @@ NOMINAL: Final = Run("scale 1", 1.0)
 def over_runs(verdicts: Mapping[Run | None, Verdict | None]) -> Verdict:
     """Return the verdict of a case from its runs; a run that does not meet the premise has None.
 
-    A verdict that is not from a run (key None) is returned unchanged. Otherwise at least
-    `FEWEST_RUNS` runs must meet the premise, and 90 % of these must agree (or disagree).
+    At least `FEWEST_RUNS` runs must meet it and 90 % of them agree (or disagree); the key None is a
+    verdict that is not from a run.
     """
     if single := verdicts.get(None):
         return single
@@ -185,7 +185,6 @@ def grows_with(x: Sequence[float], y: Sequence[float]) -> Verdict:
 
 
 def _tested(text: str, p_for: float, p_against: float, numbers: tuple[float, float]) -> Verdict:
-    """Return the verdict from the p values of the claim and of its opposite."""
     reason = f"{text}: p = {min(p_for, p_against):.2g}"
     if min(p_for, p_against) > SIGNIFICANCE:
         return Verdict("undecidable", reason, *numbers)
@@ -214,8 +213,7 @@ RULES: Final[Mapping[str, Callable[..., Verdict]]] = {
 class Statement(NamedTuple):
     """One paraphrased statement of the paper, which is a row of `statements.csv`.
 
-    The study computes the number, and the rule judges it with the limits. Other studies may add
-    cases. For a statement without a rule, `open_because` states why no number can decide it.
+    The rule judges the number with the limits; without a rule, `open_because` states why not.
     """
 
     place: str

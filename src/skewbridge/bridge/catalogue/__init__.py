@@ -173,10 +173,7 @@ def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
 
 
 def _named(name: str, folder: Path, without: tuple[Path, ...] = ()) -> Path | None:
-    """Return the file of a bridge: the first one in the given, user's and package's folders.
-
-    Returns None if no folder has it, or if the name could be a path outside these folders.
-    """
+    """Return the first file of a bridge in a folder, the user's or the package's, or None."""
     if not re.fullmatch(NAME_PATTERN, name):
         return None
     paths = (

@@ -38,10 +38,7 @@ type Fibers = list[tuple[float, float, float]]
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """Circle, rectangle, or oblong: a rectangle between two semicircles.
-
-    ``corner_m`` is the diameter of the round ends, 0 or the first size.
-    """
+    """Circle, rectangle, or oblong with round ends of diameter ``corner_m``."""
 
     sizes_m: Pair
     corner_m: float = 0.0
@@ -72,11 +69,7 @@ class Outline:
 
     @property
     def torsion_m4(self) -> float:
-        """Torsion constant A^4 / (4 pi^2 Ip) of an ellipse, 9 % off for rectangles at most.
-
-        References:
-            Saint-Venant (1855), with 40 instead of 4 pi^2 as a mean of many shapes.
-        """
+        """Torsion constant A^4 / (4 pi^2 Ip), at most 9 % off for rectangles (Saint-Venant)."""
         polar = self.inertia_m4(0) + self.inertia_m4(1)
         return polar if self.is_round else self.area_m2**4 / (4 * math.pi**2 * polar)
 
@@ -102,10 +95,7 @@ class Outline:
         return area
 
     def points(self, count: int) -> FloatArray:
-        """Return points at equal distances, nearly equal in a rectangle with points in its corners.
-
-        They are symmetric about both axes if their number is even. Shape (n, 2).
-        """
+        """Return points at nearly equal distances, symmetric if even in number, shape (n, 2)."""
         depth, width = self.sizes_m
         if self.is_round:
             angle = 2 * np.pi * (np.arange(count) + 0.5) / count
@@ -126,7 +116,7 @@ class Outline:
     def fibers(self, rings: int, wedges: int, core: "Outline | None" = None) -> Fibers:
         """Return fibers of the area, or of the cover of a core: discs in rings, rectangles in rows.
 
-        Rectangles have twice as many rows as there are rings, or one row per ring in the cover.
+        Rectangles have two rows per ring, or one in the cover.
         """
         (depth, width), ends, inner = self.sizes_m, self.corner_m, core.corner_m if core else 0.0
         straight = width - ends
@@ -151,18 +141,16 @@ def _disc_below(height: FloatArray, radius: float) -> FloatArray:
 
 
 def _circle(radius_m: float, area_m2: float, count: int) -> Fibers:
-    """Return fibers of equal area on a circle."""
     angles = [2 * math.pi * (number + 0.5) / count for number in range(count)]
     area = area_m2 / count
     return [(radius_m * math.cos(angle), radius_m * math.sin(angle), area) for angle in angles]
 
 
 def _rings(inner_m: float, outer_m: float, rings: int, wedges: int) -> Fibers:
-    """Return fibers of an annulus, in rings of equal thickness.
+    """Return fibers of an annulus in rings of equal thickness, fewer in inner rings.
 
-    Each fiber is at the radius that preserves the second moment of area of its ring, so that a
-    coarse mesh is as stiff as a fine one. Inner rings have fewer fibers, in proportion to their
-    radius and the same in all four quadrants.
+    Each is at the radius that preserves the second moment of its ring: a coarse mesh is as stiff as
+    a fine one.
     """
     fibers: Fibers = []
     for ring in range(rings):
@@ -174,10 +162,7 @@ def _rings(inner_m: float, outer_m: float, rings: int, wedges: int) -> Fibers:
 
 
 def _block(centre_m: Pair, sizes_m: Pair, counts: tuple[int, int]) -> Fibers:
-    """Return fibers of a rectangle along y and z that preserve its second moments of area.
-
-    A single row is in the middle and has none of its own.
-    """
+    """Return fibers of a rectangle along y and z that preserve its second moments of area."""
     y, z = (
         centre + size / math.sqrt(max(count**2 - 1, 1)) * (np.arange(count) - (count - 1) / 2)
         for centre, size, count in zip(centre_m, sizes_m, counts, strict=True)
@@ -187,29 +172,20 @@ def _block(centre_m: Pair, sizes_m: Pair, counts: tuple[int, int]) -> Fibers:
 
 
 class Hoops(NamedTuple):
-    """Effect of the hoops of a column.
+    """Effect of the hoops of a column."""
 
-    Attributes:
-        confining: Effective steel ratios: times the yield strength, the pressures on the core.
-        volume_ratio: Volume of hoops over that of the core.
-        shear_area_m2: Area of steel across a crack in one layer of hoops.
-        shear_depth_m: Height of a crack of 45 degrees: Vs = area x yield x depth / spacing.
-        shear_ratio: Ratio that the concrete contribution of the shear strength depends on.
-    """
-
-    confining: Pair
-    volume_ratio: float
-    shear_area_m2: Pair
-    shear_depth_m: Pair
-    shear_ratio: Pair
+    confining: Pair  # effective steel ratios: times the yield strength, the pressures on the core
+    volume_ratio: float  # volume of hoops over that of the core
+    shear_area_m2: Pair  # area of steel across a crack in one layer of hoops
+    shear_depth_m: Pair  # height of a crack of 45 degrees: Vs = area x yield x depth / spacing
+    shear_ratio: Pair  # ratio that the concrete contribution of the shear strength depends on
 
 
 class ColumnData(Part, ABC, frozen=True):
     """Reinforced concrete column: what all shapes have in common.
 
-    ``hinge_length_m`` sets the length of the plastic hinges; by default it is computed from height
-    and base (`skewbridge.bridge.column`). ``steel_strength_factor`` multiplies the yield strength
-    of ``steel``. ``hoop_area_mm2`` is that of one leg.
+    ``hinge_length_m`` replaces the rule (`skewbridge.bridge.column`); ``hoop_area_mm2`` is that of
+    one leg.
     """
 
     shape: str
@@ -327,8 +303,8 @@ class CircularColumn(ColumnData, frozen=True):
 class OblongColumn(ColumnData, frozen=True):
     """Rectangle between two semicircles, with a hoop and equally spaced bars along its outline.
 
-    ``width_m`` is along the bent; ``depth_m``, normal to it, is the diameter of the semicircles.
-    ``cross_ties`` is the number of ties across the straight part.
+    ``width_m`` is along the bent, ``depth_m`` the diameter; ``cross_ties`` are across the straight
+    part.
     """
 
     shape: Literal["oblong"] = "oblong"
@@ -360,8 +336,7 @@ class OblongColumn(ColumnData, frozen=True):
 class RectangularColumn(ColumnData, frozen=True):
     """Rectangular column or wall pier with bars along all faces and in the corners.
 
-    ``width_m`` is along the bent, ``depth_m`` normal to it. ``tie_legs`` is the number of legs of
-    hoop and ties parallel to the width and parallel to the depth.
+    ``width_m`` is along the bent; ``tie_legs`` of hoop and ties are parallel to width and depth.
     """
 
     shape: Literal["rectangular"] = "rectangular"

@@ -76,8 +76,8 @@ class FoundationData(Part, frozen=True):
 class BentData(Part, frozen=True):
     """One bent: columns equally spaced about the centreline, under an integral cap.
 
-    A bent of one column needs no ``column_spacing_m``. ``column`` and ``base`` are those of the
-    bridge if None; in the file, keys of ``column`` replace single keys of the bridge's column.
+    ``column`` and ``base`` are those of the bridge if None; in the file, ``column`` may have single
+    keys.
     """
 
     columns: Annotated[int, Field(ge=1, le=8)]
@@ -139,13 +139,9 @@ class KeyData(Part, frozen=True):
 
 
 class WallData(Part, frozen=True):
-    """Wall and fill at one end of a bridge.
+    """Wall and fill at one end of a bridge."""
 
-    Attributes:
-        skew_deg: Own skew of the end; None: the skew of the variant.
-    """
-
-    skew_deg: Skew | None = None
+    skew_deg: Skew | None = None  # own skew of the end; None: the skew of the variant
     wall_width_m: Metres
     wall_height_m: Metres
     wall_thickness_m: Metres
@@ -245,26 +241,18 @@ class RestrainerData(Part, frozen=True):
 
 
 class JointData(Part, frozen=True):
-    """Joint inside a bridge, at a bent or in a span.
+    """Joint inside a bridge, at a bent or in a span."""
 
-    Attributes:
-        at: ``bent 1``, counted from the left: both decks rest on its cap.
-        from_left_m: Distance of an in-span hinge from the left end of the bridge.
-        ledge: Deck whose ledge carries the other one at a hinge.
-        skew_deg: Own skew; None: that of the bent, or of the variant at a hinge.
-        gap_mm: Own gap; None: the gap of the variant. The same for ``friction``.
-        seat_width_m: From the middle of the joint to the edge of the cap, or width of the ledge.
-        pads: Pads below one deck end.
-    """
-
+    #: ``bent 1``, counted from the left: both decks rest on its cap
     at: Annotated[str, Field(pattern=r"^bent [1-9]\d?$")] | None = None
-    from_left_m: Span | None = None
-    ledge: Literal["left", "right"] = "left"
-    skew_deg: Skew | None = None
-    gap_mm: Gap | None = None
+    from_left_m: Span | None = None  # distance of an in-span hinge from the left end of the bridge
+    ledge: Literal["left", "right"] = "left"  # deck whose ledge carries the other one at a hinge
+    skew_deg: Skew | None = None  # own skew; None: that of the bent, or of the variant at a hinge
+    gap_mm: Gap | None = None  # own gap; None: the gap of the variant. The same for ``friction``.
     friction: Annotated[float, Field(ge=0.0, le=2.0)] | None = None
+    #: from the middle of the joint to the edge of the cap, or width of the ledge
     seat_width_m: Metres
-    pads: PadData
+    pads: PadData  # pads below one deck end
     restrainers: RestrainerData | None = None
 
     @property
@@ -282,33 +270,27 @@ class DampingData(Part, frozen=True):
 
 
 class BridgeData(Part, frozen=True):
-    """One bridge of the catalogue.
-
-    Attributes:
-        details: ``surrogate`` if deck or reinforcement are not published, else ``published``.
-        t1_s: Conditioning period: geometric mean of the longitudinal and transverse periods of
-            the gap-open model with pads at zero skew.
-        base: Column bases, ``pinned`` (torsion fixed) or ``fixed``, unless a bent has its own.
-        column: Column of all bents that have none of their own.
-        foundation: Springs under the bases; None is rigid ground.
-        abutment: Data of two equal seat abutments; otherwise ``abutments`` has both ends.
-        sources: Source class and text of every number, keyed by the path of the number in the file.
-    """
+    """One bridge of the catalogue."""
 
     name: str
     title: Annotated[str, Field(min_length=1, max_length=200)]
+    #: ``surrogate`` if deck or reinforcement are not published, else ``published``
     details: Literal["surrogate", "published"]
+    #: conditioning period: geometric mean of the longitudinal and transverse periods of the
+    #: gap-open model with pads at zero skew
     t1_s: Seconds
     spans_m: Annotated[tuple[Span, ...], Field(min_length=1, max_length=12)]
-    base: Base
+    base: Base  # column bases, ``pinned`` (torsion fixed) or ``fixed``, unless a bent has its own
     deck: DeckData
     bents: tuple[BentData, ...]
-    column: AnyColumn
-    foundation: FoundationData | None = None
+    column: AnyColumn  # column of all bents that have none of their own
+    foundation: FoundationData | None = None  # springs under the bases; None is rigid ground
+    #: data of two equal seat abutments; otherwise ``abutments`` has both ends
     abutment: AbutmentData | None = None
     abutments: EndsData | None = None
     joints: tuple[JointData, ...] = ()
     damping: DampingData
+    #: source class and text of every number, keyed by the path of the number in the file
     sources: dict[str, str]
 
     @property
@@ -356,7 +338,6 @@ class BridgeData(Part, frozen=True):
     @model_validator(mode="before")
     @classmethod
     def _columns_of_bents(cls, raw: Any) -> Any:
-        """Complete the column of a bent from that of the bridge."""
         bents = raw.get("bents") if isinstance(raw, dict) else None
         if not isinstance(bents, list) or not isinstance(raw.get("column"), dict):
             return raw

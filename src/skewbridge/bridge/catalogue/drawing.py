@@ -5,6 +5,7 @@ A formula uses keys of the bridge file, intermediate results and the functions o
 
 import re
 from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
 from itertools import product
 from math import isfinite, pi, sqrt
 from pathlib import Path
@@ -155,9 +156,8 @@ def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
 
 def period_s(bridge: BridgeData, which: Any) -> float:
     """Return the period ``t1``, ``long`` or ``short`` of `bridge_period_s`."""
-    from skewbridge.bridge.periods import bridge_period_s
-
-    return bridge_period_s(bridge, which)
+    # by name: the model of a bridge, which has these periods, imports the catalogue
+    return import_module("skewbridge.bridge.modes").bridge_period_s(bridge, which)
 
 
 _FUNCTIONS: Final[dict[str, Any]] = {
@@ -325,8 +325,7 @@ def _is_of_bridge(key: str) -> bool:
 def completed(tree: dict[str, Any], path: Path) -> Completed:
     """Return the bridge of a tree with plain values and ``sources``; rules add what it lacks.
 
-    Raises:
-        InputError: A value is invalid, or missing without a rule whose needs are given.
+    `InputError` for a value that is invalid, or missing without a rule whose needs are given.
     """
     where, derived = Path(path.name), dict[str, Rule]()
     drawn = _take_drawn(tree, path.name)
@@ -392,10 +391,7 @@ def overruled(tree: Mapping[str, Any]) -> set[str]:
 
 
 def _explained(error: InputError) -> InputError:
-    """Return the error with the drawing that would give each missing number.
-
-    A number that is missing only because another one is missing is left out.
-    """
+    """Return the error with the drawing that would give each missing number."""
     file = f"{error.details['file']}"
     first, *lines = str(error).split("\n  ")
     kept: list[str] = []

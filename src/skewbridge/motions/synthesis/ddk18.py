@@ -8,10 +8,11 @@ scenarios. Accelerations in this module are in g.
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Final, Literal, NamedTuple
+from typing import ClassVar, Final, Literal, NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -51,9 +52,10 @@ class Scenario:
     #: only matters for pulses.
     rupture_to_site_km: float = 20.0
     pulse: Literal["none", "all"] = "none"  # near-fault pulse
+    LIMITS: ClassVar[Mapping[str, tuple[float, float]]] = SCENARIO_LIMITS
 
     def __post_init__(self) -> None:
-        for name, (low, high) in SCENARIO_LIMITS.items():
+        for name, (low, high) in self.LIMITS.items():
             value = getattr(self, name)
             if not low <= value <= high:  # also refuses nan
                 raise InputError(f"{name} must be within {low} to {high}, got {value}")

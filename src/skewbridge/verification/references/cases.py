@@ -118,8 +118,7 @@ def file_of_case(case_file: Path, name: str) -> Path:
 def read_path(file: Path) -> NDArray[np.float64]:
     """Read a displacement path, shape (rows, 4), with the columns t_s, ux_m, uy_m and uz_m.
 
-    `InputError` names a missing column, or the line of an invalid value or of a time that does not
-    increase.
+    `InputError` names a missing column, or the line of an invalid value or time.
     """
     table = read_csv(file, skipinitialspace=True)
     if missing := [column for column in PATH_COLUMNS if column not in table.columns]:
@@ -158,10 +157,7 @@ CASES: Final = {
 def bearing_fields(
     length_m: float, width_m: float, skew_deg: float, period_s: float
 ) -> dict[str, float]:
-    """Return plan and periods (fields of `DeckCase`) of a deck on bearings along its skewed ends.
-
-    Both translations have the given period; the rotational period follows from bearing positions.
-    """
+    """Return plan and periods (fields of `DeckCase`) of a deck on bearings at its skewed ends."""
     skew = radians(skew_deg)
     radius2 = (length_m**2 + (width_m / cos(skew)) ** 2) / 12.0
     spread2 = length_m**2 / 4.0 + (width_m / cos(skew)) ** 2 / 12.0
@@ -171,10 +167,7 @@ def bearing_fields(
 
 
 def deck_case(name: str, **changes: Any) -> DeckCase:
-    """Return a tabulated case with 1000 kg, Kn = 1e7 N/m, bearing period 0.5 s and 5 % damping.
-
-    Keywords override fields of `DeckCase`.
-    """
+    """Return a tabulated case with 1000 kg, Kn = 1e7 N/m, bearing period 0.5 s and 5 % damping."""
     width_m, skew_deg, friction = CASES[name]
     # ASSUME mass, periods and damping: the paper does not give them.
     # ASSUME the dimensionless gap 0.1 of the paper is measured along the deck.

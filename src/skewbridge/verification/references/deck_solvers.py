@@ -58,8 +58,7 @@ INTEGRATORS: Final[dict[str, tuple[str | float, ...]]] = {
 class SkewDeck:
     """Matrix diagonals of a deck case, shape (3,), and corners in the order of `CORNERS`.
 
-    Opening = gap + normal row . q and slip = tangent row . q; the rows have shape (4, 3), positions
-    from the mass centre (4, 2). Normal rows begin with the outward normal of the abutment. The
+    Opening = gap + normal row . q and slip = tangent row . q (rows (4, 3), positions (4, 2)). The
     dashpot of each corner gives the restitution.
     """
 
@@ -171,11 +170,7 @@ def run_deck(case: DeckCase, excitation: BaseAcceleration | None = None) -> Hist
 
 
 def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
-    """Run a deck case file, write its histories as parquet and return peaks and first contact.
-
-    `InputError` if the case, a motion or the output folder is wrong; `SolutionError` if the solver
-    could not finish.
-    """
+    """Run a deck case file, write its histories as parquet and return peaks and first contact."""
     case = read_case(case_file, DeckCase)
     excitation = None
     if case.motion is not None:
@@ -228,8 +223,8 @@ def run_opensees(
 ) -> History:
     """Run a deck case in OpenSees; `SolutionError` if a step does not converge.
 
-    `connect` joins the mass centre to the corner nodes. A step in which a contact opens or closes
-    is divided into `parts_on_change` sub-steps.
+    `connect` joins the mass centre to the corner nodes. Steps in which a contact changes are
+    divided.
     """
     deck, contacts = make_deck(case), ContactSet(coupling=case.coupling)
     kn, dashpot = case.normal_stiffness_n_per_m, deck.dashpot_n_s_per_m

@@ -56,7 +56,7 @@ def drive_unit(
         support_nodes()
         place = SURFACE, BODY, (0.0, 0.0, 1.0), law.gap_m, law.friction, law.cohesion_n
         penalties: Any = {"kn": law.kn_n_per_m, "kt": law.kt_n_per_m}
-        contacts.add(*place, **penalties, tangent=(1.0, 0.0, 0.0), gap_closing_m=law.gap_closing_m)
+        contacts.add(*place, **penalties, tangent=(1.0, 0.0, 0.0))
         drive_body(path, system="ProfileSPD")
         # Go to the first row without friction; it becomes the state at rest.
         _analyze_to_next_row(1)
@@ -86,12 +86,12 @@ def follow_law(law: ContactLaw, path: Array, *, substeps: int = 1) -> Array:
     """Return the reference forces (N), shape (rows, 3), by radial return in every sub-step."""
     forces = np.zeros((len(path), 3))
     stick = (float(path[0, 1]), float(path[0, 2]))
-    forces[0, 2] = law.kn_n_per_m * max(0.0, -law.open_gap_m - float(path[0, 3]))
+    forces[0, 2] = law.kn_n_per_m * max(0.0, -law.gap_m - float(path[0, 3]))
     for row, ((x0, y0, z0), (x1, y1, z1)) in enumerate(pairwise(path[:, 1:].tolist()), start=1):
         for step in range(1, substeps + 1):
             share = step / substeps
             position = (x0 + share * (x1 - x0), y0 + share * (y1 - y0))
-            state = advance_pair(law, stick, position, law.open_gap_m + z0 + share * (z1 - z0))
+            state = advance_pair(law, stick, position, law.gap_m + z0 + share * (z1 - z0))
             stick, forces[row] = state.stick_m, (*state.force_n, state.normal_n)
     return forces
 
@@ -135,10 +135,7 @@ def _analyze_to_next_row(row: int) -> None:
 
 
 def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]:
-    """Run a contact case and write its forces as CSV; return peaks, work and cone violation.
-
-    The CSV has t_s, fx_n, fy_n and fz_n at the path times, with the signs of `PathResult`.
-    """
+    """Run a contact case, write its forces as CSV; return peaks, work and cone violation."""
     case = read_case(case_file, ContactCase)
     path = read_path(file_of_case(case_file, case.path))
     writable_file(out)
@@ -181,8 +178,8 @@ def triangle(t_s: Array, period_s: float) -> Array:
 def figure_3(rows_per_s: int) -> Array:
     """Return the path of Figure 3 of the paper (12 s).
 
-    Triangle waves along x (period 4 s, amplitude 1 m) and y (6 s, 2 m), and a square wave along the
-    normal (2.5 s, 0.1 m) that is open in the first half of its period.
+    Triangle waves along x (4 s, 1 m) and y (6 s, 2 m); a square wave along the normal (2.5 s, 0.1
+    m).
     """
     # ASSUME all waves start at time zero, triangles rising, contact open: not in the paper.
     t = np.arange(12 * rows_per_s + 1) / rows_per_s

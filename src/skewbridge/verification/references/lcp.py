@@ -46,9 +46,7 @@ class State(NamedTuple):
 class RigidContacts:
     """Rigid contacts of a structure; the contacts of a group share one tangent.
 
-    Opening = gap + normal row . q with normal rows (contacts, dofs); slip = tangent row . q with
-    tangent rows (groups, dofs). `groups` has the group of each contact. Cohesion is per contact;
-    restitution is defined by Newton's law.
+    Opening = gap + normal row . q, slip = tangent row . q. Cohesion is per contact.
     """
 
     normal_rows: Array
@@ -73,9 +71,8 @@ class RigidContacts:
     ) -> Array | None:
         """Return the impulses of a state; None if it is singular or violates an inequality.
 
-        Arrays have the normals, then the groups. `compliance` is the change of the velocities per
-        unit impulse; `u_free` are velocities after a step of length h without contact, `u_before`
-        those before it. Friction impulses act against slip.
+        Arrays have the normals, then the groups. `compliance` is velocity per impulse; `u_free` are
+        velocities after a step of length h without contact, `u_before` those before it.
         """
         count, size, closed = len(self.groups), len(u_free), list(state.closed)
         impulses, columns, unknown = np.zeros(size), np.eye(size), [*closed]

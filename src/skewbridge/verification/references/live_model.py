@@ -69,9 +69,8 @@ def load_node(
 class History(NamedTuple):
     """Displacements and velocities of a model (n, dofs), and states of its contacts (n, units).
 
-    Openings are negative in contact; friction has the sign of slip. A deck has q = (ux, uy, theta),
-    contacts in the order of `CORNERS`, and the residual of its energy: the input minus all work
-    done and energy stored at the end, divided by the largest input.
+    Openings are negative in contact; friction has the sign of slip. A deck has q = (ux, uy, theta)
+    and the residual of its energy over the largest input.
     """
 
     t_s: Array
@@ -131,8 +130,7 @@ def record(
 ) -> History:
     """Step through the given times; return the motion of nodes, one after the other, and contacts.
 
-    Units measure slip along their normal turned counter-clockwise; `signs` has 1 for a unit whose
-    slip is positive in that direction, else -1.
+    `signs` has 1 for a unit whose slip is positive along its turned normal, else -1.
     """
 
     def state() -> tuple[list[float], ...]:

@@ -236,7 +236,6 @@ _MODELS: Final = ("roller", "simplified", "spring", "contact", "contact_friction
 def _analysis(
     motion: PaperMotion, variant: Variant, scheme: AnalysisScheme = "default", **options: Any
 ) -> AnalysisResult:
-    """Return the result of an analysis of a bridge under a motion, with histories."""
     settings = AnalysisSettings(scheme=scheme, duration_s=DURATION_S)
     run = variant, Excitation(motion=motion.motion), settings, ModelOptions(**options)
     return analyse(*run, histories=True)
@@ -251,7 +250,6 @@ def _wall_forces(runs: Iterable[AnalysisResult]) -> list[float]:
 
 
 def _report_demands(study: Study, case: str, pair: Pair[AnalysisResult]) -> None:
-    """Report the demands with friction; the references are the demands without friction."""
     for demand in _DEMANDS:
         rough, smooth = (result.whole_history[demand] for result in pair)
         study.report(f"{case}: {demand}, friction 0.5 against 0", rough, smooth, _WITHOUT)
@@ -290,7 +288,6 @@ def run(study: Study) -> None:
 
 
 def _judge(states: States, case: str, pair: Pair[AnalysisResult], *, same_record: bool) -> None:
-    """Judge the statements on the straight bridge."""
     rough, smooth = (_deck_motion(_histories(result)) for result in pair)
     for number, axis in enumerate(_AXES):
         cycles = half_cycles((rough, smooth), number)
@@ -323,7 +320,6 @@ def _deck_motion(table: Mapping[str, Array]) -> DeckMotion:
 
 
 def _history_change(pair: Pair[AnalysisResult], column: str) -> float:
-    """Return the RMS of the change of a history by friction / RMS without friction."""
     friction, plain = (_histories(result)[column] for result in pair)
     return float(rms_change(friction, plain))
 

@@ -81,7 +81,6 @@ def _bent(row: Values) -> BentCapacity:
 
 
 def _held_period_s(row: Values) -> float:
-    """Return the transverse period (s) with both deck ends fixed transversely."""
     with domain():
         variant = paper_variant(bridge=row["bridge"], abutment=row["abutment"])
         model = build(variant, STATES[row["state"]])
@@ -95,7 +94,6 @@ def _held_period_s(row: Values) -> float:
 
 
 def _pushed_kn(row: Values) -> float:
-    """Return the strength (kN) of a bridge pushed at an angle."""
     variant = paper_variant(bridge=row["bridge"], abutment=row["abutment"])
     push = {"angle_deg": float(row["at"]), "max_disp_m": float(row["end_m"])}
     return push_bridge(variant, STATES[row["state"]], **push, steps=60).peak_n / KN

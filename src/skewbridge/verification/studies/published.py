@@ -163,8 +163,7 @@ def analysed_demands[Key](
 ) -> dict[Key, pd.DataFrame]:
     """Return one demands table per case (variant and changed options), first suite motions.
 
-    The motions are scaled to the levels of the default study. The tables also have columns with the
-    peaks over the whole motion (prefix ``whole_``).
+    They also have the peaks over the whole motion (prefix ``whole_``).
     """
     bridges = tuple(dict.fromkeys(variant.bridge for variant, _ in cases.values()))
     with TemporaryDirectory() as results:
@@ -188,7 +187,6 @@ def analysed_demands[Key](
 
 
 def _peaks(task: Task) -> Row:
-    """Return the outcome of an analysis, and the peaks over the whole motion."""
     result = analyse(task.variant, task.excitation, task.settings, task.options)
     whole = {f"{WHOLE}{name}": float(peak) for name, peak in result.whole_history.items()}
     return outcome_of(result) | whole
@@ -266,10 +264,7 @@ def outside(ratio: pd.DataFrame | float) -> Any:
 
 
 def explanations(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the change that moves each ratio of `compared` most towards `RANGE`.
-
-    The change closes a fraction of the distance; ratios inside the range have the change "none".
-    """
+    """Return the change that moves each ratio of `compared` most towards `RANGE`."""
     wide = table.pivot(index=["era", *_KEYS], columns="change", values="ratio")
     # "none" comes first: `idxmin` then returns it for ratios inside the range
     ratios = wide[list(dict.fromkeys([NONE.name, *table["change"]]))].dropna(subset=[NONE.name])
@@ -371,8 +366,7 @@ def hazus_factor(skew_deg: float) -> float:
 def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
     """Return the (geometric) mean ratio of each demand to its value at skew 0, motion by motion.
 
-    `table` has one row per analysis, with its choice and the peaks over the whole motion, which are
-    used even if the run collapsed. Motions without demand at either skew are left out.
+    `table` has one row per analysis, with its choice and the peaks over the whole motion.
     """
     # the names with the prefix for whole motions: they are judged by ratios alone
     names = [f"{WHOLE}{name}" for name in COMPARED]
@@ -406,7 +400,6 @@ def _with_whole_peaks(table: pd.DataFrame) -> pd.DataFrame:
 def _effects_of_skew(
     table: pd.DataFrame, effects: Callable[[pd.DataFrame], pd.DataFrame]
 ) -> pd.DataFrame:
-    """Return the pooled effects of each choice, with the column names of this study."""
     choices = table.groupby("choice", sort=False)
     found = pd.concat([effects(part).assign(choice=choice) for choice, part in choices])
     names = {"to_value": "skew_deg", "ci_low": "ratio_low", "ci_high": "ratio_high"}

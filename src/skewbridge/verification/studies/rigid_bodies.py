@@ -129,7 +129,6 @@ def compare_with_lcp(study: Study, history: History, rigid: History) -> None:
 
 
 def _draw_particle(study: Study, history: History, rigid: History) -> None:
-    """Draw the path between the lines, both displacements and the contact forces over time."""
     name, of_lcp = "OpenSees", "LCP, e = 0.6"
     t, moved, exact = history.t_s[::10], history.q[::10] / MM, rigid.q / MM
     ends, offset = 200.0 * np.outer((-1.0, 1.0), TANGENT), _HALF_GAP_M / MM * NORMAL
@@ -261,7 +260,6 @@ def _judge_agreement(study: Study, elastic: History, rigid: History) -> None:
 
 
 def _draw_c1(study: Study, rigid: History, elastic: History) -> None:
-    """Draw the displacements of C1, and opening and slip at the corners of its right end."""
     runs = {"LCP, e = 0.6": rigid, "OpenSees, elastic penalty": elastic}
     with_far = {**runs, "Newmark, no impact": run_deck(deck_case("C1", gap_normal_m=1.0))}
     panels = [
@@ -321,10 +319,8 @@ def impacts(history: History) -> pd.DataFrame:
 def locked_rotation(relative_stiffnesses: tuple[float, ...] = (1e3, 1e4, 1e5)) -> pd.DataFrame:
     """Return the difference of damped penalty and rigid contact for a deck without rotation.
 
-    Both corners of an end then act as one contact, and the clipped Kelvin-Voigt penalty must
-    converge to the rigid solution with the same restitution, 0.6. Columns: relative_stiffness
-    kn* = 2 Kn / (m w_p^2), rms_ratio (RMS difference of the normal displacement / scale) and
-    first_contact_s.
+    Both corners of an end act as one, so the penalty must converge to the rigid solution. Columns:
+    relative_stiffness kn* = 2 Kn / (m w_p^2), rms_ratio, first_contact_s.
     """
     rigid = run_deck(deck_case("C1", solver="lcp", restitution=0.6, dt_s=1e-4))
     normal = solvers.make_deck(deck_case("C1")).normal_rows[0, :2]
@@ -404,7 +400,6 @@ def run_tests(study: Study) -> None:
 
 
 def _draw_tests(study: Study, history: History, title: str) -> None:
-    """Draw opening, slip, compression and friction of each corner."""
     shown = history.t_s <= 8.0
     slips = history.q @ solvers.make_deck(wu_case(GAPS_MM[0])).tangent_rows.T
     moves = {"tangential": slips / MM, "opening": history.openings_m / MM}

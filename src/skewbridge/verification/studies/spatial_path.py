@@ -1,11 +1,7 @@
-"""The contact unit in space: figure 3, order of the couplings, native element of OpenSees.
+"""The contact unit in space: figure 3 and the order of the couplings.
 
 `run` drives the unit by a square and two triangular waves. `run_orders` compares both couplings on
-smooth paths and on a frictional deck, over a range of time steps. `run_native` compares paths and
-decks with the contact element of OpenSees, `zeroLengthContactASDimplex` (Akan, Petracca, Camata,
-Spacone and Lai 2020). This element iterates friction within the step, with a constant coefficient
-and without cohesion; its gap is the distance between its nodes. If it converges, it is an
-independent solution of the same equations.
+smooth paths and on a frictional deck, over a range of time steps.
 """
 
 from itertools import product
@@ -13,17 +9,15 @@ from math import pi
 from typing import Any, Final, Literal
 
 import numpy as np
-import openseespy.opensees as ops
 import pandas as pd
 
-from skewbridge.contact import ContactLaw, Coupling, Scheme
+from skewbridge.contact import Coupling, Scheme
 from skewbridge.units import KN
-from skewbridge.verification.references import deck_solvers as solvers
 from skewbridge.verification.references import driven_unit as unit
 from skewbridge.verification.references.cases import deck_case
 from skewbridge.verification.references.deck_solvers import pulse_of, run_deck, run_opensees
 from skewbridge.verification.references.driven_unit import PAPER_LAW
-from skewbridge.verification.references.live_model import Array, clean_domain, rms
+from skewbridge.verification.references.live_model import Array, rms
 from skewbridge.verification.registry import Panel, Row, Study, drawn
 
 LIMIT_N: Final = 4500.0
@@ -88,7 +82,6 @@ def _compare_schemes(study: Study) -> None:
 
 
 def _draw(study: Study, path: Array, forces_kn: Array) -> None:
-    """Draw displacements and forces over time, and the loops in their planes."""
     t, (fx, fy, fz) = path[:, 0], forces_kn.T
     moves = {"x": (t, path[:, 1]), "y": (t, path[:, 2]), "10 uz": (t, 10.0 * path[:, 3])}
     total = {"N": (t, fz), "|F|": (t, np.hypot(fx, fy))}
@@ -158,11 +151,7 @@ def run_orders(study: Study) -> None:
 
 
 def smooth_path(rows: int, kind: PathKind) -> Array:
-    """Return two periods (1 s each) of a curve in space, with `rows` rows per period.
-
-    The path `closed` stays closed; `opening and closing` opens once per period; `reversals` stays
-    closed and moves back and forth on a slightly curved line.
-    """
+    """Return two periods (1 s each) of a curve in space, with `rows` rows per period."""
     t = np.linspace(0.0, 2.0, 2 * rows + 1)
     if kind == "reversals":
         x, y = 0.5 * np.sin(2.0 * pi * t), 0.005 * (1.0 - np.cos(4.0 * pi * t))
@@ -182,99 +171,3 @@ def path_error(rows: int, coupling: Coupling, kind: PathKind) -> float:
     forces = unit.drive_unit(PAPER_LAW, path, substeps=1, coupling=coupling).forces_n
     limit = PAPER_LAW.cohesion_n + PAPER_LAW.friction * float(fine[:, 2].max())
     return unit.rms_n((forces - fine)[:, :2]) / limit
-
-
-IMPLICIT: Final = 0
-IMPLEX: Final = 1
-_NAMES: Final = {IMPLICIT: "implicit", IMPLEX: "IMPL-EX"}
-_LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3)
-# Case, integration, step in s, and whether it is judged. The friction of the native element is
-# first order in the step; in C2 it is still 1.6 to 8 % off at 2e-5 s. The judged case with friction
-# is therefore C5 at that step.
-_DECK_RUNS: Final = (
-    ("C1", IMPLICIT, 1e-4, True),
-    ("C1", IMPLEX, 1e-4, False),
-    ("C3", IMPLICIT, 1e-4, True),
-    ("C2", IMPLICIT, 5e-3, False),
-    ("C2", IMPLICIT, 1e-4, False),
-    ("C5", IMPLICIT, 1e-4, False),
-    ("C5", IMPLICIT, 2e-5, True),
-    ("C5", IMPLEX, 1e-4, False),
-)
-_TOLERANCES: Final = {"ux_m": 0.01, "uy_m": 0.01, "theta_rad": 0.02}
-_NATIVE: Final = "zeroLengthContactASDimplex"
-
-
-def run_native(study: Study) -> None:
-    """Run the study of the native element."""
-    path = curved_path()
-    ours = unit.drive_unit(_LAW, path, substeps=10).forces_n
-    limit_n = _LAW.friction * float(ours[:, 2].max())
-    native = {each: drive_native(_LAW, path, each, substeps=10) for each in _NAMES}
-    errors = {each: unit.rms_n((ours - forces)[:, :2]) / limit_n for each, forces in native.items()}
-    text = "RMS difference / limit"
-    study.at_most(f"driven path: {text}", errors[IMPLICIT], 0.01, _NATIVE)
-    work, exact = (unit.path_work_j(path, forces) for forces in (ours, native[IMPLICIT]))
-    study.relative("driven path: work (J)", work, exact, 2e-3, _NATIVE)
-    study.report(f"driven path, IMPL-EX: {text}", errors[IMPLEX], 0.0, _NATIVE)
-    for name, integration, dt_s, is_judged in _DECK_RUNS:
-        case = deck_case(name)
-        found, (t_s, q) = run_deck(case).peaks(), run_native_deck(name, integration, dt_s)
-        text = f"{name}, {_NAMES[integration]}, dt {dt_s:g} s"
-        if not (finished := t_s[-1] >= case.duration_s - case.dt_s):
-            study.report(f"{text}: time of failed step (s)", t_s[-1], case.duration_s, _NATIVE)
-        for (key, tolerance), peak in zip(_TOLERANCES.items(), np.abs(q).max(axis=0), strict=True):
-            limit = tolerance if finished and is_judged else None
-            study.relative(f"{text}: peak {key}", found[key], peak, limit, _NATIVE)
-
-
-def curved_path(rows_per_period: int = 1000) -> Array:
-    """Return a smooth path in space that opens and closes."""
-    t = np.linspace(0.0, 2.0, 2 * rows_per_period + 1)
-    x, y = 0.5 * np.sin(2.0 * pi * t), 0.4 * np.sin(4.0 * pi * t + 0.7) - 0.4 * np.sin(0.7)
-    return np.column_stack([t, x, y, 0.03 - 0.08 * np.sin(pi * t + 0.4)])
-
-
-def drive_native(law: ContactLaw, path: Array, integration: int, substeps: int = 1) -> Array:
-    """Drive the native element along a path; return forces as in `PathResult`, (rows, 3)."""
-    forces = np.zeros((len(path), 3))
-    with clean_domain(3, 3):
-        unit.support_nodes(law.gap_m)
-        _native_contact(2, (unit.SURFACE, unit.BODY), law, (0.0, 0.0, 1.0), integration)
-        unit.drive_body(path, system="FullGeneral")
-        ops.analyze(1)
-        ops.integrator("LoadControl", 1.0 / substeps)
-        for row in range(1, len(path)):
-            ops.analyze(substeps)
-            fx, fy, fz = ops.eleForce(2)[3:6]
-            forces[row] = (fx, fy, -fz)
-    return forces
-
-
-def _native_contact(
-    tag: int, nodes: tuple[int, int], law: ContactLaw, normal: tuple[float, ...], integration: int
-) -> None:
-    stiffness = (law.kn_n_per_m, law.kt_n_per_m, law.friction)
-    orientation = ("-orient", *normal, "-intType", integration)
-    ops.element(_NATIVE, tag, *nodes, *stiffness, *orientation)
-
-
-def run_native_deck(name: str, integration: int, dt_s: float = 1e-4) -> tuple[Array, Array]:
-    """Run an elastic deck case with native contacts until a step does not converge.
-
-    Returns the times and (ux, uy, theta), shape (n, 3).
-    """
-    case = deck_case(name, dt_s=dt_s)
-    deck, kn = solvers.make_deck(case), case.normal_stiffness_n_per_m
-    law = ContactLaw(kn_n_per_m=kn, kt_n_per_m=case.kt_n_per_m, friction=case.friction)
-    with clean_domain(2, 3):
-        solvers.build_deck(deck, wall_offset_m=case.gap_normal_m)
-        solvers.rigid_links(case)
-        pairs = zip(solvers.WALL_NODES, solvers.CORNER_NODES, deck.normal_rows, strict=True)
-        for tag, (wall, corner, (nx, ny, _)) in enumerate(pairs, start=100):
-            _native_contact(tag, (wall, corner), law, (float(nx), float(ny), 0.0), integration)
-        times, _ = solvers.excite_deck(case, pulse_of(case), system="FullGeneral")
-        q = [[0.0, 0.0, 0.0]]
-        while len(q) < len(times) and ops.analyze(1, case.dt_s) == 0:
-            q.append(ops.nodeDisp(solvers.CENTRE))
-    return times[: len(q)], np.array(q)

@@ -200,7 +200,6 @@ MESHES: Final = tuple(
 
 
 def _peaks(study: Study, chosen: CaseSet, numerics: Sequence[Numerics]) -> pd.DataFrame:
-    """Return the peaks over the whole motion, one row for each numerics and case of a set."""
     tasks: list[Task] = []
     places: list[Row] = []
     for each in numerics:
@@ -214,7 +213,6 @@ def _peaks(study: Study, chosen: CaseSet, numerics: Sequence[Numerics]) -> pd.Da
 
 
 def _whole_peaks(task: Task) -> Row:
-    """Return the status of an analysis and the peaks over the whole motion."""
     found = analyse(task.variant, task.excitation, task.settings, task.options)
     names = {*CHANGES, *EXCESS, *DEMANDS}
     return {
@@ -226,10 +224,7 @@ def _whole_peaks(task: Task) -> Row:
 
 
 def run_convergence(study: Study, chosen: CaseSet = CONVERGENCE) -> None:
-    """Compare the demands of a set with those for finer numerics; add a table of all changes.
-
-    The end of the study's name can select only the steps or the mesh.
-    """
+    """Compare the demands of a set with those for finer numerics; add a table of all changes."""
     finer = {"convergence-steps": STEPS, "convergence-mesh": MESHES}.get(study.name, STEPS + MESHES)
     table = _peaks(study, chosen, [Numerics("default"), *finer])
     peaks = {name: part.set_index("case") for name, part in table.groupby("numerics")}

@@ -1,0 +1,145 @@
+"""Seat length and joint gap that a skew needs for a chosen annual rate, from the joint model.
+
+The support length needed at rest is that which the deck corner leaves with the chosen rate; the
+seat is longer by the gap. Rules of codes are in `bridge_check`. Source of the Hazus factor: Hazus
+6.1, section 7, FEMA (2022): medians times sqrt(sin(90 deg - skew)).
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from skewbridge.errors import InputError
+from skewbridge.files.tables import Floats, Row
+from skewbridge.fragility.demand_model import SKEW, StateCurve
+from skewbridge.fragility.hazard import HazardCurve, LogRate
+from skewbridge.fragility.joint import JointModel
+from skewbridge.fragility.limit_states import COLUMN_FAILURE
+from skewbridge.fragility.rates import YEARS, curve_rate
+
+GAP: Final = "gap_mm"
+#: Support lengths (m) that are compared.
+_LENGTHS_M: Final = np.geomspace(0.02, 4.0, 24)
+_SKEWS, _GAPS = 13, 5  # points over the range of the study
+_COLUMN: Final = ("column_rate", "column_rate_low", "column_rate_high")
+#: Annual rate of the displacement demand of SDC: 5 % in 50 years.
+SDC_RATE: Final = float(-np.log1p(-0.05) / YEARS)
+
+
+class Decision(NamedTuple):
+    """Needs over skew and gap for one target rate."""
+
+    table: pd.DataFrame  # one row per skew and gap
+    target: float  # annual rate
+    values: Mapping[str, float]  # values of the other axes
+    level: float
+
+
+def target_rate(rate: float | None, probability_50y: float | None) -> float:
+    """Return the target rate (1/year) from a rate or a 50-year probability (default 2 %)."""
+    if rate is not None and probability_50y is not None:
+        raise InputError("give --rate or --probability-50y, not both")
+    p = 0.02 if probability_50y is None else probability_50y
+    if not 0.0 < p < 1.0:
+        raise InputError(f"probability_50y must be within 0..1, got {p:g}")
+    if rate is not None and not 0.0 < rate < 1.0:
+        raise InputError(f"rate must be within 0..1 per year, got {rate:g}")
+    return float(-np.log1p(-p) / YEARS) if rate is None else rate
+
+
+def decision(
+    rows: Sequence[Row],  # of table `joint`, of one bridge and abutment model
+    hazard: HazardCurve,
+    target: float,  # annual rate
+    given: Mapping[str, float],  # values of axes except skew and gap; the middle of others
+) -> Decision:
+    """Return support length and seat needed, and the rate of column failure, over skew and gap.
+
+    An `InputError` states that the study has no unseating model or a single skew.
+    """
+    row_of = {f"{row['component']}/{row['limit_state']}": row for row in rows}
+    unseating = next((row for row in rows if row["component"] == "unseating"), None)
+    if unseating is None:
+        raise InputError("no limit state of the component unseating has a joint model")
+    (mode,) = json.loads(unseating["modes"])
+    seats = [
+        # ASSUME the length of the seat is known: no dispersion of the capacity
+        JointModel(
+            {**unseating, "modes": json.dumps([{**mode, "threshold": length, "dispersion": 0.0}])}
+        )
+        for length in _LENGTHS_M
+    ]
+    axes, failure = seats[0].axis_range, row_of.get(f"{COLUMN_FAILURE}/any")
+    column = None if failure is None else JointModel(failure)
+    if SKEW not in axes.varying:
+        raise InputError("the study has a single skew")
+    values = {name: middle for name, middle in axes.middle.items() if name not in (SKEW, GAP)}
+    values |= given
+    limits = axes.limits
+    gaps = np.unique(np.linspace(*limits.get(GAP, (0.0, 0.0)), _GAPS))
+    skews = np.linspace(*limits[SKEW], _SKEWS)
+    axes.check({SKEW: skews[0], GAP: gaps[0], **values})
+    found: list[Row] = []
+    for gap_mm in map(float, gaps):
+        straight = [seat.curve({SKEW: 0.0, GAP: gap_mm, **values}) for seat in seats]
+        for skew_deg in map(float, skews):
+            place = {SKEW: skew_deg, GAP: gap_mm}
+            curves = [seat.curve(place | values) for seat in seats]
+            length = _length(curves, hazard, target)
+            ends = length.interval(unseating["level"])
+            row: Row = dict(
+                zip(("support_m", "support_m_low", "support_m_high"), ends, strict=True)
+            )
+            row |= {name.replace("support", "seat"): v + gap_mm / 1000.0 for name, v in row.items()}
+            # the median at which the needed length is exceeded
+            medians = np.exp([curve.ln_theta[0] for curve in curves])
+            median = float(np.interp(ends[0], _LENGTHS_M, medians))
+            row["extrapolated"] = not unseating["im_low"] <= median <= unseating["im_high"]
+            factor = 0.5 * np.log(np.cos(np.radians(skew_deg)))
+            hazus = _length(straight, hazard, target, factor)
+            row["hazus_m"] = hazus.value + gap_mm / 1000.0
+            # SDC: displacement demand at 5 % in 50 years
+            at_sdc = np.interp(hazard.level_of(SDC_RATE), np.log(medians), np.log(_LENGTHS_M))
+            row["sdc_demand_m"] = float(np.exp(at_sdc))
+            if column is not None:
+                rate = curve_rate(column.curve(place | values), hazard).interval(column.level)
+                row |= dict(zip(_COLUMN, rate, strict=True))
+            found.append(place | row)
+    table = pd.DataFrame(found)
+    if column is not None:
+        allowed = table.groupby(SKEW)[[GAP, *_COLUMN]].apply(_allowed_gaps, target)
+        table = table.join(allowed, on=SKEW)
+    return Decision(table, target, values, float(unseating["level"]))
+
+
+def _allowed_gaps(of_skew: pd.DataFrame, target: float) -> pd.Series:
+    """Return the smallest and largest gap with which column failure is below the target.
+
+    ``certain`` is by the upper end of the interval of the rate. NaN if no gap of the study is.
+    """
+    fine, row = np.linspace(of_skew[GAP].min(), of_skew[GAP].max(), 201), dict[str, float]()
+    for name, rate in (("gap", _COLUMN[0]), ("certain_gap", _COLUMN[2])):
+        ln_rate = np.interp(fine, of_skew[GAP], np.log(of_skew[rate]))
+        allowed = fine[ln_rate <= np.log(target)]
+        ends = (allowed[0], allowed[-1]) if allowed.size else (np.nan, np.nan)
+        row |= dict(zip((f"{name}_from_mm", f"{name}_to_mm"), ends, strict=True))
+    return pd.Series(row)
+
+
+def _length(
+    curves: Sequence[StateCurve], hazard: HazardCurve, target: float, ln_factor: float = 0.0
+) -> LogRate:
+    """Return ln of the length that is exceeded with the target rate; NaN outside `_LENGTHS_M`."""
+    rates = [curve_rate(curve, hazard, ln_factor) for curve in curves]
+    logs, fractiles = (
+        np.array([_crossing(column, np.log(target)) for column in np.transpose(part)])
+        for part in ([rate.logs for rate in rates], [rate.fractiles for rate in rates])
+    )
+    return LogRate(logs, fractiles, hazard.quantiles)
+
+
+def _crossing(ln_rates: Floats, ln_target: float) -> float:
+    return float(np.interp(-ln_target, -ln_rates, np.log(_LENGTHS_M), np.nan, np.nan))

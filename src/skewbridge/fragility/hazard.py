@@ -1,0 +1,373 @@
+"""Hazard curves of a site, from OpenQuake, the USGS or plain CSV, and annual rates from them.
+
+The annual rate of a limit state is lambda = int P(x) |dH(x)| over the intensities of the hazard
+curve H. ln H is linear in ln x between the points of the curve; nothing is extrapolated.
+
+Sources: convolution, Cornell et al. (2002), J. Struct. Eng. 128(4):526-533; files, OpenQuake engine
+manual (CSV exports: probabilities of exceedance in the investigation time; PGV in cm/s) and USGS
+nshmp-haz (JSON and CSV: annual frequencies of exceedance).
+"""
+
+import csv
+import re
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass as checked_dataclass
+from scipy import special
+
+from skewbridge.errors import InputError
+from skewbridge.files.tables import Floats, Row, as_column, positive, require
+from skewbridge.files.text import (
+    MAX_CSV_BYTES,
+    OPTIONS,
+    FileName,
+    file_fault,
+    read_csv,
+    read_json,
+    read_text,
+    shown_path,
+)
+from skewbridge.fragility.motion_means import Jackknifed, exp_end
+
+#: Columns of intensities with hazard curves, in the order in which a study prefers them.
+PREFERRED: Final = (
+    "im_saavg_rotd50_g", "im_sa_t1_rotd50_g", "im_sa_1p000_rotd50_g", "im_pga_rotd50_g",
+    "im_pgv_rotd50_mps",
+)  # fmt: skip
+_NAMES: Final = {"PGA": PREFERRED[3], "PGV": PREFERRED[4], "AVGSA": PREFERRED[0]}
+_FACTORS: Final = {"g": 1.0, "m/s": 1.0, "cm/s": 0.01}  # to the unit of the column
+_UNIT: Final = re.compile(r"(.*?)\s*[(\[](g|m/s|cm/s)[)\]]$")
+_FRACTILE: Final = re.compile(r"rate_p(\d+(?:\.\d+)?)$")
+_LEAST_RATE: Final = 1e-15  # 1/year; replaces zero rates of fractile curves
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
+
+
+@checked_dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
+class HazardConfig:
+    """Hazard curve of the site, for annual rates."""
+
+    file: FileName | None = Field(default=None)
+    """CSV (columns im, rate), OpenQuake or USGS file, or a folder of OpenQuake files; null: none"""
+    measure: str | None = Field(default=None, max_length=100)
+    """intensity measure, if there are several: PGA, SA(1.0), AvgSA or an im_ column"""
+
+
+class LogRate(NamedTuple):
+    """ln of an annual rate, or of a ratio of rates."""
+
+    logs: Floats  # from all runs, then without each block, shape (R,)
+    fractiles: Floats  # from all runs, with the fractiles of the hazard, shape (F,)
+    quantiles: Floats  # probability of each fractile curve, shape (F,)
+
+    @property
+    def value(self) -> float:
+        """The rate or ratio from all runs."""
+        return float(np.exp(self.logs[0]))
+
+    @property
+    def jackknifed(self) -> Jackknifed:
+        """The jackknife over blocks; a block without an estimate has no influence."""
+        values = np.where(np.isfinite(self.logs), self.logs, self.logs[0])
+        every = np.ones(values.size - 1, dtype=np.bool_)
+        return Jackknifed.of(values, every, every, 2)
+
+    def interval(self, level: float) -> tuple[float, float, float]:
+        """Return exp of the estimate and interval ends, of motions and hazard together."""
+        estimate, ends = self.logs[0], np.array(self.jackknifed.interval(level))
+        if self.fractiles.size > 1:
+            # ASSUME the uncertain hazard is lognormal, and its curves do not cross
+            spread, middle = np.polyfit(special.ndtri(self.quantiles), self.fractiles, 1)
+            reach = abs(spread) * special.ndtri(0.5 + 0.5 * level)
+            hazard = np.array([estimate - middle + reach, middle + reach - estimate])
+            signs = np.array([-1.0, 1.0])
+            ends = estimate + signs * np.hypot(ends - estimate, np.maximum(hazard, 0.0))
+        return exp_end(estimate), exp_end(float(ends[0])), exp_end(float(ends[1]))
+
+    def minus(self, other: "LogRate") -> "LogRate":
+        """Return ln of the ratio to another rate from the same motions and hazard."""
+        return self._replace(
+            logs=self.logs - other.logs, fractiles=self.fractiles - other.fractiles
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HazardCurve:
+    """Annual rates of exceedance at n intensities: mean (or median), then F fractiles."""
+
+    im: str  # column of the intensity; empty: not named by the file
+    levels: Floats  # in the unit of the column, shape (n,)
+    rates: Floats  # 1/year, shape (1 + F, n)
+    quantiles: Floats  # probability of each fractile, shape (F,)
+    source: str = ""  # name of the file
+
+    def rate(self, probability: Callable[[Floats], Floats], narrowest: float) -> LogRate:
+        """Return ln rates of R curves; ``probability`` (k, R) is a function of ln im (k, 1).
+
+        ``narrowest`` is the smallest dispersion of the curves.
+        """
+        ln_im, weights = self._nodes(narrowest)
+        return self.logs_of(weights @ probability(ln_im[:, None]))
+
+    def rate_of_failures(self, ln_failures: Floats) -> LogRate:
+        """Return ln rates of R curves, each by n equally likely ln im of failure, (R, n)."""
+        # int P |dH| = E[H(x)] - H(last), where H is constant outside the curve
+        x = np.log(self.levels)
+        means = [
+            np.mean(np.exp(np.interp(ln_failures, x, row)), axis=1) for row in np.log(self.rates)
+        ]
+        return self.logs_of(np.array(means) - self.rates[:, -1:])
+
+    def logs_of(self, rates: Floats) -> LogRate:
+        """Return rates (1 + F, R) as logarithms."""
+        logs = np.log(np.maximum(rates, np.finfo(np.float64).tiny))
+        return LogRate(logs[0], logs[1:, 0], self.quantiles)
+
+    def shares(
+        self, rate: Callable[["HazardCurve"], LogRate], p: Floats, low: float, high: float
+    ) -> Row:
+        """Return shares outside the hazard curve and outside intensities from ``low`` to ``high``.
+
+        ``rate`` returns the ln rate of a state for a hazard curve. ``p`` (2,) is its probability at
+        the first and the last intensity.
+        """
+        total, most = rate(self).value, float(self.rates[0, -1])
+        inner = self._between(low, high)
+        within = inner and rate(inner).value
+        row: Row = {
+            f"share_outside_{end}": add / (total + add)
+            for end, add in (("low", float(p[1]) * most), ("high", most))
+        }
+        row["probability_at_first_level"] = float(p[0])
+        return row | {"share_extrapolated": max(0.0, 1.0 - (within or 0.0) / total)}
+
+    def _between(self, low: float, high: float) -> "HazardCurve | None":
+        """Return the part between two intensities; None if it is empty."""
+        x = self.levels
+        inside = x[(x > low) & (x < high)]
+        at = np.unique([*np.clip([low, high], x[0], x[-1]), *inside])
+        if not low < high or at.size < 2:
+            return None
+        logs = [np.interp(np.log(at), np.log(x), row) for row in np.log(self.rates)]
+        return replace(self, levels=at, rates=np.exp(logs))
+
+    def level_of(self, rate: float) -> float:
+        """Return ln of the intensity with a rate of exceedance (mean); NaN outside the curve."""
+        falling = -np.log(self.rates[0])
+        return float(np.interp(-np.log(rate), falling, np.log(self.levels), np.nan, np.nan))
+
+    def _nodes(self, narrowest: float) -> tuple[Floats, Floats]:
+        """Return ln im (k,) and weights -dH (1 + F, k) of a Gauss-Legendre rule in ln im."""
+        x, ln_rate = np.log(self.levels), np.log(self.rates)
+        steps, slope = np.diff(x), -np.diff(ln_rate) / np.diff(x)
+        # panels as wide as the dispersion at most, over which H falls by a factor of exp(4) at most
+        count = np.ceil(np.maximum(steps / narrowest, steps * np.max(slope, axis=0) / 4.0))
+        count = np.clip(count, 1, 400).astype(np.intp)
+        segment = np.repeat(np.arange(steps.size), count)
+        place = np.arange(segment.size) - np.repeat(np.cumsum(count) - count, count)
+        width = (steps / count)[segment]
+        at = (place[:, None] + 0.5 * (1.0 + _NODES)) * width[:, None]
+        fall = slope[:, segment, None]
+        weights = fall * np.exp(ln_rate[:, segment, None] - fall * at) * width[:, None] * _WEIGHTS
+        return (x[segment, None] + at).ravel(), 0.5 * weights.reshape(len(ln_rate), -1)
+
+
+def measure_column(name: str) -> str:
+    """Return the column of an intensity measure such as PGA, SA(1.0), SA1P0 or AvgSA; else ''."""
+    text = name.strip()
+    if text.startswith("im_"):
+        return text
+    if match := re.fullmatch(r"(?i)SA\s*\(?(\d+(?:[.P]\d+)?)\)?", text):
+        period = f"{float(match[1].upper().replace('P', '.')):.3f}"
+        return f"im_sa_{period.replace('.', 'p')}_rotd50_g"
+    return _NAMES.get(text.upper(), "")
+
+
+class _Part(NamedTuple):
+    """One curve of a file."""
+
+    im: str
+    quantile: float | None  # None: mean
+    levels: Floats
+    rates: Floats
+
+
+def hazard_curve(config: HazardConfig, measures: Sequence[str], usual: str) -> HazardCurve | None:
+    """Return the hazard curve of a configuration for one of ``measures``; None without a file.
+
+    ``usual`` is taken if the file has it or names no measure. An `InputError` names the file.
+    """
+    if config.file is None:
+        return None
+    path = Path(config.file)
+    curves = {curve.im: curve for curve in read_hazard(path)}
+    wanted = config.measure and measure_column(config.measure)
+    if config.measure and not wanted:
+        text = "must be PGA, PGV, SA(period), AvgSA or an im_ column"
+        raise InputError(f"hazard.measure {text}, got {config.measure!r}")
+    if "" in curves:
+        name = wanted or usual
+        curves = {name: replace(curves[""], im=name)}
+    order = [wanted] if wanted else [usual, *PREFERRED]
+    found = next((name for name in order if name in curves and name in measures), None)
+    if found is None:
+        has, of_study = (", ".join(map(str, names)) for names in (curves, measures))
+        asked = f", hazard.measure is {wanted}" if wanted else ""
+        text = f": hazard of {has}{asked}, but the study has intensities {of_study}"
+        raise file_fault(path, f"{text}: give the hazard of one of these")
+    return curves[found]
+
+
+def read_hazard(path: Path) -> list[HazardCurve]:
+    """Return the hazard curves of a file, or of all files in a folder, one per measure."""
+    files = sorted(path.glob("*.[cj]s*")) if path.is_dir() else [path]
+    if not files:
+        raise file_fault(path, " has no .csv or .json file")
+    groups: dict[str, dict[float | None, _Part]] = defaultdict(dict)
+    for file in files:
+        try:
+            for part in _parts(file):
+                if part.quantile in groups[part.im]:
+                    raise InputError(f"a second hazard curve of {part.im or 'the same measure'}")
+                groups[part.im][part.quantile] = part
+        except InputError as error:
+            known = shown_path(file) in str(error)
+            raise error if known else file_fault(file, f": {error}", **error.details) from None
+        except (AttributeError, LookupError, TypeError, ValueError):
+            raise file_fault(file, " is not a hazard curve in a known format") from None
+    if not groups:
+        raise file_fault(path, " has no hazard curve that this version can read")
+    return [_assembled(path, parts) for parts in groups.values()]
+
+
+def _assembled(path: Path, parts: dict[float | None, _Part]) -> HazardCurve:
+    """Return the curve of one measure from its mean (or median) and its fractiles."""
+    main = parts.get(None, parts.get(0.5))
+    if main is None:
+        raise file_fault(path, f": {next(iter(parts.values())).im} has no mean or median curve")
+    quantiles = sorted(q for q in parts if q is not None)
+    rows = [main, *(parts[q] for q in quantiles)]
+    if any(not np.array_equal(row.levels, main.levels) for row in rows):
+        raise file_fault(path, f": the fractiles of {main.im} have other intensities than the mean")
+    rates = np.array([row.rates for row in rows])
+    # a probability of one in the investigation time has no rate; zero rates end the curve
+    used = np.all(np.isfinite(rates), axis=0) & (rates[0] > 0.0)
+    if np.sum(used) < 2:
+        raise file_fault(path, ": fewer than two intensities have a rate above zero")
+    positive_rates = np.maximum(rates[:, used], _LEAST_RATE)
+    arrays = {"levels": main.levels[used], "rates": positive_rates}
+    return HazardCurve(im=main.im, quantiles=np.array(quantiles), source=path.name, **arrays)
+
+
+def _parts(path: Path) -> Iterator[_Part]:
+    """Yield the checked curves of one file."""
+    if path.suffix.lower() == ".json":
+        found = _usgs_json(path)
+    else:
+        first = read_text(path, MAX_CSV_BYTES).lstrip().partition("\n")[0]
+        found = _openquake(path, first) if first.startswith("#") else _table(path)
+    for part in found:
+        levels = positive(part.levels, "im")
+        rates = as_column(part.rates, "rate")
+        require(~(rates < 0.0) & ~np.isnan(rates), "rate", "must not be negative", rates)
+        require(np.append(True, np.diff(levels) > 0.0), "im", "must increase", levels)
+        with np.errstate(invalid="ignore"):  # inf - inf
+            grows = np.append(False, np.diff(rates) > 0.0)
+        require(~grows, "rate", "must not increase with the intensity", rates)
+        yield part._replace(levels=levels, rates=rates)
+
+
+def _openquake(path: Path, first: str) -> Iterator[_Part]:
+    """Yield the curve of a CSV export of OpenQuake; its first line is a comment."""
+    given = dict(re.findall(r"(\w+)='?([^,'\"]+)", first))
+    lacking = [name for name in ("kind", "imt", "investigation_time") if name not in given]
+    if lacking:
+        raise InputError(f"the first line of an OpenQuake file must give {', '.join(lacking)}")
+    _, header, *sites = csv.reader(read_text(path, MAX_CSV_BYTES).strip().splitlines())
+    if len(sites) != 1:
+        raise InputError(f"has the hazard of {len(sites)} sites: keep the line of one site")
+    values = {n: v for n, v in zip(header, sites[0], strict=False) if n.startswith("poe-")}
+    levels = as_column([name.removeprefix("poe-") for name in values], "poe")
+    poe = as_column(list(values.values()), "poe")
+    require((poe >= 0.0) & (poe <= 1.0), "poe", "must be within 0..1", poe)
+    column, kind = measure_column(given["imt"]), given["kind"]
+    factor = _FACTORS["cm/s"] if column == _NAMES["PGV"] else 1.0
+    with np.errstate(divide="ignore"):
+        rates = -np.log1p(-poe) / float(given["investigation_time"])
+    quantile = None if kind == "mean" else float(kind.removeprefix("quantile-"))
+    yield _Part(column or given["imt"], quantile, factor * levels, rates)
+
+
+def _table(path: Path) -> Iterator[_Part]:
+    """Yield the curves of a CSV table: intensity, rate and fractiles, or a site of the USGS."""
+    table = read_csv(path)
+    names = list(map(str, table))
+    if {"lon", "lat"} <= {*names}:
+        if len(table) != 1:
+            raise InputError(f"has the hazard of {len(table)} sites: keep the line of one site")
+        columns = [name for name in names if re.fullmatch(r"[\d.eE+-]+", name)]
+        name = next(filter(None, map(measure_column, (path.stem, path.parent.name))), "")
+        if not name:
+            raise InputError("name the file or its folder as its measure, such as SA1P0.csv")
+        # source: nshmp-haz writes accelerations in g
+        rates = table.loc[0, columns].to_numpy(dtype=np.float64)
+        yield _Part(name, None, as_column(columns, "im"), rates)
+        return
+    if len(names) < 2 or names[1] != "rate":
+        text = "the columns must be an intensity (im, or a measure with its unit), rate"
+        raise InputError(f"{text} and fractiles such as rate_p16; got {', '.join(names[:5])}")
+    column, factor = _measure_and_factor(names[0])
+    for name in names[1:]:
+        match = _FRACTILE.fullmatch(name)
+        if name != "rate" and not match:
+            raise InputError(f"the column {name!r} is not a fractile such as rate_p16")
+        quantile = float(match[1]) / 100.0 if match else None
+        levels = factor * as_column(table[names[0]], "im")
+        yield _Part(column, quantile, levels, as_column(table[name], "rate"))
+
+
+def _measure_and_factor(head: str) -> tuple[str, float]:
+    """Return the column named by a heading, and the factor to its unit; ``im`` names none."""
+    if head == "im" or head.startswith("im_"):
+        return head.removesuffix("im"), 1.0
+    match = _UNIT.fullmatch(head)
+    column = measure_column(match[1] if match else head)
+    if not column:
+        raise InputError(f"{head!r} is not a measure with a unit, such as SA(1.0) (g) or PGA (g)")
+    if not match:
+        raise InputError(f"the unit of {head} is missing: write {head} (g), or (cm/s) for PGV")
+    if (match[2] == "g") == (column == _NAMES["PGV"]):
+        raise InputError(f"{match[1]} has not the unit {match[2]}")
+    return column, _FACTORS[match[2]]
+
+
+def _usgs_json(path: Path) -> Iterator[_Part]:
+    """Yield the total curves of a response of the hazard services of the USGS."""
+    content = read_json(path)
+    response = content.get("response", content) if isinstance(content, dict) else content
+    shared: Any = {}
+    if isinstance(response, dict):
+        shared = response.get("metadata", {})
+        response = response.get("hazardCurves", [])
+    for item in response if isinstance(response, list) else []:
+        about = {**shared, **item.get("metadata", {}), **item}
+        imt = about.get("imt", {})
+        name = str(imt.get("value", imt) if isinstance(imt, dict) else imt)
+        unit = re.search(r"\((g|m/s|cm/s)\)", f"{imt} {about.get('xlabel', '')}")
+        if not unit:
+            raise InputError(f"the unit of {name} is missing (xlabel, such as Ground Motion (g))")
+        total = [each for each in item.get("data", []) if each.get("component") == "Total"]
+        if len(total) != 1:
+            raise InputError(
+                f"{name} has {len(total)} curves of the component Total; one is needed"
+            )
+        values = total[0].get("values", {})
+        levels = values.get("xs", about.get("xvalues"))
+        rates = values.get("ys", total[0].get("yvalues"))
+        levels = _FACTORS[unit[1]] * as_column(levels, f"{name} xs")
+        yield _Part(measure_column(name) or name, None, levels, as_column(rates, f"{name} ys"))

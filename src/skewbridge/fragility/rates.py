@@ -1,0 +1,251 @@
+"""Annual rates of limit states and systems, and effects of the axes on them.
+
+A rate is the integral of the probability of the demand model over a hazard curve; without a model,
+of the lognormal curve with theta and beta_total, or of a union.
+Its interval, and that of a ratio of rates, are from the jackknife over motions, as for medians. A
+ratio is for the same motions and the same hazard.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache, partial
+from math import nan
+from typing import Final
+
+import numpy as np
+import pandas as pd
+from scipy import special
+
+from skewbridge.files.tables import Floats, Row, records_of
+from skewbridge.fragility import demand_table
+from skewbridge.fragility.curves import CURVE_COLUMNS, METHODS
+from skewbridge.fragility.demand_model import BridgeModels, StateCurve
+from skewbridge.fragility.effects import effect_row
+from skewbridge.fragility.fits import ALL_EXCEED, BOUNDS_TOO_WIDE, FITTED, NO_EXCEEDANCE
+from skewbridge.fragility.hazard import HazardCurve, LogRate
+from skewbridge.fragility.joint import JointModel
+from skewbridge.fragility.limit_states import LimitState, States
+from skewbridge.fragility.outcomes import TREATMENTS, demand_outcomes
+from skewbridge.fragility.paper_table import chosen_curves
+from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
+from skewbridge.fragility.union import any_of, union_curve
+
+SYSTEM: Final = "system"
+YEARS: Final = 50.0
+_ENDS: Final = ("", "_low", "_high")
+_LEAST_MOTIONS: Final = 5  # as for ratios of medians
+_STEP: Final = ["from_value", "to_value"]
+_STATE: Final = ["variant", "component", "limit_state"]
+_BOUNDS: Final = ["theta_bound_low", "theta_bound_high", "theta_bound_beta"]
+
+
+def rate_columns(rates: Sequence[float]) -> Row:
+    """Return the columns of an annual rate with its interval, and of the 50-year probability."""
+    row = {f"annual_rate{end}": float(rate) for end, rate in zip(_ENDS, rates, strict=True)}
+    years = [float(-np.expm1(-YEARS * rate)) for rate in row.values()]
+    return row | {f"probability_50y{end}": p for end, p in zip(_ENDS, years, strict=True)}
+
+
+def exceedance(curve: StateCurve, ln_im: Floats) -> Floats:
+    """Return P(exceeds) of R curves, shape (k, R), at ln im (k, 1).
+
+    It is that of the demand models if there are any: their scatter may grow with the intensity.
+    """
+    if curve.points:
+        u = [each.score(s.threshold, s.dispersion, ln_im) for each, s in curve.points]
+        return any_of(u, np.zeros(1) if curve.modes is None else curve.modes.rho)
+    if curve.modes is not None:
+        return curve.modes.probability(ln_im)
+    return special.ndtr((ln_im - curve.ln_theta) / curve.total)
+
+
+def curve_rate(curve: StateCurve, hazard: HazardCurve, ln_factor: float = 0.0) -> LogRate:
+    """Return the ln rate of R curves with medians times exp(ln_factor); NaN without a curve."""
+    wide = curve.total if curve.modes is None else curve.modes.beta
+    narrow = float(np.nanmin(wide, initial=9.0))
+    return hazard.rate(lambda ln_im: exceedance(curve, ln_im - ln_factor), narrow)
+
+
+def _lognormal(theta: float, beta: float, hazard: HazardCurve) -> float:
+    """Return the annual rate of one lognormal curve."""
+    curve = StateCurve(np.log([theta]), np.array([nan]), np.array([beta]))
+    return curve_rate(curve, hazard).value
+
+
+def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> Row:
+    """Return the columns of rate, interval and shares of a row of table `curves`.
+
+    ``model`` has its curve by the demand model with replicates. Without it, the interval is that of
+    theta. A state with wide bounds has the rates of its bounds; a state that no run, or every run,
+    exceeds has the rate of the bound of its median.
+    """
+    status, found = curve["status"], (nan, nan, nan)
+    row: Row = {name: curve[name] for name in ("status", "method", "im", "level")}
+    bound_beta = np.hypot(curve["theta_bound_beta"], np.nan_to_num(curve["capacity_dispersion"]))
+    if status == FITTED:
+        wide = curve["beta"] if pd.isna(curve["beta_total"]) else curve["beta_total"]
+        used = StateCurve(np.log([curve["theta"]]), np.array([nan]), np.array([wide]))
+        used = used._replace(modes=union_curve(curve))
+        if model is not None and curve["method"] == METHODS[0]:
+            used = model
+            found = curve_rate(model, hazard).interval(curve["level"])
+        else:  # ASSUME the dispersion is known
+            thetas = (curve[name] for name in ("theta", "theta_high", "theta_low"))
+            middle, *ends = (_lognormal(theta, wide, hazard) for theta in thetas)
+            rate = curve_rate(used, hazard).value
+            found = rate, *(rate * end / middle for end in ends)
+        p = exceedance(used, np.log(hazard.levels[[0, -1]])[:, None])[:, 0]
+        row |= hazard.shares(partial(curve_rate, used), p, curve["im_low"], curve["im_high"])
+    elif status == BOUNDS_TOO_WIDE and model is not None:
+        # the interval of the model, widened to the bounds with the dispersion of the capacity
+        extra = np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0)
+        rate, low, high = curve_rate(model, hazard).interval(curve["level"])
+        bounds = [
+            (curve[f"theta_{n}"], np.hypot(curve[f"beta_{n}"], extra**0.5)) for n in TREATMENTS
+        ]
+        factors = [1.0, *(_lognormal(*bound, hazard) / rate for bound in bounds)]
+        found = nan, low * np.nanmin(factors), high * np.nanmax(factors)
+    # ASSUME a bound of a median has the slope 1 for the dispersion of its capacity
+    elif status == NO_EXCEEDANCE:
+        found = nan, 0.0, _lognormal(curve["theta_bound_low"], bound_beta, hazard)
+    elif status == ALL_EXCEED:
+        least = _lognormal(curve["theta_bound_high"], bound_beta, hazard)
+        found = nan, least, float(hazard.rates[0, 0])
+    return row | rate_columns(found)
+
+
+def with_bounds(curves: pd.DataFrame) -> pd.DataFrame:
+    """Return curves in which bounds of medians, which one method gives, are in all methods."""
+    names = [name for name in _BOUNDS if name in curves]
+    largest = curves.groupby(_STATE)[names].transform("max")
+    return curves.assign(**{name: largest[name] for name in names})
+
+
+def rates_of_curves(curves: pd.DataFrame, joint: pd.DataFrame, hazard: HazardCurve) -> pd.DataFrame:
+    """Return the columns of `state_columns`, indexed as ``curves``; ``joint`` may be empty."""
+    key = ["bridge", "abutment", "component", "limit_state"]
+    usable = joint[joint["modes"].notna()]
+    models = {tuple(row[n] for n in key): JointModel(row) for row in records_of(usable)}
+    rows: list[Row] = []
+    table = curves.reindex(columns=list(dict.fromkeys([*curves, *CURVE_COLUMNS])))
+    for row in records_of(table):
+        model = models.get(tuple(row[n] for n in key))
+        curve = model.curve(row) if model else None
+        has = curve is not None and np.isfinite(curve.ln_theta[0])
+        rows.append(state_columns(row, curve if has else None, hazard))
+    return pd.DataFrame(rows, curves.index)
+
+
+def rate_table(
+    curves: pd.DataFrame, joint: pd.DataFrame, system: pd.DataFrame, hazard: HazardCurve
+) -> pd.DataFrame:
+    """Return table `rates`: one row per variant and limit state, then per degree of the system.
+
+    ``system`` has the columns `rate` and `shares` of `system_curves` with a hazard.
+    """
+    chosen, columns = chosen_curves(with_bounds(curves)), demand_table.variant_columns(curves)
+    states = chosen[[*columns, *_STATE[1:]]].join(rates_of_curves(chosen, joint, hazard))
+    rows = records_of(states)
+    for row in records_of(system):
+        place = {name: row[name] for name in (*columns, "limit_state", "status", "level")}
+        place |= {"component": SYSTEM, "method": SYSTEM, "im": hazard.im}
+        has = isinstance(row["rate"], LogRate)
+        found = row["rate"].interval(row["level"]) if has else (nan, nan, nan)
+        rows.append(place | (row["shares"] if has else {}) | rate_columns(found))
+    return pd.DataFrame(rows, columns=list(demand_table.described("rates")))
+
+
+def rate_effects(
+    models: Iterable[BridgeModels],
+    states: States,
+    hazard: HazardCurve,
+    settings: FitSettings,
+    *,
+    curves: pd.DataFrame | None = None,  # a ratio then needs a variant with a curve
+    system: pd.DataFrame | None = None,  # as for `rate_table`
+    axes: Sequence[str] = (),  # only the effects of these columns, which distinguish variants
+) -> pd.DataFrame:
+    """Return table `rate_effects`: ratios of annual rates along every axis, pooled rows first.
+
+    Pairs of variants are those of `median_effects`; a pooled row is their geometric mean.
+    """
+    known = [] if system is None else records_of(system)
+    rates = {(row["variant"], row["limit_state"]): row["rate"] for row in known}
+    # the states, then the degrees of the system as texts
+    both = [*states, *dict.fromkeys(row["limit_state"] for row in known)]
+    has = None if curves is None else curves[curves["preferred"] & (curves["status"] == FITTED)]
+    fitted = None if has is None else set(zip(*(has[name] for name in _STATE), strict=True))
+    rows: list[Row] = []
+    for each in models:
+        blocks = demand_table.block_names(each.runs)
+        for axis in axes or demand_table.varying_axes(each.variants):
+            for place, scope, start, end in _changes(each, axis, both, hazard, rates, fitted):
+                change = end.minus(start)
+                row = effect_row(change.jackknifed, settings, blocks=blocks)
+                ends = change.interval(EFFECT_CONFIDENCE)
+                row |= dict(zip(("ratio", "ci_low", "ci_high"), ends, strict=True))
+                row |= {"direction": int(ends[1] > 1.0) - int(ends[2] < 1.0), "scope": scope}
+                row |= {"from_rate": start.value, "to_rate": end.value, "n_motions": len(blocks)}
+                rows.append(place | row)
+    table = pd.DataFrame(rows, columns=list(demand_table.described("rate_effects")))
+    return table.sort_values("scope", kind="stable", ignore_index=True)
+
+
+def _changes(
+    models: BridgeModels,
+    axis: str,
+    states: Sequence[LimitState | str],
+    hazard: HazardCurve,
+    system: Mapping[tuple[str, str], object],  # rates; keys: variant, degree
+    fitted: set[tuple[str, ...]] | None,
+) -> list[tuple[Row, str, LogRate, LogRate]]:
+    """Return place, scope and both ln rates of pairs that differ in one axis, and their means."""
+    variants = models.variants
+
+    @cache
+    def rate_of(state: LimitState | str, number: int) -> LogRate | None:
+        values = records_of(variants)[number]
+        if isinstance(state, str):
+            rate = system.get((values["variant"], state))
+            return rate if isinstance(rate, LogRate) else None
+        runs, curve = models.runs[models.variant == number], models.curve(state, values)
+        enough = runs["motion_id"].nunique() >= _LEAST_MOTIONS
+        if not enough or demand_outcomes(runs, [state]).status(state) != FITTED:
+            return None
+        return None if isinstance(curve, str) else curve_rate(curve, hazard)
+
+    names = list(dict.fromkeys([*demand_table.axis_names(variants), axis]))
+    others = [name for name in names if name != axis]
+    keys = [*demand_table.BRIDGE_COLUMNS, *others]
+    table = variants[["variant", *keys, axis]].assign(number=np.arange(len(variants)))
+    lowest = table.groupby(keys, dropna=False)[axis].transform("min")
+    pairs = table.merge(table[table[axis] == lowest], on=keys, suffixes=("_to", "_from"))
+    pairs = pairs.rename(columns={f"{axis}_from": _STEP[0], f"{axis}_to": _STEP[1]})
+    found: list[tuple[Row, str, LogRate, LogRate]] = []
+    for step, cells in pairs[pairs[_STEP[1]] > pairs[_STEP[0]]].groupby(_STEP):
+        for state in states:
+            key = (SYSTEM, state) if isinstance(state, str) else (state.component, state.name)
+            place = models.place | {
+                "axis": axis,
+                **dict(zip([*_STEP, *_STATE[1:]], (*step, *key), strict=True)),
+            }
+            rated: list[tuple[Row, str, LogRate, LogRate]] = []
+            for cell in records_of(cells):
+                start, end = rate_of(state, cell["number_from"]), rate_of(state, cell["number_to"])
+                # ASSUME a ratio is worth reporting if at least one of both variants has a curve
+                names = {(cell["variant_from"], *key), (cell["variant_to"], *key)}
+                usable = fitted is None or key[0] == SYSTEM or names & fitted
+                if start and end and usable:
+                    own = place | {name: cell[name] for name in others}
+                    rated.append((own, "variant", start, end))
+            if rated:
+                means = _mean([each[2] for each in rated]), _mean([each[3] for each in rated])
+                found.append((place | {"n_cells": len(rated)}, "pooled", *means))
+                found += rated
+    return found
+
+
+def _mean(rates: Sequence[LogRate]) -> LogRate:
+    """Return the mean of ln rates; a block without an estimate has no influence."""
+    logs = [np.where(np.isfinite(rate.logs), rate.logs, rate.logs[0]) for rate in rates]
+    fractiles = np.mean([rate.fractiles for rate in rates], axis=0)
+    return LogRate(np.mean(logs, axis=0), fractiles, rates[0].quantiles)

@@ -1,0 +1,229 @@
+"""Conditional spectra against closed forms, files with targets, and selections of pairs."""
+
+import json
+import re
+from importlib import import_module
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import norm
+
+from cli_json import answer, invoke
+from motions_files import index_of, make_pairs
+from skewbridge.errors import InputError
+from skewbridge.motions import conditional
+from skewbridge.motions.conditional import BAND_POINTS, condition, read_target
+from skewbridge.motions.selection import select_pairs
+from skewbridge.motions.spectrum import sa_avg_periods
+from skewbridge.motions.suite import prepare_suite
+from skewbridge.motions.synthesis.bssa14 import baker_jayaram_correlation, bssa14
+from skewbridge.motions.synthesis.ddk18 import Scenario
+
+NEAR = {"magnitude": 6.5, "distance_km": 10.0, "epsilon": 1.0}
+SCENARIO = Scenario(magnitude=6.5, distance_km=10.0, vs30_mps=400.0)
+SITE = {"vs30_mps": 400.0}
+
+
+def _spectra(*levels, measure="SA(0.75)", **more):
+    target = conditional.Target(measure=measure, **SITE, levels=levels, **more)
+    return conditional.conditional_spectra(target)
+
+
+def test_condition_has_the_values_computed_by_hand():
+    """Correlation 0.5: one variable known, then the mean of both (variance 0.75)."""
+    given = np.zeros((1, 2)), np.ones((1, 2)), np.array([[1.0, 0.5], [0.5, 1.0]])
+    mean, sigma = condition(*given, np.array([1.0, 0.0]), np.array([2.0]))
+    np.testing.assert_allclose(mean, [[2.0, 1.0]])
+    np.testing.assert_allclose(sigma, [[0.0, np.sqrt(0.75)]])
+    mean, sigma = condition(*given, np.array([0.5, 0.5]), np.array([1.0]))
+    np.testing.assert_allclose(mean, [[np.sqrt(0.75)] * 2])
+    np.testing.assert_allclose(sigma, [[0.5, 0.5]])
+
+
+def test_spectrum_of_one_period_agrees_with_pygmm():
+    pygmm = pytest.importorskip("pygmm")
+    (found,) = _spectra(NEAR)
+    place = pygmm.Scenario(mag=6.5, dist_jb=10.0, v_s30=400.0, mechanism="SS", region="global")
+    model = pygmm.BooreStewartSeyhanAtkinson2014(place)
+    psa_g, sigma = (f(found.periods_s) for f in (model.interp_spec_accels, model.interp_ln_stds))
+    level = np.log(psa_g[-1]) + sigma[-1]
+    conditioned = import_module("pygmm.baker_jayaram_2008").calc_cond_mean_spectrum
+    mean, deviation = conditioned(found.periods_s, np.log(psa_g), sigma, 0.75, level)
+    # pygmm has coefficients at more periods
+    np.testing.assert_allclose(found.median_g, np.exp(mean), rtol=0.01)
+    np.testing.assert_allclose(found.sigma[:-1], deviation[:-1], rtol=0.02)
+    assert found.sigma[-1] == pytest.approx(0.0, abs=1e-7)
+    assert found.causes["level_g"] == pytest.approx(found.median_g[-1])
+
+
+def test_spectrum_of_sa_avg_has_the_published_correlation():
+    """Kohrangi et al. (2017): sums over 20 periods give the deviation of ln Sa_avg and rho."""
+    levels = [NEAR, NEAR | {"epsilon": 0.0}]
+    found, middle = _spectra(*levels, measure="Sa_avg(1.0)", t1_s=2.5)
+    periods = np.append(0.5, sa_avg_periods(1.0))
+    tabulated = [0.2, 0.25, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0]
+    sigma = np.interp(np.log(periods), np.log(tabulated), bssa14(SCENARIO, tabulated)[1])
+    terms = baker_jayaram_correlation(periods) * np.outer(sigma, sigma)
+    sigma_avg = np.sqrt(terms[1:, 1:].sum()) / 20.0
+    rho = terms[0, 1:].sum() / (20.0 * sigma[0] * sigma_avg)
+    # deviations between tabulated periods are interpolated in another way
+    assert found.sigma[0] == pytest.approx(sigma[0] * np.sqrt(1.0 - rho**2), rel=5e-3)
+    rise = np.log([found.median_g[0], found.causes["level_g"]])
+    rise -= np.log([middle.median_g[0], middle.causes["level_g"]])
+    assert rise == pytest.approx([rho * sigma[0], sigma_avg], rel=5e-3)
+
+
+def test_earthquakes_of_a_level_are_mixed_and_scaled_to_it():
+    far = {"magnitude": 8.0, "distance_km": 90, "epsilon": 2.5, "weight": 3}
+    two = [NEAR | {"level_g": 0.6}, far | {"level_g": 0.6}]
+    (mixed,), (one,), (other,) = _spectra(*two), _spectra(two[0]), _spectra(two[1])
+    logs = np.log([one.median_g, other.median_g])
+    np.testing.assert_allclose(np.log(mixed.median_g), [0.25, 0.75] @ logs)
+    within = 0.25 * one.sigma**2 + 0.75 * other.sigma**2
+    between = 0.25 * 0.75 * (logs[0] - logs[1]) ** 2
+    np.testing.assert_allclose(mixed.sigma**2, within + between, atol=1e-12)
+    assert mixed.median_g[-1] == pytest.approx(0.6)
+    assert mixed.causes["magnitude"] == pytest.approx(0.25 * 6.5 + 0.75 * 8.0)
+
+
+# ---- Files
+
+
+def _openquake(path, cells, *, star=False):
+    """Write an export of OpenQuake with bins of 0.25 for (magnitude, distance, epsilon, rate)."""
+    rows, edges = [], np.arange(-3.0, 4.01, 0.25)
+    for magnitude, distance_km, epsilon, rate in cells:
+        above = -np.diff(norm.sf(np.maximum(edges, epsilon))) / norm.sf(epsilon)
+        values = -np.expm1(-rate * (np.histogram(epsilon, edges)[0] if star else above))
+        cell = ("SA(0.75)", 0.5, magnitude, distance_km)
+        rows += [(*cell, *own) for own in zip(edges[:-1] + 0.125, values, strict=True)]
+    table = pd.DataFrame(rows, columns=["imt", "iml", "mag", "dist", "eps", "mean"])
+    path.write_text("#,,generated_by='OpenQuake engine 3.19.0'\n" + table.to_csv(index=False))
+    return path
+
+
+@pytest.mark.parametrize("star", [False, True])
+def test_openquake_export_gives_the_epsilon_of_the_level(tmp_path, star):
+    cells = [(6.5, 10.0, 0.6, 2e-3), (7.5, 40.0, 1.9, 1e-3)]
+    causes = read_target(_openquake(tmp_path / "a.csv", cells, star=star), SITE).levels
+    found = np.array([(c.magnitude, c.level_g, c.epsilon, c.weight) for c in causes])
+    np.testing.assert_allclose(found[:, 2], [0.6, 1.9], atol=0.125)  # half a bin
+    np.testing.assert_allclose(found[:, 3], [2e-3, 1e-3], rtol=2e-3)  # the bins end at 4
+    assert found[:, :2].tolist() == [[6.5, 0.5], [7.5, 0.5]]
+
+
+USGS = """{"status": "success", "response": [{"metadata": {"imt": {"value": "SA0P75"},
+"εbins": [{"id": 1, "min": 1, "max": 1.5}, {"id": 2, "min": 1.5}]}, "data": [{"component": "Total",
+"data": [{"r": 12, "m": 6.9, "εdata": [{"εbin": 1, "value": 30}, {"εbin": 2, "value": 10}]}],
+"summary": [{"data": [{"value": 975, "units": "yrs"}, {"value": 0.8, "units": "g"}]}]}]}]}"""
+
+
+@pytest.mark.parametrize("is_new", [False, True])
+def test_usgs_response_gives_epsilon_and_level(tmp_path, is_new):
+    content = json.loads(USGS)
+    if is_new:
+        about = content["response"][0].pop("metadata")
+        content["response"][0]["imt"] = about.pop("imt")
+        content["response"] = {"metadata": about, "disaggs": content["response"]}
+    (tmp_path / "a.json").write_text(json.dumps(content))
+    target = read_target(tmp_path / "a.json", SITE)
+    found = [(c.magnitude, c.distance_km, c.epsilon, c.weight, c.level_g) for c in target.levels]
+    assert target.measure == "SA(0.75)"
+    assert found == [(6.9, 12.0, 1.25, 30.0, 0.8), (6.9, 12.0, 1.5, 10.0, 0.8)]
+
+
+HAND = "measure: SA(0.75)\nvs30_mps: 400\nlevels: [{magnitude: 6.5, distance_km: 10, epsilon: 1}]"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (", epsilon: 1", "", r"levels.0.epsilon: is missing"),
+        ("SA(0.75)", "PGV", r"measure: .*SA.*got 'PGV'"),
+        ("SA(0.75)", "SA(5)", r"within 0.01 to 10 s, got 1 to 15 s"),
+        ("epsilon: 1", "epsilon: 1, level_g: 490", r"level_g: .*20, got 490"),
+        ("magnitude: 6.5", "magnitude: 65", "magnitude must be within 3.0 to 8.5, got 65"),
+        ("vs30_mps: 400\n", "", "vs30_mps: is missing"),
+    ],
+)
+def test_wrong_target_is_one_error_before_candidates_are_read(tmp_path, old, new, message):
+    (tmp_path / "a.yaml").write_text(HAND.replace(old, new))
+    places = ("--from", "no_folder", "--out", tmp_path / "out")
+    result = invoke("motions", "select", "--target", tmp_path / "a.yaml", *places)
+    assert (result.exit_code, result.stderr.count("error:")) == (2, 1)
+    assert re.search(message, result.stderr)
+    assert not (tmp_path / "out").exists()
+
+
+def test_disaggregation_without_epsilon_or_measure_is_an_error(tmp_path):
+    path = tmp_path / "a.json"
+    path.write_text(USGS.replace("εbins", "bins"))
+    with pytest.raises(InputError, match=r"by magnitude, distance and epsilon: 'εbins'"):
+        read_target(path, SITE)
+    path = _openquake(tmp_path / "a.csv", [(6.5, 10, 1, 1e-3)])
+    with pytest.raises(InputError, match=r"has SA\(0.75\): select with --set measure=NAME"):
+        read_target(path, SITE | {"measure": "SA(1.0)"})
+    path.write_text(path.read_text().replace("dist,eps", "dist,lon"))
+    with pytest.raises(InputError, match=r"a.csv is not the export Mag_Dist_Eps .*eps"):
+        read_target(path, SITE)
+
+
+# ---- Selections
+
+
+def _drawn(target, count):
+    """Return candidates with the spectra of a target before scaling: three of each event, then
+    as many synthetic ones."""
+    rng = np.random.default_rng(1)
+    every = baker_jayaram_correlation(target.periods_s)
+    mean, gain = np.log(target.median_g), every @ target.weights
+    covariance = every - np.outer(gain, gain) / (gain @ target.weights)
+    factor = target.sigma / np.sqrt(np.maximum(covariance.diagonal(), 1e-12))
+    logs = rng.multivariate_normal(0.0 * mean, covariance, 2 * count, method="eigh")
+    logs = logs * factor + mean + rng.uniform(-1.6, 1.6, (2 * count, 1))
+    made = np.arange(2 * count) >= count
+    events = [n if made[n] else -n // 3 for n in range(2 * count)]
+    return pd.DataFrame({"log_psa": list(logs), "event": events, "is_synthetic": made})
+
+
+@pytest.mark.parametrize("measure", ["SA(0.75)", "Sa_avg(0.75)"])
+def test_two_disjoint_selections_meet_the_tolerances(measure):
+    (target,) = _spectra(NEAR, measure=measure)
+    pool = _drawn(target, 150)
+    first, summary = select_pairs(pool, target, 30)
+    second = select_pairs(pool.drop(first.index), target, 30)
+    assert summary["synthetic_share"] == first["is_synthetic"].mean() < 0.5
+    for chosen, found in ((first, summary), second):
+        assert (len(chosen), chosen["event"].value_counts().max() <= 2) == (30, True)
+        assert chosen["scale"].between(0.25, 4.0).all()
+        logs = np.stack(chosen["log_psa"])
+        ratio = np.exp(logs.mean(axis=0)) / target.median_g[:BAND_POINTS]
+        scatter = logs.std(axis=0, ddof=1) / target.sigma[:BAND_POINTS]
+        assert np.abs(ratio - 1.0).max() == pytest.approx(found["mean_error"])
+        assert np.abs(ratio - 1.0).max() < 0.05
+        assert np.abs(scatter - 1.0).max() < 0.10
+    with pytest.raises(InputError, match=r"only 2 pairs reach .* 2 per event: 3 are needed"):
+        select_pairs(pool[1:4], target, 3)
+
+
+def test_selected_folder_is_read_with_its_factors(tmp_path):
+    """Both levels are in one folder; a second selection has no pair of the first."""
+    (mine := tmp_path / "mine").mkdir()
+    index_of(mine, make_pairs(mine, 12), event=[f"event {n // 2}" for n in range(12)])
+    psa_g = prepare_suite(mine, t1_s=0.75)["im_sa_t1_rotd50_g"].median()
+    levels = [NEAR | {"level_g": float(factor * psa_g)} for factor in (0.9, 1.2)]
+    target = {"measure": "SA(0.75)", **SITE, "levels": levels}
+    (tmp_path / "a.yaml").write_text(json.dumps(target))
+    select = ("motions", "select", "--target", tmp_path / "a.yaml", "--from", mine, "--count", 4)
+    found = answer(*select, "--out", tmp_path / "one")
+    suite, index = prepare_suite(tmp_path / "one", t1_s=0.75), pd.read_csv(found["index"])
+    reached_g = suite["scale"] * suite["im_sa_t1_rotd50_g"]
+    np.testing.assert_allclose(reached_g, psa_g * np.repeat([0.9, 1.2], 4), rtol=1e-6)
+    assert index["motion_id"].tolist() == (index["candidate"] + np.repeat(["_1", "_2"], 4)).tolist()
+    assert all((tmp_path / f"one/level_{n}.png").stat().st_size > 20_000 for n in (1, 2))
+    answer(*select, "--without", tmp_path / "one", "--out", tmp_path / "two")
+    other = pd.read_csv(tmp_path / "two/index.csv")
+    assert set(index["candidate"]).isdisjoint(other["candidate"])
+    result = invoke(*select[:-1], 13, "--out", tmp_path / "three")
+    assert (result.exit_code, "12 candidates, got 13" in result.stderr) == (2, True)

@@ -1,0 +1,303 @@
+"""Hazard curves from files, annual rates of limit states, and their effects."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import integrate
+from scipy.stats import norm
+
+from cli_json import run
+from fragility_tables import FAILURES, IM, SETTINGS, STATES, ready, synthetic_demands, two_mode_runs
+from skewbridge.errors import InputError
+from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.decision import target_rate
+from skewbridge.fragility.demand_model import fit_models
+from skewbridge.fragility.hazard import HazardConfig, hazard_curve, measure_column, read_hazard
+from skewbridge.fragility.joint import JointModel, joint_table
+from skewbridge.fragility.rates import curve_rate, rate_effects, rate_table
+from skewbridge.fragility.system import system_curves
+from skewbridge.fragility.union import curve_probability
+from skewbridge.study.config import MEASURES, parse_config
+from skewbridge.study.results import joint_rows
+
+PGA = "im_pga_rotd50_g"
+TABLE = """im,rate,rate_p16,rate_p84
+0.03,0.3,0.2,0.4\n0.1,0.05,0.03,0.08\n0.4,4e-3,2e-3,7e-3\n1.5,2e-4,8e-5,4e-4\n4.0,9e-6,3e-6,2e-5
+"""
+
+
+@pytest.fixture(name="file")
+def _file(tmp_path):
+    """Return a function that writes a file and returns its path."""
+
+    def write(text, name="hazard.csv"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+        return tmp_path / name
+
+    return write
+
+
+def curve_of(path, measures=MEASURES, measure=None, usual=IM):
+    return hazard_curve(HazardConfig(file=str(path), measure=measure), measures, usual)
+
+
+def openquake(kind, imt, poes, sites=1, time="investigation_time=50.0, "):
+    head = f"#,,,,\"generated_by='OpenQuake engine 3.23', kind='{kind}', {time}imt='{imt}'\"\n"
+    return head + "lon,lat,depth,poe-0.1,poe-0.5,poe-1.5\n" + f"-120,36,0,{poes}\n" * sites
+
+
+def usgs(xlabel="Ground Motion (g)", component="Total"):
+    curve = {"component": component, "values": {"xs": [0.1, 0.5, 1.5], "ys": [0.02, 1e-3, 0.0]}}
+    item = {"imt": {"value": "SA1P0", "display": "1.0 Second"}, "data": [curve]}
+    return json.dumps({"response": {"metadata": {"xlabel": xlabel}, "hazardCurves": [item]}})
+
+
+def test_every_format_gives_levels_in_the_unit_of_the_column_and_annual_rates(file):
+    plain = curve_of(file(TABLE))
+    assert plain.im == IM
+    assert plain.quantiles.tolist() == [0.16, 0.84]
+    assert plain.rates[:, 1].tolist() == [0.05, 0.03, 0.08]
+    named = read_hazard(file("PGV (cm/s),rate\n10,0.1\n50,0.01\n"))[0]
+    assert (named.im, named.levels.tolist()) == ("im_pgv_rotd50_mps", [0.1, 0.5])
+    file(openquake("mean", "SA(1.0)", "1.0,0.5,0.01"), "oq/hazard_curve-mean-SA_1.csv")
+    file(openquake("quantile-0.15", "SA(1.0)", "0.9,0.4,0.0"), "oq/quantile_curve-0.15.csv")
+    folder = file(openquake("mean", "PGV", "0.9,0.5,0.1"), "oq/hazard_curve-mean-PGV_1.csv").parent
+    pgv, sa = sorted(read_hazard(folder), key=lambda each: each.im)
+    assert pgv.levels == pytest.approx([0.001, 0.005, 0.015])
+    # a probability of one has no rate: the level is left out
+    assert sa.rates[0] == pytest.approx(-np.log1p([-0.5, -0.01]) / 50.0)
+    assert curve_of(folder).im == "im_sa_1p000_rotd50_g"
+    assert curve_of(folder, measure="PGV").im == "im_pgv_rotd50_mps"
+    (modern,) = read_hazard(file(usgs(), "hazard.json"))
+    assert (modern.im, modern.levels.tolist()) == ("im_sa_1p000_rotd50_g", [0.1, 0.5])
+    older = {"imt": {"value": "PGA"}, "xlabel": "Ground Motion (g)", "xvalues": [0.1, 0.5]}
+    older = [{"metadata": older, "data": [{"component": "Total", "yvalues": [0.02, 1e-3]}]}]
+    (old,) = read_hazard(file(json.dumps({"response": older}), "old.json"))
+    assert (old.im, old.rates[0].tolist()) == (PGA, [0.02, 1e-3])
+    (site,) = read_hazard(file("name,lon,lat,0.1,0.5\nA,-120,36,0.02,0.001\n", "PGA/curves.csv"))
+    assert (site.im, site.levels.tolist()) == (PGA, [0.1, 0.5])
+    names = ("SA(0.2)", "SA0P2", "AvgSA", "Arias", "im_cav_mps")
+    assert [measure_column(name)[:12] for name in names] == [
+        "im_sa_0p200_", "im_sa_0p200_", "im_saavg_rot", "", "im_cav_mps",
+    ]  # fmt: skip
+
+
+BAD = {
+    "im,rate\n0.1,0.01\n0.2,0.02\n": "rate must not increase with the intensity (row 1)",
+    "im,rate\n0.2,0.01\n0.1,0.001\n": "im must increase (row 1)",
+    "im,rate\n0.1,-0.01\n0.2,0.001\n": "rate must not be negative",
+    "im,rate\n0.1,0.01\n": "fewer than two intensities",
+    "PGA,rate\n0.1,0.01\n0.2,0.001\n": "the unit of PGA is missing: write PGA (g)",
+    "PGA (cm/s),rate\n0.1,0.01\n0.2,0.001\n": "PGA has not the unit cm/s",
+    "Arias (m/s),rate\n0.1,0.01\n0.2,0.001\n": "is not a measure with a unit",
+    "im,poe\n0.1,0.01\n0.2,0.001\n": "the columns must be an intensity",
+    "im,rate,upper\n0.1,0.01,1\n0.2,0.001,1\n": "'upper' is not a fractile such as rate_p16",
+    "SA(0.2) (g),rate\n0.1,0.01\n0.2,0.001\n": "but the study has intensities im_pga",
+    "name,lon,lat,0.1,0.2\nA,0,0,1,0.1\nB,0,0,1,0.1\n": "has the hazard of 2 sites",
+    "name,lon,lat,0.1,0.2\nA,0,0,1,0.1\n": "name the file or its folder as its measure",
+    openquake("mean", "PGA", "0.5,0.1,0.01", sites=2): "has the hazard of 2 sites",
+    openquake("mean", "PGA", "0.5,0.1,0.01", time=""): "must give investigation_time",
+    openquake("mean", "PGA", "1.5,0.1,0.01"): "poe must be within 0..1",
+    openquake("quantile-0.15", "PGA", "0.5,0.1,0.01"): "has no mean or median curve",
+    usgs(xlabel="Ground Motion"): "the unit of SA1P0 is missing",
+    usgs(component="Fault"): "SA1P0 has 0 curves of the component Total",
+    "{}": "has no hazard curve",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "words"), BAD.items(), ids=range(len(BAD)))
+def test_bad_hazard_gives_one_error_that_names_the_file(file, text, words):
+    path = file(text, "site.json" if text.startswith("{") else "site.csv")
+    with pytest.raises(InputError) as caught:
+        curve_of(path)
+    assert words in str(caught.value)
+    assert str(caught.value).startswith(str(path))
+
+
+def test_hazard_sets_the_measure_of_the_curves_before_any_analysis(file):
+    path = str(file("SA(1.0) (g),rate\n0.1,0.01\n0.2,0.001\n"))
+    assert parse_config({"hazard": {"file": path}}).fragility.im == "im_sa_1p000_rotd50_g"
+    plain = str(file("im,rate\n0.1,0.01\n0.2,0.001\n", "plain.csv"))
+    given = {"hazard": {"file": plain, "measure": "PGA"}}
+    assert parse_config(given).fragility.im == PGA
+    for measure, words in (("MMI", "hazard.measure must be"), ("SA(0.3)", "im_sa_0p300_rotd50_g")):
+        with pytest.raises(InputError, match=words.replace("(", r"\(")):
+            parse_config({"hazard": {"file": plain, "measure": measure}})
+
+
+def rates_of(rows, states, hazard):
+    models = fit_models(rows, states, SETTINGS)
+    curves = fit_study(rows, states, SETTINGS, models=models)
+    system = system_curves(rows, states, SETTINGS, models=models, hazard=hazard)
+    joint = joint_table(rows, states, SETTINGS, models=models)
+    table = rate_table(curves, joint, system, hazard)
+    further = {"curves": curves, "system": system}
+    return curves, table, rate_effects(models, states, hazard, SETTINGS, **further)
+
+
+def quadrature(probability, hazard):
+    """Return int P |dH| by adaptive quadrature between the points of a hazard curve."""
+    x, h = np.log(hazard.levels), np.log(hazard.rates[0])
+    total = 0.0
+    for i in range(x.size - 1):
+        k = (h[i] - h[i + 1]) / (x[i + 1] - x[i])
+
+        def integrand(t, i=i, k=k):
+            return probability(np.exp(t)) * k * np.exp(h[i] - k * (t - x[i]))
+
+        total += integrate.quad(integrand, x[i], x[i + 1], epsabs=0.0, epsrel=1e-10, limit=200)[0]
+    return total
+
+
+def test_rates_agree_with_independent_quadrature(file):
+    hazard = curve_of(file(TABLE))
+    rows = ready(pd.concat([two_mode_runs(n, 24) for n in range(6)], ignore_index=True), FAILURES)
+    curves, table, _ = rates_of(rows, FAILURES, hazard)
+    keys = ["variant", "component", "limit_state"]
+    fitted = curves[curves["preferred"] & (curves["status"] == "ok")].merge(table, on=keys)
+    assert len(fitted) > 8
+    assert (fitted["theta_flexure"].notna()).any()
+    for row in fitted.to_dict("records"):
+        expected = quadrature(lambda im, row=row: curve_probability(im, row), hazard)
+        assert row["annual_rate"] == pytest.approx(expected, rel=1e-6)
+        assert row["annual_rate_low"] < row["annual_rate"] < row["annual_rate_high"]
+        assert row["probability_50y"] == pytest.approx(-np.expm1(-50.0 * expected))
+        last = curve_probability(4.0, row) * 9e-6
+        assert row["share_outside_low"] == pytest.approx(last / (expected + last), rel=1e-5)
+
+
+@pytest.mark.parametrize("beta", [0.02, 0.4, 3.0])
+def test_rate_of_a_power_law_has_its_closed_form(file, beta):
+    x, k, theta = np.geomspace(1e-2, 1e1, 8), 1.2, 0.5
+    lines = "\n".join(f"{each!r},{1e-4 * each**-k!r}" for each in x.tolist())
+    hazard = curve_of(file(f"im,rate\n{lines}\n"))
+    rate = hazard.rate(lambda ln_im: norm.cdf((ln_im - np.log(theta)) / beta), beta)
+    u, h = np.log(x[[0, -1]] / theta) / beta, 1e-4 * x[[0, -1]] ** -k
+    expected = -np.diff(norm.cdf(u) * h)[0]
+    scale = 1e-4 * theta**-k * np.exp(0.5 * (k * beta) ** 2)
+    expected += scale * np.diff(norm.cdf(u + k * beta))[0]
+    assert rate.value == pytest.approx(expected, rel=1e-9)
+
+
+def test_states_without_an_estimate_have_bounds_and_effects_are_paired(file):
+    hazard = curve_of(file(TABLE))
+    states = [state for state in STATES if state.component in ("unseating", "column_drift")]
+    rows = ready(synthetic_demands(motions=24, frictions=(50,), skew_effect=0.0), states)
+    rows["unseating_m"] *= np.exp(0.15 * rows["skew_deg"] / 30.0)
+    curves, table, effects = rates_of(rows, states, hazard)
+    none = table[table["status"] == "no_exceedance"]
+    assert len(none) > 0
+    assert none["annual_rate"].isna().all()
+    assert (none["annual_rate_low"] == 0.0).all()
+    assert none["annual_rate_high"].between(1e-7, 1e-2).all()
+    pooled = effects[effects["scope"] == "pooled"].set_index(["component", "limit_state", "axis"])
+    skew = pooled.loc[("unseating", "slight", "skew_deg")].set_index("to_value")
+    fitted = table[table["component"] == "unseating"].query("limit_state == 'slight'")
+    at = fitted.pivot_table(index="gap_mm", columns="skew_deg", values="annual_rate")
+    expected = np.exp(np.log(at[45] / at[0]).mean())
+    assert skew.loc[45.0, "ratio"] == pytest.approx(expected, rel=1e-9)
+    assert skew.loc[45.0, "direction"] == 1
+    (models,), state = fit_models(rows, states, SETTINGS), states[-4]
+    values = models.variants.iloc[0].to_dict()
+    point = models.fit(state).model.at(values)
+
+    def probability(im):
+        return norm.cdf(point.score(state.threshold, state.dispersion, np.array(np.log(im)))[0])
+
+    own = table.query("variant == @values['variant'] and component == @state.component")
+    rate = own.set_index("limit_state").loc[state.name, "annual_rate"]
+    assert rate == pytest.approx(quadrature(probability, hazard), rel=1e-6)
+    # the scatter of motions cancels: the ratio is far more certain than a rate
+    width = np.log(fitted["annual_rate_high"] / fitted["annual_rate_low"]).min()
+    assert np.log(skew["ci_high"] / skew["ci_low"]).max() < 0.4 * width
+    system = table[table["component"] == "system"].set_index(["variant", "limit_state"])
+    parts = table[table["component"] != "system"].groupby(["variant", "limit_state"])
+    largest = parts["annual_rate"].max().dropna()
+    both = system["annual_rate"].reindex(largest.index)
+    assert (both >= 0.99 * largest).all()
+    assert ("system", "slight", "skew_deg") in pooled.index
+    joint = joint_table(rows, states, SETTINGS)
+    wide = rate_table(curves.assign(status="bounds_too_wide"), joint, pd.DataFrame(), hazard)
+    wide = wide[wide["annual_rate_high"].notna()]
+    assert (wide["annual_rate_low"] < wide["annual_rate_high"]).all()
+    assert wide["annual_rate"].isna().all()
+
+
+def test_fractiles_of_the_hazard_widen_intervals(file):
+    main = "".join(",".join(line.split(",")[:2]) + "\n" for line in TABLE.splitlines())
+    plain = curve_of(file(main, "plain.csv"))
+    states = [state for state in STATES if state.component == "column_drift"][:1]
+    rows = ready(synthetic_demands(frictions=(50,), gaps=(51,)), states)
+    narrow, wide = (rates_of(rows, states, each)[1] for each in (plain, curve_of(file(TABLE))))
+    assert wide["annual_rate"].to_numpy() == pytest.approx(narrow["annual_rate"].to_numpy())
+    assert (wide["annual_rate_high"] > narrow["annual_rate_high"]).all()
+    assert (wide["annual_rate_low"] < narrow["annual_rate_low"]).all()
+
+
+CAPACITIES = """
+- {component: column_drift, demand: column_drift_ratio, unit: percent, dispersion: 0.35,
+   citation: test, states: {moderate: 2.5}}
+- {component: unseating, demand: unseating_m, unit: mm, dispersion: 0.35, citation: test,
+   states: {slight: 114.0}}
+"""
+
+
+def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
+    demands = synthetic_demands(motions=12, frictions=(50,))
+    demands["unseating_m"] *= 1.0 + demands["skew_deg"] / 90.0
+    demands.to_parquet(tmp_path / "demands.parquet")
+    site, states, study = file(TABLE), file(CAPACITIES, "states.yaml"), tmp_path / "study"
+    given = ("--hazard", site, "--limit-states", states)
+    code, report = run("statistics", tmp_path / "demands.parquet", *given, "--out", study)
+    assert code == 0
+    rates = pd.read_parquet(study / "fragility/rates.parquet")
+    assert report["tables"]["rates"] == len(rates) > 0
+    assert rates["im"].eq(IM).all()
+    # predictions at a variant of the study are its rates
+    at = ("--skew-deg", 30, "--gap-mm", 51, "--friction", 0.5, "--hazard", site)
+    predicted = run("predict", "--study", study, *at)[1]["rows"]
+    own = rates.query("skew_deg == 30 and gap_mm == 51 and component != 'system'")
+    own = own.set_index(["component", "limit_state"])
+    for row in predicted:
+        for name in ("annual_rate", "annual_rate_low", "annual_rate_high"):
+            assert row[name] == pytest.approx(own.loc[(row["component"], row["state"]), name])
+    doubled = demands.assign(unseating_m=1.1 * demands["unseating_m"])
+    doubled.to_parquet(tmp_path / "other.parquet")
+    tables = (tmp_path / "demands.parquet", tmp_path / "other.parquet")
+    compared = run("compare", *tables, *given)[1]["rates"]
+    pooled = {row["component"]: row for row in compared if row["scope"] == "pooled"}
+    assert pooled["unseating"]["ci_low"] > 1.1
+    assert pooled["column_drift"]["ratio"] == pytest.approx(1.0, abs=1e-6)
+    # the seat that decide finds is exceeded at the target rate
+    other = ("--bridge", "osb1", "--rate", 1e-3, "--axis", "friction=0.5", "--hazard", site)
+    code, found = run("decide", "--study", study, *other, "--out", tmp_path / "chart")
+    assert code == 0
+    assert {path.suffix for path in (tmp_path / "chart").iterdir()} == {".csv", ".png", ".svg"}
+    needs = pd.DataFrame(found["rows"]).query("gap_mm == 51")
+    assert needs["seat_m"].is_monotonic_increasing
+    assert (needs["seat_m_low"] < needs["seat_m"]).all()
+    # AASHTO LRFD 4.7.4.4 grows by 0.000125 S^2, the gap is added
+    aashto = needs.set_index("skew_deg")["aashto_m"] - 0.051
+    assert aashto[45.0] / aashto[0.0] == pytest.approx(1.0 + 0.000125 * 45.0**2)
+    middle = needs[needs["skew_deg"] == 30.0].iloc[0]
+    (row,) = joint_rows(study, component="unseating")
+    mode = json.loads(row["modes"])[0] | {"threshold": middle["support_m"], "dispersion": 0.0}
+    model = JointModel(row | {"modes": json.dumps([mode])})
+    values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
+    assert curve_rate(model.curve(values), curve_of(site)).value == pytest.approx(1e-3, rel=5e-3)
+
+
+def test_commands_refuse_another_measure_and_wrong_targets(file, tmp_path):
+    synthetic_demands(motions=12, frictions=(50,)).to_parquet(tmp_path / "demands.parquet")
+    other = ("--hazard", file("PGA (g),rate\n0.1,0.01\n0.2,0.001\n", "pga.csv"))
+    code, report = run("statistics", tmp_path / "demands.parquet", *other, "--out", tmp_path / "b")
+    assert code == 2
+    assert "hazard of im_pga_rotd50_g, but the study has intensities" in report["message"]
+    assert target_rate(None, None) == pytest.approx(-np.log(0.98) / 50.0)
+    for given, words in (((2.0, None), "rate must be"), ((None, 2.0), "probability_50y must"),
+                         ((1e-3, 0.02), "not both")):  # fmt: skip
+        with pytest.raises(InputError, match=words):
+            target_rate(*given)
