@@ -6,9 +6,15 @@ from skewbridge.analysis.abutment_history import abutment_history
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
+from skewbridge.bridge.catalogue import bridge_names, load_bridge
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from strong_motion import strong_motion
+
+
+def seated_bridges() -> list[str]:
+    """Return the names of the bridges of the catalogue with two equal seats."""
+    return [name for name in bridge_names() if load_bridge(name).abutment is not None]
 
 
 def variant(

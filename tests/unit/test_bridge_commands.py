@@ -33,8 +33,8 @@ def one_line(result: Result) -> str:
 def test_all_bridges_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(Path(__file__).parents[2])
     names = [row["bridge"] for row in answer("list")["bridges"]]
-    assert {"osb1", "osb1_fixed_era1", "osb2s", "bridge_a", "template"} <= set(names)
-    assert len(names) == 9
+    assert {"osb1", "osb1_fixed_era1", "osb2s", "bridge_a", "painter", "template"} <= set(names)
+    assert len(names) == 11
 
 
 def test_modal_answers_weight_axial_forces_and_mass_ratios(tmp_path: Path) -> None:

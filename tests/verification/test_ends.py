@@ -28,6 +28,10 @@ abutments:
   left: {type: integral}
   right: {type: seat, skew_deg: {v: 15, src: "d: own"}, gap_mm: {v: 40, src: "d: own"}}
 """
+#: The same stiffness and strength at rest, with a dashpot on the elastic part of the piles.
+WITH_DASHPOTS = MIXED.replace(
+    "{type: integral}", "{type: integral, piles: {dashpot_s: {v: 0.5, src: 'd: own'}}}"
+)
 
 
 def reactions_of(bridge, skew_deg, options, moved):
@@ -57,9 +61,11 @@ def reactions_of(bridge, skew_deg, options, moved):
         return np.array([ops.nodeReaction(node, dof) for dof in range(1, 7)])
 
 
-@pytest.mark.parametrize("skew_deg", [0, 30, -45])
-def test_an_integral_end_has_the_stiffness_of_its_fill_wings_and_piles(written, skew_deg):
-    bridge = load_bridge(written(MIXED))
+@pytest.mark.parametrize(
+    ("skew_deg", "text"), [(0, MIXED), (30, MIXED), (-45, MIXED), (30, WITH_DASHPOTS)]
+)
+def test_an_integral_end_has_the_stiffness_of_its_fill_wings_and_piles(written, skew_deg, text):
+    bridge = load_bridge(written(text))
     data, plan = bridge.ends["left"], deck_ends(bridge, skew_deg)[0]
     # the restoring spring of walls is not part of the formulas
     options = ModelOptions(wall_restoring_n_per_m=1.0)
@@ -95,14 +101,25 @@ def test_an_integral_end_has_the_stiffness_of_its_fill_wings_and_piles(written, 
     assert up == pytest.approx(count * 167e6, rel=2e-4)  # arms in series
 
 
-def test_the_piles_yield_and_the_fill_is_limited_by_its_strength(written):
-    bridge = load_bridge(written(MIXED))
+@pytest.mark.parametrize("text", [MIXED, WITH_DASHPOTS])
+def test_the_piles_yield_and_the_fill_is_limited_by_its_strength(written, text):
+    bridge = load_bridge(written(text))
     fill = wall_backfill(bridge.ends["left"], "hyperbolic", 0.0).ultimate_n
     pushed = reactions_of(bridge, 0, ModelOptions(), (-0.5, 0.0, 0.0, 0.0, 0.0, 0.0))
     pulled = reactions_of(bridge, 0, ModelOptions(), (0.5, 0.0, 0.0, 0.0, 0.0, 0.0))
     weak = 0.5 * ModelOptions().wall_restoring_n_per_m
     assert -pushed[0] == pytest.approx(fill + 6 * 177.9e3 + weak, rel=2e-3)
     assert pulled[0] == pytest.approx(6 * 177.9e3 + weak, rel=2e-3)
+
+
+def test_dashpots_of_piles_damp_a_small_motion(tmp_path):
+    found = []
+    for name, text in (("without", MIXED), ("with", WITH_DASHPOTS)):
+        path = tmp_path / f"{name}.yaml"
+        path.write_text(text)
+        found.append(analysed(variant(0, bridge=str(path)), strong_motion(peak_g=0.1)).demands)
+    assert found[1]["deck_disp_y_m"] < 0.97 * found[0]["deck_disp_y_m"]
+    assert abs(found[1]["energy_residual_ratio"]) < 0.01
 
 
 def test_one_end_integral_and_one_seat_unseats_at_the_seat_only(written):

@@ -1,6 +1,7 @@
 """Excitation of an analysis: motion, scale factor, and direction relative to the bridge axes."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from math import ceil, isfinite
 from typing import Final
 
@@ -20,19 +21,24 @@ MAX_SCALED_ACCEL_MPS2: Final = 1.0e3  # 100 g: a larger value means a wrong unit
 class Excitation:
     """Ground motion of an analysis, with its factor and direction.
 
-    At incidence 0, component 1 is along x; incidence is counter-clockwise. `InputError` unless
-    finite, with a positive scale.
+    At incidence 0, component 1 points along x; incidence is counter-clockwise. With `supports`,
+    each support has the motion of its name (`skewbridge.analysis.supports`), along the axes of the
+    bridge, and `motion` is that of the support of the mass centre. Raises `InputError` if a number
+    is not finite or the scale is not positive.
     """
 
     motion: GroundMotion
     scale: float = 1.0
     incidence_deg: float = 0.0
+    supports: Mapping[str, GroundMotion] = field(default_factory=dict[str, GroundMotion])
 
     def __post_init__(self) -> None:
         if not (isfinite(self.scale) and self.scale > 0.0):
             raise InputError(f"scale must be a positive number, got {self.scale}")
         if not isfinite(self.incidence_deg):
             raise InputError(f"incidence_deg must be a number, got {self.incidence_deg}")
+        if self.supports and self.incidence_deg:
+            raise InputError("incidence_deg must be 0 with support motions: they are along x and y")
 
 
 class GroundInput:
@@ -51,7 +57,7 @@ class GroundInput:
                 f"{MAX_SCALED_ACCEL_MPS2:g} m/s2, got {largest:g}"
             )
         shaken_s = min(settings.duration_s or motion.duration_s, motion.duration_s)
-        self.dt_s = motion.dt_s
+        self.dt_s, self.scale, self.shaken_s = motion.dt_s, excitation.scale, shaken_s
         self.accel_mps2 = accel[: ceil(shaken_s / motion.dt_s - 1e-9) + 1]
         self.steps = ceil((shaken_s + settings.free_vibration_s) / settings.dt_s - 1e-9)
         self.duration_s = self.steps * settings.dt_s

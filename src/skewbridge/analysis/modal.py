@@ -18,7 +18,7 @@ from skewbridge.bridge.modes import Mode, modes_of, period_s
 from skewbridge.errors import SolutionError
 from skewbridge.units import KN
 from skewbridge.variant.axes import AXES
-from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.options import ModelOptions, RayleighKind
 from skewbridge.variant.variant import Variant
 
 logger = logging.getLogger(__name__)
@@ -117,20 +117,31 @@ def damping_ratio(damping: Damping, options: ModelOptions) -> float:
     return ratio * options.damping_factor
 
 
-def rayleigh_factors(damping: Damping, ratio: float) -> tuple[float, float]:
-    """Return a0 (1/s) and a1 (s) that give a damping ratio at its two periods."""
+def rayleigh_factors(
+    damping: Damping, ratio: float, kind: RayleighKind = "mass_and_stiffness"
+) -> tuple[float, float]:
+    """Return a0 (1/s) and a1 (s) that give a damping ratio at its two periods.
+
+    Damping that is proportional to stiffness only has the ratio at the long period.
+    """
+    if kind == "stiffness":
+        return 0.0, ratio * damping.long_period_s / pi
     low, high = 2 * pi / damping.long_period_s, 2 * pi / damping.short_period_s
     return 2 * ratio * low * high / (low + high), 2 * ratio / (low + high)
 
 
-def apply_rayleigh(model: BridgeModel) -> tuple[float, float]:
+def apply_rayleigh(model: BridgeModel, kind: RayleighKind | None = None) -> tuple[float, float]:
     """Apply Rayleigh damping to deck and columns only; return a0 (1/s) and a1 (s).
+
+    ``kind`` is that of the options by default.
 
     Penalty springs, gaps, walls and keys stay undamped. The stiffness is the committed one; see
     `damp_columns`.
     """
     damping, region = model.frame.damping, model.tags.region
-    a0, a1 = rayleigh_factors(damping, damping_ratio(damping, model.options))
+    a0, a1 = rayleigh_factors(
+        damping, damping_ratio(damping, model.options), kind or model.options.rayleigh
+    )
     damped = dict.fromkeys(
         int(node) for element in damping.elements for node in ops.eleNodes(element)
     )

@@ -1,9 +1,9 @@
 """Nonlinear response history of one variant under one motion, with limits and residual drift."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
-from math import hypot, nan, pi
+from math import dist, hypot, nan, pi
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,6 +19,7 @@ from skewbridge.analysis.peaks import ModelEnd, demands, histories_of, model_end
 from skewbridge.analysis.recovery import LADDER, Effort
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
+from skewbridge.analysis.supports import SupportInput
 from skewbridge.analysis.trace import Monitor, at_regular_steps
 from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.handles import ColumnHandle, Point
@@ -88,18 +89,26 @@ def analyse(
     log_path: Path | None = None,
     progress: Progress | None = None,
 ) -> AnalysisResult:
-    """Analyse one variant under one two-component motion.
+    """Analyse one variant under one two-component motion, or a motion of each support.
 
-    The same call gives bitwise identical results. OpenSees writes to ``log_path``; ``progress`` is
-    called with time and duration. `InputError` if an argument is outside its limits.
+    Under support motions there is no energy balance. The same call gives bitwise identical results.
+    OpenSees writes to ``log_path``; ``progress`` is called with time and duration. `InputError` if
+    an argument is outside its limits.
     """
     ground = GroundInput(excitation, settings)
     load_structure(variant.bridge)  # here: periods that its file does not give need the domain
     with solver_log(log_path), domain():
         model = build(variant, settings.model_options(options))
-        rayleigh = apply_rayleigh(model)
-        ground.apply(model.tags)
-        return _History(model, ground, settings, rayleigh, histories=histories).run(progress)
+        if not excitation.supports:
+            rayleigh, supports = apply_rayleigh(model), None
+            ground.apply(model.tags)
+        else:
+            rayleigh = apply_rayleigh(model, "stiffness")
+            supports = SupportInput(excitation.supports, ground, model)
+            supports.apply(model)
+            settings = replace(settings, energy=False)
+        history = _History(model, ground, settings, rayleigh, supports, histories=histories)
+        return history.run(progress)
 
 
 class _History:
@@ -109,10 +118,12 @@ class _History:
         ground: GroundInput,
         settings: AnalysisSettings,
         rayleigh: tuple[float, float],
+        supports: SupportInput | None,
         *,
         histories: bool,
     ) -> None:
         self._model, self._ground, self._settings = model, ground, settings
+        self._supports = supports
         self._histories = histories
         damp = partial(damp_columns, model.columns, rayleigh[1])
         # a model without contacts is far from contact in the whole history
@@ -132,6 +143,8 @@ class _History:
         ending = self._loop.run(self._ground.steps, self._read, progress)
         energy = {} if self._energy is None else self._energy.terms_kj()
         trace = self._monitor.trace()
+        if self._supports is not None:
+            trace = self._supports.relative(trace)
         ground = self._ground.at(trace.time_s)
         effort = self._loop.effort
         ratios = energy_ratios(energy)
@@ -142,7 +155,9 @@ class _History:
             found |= demands(self._model, trace.at(slice(rows)), ground[:rows], ratios)
             found |= {name: whole[name] for name in (_RESIDUAL, *SHEAR_MODEL_DEMANDS.values())}
         messages = [ending.message] if ending.message else []
-        if ending.status == OK:
+        if ending.status == OK and self._supports is not None:
+            messages.append("support motions: residual drift at the last step, no energy balance")
+        elif ending.status == OK:
             rest = drifts_at_rest(self._model, self._settings, self._watch.columns)
             if rest.reason:
                 messages.append(f"residual drift is taken from the last step: {rest.reason}")
@@ -206,10 +221,15 @@ class Watch:
         self._settings = settings
         self._max_normal_n = MAX_CONTACT_WEIGHTS * model.weight_n
         self._contacts = model.contacts
-        self._deck = _Moved(model.frame.centre_node)
+        self._deck, self._ground = _Moved(model.frame.centre_node), _ground_near(model)
         self.columns = tuple(Lean(column) for column in model.columns)
         self._corners = tuple(
-            (_Moved(corner.node), abutment.normal, abutment.support_length_m)
+            (
+                _Moved(corner.node),
+                _Moved(abutment.holders[0]),
+                abutment.normal,
+                abutment.support_length_m,
+            )
             for abutment in model.seats
             for corner in abutment.corners
         )
@@ -237,7 +257,8 @@ class Watch:
 
         Call it once after each step, before `collapsed`.
         """
-        drift, disp_m = 0.0, hypot(*self._deck.disp_m())
+        (x, y), (ground_x, ground_y) = self._deck.disp_m(), self._ground.disp_m()
+        drift, disp_m = 0.0, hypot(x - ground_x, y - ground_y)
         for column in self.columns:
             if not (ratio := column.drift_ratio()) <= drift:  # NaN counts
                 drift = ratio
@@ -257,14 +278,11 @@ class Watch:
         """Return the name of the demand whose limit is exceeded, or an empty text."""
         if self._drift_ratio >= self._settings.collapse_drift_ratio:
             return "column_drift_ratio"
-        for corner, normal, support_m in self._corners:
-            x, y = corner.disp_m()
-            if -(x * normal[0] + y * normal[1]) > support_m:
-                return "unseating_m"
-        for corner, holder, normal, support_m in self._seats:
-            (x, y), (below_x, below_y) = corner.disp_m(), holder.disp_m()
-            if -((x - below_x) * normal[0] + (y - below_y) * normal[1]) > support_m:
-                return "joint_unseating_m"
+        for name, seats in (("unseating_m", self._corners), ("joint_unseating_m", self._seats)):
+            for corner, holder, normal, support_m in seats:
+                (x, y), (below_x, below_y) = corner.disp_m(), holder.disp_m()
+                if -((x - below_x) * normal[0] + (y - below_y) * normal[1]) > support_m:
+                    return name
         if self._disp_m > self._settings.collapse_deck_disp_m:
             return "deck_disp_m"
         return ""
@@ -289,6 +307,13 @@ class _Moved:
             x += turn_y * self._z - turn_z * self._y
             y += turn_z * self._x - turn_x * self._z
         return x - self._zero_x, y - self._zero_y
+
+
+def _ground_near(model: BridgeModel) -> _Moved:
+    """Return the fixed node nearest to the mass centre; it moves only under support motions."""
+    centre = ops.nodeCoord(model.frame.centre_node)
+    fixed = [node for node in ops.getNodeTags() if {1, 2} <= set(ops.getFixedDOFs(node))]
+    return _Moved(min(fixed, key=lambda node: dist(centre, ops.nodeCoord(node))))
 
 
 class Lean:

@@ -27,11 +27,14 @@ from skewbridge.bridge.abutments import (
 from skewbridge.bridge.backfill import Passive
 from skewbridge.bridge.catalogue.data import IntegralData
 from skewbridge.bridge.frame import Blueprint, End
-from skewbridge.bridge.handles import AbutmentHandle
-from skewbridge.bridge.plan import Line
+from skewbridge.bridge.handles import AbutmentHandle, TagAllocator
+from skewbridge.bridge.plan import Line, PlanVector
 from skewbridge.bridge.springs import (
+    PLASTIC_OVER_INITIAL,
     elastic_material,
+    elastic_part_n_per_m,
     grounded_node,
+    plane_node,
     plastic_material,
     spring_element,
 )
@@ -81,9 +84,7 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
     for along in (-arm, arm):
         head = points["bearing", along]
         hold(head, {3: piles.count / 2 * piles.vertical_mn_per_m * 1e6})
-        # ASSUME a pile resists along both axes of the face independently
-        sides = ([plastic_material(lateral, tags)], [plastic_material(lateral, tags)])
-        elements.append(spring_element((holders[-1], head), plan.normal, *sides, tags)[0].element)
+        elements += _pile_springs((holders[-1], head), plan.normal, lateral, piles.dashpot_s, tags)
     # ASSUME the heads of the piles are cast into the diaphragm and turn with it
     turning = piles.count * piles.rotational_mnm_per_rad * 1e6
     hold(node, {4: turning, 5: turning})
@@ -96,6 +97,34 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
     )
     common: dict[str, Any] = {"blueprint": blueprint, "data": data, "handle": handle}
     return Wall(end=plan, points=points, **common)
+
+
+def _pile_springs(
+    nodes: tuple[int, int],
+    normal: PlanVector,
+    lateral: Passive,
+    dashpot_s: float,
+    tags: TagAllocator,
+) -> list[int]:
+    """Create the lateral springs of pile heads; return their elements.
+
+    As behind a wall, a dashpot acts on the elastic part of the resistance, so that spring and
+    dashpot together never exceed the strength.
+    """
+    # ASSUME a pile resists along both axes of the face independently
+    if dashpot_s == 0.0:
+        sides = ([plastic_material(lateral, tags)], [plastic_material(lateral, tags)])
+        return [spring_element(nodes, normal, *sides, tags)[0].element]
+    between = plane_node(ops.nodeCoord(nodes[0]), 0.0, tags)
+    yielding = lateral.scaled(1.0, PLASTIC_OVER_INITIAL)
+    sides = ([plastic_material(yielding, tags)], [plastic_material(yielding, tags)])
+    elastic = elastic_part_n_per_m(lateral)
+    dashpot = dashpot_s * lateral.stiffness_n_per_m
+    waves = ([elastic_material(elastic, tags, dashpot)], [elastic_material(elastic, tags, dashpot)])
+    return [
+        spring_element((nodes[0], between), normal, *sides, tags)[0].element,
+        spring_element((between, nodes[1]), normal, *waves, tags)[0].element,
+    ]
 
 
 def _build_integral(wall: Wall) -> AbutmentHandle:

@@ -32,6 +32,9 @@ class LoadingOptions:
     motion: Annotated[
         tuple[Path, Path] | None, opt("Components along x and y, or p695 and record number.")
     ] = None
+    support_motions: Annotated[
+        Path | None, opt("YAML list of support, direction, record: instead of --motion.", "FILE")
+    ] = None
     scale: Annotated[float, opt("Scale factor of both components.")] = 1.0
     incidence_deg: Annotated[float, opt("Angle from bridge x to component 1.")] = 0.0
     scheme: Annotated[Literal["default", "paper"], opt("Integration scheme.")] = "default"
@@ -107,16 +110,24 @@ def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
     """Return the analysis defined by the options; raise `InputError` if no motion is given."""
     from skewbridge.bridge.library import load_structure
     from skewbridge.motions.intensity import motion_measures, scaled_measures
-    from skewbridge.motions.read import read_motion
-    from skewbridge.motions.record import SuiteMotion
+    from skewbridge.motions.read import read_motion, read_support_motions
+    from skewbridge.motions.record import GroundMotion, SuiteMotion
     from skewbridge.study.task import Task
 
-    if loading.motion is None:
-        raise InputError("motion: give two files with --motion, or a row of a study with --row")
+    supports: dict[str, GroundMotion] = {}
+    if loading.motion is not None and loading.support_motions is None:
+        motion = read_motion(*loading.motion)
+    elif loading.motion is None and loading.support_motions is not None:
+        supports = read_support_motions(loading.support_motions)
+        motion = supports.get("bent 1", next(iter(supports.values())))
+    else:
+        raise InputError(
+            "motion: give two files with --motion, or a file with --support-motions, or a row of a "
+            "study with --row"
+        )
     variant, scale = case.variant.normalised(), loading.scale
     chosen = {name: getattr(loading, name) for name in ("scheme", "dt_s", "duration_s")}
     settings, options = case.settings_and_model(loading.accuracy, **chosen)
-    motion = read_motion(*loading.motion)
     measures = scaled_measures(motion_measures(motion, load_structure(variant.bridge).t1_s), scale)
     return Task(
         variant=variant,
@@ -124,6 +135,7 @@ def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
         incidence_deg=loading.incidence_deg,
         settings=settings,
         options=options,
+        supports=supports,
     )
 
 
@@ -209,6 +221,9 @@ def doctor() -> Answer:
 def verify(
     names: Annotated[list[str] | None, arg("Studies; by default all.", "[NAME...]")] = None,
     out: Annotated[Path | None, opt("Folder for tables and figures.")] = None,
+    records: Annotated[
+        Path | None, opt("Recordings of an event, or folders of events, for `painter`.", "DIR")
+    ] = None,
 ) -> Answer:
     """Repeat the studies of the paper and compare with their references.
 
@@ -220,7 +235,7 @@ def verify(
     from skewbridge.verification.registry import run_studies
 
     folder = out or StudyFolder().verification
-    rows = run_studies(names or [], folder, report_progress=messages.print)
+    rows = run_studies(names or [], folder, report_progress=messages.print, records=records)
     checks = [row for row in rows if "outcome" not in row]
     statements = [row for row in rows if "outcome" in row]
     columns = ("study", "quantity", "value", "reference", "tolerance", "pass")

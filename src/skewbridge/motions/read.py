@@ -4,12 +4,13 @@ import hashlib
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
+from pydantic import BaseModel
 
 from skewbridge.errors import InputError
-from skewbridge.files.text import read_bytes
+from skewbridge.files.text import checked, read_bytes, read_yaml
 from skewbridge.motions import p695
 from skewbridge.motions.formats import DT_LIMITS_S, Given, Trace, fault_in, trace_of
 from skewbridge.motions.intensity import peak_g
@@ -208,6 +209,45 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     )
     refuse_false_waho(motion)
     return motion
+
+
+class SupportRecord(BaseModel, extra="forbid", frozen=True):
+    """One record of a file of support motions, along x or y of the bridge.
+
+    Attributes:
+        support: `left`, `right`, or `bent 1` and so on, from left to right.
+        record: File, relative to the file that names it.
+        factor: -1 for a record that is positive against the axis.
+    """
+
+    support: str
+    direction: Literal["x", "y"]
+    record: Path
+    factor: float = 1.0
+
+
+def read_support_motions(path: Path) -> dict[str, GroundMotion]:
+    """Return the motion of each support from a YAML list of `SupportRecord`.
+
+    Raises `InputError` for a support without one of its directions, or with two records of one.
+    """
+    records = checked(list[SupportRecord], read_yaml(path), path)
+    if not records:
+        raise InputError(f"{path.name}: name at least one record")
+    traces: dict[tuple[str, str], Trace] = {}
+    for record in records:
+        place = record.support, record.direction
+        if place in traces:
+            raise InputError(f"{path.name}: {record.support} has two records along {place[1]}")
+        trace = read_trace(path.parent / record.record)
+        traces[place] = replace(trace, accel_mps2=record.factor * trace.accel_mps2)
+    found: dict[str, GroundMotion] = {}
+    for support in dict.fromkeys(record.support for record in records):
+        one, two = (traces.get((support, direction)) for direction in "xy")
+        if one is None or two is None:
+            raise InputError(f"{path.name}: {support} needs a record along x and one along y")
+        found[support] = join_traces(one, two, motion_id=f"{path.stem} {support}")
+    return found
 
 
 def read_components(

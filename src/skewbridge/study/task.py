@@ -35,6 +35,7 @@ class Task:
     """All inputs of one analysis; the motion has its scale factor and intensity measures.
 
     The options include the random properties drawn for the motion, which `draw` maps to values.
+    With motions of single `supports`, `motion` is that of the first bent.
     """
 
     variant: Variant
@@ -43,6 +44,7 @@ class Task:
     settings: AnalysisSettings
     options: ModelOptions
     draw: Mapping[str, float] = field(default_factory=dict[str, float])
+    supports: Mapping[str, GroundMotion] = field(default_factory=dict[str, GroundMotion])
 
     @property
     def analysed_s(self) -> float:
@@ -54,7 +56,10 @@ class Task:
     def excitation(self) -> Excitation:
         """Excitation of the model."""
         return Excitation(
-            motion=self.motion.motion, scale=self.motion.scale, incidence_deg=self.incidence_deg
+            motion=self.motion.motion,
+            scale=self.motion.scale,
+            incidence_deg=self.incidence_deg,
+            supports=self.supports,
         )
 
 
@@ -69,6 +74,7 @@ def run_key(task: Task) -> str:
         canonical(asdict(task.settings)),
         canonical(asdict(task.options)),
         load_structure(task.variant.bridge).digest,
+        *((name, _motion_digest(motion)) for name, motion in task.supports.items()),
         float(task.motion.scale),
         float(task.incidence_deg),
         engine_digest(),

@@ -20,6 +20,7 @@ type GapMeasured = Literal["normal", "longitudinal"]
 #: What the skew of a backwall reduces in its backfill.
 type BackfillSkew = Literal["strength", "strength_and_stiffness", "none"]
 type FrictionAt = Literal["all", "walls", "keys"]
+type RayleighKind = Literal["mass_and_stiffness", "stiffness"]
 type HingeRule = Literal["sdc", "paulay_priestley"]
 type ShearModel = Literal["ucsd_tests", "sdc_expected", "sdc_nominal", "kowalsky_priestley"]
 DEFAULT_SHEAR_MODEL: Final[ShearModel] = "ucsd_tests"
@@ -106,6 +107,8 @@ class ModelOptions:
     """critical length of the embankment moves with the abutment (model spring)"""
     damping_ratio: Number | None = Field(default=None, ge=1.0e-3, le=0.5)
     """ratio of the Rayleigh damping; null: the ratio in the bridge file"""
+    rayleigh: RayleighKind = Field(default="mass_and_stiffness")
+    """Rayleigh damping of deck and columns; support motions always use stiffness"""
     # ASSUME the pads of a deck end yield together: it rotates too little for them to differ
     pads: Literal["two", "each"] = Field(default="two")
     """two equivalent elements per deck end, or one per pad"""

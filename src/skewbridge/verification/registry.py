@@ -40,6 +40,7 @@ STUDIES: Final[dict[str, str]] = {
     "restitution": "blocks:run_integrators",
     "convergence": "strong_motions:run_convergence",
     "hard-set": "strong_motions:run",
+    "painter": "recorded:run_painter",  # with --records
 }
 # Studies of many analyses: they run only when named, and an interrupted one can be resumed.
 LONG_STUDIES: Final[dict[str, str]] = {
@@ -74,16 +75,23 @@ class Study:
 
     A comparison is a row with the columns of the `verify` command. `runs` maps statement and case
     to the verdict of each run; a verdict that is not from a run has the key None. A long study
-    keeps finished analyses in the folder `kept` and sends progress lines to `report_progress`.
+    keeps finished analyses in the folder `kept` and sends progress lines to `report_progress`. A
+    study of recordings reads them from the folder `records`; without it, it does nothing.
     """
 
     name: str
     kept: Path = Path()
     report_progress: Callable[[str], None] | None = None
+    records: Path | None = None
     comparisons: list[Row] = field(default_factory=list[Row])
     runs: dict[tuple[str, str], Runs] = field(default_factory=dict[tuple[str, str], Runs])
     figures: "dict[str, Figure]" = field(default_factory=dict)
     tables: dict[str, pd.DataFrame] = field(default_factory=dict[str, pd.DataFrame])
+
+    def say(self, line: str) -> None:
+        """Send a line to `report_progress`, if it is set."""
+        if self.report_progress:
+            self.report_progress(line)
 
     def absolute(
         self, quantity: str, value: float, reference: float, tolerance: float | None, source: str
@@ -217,7 +225,11 @@ def drawn(
 
 
 def run_studies(
-    names: Sequence[str], out: Path, *, report_progress: Callable[[str], None] | None = None
+    names: Sequence[str],
+    out: Path,
+    *,
+    report_progress: Callable[[str], None] | None = None,
+    records: Path | None = None,
 ) -> list[Row]:
     """Run studies (by default all but the long ones), write tables and figures, return all rows.
 
@@ -236,7 +248,7 @@ def run_studies(
             report_progress(f"{name} ...")
         stopped = ""
         try:
-            study = run_study(name, out, report_progress)
+            study = run_study(name, out, report_progress, records)
         except RuntimeError as error:
             # The remaining studies still run.
             study, stopped = Study(name), f"the study stopped: {error}"
@@ -258,10 +270,13 @@ def run_studies(
 
 
 def run_study(
-    name: str, kept: Path = Path(), report_progress: Callable[[str], None] | None = None
+    name: str,
+    kept: Path = Path(),
+    report_progress: Callable[[str], None] | None = None,
+    records: Path | None = None,
 ) -> Study:
     """Run a study; a long one keeps its analyses in `kept`. A solver raises `RuntimeError`."""
-    study = Study(name, kept, report_progress)
+    study = Study(name, kept, report_progress, records)
     module, function = (STUDIES | LONG_STUDIES)[name].split(":")
     getattr(import_module(f"skewbridge.verification.studies.{module}"), function)(study)
     return study

@@ -185,7 +185,8 @@ class AbutmentData(WallData, frozen=True):
 class PileData(Part, frozen=True):
     """Piles of an integral end, equally spaced across the deck; stiffnesses are of one head.
 
-    The lateral resistance is the same in all directions, elastic up to its strength.
+    The lateral resistance is the same in all directions, elastic up to its strength. A dashpot of
+    ``dashpot_s`` times the lateral stiffness acts on its elastic part.
     """
 
     count: Annotated[int, Field(ge=1, le=60)]
@@ -194,6 +195,7 @@ class PileData(Part, frozen=True):
     lateral_strength_kn: Kilonewtons
     vertical_mn_per_m: Stiffness
     rotational_mnm_per_rad: Stiffness
+    dashpot_s: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
 
 
 class IntegralData(WallData, frozen=True):
