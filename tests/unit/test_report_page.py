@@ -626,10 +626,15 @@ def headline_values(table, runs, motions):
     for model, name in zip(models, names, strict=True):
         yield from [*whole.loc[model, ["n_failed", "n_runs"]], *name] if name else []
     yield from (count for count in whole[["n_shear", "n_flexure"]].sum() if count > 0)
+    # counts up to twelve are words
+    yield from (count for count in [whole["n_collapse"].sum()] if count > 12)
     yield whole["n_bounds"].sum()
     yield 100.0 * medians["level"].max()
     yield len(motions)
-    yield from motions[["magnitude", "distance_km"]].iloc[0]
+    if motions["source"].str.startswith("recorded").all():
+        yield motions["event"].nunique()
+    for name in ("magnitude", "distance_km"):
+        yield from sorted({motions[name].min(), motions[name].max()})
     yield from (table["first_im"].min(), table["last_im"].max())
     rows = medians[medians["demand"].isin(LEADING) & (medians["status"] == "ok")]
     for (bridge, _), part in rows.groupby(["bridge", "demand"], sort=False):

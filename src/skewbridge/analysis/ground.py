@@ -21,9 +21,10 @@ MAX_SCALED_ACCEL_MPS2: Final = 1.0e3  # 100 g: a larger value means a wrong unit
 class Excitation:
     """Ground motion of an analysis, with its factor and direction.
 
-    At incidence 0, component 1 is along x; incidence is counter-clockwise. With `supports`, each
-    support has the motion of its name along x and y, and `motion` is that of the mass centre's
-    support. `InputError` unless finite, with a positive scale.
+    At incidence 0, component 1 points along x; incidence is counter-clockwise. With `supports`,
+    each support has the motion of its name (`skewbridge.analysis.supports`), along the axes of the
+    bridge, and `motion` is that of the support of the mass centre. Raises `InputError` if a number
+    is not finite or the scale is not positive.
     """
 
     motion: GroundMotion

@@ -91,7 +91,7 @@ def analyse(
 ) -> AnalysisResult:
     """Analyse one variant under one two-component motion, or a motion of each support.
 
-    The same call gives bitwise identical results. Under support motions there is no energy balance.
+    Under support motions there is no energy balance. The same call gives bitwise identical results.
     OpenSees writes to ``log_path``; ``progress`` is called with time and duration. `InputError` if
     an argument is outside its limits.
     """
