@@ -28,7 +28,7 @@ from skewbridge.fragility.limit_states import (
 from skewbridge.fragility.settings import DEFAULTS
 
 DEMANDS = ("deck_disp_m", "column_drift_ratio", "column_shear_dcr", "unseating_m")
-DRAWS = 8
+DRAWS = 4
 CELL = ["gap_mm", "friction"]
 
 

@@ -271,11 +271,15 @@ def test_backfill_and_key_forces_count_while_the_deck_touches(trace):
 
 def watched(monkeypatch, moved, **changes):
     """Return the watch over a deck end whose nodes have moved along x."""
-    parts = {"columns": (), "abutments": (abutment(**changes),), "contacts": None}
+    parts = {"columns": (), "abutments": (abutment(holders=(BASE,), **changes),), "contacts": None}
     frame = SimpleNamespace(centre_node=CENTRE)
     seats = parts["abutments"]
     model = SimpleNamespace(weight_n=1e7, frame=frame, seats=seats, joints=(), **parts)
     monkeypatch.setattr(transient.ops, "nodeDisp", lambda n: [moved.get(n, 0.0), *[0.0] * 5])
+    monkeypatch.setattr(transient.ops, "nodeCoord", lambda _: [0.0, 0.0, 0.0])
+    monkeypatch.setattr(transient.ops, "getNodeTags", lambda: [CENTRE, BASE])
+    fixed = {CENTRE: [], BASE: [1, 2, 3, 4, 5, 6]}
+    monkeypatch.setattr(transient.ops, "getFixedDOFs", fixed.get)
     return Watch(model, AnalysisSettings())
 
 

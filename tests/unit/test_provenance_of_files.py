@@ -23,6 +23,7 @@ from skewbridge.errors import InputError, SolutionError
 from skewbridge.files import tables
 from skewbridge.files.digests import engine_digest, layer_digest, provenance
 from skewbridge.files.tables import read_stamp, stamp, write_frame
+from skewbridge.files.text import merged, read_mapping
 from skewbridge.study import jobs
 from skewbridge.study.config import load_config, parse_config, store_configuration
 from skewbridge.study.jobs import RECIPES, made_from, rule_digest, script_session
@@ -131,8 +132,7 @@ def job(folder: Path, table: Path, **made: str) -> SimpleNamespace:
         log=[folder / "rule.log"],
         input={},
         output=Named(table=str(table)),
-        # as merged over the shipped configuration
-        config={"motions": {"count": 3}, "uncertainty": {"enabled": True}},
+        config=merged(read_mapping(ROOT / "config/config.yaml"), {"motions": {"count": 3}}),
         params=SimpleNamespace(results=str(folder), made_from=digests),
     )
 

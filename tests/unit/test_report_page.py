@@ -626,8 +626,8 @@ def headline_values(table, runs, motions):
     for model, name in zip(models, names, strict=True):
         yield from [*whole.loc[model, ["n_failed", "n_runs"]], *name] if name else []
     yield from (count for count in whole[["n_shear", "n_flexure"]].sum() if count > 0)
-    # counts up to twelve are words
-    yield from (count for count in [whole["n_collapse"].sum()] if count > 12)
+    # counts up to eight are words
+    yield from (count for count in [whole["n_collapse"].sum()] if count > 8)
     yield whole["n_bounds"].sum()
     yield 100.0 * medians["level"].max()
     yield len(motions)

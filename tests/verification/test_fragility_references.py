@@ -297,7 +297,7 @@ def log_likelihood(runs, parameters):
     """Sum over motions of the integral over the random effect on a fine grid, and the prior."""
     delta, gamma, (tau, sigma) = parameters[:-3], parameters[-3], np.exp(parameters[-2:])
     u, step = np.linspace(-10.0 * tau, 10.0 * tau, 8001, retstep=True)
-    total = -0.5 * np.sum(runs.precision * delta**2)
+    total = -0.5 * np.sum(runs.precision * delta**2) - 0.5 * (gamma / 0.5) ** 2
     for motion in range(MOTIONS):
         own = runs.motion == motion
         scale = np.exp(gamma * runs.growth[own])[:, None]
@@ -320,7 +320,9 @@ def test_estimate_is_the_maximum_of_the_brute_force_likelihood(high, low):
     runs = data(high, low)
     fit = fit_mixed(runs)
     at, steps = fit.parameters, 1e-4 * np.eye(6)
-    middle, prior = log_likelihood(runs, at), np.append(runs.precision, np.zeros(3))
+    middle = log_likelihood(runs, at)
+    # standard deviation 0.5 of the growth of scatter
+    prior = np.append(runs.precision, [0.5**-2, 0.0, 0.0])
     assert np.sum(fit.logliks) - 0.5 * prior @ at**2 == pytest.approx(middle, abs=1e-8)
     pairs = [(log_likelihood(runs, at + h), log_likelihood(runs, at - h)) for h in steps]
     gradient = np.array([up - down for up, down in pairs]) / 2e-4
@@ -348,6 +350,7 @@ def test_jackknife_is_close_to_independent_fits_without_each_motion(high, grows,
         exact.append(fit_mixed(others).parameters)
         whole, part = log_likelihood(runs, exact[-1]), fit_mixed(others)
         left_out += whole - np.sum(part.logliks) + 0.5 * runs.precision @ exact[-1][:3] ** 2
+        left_out += 0.5 * (exact[-1][-3] / 0.5) ** 2
     errors = [
         np.sqrt(np.diag(jackknife_covariance(values)))[:3] for values in (quick, np.stack(exact))
     ]
