@@ -152,7 +152,7 @@ def test_the_page_states_the_numbers_of_its_stored_tables():
     ratio, correlation = drift["predicted / recorded"], drift["correlation"]
     assert f"is {ratio} times the recorded one with a correlation of {correlation}:" in page
     assert f"The null has {drift['null']} and {drift['its correlation']}:" in page
-    assert f"it predicts {ratio} times the recorded peak" in readme
+    assert f"it gives {ratio} times the recorded peak" in readme
     assert (drift["result"] == "miss") == (not 0.75 <= ratio <= 1.3 or correlation < 0.85)
     fits = pd.read_csv(ROOT / "docs/data/recorded_fit.csv")
     crossed = fits[(fits["quantity"] == "bent drift across") & (fits["fitted_to"] != fits["event"])]
