@@ -38,9 +38,9 @@ UNKNOWN: Final = 2
 #: Number of intensities in the table of effects by intensity, without the reference intensity.
 _INTENSITIES: Final = 9
 #: Smallest number of motions common to both variants for a ratio of medians.
-_MIN_MOTIONS: Final = 5
+MIN_MOTIONS: Final = 5
 _ENDS: Final = ("from", "to")
-_STEP: Final = ("from_value", "to_value")
+STEP: Final = ("from_value", "to_value")
 
 INTENSITY_COLUMNS: Final = demand_table.described("intensity_effects")
 
@@ -150,6 +150,17 @@ def _paired(
     higher = table[table[axis] > lowest].rename(columns={axis: "to_value"})
     key = [*group, *loading]
     return higher.merge(reference, on=key, suffixes=("_to", "_from"), validate="many_to_one")
+
+
+def variant_pairs(variants: pd.DataFrame, axis: str) -> tuple[list[str], pd.DataFrame]:
+    """Return the other axes, and the pairs of variants of a bridge that differ in one axis only.
+
+    A pair has the numbers and names of its variants: ``number_to``, ``number_from``,
+    ``variant_to`` and ``variant_from``. The smallest value of the axis is the reference.
+    """
+    others = [name for name in demand_table.axis_names(variants) if name != axis]
+    table = variants[["variant", *demand_table.BRIDGE_COLUMNS, *others, axis]]
+    return others, _paired(table.assign(number=np.arange(len(table))), axis, others)
 
 
 class EffectTables(NamedTuple):
@@ -380,16 +391,13 @@ class _Medians:
     def rows(self, axis: str, states: States) -> list[Row]:
         """Return the rows of the effects of an axis on the medians of states."""
         variants = self._models.variants
-        names = list(dict.fromkeys([*demand_table.axis_names(variants), axis]))
-        others = [name for name in names if name != axis]
-        table = variants[[*demand_table.BRIDGE_COLUMNS, *names]]
-        pairs = _paired(table.assign(number=np.arange(len(table))), axis, others)
-        groups = [part.to_dict("records") for _, part in pairs.groupby(list(_STEP))]
+        others, pairs = variant_pairs(variants, axis)
+        groups = [part.to_dict("records") for _, part in pairs.groupby(list(STEP))]
         found: list[Row] = []
         for cells, state in product(groups, states):
             place = {**self._models.place, "quantity": verdicts.MEDIAN_CAPACITY, "axis": axis}
             place |= {"demand": state.key, "margin": self._settings.margin}
-            place |= {name: float(cells[0][name]) for name in _STEP}
+            place |= {name: float(cells[0][name]) for name in STEP}
             ratios: list[tuple[Jackknifed, Row]] = []
             for cell in cells:
                 if (ratio := self._ratio(cell, state)) is not None:
@@ -449,13 +457,9 @@ class _Medians:
             curve = self._models.curve(state, self._variants[number])
             motions = np.unique(self._motion[self._rows[number]])
             fitted = self._counts(state, number)[0] == FITTED
-            if isinstance(curve, str) or motions.size < _MIN_MOTIONS or not fitted:
+            if isinstance(curve, str) or motions.size < MIN_MOTIONS or not fitted:
                 return None
             medians.append(curve.ln_theta)
-        values = medians[1] - medians[0]
-        # ASSUME a motion has no influence if there is no median without it
-        values = np.where(np.isfinite(values), values, values[0])
-        every = np.ones(values.size - 1, dtype=np.bool_)
         ends = np.exp([medians[0][0], medians[1][0]]).tolist()
         both = [self._counts(state, number)[1] for number in numbers]
         columns: Row = {"from_mean": ends[0], "im_low": min(ends), "im_high": max(ends)}
@@ -473,7 +477,7 @@ class _Medians:
             )
             columns["n_without_curve"] = 2 - int(has) - int(has_to)
             columns |= dict(zip(_MEANS[1:], np.divide(above, below).tolist(), strict=True))
-        return Jackknifed.of(values, every, every, 2), columns
+        return Jackknifed.of_replicates(medians[1] - medians[0]), columns
 
     def _counts(self, state: LimitState, number: int) -> tuple[str, dict[str, int]]:
         """Return the status of a state in a variant, and counts of its runs."""

@@ -72,10 +72,8 @@ class LogRate(NamedTuple):
 
     @property
     def jackknifed(self) -> Jackknifed:
-        """The jackknife over blocks; a block without an estimate has no influence."""
-        values = np.where(np.isfinite(self.logs), self.logs, self.logs[0])
-        every = np.ones(values.size - 1, dtype=np.bool_)
-        return Jackknifed.of(values, every, every, 2)
+        """The jackknife over blocks."""
+        return Jackknifed.of_replicates(self.logs)
 
     def interval(self, level: float) -> tuple[float, float, float]:
         """Return exp of the estimate and interval ends, of motions and hazard together."""

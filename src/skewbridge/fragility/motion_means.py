@@ -124,6 +124,12 @@ class Jackknifed:
         influence[present] = (values[0] - values[1:][present]) * (count - 1) / count
         return cls(np.asarray(values[0]), influence, present, exact, parameters)
 
+    @classmethod
+    def of_replicates(cls, logs: Floats) -> Self:
+        """Return the jackknife of an estimate and its replicates, (R,), of two parameters."""
+        every = np.ones(logs.size - 1, dtype=np.bool_)
+        return cls.of(completed(logs), every, every, 2)
+
     @property
     def dof(self) -> Floats:
         """Degrees of freedom of the error, shape (...); see `effective_dof`."""
@@ -158,12 +164,16 @@ class Jackknifed:
         return replace(self, estimate=self.estimate @ weights, influence=self.influence @ weights)
 
 
+def completed(logs: Floats) -> Floats:
+    """Return estimates (R,), all runs first; a block without an estimate has no influence."""
+    # ASSUME a block has no influence if there is no estimate without it
+    return np.where(np.isfinite(logs), logs, logs[0])
+
+
 def interval(logs: Floats, level: float) -> tuple[float, float, float]:
     """Return exp of an estimate with interval ends; ``logs`` are (1 + B,)."""
-    values = np.where(np.isfinite(logs), logs, logs[0])
-    every = np.ones(values.size - 1, dtype=np.bool_)
-    ends = Jackknifed.of(values, every, every, 2).interval(level)
-    return exp_end(values[0]), exp_end(float(ends[0])), exp_end(float(ends[1]))
+    low, high = Jackknifed.of_replicates(logs).interval(level)
+    return exp_end(logs[0]), exp_end(float(low)), exp_end(float(high))
 
 
 def average(cells: Sequence[Jackknifed]) -> Jackknifed:

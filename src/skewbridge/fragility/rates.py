@@ -19,11 +19,12 @@ from skewbridge.files.tables import Floats, Row, records_of
 from skewbridge.fragility import demand_table
 from skewbridge.fragility.curves import CURVE_COLUMNS, METHODS
 from skewbridge.fragility.demand_model import BridgeModels, StateCurve
-from skewbridge.fragility.effects import effect_row
+from skewbridge.fragility.effects import MIN_MOTIONS, STEP, effect_row, variant_pairs
 from skewbridge.fragility.fits import ALL_EXCEED, BOUNDS_TOO_WIDE, FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.hazard import HazardCurve, LogRate
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import LimitState, States
+from skewbridge.fragility.motion_means import completed
 from skewbridge.fragility.outcomes import TREATMENTS, demand_outcomes
 from skewbridge.fragility.paper_table import chosen_curves
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
@@ -32,8 +33,6 @@ from skewbridge.fragility.union import any_of, union_curve
 SYSTEM: Final = "system"
 YEARS: Final = 50.0
 _ENDS: Final = ("", "_low", "_high")
-_LEAST_MOTIONS: Final = 5  # as for ratios of medians
-_STEP: Final = ["from_value", "to_value"]
 _STATE: Final = ["variant", "component", "limit_state"]
 _BOUNDS: Final = ["theta_bound_low", "theta_bound_high", "theta_bound_beta"]
 
@@ -208,25 +207,19 @@ def _changes(
             rate = system.get((values["variant"], state))
             return rate if isinstance(rate, LogRate) else None
         runs, curve = models.runs[models.variant == number], models.curve(state, values)
-        enough = runs["motion_id"].nunique() >= _LEAST_MOTIONS
+        enough = runs["motion_id"].nunique() >= MIN_MOTIONS
         if not enough or demand_outcomes(runs, [state]).status(state) != FITTED:
             return None
         return None if isinstance(curve, str) else curve_rate(curve, hazard)
 
-    names = list(dict.fromkeys([*demand_table.axis_names(variants), axis]))
-    others = [name for name in names if name != axis]
-    keys = [*demand_table.BRIDGE_COLUMNS, *others]
-    table = variants[["variant", *keys, axis]].assign(number=np.arange(len(variants)))
-    lowest = table.groupby(keys, dropna=False)[axis].transform("min")
-    pairs = table.merge(table[table[axis] == lowest], on=keys, suffixes=("_to", "_from"))
-    pairs = pairs.rename(columns={f"{axis}_from": _STEP[0], f"{axis}_to": _STEP[1]})
+    others, pairs = variant_pairs(variants, axis)
     found: list[tuple[Row, str, LogRate, LogRate]] = []
-    for step, cells in pairs[pairs[_STEP[1]] > pairs[_STEP[0]]].groupby(_STEP):
+    for step, cells in pairs.groupby(list(STEP)):
         for state in states:
             key = (SYSTEM, state) if isinstance(state, str) else (state.component, state.name)
             place = models.place | {
                 "axis": axis,
-                **dict(zip([*_STEP, *_STATE[1:]], (*step, *key), strict=True)),
+                **dict(zip([*STEP, *_STATE[1:]], (*step, *key), strict=True)),
             }
             rated: list[tuple[Row, str, LogRate, LogRate]] = []
             for cell in records_of(cells):
@@ -245,7 +238,7 @@ def _changes(
 
 
 def _mean(rates: Sequence[LogRate]) -> LogRate:
-    """Return the mean of ln rates; a block without an estimate has no influence."""
-    logs = [np.where(np.isfinite(rate.logs), rate.logs, rate.logs[0]) for rate in rates]
+    """Return the mean of ln rates."""
+    logs = np.mean([completed(rate.logs) for rate in rates], axis=0)
     fractiles = np.mean([rate.fractiles for rate in rates], axis=0)
-    return LogRate(np.mean(logs, axis=0), fractiles, rates[0].quantiles)
+    return LogRate(logs, fractiles, rates[0].quantiles)
